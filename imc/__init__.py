@@ -1,0 +1,1 @@
+"""The IMC protocol: messages, codec, schema, logs."""

@@ -1,0 +1,1 @@
+"""The kernel, bus and vehicle that tasks run on."""

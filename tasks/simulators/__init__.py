@@ -1,0 +1,1 @@
+"""Simulated vehicle and sensors."""

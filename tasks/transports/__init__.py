@@ -1,0 +1,1 @@
+"""Links to files, ground stations and other systems."""
