@@ -1,0 +1,51 @@
+"""Rotations between body (x forward, y right, z down) and north-east-down."""
+
+import math
+
+Vector = tuple[float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
+
+
+def rotation(phi: float, theta: float, psi: float) -> Matrix:
+    """R_nb = Rz(psi) Ry(theta) Rx(phi), row by row: turns body vectors into north-east-down ones. Angles in rad.
+
+    Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), eq. 2.18.
+    """
+    cr, sr = math.cos(phi), math.sin(phi)
+    cp, sp = math.cos(theta), math.sin(theta)
+    cy, sy = math.cos(psi), math.sin(psi)
+    return (
+        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (-sp, cp * sr, cp * cr),
+    )
+
+
+def to_ned(r: Matrix, v: Vector) -> Vector:
+    """A body vector in north-east-down."""
+    (a, b, c), (d, e, f), (g, h, i) = r
+    x, y, z = v
+    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+
+
+def to_body(r: Matrix, v: Vector) -> Vector:
+    """A north-east-down vector in the body frame."""
+    (a, b, c), (d, e, f), (g, h, i) = r
+    x, y, z = v
+    return a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
+
+
+def body_rates(phi: float, theta: float, phi_rate: float, theta_rate: float, psi_rate: float) -> Vector:
+    """p, q, r (rad/s) of the rates of the Euler angles (rad/s); Fossen 2011, eq. 2.28 inverted."""
+    cr, sr = math.cos(phi), math.sin(phi)
+    cp = math.cos(theta)
+    return (
+        phi_rate - psi_rate * math.sin(theta),
+        theta_rate * cr + psi_rate * cp * sr,
+        psi_rate * cp * cr - theta_rate * sr,
+    )
+
+
+def wrap(angle: float) -> float:
+    """The angle in [-pi, pi), rad."""
+    return angle if -math.pi <= angle < math.pi else (angle + math.pi) % (2.0 * math.pi) - math.pi
