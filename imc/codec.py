@@ -1,0 +1,176 @@
+"""Messages to packets and back: byte order, CRC, nesting, unknown ids."""
+
+import struct
+from collections.abc import Callable
+from typing import Any, Literal, NamedTuple, NoReturn
+
+from fastcrc.crc16 import arc
+from msgspec.structs import force_setattr
+
+from imc.compiler import FOOTER_SIZE, HEADER, HEADER_SIZE, Reader, compile_reader
+from imc.errors import DecodeError, EncodeError
+from imc.message import Header, Message, Unknown
+
+ByteOrder = Literal["little", "big"]
+
+LARGEST_PACKET = 0xFFFF
+SMALLEST_PACKET = HEADER_SIZE + FOOTER_SIZE
+
+_HEADERS = {"little": struct.Struct("<" + HEADER), "big": struct.Struct(">" + HEADER)}
+_UNSUITABLE = (struct.error, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
+
+
+def encode(message: Message, byteorder: ByteOrder = "little") -> bytes:
+    """The packet of a message: header, payload, CRC. Raises EncodeError naming the field that does not fit."""
+    try:
+        packet = message.to_packet() if byteorder == "little" else _big_packet(message)
+    except _UNSUITABLE as error:
+        _explain(message, error)
+    if len(packet) > LARGEST_PACKET:
+        raise EncodeError(f"{type(message).__name__}: packet of {len(packet)} bytes, {LARGEST_PACKET} at most")
+    return packet
+
+
+def encode_as(message: Message, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
+    """The packet of a message with another header than its own. Raises EncodeError."""
+    try:
+        packet = message.to_packet_as(timestamp, src, src_ent, dst, dst_ent)
+    except _UNSUITABLE as error:
+        header = Header(0, 0, timestamp, src, src_ent, dst, dst_ent)._asdict()
+        _explain(message.replace(**{name: header[name] for name in _ADDRESS}), error)
+    if len(packet) > LARGEST_PACKET:
+        raise EncodeError(f"{type(message).__name__}: packet of {len(packet)} bytes, {LARGEST_PACKET} at most")
+    return packet
+
+
+def header(packet: bytes) -> Header:
+    """The header of a packet, without looking at the rest. Raises DecodeError."""
+    return Header._make(_HEADERS[byte_order(packet)].unpack_from(packet)[1:])
+
+
+def with_header(
+    packet: bytes,
+    *,
+    timestamp: float | None = None,
+    src: int | None = None,
+    src_ent: int | None = None,
+    dst: int | None = None,
+    dst_ent: int | None = None,
+) -> bytes:
+    """A packet with parts of its header changed and a new CRC; its payload stays. Raises DecodeError, EncodeError."""
+    order = byte_order(packet)
+    sync, id, size, *old = _HEADERS[order].unpack_from(packet)
+    if len(packet) < size + SMALLEST_PACKET:
+        raise DecodeError(f"truncated: {len(packet)} of {size + SMALLEST_PACKET} bytes")
+    new = (timestamp, src, src_ent, dst, dst_ent)
+    values = (before if value is None else value for before, value in zip(old, new, strict=True))
+    try:
+        body = _HEADERS[order].pack(sync, id, size, *values) + packet[HEADER_SIZE : HEADER_SIZE + size]
+    except struct.error as error:
+        raise EncodeError(f"header of packet {id}: {error}") from error
+    return body + arc(body).to_bytes(2, order)
+
+
+def byte_order(packet: bytes, sync: int = Message.SYNC) -> ByteOrder:
+    """Byte order of a packet, from its first two bytes. Raises DecodeError if it is too short or no IMC packet."""
+    if len(packet) < SMALLEST_PACKET:
+        raise DecodeError(f"truncated: {len(packet)} bytes, a packet has at least {SMALLEST_PACKET}")
+    first = int.from_bytes(packet[:2], "little")
+    if first == sync:
+        return "little"
+    if first == (sync >> 8 | (sync & 0xFF) << 8):
+        return "big"
+    raise DecodeError(f"synchronization number {first:#06x} instead of {sync:#06x}")
+
+
+class Codec:
+    """Reads the packets of one schema."""
+
+    def __init__(self, by_id: Callable[[int], type[Message]], sync: int) -> None:
+        self._by_id = by_id
+        self._sync = sync
+        self._readers = {"little": _Readers(by_id, "<"), "big": _Readers(by_id, ">")}
+        self._fixed: dict[bytes, _Fixed] = {}
+
+    def decode(self, packet: bytes) -> Message:
+        """The message in a packet: of its id's class, or Unknown. Bytes behind the packet are ignored.
+
+        Messages inside it have its header. Raises DecodeError.
+        """
+        # The first six bytes (sync, id, size) tell everything about a packet without text or lists.
+        try:
+            fixed = self._fixed.get(packet[:6])
+        except TypeError:  # a bytearray
+            return self.decode(bytes(packet))
+        if fixed is not None:
+            size, cls, unpack = fixed
+            # The CRC of a packet that ends with its own little-endian CRC is zero.
+            if len(packet) == size and not arc(packet):
+                return cls(*unpack(packet, 6))
+        return self._decode(bytes(packet))
+
+    def _decode(self, packet: bytes) -> Message:
+        order = byte_order(packet, self._sync)
+        _, id, size, *address = _HEADERS[order].unpack_from(packet)
+        end = HEADER_SIZE + size
+        if len(packet) < end + FOOTER_SIZE:
+            raise DecodeError(f"truncated: {len(packet)} of {end + FOOTER_SIZE} bytes")
+        if arc(packet[:end]) != int.from_bytes(packet[end : end + FOOTER_SIZE], order):
+            raise DecodeError("wrong CRC")
+        try:
+            cls = self._by_id(id)
+        except KeyError:
+            return Unknown(*address, id=id, payload=packet[HEADER_SIZE:end], byteorder=order)
+        try:
+            message, offset = self._readers[order][id](packet, HEADER_SIZE, *address, 0)
+        except struct.error:
+            message, offset = None, end + 1
+        if message is None or offset > end:
+            raise DecodeError(f"{cls.__name__}: payload of {size} bytes is too short")
+        if offset < end:
+            force_setattr(message, "surplus", packet[offset:end])
+        elif order == "little" and not set(cls.WIRE) & set("TRML"):
+            self._fixed[packet[:6]] = _Fixed(end + FOOTER_SIZE, cls, struct.Struct("<dHBHB" + cls.WIRE).unpack_from)
+        return message
+
+
+class _Fixed(NamedTuple):
+    size: int
+    cls: type[Message]
+    unpack: Callable[[bytes, int], tuple[Any, ...]]
+
+
+class _Readers(dict[int, Reader]):
+    """Compiles the reader of an id when it is first needed."""
+
+    def __init__(self, by_id: Callable[[int], type[Message]], mark: str) -> None:
+        self._by_id = by_id
+        self._mark = mark
+
+    def __missing__(self, id: int) -> Reader:
+        try:
+            cls = self._by_id(id)
+        except KeyError:
+            raise DecodeError(f"unknown message id {id} inside a message") from None
+        reader = self[id] = compile_reader(cls, self._mark, self)
+        return reader
+
+
+_ADDRESS = Header._fields[2:]
+
+
+def _big_packet(message: Message) -> bytes:
+    if isinstance(message, Unknown):
+        return message.to_packet()
+    inline = message.to_inline_big()
+    address = (getattr(message, name) for name in _ADDRESS)
+    payload = inline[2:] + message.surplus
+    body = _HEADERS["big"].pack(message.SYNC, message.ID, len(payload), *address) + payload
+    return body + arc(body).to_bytes(2, "big")
+
+
+def _explain(message: Message, error: Exception) -> NoReturn:
+    """Raises an EncodeError that names the field which cannot be written."""
+    if isinstance(error, EncodeError):
+        raise error
+    raise EncodeError(f"{type(message).__name__}: {error}") from error

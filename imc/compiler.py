@@ -1,0 +1,160 @@
+"""Writes and compiles, for one message class, the functions that turn it into bytes and back."""
+
+import struct
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from fastcrc.crc16 import arc
+
+from imc.errors import DecodeError
+
+if TYPE_CHECKING:
+    from imc.message import Message
+
+HEADER = "HHHdHBHB"
+HEADER_SIZE = 20
+FOOTER_SIZE = 2
+NULL = 0xFFFF
+DEEPEST = 200
+
+Reader = Callable[..., "tuple[Message, int]"]
+
+_HEADER_FIELDS = ("timestamp", "src", "src_ent", "dst", "dst_ent")
+_NULL_BYTES = b"\xff\xff"
+
+
+def compile_inline(cls: "type[Message]", order: str) -> Any:
+    """A function message -> id and fields, as inside another message, in byte order "<" or ">"."""
+    method = "to_inline_little" if order == "<" else "to_inline_big"
+    space: dict[str, Any] = {"NULL": _NULL_BYTES}
+    lines = ["def inline(m):"]
+    parts: list[str] = []
+    layout, arguments = "H", [str(cls.ID)]
+
+    def flush() -> None:
+        nonlocal layout
+        if layout:
+            space[f"pack{len(space)}"] = struct.Struct(order + layout).pack
+            parts.append(f"pack{len(space) - 1}({', '.join(arguments)})")
+            layout = ""
+            arguments.clear()
+
+    for index, (name, code) in enumerate(zip(_own_fields(cls), cls.WIRE, strict=True)):
+        local = f"v{index}"
+        if code not in "TRML":
+            layout += code
+            arguments.append(f"m.{name}")
+        elif code == "M":
+            flush()
+            lines.append(f"    {local} = m.{name}")
+            parts.append(f"({local}.{method}() if {local} is not None else NULL)")
+        else:
+            lines.append(f"    {local} = m.{name}" + (".encode('utf-8', 'surrogateescape')" if code == "T" else ""))
+            layout += "H"
+            arguments.append(f"len({local})")
+            flush()
+            parts.append(
+                f"b''.join([x.{method}() if x is not None else NULL for x in {local}])" if code == "L" else local
+            )
+    flush()
+    return _compile([*lines, f"    return {' + '.join(parts)}"], "inline", space)
+
+
+def compile_packet(cls: "type[Message]", given_header: bool) -> Any:
+    """A function message -> little-endian packet; with given_header it also takes the five header values."""
+    header = [("" if given_header else "m.") + name for name in _HEADER_FIELDS]
+    space: dict[str, Any] = {"arc": arc, "head": struct.Struct("<" + HEADER).pack}
+    general = (
+        f"p = m.to_inline_little(); body = head({cls.SYNC}, {cls.ID}, len(p) - 2 + len(m.surplus), "
+        f"{', '.join(header)}) + p[2:] + m.surplus"
+    )
+    lines = [f"def packet({', '.join(['m', *header]) if given_header else 'm'}):"]
+    if set(cls.WIRE) & set("TRML"):
+        lines.append(f"    {general}")
+    else:
+        whole = struct.Struct("<IHdHBHB" + cls.WIRE)
+        fields = ["m." + name for name in _own_fields(cls)]
+        values = ", ".join([str(cls.SYNC | cls.ID << 16), str(whole.size - HEADER_SIZE), *header, *fields])
+        space["pack"] = whole.pack
+        lines += [f"    if m.surplus: {general}", f"    else: body = pack({values})"]
+    return _compile([*lines, "    return body + arc(body).to_bytes(2, 'little')"], "packet", space)
+
+
+def compile_reader(cls: "type[Message]", order: str, readers: dict[int, Reader]) -> Reader:
+    """A function (bytes, offset, five header values, depth) -> (message, offset behind it).
+
+    It may read behind the payload's end: the caller compares offsets. Raises struct.error where bytes are missing.
+    """
+    space: dict[str, Any] = {"cls": cls, "readers": readers, "items": _read_items, "deeper": _deeper}
+    head = ", ".join(_HEADER_FIELDS)
+    lines = [f"def read(b, o, {head}, depth):"]
+    names: list[str] = []
+    layout, targets = "", list[str]()
+
+    def flush() -> None:
+        nonlocal layout
+        if layout:
+            unit = struct.Struct(order + layout)
+            space[f"unpack{len(space)}"] = unit.unpack_from
+            lines.append(f"    {', '.join(targets)}, = unpack{len(space) - 1}(b, o); o += {unit.size}")
+            layout = ""
+            targets.clear()
+
+    for index, code in enumerate(cls.WIRE):
+        name = f"v{index}"
+        names.append(name)
+        layout += "H" if code in "TRML" else code
+        targets.append(name)
+        if code not in "TRML":
+            continue
+        flush()
+        if code == "T":
+            lines.append(f"    n = o + {name}; {name} = str(b[o:n], 'utf-8', 'surrogateescape'); o = n")
+        elif code == "R":
+            lines.append(f"    n = o + {name}; {name} = b[o:n]; o = n")
+        elif code == "M":
+            lines.append(f"    if {name} == {NULL}: {name} = None")
+            lines.append(f"    else: {name}, o = readers[{name}](b, o, {head}, deeper(depth))")
+        else:
+            space["number"] = struct.Struct(order + "H").unpack_from
+            lines.append(f"    {name}, o = items(b, o, {name}, number, readers, {head}, depth) if {name} else ((), o)")
+    flush()
+    return _compile([*lines, f"    return cls({', '.join([head, *names])}), o"], "read", space)
+
+
+def _read_items(
+    data: bytes,
+    offset: int,
+    count: int,
+    number: Callable[[bytes, int], tuple[int]],
+    readers: dict[int, Reader],
+    *rest: Any,
+) -> "tuple[tuple[Message | None, ...], int]":
+    *header, depth = rest
+    depth = _deeper(depth)
+    found: list[Message | None] = []
+    for _ in range(count):
+        (id,) = number(data, offset)
+        if id == NULL:
+            found.append(None)
+            offset += 2
+        else:
+            item, offset = readers[id](data, offset + 2, *header, depth)
+            found.append(item)
+    return tuple(found), offset
+
+
+def _deeper(depth: int) -> int:
+    if depth >= DEEPEST:
+        raise DecodeError(f"messages nested deeper than {DEEPEST}")
+    return depth + 1
+
+
+def _own_fields(cls: "type[Message]") -> tuple[str, ...]:
+    return cls.__struct_fields__[len(_HEADER_FIELDS) : -1]
+
+
+def _compile(lines: list[str], name: str, space: dict[str, Any]) -> Any:
+    # The text is made of our own words, of letters from WIRE_CODES and of names that check_messages has passed.
+    exec(compile("\n".join(lines), f"<imc {name}>", "exec"), space)
+    return space[name]

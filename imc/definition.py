@@ -1,0 +1,165 @@
+"""The definitions of a protocol version as values: messages, fields, enumerations, groups."""
+
+import keyword
+import re
+
+import msgspec
+
+from imc.errors import SchemaError
+
+SYNC = 0xFE54
+
+WIRE_CODES = {
+    "int8_t": "b",
+    "uint8_t": "B",
+    "int16_t": "h",
+    "uint16_t": "H",
+    "int32_t": "i",
+    "uint32_t": "I",
+    "int64_t": "q",
+    "fp32_t": "f",
+    "fp64_t": "d",
+    "plaintext": "T",
+    "rawdata": "R",
+    "message": "M",
+    "message-list": "L",
+}
+"""Type of a field -> its letter in `Message.WIRE` (numbers: the letter of the struct module)."""
+
+RESERVED = frozenset(
+    {"timestamp", "src", "src_ent", "dst", "dst_ent", "surplus", "replace", "to_dict", "to_json"}
+    | {"to_packet", "to_packet_as", "to_inline_little", "to_inline_big"}
+)
+"""Attributes that every message has."""
+
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+class Value(msgspec.Struct, frozen=True):
+    """One named value of an enumeration, or bits of a bitfield."""
+
+    id: int
+    abbrev: str
+    name: str
+
+    @property
+    def member(self) -> str:
+        """Name of the Python enumeration member: the abbreviation, made an identifier."""
+        text = re.sub(r"\W", "_", self.abbrev, flags=re.ASCII)
+        if not text or text[0].isdigit() or text == "mro":
+            text = "_" + text
+        return text + "_" if keyword.iskeyword(text) else text
+
+
+class Enumeration(msgspec.Struct, frozen=True):
+    """A shared set of values, used by fields of several messages."""
+
+    abbrev: str
+    name: str
+    prefix: str
+    values: tuple[Value, ...]
+
+
+class Field(msgspec.Struct, frozen=True, kw_only=True):
+    """One field of a message, in the protocol's own words (units as written, limits in that unit)."""
+
+    abbrev: str
+    name: str
+    type: str
+    unit: str = ""
+    minimum: int | float | None = None
+    maximum: int | float | None = None
+    default: int | float | None = None
+    prefix: str = ""
+    values: tuple[Value, ...] = ()
+    enum_def: str = ""
+    bitfield_def: str = ""
+    message_type: str = ""
+
+    @property
+    def attribute(self) -> str:
+        """Name of the Python attribute: the abbreviation in lower case."""
+        text = self.abbrev.lower()
+        return text + "_" if keyword.iskeyword(text) or text in RESERVED else text
+
+    @property
+    def enum_name(self) -> str:
+        """Name of the enumeration class nested in the message: the abbreviation in CamelCase."""
+        text = "".join(part[0].upper() + part[1:] for part in self.abbrev.split("_") if part)
+        return text + "_" if text.isupper() and len(text) > 1 else text
+
+    @property
+    def is_bitfield(self) -> bool:
+        return self.unit == "Bitfield"
+
+
+class MessageType(msgspec.Struct, frozen=True, kw_only=True):
+    """One message of the protocol."""
+
+    id: int
+    abbrev: str
+    name: str
+    fields: tuple[Field, ...]
+    category: str = ""
+    source: tuple[str, ...] = ()
+    flags: tuple[str, ...] = ()
+    used_by: tuple[str, ...] = ()
+    stable: bool = True
+    replaces: str = ""
+
+    @property
+    def wire(self) -> str:
+        """The types of the fields, one letter each (`WIRE_CODES`)."""
+        return "".join(WIRE_CODES[field.type] for field in self.fields)
+
+
+class Group(msgspec.Struct, frozen=True):
+    """A set of messages of which a field may carry any."""
+
+    abbrev: str
+    name: str
+    members: tuple[str, ...]
+
+
+class Named(msgspec.Struct, frozen=True):
+    """A unit, flag or category with its long name."""
+
+    abbrev: str
+    name: str
+
+
+def check_messages(messages: tuple[MessageType, ...], places: dict[str, str]) -> None:
+    """Raises SchemaError for ids or names used twice, unknown types, and names that Python could not carry.
+
+    places: "Message" or "Message.field" -> "file:line".
+    """
+    ids: dict[int, str] = {}
+    names: set[str] = set()
+    for message in messages:
+        where = places.get(message.abbrev, "")
+        _check_name(message.abbrev, "message", where)
+        if message.abbrev in names:
+            raise SchemaError(f"{where}: message {message.abbrev} is defined twice")
+        if not 0 <= message.id < 0xFFFF:
+            raise SchemaError(f"{where}: {message.abbrev}: id {message.id} is not within 0 to 65534")
+        if message.id in ids:
+            raise SchemaError(f"{where}: {message.abbrev} and {ids[message.id]} have the same id {message.id}")
+        names.add(message.abbrev)
+        ids[message.id] = message.abbrev
+        attributes: set[str] = set()
+        for field in message.fields:
+            label = f"{message.abbrev}.{field.abbrev}"
+            where = places.get(label, "")
+            _check_name(field.abbrev, f"field of {message.abbrev}", where)
+            if field.attribute in attributes:
+                raise SchemaError(f"{where}: field {label} is defined twice")
+            attributes.add(field.attribute)
+            if field.type not in WIRE_CODES:
+                raise SchemaError(f"{where}: {label}: unknown type {field.type!r}")
+            if len({value.member for value in field.values}) != len(field.values):
+                raise SchemaError(f"{where}: {label}: a value is named twice")
+
+
+def _check_name(text: str, what: str, where: str) -> None:
+    if _IDENTIFIER.fullmatch(text) is None:
+        raise SchemaError(f"{where}: {text!r} cannot name a {what}: letters, digits and underscores only")

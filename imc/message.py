@@ -1,0 +1,112 @@
+"""What all messages have: the header, copying, and the bytes they become."""
+
+import struct
+from collections.abc import Sequence
+from typing import Any, ClassVar, NamedTuple, Self
+
+import msgspec
+from fastcrc.crc16 import arc
+from msgspec.structs import force_setattr
+from msgspec.structs import replace as replace_fields
+
+from imc.compiler import HEADER, compile_inline, compile_packet
+from imc.errors import EncodeError
+
+
+class Header(NamedTuple):
+    """Header of a packet: size counts the payload's bytes, timestamp is in s since 1970 UTC."""
+
+    id: int
+    size: int
+    timestamp: float
+    src: int
+    src_ent: int
+    dst: int
+    dst_ent: int
+
+
+class _Addressed(msgspec.Struct, frozen=True, gc=False):
+    timestamp: float = -1.0
+    src: int = 0xFFFF
+    src_ent: int = 0xFF
+    dst: int = 0xFFFF
+    dst_ent: int = 0xFF
+
+
+class Message(_Addressed, frozen=True, kw_only=True, repr_omit_defaults=True):
+    """An immutable IMC message: the fields of its header (timestamp in s since 1970 UTC), then its own.
+
+    Give fields by keyword; what is not given is zero, empty or None. Text that is not UTF-8 keeps its bytes as
+    surrogates (PEP 383). `surplus` holds payload bytes behind the last field, as a newer schema may send them.
+    """
+
+    ID: ClassVar[int] = 0xFFFF
+    WIRE: ClassVar[str] = ""
+    SYNC: ClassVar[int] = 0xFE54
+
+    surplus: bytes = b""
+
+    def replace(self, **changes: Any) -> Self:
+        """A copy with some fields changed. Raises TypeError for a field that does not exist."""
+        return replace_fields(self, **changes)
+
+    # The first call of one of these compiles the class's own method, which from then on hides the one here.
+
+    def to_packet(self) -> bytes:
+        """What `imc.encode` calls."""
+        cls = type(self)
+        cls.to_packet = compile_packet(cls, given_header=False)
+        return self.to_packet()
+
+    def to_packet_as(self, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
+        """What `imc.encode_as` calls."""
+        cls = type(self)
+        cls.to_packet_as = compile_packet(cls, given_header=True)
+        return self.to_packet_as(timestamp, src, src_ent, dst, dst_ent)
+
+    def to_inline_little(self) -> bytes:
+        """Id and fields, as written inside another message, little endian."""
+        cls = type(self)
+        cls.to_inline_little = compile_inline(cls, "<")
+        return self.to_inline_little()
+
+    def to_inline_big(self) -> bytes:
+        """Id and fields, as written inside another message, big endian."""
+        cls = type(self)
+        cls.to_inline_big = compile_inline(cls, ">")
+        return self.to_inline_big()
+
+
+class MessageWithLists(Message, frozen=True):
+    """A message with lists of messages; lists given at construction become tuples."""
+
+    LISTS: ClassVar[tuple[str, ...]] = ()
+
+    def __post_init__(self) -> None:
+        for name in self.LISTS:
+            value: Sequence[Message | None] = getattr(self, name)
+            if isinstance(value, list):
+                force_setattr(self, name, tuple(value))
+
+
+class Unknown(Message, frozen=True):
+    """A message whose id the schema does not know. It is written as it came, in its own byte order."""
+
+    id: int = 0xFFFF
+    payload: bytes = b""
+    byteorder: str = "little"
+
+    def to_packet(self) -> bytes:
+        return self.to_packet_as(self.timestamp, self.src, self.src_ent, self.dst, self.dst_ent)
+
+    def to_packet_as(self, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
+        mark = "<" if self.byteorder == "little" else ">"
+        size = len(self.payload)
+        body = struct.pack(mark + HEADER, self.SYNC, self.id, size, timestamp, src, src_ent, dst, dst_ent)
+        body += self.payload
+        return body + struct.pack(mark + "H", arc(body))
+
+    def to_inline_little(self) -> bytes:
+        raise EncodeError(f"a message of unknown id {self.id} cannot be put inside another")
+
+    to_inline_big = to_inline_little
