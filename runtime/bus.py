@@ -1,0 +1,119 @@
+"""Delivers each published message to those who asked for its type, in order of publication, never re-entrantly."""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import imc
+from runtime.kernel import Kernel
+
+logger = logging.getLogger("shoal.bus")
+
+
+class Transport(Protocol):
+    """Carries packets between the processes of one bus, below it: local order stays with or without it."""
+
+    def open(self, receive: Callable[[bytes], None]) -> None:
+        """Begin; `receive` takes packets of other processes, from any thread."""
+        ...
+
+    def send(self, message: imc.Message, packet: bytes) -> None:
+        """Hand a packet that was published here to the other processes; never waits."""
+        ...
+
+    def close(self) -> None: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Subscription:
+    """One handler and what it wants: a type (Message is everything), others' messages too, the packet as well."""
+
+    type: type
+    handler: Callable[..., object]
+    owner: object = None
+    others: bool = False
+    packets: bool = False
+
+
+class Bus:
+    """One in-process bus for one vehicle, `system` being its IMC id.
+
+    Everything that is delivered has been through the codec, so a receiver here sees what a receiver elsewhere would.
+    Objects that are no messages (frames) are shared between tasks of this process and go nowhere else.
+    """
+
+    def __init__(self, kernel: Kernel, system: int):
+        self.kernel = kernel
+        self.system = system
+        self.delivered = 0
+        self.malformed = 0
+        self._subscriptions: list[Subscription] = []
+        self._routes: dict[type, tuple[Subscription, ...]] = {}
+        self._transport: Transport | None = None
+
+    def subscribe(self, subscription: Subscription) -> None:
+        self._subscriptions.append(subscription)
+        self._routes.clear()
+
+    def unsubscribe(self, owner: object) -> None:
+        """Drop all subscriptions of `owner`."""
+        self._subscriptions = [s for s in self._subscriptions if s.owner is not owner]
+        self._routes.clear()
+
+    def remove(self, subscription: Subscription) -> None:
+        self._subscriptions = [s for s in self._subscriptions if s is not subscription]
+        self._routes.clear()
+
+    def publish(self, message: imc.Message, packet: bytes, origin: object) -> None:
+        """Deliver `message`, which `packet` decodes to, to all but `origin`, here and on the transport."""
+        self._deliver(message, packet, origin)
+        if self._transport is not None:
+            self._transport.send(message, packet)
+
+    def share(self, frame: object, origin: object) -> None:
+        """Deliver an object that is no message to the tasks of this process."""
+        for subscription in self._route(type(frame)):
+            if subscription.owner is not origin:
+                self.kernel.soon(subscription.handler, frame)
+
+    def attach(self, transport: Transport) -> None:
+        """Join the processes that `transport` reaches."""
+        transport.open(lambda packet: self.kernel.post(self._receive, packet))
+        self._transport = transport
+
+    def detach(self) -> None:
+        """Leave the other processes."""
+        transport, self._transport = self._transport, None
+        if transport is not None:
+            transport.close()
+
+    def _receive(self, packet: bytes) -> None:
+        if self._transport is None:
+            return
+        try:
+            message = imc.decode(packet)
+        except imc.DecodeError as error:
+            self.malformed += 1
+            if self.malformed == 1:
+                logger.warning("a packet from another process is malformed: %s; further ones are counted", error)
+            return
+        self._deliver(message, packet, None)
+
+    def _deliver(self, message: imc.Message, packet: bytes, origin: object) -> None:
+        self.delivered += 1
+        own = message.src == self.system
+        soon: Callable[..., Any] = self.kernel.soon
+        for subscription in self._routes.get(type(message)) or self._route(type(message)):
+            if (own or subscription.others) and subscription.owner is not origin:
+                if subscription.packets:
+                    soon(subscription.handler, message, packet)
+                else:
+                    soon(subscription.handler, message)
+
+    def _route(self, kind: type) -> tuple[Subscription, ...]:
+        route = self._routes.get(kind)
+        if route is None:
+            route = tuple(s for s in self._subscriptions if issubclass(kind, s.type))
+            self._routes[kind] = route
+        return route

@@ -1,0 +1,81 @@
+"""Finds the class that a section names: Shoal's own tasks by their path, a user's by the name of a module."""
+
+import importlib
+import importlib.util
+import pkgutil
+from functools import cache
+from pathlib import Path
+
+from runtime.task import Task
+
+OWN = "tasks"
+LIBRARIES = {"zenoh": "zenoh", "mavlink": "pymavlink", "vision": "PIL"}
+
+
+class TaskImportError(ImportError):
+    """A module that a section names exists and cannot be imported."""
+
+
+@cache
+def own_tasks() -> dict[str, str]:
+    """Shoal's own tasks: the section's name, lower case, to the module."""
+    folder = importlib.util.find_spec(OWN)
+    found: dict[str, str] = {}
+    for path in (folder.submodule_search_locations or []) if folder else []:
+        for group in pkgutil.iter_modules([path]):
+            if group.ispkg:
+                for module in pkgutil.iter_modules([str(Path(path) / group.name)]):
+                    name = f"{group.name}.{module.name.replace('_', '')}"
+                    found[name.lower()] = f"{OWN}.{group.name}.{module.name}"
+    return found
+
+
+def find_task(section: str) -> type[Task] | None:
+    """The class of a section such as "Simulators.IMU/AHRS" or "my_tasks.Whistle"; None where there is none.
+
+    Raises TaskImportError where its module fails to import.
+    """
+    name = section.partition("/")[0]
+    path, _, cls_name = name.rpartition(".")
+    module = own_tasks().get(name.lower())
+    if module is None and path and all(part.isidentifier() for part in name.split(".")):
+        module = path if _exists(path) else None
+    if module is None:
+        return None
+    try:
+        found = getattr(importlib.import_module(module), cls_name, None)
+    except Exception as error:
+        raise TaskImportError(f"{section}: module {module} cannot be imported: {error}") from error
+    return found if isinstance(found, type) and issubclass(found, Task) else None
+
+
+def all_tasks() -> dict[str, type[Task]]:
+    """Shoal's own tasks by section name."""
+    found: dict[str, type[Task]] = {}
+    for module in own_tasks().values():
+        group = module.split(".")[1]
+        wanted = module.rpartition(".")[2].replace("_", "")
+        for name, value in vars(importlib.import_module(module)).items():
+            if isinstance(value, type) and issubclass(value, Task) and name.lower() == wanted:
+                found[f"{section_group(group)}.{name}"] = value
+    return dict(sorted(found.items()))
+
+
+def section_group(package: str) -> str:
+    """The first part of a section name: "simulators" is Simulators."""
+    return package[:1].upper() + package[1:]
+
+
+def missing_extra(cls: type[Task]) -> str:
+    """The extra that a task needs and that is not installed, else an empty text."""
+    library = LIBRARIES.get(cls.requires)
+    return cls.requires if library and importlib.util.find_spec(library) is None else ""
+
+
+def _exists(module: str) -> bool:
+    if module.split(".")[0] in (OWN, "runtime", "imc"):
+        return False
+    try:
+        return importlib.util.find_spec(module) is not None
+    except (ImportError, ValueError):
+        return False

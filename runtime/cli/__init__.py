@@ -1,0 +1,49 @@
+"""The command `shoal`."""
+
+import sys
+from difflib import get_close_matches
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import click
+
+COMMANDS = {
+    "run": ("runtime.cli.run", "Run a vehicle profile."),
+    "replay": ("runtime.cli.replay", "Play a log onto the bus."),
+    "check": ("runtime.cli.inspect", "Look for mistakes in profiles."),
+    "explain": ("runtime.cli.inspect", "Say what each value of a profile is, means, and who set it."),
+    "tasks": ("runtime.cli.inspect", "List the tasks, or one with its parameters."),
+    "message": ("runtime.cli.inspect", "Describe a message by name or id."),
+    "new": ("runtime.cli.new", "Make a task or a vehicle of your own, with a test."),
+}
+
+
+class LazyGroup(click.Group):
+    """Imports a command when it is called, so that the others cost nothing."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        return getattr(import_module(COMMANDS[cmd_name][0]), cmd_name)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[Any, Any, list[str]]:
+        if args and args[0] not in COMMANDS:
+            close = get_close_matches(args[0], COMMANDS, 1)
+            hint = f" Did you mean {close[0]}?" if close else ""
+            ctx.fail(f"no such command: {args[0]}.{hint}")
+        return super().resolve_command(ctx, args)
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(package_name="shoal")
+def main() -> None:
+    """A task runtime for unmanned vehicles."""
+    sys.path.append(str(Path.cwd()))

@@ -1,0 +1,167 @@
+"""What a run shows: a calm live panel on a terminal, lines where the output is piped."""
+
+import math
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+import imc
+from runtime.entities import State
+from runtime.vehicle import Vehicle
+
+REFRESH = 0.25  # s of real time between two pictures
+LEVELS = {
+    imc.LogBookEntry.Type.INFO: ("INFO", ""),
+    imc.LogBookEntry.Type.WARNING: ("WARNING", "yellow"),
+    imc.LogBookEntry.Type.ERROR: ("ERROR", "red"),
+    imc.LogBookEntry.Type.CRITICAL: ("CRITICAL", "bold red"),
+    imc.LogBookEntry.Type.DEBUG: ("DEBUG", "dim"),
+}
+
+
+class Status:
+    """Follows a vehicle through its bus; it publishes nothing, so a run is the same with and without it."""
+
+    def __init__(self, vehicle: Vehicle, title: str, duration: float | None):
+        self.vehicle = vehicle
+        self.title = title
+        self.duration = duration
+        self.state: imc.EstimatedState | None = None
+        self.mode = ""
+        self.detections = 0
+        self.mug = ""
+        self.folder = ""
+        self._console = Console(highlight=False, soft_wrap=True)
+        self._live: Live | None = None
+        self._rate = 0.0
+        self._counted = (0, time.monotonic(), vehicle.start_time)
+        self._speed = 1.0
+        self._began = time.monotonic()
+        vehicle.tap(imc.EstimatedState, self._see_state)
+        vehicle.tap(imc.EstimatedMugState, self._see_mug)
+        vehicle.tap(imc.LoggingControl, self._see_log)
+        vehicle.tap(imc.VehicleState, self._see_mode)
+        vehicle.tap(imc.LogBookEntry, self._write)
+
+    @property
+    def now(self) -> float:
+        return self.vehicle.kernel.now_ns / 1e9
+
+    def __enter__(self) -> "Status":
+        if self._console.is_terminal:
+            self._live = Live(self._panel(), console=self._console, auto_refresh=False, transient=False)
+            self._live.start()
+            self._tick()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._live is not None:
+            self._refresh()
+            self._live.stop()
+            self._live = None
+
+    def summary(self) -> str:
+        """One line about the whole run."""
+        passed, real = self.now - self.vehicle.start_time, time.monotonic() - self._began
+        parts = [
+            f"{passed:.1f} s of vehicle time in {real:.1f} s",
+            f"{self.vehicle.bus.delivered} messages",
+            f"{self.detections} MUG detections",
+        ]
+        if self.folder:
+            parts.append(f"log in {self.folder}")
+        return ", ".join(parts)
+
+    def _tick(self) -> None:
+        if self._live is None:
+            return
+        if time.monotonic() - self._counted[1] >= REFRESH:
+            self._refresh()
+        step = REFRESH * min(self.vehicle.kernel.clock.speed, 40.0)
+        self.vehicle.kernel.after(step, self._tick)
+
+    def _refresh(self) -> None:
+        count, then, at = self._counted
+        now, real = self.now, time.monotonic()
+        if real > then and now > at:
+            self._rate = (self.vehicle.bus.delivered - count) / (now - at)
+            self._speed = (now - at) / (real - then)
+        self._counted = (self.vehicle.bus.delivered, real, now)
+        if self._live is not None:
+            self._live.update(self._panel(), refresh=True)
+
+    def _panel(self) -> Panel:
+        table = Table.grid(padding=(0, 2))
+        table.add_column(style="dim", justify="right")
+        table.add_column()
+        passed = self.now - self.vehicle.start_time
+        span = f"{passed:.1f} s" + (f" of {self.duration:g} s" if self.duration is not None else "")
+        table.add_row("time", f"{_clock(self.now)}   {span}   {self._speed:.3g} x real time")
+        table.add_row("vehicle", self._position())
+        if self.mode:
+            table.add_row("mode", self.mode)
+        table.add_row("entities", self._entities())
+        table.add_row("detections", f"{self.detections}   {self.mug}")
+        table.add_row("messages", f"{self.vehicle.bus.delivered}   {self._rate:.0f} per second of the vehicle")
+        table.add_row("log", self.folder or "-")
+        return Panel(
+            Group(table), title=self.title, title_align="left", subtitle="Ctrl-C stops", subtitle_align="right"
+        )
+
+    def _position(self) -> str:
+        state = self.state
+        if state is None:
+            return "no EstimatedState yet"
+        lat, lon, height = imc.coordinates.absolute(state)
+        depth = f"depth {state.depth:.2f} m" if state.depth >= 0.0 else f"height {height:.1f} m"
+        altitude = f"   altitude {state.alt:.1f} m" if state.alt >= 0.0 else ""
+        return (
+            f"{math.degrees(lat):.6f}° {math.degrees(lon):.6f}°   {depth}{altitude}   "
+            f"{math.hypot(state.vx, state.vy):.2f} m/s   heading {math.degrees(state.psi) % 360.0:05.1f}°"
+        )
+
+    def _entities(self) -> Text:
+        stateful = [entity for entity in self.vehicle.entities if entity.stateful]
+        normal = sum(entity.state is State.NORMAL for entity in stateful)
+        text = Text(f"{normal} of {len(stateful)} normal")
+        for entity in stateful:
+            if entity.state is not State.NORMAL:
+                colour = "yellow" if entity.state in (State.BOOT, State.FAULT) else "red"
+                text.append(f"\n{entity.label}: {entity.state.name} {entity.description}", style=colour)
+        return text
+
+    def _see_state(self, state: imc.EstimatedState) -> None:
+        if state.src == self.vehicle.system or self.state is None or self.state.src == state.src:
+            self.state = state
+
+    def _see_mug(self, mug: imc.EstimatedMugState) -> None:
+        self.detections += 1
+        self.mug = f"MUG {mug.id} at {mug.x:+.2f} m north, {mug.y:+.2f} m east of the vehicle"
+
+    def _see_log(self, control: imc.LoggingControl) -> None:
+        if control.op == imc.LoggingControl.Op.STARTED and control.src == self.vehicle.system:
+            self.folder = str(self.vehicle.log_root / self.vehicle.name / control.name)
+
+    def _see_mode(self, state: imc.VehicleState) -> None:
+        if state.src == self.vehicle.system:
+            self.mode = imc.VehicleState.OpMode(state.op_mode).name
+
+    def _write(self, entry: imc.LogBookEntry) -> None:
+        level, style = LEVELS.get(imc.LogBookEntry.Type(entry.type), ("INFO", ""))
+        source = "" if entry.src == self.vehicle.system else f"{self.vehicle.systems.name(entry.src)} "
+        line = f"{_clock(entry.timestamp)} {level:<7} [{source}{entry.context}] {entry.text}"
+        write: Callable[..., None] = self._live.console.print if self._live is not None else self._console.print
+        write(Text(line, style=style))
+
+
+def _clock(seconds: float) -> str:
+    try:
+        return datetime.fromtimestamp(seconds, UTC).strftime("%H:%M:%S.%f")[:-3]
+    except (OverflowError, ValueError, OSError):
+        return "--:--:--.---"

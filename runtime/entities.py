@@ -1,0 +1,94 @@
+"""The entities of a vehicle: who speaks, under which label and id, and in which state."""
+
+from dataclasses import dataclass
+
+from fastcrc import crc16
+
+from imc import EntityState
+
+State = EntityState.State
+
+SYSTEM_ENTITY = 0
+UNKNOWN_ENTITY = 255
+
+
+class EntityError(ValueError):
+    """A label that is empty, taken, or one too many."""
+
+
+@dataclass(slots=True, eq=False)
+class Entity:
+    """A part of the vehicle that can be the source of a message.
+
+    `component` is the section of its task. `stateful` turns true with the first state that its task reports.
+    """
+
+    id: int
+    label: str
+    component: str
+    state: State = State.BOOT
+    description: str = "initializing"
+    stateful: bool = False
+    activation_time: int = 0
+    deactivation_time: int = 0
+
+
+class Entities:
+    """Labels and ids of one vehicle, and what others have said of theirs.
+
+    An id follows from the label (its CRC-16, or the next free one), so it is the same in every run and every process of
+    the vehicle, whichever other tasks there are.
+    """
+
+    def __init__(self, system: int):
+        self._system = system
+        self._by_id: dict[int, Entity] = {}
+        self._by_label: dict[str, Entity] = {}
+        self._heard: dict[tuple[int, int], str] = {}
+
+    def __iter__(self):
+        return iter(sorted(self._by_id.values(), key=lambda entity: entity.id))
+
+    def __len__(self) -> int:
+        return len(self._by_id)
+
+    def reserve(self, label: str, component: str) -> Entity:
+        """A new entity. Raises EntityError where the label is empty or taken, or all 254 ids are."""
+        if not label:
+            raise EntityError(f"{component}: the entity label is empty")
+        taken = self._by_label.get(label)
+        if taken is not None:
+            raise EntityError(f"{component}: the entity label {label!r} is taken by {taken.component}")
+        entity = Entity(self._free_id(label), label, component)
+        self._by_id[entity.id] = self._by_label[label] = entity
+        return entity
+
+    def release(self, entity: Entity) -> None:
+        self._by_id.pop(entity.id, None)
+        self._by_label.pop(entity.label, None)
+
+    def find(self, label: str) -> Entity | None:
+        return self._by_label.get(label)
+
+    def by_id(self, entity: int) -> Entity | None:
+        return self._by_id.get(entity)
+
+    def hear(self, system: int, entity: int, label: str) -> None:
+        """Remember what another process or system calls an entity."""
+        if len(self._heard) < 65536:
+            self._heard[system, entity] = label
+
+    def label(self, system: int, entity: int) -> str:
+        """The label of an entity of any system, empty where nobody has said it."""
+        own = self._by_id.get(entity) if system == self._system else None
+        return own.label if own is not None else self._heard.get((system, entity), "")
+
+    def _free_id(self, label: str) -> int:
+        if label == "Daemon":
+            return SYSTEM_ENTITY
+        first = crc16.arc(label.encode(errors="surrogateescape")) % 254
+        for step in range(254):
+            candidate = 1 + (first + step) % 254
+            if candidate not in self._by_id:
+                return candidate
+        raise EntityError(f"{label}: a vehicle has at most 254 entities")

@@ -1,0 +1,273 @@
+"""One queue of events, ordered by time, then by arrival, and the clock that it runs on."""
+
+import heapq
+import logging
+import selectors
+import socket
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from runtime.clock import VirtualClock, WallClock
+
+SECOND = 1_000_000_000
+LIVELOCK_EVENTS = 100_000
+LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock a long queue is a livelock only after this time
+POLL_EVENTS = 64  # on a virtual clock sockets are looked at once in so many events
+POLL_PERIOD = SECOND // 1000  # on a wall clock at least so often, however long the queue
+
+logger = logging.getLogger("shoal.kernel")
+
+
+class Readable(Protocol):
+    """What the kernel can wait for: a socket, or anything with a file descriptor."""
+
+    def fileno(self) -> int: ...
+
+
+class LivelockError(RuntimeError):
+    """Events follow each other without time passing."""
+
+
+def owner_of(function: Callable[..., object]) -> object:
+    """The object whose method `function` is, or `function` itself: what reports name."""
+    return getattr(function, "__self__", function)
+
+
+class Timer:
+    """A call that is due at a time; `cancel()` before then and it never happens."""
+
+    __slots__ = ("args", "function", "owner", "time")
+
+    def __init__(self, at: int, function: Callable[..., object], args: tuple[Any, ...]):
+        self.time = at
+        self.owner = owner_of(function)
+        self.function: Callable[..., object] | None = function
+        self.args = args
+
+    def cancel(self) -> None:
+        self.function = None
+        self.args = ()
+
+
+class Kernel:
+    """Runs all handlers on one thread, one at a time, each to its end.
+
+    `soon` puts a call behind everything that is already due; `at` puts it at a time (integer nanoseconds since 1970).
+    Calls that are due at the same time run in the order they were asked for. `post` is the only door for other threads.
+
+    `on_error(owner, exception)` is asked when a call raises: it either deals with it or raises, which ends the run.
+    `slow` is the time in seconds after which a call is reported through `on_slow(owner, seconds)`, on a wall clock.
+    A virtual clock that stands still for too many events is a livelock, and so is a queue that never empties.
+    """
+
+    def __init__(self, clock: WallClock | VirtualClock, *, slow: float = 0.1):
+        self.clock = clock
+        self.slow_ns = int(slow * SECOND)
+        self.now_ns = clock.read()
+        self.events = 0
+        self.on_error: Callable[[object, Exception], None] = _raise
+        self.on_slow: Callable[[object, float], None] = _warn_slow
+        self._due: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
+        self._later: list[tuple[int, int, Timer]] = []
+        self._arrivals = 0
+        self._posted: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
+        self._stopping = False
+        self._selector = selectors.DefaultSelector()
+        self._wake_in, self._wake_out = socket.socketpair()
+        for end in (self._wake_in, self._wake_out):
+            end.setblocking(False)
+        self._selector.register(self._wake_in, selectors.EVENT_READ, None)
+        self._watched = 0
+        self._poll_next = 0
+        self._busy = 0
+        self._idle_at = self.now_ns
+
+    @property
+    def virtual(self) -> bool:
+        return self.clock.virtual
+
+    def soon(self, function: Callable[..., object], *args: Any) -> None:
+        self._due.append((function, args))
+
+    def at(self, time_ns: int, function: Callable[..., object], *args: Any) -> Timer:
+        timer = Timer(max(time_ns, self.now_ns), function, args)
+        self._arrivals += 1
+        if timer.time == self.now_ns:
+            self._due.append((self._fire, (timer,)))
+        else:
+            heapq.heappush(self._later, (timer.time, self._arrivals, timer))
+        return timer
+
+    def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
+        return self.at(self.now_ns + round(seconds * SECOND), function, *args)
+
+    def post(self, function: Callable[..., object], *args: Any) -> None:
+        """Ask for a call from any thread."""
+        self._posted.append((function, args))
+        try:
+            self._wake_out.send(b"\0")
+        except (BlockingIOError, OSError):
+            pass  # a full pipe wakes the kernel just as well; a closed one has no kernel behind it
+
+    def discard(self, owner: object) -> None:
+        """Forget all calls to methods of `owner`, and its timers."""
+        for _, _, timer in self._later:
+            if timer.owner is owner:
+                timer.cancel()
+        kept = [(f, a) for f, a in self._due if self._owner(f, a) is not owner]
+        self._due.clear()
+        self._due.extend(kept)
+
+    def watch(self, source: Readable, function: Callable[[], object]) -> None:
+        """Call `function` whenever `source` has something to read."""
+        self._selector.register(source, selectors.EVENT_READ, function)
+        self._watched += 1
+
+    def unwatch(self, source: Readable) -> None:
+        self._selector.unregister(source)
+        self._watched -= 1
+
+    def stop(self) -> None:
+        """End the run after the call that runs now."""
+        self._stopping = True
+
+    def close(self) -> None:
+        self._selector.close()
+        self._wake_in.close()
+        self._wake_out.close()
+
+    def run(self, until: int | None = None) -> None:
+        """Run until `stop()`, or until the clock reads `until` (ns), which a virtual clock then does to the nanosecond.
+
+        A virtual run also ends when nothing is left to do. Raises what `on_error` raises, and LivelockError.
+        """
+        self._stopping = False
+        self.now_ns = max(self.now_ns, self.clock.read())
+        while not self._stopping:
+            if self._posted:
+                self._admit()
+            self._run_due()
+            if self._stopping or not self._advance(until):
+                break
+
+    def drain(self) -> None:
+        """Run what is due now, and what that makes due, without waiting."""
+        self._stopping = False
+        for _ in range(LIVELOCK_EVENTS):
+            if not self._due:
+                break
+            function, args = self._due.popleft()
+            try:
+                function(*args)
+            except Exception as error:
+                self.on_error(self._owner(function, args), error)
+
+    def _run_due(self) -> None:
+        due, kernel_error = self._due, self.on_error
+        batch = len(due)
+        if self.clock.virtual:
+            while due and not self._stopping:
+                function, args = due.popleft()
+                try:
+                    function(*args)
+                except Exception as error:
+                    kernel_error(self._owner(function, args), error)
+                self.events += 1
+                self._busy += 1
+                if self._busy > LIVELOCK_EVENTS:
+                    raise LivelockError(self._livelock(self._owner(function, args)))
+            return
+        while batch and not self._stopping:
+            function, args = due.popleft()
+            started = time.perf_counter_ns()
+            try:
+                function(*args)
+            except Exception as error:
+                kernel_error(self._owner(function, args), error)
+            spent = time.perf_counter_ns() - started
+            if spent > self.slow_ns:
+                self.on_slow(self._owner(function, args), spent / SECOND)
+            self.now_ns = max(self.now_ns, self.clock.read())
+            self.events += 1
+            self._busy += 1
+            batch -= 1
+            if self._busy > LIVELOCK_EVENTS and self.now_ns - self._idle_at > LIVELOCK_PATIENCE:
+                self._busy, self._idle_at = 0, self.now_ns
+                owner = self._owner(function, args)
+                kernel_error(owner, LivelockError(self._livelock(owner)))
+
+    def _advance(self, until: int | None) -> bool:
+        """Wait for the next moment at which something is due and gather it; False at the end of the run."""
+        later, clock = self._later, self.clock
+        while later and later[0][2].function is None:
+            heapq.heappop(later)
+        if isinstance(clock, VirtualClock):
+            if self._watched and self.events >= self._poll_next:
+                self._poll_next = self.events + POLL_EVENTS
+                self._poll(0)
+            if self._posted or self._due:
+                return True
+            target = later[0][0] if later else None
+            if target is None or (until is not None and target >= until):
+                if until is not None:
+                    self.now_ns = clock.set(max(until, self.now_ns))
+                return False
+            self.now_ns = clock.set(target)
+            self._busy = 0
+        else:
+            now = clock.read()
+            if until is not None and now >= until:
+                return False
+            if not self._due:
+                self._busy, self._idle_at = 0, now
+                wake = later[0][0] if later else None
+                if until is not None:
+                    wake = until if wake is None else min(wake, until)
+                self._poll(None if wake is None else clock.wait(wake))
+            elif now >= self._poll_next:
+                self._poll_next = now + POLL_PERIOD
+                self._poll(0)
+            self.now_ns = max(self.now_ns, clock.read())
+        now = self.now_ns
+        while later and later[0][0] <= now:
+            timer = heapq.heappop(later)[2]
+            self._due.append((self._fire, (timer,)))
+        return True
+
+    def _livelock(self, owner: object) -> str:
+        return f"{LIVELOCK_EVENTS} events without time passing, the last of them in {owner}"
+
+    def _poll(self, timeout: float | None) -> None:
+        for key, _ in self._selector.select(timeout):
+            if key.data is None:
+                self._drain_wake()
+            else:
+                self._due.append((key.data, ()))
+
+    def _drain_wake(self) -> None:
+        try:
+            while self._wake_in.recv(4096):
+                pass
+        except BlockingIOError:
+            pass
+
+    def _admit(self) -> None:
+        for _ in range(len(self._posted)):
+            self._due.append(self._posted.popleft())
+
+    def _fire(self, timer: Timer) -> None:
+        if timer.function is not None:
+            timer.function(*timer.args)
+
+    def _owner(self, function: Callable[..., object], args: tuple[Any, ...]) -> object:
+        return args[0].owner if args and isinstance(args[0], Timer) else owner_of(function)
+
+
+def _raise(_: object, error: Exception) -> None:
+    raise error
+
+
+def _warn_slow(owner: object, seconds: float) -> None:
+    logger.warning("%r took %.3f s in one handler", owner, seconds)

@@ -1,0 +1,39 @@
+"""What a task has to say to people, as LogBookEntry messages."""
+
+from typing import TYPE_CHECKING
+
+from imc import LogBookEntry
+
+if TYPE_CHECKING:
+    from runtime.task import Task
+
+Kind = LogBookEntry.Type
+LONGEST = 1023
+
+
+class Logbook:
+    """Publishes LogBookEntry messages in the name of a task; texts are cut to 1023 bytes, as DUNE does."""
+
+    def __init__(self, task: "Task"):
+        self._task = task
+
+    def info(self, text: str) -> None:
+        self._write(Kind.INFO, text)
+
+    def warning(self, text: str) -> None:
+        self._write(Kind.WARNING, text)
+
+    def error(self, text: str) -> None:
+        self._write(Kind.ERROR, text)
+
+    def critical(self, text: str) -> None:
+        self._write(Kind.CRITICAL, text)
+
+    def debug(self, text: str) -> None:
+        """Published only where the task's parameter Debug Level is Debug or more."""
+        if self._task.debug_level != "None":
+            self._write(Kind.DEBUG, text)
+
+    def _write(self, kind: Kind, text: str) -> None:
+        cut = text.encode(errors="surrogateescape")[:LONGEST].decode(errors="ignore")
+        self._task.publish(LogBookEntry(type=kind, htime=self._task.now, context=self._task.name, text=cut))

@@ -1,0 +1,279 @@
+"""Task parameters: one declaration that parses the ini, answers the bus, and documents itself."""
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+Visibility = Literal["user", "developer"]
+Scope = Literal["global", "idle", "plan", "maneuver"]
+Kind = type[bool] | type[int] | type[float] | type[str]
+
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|nan)\b", re.IGNORECASE)
+_INTEGER = re.compile(r"([+-]?)(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9]\d*)")
+
+
+class ParameterError(ValueError):
+    """A parameter has a value that it cannot have: `name` is the parameter's, `reason` says why."""
+
+    def __init__(self, name: str, reason: str):
+        super().__init__(f"{name}: {reason}")
+        self.name = name
+        self.reason = reason
+
+
+def _text(word: str) -> str:
+    return word
+
+
+def _bool(word: str) -> bool:
+    if word in ("true", "True", "1"):
+        return True
+    if word in ("false", "False", "0"):
+        return False
+    raise ValueError("is not true or false")
+
+
+def _int(word: str) -> int:
+    match = _INTEGER.match(word)
+    if match is None:
+        raise ValueError("is not an integer")
+    sign, digits = match.groups()
+    base = 16 if digits[:2] in ("0x", "0X") else 8 if digits.startswith("0") and len(digits) > 1 else 10
+    return int(sign + digits, base)
+
+
+def _float(word: str) -> float:
+    match = _NUMBER.match(word)
+    if match is None:
+        raise ValueError("is not a number")
+    return float(match.group())
+
+
+_PARSERS: Mapping[Kind, Callable[[str], Any]] = {str: _text, bool: _bool, int: _int, float: _float}
+_IMC_TYPES: Mapping[Kind, str] = {str: "string", bool: "boolean", int: "integer", float: "real"}
+
+
+@dataclass(slots=True)
+class Parameter:
+    """What a parameter is: name in the ini, type, default, unit, sentence and limits.
+
+    `type` is bool, int, float or str; with `is_list` a list of them. `size` is the allowed number of items of a list.
+    `scope` and `visibility` are IMC's: when it may change, and who is shown it.
+    """
+
+    default: Any
+    unit: str
+    description: str
+    name: str = ""
+    attribute: str = ""
+    type: Kind = str
+    is_list: bool = False
+    minimum: float | None = None
+    maximum: float | None = None
+    choices: tuple[Any, ...] = ()
+    size: tuple[int, int] | None = None
+    aliases: tuple[str, ...] = ()
+    visibility: Visibility = "developer"
+    scope: Scope = "global"
+    editable: bool = True
+
+    def __get__(self, instance: object, owner: object = None) -> Any:
+        return self
+
+    def parse(self, text: str) -> Any:
+        """The value that `text` stands for, checked. An empty text is the default. Raises ValueError with the reason.
+
+        Numbers are read as DUNE reads them: the leading number counts, what follows is ignored (see `surplus`).
+        """
+        words = [word.strip() for word in text.split(",")] if self.is_list else [text.strip()]
+        if not text.strip():
+            return self.default
+        parse = _PARSERS[self.type]
+        values: list[Any] = []
+        for word in words:
+            try:
+                values.append(parse(word))
+            except ValueError as error:
+                raise ValueError(f"{word!r} {error}{self._limits()}") from None
+        return self.check(values if self.is_list else values[0])
+
+    def surplus(self, text: str) -> str:
+        """What `parse` ignores at the end of a number: "rad" of "1.5 rad"."""
+        if self.type not in (int, float):
+            return ""
+        pattern = _INTEGER if self.type is int else _NUMBER
+        for word in text.split(",") if self.is_list else [text]:
+            match = pattern.match(word.strip())
+            if match and word.strip()[match.end() :]:
+                return word.strip()[match.end() :]
+        return ""
+
+    def check(self, value: Any) -> Any:
+        """`value`, if it is of the type and within the limits. Raises ValueError with the reason."""
+        values: list[Any] = list(value) if self.is_list else [value]
+        if self.is_list and self.size and not self.size[0] <= len(values) <= self.size[1]:
+            raise ValueError(f"has {len(values)} items{self._limits()}")
+        for index, item in enumerate(values):
+            if self.type is float and isinstance(item, int) and not isinstance(item, bool):
+                values[index] = item = float(item)
+            if not isinstance(item, self.type) or (self.type is int and isinstance(item, bool)):
+                raise ValueError(f"{item!r} is not {_IMC_TYPES[self.type]}{self._limits()}")
+            if self.choices and item not in self.choices:
+                raise ValueError(f"{item!r} is not one of {', '.join(map(str, self.choices))}")
+            if not isinstance(item, str):
+                self._check_range(item)
+        return values if self.is_list else values[0]
+
+    def format(self, value: Any) -> str:
+        """`value` as it stands in an ini file."""
+        if self.is_list:
+            return ", ".join(map(_word, value))
+        return _word(value)
+
+    @property
+    def imc_type(self) -> str:
+        """The type's name in DUNE's parameter XML: real, list:integer ..."""
+        name = _IMC_TYPES[self.type]
+        return f"list:{name}" if self.is_list else name
+
+    def _check_range(self, item: float) -> None:
+        if item != item:
+            raise ValueError(f"nan is not a value{self._limits()}")
+        if self.minimum is not None and item < self.minimum:
+            raise ValueError(f"{item:g} is below the minimum{self._limits()}")
+        if self.maximum is not None and item > self.maximum:
+            raise ValueError(f"{item:g} is above the maximum{self._limits()}")
+
+    def _limits(self) -> str:
+        parts = [self.imc_type]
+        if self.choices:
+            parts.append("one of " + ", ".join(map(str, self.choices)))
+        if self.minimum is not None or self.maximum is not None:
+            low = "-inf" if self.minimum is None else f"{self.minimum:g}"
+            high = "inf" if self.maximum is None else f"{self.maximum:g}"
+            parts.append(f"{low} to {high}")
+        if self.unit:
+            parts.append(self.unit)
+        if self.size:
+            low, high = self.size
+            parts.append(f"{low} items" if low == high else f"{low} to {high} items")
+        return f" (expects {', '.join(parts)})"
+
+
+def param(
+    default: Any,
+    unit: str,
+    description: str,
+    *,
+    name: str = "",
+    minimum: float | None = None,
+    maximum: float | None = None,
+    choices: Iterable[Any] = (),
+    size: int | tuple[int, int] | None = None,
+    aliases: Iterable[str] = (),
+    visibility: Visibility = "developer",
+    scope: Scope = "global",
+    editable: bool = True,
+) -> Any:
+    """Declares a parameter of a task; its type is the attribute's annotation.
+
+    Its ini name is the attribute's in title case unless `name` gives another; `aliases` are accepted as well.
+    `unit` is empty for texts, booleans and choices. `size` bounds the number of items of a list.
+    """
+    return Parameter(
+        default,
+        unit,
+        description,
+        name=name,
+        minimum=minimum,
+        maximum=maximum,
+        choices=tuple(choices),
+        size=(size, size) if isinstance(size, int) else size,
+        aliases=tuple(aliases),
+        visibility=visibility,
+        scope=scope,
+        editable=editable,
+    )
+
+
+def declared(cls: type) -> dict[str, Parameter]:
+    """The parameters of a class and its bases by ini name, in the order of declaration.
+
+    Raises TypeError where an annotation is missing or unsupported, or a default is not a value of its own parameter.
+    """
+    found: dict[str, Parameter] = {}
+    for base in reversed(cls.__mro__):
+        hints: dict[str, Any] = {}
+        for attribute, value in vars(base).items():
+            if not isinstance(value, Parameter):
+                continue
+            hints = hints or get_type_hints(base)
+            if not value.attribute:
+                _complete(base, attribute, value, hints.get(attribute))
+            found[value.name] = value
+    return found
+
+
+def _complete(cls: type, attribute: str, parameter: Parameter, hint: Any) -> None:
+    where = f"{cls.__module__}.{cls.__name__}.{attribute}"
+    parameter.is_list = get_origin(hint) is list
+    kind: Any = get_args(hint)[0] if parameter.is_list else hint
+    if kind not in _PARSERS:
+        raise TypeError(f"{where}: a parameter is a bool, int, float, str or a list of them, not {hint!r}")
+    parameter.type = kind
+    parameter.name = parameter.name or " ".join(word[:1].upper() + word[1:] for word in attribute.split("_"))
+    try:
+        parameter.default = parameter.check(parameter.default)
+    except ValueError as error:
+        raise TypeError(f"{where}: the default {error}") from None
+    parameter.attribute = attribute
+
+
+def _word(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+@dataclass(slots=True)
+class ParameterSet:
+    """The parameters of one task instance: its values live as attributes of the task."""
+
+    owner: Any
+    declarations: dict[str, Parameter]
+    _pushed: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
+
+    def find(self, name: str) -> Parameter | None:
+        """The parameter of this ini name or alias."""
+        found = self.declarations.get(name)
+        if found is None:
+            found = next((p for p in self.declarations.values() if name in p.aliases), None)
+        return found
+
+    def value(self, parameter: Parameter) -> Any:
+        return getattr(self.owner, parameter.attribute)
+
+    def text(self, parameter: Parameter) -> str:
+        return parameter.format(self.value(parameter))
+
+    def set(self, parameter: Parameter, value: Any) -> None:
+        setattr(self.owner, parameter.attribute, value)
+
+    def snapshot(self) -> dict[str, Any]:
+        return {name: self.value(p) for name, p in self.declarations.items()}
+
+    def restore(self, values: Mapping[str, Any]) -> None:
+        for name, value in values.items():
+            self.set(self.declarations[name], value)
+
+    def push(self) -> None:
+        """Remember the values whose scope is not global."""
+        self._pushed.append({name: self.value(p) for name, p in self.declarations.items() if p.scope != "global"})
+
+    def pop(self) -> bool:
+        """Bring back what `push` remembered last; False when there is nothing."""
+        if not self._pushed:
+            return False
+        self.restore(self._pushed.pop())
+        return True

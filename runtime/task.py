@@ -1,0 +1,241 @@
+"""A task: one concern of a vehicle, with parameters, handlers and periodic methods."""
+
+import functools
+from collections.abc import Callable, Coroutine
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from zlib import crc32
+
+import imc
+from runtime.bus import Subscription
+from runtime.entities import Entity, State
+from runtime.handlers import Consumer, Ticker, consumers, tickers
+from runtime.kernel import SECOND, Readable, Timer
+from runtime.logbook import Logbook
+from runtime.parameters import Parameter, ParameterSet, Scope, declared, param
+from runtime.script import Script
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+    from runtime.frame import Frame
+    from runtime.vehicle import Vehicle
+
+T = TypeVar("T")
+UNKNOWN_SYSTEM = 0xFFFF
+UNKNOWN_ENTITY = 0xFF
+
+
+class Task:
+    """One concern of a vehicle. Subclasses declare parameters, `@consume` and `@periodic` methods, and override hooks.
+
+    The vehicle makes the instance, so a task keeps its own state in attributes that `configure` or `start` set.
+    A class with `external` set talks to the outside and is left out of virtual runs; `requires` names the extra that
+    has to be installed for it; `activation` is the scope of its parameter `Active`, empty for tasks without.
+    """
+
+    external: ClassVar[bool] = False
+    requires: ClassVar[str] = ""
+    activation: ClassVar[Scope | str] = ""
+
+    entity_label: str = param("", "", "Label of the task's entity.", editable=False)
+    debug_level: str = param(
+        "None", "", "How much to write to the log book.", choices=("None", "Debug", "Trace", "Spew")
+    )
+    execution_priority: int = param(10, "1", "Kept for DUNE's profiles; all tasks share one thread.", editable=False)
+    activation_time: int = param(0, "s", "Time that activation takes.", minimum=0, maximum=65535, editable=False)
+    deactivation_time: int = param(0, "s", "Time that deactivation takes.", minimum=0, maximum=65535, editable=False)
+    loopback_internal_messages: bool = param(False, "", "Hear the messages of the task itself.", editable=False)
+
+    def __init__(self, vehicle: "Vehicle", name: str, entity: Entity):
+        self.vehicle = vehicle
+        self.name = name
+        self.entity = entity
+        self.system = vehicle.system
+        self.system_name = vehicle.name
+        self.log = Logbook(self)
+        self.parameter_set = ParameterSet(self, self.parameters())
+        for parameter in self.parameter_set.declarations.values():
+            value = parameter.default
+            self.parameter_set.set(parameter, list(value) if parameter.is_list else value)
+        self._kernel = vehicle.kernel
+        self._bus = vehicle.bus
+        self._tickers: list[Ticker] = []
+        self._scripts: list[Script] = []
+        self._round = 0
+
+    def __repr__(self) -> str:
+        return self.name
+
+    @classmethod
+    @functools.cache
+    def parameters(cls) -> dict[str, Parameter]:
+        """The declared parameters by ini name."""
+        found = declared(cls)
+        if cls.activation and "Active" not in found:
+            raise TypeError(f"{cls.__name__}: activation needs `active: bool = param(..., scope={cls.activation!r})`")
+        return found
+
+    def configure(self) -> None:
+        """The parameters have values, at load and after every change. Raise ParameterError where they make no sense."""
+
+    def start(self) -> None:
+        """Acquire resources."""
+
+    def stop(self) -> None:
+        """Release them; called at the end, and before a restart."""
+
+    def activate(self) -> None:
+        """The task is to become active; raise ActivationError where it cannot."""
+
+    def deactivate(self) -> None:
+        """The task is to become inactive; raise ActivationError where it cannot."""
+
+    @property
+    def now(self) -> float:
+        """Seconds since 1970 UTC."""
+        return self._kernel.now_ns / SECOND
+
+    @property
+    def now_ns(self) -> int:
+        """Nanoseconds since 1970 UTC."""
+        return self._kernel.now_ns
+
+    @functools.cached_property
+    def random(self) -> "Generator":
+        """Random numbers of this task alone, from the vehicle's seed and the names of vehicle and task."""
+        from numpy.random import PCG64, Generator, SeedSequence
+
+        words = [self.vehicle.seed, crc32(self.system_name.encode()), crc32(self.name.encode())]
+        return Generator(PCG64(SeedSequence(words)))
+
+    def publish(self, message: imc.Message, *, keep_time: bool = False, entity: Entity | None = None) -> imc.Message:
+        """Put a message on the bus: header filled, rounded to what the wire carries. Returns what receivers see.
+
+        A source that the message names stays. Raises imc.EncodeError where a field does not fit its type.
+        """
+        packet = imc.encode_as(
+            message,
+            message.timestamp if keep_time else self._kernel.now_ns / SECOND,
+            self.system if message.src == UNKNOWN_SYSTEM else message.src,
+            (entity or self.entity).id if message.src_ent == UNKNOWN_ENTITY else message.src_ent,
+            message.dst,
+            message.dst_ent,
+        )
+        delivered = imc.decode(packet)
+        self._bus.publish(delivered, packet, None if self.loopback_internal_messages else self)
+        return delivered
+
+    def reply(self, request: imc.Message, message: imc.Message, *, entity: Entity | None = None) -> imc.Message:
+        """Publish `message` to the source of `request`."""
+        return self.publish(message.replace(dst=request.src, dst_ent=request.src_ent), entity=entity)
+
+    def relay(self, packet: bytes) -> imc.Message:
+        """Put somebody else's packet on the bus as it is. Raises imc.DecodeError."""
+        message = imc.decode(packet)
+        self._bus.publish(message, packet, self)
+        return message
+
+    def share(self, frame: "Frame") -> None:
+        """Give a frame to the tasks of this process that consume frames; it is not encoded, logged or sent."""
+        self._bus.share(frame, self)
+
+    def set_entity_state(self, state: State, description: str = "", *, entity: Entity | None = None) -> None:
+        """Say how the entity is. A new state is published at once, a new description with the next report."""
+        target = entity or self.entity
+        changed = target.state is not state or not target.stateful
+        target.state, target.description, target.stateful = state, description, True
+        if changed:
+            self.publish(imc.EntityState(state=state, description=description), entity=target)
+
+    def reserve(self, label: str) -> Entity:
+        """A further entity of this task; call it in `configure`. The same label gives the same entity again."""
+        found = self.vehicle.entities.find(label)
+        if found is not None and found.component == self.name:
+            return found
+        return self.vehicle.entities.reserve(label, self.name)
+
+    def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
+        """Call `function` in so many seconds."""
+        return self._owned(self._kernel.after(seconds, function, *args))
+
+    def at(self, time: float, function: Callable[..., object], *args: Any) -> Timer:
+        """Call `function` at a time (s since 1970 UTC)."""
+        return self._owned(self._kernel.at(round(time * SECOND), function, *args))
+
+    def watch(self, source: Readable, function: Callable[[], object]) -> None:
+        """Call `function` whenever a socket has something to read."""
+        self._kernel.watch(source, function)
+
+    def unwatch(self, source: Readable) -> None:
+        self._kernel.unwatch(source)
+
+    def offload(
+        self, function: Callable[..., T], *args: Any, then: Callable[[T], object], latency: float = 0.0
+    ) -> None:
+        """Compute `function(*args)` away from the handlers and give the result to `then`.
+
+        A worker thread does it on a wall clock. On a virtual clock it is computed at once and the result arrives after
+        `latency` seconds, so the run stays deterministic. What the function raises is raised as the task's own error.
+        """
+        deliver = functools.partial(self._offloaded, self._round, then)
+        if self._kernel.virtual:
+            self.after(latency, deliver, _outcome(function, args))
+        else:
+            future = self.vehicle.worker.submit(_outcome, function, args)
+            future.add_done_callback(lambda done: done.cancelled() or self._kernel.post(deliver, done.result()))
+
+    def run(self, coroutine_function: Callable[..., Coroutine[Any, Any, Any]], *args: Any) -> Script:
+        """Start `coroutine_function(script, *args)` as sequential logic on the same kernel."""
+        script = Script(self, self._bus, coroutine_function, *args)
+        self._scripts = [*(s for s in self._scripts if not s.done), script]
+        return script
+
+    def connect(self) -> None:
+        """Begin to hear; the vehicle calls it before `start`."""
+        for consumer in consumers(type(self)):
+            self._bus.subscribe(self._subscription(consumer))
+
+    def begin_ticking(self) -> None:
+        """Begin to tick; the vehicle calls it after `start`."""
+        self._tickers = [Ticker(self, ticking) for ticking in tickers(type(self))]
+
+    def disconnect(self) -> None:
+        """Forget subscriptions, timers, ticks and what is still on its way."""
+        self._round += 1
+        self._bus.unsubscribe(self)
+        self._kernel.discard(self)
+        for ticker in self._tickers:
+            ticker.stop()
+        for script in self._scripts:
+            script.cancel()
+        self._tickers, self._scripts = [], []
+
+    def reconfigured(self) -> None:
+        """Follow changed rates."""
+        for ticker in self._tickers:
+            ticker.update()
+
+    def _subscription(self, consumer: Consumer) -> Subscription:
+        return Subscription(consumer.type, getattr(self, consumer.method), self, consumer.others, consumer.packets)
+
+    def _owned(self, timer: Timer) -> Timer:
+        timer.owner = self
+        return timer
+
+    def _offloaded(self, began: int, then: Callable[[Any], object], outcome: tuple[Any, Exception | None]) -> None:
+        if began != self._round:
+            return
+        result, error = outcome
+        try:
+            if error is not None:
+                raise error
+            then(result)
+        except Exception as failure:
+            self._kernel.on_error(self, failure)
+
+
+def _outcome(function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[Any, Exception | None]:
+    try:
+        return function(*args), None
+    except Exception as error:
+        return None, error

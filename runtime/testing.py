@@ -1,0 +1,141 @@
+"""Runs tasks without a vehicle, in virtual time: feed messages, look at what comes out."""
+
+import tempfile
+from collections.abc import Callable, Coroutine, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+import imc
+from runtime.catalogue import OWN, section_group
+from runtime.clock import VirtualClock, WallClock
+from runtime.frame import Frame
+from runtime.kernel import SECOND
+from runtime.task import UNKNOWN_SYSTEM, Task
+from runtime.vehicle import Vehicle
+
+M = TypeVar("M", bound=imc.Message)
+START = 1_767_225_600  # 2026-01-01T00:00:00Z
+ABSOLUTE = 1e8  # timestamps above it are dates, below it seconds from the start
+LAUV_NOPTILUS_1 = 0x001A
+
+
+@dataclass
+class Run:
+    """What came of a simulation: `messages` in order of publication, without those that were fed in and the Daemon's.
+
+    `log` has the texts of the log book, the Daemon's included.
+    """
+
+    vehicle: Vehicle
+    tasks: list[Task]
+    messages: list[imc.Message] = field(default_factory=list[imc.Message])
+    packets: list[bytes] = field(default_factory=list[bytes])
+    frames: list[Frame] = field(default_factory=list[Frame])
+    log: list[str] = field(default_factory=list[str])
+
+    @property
+    def task(self) -> Any:
+        """The first task under test."""
+        return self.tasks[0]
+
+    def of(self, kind: type[M]) -> list[M]:
+        """The messages of a type."""
+        return [message for message in self.messages if isinstance(message, kind)]
+
+
+class NoProfile:
+    """Stands in for the ini file."""
+
+    def dump(self) -> str:
+        return ""
+
+    def override(self, assignment: str) -> None:
+        """Nothing to keep it in."""
+
+
+def simulate(
+    tasks: type[Task] | Sequence[type[Task] | tuple[type[Task], dict[str, Any]]],
+    feed: Iterable[imc.Message] = (),
+    *,
+    seconds: float | None = None,
+    seed: int = 0,
+    section: str = "",
+    system: str = "lauv-noptilus-1",
+    system_id: int = LAUV_NOPTILUS_1,
+    start: float = START,
+    log_root: Path | None = None,
+    script: Callable[..., Coroutine[Any, Any, Any]] | None = None,
+    keep_going: bool = False,
+    clock: VirtualClock | WallClock | None = None,
+    **parameters: Any,
+) -> Run:
+    """Run tasks in virtual time and return what they published.
+
+    `tasks` is a class, whose parameters are the further keyword arguments by attribute name, or a list of classes and
+    (class, parameters). `feed` is published at its timestamps: seconds from the start, or absolute; a message without
+    source is the vehicle's own, one without timestamp comes at the start. The run takes `seconds`, by default until the
+    feed is through. `script` is a coroutine function that runs beside the tasks. Exceptions of tasks are raised.
+    """
+    wanted = [tasks] if isinstance(tasks, type) else list(tasks)
+    with tempfile.TemporaryDirectory() as folder:
+        vehicle = Vehicle(
+            system,
+            system_id,
+            clock=clock or VirtualClock(round(start * SECOND)),
+            profile=NoProfile(),
+            seed=seed,
+            keep_going=keep_going,
+            log_root=log_root or Path(folder) / "log",
+            state_folder=Path(folder) / "db",
+        )
+        made: list[Task] = []
+        for item in wanted:
+            cls, values = item if isinstance(item, tuple) else (item, parameters)
+            name = section if section and not made else section_name(cls)
+            made.append(vehicle.add(cls, _unused(name, made), **values))
+        run = Run(vehicle, made)
+        fed = [_fed(message, vehicle) for message in feed]
+        known = {id(message) for _, message, _ in fed}
+
+        def record(message: imc.Message, packet: bytes) -> None:
+            if id(message) not in known and not (message.src == system_id and message.src_ent == 0):
+                run.messages.append(message)
+                run.packets.append(packet)
+
+        vehicle.tap(imc.Message, record, packets=True)
+        vehicle.tap(imc.LogBookEntry, lambda entry: run.log.append(entry.text))
+        vehicle.tap(Frame, run.frames.append)
+        vehicle.start()
+        for at, message, packet in fed:
+            vehicle.kernel.at(at, vehicle.bus.publish, message, packet, None)
+        if script is not None:
+            vehicle.kernel.soon(vehicle.daemon.run, script)
+        last = max((at for at, _, _ in fed), default=0) - vehicle.kernel.now_ns
+        try:
+            vehicle.run(seconds if seconds is not None else max(1.0 if not fed else 0.0, (last + 1) / SECOND))
+        finally:
+            vehicle.close()
+    return run
+
+
+def section_name(cls: type[Task]) -> str:
+    """The section that names a class in a profile."""
+    parts = cls.__module__.split(".")
+    if parts[0] == OWN and len(parts) > 2:
+        return f"{section_group(parts[1])}.{cls.__name__}"
+    return f"{cls.__module__}.{cls.__name__}"
+
+
+def _unused(name: str, made: list[Task]) -> str:
+    taken = {task.name for task in made}
+    return name if name not in taken else f"{name}/{len(taken)}"
+
+
+def _fed(message: imc.Message, vehicle: Vehicle) -> tuple[int, imc.Message, bytes]:
+    seconds = max(0.0, message.timestamp)
+    if seconds < ABSOLUTE:
+        seconds += vehicle.start_time
+    source = vehicle.system if message.src == UNKNOWN_SYSTEM else message.src
+    packet = imc.encode_as(message, seconds, source, message.src_ent, message.dst, message.dst_ent)
+    return round(seconds * SECOND), imc.decode(packet), packet

@@ -1,0 +1,290 @@
+"""A profile brought to life: kernel, bus, entities and tasks of one vehicle."""
+
+import logging
+import traceback
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+import imc
+from runtime.activation import Activation
+from runtime.bus import Bus, Subscription
+from runtime.clock import VirtualClock, WallClock
+from runtime.daemon import Daemon
+from runtime.entities import Entities, State
+from runtime.handlers import consumers
+from runtime.ini import read_sections
+from runtime.kernel import SECOND, Kernel
+from runtime.parameters import ParameterError
+from runtime.task import Task
+
+LONGEST_BACKOFF = 60.0
+HEALTHY_AFTER = 60.0
+
+logger = logging.getLogger("shoal.vehicle")
+
+
+class Systems:
+    """Names and ids of IMC systems."""
+
+    def __init__(self, ids: Mapping[str, int]):
+        self._ids = dict(ids)
+        self._names = {number: name for name, number in ids.items()}
+
+    def name(self, system: int) -> str:
+        """The name of a system, "0x1234" where it has none."""
+        return self._names.get(system) or f"0x{system:04X}"
+
+    def id(self, name: str) -> int | None:
+        return self._ids.get(name)
+
+
+class Settings(Protocol):
+    """The profile as a vehicle in operation needs it."""
+
+    def dump(self) -> str:
+        """The effective configuration, as an ini file."""
+        ...
+
+    def override(self, assignment: str) -> None:
+        """Take "Section:Option=value" into the effective configuration."""
+        ...
+
+
+class Vehicle:
+    """One vehicle: add tasks, `start`, `run`, `close`.
+
+    `keep_going` chooses what an exception of a task does: True restarts the task with back-off, as on a vehicle; False
+    ends the run with it, as in simulation. `settings` is the profile, `state_folder` keeps saved parameters.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        system: int,
+        *,
+        clock: WallClock | VirtualClock,
+        profile: Settings,
+        systems: Mapping[str, int] | None = None,
+        seed: int = 0,
+        keep_going: bool = False,
+        log_root: Path = Path("log"),
+        state_folder: Path = Path("db"),
+    ):
+        self.name = name
+        self.system = system
+        self.systems = Systems({**(systems or {}), name: system})
+        self.profile = profile
+        self.seed = seed
+        self.keep_going = keep_going
+        self.log_root = log_root
+        self.state_folder = state_folder
+        self.kernel = Kernel(clock)
+        self.kernel.on_error = self._failed
+        self.kernel.on_slow = self._slow
+        self.start_time = self.kernel.now_ns / SECOND
+        self.bus = Bus(self.kernel, system)
+        self.entities = Entities(system)
+        self.activations: dict[str, Activation] = {}
+        self.exit_status = 0
+        self._tasks: dict[str, Task] = {}
+        self._original: dict[str, dict[str, str]] = {}
+        self._running: set[str] = set()
+        self._failures: dict[str, tuple[int, int]] = {}
+        self.daemon = self.add(Daemon, "Daemon")
+
+    @property
+    def virtual(self) -> bool:
+        """Whether time is virtual, so that nothing may come from the outside."""
+        return self.kernel.virtual
+
+    @property
+    def tasks(self) -> list[Task]:
+        """All tasks, in the byte order of their sections."""
+        return list(self._tasks.values())
+
+    @cached_property
+    def worker(self) -> ThreadPoolExecutor:
+        """The threads for heavy work on a wall clock."""
+        return ThreadPoolExecutor(max_workers=2, thread_name_prefix=f"{self.name}-worker")
+
+    def task(self, name: str) -> Task:
+        """The task of a section. Raises KeyError."""
+        return self._tasks[name]
+
+    def find(self, label: str) -> Task | None:
+        """The task whose main entity has this label."""
+        return next((task for task in self._tasks.values() if task.entity.label == label), None)
+
+    def add(self, cls: type[Task], section: str, options: Mapping[str, str] | None = None, **values: Any) -> Task:
+        """Make a task: `options` are ini texts by ini name, `values` are values by attribute.
+
+        Raises ParameterError for a value that it cannot have, EntityError for its label.
+        """
+        options = dict(options or {})
+        label = options.pop("Entity Label", "") or values.pop("entity_label", "") or _default_label(section)
+        entity = self.entities.reserve(label, section)
+        task = cls(self, section, entity)
+        task.entity_label = label
+        try:
+            for name, text in options.items():
+                self._assign(task, name, text)
+            for attribute, value in values.items():
+                self._give(task, attribute, value)
+            entity.activation_time, entity.deactivation_time = task.activation_time, task.deactivation_time
+            self._original[section] = {p.name: task.parameter_set.text(p) for p in cls.parameters().values()}
+            task.configure()
+        except ParameterError:
+            for reserved in [e for e in self.entities if e.component == section]:
+                self.entities.release(reserved)
+            raise
+        self._tasks[section] = task
+        if task.activation:
+            self.activations[section] = Activation(task)
+        return task
+
+    def start(self) -> None:
+        """Connect all tasks, then start them in order; what they publish meanwhile waits until all are started."""
+        for task in self.tasks:
+            task.connect()
+        for task in self.tasks:
+            self.kernel.soon(self._start, task)
+
+    def run(self, seconds: float | None = None) -> None:
+        """Run for so many seconds of the vehicle's time, or until `stop`. Raises what `keep_going` does not cover."""
+        self.kernel.run(None if seconds is None else self.kernel.now_ns + round(seconds * SECOND))
+
+    def stop(self, status: int = 0) -> None:
+        """End the run, with a status for the command line."""
+        self.exit_status = status
+        self.kernel.stop()
+
+    def close(self) -> None:
+        """Stop all tasks, those that record everything last, deliver what they still have to say, and leave the bus."""
+        self.kernel.drain()
+        recorders = [task for task in self.tasks if any(c.type is imc.Message for c in consumers(type(task)))]
+        for task in [*(t for t in reversed(self.tasks) if t not in recorders), *recorders]:
+            if task in recorders:
+                self.kernel.drain()
+            self._shut(task)
+        self.bus.detach()
+        if "worker" in vars(self):
+            self.worker.shutdown(wait=True, cancel_futures=True)
+        self.kernel.close()
+
+    def tap(self, kind: type, handler: Callable[..., object], *, packets: bool = False) -> None:
+        """Call `handler` with each delivered message of a type, whoever sent it."""
+        self.bus.subscribe(Subscription(kind, handler, handler, others=True, packets=packets))
+
+    def remember(self, task: Task) -> None:
+        """Take the task's changed parameters into the effective configuration."""
+        for parameter in task.parameters().values():
+            text = task.parameter_set.text(parameter)
+            if text != self._original[task.name][parameter.name]:
+                self.profile.override(f"{task.name}:{parameter.name}={text}")
+
+    def save_parameters(self, task: Task) -> Path:
+        """Add the parameters of a task that differ from the profile to the file of saved ones; returns its path.
+
+        Raises OSError. The file is replaced as a whole, so a crash leaves the old or the new one.
+        """
+        path = self.state_folder / f"{self.name}-saved.ini"
+        saved = read_sections(path)
+        changed = {
+            parameter.name: task.parameter_set.text(parameter)
+            for parameter in task.parameters().values()
+            if task.parameter_set.text(parameter) != self._original[task.name][parameter.name]
+        }
+        saved[task.name] = {**saved.get(task.name, {}), **changed}
+        lines = [
+            f"[{section}]\n" + "".join(f"{k} = {v}\n" for k, v in saved[section].items()) for section in sorted(saved)
+        ]
+        path.parent.mkdir(parents=True, exist_ok=True)
+        draft = path.with_suffix(".new")
+        draft.write_text("\n".join(lines), encoding="utf-8", errors="surrogateescape")
+        draft.replace(path)
+        return path
+
+    def _assign(self, task: Task, name: str, text: str) -> None:
+        parameter = task.parameter_set.find(name)
+        if parameter is None:
+            return
+        try:
+            task.parameter_set.set(parameter, parameter.parse(text))
+        except ValueError as error:
+            raise ParameterError(name, str(error)) from None
+
+    def _give(self, task: Task, attribute: str, value: Any) -> None:
+        parameter = next((p for p in task.parameters().values() if p.attribute == attribute), None)
+        if parameter is None:
+            raise ParameterError(attribute, f"{task.name} has no such parameter")
+        try:
+            task.parameter_set.set(parameter, parameter.check(value))
+        except ValueError as error:
+            raise ParameterError(parameter.name, str(error)) from None
+
+    def _start(self, task: Task) -> None:
+        self._running.add(task.name)
+        activation = self.activations.get(task.name)
+        if activation is not None and task.activation == "maneuver":
+            task.parameter_set.set(task.parameters()["Active"], False)
+        try:
+            task.start()
+        except Exception as error:
+            self._failed(task, error)
+            return
+        task.begin_ticking()
+        if activation is not None and task.parameter_set.value(task.parameters()["Active"]):
+            activation.request(True)
+
+    def _restart(self, task: Task) -> None:
+        task.connect()
+        self._start(task)
+
+    def _shut(self, task: Task) -> None:
+        task.disconnect()
+        if task.name not in self._running:
+            return
+        self._running.discard(task.name)
+        try:
+            task.stop()
+        except Exception as error:
+            logger.error("%s while stopping: %s", task.name, error)
+
+    def _failed(self, owner: object, error: Exception) -> None:
+        """What the kernel does with an exception that a handler raised."""
+        if not self.keep_going:
+            error.add_note(f"in {owner!r} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
+            raise error
+        if not isinstance(owner, Task):
+            logger.error("%r: %s", owner, "".join(traceback.format_exception(error)))
+            return
+        self._shut(owner)
+        if (activation := self.activations.get(owner.name)) is not None:
+            activation.reset()
+        count, since = self._failures.get(owner.name, (0, 0))
+        count = 0 if self.kernel.now_ns - since > HEALTHY_AFTER * SECOND else count
+        delay = min(LONGEST_BACKOFF, 2.0**count)
+        self._failures[owner.name] = (count + 1, self.kernel.now_ns + round(delay * SECOND))
+        owner.set_entity_state(State.FAILURE, f"{type(error).__name__}: {error}")
+        owner.log.error(f"{_summary(error)}: restarting in {delay:g} s")
+        self.kernel.after(delay, self._restart, owner)
+
+    def _slow(self, owner: object, seconds: float) -> None:
+        name = owner.name if isinstance(owner, Task) else repr(owner)
+        self.daemon.log.warning(f"{name} took {seconds:.3f} s in one handler; heavy work belongs into offload()")
+
+
+def _default_label(section: str) -> str:
+    """The last part of a task's section, with the instance: "GPS", "IMU/AHRS"."""
+    name, slash, instance = section.partition("/")
+    return name.rpartition(".")[2] + slash + instance
+
+
+def _summary(error: Exception) -> str:
+    """The exception and the innermost place in the code that raised it."""
+    frames = traceback.extract_tb(error.__traceback__)
+    where = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno} in {frames[-1].name})" if frames else ""
+    return f"{type(error).__name__}: {error}{where}"
