@@ -65,7 +65,7 @@ class ParameterService(Task):
             return
         chosen = [
             parameter
-            for name, parameter in sorted(task.parameter_set.declarations.items())
+            for _, parameter in sorted(task.parameter_set.declarations.items())
             if visibility in ("developer", parameter.visibility) and scope in ("global", parameter.scope)
         ]
         if chosen:

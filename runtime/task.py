@@ -38,9 +38,7 @@ class Task:
     activation: ClassVar[Scope | str] = ""
 
     entity_label: str = param("", "", "Label of the task's entity.", editable=False)
-    debug_level: str = param(
-        "None", "", "How much to write to the log book.", choices=("None", "Debug", "Trace", "Spew")
-    )
+    debug_level: str = param("None", "", "What goes to the log book.", choices=("None", "Debug", "Trace", "Spew"))
     execution_priority: int = param(10, "1", "Kept for DUNE's profiles; all tasks share one thread.", editable=False)
     activation_time: int = param(0, "s", "Time that activation takes.", minimum=0, maximum=65535, editable=False)
     deactivation_time: int = param(0, "s", "Time that deactivation takes.", minimum=0, maximum=65535, editable=False)

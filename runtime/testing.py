@@ -104,7 +104,11 @@ def simulate(
                 run.packets.append(packet)
 
         vehicle.tap(imc.Message, record, packets=True)
-        vehicle.tap(imc.LogBookEntry, lambda entry: run.log.append(entry.text))
+
+        def note(entry: imc.LogBookEntry) -> None:
+            run.log.append(entry.text)
+
+        vehicle.tap(imc.LogBookEntry, note)
         vehicle.tap(Frame, run.frames.append)
         vehicle.start()
         for at, message, packet in fed:

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 
-from rich.console import Console, Group
+from rich.console import Console
 from rich.live import Live
 from rich.panel import Panel
 from rich.table import Table
@@ -110,9 +110,7 @@ class Status:
         table.add_row("detections", f"{self.detections}   {self.mug}")
         table.add_row("messages", f"{self.vehicle.bus.delivered}   {self._rate:.0f} per second of the vehicle")
         table.add_row("log", self.folder or "-")
-        return Panel(
-            Group(table), title=self.title, title_align="left", subtitle="Ctrl-C stops", subtitle_align="right"
-        )
+        return Panel(table, title=self.title, title_align="left", subtitle="Ctrl-C stops", subtitle_align="right")
 
     def _position(self) -> str:
         state = self.state

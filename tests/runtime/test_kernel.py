@@ -168,7 +168,6 @@ def test_every_post_arrives_once_and_in_order_per_thread(wall):
     workers = [threading.Thread(target=work, args=(name,)) for name in "abc"]
     for worker in workers:
         worker.start()
-    wall.after(0.01, lambda: poll())
 
     def poll():
         if len(seen) < 3 * each:
@@ -176,6 +175,7 @@ def test_every_post_arrives_once_and_in_order_per_thread(wall):
         else:
             wall.stop()
 
+    wall.after(0.01, poll)
     wall.run(until=wall.now_ns + 30 * SECOND)
     for worker in workers:
         worker.join()

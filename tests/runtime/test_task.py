@@ -184,7 +184,7 @@ def test_an_error_in_offloaded_work_is_the_tasks_error(clock):
         def start(self):
             self.offload(math.sqrt, -1.0, then=print)
 
-    with pytest.raises(ValueError, match="math domain|nonnegative"):
+    with pytest.raises(ValueError, match=r"math domain|nonnegative"):
         simulate(Thinker, seconds=1.0, clock=clock)
 
 
