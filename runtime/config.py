@@ -1,0 +1,275 @@
+"""What an ini file says: sections of options that know where they were set, and how that is written back."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Literal, NamedTuple
+
+Severity = Literal["error", "warning", "note"]
+
+BLANKS = " \t\n\v\f\r"
+COMMENTS = ";|#"
+WIDTH = 100
+LONGEST_LINE = 65536  # bytes
+
+
+class Origin(NamedTuple):
+    """Where something was said: a file and its line, or "command line" and line 0."""
+
+    file: str
+    line: int = 0
+
+    def __str__(self) -> str:
+        return f"{printable(self.file)}:{self.line}" if self.line else printable(self.file)
+
+
+COMMAND_LINE = Origin("command line")
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Something to know about a file: how bad, where, what, and the fix.
+
+    An error keeps a profile or a task from working, a warning loads but hardly as meant, a note is for information.
+    """
+
+    severity: Severity
+    file: str
+    line: int
+    text: str
+    hint: str = ""
+
+    def __str__(self) -> str:
+        hint = f" ({self.hint})" if self.hint else ""
+        return printable(f"{Origin(self.file, self.line)}: {self.severity}: {self.text}{hint}")
+
+
+class Assignment(NamedTuple):
+    """One line that set, extended (+=) or reduced (-=) an option."""
+
+    origin: Origin
+    operator: Literal["=", "+=", "-="]
+
+
+@dataclass(slots=True, eq=False)
+class Option:
+    """An option of a section; `history` has the assignments that were applied, oldest first.
+
+    An option of which only the attributes (scope, visibility, editable) are given has no history and an empty value.
+    """
+
+    name: str
+    attributes: dict[str, str] = field(default_factory=dict[str, str])
+    history: list[Assignment] = field(default_factory=list[Assignment])
+    _parts: list[str] = field(default_factory=list[str])
+
+    @property
+    def value(self) -> str:
+        """The text, without blanks around it."""
+        if len(self._parts) > 1:
+            self._parts = ["".join(self._parts)]
+        return self._parts[0].strip(BLANKS) if self._parts else ""
+
+    @property
+    def origin(self) -> Origin:
+        """The assignment that had the last word."""
+        return self.history[-1].origin if self.history else Origin("")
+
+    @property
+    def contributors(self) -> list[Origin]:
+        """The assignments that the value is made of: the last plain one and what extended or reduced it."""
+        return list(dict.fromkeys(assignment.origin for assignment in self.history[self._start() :]))
+
+    @property
+    def overwritten(self) -> list[Origin]:
+        """The assignments that a later one made void, oldest first."""
+        kept = self.contributors
+        return [o for o in dict.fromkeys(a.origin for a in self.history[: self._start()]) if o not in kept]
+
+    def set(self, text: str, origin: Origin) -> None:
+        self._parts = [text]
+        self.history.append(Assignment(origin, "="))
+
+    def extend(self, text: str, origin: Origin) -> None:
+        """Add to the list, or set where nothing was set before."""
+        if not self.history:
+            self.set(text, origin)
+            return
+        self._parts += [", ", text]
+        self.history.append(Assignment(origin, "+="))
+
+    def reduce(self, text: str, origin: Origin) -> None:
+        """Take every occurrence of each item of `text` out, with the comma that follows it."""
+        value = self.value
+        for item in items(text):
+            value = re.sub(re.escape(item) + ",?", "", value)
+        self._parts = [value]
+        self.history.append(Assignment(origin, "-="))
+
+    def continue_with(self, text: str) -> None:
+        self._parts += [" ", text]
+
+    def _start(self) -> int:
+        plain = [index for index, assignment in enumerate(self.history) if assignment.operator == "="]
+        return plain[-1] if plain else 0
+
+
+@dataclass(slots=True, eq=False)
+class Section:
+    """The options of all headers of one name; `origins` are the places of these headers."""
+
+    name: str
+    options: dict[str, Option] = field(default_factory=dict[str, Option])
+    origins: list[Origin] = field(default_factory=list[Origin])
+
+    @property
+    def origin(self) -> Origin:
+        return self.origins[0] if self.origins else Origin("")
+
+    def value(self, option: str, default: str = "") -> str:
+        """The text of an option, `default` where it is missing or empty."""
+        found = self.options.get(option)
+        return (found.value if found else "") or default
+
+    def open(self, option: str) -> Option:
+        """The option of this name, new where there is none."""
+        return self.options.setdefault(option, Option(option))
+
+
+@dataclass(slots=True, eq=False)
+class Config:
+    """Everything that a file and the files it includes say, in the order of first mention."""
+
+    sections: dict[str, Section] = field(default_factory=dict[str, Section])
+    problems: list[Problem] = field(default_factory=list[Problem])
+    files: list[str] = field(default_factory=list[str])
+
+    @property
+    def errors(self) -> list[Problem]:
+        return [problem for problem in self.problems if problem.severity == "error"]
+
+    def sorted_sections(self) -> list[Section]:
+        """The sections by the bytes of their names: DUNE's order of tasks."""
+        return sorted(self.sections.values(), key=lambda section: byte_order(section.name))
+
+    def option(self, section: str, name: str) -> Option | None:
+        found = self.sections.get(section)
+        return found.options.get(name) if found else None
+
+    def value(self, section: str, name: str, default: str = "") -> str:
+        """The text of an option, `default` where it is missing or empty."""
+        found = self.sections.get(section)
+        return found.value(name, default) if found else default
+
+    def open(self, section: str, origin: Origin) -> Section:
+        """The section of this name, new where there is none."""
+        found = self.sections.setdefault(section, Section(section))
+        if origin not in found.origins:
+            found.origins.append(origin)
+        return found
+
+    def dump(self) -> str:
+        """The values as an ini file that reads the same, sections and options in byte order."""
+        return "\n".join("".join(_section_lines(section)) for section in self.sorted_sections())
+
+
+def write(sections: Mapping[str, Mapping[str, str]]) -> str:
+    """An ini file of these texts, in byte order. Raises ValueError where the grammar cannot carry a name or a text."""
+    blocks: list[str] = []
+    for name in sorted(sections, key=byte_order):
+        options = sections[name]
+        lines = [statement(option, options[option]) for option in sorted(options, key=byte_order)]
+        blocks.append(header(name) + "".join(lines))
+    return "\n".join(blocks)
+
+
+def header(section: str) -> str:
+    """The line that opens a section. Raises ValueError where the grammar cannot carry the name."""
+    if not section or section != section.rstrip(BLANKS) or any(c in section for c in "]\n\0"):
+        raise ValueError(f"{quoted(section)} cannot be the name of a section: it is empty, or has a ] or a line end")
+    if section.startswith(("Include ", "Require ")):
+        raise ValueError(f"{quoted(section)} cannot be the name of a section: it is a directive")
+    return f"[{section}]\n"
+
+
+def statement(name: str, value: str, attributes: Mapping[str, str] | None = None) -> str:
+    """The lines that set an option, wrapped where the text allows. Raises ValueError where there are none."""
+    if not name or any(c in name for c in "={\n\0") or name[0] in BLANKS + "[;#":
+        raise ValueError(f"{quoted(name)} cannot be the name of an option")
+    if any(c in value for c in COMMENTS + "\n\0"):
+        raise ValueError(f"{quoted(value)} cannot be a value: it has one of ; | # or a line end")
+    # DUNE strips a final + or - of the name, and no blanks before it.
+    left = name + "+" if name[-1] in BLANKS + "+-" else name
+    left += f" {{{braces(attributes)}}}" if attributes else ""
+    pieces = _pieces(value.strip(BLANKS), WIDTH - len(left) - 3)
+    lines = [f"{left} = {pieces[0]}".rstrip(BLANKS), *(f"    {piece}" for piece in pieces[1:])]
+    if any(len(line.encode(errors="surrogateescape")) > LONGEST_LINE for line in lines):
+        raise ValueError(f"{quoted(name)} has a value that is too long for a line of {LONGEST_LINE} bytes")
+    return "\n".join(lines) + "\n"
+
+
+def braces(attributes: Mapping[str, str]) -> str:
+    return ", ".join(f"{label}: {attributes[label]}" for label in sorted(attributes))
+
+
+def items(text: str) -> list[str]:
+    """The items of a comma-separated list that are not empty."""
+    return [item for word in text.split(",") if (item := word.strip(BLANKS))]
+
+
+def byte_order(name: str) -> bytes:
+    return name.encode(errors="surrogateescape")
+
+
+def printable(text: str) -> str:
+    """`text` with control characters and bytes that are no UTF-8 as escapes, fit for a terminal."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else _escape(c) for c in text)
+
+
+def quoted(text: str) -> str:
+    """`text` in quotes, fit for a terminal and for a line."""
+    return f"'{printable(text if len(text) <= 80 else text[:79] + '…')}'"
+
+
+def is_raw(text: str) -> bool:
+    """Whether the text has bytes that are no UTF-8."""
+    return not text.isascii() and any("\udc80" <= c <= "\udcff" for c in text)
+
+
+def _escape(character: str) -> str:
+    if "\udc80" <= character <= "\udcff":
+        return f"\\x{ord(character) - 0xDC00:02x}"
+    return ascii(character)[1:-1]
+
+
+def _section_lines(section: Section) -> Iterator[str]:
+    yield header(section.name)
+    for option in sorted(section.options.values(), key=lambda option: byte_order(option.name)):
+        try:
+            if option.history:
+                yield statement(option.name, option.value, option.attributes)
+            else:
+                yield f"{option.name} {{{braces(option.attributes)}}}\n"
+        except ValueError as error:
+            yield f"# {error}\n"
+
+
+def _pieces(value: str, width: int) -> list[str]:
+    """The value cut at single blanks, near a width, where the rest is read as a continuation."""
+    if value.startswith("$("):
+        if "{" in value or "=" in value:
+            raise ValueError(f"{quoted(value)} would be read as a reference")
+        return ["", value]
+    words = value.split(" ")
+    unsafe = max((index for index, word in enumerate(words) if "=" in word or "{" in word), default=0)
+    pieces = [words[0]]
+    for index, (before, word) in enumerate(pairwise(words), 1):
+        single = before and word and before[-1] not in BLANKS and word[0] not in BLANKS + "["
+        if single and index > unsafe and len(pieces[-1]) + len(word) >= max(width, 40):
+            pieces.append(word)
+        else:
+            pieces[-1] += " " + word
+    return pieces
