@@ -1,0 +1,172 @@
+"""Lenses whose image radius is a quartic of the angle off the optical axis."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.floating[Any]]
+
+TABLE_ENTRIES = 8193
+NEWTON_STEPS = 3
+
+
+@dataclass(frozen=True)
+class Lens:
+    """r(phi) = k1 phi + k2 phi² + k3 phi³ + k4 phi⁴, phi in rad off the optical axis, up to half of `fov` (rad).
+
+    r has the unit that `k` has: normalised by the focal length, or pixels (NVIDIA's f-theta and WoodScape's form).
+    Raises ValueError if r does not grow over all of the field of view, or if that lies outside (0, 2π].
+    """
+
+    k: tuple[float, float, float, float]
+    fov: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.fov <= math.tau:
+            raise ValueError(f"a field of view of {math.degrees(self.fov):g}° is not within 0 to 360°")
+        if len(self.k) != 4 or not all(map(math.isfinite, self.k)):
+            raise ValueError(f"a lens has four finite coefficients, not {list(self.k)}")
+        if not any(self.k):
+            raise ValueError("all coefficients of the lens are zero")
+        if not self._least_slope() > 0.0:
+            raise ValueError(
+                f"the lens {list(self.k)} does not grow up to {math.degrees(self.fov / 2):g}° off its axis: "
+                "one pixel would see in two directions"
+            )
+
+    @property
+    def edge(self) -> float:
+        """Angle off the axis at which the image ends, rad."""
+        return self.fov / 2
+
+    @property
+    def edge_radius(self) -> float:
+        return float(self.radius(self.edge))
+
+    def radius(self, phi: ArrayLike) -> Floats:
+        p = np.asarray(phi, dtype=np.float64)
+        k1, k2, k3, k4 = self.k
+        return p * (k1 + p * (k2 + p * (k3 + p * k4)))
+
+    def slope(self, phi: ArrayLike) -> Floats:
+        """dr/dphi."""
+        p = np.asarray(phi, dtype=np.float64)
+        k1, k2, k3, k4 = self.k
+        return k1 + p * (2 * k2 + p * (3 * k3 + p * 4 * k4))
+
+    def angle(self, radius: ArrayLike) -> Floats:
+        """phi for r in [0, r(edge)], to 1e-12 rad; beyond, the nearest end."""
+        r = np.asarray(radius, dtype=np.float64)
+        radii, angles = self._table
+        phi = np.interp(r, radii, angles)
+        r = np.clip(r, 0.0, self.edge_radius)
+        for _ in range(NEWTON_STEPS):
+            phi = np.clip(phi - (self.radius(phi) - r) / self.slope(phi), 0.0, self.edge)
+        return phi
+
+    def _least_slope(self) -> float:
+        _, k2, k3, k4 = self.k
+        bends = np.roots([12 * k4, 6 * k3, 2 * k2])
+        inside = [float(b.real) for b in bends if abs(b.imag) < 1e-12 and 0.0 < b.real < self.edge]
+        return min(float(self.slope(phi)) for phi in (0.0, self.edge, *inside))
+
+    @cached_property
+    def _table(self) -> tuple[Floats, Floats]:
+        angles = np.linspace(0.0, self.edge, TABLE_ENTRIES)
+        return self.radius(angles), angles
+
+
+@dataclass(frozen=True)
+class Preset:
+    """Coefficients for focal length 1, and the widest field of view (rad) for which they hold."""
+
+    k: tuple[float, float, float, float]
+    widest: float = math.tau
+
+
+PRESETS: Mapping[str, Preset] = MappingProxyType(
+    {
+        "equidistant": Preset((1.0, 0.0, 0.0, 0.0)),
+        # Fit of 2 sin(phi/2), 1.4e-4 f off at most up to 135°.
+        "equisolid": Preset((0.999008, 0.003988, -0.04686, 0.002745)),
+        # Fit of 2 tan(phi/2), 8e-3 f off at most up to 110°.
+        "stereographic_220": Preset((0.963771, 0.15811, -0.125677, 0.096013), math.radians(220.0)),
+        # Fit of sin(phi), 2e-4 f off at most up to 85°.
+        "orthographic": Preset((0.997724, 0.014693, -0.197519, 0.026511), math.radians(170.0)),
+        # Camera 0 of TUM-VI (Kannala-Brandt), fitted to 97.5°.
+        "tumvi_195": Preset((1.0072, -0.03706, 0.06068, -0.028182)),
+        # Published calibration of WoodScape: 339.749, -31.988, 48.275, -7.201 px/radⁿ.
+        "woodscape": Preset((1.0, -0.0941519, 0.1420903, -0.0211951)),
+    }
+)
+
+
+def preset_lens(name: str, fov: float) -> Lens:
+    """The named lens for a field of view in rad. Raises ValueError beyond what its coefficients were fitted for."""
+    preset = PRESETS[name]
+    if fov > preset.widest + 1e-9:
+        raise ValueError(
+            f"the lens {name} holds up to {math.degrees(preset.widest):g}°, not for {math.degrees(fov):g}°"
+        )
+    return Lens(preset.k, fov)
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Where rays of the optical frame (x right, y down, z along the axis) fall in a square image of `size` px.
+
+    The axis meets the image in its middle; pixel (i, j) covers [i, i+1) x [j, j+1). `scale` is px per unit of r;
+    without it the image circle touches the borders of the image.
+    """
+
+    lens: Lens
+    size: int
+    scale: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.size < 1:
+            raise ValueError(f"an image of {self.size} px has no pixels")
+        if self.scale == 0.0:
+            object.__setattr__(self, "scale", self.size / 2 / self.lens.edge_radius)
+        if not (self.scale > 0.0 and math.isfinite(self.scale)):
+            raise ValueError(f"the scale of the image is {self.scale} px")
+
+    @property
+    def circle(self) -> float:
+        """Diameter of the image circle, px."""
+        return 2 * self.scale * self.lens.edge_radius
+
+    def project(self, rays: ArrayLike) -> Floats:
+        """Pixels (..., 2) of rays (..., 3) of any length; NaN outside the field of view."""
+        x, y, z = np.moveaxis(np.asarray(rays, dtype=np.float64), -1, 0)
+        across = np.hypot(x, y)
+        phi = np.arctan2(across, z)
+        radius = self.scale * self.lens.radius(phi)
+        factor = np.divide(radius, across, out=np.zeros_like(across), where=across > 0.0)
+        pixels = np.stack([x * factor, y * factor], axis=-1) + self.size / 2
+        pixels[phi > self.lens.edge] = np.nan
+        return pixels
+
+    def rays(self) -> tuple[Floats, NDArray[np.bool_]]:
+        """Unit rays (size, size, 3) through the pixel centres, and which of them lie in the image circle."""
+        axis = np.arange(self.size) + 0.5 - self.size / 2
+        x, y = axis[np.newaxis, :], axis[:, np.newaxis]
+        radius = np.hypot(x, y)
+        inside = radius <= self.scale * self.lens.edge_radius
+        phi = self.lens.angle(radius / self.scale)
+        across = np.divide(np.sin(phi), radius, out=np.zeros_like(radius), where=radius > 0.0)
+        return np.stack([x * across, y * across, np.cos(phi)], axis=-1), inside
+
+
+def original_size_criterion(k: float = 1.0, phi_max_deg: float = 135.0) -> float:
+    """The image size that the thesis behind this camera prints, kept for comparison only.
+
+    It takes phi in degrees and adds the terms as a root of squares; the image needs 2 ceil(r(phi_max)) px in fact.
+    """
+    return math.sqrt(sum((k * phi_max_deg**n) ** 2 for n in range(1, 5)))

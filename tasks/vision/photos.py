@@ -1,0 +1,29 @@
+"""Pictures on disk."""
+
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+COMPRESSION = 1  # of 9: a third of the time of the usual 6, for files a fifth larger
+
+
+def photo_name(camera: str, index: int, seconds: float) -> str:
+    """The name of picture `index` of a camera, taken so many seconds after the vehicle's start."""
+    return f"{re.sub(r'[^A-Za-z0-9]+', '_', camera)}_{index:06d}_{seconds:.3f}.png"
+
+
+def write_png(path: Path, image: NDArray[np.uint8]) -> str:
+    """Writes an RGBA image; returns what kept it from doing so, else nothing. The file has no date in it."""
+    from PIL import Image
+
+    png = io.BytesIO()
+    Image.fromarray(image).save(png, format="PNG", compress_level=COMPRESSION)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(png.getvalue())
+    except OSError as error:
+        return f"cannot write {path}: {error.strerror or error}"
+    return ""
