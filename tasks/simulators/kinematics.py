@@ -52,6 +52,8 @@ class Motion:
 
     def ground_velocity(self) -> Vector:
         """Velocity over ground in the body frame (m/s)."""
+        if self.current == (0.0, 0.0):
+            return self.u, self.v, self.w
         return to_body(rotation(self.phi, self.theta, self.psi), (self.vn, self.ve, self.vd))
 
     def _step(self, dt: float) -> None:

@@ -53,7 +53,10 @@ class Ramp:
 class Pattern(Protocol):
     """A path over ground."""
 
-    depth: float | None
+    @property
+    def depth(self) -> float | None:
+        """Depth (m) that the path wants here; None leaves it to the vehicle."""
+        ...
 
     def steer(self, north: float, east: float) -> tuple[float, float]:
         """Course over ground (rad) that leads onto the path from here (m), and the path's curvature (1/m)."""
@@ -134,14 +137,14 @@ def lawn_mower(length: float, spacing: float, count: int, course: float) -> list
     return [(a * c - b * s, a * s + b * c, None) for a, b in forward]
 
 
-def parse_points(rows: Sequence[str], sizes: tuple[int, ...]) -> list[tuple[float, ...]]:
+def parse_points(rows: Sequence[str], sizes: tuple[int, ...]) -> list[list[float]]:
     """Points written as blank-separated numbers, one row each. Raises ValueError that names the bad row."""
-    points: list[tuple[float, ...]] = []
+    points: list[list[float]] = []
     for row in rows:
         try:
-            point = tuple(float(word) for word in row.split())
+            point = [float(word) for word in row.split()]
         except ValueError:
-            point = ()
+            point = []
         if len(point) not in sizes or not all(map(math.isfinite, point)):
             raise ValueError(f"{row!r} is not {' or '.join(map(str, sizes))} numbers")
         points.append(point)

@@ -1,0 +1,186 @@
+"""Simulates where the vehicle is, without forces."""
+
+import math
+
+import imc
+from runtime import ParameterError, State, Task, param, periodic
+from tasks.simulators.kinematics import Motion
+from tasks.simulators.trajectory import Circle, Legs, Line, Pattern, lawn_mower, parse_points
+
+LOOKAHEAD_TIME = 5.0  # s
+
+
+class EstimatedState(Task):
+    """Moves the vehicle along a pattern; publishes the truth and an estimate that equals it.
+
+    The vehicle starts on the surface, at rest, and dives when `Surface Time` is over.
+    """
+
+    pattern: str = param(
+        "Circle",
+        "",
+        "Path over ground.",
+        choices=("Hover", "Line", "Circle", "Lawn-mower", "Waypoints"),
+        editable=False,
+    )
+    speed: float = param(1.5, "m/s", "Speed through the water.", minimum=0, maximum=5)
+    turn_rate: float = param(15.0, "°/s", "Largest rate of turn.", minimum=1, maximum=90)
+    vertical_mode: str = param("Depth", "", "Which of depth and altitude is kept.", choices=("Depth", "Altitude"))
+    depth: float = param(3.0, "m", "Depth below the surface.", minimum=0, maximum=11000)
+    altitude: float = param(10.0, "m", "Height above the bottom.", minimum=0, maximum=11000)
+    bottom_depth: float = param(
+        13.0, "m", "Depth of the flat bottom; -1 where nobody knows.", minimum=-1, maximum=11000, editable=False
+    )
+    maximum_pitch: float = param(15.0, "°", "Steepest pitch when it dives.", minimum=1, maximum=60)
+    surface_time: float = param(10.0, "s", "Time on the surface before the first dive.", minimum=0, editable=False)
+    start_latitude: float = param(41.185, "°", "Latitude of the start.", minimum=-89, maximum=89, editable=False)
+    start_longitude: float = param(-8.7062, "°", "Longitude of the start.", minimum=-180, maximum=180, editable=False)
+    start_heading: float = param(
+        0.0, "°", "Heading at the start, true north.", minimum=-360, maximum=360, editable=False
+    )
+    circle_radius: float = param(
+        20.0, "m", "Radius of the circle, which begins at the start and turns to starboard.", minimum=1, editable=False
+    )
+    leg_length: float = param(50.0, "m", "Length of the lawn-mower's legs.", minimum=1, editable=False)
+    leg_spacing: float = param(10.0, "m", "Distance between the lawn-mower's legs.", minimum=1, editable=False)
+    leg_count: int = param(4, "1", "Number of the lawn-mower's legs.", minimum=1, maximum=1000, editable=False)
+    waypoints: list[str] = param(
+        [],
+        "",
+        'North, east and optionally depth (m, from the start) of each waypoint: "50 0, 50 20 5".',
+        editable=False,
+    )
+    current_north: float = param(0.0, "m/s", "Northward velocity of the water.", minimum=-3, maximum=3, editable=False)
+    current_east: float = param(0.0, "m/s", "Eastward velocity of the water.", minimum=-3, maximum=3, editable=False)
+    simulated_state_rate: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=0.1, maximum=1000)
+    estimated_state_rate: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=0.1, maximum=1000)
+
+    motion: Motion
+
+    def configure(self) -> None:
+        self.origin = math.radians(self.start_latitude), math.radians(self.start_longitude)
+        target, path = self._target_depth(), self._path()
+        if not hasattr(self, "motion"):
+            current = self.current_north, self.current_east
+            self.motion = Motion(path, math.radians(self.start_heading), current, dive_time=self.surface_time)
+        self.motion.speed = self.speed
+        self.motion.depth_target = target
+        self.motion.turn_rate = math.radians(self.turn_rate)
+        self.motion.maximum_pitch = math.radians(self.maximum_pitch)
+
+    def start(self) -> None:
+        self._last = self.now_ns
+        self.set_entity_state(State.NORMAL, "active")
+
+    @periodic("simulated_state_rate")
+    def simulate(self) -> None:
+        m = self._advance()
+        self.publish(
+            imc.SimulatedState(
+                lat=self.origin[0],
+                lon=self.origin[1],
+                x=m.north,
+                y=m.east,
+                z=m.depth,
+                phi=m.phi,
+                theta=m.theta,
+                psi=m.psi,
+                u=m.u,
+                v=m.v,
+                w=m.w,
+                p=m.p,
+                q=m.q,
+                r=m.r,
+                svx=self.current_north,
+                svy=self.current_east,
+            )
+        )
+
+    @periodic("estimated_state_rate")
+    def estimate(self) -> None:
+        m = self._advance()
+        u, v, w = m.ground_velocity()
+        self.publish(
+            imc.EstimatedState(
+                lat=self.origin[0],
+                lon=self.origin[1],
+                x=m.north,
+                y=m.east,
+                z=m.depth,
+                phi=m.phi,
+                theta=m.theta,
+                psi=m.psi,
+                u=u,
+                v=v,
+                w=w,
+                vx=m.vn,
+                vy=m.ve,
+                vz=m.vd,
+                p=m.p,
+                q=m.q,
+                r=m.r,
+                depth=m.depth,
+                alt=-1.0 if self.bottom_depth < 0.0 else self.bottom_depth - m.depth,
+            )
+        )
+
+    def _advance(self) -> Motion:
+        self.motion.advance((self.now_ns - self._last) * 1e-9)
+        self._last = self.now_ns
+        return self.motion
+
+    def _target_depth(self) -> float:
+        if self.vertical_mode == "Altitude":
+            if self.bottom_depth < 0.0:
+                raise ParameterError("Altitude", "needs a Bottom Depth")
+            if self.altitude > self.bottom_depth:
+                raise ParameterError("Altitude", f"is above the surface of {self.bottom_depth:g} m of water")
+            return self.bottom_depth - self.altitude
+        self._check_depth("Depth", self.depth)
+        return self.depth
+
+    def _check_depth(self, parameter: str, depth: float) -> None:
+        if depth < 0.0:
+            raise ParameterError(parameter, f"{depth:g} m is above the surface")
+        if 0.0 <= self.bottom_depth < depth:
+            raise ParameterError(parameter, f"{depth:g} m is below the bottom at {self.bottom_depth:g} m")
+
+    def _path(self) -> Pattern | None:
+        if self.pattern == "Hover":
+            return None
+        if self.speed < 0.1:
+            raise ParameterError("Speed", f"{self.pattern} needs at least 0.1 m/s")
+        if math.hypot(self.current_north, self.current_east) > 0.8 * self.speed:
+            raise ParameterError("Speed", "is too slow against the current")
+        heading, lookahead = math.radians(self.start_heading), max(LOOKAHEAD_TIME * self.speed, 1.0)
+        turn_radius = self.speed / math.radians(self.turn_rate)
+        if self.pattern == "Line":
+            return Line(0.0, 0.0, heading, lookahead)
+        if self.pattern == "Circle":
+            radius = self.circle_radius
+            if radius < turn_radius:
+                raise ParameterError("Circle Radius", f"is tighter than the {turn_radius:.1f} m of the turn rate")
+            return Circle(-radius * math.sin(heading), radius * math.cos(heading), radius, lookahead)
+        if self.pattern == "Lawn-mower":
+            corners = lawn_mower(self.leg_length, self.leg_spacing, self.leg_count, heading)
+            return Legs(corners, turn_radius, lookahead)
+        return Legs(self._waypoints(), turn_radius, lookahead)
+
+    def _waypoints(self) -> list[tuple[float, float, float | None]]:
+        try:
+            rows = parse_points(self.waypoints, (2, 3))
+        except ValueError as error:
+            raise ParameterError("Waypoints", str(error)) from None
+        points: list[tuple[float, float, float | None]] = [(0.0, 0.0, None)]
+        for row in rows:
+            depth = row[2] if len(row) > 2 else None
+            if depth is not None:
+                self._check_depth("Waypoints", depth)
+            if math.hypot(row[0] - points[-1][0], row[1] - points[-1][1]) < 1.0:
+                raise ParameterError("Waypoints", f"{row[0]:g} {row[1]:g} is less than 1 m from the one before")
+            points.append((row[0], row[1], depth))
+        if math.hypot(points[-1][0], points[-1][1]) < 1.0:
+            points = [points[-1], *points[1:-1]]
+        if len(points) < 2:
+            raise ParameterError("Waypoints", "needs one away from the start")
+        return points

@@ -1,0 +1,127 @@
+"""Simulates an inertial measurement unit with attitude reference."""
+
+import math
+
+import imc
+from runtime import State, Task, consume, param
+from tasks.simulators.attitude import Vector, rotation, wrap
+from tasks.simulators.imu_noise import (
+    STANDARD_GRAVITY,
+    NoiseDensity,
+    NoisyTriad,
+    specific_force,
+    standard_normals,
+    vins_parameters,
+)
+
+ARTICLE_INTERVAL = 0.025  # s
+TIMING = 1e-3  # of a period: how early a sample may be, for the resolution of timestamps is 0.24 µs
+
+
+class IMU(Task):
+    """Measures specific force, angular velocity and attitude, with AirSim's noise model of a MPU-6000.
+
+    Specific force is f = dv/dt + omega x v + R^T (ds/dt - g), with v the velocity through water that flows with s.
+    `Fidelity = Original` gives the true attitude, as AirSim does, and writes the VINS parameters of the articles on
+    AirSim to the log book.
+    """
+
+    fidelity: str = param(
+        "Physical", "", "Physical, or as AirSim and articles on it.", choices=("Physical", "Original")
+    )
+    sampling_rate: float = param(
+        100.0, "Hz", "Samples per second; never more than SimulatedState.", minimum=0.1, maximum=1000
+    )
+    generate_noise: bool = param(True, "", "Add noise to all that is measured.")
+    angular_random_walk: float = param(0.3, "°/√h", "White noise of the gyroscopes.", minimum=0)
+    gyro_bias_stability: float = param(4.6, "°/h", "Walk of the gyroscopes' bias within its time constant.", minimum=0)
+    gyro_bias_stability_tau: float = param(500.0, "s", "Time constant of the gyroscopes' bias.", minimum=1e-3)
+    velocity_random_walk: float = param(0.24, "mg/√Hz", "White noise of the accelerometers.", minimum=0)
+    accel_bias_stability: float = param(36.0, "µg", "Walk of the accelerometers' bias in its time constant.", minimum=0)
+    accel_bias_stability_tau: float = param(800.0, "s", "Time constant of the accelerometers' bias.", minimum=1e-3)
+    euler_angles_noise: float = param(
+        0.05, "°", "Standard deviation of attitude.", minimum=0, aliases=("Standard Deviation - Euler Angles",)
+    )
+    gravity: float = param(STANDARD_GRAVITY, "m/s²", "Gravity of the place.", minimum=0, maximum=100)
+    gyro_range: float = param(0.0, "°/s", "Largest rate that is measured; 0 for no limit.", minimum=0)
+    accel_range: float = param(0.0, "g", "Largest specific force that is measured; 0 for no limit.", minimum=0)
+
+    dropped = 0
+
+    def configure(self) -> None:
+        gyro = NoiseDensity.gyroscope(self.angular_random_walk, self.gyro_bias_stability, self.gyro_bias_stability_tau)
+        accel = NoiseDensity.accelerometer(
+            self.velocity_random_walk, self.accel_bias_stability, self.accel_bias_stability_tau
+        )
+        self.gyroscope, self.accelerometer = NoisyTriad(gyro), NoisyTriad(accel)
+
+    def start(self) -> None:
+        self._previous: imc.SimulatedState | None = None
+        self._normals = standard_normals(self.random, 15)
+        self.set_entity_state(State.NORMAL, "active")
+        if self.fidelity == "Original":
+            densities = self.gyroscope.density, self.accelerometer.density
+            self.log.info(vins_parameters(*densities, ARTICLE_INTERVAL))
+
+    @consume
+    def measure(self, truth: imc.SimulatedState) -> None:
+        attitude = truth.phi + truth.theta + truth.psi
+        motion = truth.u + truth.v + truth.w + truth.p + truth.q + truth.r + truth.svx + truth.svy + truth.svz
+        if not math.isfinite(attitude + motion):
+            self.dropped += 1
+            return
+        before, self._previous = self._previous, truth
+        if before is None or truth.timestamp < before.timestamp:
+            self._first = self._sampled = truth.timestamp
+            self._count = 0
+            return
+        elapsed = truth.timestamp - before.timestamp
+        count = math.floor((truth.timestamp - self._first) * self.sampling_rate + TIMING)
+        if elapsed == 0.0 or count <= self._count:
+            return
+        self._count = count
+        interval, self._sampled = truth.timestamp - self._sampled, truth.timestamp
+        rates = truth.p, truth.q, truth.r
+        force = _specific_force(before, truth, elapsed, self.gravity)
+        angles = truth.phi, truth.theta, truth.psi
+        if self.generate_noise:
+            draws = next(self._normals)
+            rates = self.gyroscope.corrupt(rates, interval, draws)
+            force = self.accelerometer.corrupt(force, interval, draws[6:])
+            if self.fidelity == "Physical":
+                sigma = math.radians(self.euler_angles_noise)
+                angles = angles[0] + sigma * draws[12], angles[1] + sigma * draws[13], angles[2] + sigma * draws[14]
+        self._report(truth.timestamp, angles, rates, force)
+
+    def _report(self, time: float, angles: Vector, rates: Vector, force: Vector) -> None:
+        phi, theta, psi = angles
+        psi = wrap(psi)
+        p, q, r = _clip(rates, math.radians(self.gyro_range))
+        x, y, z = _clip(force, self.accel_range * STANDARD_GRAVITY)
+        for message in (
+            imc.EulerAngles(timestamp=time, time=time, phi=wrap(phi), theta=theta, psi=psi, psi_magnetic=psi),
+            imc.AngularVelocity(timestamp=time, time=time, x=p, y=q, z=r),
+            imc.Acceleration(timestamp=time, time=time, x=x, y=y, z=z),
+        ):
+            self.publish(message, keep_time=True)
+
+
+def _specific_force(before: imc.SimulatedState, now: imc.SimulatedState, elapsed: float, gravity: float) -> Vector:
+    stream = (
+        (now.svx - before.svx) / elapsed,
+        (now.svy - before.svy) / elapsed,
+        (now.svz - before.svz) / elapsed,
+    )
+    x, y, z = specific_force(rotation(now.phi, now.theta, now.psi), stream, gravity)
+    return (
+        x + (now.u - before.u) / elapsed + now.q * now.w - now.r * now.v,
+        y + (now.v - before.v) / elapsed + now.r * now.u - now.p * now.w,
+        z + (now.w - before.w) / elapsed + now.p * now.v - now.q * now.u,
+    )
+
+
+def _clip(value: Vector, limit: float) -> Vector:
+    if limit == 0.0:
+        return value
+    x, y, z = value
+    return max(-limit, min(limit, x)), max(-limit, min(limit, y)), max(-limit, min(limit, z))

@@ -1,0 +1,142 @@
+"""Simulators.IMU: kinematics, noise, edges."""
+
+import math
+
+import numpy as np
+import pytest
+
+import imc
+from runtime import ParameterError
+from runtime.testing import simulate
+from tasks.simulators.attitude import rotation, to_body
+from tasks.simulators.estimated_state import EstimatedState
+from tasks.simulators.imu import IMU
+from tasks.simulators.kinematics import Motion
+from tasks.simulators.trajectory import Legs, lawn_mower
+
+G = 9.80665
+
+
+def rest(seconds, rate=100, **fields):
+    return [imc.SimulatedState(timestamp=k / rate, **fields) for k in range(round(seconds * rate) + 1)]
+
+
+def test_at_rest_it_feels_gravity():
+    run = simulate(IMU, feed=rest(0.1), generate_noise=False)
+    assert len(run.of(imc.Acceleration)) == len(run.of(imc.AngularVelocity)) == len(run.of(imc.EulerAngles)) == 10
+    for m in run.of(imc.Acceleration):
+        assert (m.x, m.y, m.z) == pytest.approx((0.0, 0.0, -G))
+        assert m.time == m.timestamp
+    pitched = simulate(IMU, feed=rest(0.1, theta=0.3, phi=0.2), generate_noise=False).of(imc.Acceleration)[-1]
+    assert (pitched.x, pitched.y, pitched.z) == pytest.approx(
+        (G * math.sin(0.3), -G * math.cos(0.3) * math.sin(0.2), -G * math.cos(0.3) * math.cos(0.2)), abs=1e-5
+    )
+
+
+def test_in_free_fall_it_feels_nothing():
+    fall = [imc.SimulatedState(timestamp=k / 100, w=G * k / 100) for k in range(10)]
+    m = simulate(IMU, feed=fall, generate_noise=False).of(imc.Acceleration)[-1]
+    assert (m.x, m.y, m.z) == pytest.approx((0.0, 0.0, 0.0), abs=1e-4)
+
+
+def test_a_changing_stream_is_felt():
+    feed = [imc.SimulatedState(timestamp=k / 100, psi=math.pi / 2, svx=0.5 * k / 100) for k in range(10)]
+    m = simulate(IMU, feed=feed, generate_noise=False).of(imc.Acceleration)[-1]
+    assert (m.x, m.y, m.z) == pytest.approx((0.0, -0.5, -G), abs=1e-4)
+
+
+def test_force_agrees_with_the_motion():
+    """The error stays ten times below the noise of one sample (2.4e-2 m/s²), dives and turns included."""
+    run = simulate(
+        [
+            (EstimatedState, {"pattern": "Lawn-mower", "leg_length": 20.0, "current_north": 0.3, "depth": 6.0}),
+            (IMU, {"generate_noise": False}),
+        ],
+        seconds=60,
+    )
+    exact = Motion(Legs(lawn_mower(20.0, 10.0, 4, 0.0), 1.5 / math.radians(15.0), 7.5), 0.0, (0.3, 0.0), 10.0)
+    exact.speed, exact.depth_target = 1.5, 6.0
+    velocities, attitudes = [(exact.vn, exact.ve, exact.vd)], [(0.0, 0.0, 0.0)]
+    for _ in range(6000):
+        exact.advance(0.01)
+        velocities.append((exact.vn, exact.ve, exact.vd))
+        attitudes.append((exact.phi, exact.theta, exact.psi))
+    accelerations = np.gradient(np.array(velocities), 0.01, axis=0) - (0.0, 0.0, G)
+    forces = run.of(imc.Acceleration)
+    for k, m in enumerate(forces[:-1], start=1):
+        expected = to_body(rotation(*attitudes[k]), tuple(accelerations[k]))
+        assert (m.x, m.y, m.z) == pytest.approx(expected, abs=2.4e-3)
+    turning = run.of(imc.AngularVelocity)[4000]
+    assert turning.z != 0.0
+
+
+def collect(run, kind):
+    return np.array([(m.x, m.y, m.z) for m in run.of(kind)])
+
+
+def test_noise_has_the_sigmas_of_the_rate():
+    run = simulate(IMU, feed=rest(30.0), seed=3)
+    n = len(run.of(imc.Acceleration))
+    tolerance = 4.0 / math.sqrt(2 * 3 * n)
+    assert collect(run, imc.Acceleration).std(axis=0).mean() == pytest.approx(2.354e-2, rel=tolerance)
+    assert collect(run, imc.AngularVelocity).std(axis=0).mean() == pytest.approx(8.727e-4, rel=tolerance)
+    angles = np.array([(m.phi, m.theta, m.psi) for m in run.of(imc.EulerAngles)])
+    assert angles.std(axis=0).mean() == pytest.approx(math.radians(0.05), rel=tolerance)
+
+
+def test_noise_depends_on_the_seed_alone():
+    feed = rest(1.0)
+    assert simulate(IMU, feed=feed, seed=1).packets == simulate(IMU, feed=feed, seed=1).packets
+    assert simulate(IMU, feed=feed, seed=1).packets != simulate(IMU, feed=feed, seed=2).packets
+
+
+def test_it_samples_at_its_own_rate():
+    run = simulate(IMU, feed=rest(2.0), sampling_rate=25.0)
+    times = [m.timestamp for m in run.of(imc.Acceleration)]
+    assert len(times) == 50
+    assert np.diff(times) == pytest.approx(0.04, abs=1e-6)
+    assert len(simulate(IMU, feed=rest(2.0, rate=10)).of(imc.Acceleration)) == 20
+
+
+def test_original_gives_true_attitude_and_writes_the_articles_block():
+    run = simulate(IMU, feed=rest(0.5, psi=1.0), fidelity="Original", seed=1)
+    assert {m.phi for m in run.of(imc.EulerAngles)} == {0.0}
+    assert collect(run, imc.Acceleration).std() > 1e-2
+    assert "acc_n: 1.4885e-02" in run.log[0]
+    assert "g_norm: 9.81007" in run.log[0]
+
+
+def test_bad_states_give_no_sample_and_are_counted():
+    good = rest(0.05)
+    bad = [
+        imc.SimulatedState(timestamp=0.021, u=math.nan),
+        imc.SimulatedState(timestamp=0.022, phi=math.inf),
+        imc.SimulatedState(timestamp=0.03),
+    ]
+    run = simulate(IMU, feed=[*good, *bad], generate_noise=False, seconds=0.2)
+    assert len(run.of(imc.Acceleration)) == 5
+    assert run.task.dropped == 2
+    assert all(math.isfinite(m.x) for m in run.of(imc.Acceleration))
+
+
+def test_ranges_saturate():
+    feed = [imc.SimulatedState(timestamp=k / 100, r=1.0) for k in range(5)]
+    run = simulate(IMU, feed=feed, generate_noise=False, gyro_range=30.0, accel_range=0.5)
+    assert run.of(imc.AngularVelocity)[-1].z == pytest.approx(math.radians(30.0))
+    assert run.of(imc.Acceleration)[-1].z == pytest.approx(-0.5 * G)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "name"),
+    [
+        ({"angular_random_walk": -1.0}, "Angular Random Walk"),
+        ({"gyro_bias_stability_tau": 0.0}, "Gyro Bias Stability Tau"),
+        ({"sampling_rate": 0.0}, "Sampling Rate"),
+        ({"fidelity": "Exact"}, "Fidelity"),
+        ({"velocity_random_walk": math.nan}, "Velocity Random Walk"),
+    ],
+)
+def test_bad_parameters(parameters, name):
+    with pytest.raises(ParameterError) as caught:
+        simulate(IMU, **parameters)
+    assert caught.value.name == name
