@@ -53,7 +53,9 @@ class IMU(Task):
         accel = NoiseDensity.accelerometer(
             self.velocity_random_walk, self.accel_bias_stability, self.accel_bias_stability_tau
         )
-        self.gyroscope, self.accelerometer = NoisyTriad(gyro), NoisyTriad(accel)
+        if not hasattr(self, "gyroscope"):
+            self.gyroscope, self.accelerometer = NoisyTriad(gyro), NoisyTriad(accel)
+        self.gyroscope.density, self.accelerometer.density = gyro, accel
 
     def start(self) -> None:
         self._previous: imc.SimulatedState | None = None
@@ -69,7 +71,10 @@ class IMU(Task):
         motion = truth.u + truth.v + truth.w + truth.p + truth.q + truth.r + truth.svx + truth.svy + truth.svz
         if not math.isfinite(attitude + motion):
             self.dropped += 1
+            self.set_entity_state(State.FAULT, f"SimulatedState is not finite ({self.dropped} dropped)")
             return
+        if self.entity.state is State.FAULT:
+            self.set_entity_state(State.NORMAL, "active")
         before, self._previous = self._previous, truth
         if before is None or truth.timestamp < before.timestamp:
             self._first = self._sampled = truth.timestamp

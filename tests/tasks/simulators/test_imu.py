@@ -116,6 +116,9 @@ def test_bad_states_give_no_sample_and_are_counted():
     run = simulate(IMU, feed=[*good, *bad], generate_noise=False, seconds=0.2)
     assert len(run.of(imc.Acceleration)) == 5
     assert run.task.dropped == 2
+    states = [m.state for m in run.of(imc.EntityState)]
+    assert imc.EntityState.State.FAULT in states
+    assert states[-1] == imc.EntityState.State.NORMAL
     assert all(math.isfinite(m.x) for m in run.of(imc.Acceleration))
 
 
