@@ -1,0 +1,90 @@
+"""Compressed files as a row of members, each complete in itself: packed one by one, and unpacked around damage."""
+
+import bz2
+import os
+import re
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
+
+PACKED_CHUNK = 1 << 14  # unpacks to 16 MiB at most
+SEARCH_CHUNK = 1 << 18
+LONGEST_MAGIC = 10
+
+
+def gzip_member(data: bytes, level: int = 1) -> bytes:
+    """`data` as one gzip member that says nothing of time, file or computer."""
+    packer = zlib.compressobj(level, zlib.DEFLATED, -zlib.MAX_WBITS)
+    body = packer.compress(data) + packer.flush()
+    return b"\x1f\x8b\x08\0\0\0\0\0\0\xff" + body + struct.pack("<II", zlib.crc32(data), len(data) & 0xFFFFFFFF)
+
+
+class Compression(NamedTuple):
+    """How members are packed, how they begin, and how they are unpacked."""
+
+    suffix: str
+    pack: Callable[[bytes], bytes]
+    magic: re.Pattern[bytes]
+    unpacker: Callable[[], Any]
+
+
+COMPRESSIONS = {
+    "gzip": Compression(".gz", gzip_member, re.compile(rb"\x1f\x8b\x08[\x00-\x1f]"), lambda: zlib.decompressobj(31)),
+    "bzip2": Compression(".bz2", bz2.compress, re.compile(rb"BZh[1-9](?:1AY&SY|\x17rE8P\x90)"), bz2.BZ2Decompressor),
+    "zlib": Compression(".z", zlib.compress, re.compile(rb"\x78[\x01\x5e\x9c\xda]"), zlib.decompressobj),
+}
+
+
+def unpack(file: BinaryIO, form: Compression) -> Iterator[tuple[bytes, str]]:
+    """Unpacked bytes and, where a member is damaged, what is wrong; it goes on with the next member that unpacks."""
+    begin, end, searching = 0, file.seek(0, os.SEEK_END), False
+    while begin < end:
+        unpacker, position, produced, damage = form.unpacker(), begin, 0, ""
+        file.seek(begin)
+        while not unpacker.eof and not damage:
+            packed = file.read(PACKED_CHUNK)
+            try:
+                data = unpacker.decompress(packed)
+                damage = "" if packed else "cut short"
+            except (zlib.error, OSError) as error:
+                data, damage = _salvage(file, form, begin, position, packed), str(error)
+            position += len(packed)
+            produced += len(data)
+            yield data, ""
+        if not damage:
+            begin, searching = position - len(unpacker.unused_data), False
+            continue
+        if not searching or produced > 1024:
+            yield b"", f"member at byte {begin} of {Path(file.name).name}: {damage}"
+        begin, searching = _next_member(file, form, begin + 1), True
+
+
+def _salvage(file: BinaryIO, form: Compression, begin: int, position: int, packed: bytes) -> bytes:
+    """What can be had of `packed`, read at `position` of the member at `begin`: all that comes before the damage."""
+    unpacker = form.unpacker()
+    file.seek(begin)
+    while file.tell() < position:
+        unpacker.decompress(file.read(min(PACKED_CHUNK, position - file.tell())))
+    data = bytearray()
+    try:
+        for number in packed:
+            data += unpacker.decompress(bytes((number,)))
+    except (zlib.error, OSError, EOFError):
+        pass
+    return bytes(data)
+
+
+def _next_member(file: BinaryIO, form: Compression, begin: int) -> int:
+    """Where after `begin` a member may begin; the end of the file where none does."""
+    overlap = LONGEST_MAGIC - 1
+    file.seek(begin)
+    window = b""
+    while block := file.read(SEARCH_CHUNK):
+        window += block
+        if found := form.magic.search(window):
+            return begin + found.start()
+        begin += max(0, len(window) - overlap)
+        window = window[-overlap:]
+    return begin + len(window)
