@@ -12,7 +12,7 @@ VECTORS = json.loads((Path(__file__).parents[2] / "data/sensors/fisheye.json").r
 AXES = dict(zip(NAMES, ((0, 0, 1), (0, -1, 0), (1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, 0, -1)), strict=True))
 
 
-@pytest.mark.parametrize(("number", "name"), enumerate(VECTORS["fisheye_face_rotations"]))
+@pytest.mark.parametrize(("number", "name"), list(enumerate(VECTORS["fisheye_face_rotations"])))
 def test_rotations_match_the_vectors(number, name):
     case = VECTORS["fisheye_face_rotations"][name]
     assert NAMES[number] == name
@@ -21,7 +21,7 @@ def test_rotations_match_the_vectors(number, name):
     np.testing.assert_allclose(QUATERNIONS[number], case["q_optical"], atol=1e-9)
 
 
-@pytest.mark.parametrize(("number", "name"), enumerate(NAMES))
+@pytest.mark.parametrize(("number", "name"), list(enumerate(NAMES)))
 def test_each_face_looks_where_its_name_says(number, name):
     turn = rotations(6)[number]
     np.testing.assert_array_equal(turn[:, 2], AXES[name])
@@ -42,12 +42,11 @@ def test_stacking_takes_three_or_four_colours():
     atlas = stack(four)
     assert atlas.shape == (21,)
     assert atlas[-1] == 0
-    np.testing.assert_array_equal(atlas[4:8].view(np.uint8), 10)
-    three = stack([face[..., :3] for face in four])
-    np.testing.assert_array_equal(
-        three[:-1].view(np.uint8).reshape(-1, 4)[:, :3], atlas[:-1].view(np.uint8).reshape(-1, 4)[:, :3]
-    )
-    np.testing.assert_array_equal(three[:-1].view(np.uint8).reshape(-1, 4)[:, 3], 255)
+    pixels = atlas[:-1].view(np.uint8).reshape(5, 2, 2, 4)
+    np.testing.assert_array_equal(pixels, four)
+    opaque = stack([face[..., :3] for face in four])[:-1].view(np.uint8).reshape(5, 2, 2, 4)
+    np.testing.assert_array_equal(opaque[..., :3], pixels[..., :3])
+    np.testing.assert_array_equal(opaque[..., 3], 255)
 
 
 @pytest.mark.parametrize(

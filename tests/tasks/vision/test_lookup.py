@@ -13,6 +13,7 @@ from tasks.vision.lookup import OUTSIDE, VOID, Lookup, void_warning
 from tasks.vision.sampling import Blend, Nearest, sampler
 
 VECTORS = json.loads((Path(__file__).parents[2] / "data/sensors/fisheye.json").read_text())
+# Field of view, width of face and picture, and the rms errors allowed, nearest and blended, of 255.
 SPHERES = [
     (180, 256, 512, 0.8, 0.03),
     (180, 512, 1024, 0.4, 0.012),
@@ -101,7 +102,7 @@ def test_opencv_blends_alike():
 
 def test_outside_and_void_are_transparent_black():
     lookup = look_up("equidistant", 270, 128, 16)
-    assert lookup.void == pytest.approx(0.0453, abs=1e-3)
+    assert lookup.void == pytest.approx(0.0453, abs=2e-3)
     atlas = stack([np.full((16, 16, 4), 200, dtype=np.uint8)] * 5)
     for picture in (Nearest(lookup)(atlas), Blend(lookup)(atlas)):
         np.testing.assert_array_equal(picture[lookup.face < 0], 0)

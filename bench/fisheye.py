@@ -1,0 +1,98 @@
+"""Measures the fisheye camera: putting pictures together, side by side with OpenCV, and rendering scenes.
+
+Figures are the best processor time of one thread; all methods take turns, so that the ratios are fair.
+"""
+
+import importlib.util
+import math
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from tasks.vision.faces import stack
+from tasks.vision.lens import Projection, preset_lens
+from tasks.vision.lookup import Lookup
+from tasks.vision.sampling import Blend, Nearest, Remap
+from tasks.vision.scene import Renderer
+from tasks.vision.surroundings import Pose, surroundings
+
+LEAST_RATIOS = {"nearest": 1.2, "bilinear": 0.2}
+CASES = ((512, 1024, 180.0), (1024, 1024, 180.0), (512, 2048, 180.0), (1024, 2048, 180.0), (512, 1024, 220.0))
+POSES = (
+    ("Seabed", Pose(0.0, 0.0, 5.0, 10.0)),
+    ("Seabed", Pose(0.0, 0.0, 5.0, 8.0, roll=math.radians(20))),
+    ("Sea Surface", Pose(0.0, 0.0, 10.0)),
+    ("Sea Surface", Pose(0.0, 0.0, 10.0, roll=math.radians(20))),
+)
+
+
+def best(methods: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:
+    """Least processor time of each in s."""
+    times = dict.fromkeys(methods, math.inf)
+    for _ in range(rounds):
+        for name, method in methods.items():
+            start = time.process_time_ns()
+            method()
+            times[name] = min(times[name], (time.process_time_ns() - start) / 1e9)
+    return times
+
+
+def remap_nearest(lookup: Lookup) -> Callable[[np.ndarray], np.ndarray]:
+    """OpenCV's nearest neighbour, with the fixed-point maps that it is fastest with."""
+    import cv2
+
+    floats = Remap(lookup)
+    maps = cv2.convertMaps(floats.x, floats.y, cv2.CV_16SC2, nninterpolation=True)
+    width = lookup.face_width
+    return lambda atlas: cv2.remap(atlas[:-1].view(np.uint8).reshape(-1, width, 4), *maps, cv2.INTER_NEAREST)
+
+
+def assembling(rounds: int) -> bool:
+    """Prints the table; False if a ratio to OpenCV is below its limit."""
+    with_opencv = importlib.util.find_spec("cv2") is not None
+    if with_opencv:
+        import cv2
+
+        cv2.setNumThreads(1)
+    good = True
+    random = np.random.default_rng(1)
+    print("faces -> picture, field of view   method            ms    fps   of OpenCV's speed")
+    for width, size, fov in CASES:
+        lookup = Lookup(Projection(preset_lens("equidistant", math.radians(fov)), size), width)
+        atlas = stack(list(random.integers(0, 256, (5, width, width, 4), dtype=np.uint8)))
+        samplers = {"nearest": Nearest(lookup), "bilinear": Blend(lookup)}
+        if with_opencv:
+            samplers |= {"OpenCV nearest": remap_nearest(lookup), "OpenCV bilinear": Remap(lookup)}
+        times = best({name: partial(s, atlas) for name, s in samplers.items()}, rounds)
+        for name, seconds in times.items():
+            ratio = times.get(f"OpenCV {name}", math.nan) / seconds
+            good &= not ratio < LEAST_RATIOS.get(name, 0.0)
+            shown = f"{ratio:8.2f} (at least {LEAST_RATIOS[name]})" if ratio == ratio else ""
+            print(f"{width:5d} -> {size:4d}, {fov:3.0f}°    {name:20s} {seconds * 1e3:8.2f} {1 / seconds:6.0f} {shown}")
+    return good
+
+
+def rendering(rounds: int) -> None:
+    lookup = Lookup(Projection(preset_lens("equidistant", math.pi), 1024), 512)
+    print("\nfive faces of 512 px, two gliders                 all rows       rows of 180°")
+    mugs = ((1.0, 0.3), (3.0, -2.0))
+    for scene, pose in POSES:
+        around = surroundings(scene, 0.0, np.random.default_rng(1))
+        views = {name: Renderer(around, 512, 5, rows, mugs) for name, rows in (("all", ()), ("some", lookup.rows))}
+        times = best({name: partial(v.render, pose) for name, v in views.items()}, rounds)
+        columns = "   ".join(f"{t * 1e3:5.1f} ms {1 / t:4.0f} fps" for t in times.values())
+        print(f"{scene:12s} {pose.height:3.0f} m, roll {math.degrees(pose.roll):3.0f}°                {columns}")
+
+
+def main() -> int:
+    rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 30
+    good = assembling(rounds)
+    rendering(rounds)
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
