@@ -124,7 +124,7 @@ def test_no_seam_between_faces():
     "pose", [replace(FLYING, height=1e4), replace(DIVING, height=1e-3), replace(DIVING, depth=-1.0)]
 )
 @pytest.mark.parametrize("scene", ["Seabed", "Sea Surface"])
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_extreme_heights_and_depths(scene, pose):
     picture = fisheye(scene, 220, size=96).picture(replace(pose, roll=0.3))
     assert picture[48].all(axis=0)[3]

@@ -1,0 +1,216 @@
+"""Vision.FisheyeCamera on a bus: frames, photos, faults, parameters."""
+
+import hashlib
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import imc
+from runtime import ParameterError
+from runtime.clock import WallClock
+from runtime.testing import simulate
+from tasks.vision.fisheye_camera import FisheyeCamera
+from tasks.vision.scene import camera
+from tasks.vision.surroundings import Pose
+
+NORMAL, FAULT, FAILURE = (imc.EntityState.State[name] for name in ("NORMAL", "FAULT", "FAILURE"))
+START = 1_767_225_600_000_000_000  # ns
+SMALL = {"size": 96, "face_size": 48}
+
+
+def state(time=0.0, **fields):
+    return imc.EstimatedState(timestamp=time, **{"depth": 5.0, "z": 5.0, "alt": 4.0, **fields})
+
+
+def states(seconds=1.0, rate=20, **fields):
+    return [state(n / rate, x=n / rate, **fields) for n in range(int(seconds * rate))]
+
+
+def photos(folder: Path) -> dict[str, str]:
+    return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest() for p in folder.rglob("*.png")}
+
+
+def test_frames_come_at_their_rate_with_pose_and_time():
+    run = simulate(FisheyeCamera, feed=states(2.0, psi=0.5), seconds=2.31, frame_rate=5, latency=0.1, **SMALL)
+    frames = run.frames
+    assert [frame.index for frame in frames] == list(range(11))
+    assert [frame.time - run.vehicle.start_time for frame in frames] == pytest.approx(np.arange(1, 12) / 5, abs=1e-6)
+    first, last = frames[0], frames[-1]
+    assert (first.camera, first.image.shape, first.image.flags.writeable) == ("FisheyeCamera", (96, 96, 4), False)
+    assert first.info["fov"] == pytest.approx(math.pi)
+    assert first.info["focal_length"] == pytest.approx(96 / math.pi)
+    assert (last.info["north"], last.info["height"], last.info["psi"]) == pytest.approx((1.95, 4.0, 0.5))
+    assert run.of(imc.EntityState)[-1].state == NORMAL
+    assert run.task.entity.description == "11 frames, 0 dropped"
+
+
+def test_gliders_lie_off_the_place_where_the_vehicle_is_first_seen():
+    """The reference point moves on meanwhile, by 10 m to the north."""
+    latitude, step = 0.7, 10.0 / 6_361_000.0
+    feed = [
+        state(0.0, lat=latitude, x=100.0, y=50.0),
+        state(0.5, lat=latitude, x=101.0, y=50.0),
+        state(1.0, lat=latitude + step, x=91.0, y=50.0),
+    ]
+    run = simulate(FisheyeCamera, feed=feed, seconds=1.5, frame_rate=2, mugs=["1.0 0.3"], size=256)
+    assert run.frames[1].info["north"] == pytest.approx(1.0)
+    assert run.frames[-1].info["north"] == pytest.approx(1.0, abs=0.01)
+    red, green, blue = np.moveaxis(run.frames[1].image[..., :3].astype(int), -1, 0)
+    rows, columns = np.nonzero((red > 150) & (green > 120) & (blue < 90))
+    place = run.task.camera.projection.project(np.array([0.0, 0.3, 3.92]) @ camera(Pose(0.0, 0.0, 4.0)))
+    assert np.hypot(columns.mean() + 0.5 - place[0], rows.mean() + 0.5 - place[1]) < 1.5
+
+
+def test_the_same_mugs_as_the_detection_camera_takes():
+    for text in ("1.0 0.3, 25 -5", "1.0, 0.3, 25, -5"):
+        run = simulate(FisheyeCamera, mugs=[word.strip() for word in text.split(",")])
+        assert run.task.camera.mugs == ((1.0, 0.3), (25.0, -5.0))
+
+
+def test_photos_go_to_the_folder_of_the_log(tmp_path):
+    started, stopped = imc.LoggingControl.Op.STARTED, imc.LoggingControl.Op.STOPPED
+    feed = [
+        *states(1.5),
+        imc.LoggingControl(timestamp=0.45, op=started, name="20260101/000000_a"),
+        imc.LoggingControl(timestamp=0.95, op=stopped, name="20260101/000000_a"),
+    ]
+    run = simulate(
+        FisheyeCamera, feed=feed, seconds=1.4, frame_rate=4, save_images=True, log_root=tmp_path, system="ship", **SMALL
+    )
+    assert sorted(photos(tmp_path)) == [
+        "ship/20260101/000000_a/Photos/FisheyeCamera_000001_0.500.png",
+        "ship/20260101/000000_a/Photos/FisheyeCamera_000002_0.750.png",
+        "ship/Photos/FisheyeCamera_000000_0.250.png",
+        "ship/Photos/FisheyeCamera_000003_1.000.png",
+        "ship/Photos/FisheyeCamera_000004_1.250.png",
+    ]
+    with Image.open(tmp_path / "ship/20260101/000000_a/Photos/FisheyeCamera_000002_0.750.png") as photo:
+        np.testing.assert_array_equal(np.asarray(photo), run.frames[2].image)
+
+
+@pytest.mark.parametrize("interpolation", ["nearest", "bilinear"])
+def test_two_runs_are_equal_to_the_byte(tmp_path, interpolation):
+    runs = [
+        simulate(
+            FisheyeCamera,
+            feed=states(1.0, phi=0.3),
+            log_root=tmp_path / name,
+            save_images=True,
+            interpolation=interpolation,
+            field_of_view=220.0,
+            **SMALL,
+        )
+        for name in ("a", "b")
+    ]
+    assert runs[0].packets == runs[1].packets
+    assert photos(tmp_path / "a") == photos(tmp_path / "b") != {}
+
+
+def test_a_log_outside_of_the_root_gets_no_photos(tmp_path):
+    feed = [imc.LoggingControl(op=imc.LoggingControl.Op.STARTED, name="../../elsewhere"), state(0.01)]
+    run = simulate(
+        FisheyeCamera, feed=feed, seconds=0.5, save_images=True, log_root=tmp_path / "log", system="ship", **SMALL
+    )
+    assert any("outside" in text for text in run.log)
+    assert {Path(name).parts[:2] for name in photos(tmp_path)} == {("log", "ship")}
+
+
+def test_a_full_disk_fails_the_entity_and_frames_go_on(tmp_path):
+    (tmp_path / "ship").mkdir()
+    (tmp_path / "ship/Photos").write_text("in the way")
+    run = simulate(
+        FisheyeCamera, feed=states(1.0), seconds=1.1, save_images=True, log_root=tmp_path, system="ship", **SMALL
+    )
+    assert len(run.frames) == 5
+    assert run.of(imc.EntityState)[-1].state == FAILURE
+    assert "cannot write" in run.task.entity.description
+
+
+def test_frames_are_dropped_while_one_is_in_the_works():
+    run = simulate(FisheyeCamera, feed=states(1.0), seconds=1.08, frame_rate=10, latency=0.25, **SMALL)
+    assert [round(frame.time - run.vehicle.start_time, 3) for frame in run.frames] == [0.1, 0.4, 0.7]
+    assert run.task.entity.description == "3 frames, 6 dropped"
+
+
+@pytest.mark.parametrize(
+    ("fields", "why"),
+    [
+        ({"phi": math.nan}, "no position or attitude"),
+        ({"x": math.inf}, "no position or attitude"),
+        ({"lat": math.nan}, "no position or attitude"),
+        ({"depth": math.nan}, "no position or attitude"),
+        ({"alt": -1.0}, "no altitude"),
+        ({"alt": 0.0}, "no altitude"),
+        ({"alt": math.nan}, "no altitude"),
+        ({"alt": math.inf}, "no altitude"),
+    ],
+)
+def test_without_a_pose_there_is_no_frame_and_the_entity_says_why(fields, why):
+    run = simulate(FisheyeCamera, feed=[state(0.0, **fields)], seconds=0.5, **SMALL)
+    assert run.frames == []
+    assert run.of(imc.EntityState)[-1].state == FAULT
+    assert run.task.entity.description == why
+    again = simulate(FisheyeCamera, feed=[state(0.0, **fields), state(0.3)], seconds=0.8, **SMALL)
+    assert again.frames
+    assert again.of(imc.EntityState)[-1].state == NORMAL
+
+
+def test_before_the_first_state_it_waits():
+    run = simulate(FisheyeCamera, seconds=1.0, **SMALL)
+    assert run.frames == []
+    assert run.task.entity.description == "waiting for EstimatedState"
+
+
+def test_over_the_sea_the_height_comes_from_the_altitude_or_from_z():
+    feed = [state(0.0, alt=-1.0, z=-30.0, depth=-30.0), state(0.25, alt=12.0, z=-30.0, depth=-30.0)]
+    run = simulate(FisheyeCamera, feed=feed, seconds=0.5, scene="Sea Surface", **SMALL)
+    assert [frame.info["height"] for frame in run.frames] == [30.0, 12.0]
+
+
+@pytest.mark.parametrize(
+    ("values", "name"),
+    [
+        ({"field_of_view": 0.0}, "Field Of View"),
+        ({"field_of_view": 361.0}, "Field Of View"),
+        ({"lens": "orthographic", "field_of_view": 171.0}, "Field Of View"),
+        ({"lens": "stereographic_220", "field_of_view": 230.0}, "Field Of View"),
+        ({"lens_coefficients": [1.0, 0.0, -0.5, 0.0]}, "Lens Coefficients"),
+        ({"lens_coefficients": [0.0] * 4}, "Lens Coefficients"),
+        ({"lens_coefficients": [1.0, 0.0]}, "Lens Coefficients"),
+        ({"size": 0}, "Size"),
+        ({"face_size": 0}, "Face Size"),
+        ({"faces": 4}, "Faces"),
+        ({"lens": "pinhole"}, "Lens"),
+        ({"mugs": ["1.0"]}, "MUGs"),
+        ({"mugs": ["here there"]}, "MUGs"),
+        ({"mugs": ["nan 1"]}, "MUGs"),
+    ],
+)
+def test_parameters_that_make_no_sense_are_refused(values, name):
+    with pytest.raises(ParameterError) as refusal:
+        simulate(FisheyeCamera, **values)
+    assert refusal.value.name == name
+
+
+def test_gaps_and_a_cut_image_are_warned_of():
+    run = simulate(FisheyeCamera, field_of_view=270.0, focal_length=100.0, size=400)
+    assert any("250.53°" in text for text in run.log)
+    assert any("471 px is cut off at 400 px" in text for text in run.log)
+    assert not simulate(FisheyeCamera, field_of_view=270.0, faces=6).log
+
+
+def test_coefficients_in_pixels():
+    run = simulate(FisheyeCamera, lens_coefficients=[339.749, -31.988, 48.275, -7.201], focal_length=1.0, size=1280)
+    assert run.task.camera.projection.project([[1.0, 0.0, 1.0]])[0, 0] == pytest.approx(640 + 267.75, abs=0.1)
+
+
+def test_on_a_wall_clock_a_busy_renderer_drops_frames_and_keeps_none_waiting():
+    run = simulate(
+        FisheyeCamera, feed=[state(0.0)], seconds=0.7, clock=WallClock(start=START), frame_rate=1000.0, face_size=256
+    )
+    assert [frame.index for frame in run.frames] == list(range(len(run.frames)))
+    assert run.task.dropped > 0
+    assert run.task.taken - len(run.frames) in (0, 1)
