@@ -6,43 +6,12 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
-Severity = Literal["error", "warning", "note"]
+from runtime.problem import Origin, Problem, quoted
 
 BLANKS = " \t\n\v\f\r"
 COMMENTS = ";|#"
 WIDTH = 100
 LONGEST_LINE = 65536  # bytes
-
-
-class Origin(NamedTuple):
-    """Where something was said: a file and its line, or "command line" and line 0."""
-
-    file: str
-    line: int = 0
-
-    def __str__(self) -> str:
-        return f"{printable(self.file)}:{self.line}" if self.line else printable(self.file)
-
-
-COMMAND_LINE = Origin("command line")
-
-
-@dataclass(frozen=True, slots=True)
-class Problem:
-    """Something to know about a file: how bad, where, what, and the fix.
-
-    An error keeps a profile or a task from working, a warning loads but hardly as meant, a note is for information.
-    """
-
-    severity: Severity
-    file: str
-    line: int
-    text: str
-    hint: str = ""
-
-    def __str__(self) -> str:
-        hint = f" ({self.hint})" if self.hint else ""
-        return printable(f"{Origin(self.file, self.line)}: {self.severity}: {self.text}{hint}")
 
 
 class Assignment(NamedTuple):
@@ -169,6 +138,11 @@ class Config:
             found.origins.append(origin)
         return found
 
+    def options(self, section: str) -> list[Option]:
+        """The options of a section, none where there is no such section."""
+        found = self.sections.get(section)
+        return list(found.options.values()) if found else []
+
     def dump(self) -> str:
         """The values as an ini file that reads the same, sections and options in byte order."""
         return "\n".join("".join(_section_lines(section)) for section in self.sorted_sections())
@@ -222,27 +196,9 @@ def byte_order(name: str) -> bytes:
     return name.encode(errors="surrogateescape")
 
 
-def printable(text: str) -> str:
-    """`text` with control characters and bytes that are no UTF-8 as escapes, fit for a terminal."""
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else _escape(c) for c in text)
-
-
-def quoted(text: str) -> str:
-    """`text` in quotes, fit for a terminal and for a line."""
-    return f"'{printable(text if len(text) <= 80 else text[:79] + '…')}'"
-
-
 def is_raw(text: str) -> bool:
     """Whether the text has bytes that are no UTF-8."""
     return not text.isascii() and any("\udc80" <= c <= "\udcff" for c in text)
-
-
-def _escape(character: str) -> str:
-    if "\udc80" <= character <= "\udcff":
-        return f"\\x{ord(character) - 0xDC00:02x}"
-    return ascii(character)[1:-1]
 
 
 def _section_lines(section: Section) -> Iterator[str]:

@@ -1,10 +1,10 @@
 """DUNE's ini grammar: the lines of one file, as sections, directives, assignments and their continuations."""
 
-import difflib
 import re
 from collections.abc import Callable
 
-from runtime.config import BLANKS, Config, Option, Origin, Problem, Section, Severity, is_raw, items, quoted
+from runtime.config import BLANKS, Config, Option, Section, is_raw, items
+from runtime.problem import Origin, Problem, Severity, quoted, suggestion
 
 ATTRIBUTES = {"scope": ("global", "idle", "plan", "maneuver"), "visibility": ("user", "developer"), "editable": ()}
 
@@ -129,8 +129,7 @@ class Lines:
         present = items(option.value)
         for item in items(text):
             if item not in option.value:
-                near = difflib.get_close_matches(item, present, 1)
-                self.warn(f"{quoted(item)} is not in {option.name}", f"did you mean {quoted(near[0])}?" if near else "")
+                self.warn(f"{quoted(item)} is not in {option.name}", suggestion(item, present))
             elif part := next((other for other in present if item in other and item != other), None):
                 self.warn(
                     f"removing {quoted(item)} from {option.name} also removes it from within {quoted(part)}",
@@ -143,10 +142,8 @@ class Lines:
         source = self._config.option(section, name)
         if source is None or not source.history:
             known = self._config.sections.get(section)
-            near = difflib.get_close_matches(*((name, known.options) if known else (section, self._config.sections)), 1)
-            self.error(
-                f"invalid reference: {text} is not set above", f"did you mean {quoted(near[0])}?" if near else ""
-            )
+            hint = suggestion(name, known.options) if known else suggestion(section, self._config.sections)
+            self.error(f"invalid reference: {text} is not set above", hint)
             return
         if not reference[3] or text[reference.end() :].strip(BLANKS):
             self.warn(f"{quoted(text)} is read as the reference", f"write $({section}, {name})")

@@ -4,8 +4,9 @@ import os
 import stat
 from pathlib import Path
 
-from runtime.config import BLANKS, LONGEST_LINE, Config, Origin, Problem
+from runtime.config import BLANKS, LONGEST_LINE, Config
 from runtime.grammar import Lines
+from runtime.problem import Origin, Problem
 
 DUNE_LINE = 1023  # bytes; DUNE takes the rest of a longer line as the next one
 LARGEST_FILE = 8 << 20  # bytes

@@ -1,0 +1,71 @@
+"""What each value of a section is, means, and who set it."""
+
+from dataclasses import dataclass
+
+from runtime import dune
+from runtime.check import find_parameter
+from runtime.config import Option
+from runtime.parameters import Parameter
+from runtime.problem import Origin, Problem, ProfileError, suggestion
+from runtime.profile import Profile
+from runtime.task import Task
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One option: its value as text, and the places that made it, last word first; none where it is the default.
+
+    `overwritten` are the places that set another value before. `parameter` is the declaration, where there is one.
+    """
+
+    option: str
+    value: str
+    unit: str
+    meaning: str
+    origins: tuple[Origin, ...]
+    overwritten: tuple[Origin, ...]
+    parameter: Parameter | None = None
+
+    @property
+    def origin(self) -> str:
+        """Who had the last word: "etc/auv/basic.ini:12", "command line" or "default"."""
+        return str(self.origins[0]) if self.origins else "default"
+
+
+def explain(profile: Profile, section: str, task: type[Task] | None = None) -> list[Row]:
+    """The options of a section: those of its task in the order of declaration, then the others.
+
+    Raises ProfileError where the profile has no such section and no task is given.
+    """
+    found = profile.config.sections.get(section)
+    if found is None and task is None:
+        text = f"there is no section [{section}]"
+        raise ProfileError([Problem("error", str(profile.path), 0, text, suggestion(section, profile.config.sections))])
+    parameters = task.parameters() if task else {}
+    options = dict(found.options) if found else {}
+    rows: list[Row] = []
+    if task:
+        rows.append(_row("Enabled", options.pop("Enabled", None), "", "Profiles in which the task runs.", "Never"))
+    for name, parameter in parameters.items():
+        set_as = next((n for n in (name, *parameter.aliases) if n in options), name)
+        rows.append(_parameter_row(set_as, options.pop(set_as, None), parameter))
+    for name, option in options.items():
+        unit, meaning = dune.GENERAL.get(name, ("", "")) if section == "General" else ("", "")
+        if task and find_parameter(parameters, name) is None:
+            meaning = "Not a parameter of this task."
+        rows.append(_row(name, option, unit, meaning, ""))
+    return rows
+
+
+def _parameter_row(name: str, option: Option | None, parameter: Parameter) -> Row:
+    default = parameter.format(parameter.default)
+    return _row(name, option, parameter.unit, parameter.description, default, parameter)
+
+
+def _row(
+    name: str, option: Option | None, unit: str, meaning: str, default: str, parameter: Parameter | None = None
+) -> Row:
+    if option is None or not option.history:
+        return Row(name, default, unit, meaning, (), (), parameter)
+    origins = tuple(reversed(option.contributors))
+    return Row(name, option.value or default, unit, meaning, origins, tuple(option.overwritten), parameter)
