@@ -39,7 +39,7 @@ class FisheyeCamera(Task):
     field_of_view: float = param(180.0, "°", "Angle between opposite points of the image's rim.")
     lens: str = param("equidistant", "", "Kind of lens.", choices=tuple(PRESETS))
     lens_coefficients: list[float] = param(
-        [], "", "k1 to k4 of r = k1 φ + k2 φ² + k3 φ³ + k4 φ⁴, φ in rad, in place of the kind's.", size=(0, 4)
+        [], "1", "k1 to k4 of r = k1 φ + k2 φ² + k3 φ³ + k4 φ⁴, φ in rad, in place of the kind's.", size=(0, 4)
     )
     focal_length: float = param(
         0.0,
