@@ -18,6 +18,7 @@ from tasks.vision.sampling import INTERPOLATIONS
 from tasks.vision.surroundings import SCENES, Pose
 
 Op = imc.LoggingControl.Op
+LEAST_VISIBILITY = 0.1  # m
 
 
 class FisheyeCamera(Task):
@@ -50,15 +51,21 @@ class FisheyeCamera(Task):
     interpolation: str = param("nearest", "", "Between the pixels of a view.", choices=INTERPOLATIONS)
     scene: str = param("Seabed", "", "What is below the vehicle.", choices=SCENES)
     visibility: float = param(
-        0.0, "m", "Distance at which 2 % of the contrast is left; 0 for 20 m in water, 20 km in air.", minimum=0
+        0.0,
+        "m",
+        "Distance at which 2 % of the contrast is left; 0 for 20 m in water, 20 km in air.",
+        minimum=0,
+        maximum=1e6,
     )
     mugs: list[str] = param(
         ["1.0 0.3"], "", 'North and east (m) of each glider, from the start: "1.0 0.3, 25 5".', name="MUGs"
     )
     save_images: bool = param(False, "", "Write the images as PNG to the folder Photos of the log.")
-    latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0)
+    latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
 
     def configure(self) -> None:
+        if 0.0 < self.visibility < LEAST_VISIBILITY:
+            raise ParameterError("Visibility", f"{self.visibility:g} m is neither 0 nor at least {LEAST_VISIBILITY} m")
         projection = self._projection()
         self.camera = Camera(
             projection,

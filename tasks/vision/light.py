@@ -45,7 +45,8 @@ class Medium:
 
     def daylight(self, depth: float, exposed_at: float) -> Floats:
         """Light at a depth for a camera that exposes green right at another."""
-        return np.exp(self.extinction[1] * exposed_at - self.extinction * depth)
+        brightest = 60.0  # of the exponent: white at any rate, and within single precision
+        return np.exp(np.minimum(self.extinction[1] * exposed_at - self.extinction * depth, brightest))
 
     def transmission(self, distance: Floats) -> Floats:
         """(3, n, m) share of the light that is left after a distance (n, m) in m."""

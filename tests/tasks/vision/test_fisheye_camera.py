@@ -183,6 +183,7 @@ def test_over_the_sea_the_height_comes_from_the_altitude_or_from_z():
         ({"size": 0}, "Size"),
         ({"face_size": 0}, "Face Size"),
         ({"faces": 4}, "Faces"),
+        ({"visibility": 0.01}, "Visibility"),
         ({"lens": "pinhole"}, "Lens"),
         ({"mugs": ["1.0"]}, "MUGs"),
         ({"mugs": ["here there"]}, "MUGs"),

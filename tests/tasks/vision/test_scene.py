@@ -121,13 +121,20 @@ def test_no_seam_between_faces():
 
 
 @pytest.mark.parametrize(
-    "pose", [replace(FLYING, height=1e4), replace(DIVING, height=1e-3), replace(DIVING, depth=-1.0)]
+    "pose",
+    [
+        replace(FLYING, height=1e4),
+        replace(DIVING, height=1e-3),
+        replace(DIVING, depth=-1.0),
+        replace(DIVING, depth=1.1e4),
+    ],
 )
 @pytest.mark.parametrize("scene", ["Seabed", "Sea Surface"])
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_extreme_heights_and_depths(scene, pose):
-    picture = fisheye(scene, 220, size=96).picture(replace(pose, roll=0.3))
-    assert picture[48].all(axis=0)[3]
+    for visibility in (0.0, 0.1):
+        picture = fisheye(scene, 220, size=96, visibility=visibility).picture(replace(pose, roll=0.3))
+        assert picture[48, :, 3].all()
 
 
 @pytest.mark.parametrize("scene", ["Seabed", "Sea Surface"])
