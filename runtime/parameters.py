@@ -198,12 +198,12 @@ def param(
 
 
 def declared(cls: type) -> dict[str, Parameter]:
-    """The parameters of a class and its bases by ini name, in the order of declaration.
+    """The parameters of a class by ini name in the order of declaration, then those of its bases.
 
     Raises TypeError where an annotation is missing or unsupported, or a default is not a value of its own parameter.
     """
     found: dict[str, Parameter] = {}
-    for base in reversed(cls.__mro__):
+    for base in cls.__mro__:
         hints: dict[str, Any] = {}
         for attribute, value in vars(base).items():
             if not isinstance(value, Parameter):
@@ -211,7 +211,7 @@ def declared(cls: type) -> dict[str, Parameter]:
             hints = hints or get_type_hints(base)
             if not value.attribute:
                 _complete(base, attribute, value, hints.get(attribute))
-            found[value.name] = value
+            found.setdefault(value.name, value)
     return found
 
 
@@ -222,12 +222,16 @@ def _complete(cls: type, attribute: str, parameter: Parameter, hint: Any) -> Non
     if kind not in _PARSERS:
         raise TypeError(f"{where}: a parameter is a bool, int, float, str or a list of them, not {hint!r}")
     parameter.type = kind
-    parameter.name = parameter.name or " ".join(word[:1].upper() + word[1:] for word in attribute.split("_"))
+    parameter.name = parameter.name or _title(attribute)
     try:
         parameter.default = parameter.check(parameter.default)
     except ValueError as error:
         raise TypeError(f"{where}: the default {error}") from None
     parameter.attribute = attribute
+
+
+def _title(attribute: str) -> str:
+    return " ".join(word if word == "of" else word[:1].upper() + word[1:] for word in attribute.split("_"))
 
 
 def _word(value: Any) -> str:

@@ -12,6 +12,7 @@ import imc
 from runtime.activation import Activation
 from runtime.bus import Bus, Subscription
 from runtime.clock import VirtualClock, WallClock
+from runtime.config import write
 from runtime.daemon import Daemon
 from runtime.entities import Entities, State
 from runtime.handlers import consumers
@@ -198,12 +199,9 @@ class Vehicle:
             if task.parameter_set.text(parameter) != self._original[task.name][parameter.name]
         }
         saved[task.name] = {**saved.get(task.name, {}), **changed}
-        lines = [
-            f"[{section}]\n" + "".join(f"{k} = {v}\n" for k, v in saved[section].items()) for section in sorted(saved)
-        ]
         path.parent.mkdir(parents=True, exist_ok=True)
         draft = path.with_suffix(".new")
-        draft.write_text("\n".join(lines), encoding="utf-8", errors="surrogateescape")
+        draft.write_text(write(saved), encoding="utf-8", errors="surrogateescape")
         draft.replace(path)
         return path
 
@@ -256,7 +254,8 @@ class Vehicle:
     def _failed(self, owner: object, error: Exception) -> None:
         """What the kernel does with an exception that a handler raised."""
         if not self.keep_going:
-            error.add_note(f"in {owner!r} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
+            if not hasattr(error, "__notes__"):
+                error.add_note(f"in {owner!r} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
             raise error
         if not isinstance(owner, Task):
             logger.error("%r: %s", owner, "".join(traceback.format_exception(error)))

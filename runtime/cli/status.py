@@ -13,10 +13,11 @@ from rich.text import Text
 
 import imc
 from runtime.entities import State
+from runtime.problem import printable
 from runtime.vehicle import Vehicle
 
 REFRESH = 0.25  # s of real time between two pictures
-LEVELS = {
+LEVELS: dict[int, tuple[str, str]] = {
     imc.LogBookEntry.Type.INFO: ("INFO", ""),
     imc.LogBookEntry.Type.WARNING: ("WARNING", "yellow"),
     imc.LogBookEntry.Type.ERROR: ("ERROR", "red"),
@@ -131,7 +132,8 @@ class Status:
         for entity in stateful:
             if entity.state is not State.NORMAL:
                 colour = "yellow" if entity.state in (State.BOOT, State.FAULT) else "red"
-                text.append(f"\n{entity.label}: {entity.state.name} {entity.description}", style=colour)
+                words = printable(f"{entity.label}: {entity.state.name} {entity.description}")
+                text.append(f"\n{words}", style=colour)
         return text
 
     def _see_state(self, state: imc.EstimatedState) -> None:
@@ -140,7 +142,7 @@ class Status:
 
     def _see_mug(self, mug: imc.EstimatedMugState) -> None:
         self.detections += 1
-        self.mug = f"MUG {mug.id} at {mug.x:+.2f} m north, {mug.y:+.2f} m east of the vehicle"
+        self.mug = f"last: MUG {mug.id} at {mug.x:+.2f} m north, {mug.y:+.2f} m east of the vehicle"
 
     def _see_log(self, control: imc.LoggingControl) -> None:
         if control.op == imc.LoggingControl.Op.STARTED and control.src == self.vehicle.system:
@@ -148,12 +150,12 @@ class Status:
 
     def _see_mode(self, state: imc.VehicleState) -> None:
         if state.src == self.vehicle.system:
-            self.mode = imc.VehicleState.OpMode(state.op_mode).name
+            self.mode = next((mode.name for mode in imc.VehicleState.OpMode if mode == state.op_mode), "unknown")
 
     def _write(self, entry: imc.LogBookEntry) -> None:
-        level, style = LEVELS.get(imc.LogBookEntry.Type(entry.type), ("INFO", ""))
+        level, style = LEVELS.get(entry.type, ("INFO", ""))
         source = "" if entry.src == self.vehicle.system else f"{self.vehicle.systems.name(entry.src)} "
-        line = f"{_clock(entry.timestamp)} {level:<7} [{source}{entry.context}] {entry.text}"
+        line = printable(f"{_clock(entry.timestamp)} {level:<7} [{source}{entry.context}] {entry.text}")
         write: Callable[..., None] = self._live.console.print if self._live is not None else self._console.print
         write(Text(line, style=style))
 

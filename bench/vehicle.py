@@ -1,0 +1,133 @@
+"""A whole vehicle in virtual time: simulated seconds per CPU second, equal logs, flat memory, time to the first state.
+
+`python bench/vehicle.py` prints figures of this machine; nothing here passes or fails.
+"""
+
+import argparse
+import gzip
+import hashlib
+import os
+import platform
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import imc
+
+PROFILE = "lauv-noptilus-1"
+SILENT = '''"""Silent: a task that listens and says nothing."""
+
+import imc
+from runtime import Task, consume
+
+
+class Silent(Task):
+    """Listens."""
+
+    @consume
+    def hear(self, state: imc.EstimatedState) -> None:
+        self.last = state
+'''
+
+
+def swim(folder: Path, seconds: float, *more: str, hash_seed: str = "0") -> tuple[float, Path]:
+    """Run the profile on a virtual clock; CPU seconds of the whole process, and its log."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    command = [sys.executable, "-m", "runtime.cli", "run", PROFILE, "-p", "Simulation", "--clock", "virtual"]
+    command += ["--for", f"{seconds}s", "--seed", "1", "--log-dir", str(folder / "log"), *more]
+    environment = {**os.environ, "PYTHONHASHSEED": hash_seed}
+    subprocess.run(command, check=True, cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return used, next((folder / "log").glob("*/*/*/Data.lsf.gz"))
+
+
+def speed(seconds: float, repeats: int) -> None:
+    best, rate = 0.0, 0.0
+    for _ in range(repeats):
+        with tempfile.TemporaryDirectory() as name:
+            used, log = swim(Path(name), seconds)
+            best, rate = max(best, seconds / used), len(imc.Log(log)) / seconds
+    print(f"virtual run, everything logged: {best:.0f} simulated seconds per CPU second at {rate:.0f} messages/s")
+
+
+def sameness(seconds: float) -> None:
+    hashes: dict[str, str] = {}
+    cases = {"run 1": ("0", ()), "run 2": ("0", ()), "hash seed 1": ("1", ()), "hash seed random": ("random", ())}
+    cases["with an unrelated task"] = ("0", ("--set", "silent.Silent:Enabled=Always"))
+    for label, (hash_seed, more) in cases.items():
+        with tempfile.TemporaryDirectory() as name:
+            (Path(name) / "silent.py").write_text(SILENT)
+            _, log = swim(Path(name), seconds, *more, hash_seed=hash_seed)
+            hashes[label] = hashlib.sha256(gzip.decompress(log.read_bytes())).hexdigest()
+    print(f"SHA-256 of Data.lsf equal over {', '.join(hashes)}: {len(set(hashes.values())) == 1}")
+
+
+def memory(hours: float) -> None:
+    script = (
+        "import resource, sys\n"
+        "from pathlib import Path\n"
+        "from runtime.build import build\nfrom runtime.clock import VirtualClock\nfrom runtime.profile import load_profile\n"
+        f"profile = load_profile({PROFILE!r})\n"
+        "made = build(profile, {'Simulation'}, clock=VirtualClock(profile.start_time_ns), log_root=Path(sys.argv[1]))\n"
+        "made.vehicle.start()\n"
+        "def resident():\n"
+        "    return int(Path('/proc/self/statm').read_text().split()[1]) * resource.getpagesize() / 2**20\n"
+        "made.vehicle.run(60)\nfirst = resident()\n"
+        f"made.vehicle.run({hours * 3600 - 60})\nlast = resident()\nmade.vehicle.close()\n"
+        "print(f'{first:.1f} MiB after the first minute, {last:.1f} MiB at the end')\n"
+    )
+    with tempfile.TemporaryDirectory() as name:
+        done = subprocess.run([sys.executable, "-c", script, name], check=True, capture_output=True, text=True)
+    print(f"{hours:g} h of virtual time: resident memory {done.stdout.strip()}")
+
+
+def start(repeats: int) -> None:
+    def fastest(command: list[str], until: str = "") -> float:
+        times: list[float] = []
+        for _ in range(repeats):
+            began = time.perf_counter()
+            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+            assert process.stdout is not None
+            for line in process.stdout:
+                if until and until in line:
+                    break
+            times.append(time.perf_counter() - began)
+            process.terminate()
+            process.wait()
+        return min(times)
+
+    numpy = fastest([sys.executable, "-c", "import numpy"])
+    program = (
+        "import sys; from runtime.cli import main; import imc\n"
+        "from runtime.vehicle import Vehicle\n"
+        "start = Vehicle.start\n"
+        "def watched(self):\n"
+        "    self.tap(imc.EstimatedState, lambda _: print('first state', flush=True))\n"
+        "    start(self)\n"
+        "Vehicle.start = watched\n"
+        f"sys.argv = ['shoal', 'run', {PROFILE!r}, '-p', 'Simulation', '--for', '2s', '--log-dir', sys.argv[1]]\n"
+        "main()\n"
+    )
+    with tempfile.TemporaryDirectory() as name:
+        state = fastest([sys.executable, "-c", program, name], "first state")
+    print(
+        f"shoal run to the first EstimatedState {state:.2f} s; import numpy {numpy:.2f} s; "
+        f"limit (2 x numpy + 1 s) {2 * numpy + 1:.2f} s"
+    )
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--hours", type=float, default=1.0)
+    parser.add_argument("--repeats", type=int, default=3)
+    arguments = parser.parse_args()
+    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
+    speed(arguments.seconds, arguments.repeats)
+    sameness(60.0)
+    start(arguments.repeats)
+    memory(arguments.hours)

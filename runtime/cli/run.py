@@ -1,0 +1,153 @@
+"""`shoal run`: brings a profile to life and shows it."""
+
+import signal
+import sys
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import Any, TypeVar
+
+import click
+
+from runtime import kernel
+from runtime import vehicle as vehicle_module
+from runtime.build import Build, build, join_zenoh
+from runtime.cli.duration import parse_duration
+from runtime.cli.status import Status
+from runtime.clock import parse_clock
+from runtime.problem import ProfileError
+from runtime.profile import load_profile
+from runtime.vehicle import Vehicle
+
+F = TypeVar("F", bound=Callable[..., Any])
+OWN_FILES = (kernel.__file__, vehicle_module.__file__)
+
+
+def _duration(_: click.Context, __: click.Parameter, text: str | None) -> float | None:
+    try:
+        return None if text is None else parse_duration(text)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from None
+
+
+def options(function: F) -> F:
+    """What `run` and `replay` have in common."""
+    folder = click.Path(path_type=Path)
+    declared = [
+        click.option("--clock", default="real", show_default=True, help="real, virtual, or a factor such as 10x."),
+        click.option("--for", "duration", callback=_duration, help="Stop after this time: 90s, 10min, 1h30min."),
+        click.option("--seed", default=0, show_default=True, help="Seed of all random numbers."),
+        click.option("--bus", type=click.Choice(["inprocess", "zenoh"]), help="Overrides the profile's Bus."),
+        click.option("--log-dir", default="log", show_default=True, type=folder, help="Where logs go."),
+        click.option("--keep-going/--stop-on-error", default=None, help="Restart a failing task, or end the run."),
+    ]
+    for option in reversed(declared):
+        function = option(function)
+    return function
+
+
+@click.command()
+@click.argument("profile", required=False)
+@click.option("-c", "--config-file", help="The profile, as DUNE has it.")
+@click.option("-d", "--config-dir", multiple=True, type=click.Path(path_type=Path), help="A folder with profiles.")
+@click.option("-p", "--profiles", multiple=True, help="Modes to select, such as Simulation, separated by commas.")
+@click.option("-V", "--vehicle", default="", help="Name of the vehicle, in place of the profile's.")
+@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Overrides a value.")
+@options
+def run(
+    profile: str | None,
+    config_file: str | None,
+    config_dir: tuple[Path, ...],
+    profiles: tuple[str, ...],
+    vehicle: str,
+    overrides: tuple[str, ...],
+    clock: str,
+    duration: float | None,
+    seed: int,
+    bus: str | None,
+    log_dir: Path,
+    keep_going: bool | None,
+) -> None:
+    """Run the vehicle PROFILE, for example: shoal run lauv-noptilus-1 -p Simulation"""
+    name = profile or config_file
+    if name is None:
+        raise click.UsageError("name a profile, for example: shoal run lauv-noptilus-1 -p Simulation")
+    try:
+        loaded = load_profile(name, config_dir, vehicle=vehicle, saved=log_dir.parent / "db", overrides=overrides)
+        selected = loaded.select(profiles)
+        for problem in loaded.problems:
+            click.echo(problem, err=True)
+        made = build(
+            loaded,
+            selected,
+            clock=parse_clock(clock, loaded.start_time_ns),
+            seed=seed,
+            keep_going=keep_going,
+            log_root=log_dir,
+            state_folder=log_dir.parent / "db",
+        )
+        if (bus or loaded.bus) == "zenoh":
+            join_zenoh(made.vehicle, loaded)
+    except ModuleNotFoundError as error:
+        raise click.ClickException(f"{error}; a zenoh bus needs pip install 'shoal[zenoh]'") from None
+    except (ProfileError, ConnectionError, ValueError) as error:
+        raise click.ClickException(str(error)) from None
+    _tell_left_out(made, selected)
+    if made.vehicle.virtual and (bus or loaded.bus) == "zenoh":
+        click.echo(
+            "note: with a zenoh bus a virtual run takes messages from the outside and may not be reproducible", err=True
+        )
+    swim(made.vehicle, f"{loaded.vehicle} ({', '.join(sorted(selected)) or 'no mode selected'})", duration)
+
+
+def swim(vehicle: Vehicle, title: str, duration: float | None) -> None:
+    """Run a vehicle to its end, its time or Ctrl-C, with its status shown, and leave with its exit status."""
+    status = Status(vehicle, title, duration)
+    previous = {number: signal.signal(number, _stopper(vehicle)) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        with status:
+            vehicle.start()
+            try:
+                vehicle.run(duration)
+            finally:
+                vehicle.close()
+    except Exception as error:
+        click.echo(_own_part(error), err=True)
+        vehicle.exit_status = 1
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+        click.echo(status.summary())
+    sys.exit(vehicle.exit_status)
+
+
+def _own_part(error: Exception) -> str:
+    """The traceback without what leads from the command line to the task."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None and trace.tb_frame.f_code.co_filename != kernel.__file__:
+        trace = trace.tb_next
+    while trace is not None and trace.tb_next is not None and trace.tb_frame.f_code.co_filename in OWN_FILES:
+        trace = trace.tb_next
+    return "".join(traceback.format_exception(type(error), error, trace)).rstrip()
+
+
+def _stopper(vehicle: Vehicle) -> Callable[[int, FrameType | None], None]:
+    """A handler that ends the run in order at the first signal, at once at the second."""
+    asked: list[int] = []
+
+    def stop(number: int, _: FrameType | None) -> None:
+        asked.append(number)
+        if len(asked) > 1:
+            raise KeyboardInterrupt
+        vehicle.kernel.post(vehicle.stop)
+
+    return stop
+
+
+def _tell_left_out(made: Build, selected: frozenset[str]) -> None:
+    for reason, sections in made.left_out.items():
+        click.echo(f"left out: {', '.join(sections)} ({reason})", err=True)
+    if len(made.vehicle.tasks) == 1:
+        hint = "" if selected else "; select a mode, such as -p Simulation"
+        click.echo(f"warning: no task of this profile is enabled{hint}", err=True)

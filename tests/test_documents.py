@@ -1,0 +1,51 @@
+"""Every block of code in the README and the docs runs: python and sh, in order, in a folder of their own.
+
+`file=NAME` writes the block to that file first. Blocks in other languages (bash, text) are not run.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def blocks(document):
+    return [(lang, re.search(r"file=(\S+)", info), code) for lang, info, code in FENCE.findall(document.read_text())]
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_blocks_run(document, tmp_path):
+    environment = {
+        **os.environ,
+        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+        "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)]),
+        "COLUMNS": "120",
+    }
+    for language, file, code in blocks(document):
+        if file is not None:
+            (tmp_path / file.group(1)).write_text(code)
+            if language == "python":
+                compile(code, file.group(1), "exec")
+            continue
+        if language == "python":
+            command = [sys.executable, "-c", code]
+        elif language == "sh":
+            command = ["bash", "-euo", "pipefail", "-c", code]
+        else:
+            continue
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60)
+        assert done.returncode == 0, f"{code}\n{done.stdout}\n{done.stderr}"
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_links_and_pictures_exist(document):
+    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", document.read_text()):
+        if not target.startswith(("http://", "https://")):
+            assert (document.parent / target).exists(), target
