@@ -102,7 +102,14 @@ def _index(lookup: Lookup, column: NDArray[np.int64], row: NDArray[np.int64]) ->
 
 def _mix(first: Atlas, second: Atlas, weight: NDArray[np.uint32]) -> Atlas:
     """Bytes 0 and 2 of two words, `weight`/256 of the second, rounded."""
-    return (((first & EVEN_BYTES) * (WHOLE - weight) + (second & EVEN_BYTES) * weight + HALVES) >> EIGHT) & EVEN_BYTES
+    mixed, other = first & EVEN_BYTES, second & EVEN_BYTES
+    mixed *= WHOLE - weight
+    other *= weight
+    mixed += other
+    mixed += HALVES
+    mixed >>= EIGHT
+    mixed &= EVEN_BYTES
+    return mixed
 
 
 def _check(atlas: Atlas, pixels: int) -> None:
