@@ -1,31 +1,54 @@
 """The IMC protocol: messages, codec, schema, logs."""
 
-from imc import messages
-from imc.codec import Codec, encode, encode_as, header, with_header
+from imc import coordinates, messages
+from imc.codec import Codec, decode, decode_datagram, encode, encode_as, first_packet, header, with_header
+from imc.definition import Enumeration, Field, Group, MessageType, Value
 from imc.errors import DecodeError, EncodeError, SchemaError
+from imc.field_info import FieldInfo
+from imc.limits import validate
+from imc.lsf import Log
 from imc.message import Header, Message, Unknown
 from imc.messages import *  # noqa: F403  (the names are in messages.__all__)
+from imc.plain import from_dict, from_json
 from imc.schema import Schema
-from imc.schema_files import builtin, load
-
-_CODEC = Codec(messages.BY_ID.__getitem__, Message.SYNC)
-decode = _CODEC.decode
+from imc.schema_dump import dump
+from imc.schema_files import builtin, fields, load
+from imc.stream import Loss, StreamParser
+from imc.wire_check import Violation
 
 __all__ = [
     "Codec",
     "DecodeError",
     "EncodeError",
+    "Enumeration",
+    "Field",
+    "FieldInfo",
+    "Group",
     "Header",
+    "Log",
+    "Loss",
     "Message",
+    "MessageType",
     "Schema",
     "SchemaError",
+    "StreamParser",
     "Unknown",
+    "Value",
+    "Violation",
     "builtin",
+    "coordinates",
     "decode",
+    "decode_datagram",
+    "dump",
     "encode",
     "encode_as",
+    "fields",
+    "first_packet",
+    "from_dict",
+    "from_json",
     "header",
     "load",
+    "validate",
     "with_header",
 ]
 __all__ += messages.__all__

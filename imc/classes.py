@@ -1,14 +1,16 @@
 """Message classes made at run time from definitions."""
 
 import sys
-from collections.abc import Callable
 from enum import IntEnum, IntFlag
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import msgspec
 
-from imc.definition import Field, MessageType, Value
+from imc.definition import MessageType, Value
 from imc.message import Message, MessageWithLists
+
+if TYPE_CHECKING:
+    from imc.schema import Schema
 
 DEFAULTS: dict[str, tuple[Any, Any]] = {
     "f": (float, 0.0),
@@ -21,15 +23,16 @@ DEFAULTS: dict[str, tuple[Any, Any]] = {
 """Letter in `Message.WIRE` -> Python type and default; the other letters are int, 0."""
 
 
-def build_class(definition: MessageType, sync: int, values_of: Callable[[Field], tuple[Value, ...]]) -> type[Message]:
-    """A class like those in `imc.messages`."""
+def build_class(definition: MessageType, schema: "Schema") -> type[Message]:
+    """A class like those in `imc.messages`, with shared enumerations nested, too."""
     wire = definition.wire
     lists = tuple(field.attribute for field, code in zip(definition.fields, wire, strict=True) if code == "L")
-    namespace: dict[str, Any] = {"ID": definition.id, "WIRE": wire, "SYNC": sync, "__doc__": f"{definition.name}."}
+    namespace: dict[str, Any] = {"ID": definition.id, "WIRE": wire, "SYNC": schema.sync, "SCHEMA": schema}
+    namespace["__doc__"] = f"{definition.name}."
     if lists:
         namespace["LISTS"] = lists
     for field in definition.fields:
-        values = values_of(field)
+        values = schema.values_of(field)
         if values:
             namespace[field.enum_name] = build_enum(field.enum_name, values, field.is_bitfield)
     fields = [

@@ -10,6 +10,8 @@ from msgspec.structs import force_setattr
 from imc.compiler import FOOTER_SIZE, HEADER, HEADER_SIZE, Reader, compile_reader
 from imc.errors import DecodeError, EncodeError
 from imc.message import Header, Message, Unknown
+from imc.messages import BY_ID
+from imc.wire_check import HEADER_WIRE, first_problem, wire_violations
 
 ByteOrder = Literal["little", "big"]
 
@@ -88,14 +90,14 @@ class Codec:
 
     def __init__(self, by_id: Callable[[int], type[Message]], sync: int) -> None:
         self._by_id = by_id
-        self._sync = sync
+        self.sync = sync
         self._readers = {"little": _Readers(by_id, "<"), "big": _Readers(by_id, ">")}
         self._fixed: dict[bytes, _Fixed] = {}
 
     def decode(self, packet: bytes) -> Message:
         """The message in a packet: of its id's class, or Unknown. Bytes behind the packet are ignored.
 
-        Messages inside it have its header. Raises DecodeError.
+        Messages inside it have the default header, as they have none on the wire. Raises DecodeError.
         """
         # The first six bytes (sync, id, size) tell everything about a packet without text or lists.
         try:
@@ -110,7 +112,7 @@ class Codec:
         return self._decode(bytes(packet))
 
     def _decode(self, packet: bytes) -> Message:
-        order = byte_order(packet, self._sync)
+        order = byte_order(packet, self.sync)
         _, id, size, *address = _HEADERS[order].unpack_from(packet)
         end = HEADER_SIZE + size
         if len(packet) < end + FOOTER_SIZE:
@@ -170,7 +172,29 @@ def _big_packet(message: Message) -> bytes:
 
 
 def _explain(message: Message, error: Exception) -> NoReturn:
-    """Raises an EncodeError that names the field which cannot be written."""
     if isinstance(error, EncodeError):
         raise error
-    raise EncodeError(f"{type(message).__name__}: {error}") from error
+    name = type(message).__name__
+    for violation in wire_violations(message, HEADER_WIRE):
+        raise EncodeError(f"{name}.{violation}") from error
+    problem = "" if isinstance(error, RecursionError) else first_problem(message)
+    raise EncodeError(f"{name}.{problem}" if problem else f"{name}: {error}") from error
+
+
+DEFAULT = Codec(BY_ID.__getitem__, Message.SYNC)
+"""The codec of the classes in `imc.messages`."""
+
+decode = DEFAULT.decode
+
+
+def decode_datagram(data: bytes) -> Message:
+    """The message of a datagram, which is one packet; as DUNE does, bytes behind it are ignored. Raises DecodeError."""
+    return DEFAULT.decode(data)
+
+
+def first_packet(data: bytes) -> bytes:
+    """The packet at the beginning of a datagram, without what follows it. Raises DecodeError."""
+    size = header(data).size + SMALLEST_PACKET
+    if len(data) < size:
+        raise DecodeError(f"truncated: {len(data)} of {size} bytes")
+    return bytes(data[:size])

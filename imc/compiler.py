@@ -21,6 +21,7 @@ Reader = Callable[..., "tuple[Message, int]"]
 
 _HEADER_FIELDS = ("timestamp", "src", "src_ent", "dst", "dst_ent")
 _NULL_BYTES = b"\xff\xff"
+_NO_HEADER = "-1.0, 0xFFFF, 0xFF, 0xFFFF, 0xFF"  # a message inside another has none on the wire
 
 
 def compile_inline(cls: "type[Message]", order: str) -> Any:
@@ -114,10 +115,10 @@ def compile_reader(cls: "type[Message]", order: str, readers: dict[int, Reader])
             lines.append(f"    n = o + {name}; {name} = b[o:n]; o = n")
         elif code == "M":
             lines.append(f"    if {name} == {NULL}: {name} = None")
-            lines.append(f"    else: {name}, o = readers[{name}](b, o, {head}, deeper(depth))")
+            lines.append(f"    else: {name}, o = readers[{name}](b, o, {_NO_HEADER}, deeper(depth))")
         else:
             space["number"] = struct.Struct(order + "H").unpack_from
-            lines.append(f"    {name}, o = items(b, o, {name}, number, readers, {head}, depth) if {name} else ((), o)")
+            lines.append(f"    {name}, o = items(b, o, {name}, number, readers, depth) if {name} else ((), o)")
     flush()
     return _compile([*lines, f"    return cls({', '.join([head, *names])}), o"], "read", space)
 
@@ -128,9 +129,8 @@ def _read_items(
     count: int,
     number: Callable[[bytes, int], tuple[int]],
     readers: dict[int, Reader],
-    *rest: Any,
+    depth: int,
 ) -> "tuple[tuple[Message | None, ...], int]":
-    *header, depth = rest
     depth = _deeper(depth)
     found: list[Message | None] = []
     for _ in range(count):
@@ -139,7 +139,7 @@ def _read_items(
             found.append(None)
             offset += 2
         else:
-            item, offset = readers[id](data, offset + 2, *header, depth)
+            item, offset = readers[id](data, offset + 2, -1.0, 0xFFFF, 0xFF, 0xFFFF, 0xFF, depth)
             found.append(item)
     return tuple(found), offset
 

@@ -30,7 +30,7 @@ def displace(
 def displacement(
     lat: float, lon: float, height: float, to_lat: float, to_lon: float, to_height: float
 ) -> tuple[float, float, float]:
-    """North, east and down (m) from the first position to the second (rad, rad, m), in the first one's tangent plane."""
+    """North, east and down (m) in the tangent plane of the first position (rad, rad, m), to the second."""
     x, y, z = _cartesian(lat, lon, height)
     tx, ty, tz = _cartesian(to_lat, to_lon, to_height)
     dx, dy, dz = tx - x, ty - y, tz - z
@@ -52,10 +52,10 @@ def _cartesian(lat: float, lon: float, height: float) -> tuple[float, float, flo
 
 def _geodetic(x: float, y: float, z: float) -> tuple[float, float, float]:
     around = hypot(x, y)
-    parametric = atan2(z * _A, around * _B)
+    lat = atan2(z * _A, around * _B * (1.0 - FLATTENING))
     for _ in range(2):  # the second pass makes it exact to rounding at any height a vehicle reaches
-        lat = atan2(z + _EP2 * _B * sin(parametric) ** 3, around - _E2 * _A * cos(parametric) ** 3)
         parametric = atan2((1.0 - FLATTENING) * sin(lat), cos(lat))
+        lat = atan2(z + _EP2 * _B * sin(parametric) ** 3, around - _E2 * _A * cos(parametric) ** 3)
     slat = sin(lat)
     normal = _A / sqrt(1.0 - _E2 * slat**2)
     height = around * cos(lat) + z * slat - normal * (1.0 - _E2 * slat**2)

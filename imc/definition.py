@@ -26,8 +26,13 @@ WIRE_CODES = {
 }
 """Type of a field -> its letter in `Message.WIRE` (numbers: the letter of the struct module)."""
 
+TYPES_BY_CODE = {code: name for name, code in WIRE_CODES.items()}
+
+NUMBERS = frozenset(name for name, code in WIRE_CODES.items() if code.islower() or code in "BHI")
+"""Types of a fixed size."""
+
 RESERVED = frozenset(
-    {"timestamp", "src", "src_ent", "dst", "dst_ent", "surplus", "replace", "to_dict", "to_json"}
+    {"abbrev", "timestamp", "src", "src_ent", "dst", "dst_ent", "surplus", "replace", "to_dict", "to_json"}
     | {"to_packet", "to_packet_as", "to_inline_little", "to_inline_big"}
 )
 """Attributes that every message has."""
@@ -128,6 +133,21 @@ class Named(msgspec.Struct, frozen=True):
     name: str
 
 
+def parse_number(text: str, where: str) -> int | float:
+    """A decimal or 0x integer, or a finite float. Raises SchemaError."""
+    try:
+        return int(text, 16 if text.lower().startswith(("0x", "-0x")) else 10)
+    except ValueError:
+        pass
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if value - value != 0.0:
+        raise SchemaError(f"{where}: {text!r} is not a number")
+    return value
+
+
 def check_messages(messages: tuple[MessageType, ...], places: dict[str, str]) -> None:
     """Raises SchemaError for ids or names used twice, unknown types, and names that Python could not carry.
 
@@ -156,8 +176,16 @@ def check_messages(messages: tuple[MessageType, ...], places: dict[str, str]) ->
             attributes.add(field.attribute)
             if field.type not in WIRE_CODES:
                 raise SchemaError(f"{where}: {label}: unknown type {field.type!r}")
-            if len({value.member for value in field.values}) != len(field.values):
-                raise SchemaError(f"{where}: {label}: a value is named twice")
+            check_values(field.values, label, where)
+
+
+def check_values(values: tuple[Value, ...], label: str, where: str) -> None:
+    """Raises SchemaError if two values have one name."""
+    names: set[str] = set()
+    for value in values:
+        if value.member in names:
+            raise SchemaError(f"{where}: {label}: value {value.abbrev} is defined twice")
+        names.add(value.member)
 
 
 def _check_name(text: str, what: str, where: str) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from fastcrc import crc16
 
+from imc.definition import MessageType
 from imc.errors import DecodeError
 from imc.members import COMPRESSIONS, unpack
 from imc.message import Message
@@ -32,8 +33,9 @@ class Log:
     """A log on disk: a folder that holds Data.lsf (or .lsf.gz, .lsf.bz2, .lsf.z), or such a file.
 
     `schema` comes from the IMC.xml or IMC.xml.gz beside the data, and `schema_source` is its path; without one it is
-    the built-in schema and `schema_source` is None. Reading streams: memory does not grow with the log. Packets are
-    given in the order of the file, which is not always that of their times.
+    the built-in schema and `schema_source` is None. Messages that it defines as the built-in one does are of the
+    classes in `imc`. Reading streams: memory does not grow with the log. Packets are given in the order of the file,
+    which is not always that of their times.
 
     What was damaged is skipped and stands in `losses` once it has been read over; every packet around it is found.
     Raises FileNotFoundError where there is no log, SchemaError for a bad IMC.xml.
@@ -43,7 +45,7 @@ class Log:
         self.path = _find(Path(path))
         beside = (self.path.parent / name for name in SCHEMA_NAMES)
         self.schema_source = None if schema else next((path for path in beside if path.is_file()), None)
-        self.schema = schema or (load(self.schema_source) if self.schema_source else builtin())
+        self.schema = schema or (_familiar(load(self.schema_source)) if self.schema_source else builtin())
         self._losses: dict[tuple[int, str], Loss] = {}
         self._counted: tuple[tuple[int, int], Counter[int]] | None = None
 
@@ -168,11 +170,15 @@ class LsfWriter:
     def _append(self, member: bytes) -> None:
         if os.fstat(self._file).st_size != self.size:
             os.ftruncate(self._file, self.size)
-        written = os.write(self._file, member)
-        if written != len(member):
+        rest = memoryview(member)
+        try:
+            # A full disk takes a part of it first, and says what is wrong when asked for the rest.
+            while rest:
+                rest = rest[os.write(self._file, rest) :]
+        except OSError as error:
             os.ftruncate(self._file, self.size)
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self.path))
-        self.size += written
+            raise OSError(error.errno, error.strerror, str(self.path)) from error
+        self.size += len(member)
 
 
 def packet_id(packet: bytes) -> int:
@@ -192,6 +198,25 @@ def _find(path: Path) -> Path:
     if len(others) != 1:
         raise FileNotFoundError(errno.ENOENT, f"no log in the folder (one of {', '.join(NAMES)})", str(path))
     return others[0]
+
+
+def _familiar(schema: Schema) -> Schema:
+    """The schema with the built-in classes for the messages that are the same."""
+    ours = builtin()
+    if schema == ours:
+        return ours
+    if schema.sync == ours.sync:
+        same = (n for n, t in ours.types_by_id.items() if _shape(ours, t) == _shape(schema, schema.types_by_id.get(n)))
+        schema.adopt({number: ours.by_id(number) for number in same})
+    return schema
+
+
+def _shape(schema: Schema, message: MessageType | None) -> object:
+    """All of a message that its class has: name, types, names of fields and of their values."""
+    if message is None:
+        return None
+    values = [[(value.abbrev, value.id) for value in schema.values_of(field)] for field in message.fields]
+    return message.abbrev, message.wire, [field.attribute for field in message.fields], values
 
 
 def _scan(chunks: Iterator[bytes], sync: int, lose: Callable[[int, int, str], None]) -> Iterator[tuple[int, bytes]]:

@@ -43,12 +43,32 @@ class Message(_Addressed, frozen=True, kw_only=True, repr_omit_defaults=True):
     ID: ClassVar[int] = 0xFFFF
     WIRE: ClassVar[str] = ""
     SYNC: ClassVar[int] = 0xFE54
+    SCHEMA: ClassVar[Any] = None
 
     surplus: bytes = b""
 
     def replace(self, **changes: Any) -> Self:
         """A copy with some fields changed. Raises TypeError for a field that does not exist."""
         return replace_fields(self, **changes)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Name, header and fields as plain values: {"abbrev": "EntityState", "timestamp": -1.0, ..., "state": 1}.
+
+        Messages inside are such dictionaries without header. `imc.from_dict` is the way back.
+        """
+        from imc.plain import to_dict  # imports this module
+
+        return to_dict(self)
+
+    def to_json(self) -> str:
+        """`to_dict` as strict JSON.
+
+        NaN and infinities are "nan", "inf", "-inf"; bytes are hexadecimal; text that is not UTF-8 is
+        {"bytes": hexadecimal}. `imc.from_json` is the way back.
+        """
+        from imc.plain import to_json  # imports this module
+
+        return to_json(self)
 
     # The first call of one of these compiles the class's own method, which from then on hides the one here.
 

@@ -7,8 +7,9 @@ import msgspec
 
 from imc.classes import build_class
 from imc.codec import ByteOrder, Codec, encode
-from imc.definition import SYNC, Enumeration, Field, Group, MessageType, Named, Value
+from imc.definition import SYNC, Enumeration, Field, Group, MessageType, Named, Value, check_messages, check_values
 from imc.errors import SchemaError
+from imc.field_info import FieldInfo, field_info
 from imc.message import Message
 
 T = TypeVar("T", Named, Enumeration)
@@ -40,7 +41,7 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True):
         """The class of a message, by its id. Raises KeyError."""
         found = self._classes.get(id)
         if found is None:
-            found = self._classes[id] = build_class(self.types_by_id[id], self.sync, self.values_of)
+            found = self._classes[id] = build_class(self.types_by_id[id], self)
         return found
 
     @cached_property
@@ -66,6 +67,16 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True):
         """The packet of a message of this schema, as `imc.encode`. Raises EncodeError."""
         return encode(message, byteorder)
 
+    def fields(self, cls: type[Message]) -> tuple[FieldInfo, ...]:
+        """What `imc.fields` gives, for a class of this schema."""
+        found = self._infos.get(cls.ID)
+        if found is None:
+            fields = self.types_by_id[cls.ID].fields
+            found = self._infos[cls.ID] = tuple(
+                field_info(cls, field, self.members(field.message_type)) for field in fields
+            )
+        return found
+
     def values_of(self, field: Field) -> tuple[Value, ...]:
         """The named values of an enumerated field or bitfield: its own, or the shared set it refers to."""
         for name, shared in ((field.enum_def, self.enumerations), (field.bitfield_def, self.bitfields)):
@@ -81,18 +92,19 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True):
                 return frozenset(group.members)
         return frozenset((name,)) if name else frozenset()
 
-    def overlay(self, other: "Schema") -> "Schema":
+    def overlay(self, other: "Schema", places: dict[str, str] | None = None) -> "Schema":
         """This schema with the definitions of another on top.
 
         A message of `other` that takes the id or the name of one here must say so with `replaces`; SchemaError
-        names both otherwise.
+        names both otherwise, and the place of the message, if given ("Message" -> "file:line").
         """
         messages = {message.abbrev: message for message in self.messages}
         order = list(messages)
         for message in other.messages:
+            where = f"{places[message.abbrev]}: " if places else ""
             if message.replaces:
                 if message.replaces not in messages:
-                    raise SchemaError(f"{message.abbrev} replaces {message.replaces}, which is not defined")
+                    raise SchemaError(f"{where}{message.abbrev} replaces {message.replaces}, which is not defined")
                 order[order.index(message.replaces)] = message.abbrev
                 del messages[message.replaces]
             else:
@@ -100,8 +112,8 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True):
             for old in messages.values():
                 if message.id == old.id or message.abbrev == old.abbrev:
                     raise SchemaError(
-                        f"{message.abbrev} (id {message.id}) collides with {old.abbrev} (id {old.id}); "
-                        f"say `replaces: {old.abbrev}` if that is meant"
+                        f"{where}{message.abbrev} (id {message.id}) collides with {old.abbrev} (id {old.id}); "
+                        f"if that is meant, say `replaces: {old.abbrev}`"
                     )
             messages[message.abbrev] = msgspec.structs.replace(message, replaces="")
         groups = {group.abbrev: group for group in self.groups}
@@ -122,9 +134,35 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True):
             messages=tuple(messages[abbrev] for abbrev in order),
         )
 
+    def check(self, places: dict[str, str]) -> None:
+        """Raises SchemaError for definitions that contradict each other or refer to what is not there.
+
+        places: "Message" and "Message.field" -> "file:line".
+        """
+        check_messages(self.messages, places)
+        for shared in (*self.enumerations, *self.bitfields):
+            check_values(shared.values, shared.abbrev, places.get(shared.abbrev, ""))
+        enumerations = {shared.abbrev for shared in self.enumerations}
+        bitfields = {shared.abbrev for shared in self.bitfields}
+        carried = {group.abbrev for group in self.groups} | set(self.types)
+        for message in self.messages:
+            for field in message.fields:
+                for name, names in (
+                    (field.enum_def, enumerations),
+                    (field.bitfield_def, bitfields),
+                    (field.message_type, carried),
+                ):
+                    if name and name not in names:
+                        label = f"{message.abbrev}.{field.abbrev}"
+                        raise SchemaError(f"{places.get(label, '')}: {label}: {name} is not defined")
+
     def adopt(self, classes: dict[int, type[Message]]) -> None:
         """Uses these classes, by id, instead of making them."""
         self._classes.update(classes)
+
+    @cached_property
+    def _infos(self) -> dict[int, tuple[FieldInfo, ...]]:
+        return {}
 
     @cached_property
     def _classes(self) -> dict[int, type[Message]]:

@@ -1,36 +1,73 @@
 """Definitions in files: those that come with this package, and any others."""
 
+import gzip
+import io
+import zlib
 from functools import cache
+from os import PathLike
 from pathlib import Path
 
 from imc.errors import SchemaError
+from imc.field_info import FieldInfo
+from imc.message import Message, Unknown
 from imc.messages import BY_ID
 from imc.schema import Schema
-from imc.schema_yaml import read_yaml
 
 _DEFINITIONS = Path(__file__).with_name("definitions")
-_FILES = ("imc-5.4.31.yaml", "shoal.yaml")
+_BASE, _OVERLAY = _DEFINITIONS / "imc-5.4.31.yaml", _DEFINITIONS / "shoal.yaml"
 _LARGEST = 1 << 24
 
 
-def load(path: str | Path) -> Schema:
-    """The definitions in a YAML file of our layout. Raises SchemaError naming file:line, OSError."""
-    path = Path(path)
-    with path.open("rb") as file:
-        data = file.read(_LARGEST + 1)
+def load(path: str | PathLike[str], over: Schema | None = None) -> Schema:
+    """The definitions in an IMC.xml, IMC.xml.gz or YAML file of our layout; `over` others, if given.
+
+    The content tells which form it is; 16 MiB at most. Raises SchemaError naming file:line, OSError.
+    """
+    file = str(path)
+    with open(path, "rb") as opened:
+        data = opened.read(_LARGEST + 1)
+    return _read(_unpacked(data, file), file, over)
+
+
+def _read(data: bytes, file: str, over: Schema | None) -> Schema:
+    # The readers are imported here, because few programs read definitions and PyYAML takes long to import.
+    if data.lstrip(b"\xef\xbb\xbf\t\r\n ").startswith(b"<") or data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        from imc.schema_xml import read_xml
+
+        schema, places = read_xml(data, file)
+    else:
+        from imc.schema_yaml import read_yaml
+
+        try:
+            text = data.decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise SchemaError(f"{file}: neither XML nor UTF-8 text: {error}") from error
+        schema, places = read_yaml(text, file)
+    if over is not None:
+        schema = over.overlay(schema, places)
+    schema.check(places)
+    return schema
+
+
+def _unpacked(data: bytes, file: str) -> bytes:
+    if data.startswith(b"\x1f\x8b"):
+        try:
+            data = gzip.GzipFile(fileobj=io.BytesIO(data)).read(_LARGEST + 1)
+        except (OSError, EOFError, zlib.error) as error:
+            raise SchemaError(f"{file}: compressed data is damaged: {error}") from error
     if len(data) > _LARGEST:
-        raise SchemaError(f"{path}: larger than {_LARGEST} bytes")
-    try:
-        return read_yaml(data.decode("utf-8"), str(path))
-    except UnicodeDecodeError as error:
-        raise SchemaError(f"{path}: not UTF-8: {error}") from error
+        raise SchemaError(f"{file}: definitions of more than {_LARGEST} bytes")
+    return data
 
 
 @cache
 def builtin() -> Schema:
     """The schema of the classes in `imc.messages`: IMC and what Shoal adds to it."""
-    base, *overlays = (load(_DEFINITIONS / name) for name in _FILES)
-    for other in overlays:
-        base = base.overlay(other)
-    base.adopt(BY_ID)
-    return base
+    schema = load(_OVERLAY, over=load(_BASE))
+    schema.adopt(BY_ID)
+    return schema
+
+
+def fields(cls: type[Message]) -> tuple[FieldInfo, ...]:
+    """The fields of a message class, in wire order, without those of the header."""
+    return () if cls in (Message, Unknown) else (cls.SCHEMA or builtin()).fields(cls)

@@ -1,6 +1,6 @@
 """Reads protocol definitions written in our YAML layout."""
 
-from imc.definition import SYNC, Enumeration, Field, Group, MessageType, Named, Value, check_messages
+from imc.definition import SYNC, Enumeration, Field, Group, MessageType, Named, Value
 from imc.schema import Schema
 from imc.yamltree import Node, read_tree
 
@@ -9,15 +9,14 @@ _MESSAGE = ("id", "name", "category", "source", "flags", "used_by", "stable", "r
 _FIELD = ("type", "name", "unit", "min", "max", "default", "prefix", "enum", "bits", "values", "message")
 
 
-def read_yaml(text: str, file: str) -> Schema:
-    """The schema in a YAML text. Raises SchemaError naming file:line."""
+def read_yaml(text: str, file: str) -> tuple[Schema, dict[str, str]]:
+    """The schema in a YAML text, and the places of its messages and fields. Raises SchemaError naming file:line."""
     top = read_tree(text, file).mapping(*_TOP, "messages", required=("name", "version", "messages"))
     name = top["name"].text()
     places: dict[str, str] = {}
     messages = tuple(_message(abbrev, node, places) for abbrev, node in top["messages"].mapping().items())
-    check_messages(messages, places)
     categories = top["categories"].texts() if "categories" in top else ()
-    return Schema(
+    schema = Schema(
         name=name,
         long_name=top["long_name"].text() if "long_name" in top else name,
         version=top["version"].text(),
@@ -30,6 +29,7 @@ def read_yaml(text: str, file: str) -> Schema:
         categories=categories,
         messages=messages,
     )
+    return schema, places
 
 
 def _named(node: Node | None) -> tuple[Named, ...]:

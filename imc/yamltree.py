@@ -5,6 +5,7 @@ from typing import Any, cast
 
 import yaml
 
+from imc.definition import parse_number
 from imc.errors import SchemaError
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -63,21 +64,6 @@ class Node:
             if key not in self.content:
                 raise SchemaError(f"{self.where}: {key!r} is missing")
         return self.content
-
-
-def parse_number(text: str, where: str) -> int | float:
-    """A decimal or 0x integer, or a finite float. Raises SchemaError."""
-    try:
-        return int(text, 16 if text.lower().startswith(("0x", "-0x")) else 10)
-    except ValueError:
-        pass
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if value - value != 0.0:
-        raise SchemaError(f"{where}: {text!r} is not a number")
-    return value
 
 
 def read_tree(text: str, file: str) -> Node:

@@ -1,0 +1,144 @@
+"""Finds packets in a stream of bytes, whatever damage lies between them."""
+
+import re
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
+
+from fastcrc.crc16 import arc
+
+from imc.codec import DEFAULT, LARGEST_PACKET, SMALLEST_PACKET, Codec
+from imc.errors import DecodeError
+from imc.message import Message
+
+T = TypeVar("T")
+
+_GARBAGE = "no synchronization number"
+_TOO_LARGE = "larger than a packet can be"
+_TRUNCATED = "truncated"
+_WRONG_CRC = "wrong CRC"
+
+
+class Loss(NamedTuple):
+    """Bytes of a stream that made no message: offset from its beginning, length, and why."""
+
+    offset: int
+    length: int
+    reason: str
+
+
+class StreamParser:
+    """Takes bytes as they arrive and gives the packets in them, in either byte order.
+
+    A packet counts when its CRC is right; then it is skipped as a whole, even if its id is unknown. Otherwise the
+    search goes on one byte further, so nothing good is lost behind a damaged length. Up to one packet of bytes is
+    kept between calls. What looks like the start of a packet is waited for, at most 65535 bytes; `close` gives up
+    waiting (at the end of the stream, or after a silence) and finds what was behind it.
+
+    losses: the latest stretches that made no message (adjoining ones are one), oldest first, at most 1000.
+    lost: bytes in all of them, including those no longer listed.
+    """
+
+    def __init__(self, codec: Codec = DEFAULT) -> None:
+        self._decode = codec.decode
+        little = codec.sync.to_bytes(2, "little")
+        self._little, self._big = little, little[::-1]
+        self._search = re.compile(b"|".join(map(re.escape, (self._little, self._big)))).search
+        self._waiting = bytearray()
+        self._needed = 0
+        self._offset = 0
+        self._adjoining = False
+        self.losses: deque[Loss] = deque(maxlen=1000)
+        self.lost = 0
+
+    def feed(self, data: bytes) -> list[Message]:
+        """The messages that these bytes complete; a packet that cannot be decoded is a loss."""
+        return self._take(data, self._decode)
+
+    def feed_packets(self, data: bytes) -> list[bytes]:
+        """The packets that these bytes complete, not decoded."""
+        return self._take(data, bytes)
+
+    def close(self) -> list[Message]:
+        """The messages behind an incomplete packet that will not be completed. More can be fed afterwards."""
+        return self._scan(self._decode, final=True)
+
+    def close_packets(self) -> list[bytes]:
+        """As `close`, not decoded."""
+        return self._scan(bytes, final=True)
+
+    def _take(self, data: bytes, accept: Callable[[bytes], T]) -> list[T]:
+        self._waiting += data
+        return self._scan(accept, final=False) if len(self._waiting) >= self._needed else []
+
+    def _scan(self, accept: Callable[[bytes], T], final: bool) -> list[T]:
+        data = bytes(self._waiting)
+        view = memoryview(data)
+        length = len(data)
+        position = self._needed = 0
+        found: list[T] = []
+        while position < length:
+            if data.startswith(self._little, position):
+                order = "little"
+            elif data.startswith(self._big, position):
+                order = "big"
+            else:
+                position = self._skip_garbage(data, position, final)
+                if length - position < 2:
+                    break
+                continue
+            size = int.from_bytes(data[position + 4 : position + 6], order) + SMALLEST_PACKET
+            end = position + size
+            if size > LARGEST_PACKET:
+                reason = _TOO_LARGE
+            elif end > length or length - position < 6:
+                if not final:
+                    self._needed = size if length - position >= 6 else 6
+                    break
+                reason = _TRUNCATED
+            else:
+                if _crc_is_right(view[position:end], order):
+                    self._adjoining = False
+                    try:
+                        found.append(accept(data[position:end]))
+                    except DecodeError as error:
+                        self._lose(position, size, error.reason)
+                        self._adjoining = False
+                    position = end
+                    continue
+                reason = _WRONG_CRC
+            self._lose(position, 1, reason)
+            position += 1
+        if final and position < length:
+            self._lose(position, length - position, _TRUNCATED)
+            position = length
+        del self._waiting[:position]
+        self._offset += position
+        return found
+
+    def _skip_garbage(self, data: bytes, position: int, final: bool) -> int:
+        match = self._search(data, position)
+        if match:
+            end = match.start()
+        else:
+            half = not final and data[-1] in self._little
+            end = max(len(data) - half, position)
+        if end > position:
+            self._lose(position, end - position, _GARBAGE)
+        return end
+
+    def _lose(self, position: int, length: int, reason: str) -> None:
+        self.lost += length
+        if self._adjoining:
+            offset, before, why = self.losses.pop()
+            # A damaged packet says more than the garbage around it.
+            self.losses.append(Loss(offset, before + length, reason if why == _GARBAGE else why))
+        else:
+            self.losses.append(Loss(self._offset + position, length, reason))
+            self._adjoining = True
+
+
+def _crc_is_right(packet: memoryview, order: str) -> bool:
+    if order == "little":
+        return not arc(packet)  # the CRC of a packet with its own CRC behind it is zero
+    return arc(packet[:-2]) == int.from_bytes(packet[-2:], "big")

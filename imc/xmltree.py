@@ -1,0 +1,76 @@
+"""Reads XML into elements that remember their lines; document types, and with them entities, are refused."""
+
+import re
+from xml.parsers import expat
+
+from imc.errors import SchemaError
+
+_DEEPEST = 16
+
+
+class Element:
+    """An element of an XML file, with the place where it stands."""
+
+    __slots__ = ("attributes", "children", "file", "line", "tag")
+
+    def __init__(self, tag: str, attributes: dict[str, str], file: str, line: int) -> None:
+        self.tag = tag
+        self.attributes = attributes
+        self.children: list[Element] = []
+        self.file = file
+        self.line = line
+
+    @property
+    def where(self) -> str:
+        return f"{self.file}:{self.line}"
+
+    def get(self, name: str, default: str = "") -> str:
+        return self.attributes.get(name, default)
+
+    def require(self, name: str) -> str:
+        """An attribute that must be there. Raises SchemaError."""
+        if name not in self.attributes:
+            raise SchemaError(f"{self.where}: <{self.tag}> has no {name!r}")
+        return self.attributes[name]
+
+    def words(self, name: str) -> tuple[str, ...]:
+        """The comma separated words of an attribute, in lower case."""
+        return tuple(word for word in re.split(r"[,\s]+", self.get(name).lower()) if word)
+
+    def all(self, *tags: str) -> "list[Element]":
+        """The elements reached by going down these tags."""
+        found: list[Element] = [self]
+        for tag in tags:
+            found = [child for element in found for child in element.children if child.tag == tag]
+        return found
+
+
+def read_elements(data: bytes, file: str) -> Element:
+    """The root element of an XML text. Raises SchemaError naming file:line."""
+    top = Element("", {}, file, 0)
+    stack = [top]
+    parser = expat.ParserCreate()
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if len(stack) > _DEEPEST:
+            raise SchemaError(f"{file}:{parser.CurrentLineNumber}: nested too deeply")
+        element = Element(tag, attributes, file, parser.CurrentLineNumber)
+        stack[-1].children.append(element)
+        stack.append(element)
+
+    def end(_: str) -> None:
+        stack.pop()
+
+    def refuse(*_: object) -> int:
+        raise SchemaError(f"{file}:{parser.CurrentLineNumber}: document types and entities are not accepted")
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.StartDoctypeDeclHandler = refuse
+    parser.EntityDeclHandler = refuse
+    parser.ExternalEntityRefHandler = refuse
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise SchemaError(f"{file}:{error.lineno}: not XML: {expat.ErrorString(error.code)}") from error
+    return top.children[0]
