@@ -19,6 +19,7 @@ import imc
 from imc.lsf import Log, LsfWriter
 from imc.members import PACKED_CHUNK
 
+DEFINITIONS = Path(imc.__file__).parent / "definitions"
 LOGS = Path(__file__).parent.parent / "data" / "logs"
 
 # What imcpy 1.1.2 finds in the unpacked log.
@@ -94,6 +95,20 @@ def test_log_of_a_mission_decodes_and_encodes_to_the_same_bytes() -> None:
     assert Counter(log.counts()) == counts_by_imcpy(unpacked)
     assert b"".join(imc.encode(message) for message in log) == unpacked
     assert log.losses == []
+
+
+def test_classes_are_shared_with_logs_of_another_schema(tmp_path: Path) -> None:
+    public = imc.load(DEFINITIONS / "imc-5.4.31.yaml")
+    (tmp_path / "IMC.xml").write_bytes(imc.dump(public))
+    get = public["GpioStateGet"](timestamp=1.0, name="led")
+    (tmp_path / "Data.lsf").write_bytes(imc.encode(imc.Rpm(timestamp=1.0, value=7)) + public.encode(get))
+    log = Log(tmp_path)
+    rpm, found = log
+    assert log.schema == public
+    assert log.schema_source == tmp_path / "IMC.xml"
+    assert rpm == imc.Rpm(timestamp=1.0, value=7)
+    assert (type(found).__name__, found.ID, found.name) == ("GpioStateGet", imc.EstimatedMugState.ID, "led")
+    assert Log(tmp_path, schema=imc.builtin()).counts() == {"Rpm": 1, "EstimatedMugState": 1}
 
 
 def test_offsets_are_those_of_the_unpacked_file() -> None:

@@ -1,0 +1,288 @@
+"""Records the messages of the bus to LSF logs, in folders as DUNE lays them out."""
+
+import contextlib
+import errno
+import os
+import re
+import shutil
+from datetime import UTC, datetime
+from pathlib import Path
+
+import imc
+from imc.lsf import LsfWriter
+from imc.members import COMPRESSIONS, gzip_member
+from runtime import State, Task, consume, param
+
+MIB = 1 << 20
+LONGEST_BACKLOG = 8 * MIB  # bytes that wait, packed, while the disk refuses them
+LONGEST_LABEL = 100  # bytes
+BROADCAST = (0xFFFF, 0xFFF0)
+
+Op = imc.LoggingControl.Op
+
+
+class LogFolder:
+    """One log on disk: Data.lsf, IMC.xml.gz, Config.ini and Output.txt in a folder of their own.
+
+    `root`/`name` becomes the folder, with _2, _3 ... behind it where there is one already. Raises OSError, and then
+    leaves nothing behind.
+    """
+
+    def __init__(self, root: Path, name: str, compression: str, schema: bytes, configuration: bytes):
+        self.path = _new_folder(root / name)
+        self.physical_name = f"{self.path.parent.name}/{self.path.name}"
+        self.entities: set[int] = set()
+        suffix = COMPRESSIONS[compression].suffix if compression != "none" else ""
+        try:
+            (self.path / "IMC.xml.gz").write_bytes(schema)
+            (self.path / "Config.ini").write_bytes(configuration)
+            self.text = LsfWriter(self.path / "Output.txt", "none")
+            self.data = LsfWriter(self.path / f"Data.lsf{suffix}", compression)
+        except OSError:
+            shutil.rmtree(self.path, ignore_errors=True)
+            raise
+
+    @property
+    def waiting(self) -> int:
+        """Bytes that the disk has refused so far."""
+        return self.data.waiting + self.text.waiting
+
+    def flush(self) -> None:
+        """Hand everything to the operating system. Raises OSError; FileNotFoundError where the folder has gone."""
+        if not self.data.in_place():
+            raise FileNotFoundError(errno.ENOENT, "the log is gone", str(self.path))
+        self.data.flush()
+        self.text.flush()
+
+    def close(self) -> None:
+        """Flush and close both files; they are closed even where it raises OSError."""
+        try:
+            self.data.close()
+        finally:
+            self.text.close()
+
+
+class Logging(Task):
+    """Records messages of all systems to <log root>/<vehicle>/<YYYYMMDD>/<HHMMSS>[_label]/ (UTC).
+
+    A log begins with LoggingControl STARTED and ends, where it ends in order, with STOPPED; LoggingControl requests
+    start another one (with a label), stop it, and ask for its name. An own entity that is heard for the first time in
+    a log is asked for its EntityInfo, so that the log names all who speak in it.
+    """
+
+    flush_interval: float = param(5.0, "s", "Longest time for which messages wait in memory.", minimum=0.1)
+    lsf_compression_method: str = param(
+        "gzip",
+        "",
+        "How Data.lsf is compressed.",
+        name="LSF Compression Method",
+        choices=("none", *COMPRESSIONS),
+    )
+    lsf_volume_size: int = param(
+        0, "MiB", "Size of Data.lsf on disk at which another log begins; 0 is never.", name="LSF Volume Size", minimum=0
+    )
+    transports: list[str] = param([], "", "Names of the messages to record; empty records all.")
+    loopback_internal_messages: bool = param(True, "", "Record what this task itself says.", editable=False)
+
+    def configure(self) -> None:
+        schema = imc.builtin()
+        names = {name for name in self.transports if name}
+        self._unknown = sorted(name for name in names if name not in schema)
+        self._wanted: set[type[imc.Message]] = {schema[name] for name in names.difference(self._unknown)}
+        if names:
+            self._wanted |= {imc.EntityInfo, imc.LoggingControl}
+        self._limit = self.lsf_volume_size * MIB or float("inf")
+
+    def start(self) -> None:
+        self._folder: LogFolder | None = None
+        self._name = self._label = self._trouble = ""
+        self._recording, self._full, self._syncing, self._lost = True, False, 0, 0
+        self._schema = gzip_member(imc.dump(imc.builtin()), level=9)
+        if self._unknown:
+            self.log.warning(f"Transports: no such message: {', '.join(self._unknown)}")
+        self._open()
+        self.after(self.flush_interval, self._tick)
+
+    def stop(self) -> None:
+        self._recording = False
+        self._close()
+
+    @consume(others=True, packets=True)
+    def record(self, message: imc.Message, packet: bytes) -> None:
+        """Append the packet to the log."""
+        folder = self._folder
+        if folder is None or self._full:
+            self._lost += self._recording
+            return
+        kind = type(message)
+        if (self._wanted and kind not in self._wanted) or (kind is imc.LoggingControl and self._is_mark(message)):
+            return
+        try:
+            folder.data.write(packet)
+        except OSError as error:
+            self._fail(error)
+        if message.src == self.system and message.src_ent not in folder.entities:
+            folder.entities.add(message.src_ent)
+            if kind is not imc.EntityInfo:
+                self.publish(imc.QueryEntityInfo(id=message.src_ent, dst=self.system, dst_ent=message.src_ent))
+        if folder.data.size >= self._limit:
+            self._restart(self._label)
+
+    @consume
+    def note(self, entry: imc.LogBookEntry) -> None:
+        """Append a line to the console log."""
+        if self._folder is None or self._full:
+            return
+        kind = next((kind.name for kind in imc.LogBookEntry.Type if kind == entry.type), str(entry.type))
+        line = f"{_utc(entry.timestamp)} {kind:8} [{entry.context}] {' '.join(entry.text.split())}\n"
+        try:
+            self._folder.text.write(line.encode(errors="surrogateescape"))
+        except OSError as error:
+            self._fail(error)
+
+    @consume(others=True)
+    def control(self, request: imc.LoggingControl) -> None:
+        """Start another log, stop, or tell the name of the log, as the own system or an operator asks."""
+        operator = request.src & 0xE000 == 0x4000 and request.dst in BROADCAST
+        if request.src != self.system and request.dst != self.system and not operator:
+            return
+        if request.op == Op.REQUEST_START:
+            self._restart(clean_label(request.name))
+        elif request.op == Op.REQUEST_STOP:
+            self._recording = False
+            self._close()
+            self.set_entity_state(State.NORMAL, "stopped")
+        elif request.op == Op.REQUEST_CURRENT_NAME:
+            self.reply(request, imc.LoggingControl(op=Op.CURRENT_NAME, name=self._name))
+
+    def _restart(self, label: str) -> None:
+        self._close()
+        self._recording, self._label = True, label
+        self._open()
+
+    def _open(self) -> None:
+        begin = datetime.fromtimestamp(self.now_ns // 1_000_000_000, UTC)
+        name = f"{begin:%Y%m%d/%H%M%S}" + (f"_{self._label}" if self._label else "")
+        root = self.vehicle.log_root / self.system_name
+        configuration = self.vehicle.profile.dump().encode(errors="surrogateescape")
+        try:
+            folder = LogFolder(root, name, self.lsf_compression_method, self._schema, configuration)
+        except OSError as error:
+            self._fail(error)
+            return
+        # Which folders are there already is outside of a virtual run.
+        self._name = name if self.vehicle.virtual else folder.physical_name
+        self._folder = folder
+        self._mark(Op.STARTED)
+        self._recover()
+
+    def _close(self) -> None:
+        """End the log in order."""
+        folder = self._folder
+        if folder is None:
+            return
+        self._mark(Op.STOPPED)
+        self._folder, self._name, self._full = None, "", False
+        try:
+            with contextlib.closing(folder):
+                folder.flush()
+                self._synchronise(folder)
+        except OSError as error:
+            self._fail(error)
+
+    def _mark(self, op: imc.LoggingControl.Op) -> None:
+        """Say that the log starts or stops: its first or last packet, ahead of what is on its way to `record`."""
+        folder = self._folder
+        mark = self.publish(imc.LoggingControl(op=op, name=self._name))
+        try:
+            if folder is not None:
+                folder.data.write(imc.encode(mark))
+        except OSError as error:
+            self._fail(error)
+
+    def _is_mark(self, message: imc.Message) -> bool:
+        own = message.src == self.system and message.src_ent == self.entity.id
+        return own and getattr(message, "op", None) in (Op.STARTED, Op.STOPPED)
+
+    def _tick(self) -> None:
+        self.after(self.flush_interval, self._tick)
+        folder = self._folder
+        if not self._recording:
+            return
+        if folder is None:
+            self._open()
+            return
+        try:
+            folder.flush()
+        except FileNotFoundError as error:
+            self._fail(error)
+            self._folder = None
+            with contextlib.suppress(OSError):
+                folder.close()
+            self._open()
+        except OSError as error:
+            self._fail(error)
+        else:
+            self._recover()
+            self._synchronise(folder)
+
+    def _synchronise(self, folder: LogFolder) -> None:
+        """Have the disk itself take what is written, away from the handlers; a virtual run has nothing to lose."""
+        if not self.vehicle.virtual and self._syncing < 2:
+            self._syncing += 1
+            self.offload(_synchronise, os.dup(folder.data.fileno()), then=self._synchronised)
+
+    def _synchronised(self, error: OSError | None) -> None:
+        self._syncing -= 1
+        if error is not None:
+            self._fail(error)
+
+    def _fail(self, error: OSError) -> None:
+        """Say what is wrong; the next tick tries again."""
+        reason = f"{error.strerror or error}" + (f": {error.filename}" if error.filename else "")
+        if reason != self._trouble:
+            self._trouble = reason
+            self.log.error(f"messages cannot be recorded: {reason}")
+        self._full = self._folder is not None and self._folder.waiting > LONGEST_BACKLOG
+        self.set_entity_state(State.FAILURE, reason)
+
+    def _recover(self) -> None:
+        if self._trouble:
+            self.log.warning(f"messages are recorded again; {self._lost} were lost")
+        self._trouble, self._lost, self._full = "", 0, False
+        self.set_entity_state(State.NORMAL, f"recording {self._name}")
+
+
+def clean_label(text: str) -> str:
+    """`text` as a part of a folder's name: blanks and what file systems do not bear become _, the length is bounded."""
+    label = re.sub(r"[^\w.+=@-]", "_", text.strip())
+    return label.encode(errors="ignore")[:LONGEST_LABEL].decode(errors="ignore")
+
+
+def _new_folder(path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    number, name = 1, path.name
+    while True:
+        try:
+            path.mkdir()
+            return path
+        except FileExistsError:
+            number += 1
+            path = path.with_name(f"{name}_{number}")
+
+
+def _utc(time: float) -> str:
+    try:
+        return datetime.fromtimestamp(time, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    except (ValueError, OverflowError, OSError):
+        return f"{time:g}"
+
+
+def _synchronise(file: int) -> OSError | None:
+    try:
+        os.fsync(file)
+        return None
+    except OSError as error:
+        return error
+    finally:
+        os.close(file)
