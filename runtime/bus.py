@@ -39,6 +39,7 @@ class Subscription:
 class Bus:
     """One in-process bus for one vehicle, `system` being its IMC id.
 
+    Until `resume` it keeps what is published, so that nobody misses what others say while they start.
     Everything that is delivered has been through the codec, so a receiver here sees what a receiver elsewhere would.
     Objects that are no messages (frames) are shared between tasks of this process and go nowhere else.
     """
@@ -51,6 +52,13 @@ class Bus:
         self._subscriptions: list[Subscription] = []
         self._routes: dict[type, tuple[Subscription, ...]] = {}
         self._transport: Transport | None = None
+        self._backlog: list[tuple[imc.Message, bytes, object]] | None = []
+
+    def resume(self) -> None:
+        """Deliver what has been kept, and from now on at once."""
+        kept, self._backlog = self._backlog or [], None
+        for message, packet, origin in kept:
+            self._deliver(message, packet, origin)
 
     def subscribe(self, subscription: Subscription) -> None:
         self._subscriptions.append(subscription)
@@ -101,6 +109,9 @@ class Bus:
         self._deliver(message, packet, None)
 
     def _deliver(self, message: imc.Message, packet: bytes, origin: object) -> None:
+        if self._backlog is not None:
+            self._backlog.append((message, packet, origin))
+            return
         self.delivered += 1
         own = message.src == self.system
         soon: Callable[..., Any] = self.kernel.soon

@@ -90,33 +90,20 @@ def simulate(
             state_folder=Path(folder) / "db",
         )
         made: list[Task] = []
-        for item in wanted:
-            cls, values = item if isinstance(item, tuple) else (item, parameters)
-            name = section if section and not made else section_name(cls)
-            made.append(vehicle.add(cls, _unused(name, made), **values))
-        run = Run(vehicle, made)
-        fed = [_fed(message, vehicle) for message in feed]
-        known = {id(message) for _, message, _ in fed}
-
-        def record(message: imc.Message, packet: bytes) -> None:
-            if id(message) not in known and not (message.src == system_id and message.src_ent == 0):
-                run.messages.append(message)
-                run.packets.append(packet)
-
-        vehicle.tap(imc.Message, record, packets=True)
-
-        def note(entry: imc.LogBookEntry) -> None:
-            run.log.append(entry.text)
-
-        vehicle.tap(imc.LogBookEntry, note)
-        vehicle.tap(Frame, run.frames.append)
-        vehicle.start()
-        for at, message, packet in fed:
-            vehicle.kernel.at(at, vehicle.bus.publish, message, packet, None)
-        if script is not None:
-            vehicle.kernel.soon(vehicle.daemon.run, script)
-        last = max((at for at, _, _ in fed), default=0) - vehicle.kernel.now_ns
         try:
+            for item in wanted:
+                cls, values = item if isinstance(item, tuple) else (item, parameters)
+                name = section if section and not made else section_name(cls)
+                made.append(vehicle.add(cls, _unused(name, made), **values))
+            run = Run(vehicle, made)
+            fed = [_fed(message, vehicle) for message in feed]
+            _record(run, {id(message) for _, message, _ in fed})
+            vehicle.start()
+            for at, message, packet in fed:
+                vehicle.kernel.at(at, vehicle.bus.publish, message, packet, None)
+            if script is not None:
+                vehicle.kernel.soon(vehicle.daemon.run, script)
+            last = max((at for at, _, _ in fed), default=0) - vehicle.kernel.now_ns
             vehicle.run(seconds if seconds is not None else max(1.0 if not fed else 0.0, (last + 1) / SECOND))
         finally:
             vehicle.close()
@@ -129,6 +116,23 @@ def section_name(cls: type[Task]) -> str:
     if parts[0] == OWN and len(parts) > 2:
         return f"{section_group(parts[1])}.{cls.__name__}"
     return f"{cls.__module__}.{cls.__name__}"
+
+
+def _record(run: Run, fed: set[int]) -> None:
+    """Keep what is published, apart from the messages (by identity) that are fed in."""
+    system = run.vehicle.system
+
+    def record(message: imc.Message, packet: bytes) -> None:
+        if id(message) not in fed and not (message.src == system and message.src_ent == 0):
+            run.messages.append(message)
+            run.packets.append(packet)
+
+    def note(entry: imc.LogBookEntry) -> None:
+        run.log.append(entry.text)
+
+    run.vehicle.tap(imc.Message, record, packets=True)
+    run.vehicle.tap(imc.LogBookEntry, note)
+    run.vehicle.tap(Frame, run.frames.append)
 
 
 def _unused(name: str, made: list[Task]) -> str:

@@ -23,6 +23,7 @@ from runtime.task import Task
 
 LONGEST_BACKOFF = 60.0
 HEALTHY_AFTER = 60.0
+STARTING_PATIENCE = 5 * SECOND
 
 logger = logging.getLogger("shoal.vehicle")
 
@@ -150,8 +151,10 @@ class Vehicle:
         """Connect all tasks, then start them in order; what they publish meanwhile waits until all are started."""
         for task in self.tasks:
             task.connect()
+        patience, self.kernel.slow_ns = self.kernel.slow_ns, STARTING_PATIENCE
         for task in self.tasks:
-            self.kernel.soon(self._start, task)
+            self._soon(self._start, task)
+        self.kernel.soon(self._started, patience)
 
     def run(self, seconds: float | None = None) -> None:
         """Run for so many seconds of the vehicle's time, or until `stop`. Raises what `keep_going` does not cover."""
@@ -228,14 +231,18 @@ class Vehicle:
         activation = self.activations.get(task.name)
         if activation is not None and task.activation == "maneuver":
             task.parameter_set.set(task.parameters()["Active"], False)
-        try:
-            task.start()
-        except Exception as error:
-            self._failed(task, error)
-            return
+        task.start()
         task.begin_ticking()
         if activation is not None and task.parameter_set.value(task.parameters()["Active"]):
             activation.request(True)
+
+    def _soon(self, function: Callable[[Task], object], task: Task, delay: float = 0.0) -> None:
+        """Call `function(task)`, with the task to blame for what happens."""
+        self.kernel.after(delay, function, task).owner = task
+
+    def _started(self, patience: int) -> None:
+        self.kernel.slow_ns = patience
+        self.bus.resume()
 
     def _restart(self, task: Task) -> None:
         task.connect()
@@ -254,8 +261,7 @@ class Vehicle:
     def _failed(self, owner: object, error: Exception) -> None:
         """What the kernel does with an exception that a handler raised."""
         if not self.keep_going:
-            if not hasattr(error, "__notes__"):
-                error.add_note(f"in {owner!r} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
+            error.add_note(f"in {owner!r} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
             raise error
         if not isinstance(owner, Task):
             logger.error("%r: %s", owner, "".join(traceback.format_exception(error)))
@@ -269,7 +275,7 @@ class Vehicle:
         self._failures[owner.name] = (count + 1, self.kernel.now_ns + round(delay * SECOND))
         owner.set_entity_state(State.FAILURE, f"{type(error).__name__}: {error}")
         owner.log.error(f"{_summary(error)}: restarting in {delay:g} s")
-        self.kernel.after(delay, self._restart, owner)
+        self._soon(self._restart, owner, delay)
 
     def _slow(self, owner: object, seconds: float) -> None:
         name = owner.name if isinstance(owner, Task) else repr(owner)

@@ -17,6 +17,7 @@ from runtime.problem import printable
 from runtime.vehicle import Vehicle
 
 REFRESH = 0.25  # s of real time between two pictures
+ECHO = 4  # columns; a terminal writes ^C at the end of the panel's last line, which must not wrap
 LEVELS: dict[int, tuple[str, str]] = {
     imc.LogBookEntry.Type.INFO: ("INFO", ""),
     imc.LogBookEntry.Type.WARNING: ("WARNING", "yellow"),
@@ -43,7 +44,7 @@ class Status:
         self._rate = 0.0
         self._counted = (0, time.monotonic(), vehicle.start_time)
         self._speed = 1.0
-        self._began = time.monotonic()
+        self._began = (time.monotonic(), self.now)
         vehicle.tap(imc.EstimatedState, self._see_state)
         vehicle.tap(imc.EstimatedMugState, self._see_mug)
         vehicle.tap(imc.LoggingControl, self._see_log)
@@ -69,7 +70,7 @@ class Status:
 
     def summary(self) -> str:
         """One line about the whole run."""
-        passed, real = self.now - self.vehicle.start_time, time.monotonic() - self._began
+        real, passed = time.monotonic() - self._began[0], self.now - self._began[1]
         parts = [
             f"{passed:.1f} s of vehicle time in {real:.1f} s",
             f"{self.vehicle.bus.delivered} messages",
@@ -90,7 +91,7 @@ class Status:
     def _refresh(self) -> None:
         count, then, at = self._counted
         now, real = self.now, time.monotonic()
-        if real > then and now > at:
+        if real - then >= REFRESH / 2 and now > at:
             self._rate = (self.vehicle.bus.delivered - count) / (now - at)
             self._speed = (now - at) / (real - then)
         self._counted = (self.vehicle.bus.delivered, real, now)
@@ -101,7 +102,7 @@ class Status:
         table = Table.grid(padding=(0, 2))
         table.add_column(style="dim", justify="right")
         table.add_column()
-        passed = self.now - self.vehicle.start_time
+        passed = self.now - self._began[1]
         span = f"{passed:.1f} s" + (f" of {self.duration:g} s" if self.duration is not None else "")
         table.add_row("time", f"{_clock(self.now)}   {span}   {self._speed:.3g} x real time")
         table.add_row("vehicle", self._position())
@@ -111,7 +112,14 @@ class Status:
         table.add_row("detections", f"{self.detections}   {self.mug}")
         table.add_row("messages", f"{self.vehicle.bus.delivered}   {self._rate:.0f} per second of the vehicle")
         table.add_row("log", self.folder or "-")
-        return Panel(table, title=self.title, title_align="left", subtitle="Ctrl-C stops", subtitle_align="right")
+        return Panel(
+            table,
+            title=self.title,
+            title_align="left",
+            subtitle="Ctrl-C stops",
+            subtitle_align="right",
+            width=self._console.width - ECHO,
+        )
 
     def _position(self) -> str:
         state = self.state
