@@ -1,0 +1,236 @@
+"""MAVLink 2 for ground stations and scripts: QGroundControl, Mission Planner, MAVProxy, MAVSDK."""
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+
+import imc
+from runtime import State, Task, consume, param, periodic
+from runtime.kernel import Timer
+from runtime.parameters import ParameterError
+from tasks.transports.mavlink_protocol import dialect, text
+from tasks.transports.mavlink_protocol.autopilot import Autopilot
+from tasks.transports.mavlink_protocol.frames import Received, split
+from tasks.transports.mavlink_protocol.links import Link, parse_route
+from tasks.transports.mavlink_protocol.modes import KINDS, Flavour
+from tasks.transports.mavlink_protocol.parameters import Entry, ParameterTable
+from tasks.transports.mavlink_protocol.services import serve
+from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, SOON, Session, addressed
+
+LINKS = ["udpout:127.0.0.1:14550:ardupilot", "udpout:127.0.0.1:14540:px4", "udpin:127.0.0.1:14551:ardupilot"]
+SYSTEMS = 250
+SET_TIMEOUT = 0.25
+DETECTION_PERIOD = 5.0
+DETECTIONS = 64
+
+
+class MAVLink(Task):
+    """Speaks MAVLink 2 over UDP: telemetry, commands and parameters, each link as the autopilot its flavour names."""
+
+    external = True
+    requires = "mavlink"
+
+    links: list[str] = param(
+        LINKS, "", "UDP links, SCHEME:ADDRESS:PORT:FLAVOUR; udpout calls a station, udpin waits.", editable=False
+    )
+    system_id: int = param(
+        0, "1", "MAVLink system id; 0 takes it from the IMC id.", minimum=0, maximum=SYSTEMS, editable=False
+    )
+    vehicle_kind: str = param("submarine", "", "What the vehicle passes for.", choices=tuple(KINDS), editable=False)
+    geoid_undulation: float = param(
+        0.0, "m", "Geoid above the ellipsoid, for what flies.", minimum=-120, maximum=100, editable=False
+    )
+    attitude_rate: float = param(10.0, "Hz", "Rate of ATTITUDE.", minimum=0, maximum=200)
+    position_rate: float = param(4.0, "Hz", "Rate of the positions and of VFR_HUD.", minimum=0, maximum=200)
+    status_rate: float = param(2.0, "Hz", "Rate of SYS_STATUS.", minimum=0, maximum=200)
+    maximum_peers: int = param(8, "1", "Ground stations on one udpin link.", minimum=1, maximum=64, editable=False)
+    peer_timeout: float = param(30.0, "s", "Silence after which a ground station is forgotten.", minimum=1)
+
+    autopilot: Autopilot | None = None
+
+    def configure(self) -> None:
+        if not self.links:
+            raise ParameterError("Links", "is empty: name a link, or disable the task")
+        self.rates = {
+            "ATTITUDE": self.attitude_rate,
+            "GLOBAL_POSITION_INT": self.position_rate,
+            "LOCAL_POSITION_NED": self.position_rate,
+            "VFR_HUD": self.position_rate,
+            "SYS_STATUS": self.status_rate,
+            "SYSTEM_TIME": 1.0,
+            "HOME_POSITION": 1.0,
+            "EXTENDED_SYS_STATE": 1.0,
+        }
+        if self.autopilot is not None:
+            self.autopilot.rates = self.rates
+
+    def start(self) -> None:
+        self.dialect = dialect.load()
+        self.counts: Counter[str] = Counter()
+        self.open_links: list[Link] = []
+        self.closed: dict[str, str] = dict.fromkeys(self.links, "")
+        self.asked: dict[str, Timer] = {}
+        self.detected: dict[int, float] = {}
+        self.pump_timer: Timer | None = None
+        self.ship = self.autopilot = Autopilot(
+            self.dialect,
+            name=self.system_name,
+            system=self.system_id or ((self.system & 0xFF) - 1) % SYSTEMS + 1,
+            kind=KINDS[self.vehicle_kind],
+            boot=self.vehicle.start_time,
+            undulation=self.geoid_undulation,
+            rates=self.rates,
+            parameters=ParameterTable(self.vehicle.tasks),
+            entities=lambda: (e for e in self.vehicle.entities if e.component != self.name),
+            set_parameter=self.ask_for,
+            stop_plan=self.stop_plan,
+        )
+        self.shown = self.ship.shown
+        self.values = {entry.id: entry.value for entry in self.ship.parameters}
+
+    def stop(self) -> None:
+        for link in self.open_links:
+            self.unwatch(link.socket)
+            link.close()
+        self.open_links = []
+
+    @periodic(1.0)
+    def look_after_links(self) -> None:
+        """Forget silent peers, try again what could not be opened, and say how things are."""
+        for link in self.open_links:
+            link.forget_silent(self.now - self.peer_timeout)
+        for words, trouble in list(self.closed.items()):
+            self.open(words, trouble)
+        troubles = [trouble for trouble in self.closed.values() if trouble]
+        peers = sum(session.contact for session in self.sessions())
+        counts = ", ".join(f"{name} {count}" for name, count in sorted(self.counts.items()) if count)
+        figures = f"{peers} in contact" + (f"; {counts}" if counts else "")
+        state = State.NORMAL if not troubles else State.FAULT if self.open_links else State.ERROR
+        self.set_entity_state(state, "; ".join([*troubles, figures]))
+        self.pump()
+
+    def open(self, words: str, trouble: str) -> None:
+        """Open a link; a reason why not is told once."""
+        try:
+            link = Link(parse_route(words), self.meet, peers=self.maximum_peers, counts=self.counts)
+        except (ValueError, OSError) as error:
+            reason = str(error) if isinstance(error, ValueError) else f"{words}: {error.strerror}"
+            if reason != trouble:
+                self.log.error(reason)
+            self.closed[words] = reason
+            return
+        del self.closed[words]
+        self.open_links.append(link)
+        self.watch(link.socket, lambda: self.receive(link))
+
+    def meet(self, flavour: Flavour, transmit: Callable[[bytes], object]) -> Session:
+        return Session(self.ship, flavour, transmit, self.now)
+
+    def sessions(self) -> Iterator[Session]:
+        return (session for link in self.open_links for session in link.sessions.values())
+
+    def receive(self, link: Link) -> None:
+        """Take what has arrived on a link; what is broken, not for us or too much is counted."""
+        for peer, datagram in link.datagrams():
+            known = link.sessions.get(peer)
+            if known is not None and not known.admit.take(self.now):
+                self.counts["dropped"] += 1
+                continue
+            messages, damages = split(datagram, self.dialect)
+            self.counts["malformed"] += damages or not messages
+            for message in messages:
+                self.obey(link.session(peer), message)
+        self.pump()
+
+    def obey(self, session: Session | None, message: Received) -> None:
+        if session is None:
+            self.counts["refused"] += 1
+        elif not addressed(message, self.ship.system):
+            self.counts["foreign"] += 1
+        else:
+            session.hear(message, self.now)
+            serve(session, message, self.now)
+            self.show_changes()
+
+    def pump(self) -> None:
+        """Send what is due on all links, and come back when something is due again."""
+        if self.pump_timer is not None:
+            self.pump_timer.cancel()
+        due = min((session.pump(self.now) for session in self.sessions()), default=self.now + HEARTBEAT_PERIOD)
+        self.pump_timer = self.after(max(due - self.now, SOON), self.pump)
+
+    def show_changes(self) -> None:
+        """A change of mode or arming goes out at once: ground stations wait for it."""
+        if self.shown != self.ship.shown:
+            self.shown = self.ship.shown
+            for session in self.sessions():
+                session.send_now("HEARTBEAT", self.now)
+
+    @consume
+    def navigate(self, state: imc.EstimatedState) -> None:
+        self.ship.hear_state(state)
+
+    @consume
+    def change_mode(self, state: imc.VehicleState | imc.PlanControlState) -> None:
+        self.ship.hear_mode(state)
+        self.show_changes()
+
+    @consume
+    def note(
+        self,
+        figure: imc.Voltage
+        | imc.Current
+        | imc.FuelLevel
+        | imc.CpuUsage
+        | imc.IndicatedSpeed
+        | imc.Throttle
+        | imc.VehicleMedium,
+    ) -> None:
+        self.ship.hear_figure(figure, self.vehicle.entities.label(figure.src, figure.src_ent))
+
+    @consume
+    def tell(self, entry: imc.LogBookEntry) -> None:
+        severity = text.SEVERITY.get(entry.type, text.INFO)
+        if severity != text.DEBUG:
+            self.say(severity, entry.text)
+
+    @consume
+    def tell_detection(self, mug: imc.EstimatedMugState) -> None:
+        """One line per MUG, again after a while."""
+        if self.now - self.detected.get(mug.id, -DETECTION_PERIOD) < DETECTION_PERIOD:
+            return
+        if len(self.detected) >= DETECTIONS:
+            self.detected.clear()
+        self.detected[mug.id] = self.now
+        self.say(text.NOTICE, f"DETECT MUG {mug.id} " + self.ship.describe(mug.x, mug.y, self.now))
+
+    @consume
+    def show_changed(self, reply: imc.EntityParameters) -> None:
+        """Parameters were set, by whomever: all ground stations see the values."""
+        for item in reply.params:
+            entry = self.ship.parameters.of(reply.name, item.name) if isinstance(item, imc.EntityParameter) else None
+            if entry is not None and (entry.id in self.asked or entry.value != self.values[entry.id]):
+                self.show_parameter(entry)
+
+    def ask_for(self, entry: Entry, value: str) -> None:
+        """Ask the vehicle to set a parameter; without an answer the old value is shown."""
+        wish = imc.EntityParameter(name=entry.parameter.name, value=value)
+        self.publish(imc.SetEntityParameters(name=entry.task.entity.label, params=(wish,), dst=self.system))
+        if entry.id not in self.asked:
+            self.asked[entry.id] = self.after(SET_TIMEOUT, self.show_parameter, entry)
+
+    def show_parameter(self, entry: Entry) -> None:
+        asked = self.asked.pop(entry.id, None)
+        if asked is not None:
+            asked.cancel()
+        self.values[entry.id] = entry.value
+        for session in self.sessions():
+            session.send_parameter(entry)
+
+    def stop_plan(self) -> None:
+        control = imc.PlanControl
+        self.publish(control(type=control.Type.REQUEST, op=control.Op.STOP, dst=self.system))
+
+    def say(self, severity: int, words: str) -> None:
+        self.ship.remember(severity, words)
+        for session in self.sessions():
+            session.say(severity, words, self.now)

@@ -1,0 +1,249 @@
+"""The vehicle as ground stations see it: who it is, what it does, its latest figures."""
+
+import hashlib
+import math
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+import imc
+from imc import coordinates
+from runtime.entities import Entity, State
+from tasks.transports.mavlink_protocol import conversion
+from tasks.transports.mavlink_protocol.dialect import Dialect, Fields
+from tasks.transports.mavlink_protocol.modes import (
+    ARMED,
+    CRITICAL,
+    CUSTOM_MODE,
+    STANDBY,
+    STATUS,
+    Flavour,
+    Kind,
+    Mode,
+    mode_of,
+    moving,
+)
+from tasks.transports.mavlink_protocol.parameters import Entry, ParameterTable
+
+COMPONENT = 1
+STALE = 3.0
+REMEMBERED = 10
+BATTERY = "Batter"
+OpMode = imc.VehicleState.OpMode
+WORKING = (OpMode.SERVICE, OpMode.MANEUVER, OpMode.EXTERNAL)
+
+
+@dataclass(slots=True)
+class Figures:
+    """The latest of what the bus said; NaN is unknown."""
+
+    state: imc.EstimatedState | None = None
+    vehicle: imc.VehicleState | None = None
+    plan: imc.PlanControlState | None = None
+    medium: int | None = None
+    airspeed: float = math.nan
+    throttle: float = math.nan
+    voltage: float = math.nan
+    current: float = math.nan
+    fuel: float = math.nan
+    load: float = math.nan
+
+
+class Autopilot:
+    """What all ground stations share.
+
+    `set_parameter(entry, text)` and `stop_plan()` ask the vehicle for it; `entities` gives those whose state counts for
+    arming; `boot` is when the vehicle started, in s since 1970. `undulation` is the geoid above the ellipsoid, in m.
+    `rates` are those of the messages that go out unasked, in Hz.
+    """
+
+    def __init__(
+        self,
+        dialect: Dialect,
+        *,
+        name: str,
+        system: int,
+        kind: Kind,
+        boot: float,
+        undulation: float,
+        rates: Mapping[str, float],
+        parameters: ParameterTable,
+        entities: Callable[[], Iterable[Entity]],
+        set_parameter: Callable[[Entry, str], None],
+        stop_plan: Callable[[], None],
+    ):
+        self.dialect = dialect
+        self.system = system
+        self.kind = kind
+        self.parameters = parameters
+        self.set_parameter = set_parameter
+        self.stop_plan = stop_plan
+        self.figures = Figures()
+        self.rates = rates
+        self.home: conversion.Home | None = None
+        self.armed = False
+        self.held = False
+        self.notices: deque[tuple[int, str]] = deque(maxlen=REMEMBERED)
+        self._entities = entities
+        self._boot = boot
+        self._undulation = undulation
+        self._uid = hashlib.sha256(name.encode(errors="surrogateescape")).digest()
+        self._builders: dict[str, Callable[[Flavour, float], Fields | None]] = {
+            "HEARTBEAT": self._heartbeat,
+            "SYS_STATUS": self._sys_status,
+            "SYSTEM_TIME": lambda _, now: {
+                "time_unix_usec": round(now * 1e6),
+                "time_boot_ms": conversion.boot_ms(now, boot),
+            },
+            "ATTITUDE": self._attitude,
+            "LOCAL_POSITION_NED": self._local_position,
+            "GLOBAL_POSITION_INT": self._global_position,
+            "GPS_GLOBAL_ORIGIN": lambda _, now: self.home and conversion.global_origin(self.home, now),
+            "VFR_HUD": self._hud,
+            "AUTOPILOT_VERSION": lambda flavour, _: self._version(flavour),
+            "HOME_POSITION": lambda _, now: self.home and conversion.home_position(self.home, now),
+            "EXTENDED_SYS_STATE": lambda _, now: conversion.extended_state(self.figures.medium, self.armed_or_moving),
+        }
+
+    def offers(self, name: str) -> bool:
+        """Whether a message of this name can be asked for."""
+        return name in self._builders
+
+    def build(self, name: str, flavour: Flavour, now: float) -> Fields | None:
+        """The fields of an offered message; None while the vehicle does not know them."""
+        return self._builders[name](flavour, now)
+
+    def hear_state(self, state: imc.EstimatedState) -> None:
+        """Take a new estimate; the first that makes sense gives home."""
+        self.figures.state = state
+        if self.home is None:
+            self.home = conversion.home_of(state, afloat=self.kind.afloat, undulation=self._undulation)
+
+    def hear_mode(self, state: imc.VehicleState | imc.PlanControlState) -> None:
+        """Take what the supervisors say that the vehicle does; a new activity ends the wish to hold."""
+        if isinstance(state, imc.PlanControlState):
+            self.figures.plan = state
+        else:
+            self.figures.vehicle = state
+            self.held = self.held and not moving(state)
+
+    def hear_figure(self, message: imc.Message, label: str) -> None:
+        """Take a measurement of an entity; where several measure electricity, the batteries count."""
+        figures = self.figures
+        match message:
+            case imc.Voltage(value=value) if self._powers(label):
+                figures.voltage = value
+            case imc.Current(value=value) if self._powers(label):
+                figures.current = value
+            case imc.FuelLevel(value=value):
+                figures.fuel = value
+            case imc.CpuUsage(value=value):
+                figures.load = value
+            case imc.IndicatedSpeed(value=value):
+                figures.airspeed = value
+            case imc.Throttle(value=value):
+                figures.throttle = value
+            case imc.VehicleMedium(medium=medium):
+                figures.medium = medium
+            case _:
+                pass
+
+    def _powers(self, label: str) -> bool:
+        return BATTERY in label or not any(BATTERY in entity.label for entity in self._entities())
+
+    @property
+    def shown(self) -> tuple[Mode, bool]:
+        """What ground stations want to know at once."""
+        return self.mode, self.armed_or_moving
+
+    @property
+    def mode(self) -> Mode:
+        """What the vehicle does; holding is what a ground station asked for while nothing else goes on."""
+        mode = mode_of(self.figures.vehicle, self.figures.plan)
+        return Mode.HOLD if mode is Mode.MANUAL and self.held else mode
+
+    @property
+    def armed_or_moving(self) -> bool:
+        """Armed from here, or moving because others asked for it."""
+        return self.armed or moving(self.figures.vehicle)
+
+    @property
+    def obstacle(self) -> str:
+        """Why the vehicle is not ready to be armed; empty where it is."""
+        vehicle = self.figures.vehicle
+        if vehicle is not None and vehicle.op_mode not in WORKING:
+            mode = next((mode.name for mode in OpMode if mode == vehicle.op_mode), f"mode {vehicle.op_mode}")
+            return f"the vehicle is in {mode}" + (f": {vehicle.error_ents}" if vehicle.error_ents else "")
+        ill = next((e for e in self._entities() if e.stateful and e.state != State.NORMAL), None)
+        return f"{ill.label} is in {ill.state.name}: {ill.description}" if ill else ""
+
+    def place(self, now: float) -> tuple[imc.EstimatedState, conversion.Place] | None:
+        """The present estimate and where that is; None where there is none, or an old or impossible one."""
+        state = self._present(now)
+        if state is None or self.home is None:
+            return None
+        place = conversion.place_of(state, self.home, afloat=self.kind.afloat, undulation=self._undulation)
+        return (state, place) if place is not None else None
+
+    def describe(self, north: float, east: float, now: float) -> str:
+        """Latitude and longitude of a point so many metres from the vehicle, in degrees; else the metres."""
+        found = self.place(now)
+        if found is None or not (math.isfinite(north) and math.isfinite(east)):
+            return f"{north:.1f} m north, {east:.1f} m east"
+        lat, lon, _ = coordinates.displace(found[1].lat, found[1].lon, 0.0, north, east, 0.0)
+        return f"{math.degrees(lat):.6f},{math.degrees(lon):.6f}"
+
+    def remember(self, severity: int, words: str) -> None:
+        """Keep a notice for ground stations that come later."""
+        self.notices.append((severity, words))
+
+    def _present(self, now: float) -> imc.EstimatedState | None:
+        state = self.figures.state
+        return state if state is not None and now - state.timestamp <= STALE else None
+
+    def _time(self, state: imc.EstimatedState) -> int:
+        return conversion.boot_ms(state.timestamp, self._boot)
+
+    def _heartbeat(self, flavour: Flavour, now: float) -> Fields:
+        vehicle, mode = self.figures.vehicle, self.mode
+        status = STANDBY if vehicle is None else STATUS.get(vehicle.op_mode, STANDBY)
+        if any(e.stateful and e.state in (State.ERROR, State.FAILURE) for e in self._entities()):
+            status = CRITICAL
+        return {
+            "type": self.kind.type,
+            "autopilot": flavour.autopilot,
+            "base_mode": CUSTOM_MODE | mode.value | (ARMED if self.armed_or_moving else 0),
+            "custom_mode": flavour.custom_mode(self.kind, mode),
+            "system_status": status,
+            "mavlink_version": 3,
+        }
+
+    def _sys_status(self, _: Flavour, now: float) -> Fields:
+        states = [(entity.label, entity.state) for entity in self._entities() if entity.stateful]
+        bits = conversion.sensors(states, located=self.place(now) is not None, ready=not self.obstacle)
+        figures = self.figures
+        return conversion.system_status(bits, figures.load, figures.voltage, figures.current, figures.fuel)
+
+    def _attitude(self, _: Flavour, now: float) -> Fields | None:
+        state = self._present(now)
+        return conversion.attitude(state, self._time(state)) if state is not None else None
+
+    def _global_position(self, _: Flavour, now: float) -> Fields | None:
+        found = self.place(now)
+        return conversion.global_position(*found, self._time(found[0])) if found else None
+
+    def _local_position(self, _: Flavour, now: float) -> Fields | None:
+        found = self.place(now)
+        return conversion.local_position(*found, self.home, self._time(found[0])) if found and self.home else None
+
+    def _hud(self, _: Flavour, now: float) -> Fields | None:
+        found = self.place(now)
+        return conversion.hud(*found, self.figures.airspeed, self.figures.throttle) if found else None
+
+    def _version(self, flavour: Flavour) -> Fields:
+        return {
+            "capabilities": flavour.capabilities,
+            "flight_sw_version": flavour.software_version,
+            "uid": int.from_bytes(self._uid[:8], "little"),
+            "uid2": tuple(self._uid[:18]),
+        }

@@ -1,0 +1,115 @@
+"""UDP links to ground stations: where they listen, or where they are listened to."""
+
+import ipaddress
+import socket
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from tasks.transports.mavlink_protocol.frames import LONGEST_DATAGRAM
+from tasks.transports.mavlink_protocol.modes import FLAVOURS, Flavour
+from tasks.transports.mavlink_protocol.session import Session
+
+Address = tuple[str, int]
+AT_ONCE = 32
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """One link as the profile writes it: `listens` waits for ground stations, else the vehicle calls one."""
+
+    text: str
+    listens: bool
+    address: Address
+    flavour: Flavour
+
+
+def parse_route(text: str) -> Route:
+    """The link that "udpout:127.0.0.1:14550:ardupilot" means. Raises ValueError with the reason."""
+    parts = text.strip().split(":")
+    if len(parts) != 4 or parts[0] not in ("udpout", "udpin"):
+        raise ValueError(f"{text!r} is not udpout:ADDRESS:PORT:FLAVOUR or udpin:ADDRESS:PORT:FLAVOUR")
+    scheme, host, port, flavour = parts
+    host = "127.0.0.1" if host == "localhost" else host
+    try:
+        ipaddress.IPv4Address(host)
+    except ValueError:
+        raise ValueError(f"{text!r}: {host!r} is not an IPv4 address") from None
+    if not (port.isascii() and port.isdecimal() and 0 < int(port) < 65536):
+        raise ValueError(f"{text!r}: {port!r} is not a port (1 to 65535)")
+    if flavour not in FLAVOURS:
+        raise ValueError(f"{text!r}: {flavour!r} is not a flavour ({', '.join(FLAVOURS)})")
+    return Route(text.strip(), scheme == "udpin", (host, int(port)), FLAVOURS[flavour])
+
+
+class Link:
+    """An open link and the sessions on it; `meet(flavour, transmit)` makes a new one.
+
+    A link that listens has at most `peers` sessions. Trouble is counted in `counts`: strangers that found no place, and
+    frames that could not be sent. Raises OSError where the address cannot be used.
+    """
+
+    def __init__(
+        self,
+        route: Route,
+        meet: Callable[[Flavour, Callable[[bytes], object]], Session],
+        *,
+        peers: int,
+        counts: Counter[str],
+    ):
+        self.route = route
+        self.sessions: dict[Address, Session] = {}
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._meet = meet
+        self._peers = peers
+        self._counts = counts
+        try:
+            self.socket.setblocking(False)
+            if route.listens:
+                self.socket.bind(route.address)
+            else:
+                self.socket.connect(route.address)
+                self.session(route.address)
+        except OSError:
+            self.socket.close()
+            raise
+
+    def datagrams(self) -> Iterator[tuple[Address, bytes]]:
+        """What has arrived, not all of it if it is much, and from where."""
+        for _ in range(AT_ONCE):
+            try:
+                data, source = self.socket.recvfrom(LONGEST_DATAGRAM)
+            except BlockingIOError:
+                return
+            except OSError:
+                continue  # nobody listens where a frame was sent
+            yield source, data
+
+    def session(self, peer: Address) -> Session | None:
+        """The session with a peer, a new one if need be; None where there is no place for it."""
+        found = self.sessions.get(peer)
+        if found is None and (not self.route.listens or len(self.sessions) < self._peers):
+            found = self.sessions[peer] = self._meet(self.route.flavour, lambda frame: self._send(frame, peer))
+        return found
+
+    def forget_silent(self, since: float) -> None:
+        """Give up the peers that have said nothing since a time; one that the vehicle calls stays called."""
+        for peer, session in list(self.sessions.items()):
+            if session.heard_at < since:
+                session.lose()
+                if self.route.listens:
+                    del self.sessions[peer]
+
+    def close(self) -> None:
+        self.socket.close()
+
+    def _send(self, frame: bytes, peer: Address) -> None:
+        try:
+            if self.route.listens:
+                self.socket.sendto(frame, peer)
+            else:
+                self.socket.send(frame)
+        except ConnectionRefusedError:
+            pass  # no ground station yet
+        except OSError:
+            self._counts["unsent"] += 1

@@ -1,0 +1,175 @@
+"""What the vehicle is doing, and how each flavour of autopilot numbers that."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+import imc
+
+OpMode = imc.VehicleState.OpMode
+PlanState = imc.PlanControlState.State
+
+CUSTOM_MODE, AUTO, GUIDED, STABILIZE, MANUAL_INPUT, ARMED = 1, 4, 8, 16, 64, 128
+COMMAND_INT, PARAM_BYTEWISE, MAVLINK2, PARAM_C_CAST = 8, 16, 8192, 131072
+BOOT, CALIBRATING, STANDBY, ACTIVE, CRITICAL = 1, 2, 3, 4, 5
+
+
+class Mode(Enum):
+    """What a vehicle does, in words; the value is its MAV_MODE_FLAG besides custom mode and arming."""
+
+    MANUAL = 0
+    MISSION = AUTO | GUIDED | STABILIZE
+    HOLD = GUIDED | STABILIZE
+    TELEOPERATION = MANUAL_INPUT | STABILIZE
+    RETURN = AUTO | STABILIZE
+    OTHER = STABILIZE
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of vehicle: its MAV_TYPE, what ArduPilot calls its firmware, the numbers of its modes there.
+
+    The first number of a mode is the one that is shown. `afloat` says that home is the water's surface.
+    """
+
+    type: int
+    firmware: str
+    modes: Mapping[Mode, tuple[int, ...]]
+    afloat: bool = False
+
+
+KINDS: Mapping[str, Kind] = {
+    "submarine": Kind(
+        12,
+        "ArduSub",
+        {
+            Mode.MANUAL: (19,),
+            Mode.TELEOPERATION: (0,),
+            Mode.MISSION: (3,),
+            Mode.HOLD: (16, 2),
+            Mode.RETURN: (9,),
+        },
+        afloat=True,
+    ),
+    "boat": Kind(
+        11,
+        "ArduRover",
+        {
+            Mode.MANUAL: (0,),
+            Mode.TELEOPERATION: (3,),
+            Mode.MISSION: (10,),
+            Mode.HOLD: (5, 4),
+            Mode.RETURN: (11, 12),
+        },
+        afloat=True,
+    ),
+    "plane": Kind(
+        1,
+        "ArduPlane",
+        {
+            Mode.MANUAL: (0,),
+            Mode.TELEOPERATION: (2,),
+            Mode.MISSION: (10,),
+            Mode.HOLD: (12,),
+            Mode.RETURN: (11,),
+        },
+    ),
+    "copter": Kind(
+        2,
+        "ArduCopter",
+        {
+            Mode.MANUAL: (0,),
+            Mode.TELEOPERATION: (1,),
+            Mode.MISSION: (3,),
+            Mode.HOLD: (5, 16, 17, 2),
+            Mode.RETURN: (6,),
+        },
+    ),
+}
+
+# PX4: main mode << 16 | sub mode << 24
+PX4_MODES: Mapping[Mode, tuple[int, ...]] = {
+    Mode.MANUAL: (1 << 16,),
+    Mode.TELEOPERATION: (3 << 16,),
+    Mode.MISSION: (4 << 16 | 4 << 24,),
+    Mode.HOLD: (4 << 16 | 3 << 24,),
+    Mode.RETURN: (4 << 16 | 5 << 24,),
+}
+
+STANDARD_MODES: Mapping[int, Mode] = {1: Mode.HOLD, 5: Mode.RETURN, 6: Mode.MISSION}
+
+
+@dataclass(frozen=True, slots=True)
+class Flavour:
+    """Which autopilot a link pretends to be: clients choose numbers of modes and encoding of parameters by it.
+
+    `version` is the firmware that it passes for: major, minor, patch.
+    """
+
+    name: str
+    autopilot: int
+    bytewise: bool
+    version: tuple[int, int, int]
+
+    @property
+    def capabilities(self) -> int:
+        return COMMAND_INT | MAVLINK2 | (PARAM_BYTEWISE if self.bytewise else PARAM_C_CAST)
+
+    @property
+    def software_version(self) -> int:
+        major, minor, patch = self.version
+        return major << 24 | minor << 16 | patch << 8 | 255
+
+    def custom_mode(self, kind: Kind, mode: Mode) -> int:
+        """The number of a mode."""
+        modes = self._modes(kind)
+        return modes.get(mode, modes[Mode.MANUAL])[0]
+
+    def mode(self, kind: Kind, custom_mode: int) -> Mode:
+        """The mode of a number."""
+        return next((mode for mode, numbers in self._modes(kind).items() if custom_mode in numbers), Mode.OTHER)
+
+    def commanded_mode(self, kind: Kind, main: int, sub: int) -> Mode:
+        """The mode that MAV_CMD_DO_SET_MODE means."""
+        return self.mode(kind, main if self.name == "ardupilot" else main << 16 | sub << 24)
+
+    def banner(self, kind: Kind) -> str:
+        """The first line that a console wants to read."""
+        firmware = {"ardupilot": kind.firmware, "px4": "PX4"}.get(self.name, "Shoal")
+        return f"{firmware} V{'.'.join(map(str, self.version))} (Shoal)"
+
+    def _modes(self, kind: Kind) -> Mapping[Mode, tuple[int, ...]]:
+        return kind.modes if self.name == "ardupilot" else PX4_MODES
+
+
+FLAVOURS: Mapping[str, Flavour] = {
+    "ardupilot": Flavour("ardupilot", 3, False, (4, 1, 0)),
+    "px4": Flavour("px4", 12, True, (1, 14, 0)),
+    "generic": Flavour("generic", 0, True, (1, 0, 0)),
+}
+
+STATUS: Mapping[int, int] = {
+    OpMode.BOOT: BOOT,
+    OpMode.CALIBRATION: CALIBRATING,
+    OpMode.SERVICE: STANDBY,
+    OpMode.MANEUVER: ACTIVE,
+    OpMode.EXTERNAL: ACTIVE,
+    OpMode.ERROR: CRITICAL,
+}
+HOLDING = (imc.StationKeeping.ID, imc.Loiter.ID)
+
+
+def moving(vehicle: imc.VehicleState | None) -> bool:
+    """Whether the vehicle acts by itself or is steered, whoever asked for it."""
+    return vehicle is not None and vehicle.op_mode in (OpMode.MANEUVER, OpMode.EXTERNAL)
+
+
+def mode_of(vehicle: imc.VehicleState | None, plan: imc.PlanControlState | None) -> Mode:
+    """What a vehicle of these states does."""
+    if vehicle is None or not moving(vehicle):
+        return Mode.MANUAL
+    if vehicle.op_mode == OpMode.EXTERNAL or vehicle.maneuver_type == imc.Teleoperation.ID:
+        return Mode.TELEOPERATION
+    if plan is not None and plan.state in (PlanState.INITIALIZING, PlanState.EXECUTING):
+        return Mode.MISSION
+    return Mode.HOLD if vehicle.maneuver_type in HOLDING else Mode.MISSION

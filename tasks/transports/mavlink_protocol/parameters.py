@@ -1,0 +1,173 @@
+"""The vehicle's parameters under MAVLink's 16-character names, as INT32 and REAL32."""
+
+import math
+import re
+import struct
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from zlib import crc32
+
+import numpy as np
+
+from runtime import Task
+from runtime.parameters import Parameter
+from tasks.transports.mavlink_protocol.modes import Flavour
+
+INT32, REAL32 = 6, 9
+DOES_NOT_EXIST, OUT_OF_RANGE, TYPE_MISMATCH = 1, 2, 7
+LONGEST = 16
+LABEL_LETTERS = 6
+BASE32 = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567"
+LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
+
+
+class Refusal(ValueError):
+    """A value that a parameter cannot have: `code` is MAVLink's MAV_PARAM_ERROR."""
+
+    def __init__(self, code: int, reason: str):
+        super().__init__(reason)
+        self.code = code
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One parameter of one task: its MAVLink name and place, and its type there."""
+
+    id: str
+    index: int
+    type: int
+    task: Task
+    parameter: Parameter
+
+    @property
+    def value(self) -> int | float:
+        """The present value; that of a choice among texts is its place among them."""
+        value = self.task.parameter_set.value(self.parameter)
+        if self.parameter.type is str:
+            return self.parameter.choices.index(value)
+        return value if self.type == REAL32 else max(LOWEST, min(HIGHEST, int(value)))
+
+    def encoded(self, flavour: Flavour) -> bytes:
+        """The four bytes of PARAM_VALUE.param_value: an integer's own bytes, or the float nearest to it."""
+        if self.type == INT32 and flavour.bytewise:
+            return struct.pack("<i", self.value)
+        return np.float32(self.value).astype("<f4").tobytes()
+
+    def text(self, raw: bytes, kind: int, flavour: Flavour) -> str:
+        """What the ini file would say for the four bytes of PARAM_SET.param_value of type `kind`. Raises Refusal."""
+        if flavour.bytewise and kind != self.type:
+            raise Refusal(TYPE_MISMATCH, f"type {kind} instead of {self.type}")
+        if flavour.bytewise and self.type == INT32:
+            value: float = struct.unpack("<i", raw)[0]
+        else:
+            value = struct.unpack("<f", raw)[0]
+            if not math.isfinite(value):
+                raise Refusal(OUT_OF_RANGE, f"{value} is no value")
+        return self._checked(value)
+
+    def _checked(self, value: float) -> str:
+        parameter = self.parameter
+        if self.type == REAL32:
+            wanted = float(str(np.float32(value)))  # 0.1, not 0.10000000149
+        elif value != int(value):
+            raise Refusal(OUT_OF_RANGE, f"{value:g} is not an integer")
+        elif parameter.type is int:
+            wanted = int(value)
+        else:
+            offered = (False, True) if parameter.type is bool else parameter.choices
+            if not 0 <= value < len(offered):
+                raise Refusal(OUT_OF_RANGE, f"{value:g} is not within 0 and {len(offered) - 1}")
+            wanted = offered[int(value)]
+        try:
+            return parameter.format(parameter.check(wanted))
+        except ValueError as error:
+            raise Refusal(OUT_OF_RANGE, str(error)) from None
+
+
+class ParameterTable:
+    """What ground stations may see and set, in an order and under names that stay for as long as the vehicle runs.
+
+    These are the editable numbers, booleans and choices of all tasks; texts and lists have no place in MAVLink.
+    """
+
+    def __init__(self, tasks: Iterable[Task]):
+        found = {
+            (task.entity.label, parameter.name): (task, parameter)
+            for task in tasks
+            for parameter in task.parameters().values()
+            if _fits(task, parameter)
+        }
+        self._entries: list[Entry] = []
+        for (pair, name), index in zip(identifiers(found).items(), range(len(found)), strict=True):
+            task, parameter = found[pair]
+            kind = REAL32 if parameter.type is float else INT32
+            self._entries.append(Entry(name, index, kind, task, parameter))
+        self._by_id = {entry.id: entry for entry in self._entries}
+        self._by_name = {(e.task.entity.label, e.parameter.name): e for e in self._entries}
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def __iter__(self) -> Iterator[Entry]:
+        return iter(self._entries)
+
+    def at(self, index: int) -> Entry | None:
+        return self._entries[index] if 0 <= index < len(self._entries) else None
+
+    def named(self, name: bytes) -> Entry | None:
+        """The entry of a MAVLink name."""
+        return self._by_id.get(name.decode("ascii", errors="replace"))
+
+    def of(self, label: str, parameter: str) -> Entry | None:
+        """The entry of an entity's parameter."""
+        return self._by_name.get((label, parameter))
+
+
+def identifiers(names: Iterable[tuple[str, str]]) -> dict[tuple[str, str], str]:
+    """MAVLink names for pairs of entity label and parameter, sorted.
+
+    What fits is kept ("IMU", "Gyro Noise": IMU_GYRO_NOISE), the rest is abbreviated and ends in two characters of a
+    checksum, so that a name does not depend on which other tasks the vehicle has.
+    """
+    chosen: dict[tuple[str, str], str] = {}
+    taken: set[str] = set()
+    for label, parameter in sorted(names):
+        name = "_".join(_words(label) + _words(parameter))
+        salt = crc32(f"{label}\0{parameter}".encode(errors="surrogateescape"))
+        if len(name) > LONGEST or name in taken or not name:
+            head = _abbreviate(_words(label), LABEL_LETTERS)
+            stem = f"{head}_{_abbreviate(_words(parameter), LONGEST - 3 - len(head))}"
+            name = _salted(stem, salt)
+            while name in taken:
+                salt += 1
+                name = _salted(stem, salt)
+        taken.add(name)
+        chosen[label, parameter] = name
+    return dict(sorted(chosen.items(), key=lambda item: item[1]))
+
+
+def _fits(task: Task, parameter: Parameter) -> bool:
+    if parameter.is_list or not parameter.editable:
+        return False
+    if parameter.type is int:
+        return LOWEST <= task.parameter_set.value(parameter) <= HIGHEST
+    return parameter.type is not str or bool(parameter.choices)
+
+
+def _words(text: str) -> list[str]:
+    return [word.upper() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+", text)]
+
+
+def _abbreviate(words: list[str], letters: int) -> str:
+    """The words without blanks in at most so many letters: the longest loses its last vowel, or its last letter."""
+    words = words[:letters]
+    while sum(map(len, words)) > letters:
+        longest = max(range(len(words)), key=lambda i: (len(words[i]), i))
+        word = words[longest]
+        vowel = max((i for i, letter in enumerate(word) if letter in "AEIOU" and i), default=len(word) - 1)
+        words[longest] = word[:vowel] + word[vowel + 1 :]
+    return "".join(words)
+
+
+def _salted(stem: str, salt: int) -> str:
+    return stem + BASE32[salt % 32] + BASE32[salt // 32 % 32]

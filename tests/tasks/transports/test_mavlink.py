@@ -1,0 +1,364 @@
+"""The task on its sockets: links, peers, parameters over the bus, texts."""
+
+import math
+import socket
+import subprocess
+import sys
+
+import pytest
+
+import imc
+from runtime import ParameterError, State, Task, param
+from runtime.clock import WallClock
+from runtime.testing import simulate
+from tasks.transports.mavlink import MAVLink
+from tasks.transports.mavlink_protocol.dialect import load
+from tasks.transports.mavlink_protocol.frames import encode, split
+from tasks.transports.mavlink_protocol.links import parse_route
+
+DIALECT = load()
+HOST = "127.0.0.1"
+STATE = imc.EstimatedState(lat=math.radians(41.185), lon=math.radians(-8.706), depth=2.0, z=2.0)
+
+
+class Winch(Task):
+    """Has a parameter that depends on another."""
+
+    speed: float = param(1.0, "m/s", "Speed.", minimum=0, maximum=5)
+    limit: float = param(2.0, "m/s", "Limit of the speed.", minimum=0, maximum=5)
+
+    def configure(self) -> None:
+        if self.speed > self.limit:
+            raise ParameterError("Speed", f"is above the limit of {self.limit:g} m/s")
+
+
+class Station:
+    """A ground station's socket."""
+
+    def __init__(self, script, port=0, system=255):
+        self.script = script
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind((HOST, port))
+        self.socket.setblocking(False)
+        self.port = self.socket.getsockname()[1]
+        self.system = system
+        self.vehicle = None
+        self.inbox = []
+        self.sequence = []
+
+    def send(self, name, **fields):
+        definition = DIALECT.by_name[name]
+        self.socket.sendto(encode(definition, definition.pack(fields), 0, self.system, 190), self.vehicle)
+
+    def order(self, command, *params, target=26):
+        named = {f"param{i}": value for i, value in enumerate(params, 1)}
+        self.send("COMMAND_LONG", target_system=target, target_component=1, command=command, **named)
+
+    def take(self):
+        """Read all that has come."""
+        while True:
+            try:
+                frame, self.vehicle = self.socket.recvfrom(2048)
+            except BlockingIOError:
+                return self.inbox
+            self.sequence.append(frame[4])
+            self.inbox += split(frame, DIALECT)[0]
+
+    async def expect(self, name, where=lambda values: True, seconds=20.0):
+        """The values of the next message of a name; what came before it is forgotten."""
+        end = self.script.now + seconds
+        while self.script.now < end:
+            self.take()
+            while self.inbox:
+                message = self.inbox.pop(0)
+                if message.name == name and where(message.values):
+                    return message.values
+            await self.script.sleep(0.01)
+        raise AssertionError(f"no {name}")
+
+    async def meet(self, vehicle=None):
+        """Wait for the vehicle, or call it, until both know each other."""
+        self.vehicle = vehicle or self.vehicle
+        if self.vehicle is None:
+            await self.expect("HEARTBEAT")
+        self.send("HEARTBEAT", type=6)
+        await self.expect("HEARTBEAT")
+
+    async def quiet(self, seconds):
+        """What comes within a time."""
+        self.take()
+        self.inbox.clear()
+        for _ in range(100):
+            await self.script.sleep(seconds / 100)
+        return self.take()
+
+
+def free_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind((HOST, 0))
+        return probe.getsockname()[1]
+
+
+def sail(script, *links, tasks=(), seconds=120.0, clock=None, **parameters):
+    """Run the task with links, and a script beside it that has to get through; in virtual time unless told."""
+    done = []
+
+    async def through(control):
+        await script(control)
+        done.append(True)
+        control.task.vehicle.stop()
+
+    fleet = [(MAVLink, {"links": list(links), **parameters}), *tasks]
+    run = simulate(fleet, seconds=seconds, script=through, clock=clock)
+    assert done, "the script did not get through"
+    return run
+
+
+def mavlink(script):
+    return script.task.vehicle.find("MAVLink")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("udpout:127.0.0.1:14550", "is not udpout:ADDRESS:PORT:FLAVOUR"),
+        ("tcp:127.0.0.1:14550:px4", "is not udpout:ADDRESS:PORT:FLAVOUR"),
+        ("udpin:nowhere:14550:px4", "'nowhere' is not an IPv4 address"),
+        ("udpin:127.0.0.1:0:px4", "'0' is not a port"),
+        ("udpin:127.0.0.1:65536:px4", "'65536' is not a port"),
+        ("udpin:127.0.0.1:x:px4", "'x' is not a port"),
+        ("udpin:127.0.0.1:14550:dune", "'dune' is not a flavour (ardupilot, px4, generic)"),
+    ],
+)
+def test_bad_links_say_why(text, reason):
+    with pytest.raises(ValueError) as caught:
+        parse_route(text)
+    assert text in str(caught.value)
+    assert reason in str(caught.value)
+
+
+def test_bad_link_is_a_fault_and_the_others_go_on():
+    async def script(control):
+        station = Station(control, port)
+        await station.meet()
+        entity = mavlink(control).entity
+        assert entity.state is State.FAULT
+        assert "'nonsense' is not udpout" in entity.description
+
+    port = free_port()
+    run = sail(script, "nonsense", f"udpout:{HOST}:{port}:px4")
+    assert sum("nonsense" in text for text in run.log) == 1
+
+
+def test_port_in_use_is_an_error_until_it_is_free():
+    async def script(control):
+        await control.sleep(2.0)
+        entity = mavlink(control).entity
+        assert entity.state is State.ERROR
+        assert f"udpin:{HOST}:{port}:px4: Address already in use" in entity.description
+        taken.close()
+        await control.sleep(2.0)
+        assert entity.state is State.NORMAL
+        station = Station(control)
+        await station.meet((HOST, port))
+
+    taken = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    taken.bind((HOST, 0))
+    port = taken.getsockname()[1]
+    sail(script, f"udpin:{HOST}:{port}:px4")
+    socket.socket(socket.AF_INET, socket.SOCK_DGRAM).bind((HOST, port))
+
+
+def test_stations_on_a_listening_link_come_and_go():
+    async def script(control):
+        stations = [Station(control, system=system) for system in (255, 254, 253)]
+        for station in stations:
+            station.vehicle = (HOST, port)
+            station.send("HEARTBEAT", type=6)
+        task = mavlink(control)
+        for station in stations[:2]:
+            await station.expect("HEARTBEAT")
+        await control.sleep(2.0)
+        assert stations[2].take() == []
+        assert task.counts["refused"] >= 1
+        assert "2 in contact" in task.entity.description
+        for _ in range(40):
+            stations[0].send("HEARTBEAT", type=6)
+            await control.sleep(1.0)
+        stations[1].take()
+        stations[1].inbox.clear()
+        stations[2].send("HEARTBEAT", type=6)
+        await stations[2].expect("HEARTBEAT")
+        assert stations[1].take() == []
+        for station in (stations[0], stations[2]):
+            station.take()
+            first = station.sequence[0]
+            assert station.sequence == [(first + i) % 256 for i in range(len(station.sequence))]
+
+    port = free_port()
+    sail(script, f"udpin:{HOST}:{port}:ardupilot", maximum_peers=2)
+
+
+def test_station_may_start_late_and_start_again():
+    async def script(control):
+        await control.sleep(5.0)
+        for _ in range(2):
+            station = Station(control, port)
+            await station.meet()
+            station.order(512, 148)
+            assert (await station.expect("COMMAND_ACK"))["result"] == 0
+            station.socket.close()
+            await control.sleep(40.0)
+
+    port = free_port()
+    sail(script, f"udpout:{HOST}:{port}:px4")
+
+
+def test_rubbish_and_floods_are_counted_and_nobody_else_suffers():
+    async def script(control):
+        good, bad = Station(control), Station(control, system=254)
+        await good.meet((HOST, port))
+        await bad.meet((HOST, port))
+        task = mavlink(control)
+        for rubbish in (b"", b"\xfd", b"\xfd\xff" * 500, b"\xfe" * 300, bytes(8000), b"GET / HTTP/1.1\r\n\r\n"):
+            bad.socket.sendto(rubbish, bad.vehicle)
+        bad.order(400, 1, target=99)
+        await good.quiet(1.0)
+        assert task.counts["malformed"] >= 6
+        assert task.counts["foreign"] == 1
+        for _ in range(15):
+            for _ in range(100):
+                bad.order(400, 2)
+            good.order(512, 148)
+            assert (await good.expect("COMMAND_ACK"))["result"] == 0
+        assert task.counts["dropped"] > 0
+        bad.take()
+        await good.quiet(1.1)
+        for name in ("malformed", "foreign", "dropped"):
+            assert f"{name} {task.counts[name]}" in task.entity.description
+        assert task.entity.state is State.NORMAL
+
+    port = free_port()
+    run = sail(script, f"udpin:{HOST}:{port}:px4", clock=WallClock())
+    assert run.log == []
+
+
+def test_arming_is_told_at_once_on_all_links():
+    async def script(control):
+        one, other = Station(control, ports[0]), Station(control, ports[1])
+        await one.meet()
+        await other.meet()
+        one.order(400, 1)
+        began = control.now
+        beat = await other.expect("HEARTBEAT", lambda values: values["base_mode"] & 128, seconds=0.3)
+        assert control.now - began < 0.5
+        assert (await one.expect("COMMAND_ACK"))["result"] == 0
+        assert beat["autopilot"] == 3
+        control.publish(imc.VehicleState(op_mode=imc.VehicleState.OpMode.ERROR))
+        await other.expect("HEARTBEAT", lambda values: values["system_status"] == 5)
+
+    ports = free_port(), free_port()
+    sail(script, f"udpout:{HOST}:{ports[0]}:px4", f"udpout:{HOST}:{ports[1]}:ardupilot")
+
+
+def test_parameters_go_over_the_bus_and_all_stations_see_them():
+    async def script(control):
+        one, other = Station(control, ports[0]), Station(control, ports[1])
+        await one.meet()
+        await other.meet()
+        one.send("PARAM_SET", target_system=26, param_id=b"WINCH_SPEED", param_value=1.5, param_type=9)
+        for station in (one, other):
+            assert (await station.expect("PARAM_VALUE"))["param_value"] == 1.5
+        one.send("PARAM_SET", target_system=26, param_id=b"WINCH_SPEED", param_value=4.5, param_type=9)
+        text = await one.expect("STATUSTEXT")
+        assert b"Speed: is above the limit of 2 m/s" in text["text"]
+        for station in (one, other):
+            assert (await station.expect("PARAM_VALUE"))["param_value"] == 1.5
+        wish = imc.EntityParameter(name="Limit", value="3.0")
+        winch = control.task.vehicle.find("Winch")
+        winch.publish(imc.SetEntityParameters(name="Winch", params=(wish,)))
+        for station in (one, other):
+            value = await station.expect("PARAM_VALUE")
+            assert (value["param_id"], value["param_value"]) == (b"WINCH_LIMIT", 3.0)
+        winch.publish(imc.QueryEntityParameters(name="Winch"))
+        assert "PARAM_VALUE" not in [m.name for m in await one.quiet(2.0)]
+
+    ports = free_port(), free_port()
+    run = sail(
+        script,
+        f"udpout:{HOST}:{ports[0]}:px4",
+        f"udpout:{HOST}:{ports[1]}:ardupilot",
+        tasks=[(Winch, {"entity_label": "Winch"})],
+    )
+    assert run.of(imc.SetEntityParameters)[0].dst == 26
+    assert run.tasks[1].limit == 3.0
+
+
+def test_own_rates_are_set_like_any_parameter():
+    async def script(control):
+        station = Station(control, port)
+        await station.meet()
+        control.publish(STATE)
+        await station.expect("ATTITUDE")
+        rate = next(e for e in mavlink(control).ship.parameters if e.parameter.name == "Attitude Rate")
+        station.send("PARAM_SET", target_system=26, param_id=rate.id.encode(), param_value=50.0, param_type=9)
+        assert (await station.expect("PARAM_VALUE"))["param_value"] == 50.0
+        control.publish(STATE)
+        assert sum(m.name == "ATTITUDE" for m in await station.quiet(2.0)) == pytest.approx(100, abs=3)
+
+    port = free_port()
+    sail(script, f"udpout:{HOST}:{port}:px4")
+
+
+def test_log_book_and_detections_become_texts():
+    async def script(control):
+        station = Station(control, port)
+        await station.meet()
+        control.publish(STATE)
+        for _ in range(10):
+            control.publish(imc.EstimatedMugState(id=3, x=10.0, y=0.0))
+            await control.sleep(0.1)
+        control.publish(imc.LogBookEntry(type=imc.LogBookEntry.Type.DEBUG, text="quiet"))
+        control.publish(imc.LogBookEntry(type=imc.LogBookEntry.Type.ERROR, text="leak"))
+        assert (await station.expect("STATUSTEXT")) == {
+            "severity": 5,
+            "text": b"DETECT MUG 3 41.185090,-8.706000",
+            "id": 0,
+            "chunk_seq": 0,
+        }
+        leak = await station.expect("STATUSTEXT")
+        assert (leak["severity"], leak["text"]) == (3, b"leak")
+        await control.sleep(6.0)
+        control.publish(imc.EstimatedMugState(id=3, x=1.0, y=-2.0))
+        assert (await station.expect("STATUSTEXT"))["text"] == b"DETECT MUG 3 1.0 m north, -2.0 m east"
+
+    port = free_port()
+    sail(script, f"udpout:{HOST}:{port}:px4")
+
+
+def test_forced_disarming_stops_the_plan():
+    async def script(control):
+        station = Station(control, port)
+        await station.meet()
+        control.publish(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER))
+        await station.expect("HEARTBEAT", lambda values: values["base_mode"] & 128)
+        station.order(400, 0)
+        assert (await station.expect("COMMAND_ACK"))["result"] == 2
+        station.order(400, 0, 21196)
+        assert (await station.expect("COMMAND_ACK"))["result"] == 0
+
+    port = free_port()
+    run = sail(script, f"udpout:{HOST}:{port}:px4")
+    (stop,) = run.of(imc.PlanControl)
+    assert (stop.type, stop.op, stop.dst) == (imc.PlanControl.Type.REQUEST, imc.PlanControl.Op.STOP, 26)
+
+
+@pytest.mark.parametrize(("system", "given", "expected"), [(26, 0, 26), (209, 0, 209), (0x7FF, 0, 5), (26, 77, 77)])
+def test_system_id(system, given, expected):
+    tasks = [(MAVLink, {"system_id": given, "links": [f"udpin:{HOST}:{free_port()}:px4"]})]
+    assert simulate(tasks, system_id=system, seconds=0.0).task.ship.system == expected
+
+
+def test_module_needs_no_pymavlink_until_the_task_starts():
+    program = "import sys; sys.modules['pymavlink'] = None; import tasks.transports.mavlink"
+    subprocess.run([sys.executable, "-c", program], check=True)

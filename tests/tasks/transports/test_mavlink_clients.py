@@ -1,0 +1,184 @@
+"""MAVSDK and MAVProxy as their users install them, against a vehicle in real time."""
+
+import contextlib
+import json
+import math
+import os
+import re
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+import imc
+from runtime import Task, param, periodic
+from runtime.clock import WallClock
+from runtime.testing import NoProfile
+from runtime.vehicle import Vehicle
+from tasks.transports.mavlink import MAVLink
+
+PATIENCE = 30.0
+STATE = imc.EstimatedState(
+    lat=math.radians(41.1850),
+    lon=math.radians(-8.7060),
+    height=55.0,
+    x=300.0,
+    y=-400.0,
+    z=12.25,
+    depth=12.25,
+    phi=0.1,
+    theta=-0.2,
+    psi=-1.0,
+    p=0.01,
+    q=0.02,
+    r=-0.03,
+    vx=1.0,
+    vy=-2.0,
+    vz=0.5,
+    alt=8.0,
+)
+LAT, LON = 41.1877012, -8.7107677  # where STATE is, in degrees
+
+
+class Surveyor(Task):
+    """Knows where the vehicle is, and has parameters."""
+
+    gain: float = param(0.5, "1", "Gain.", minimum=0, maximum=10)
+    beams: int = param(3, "1", "Beams.")
+    window: str = param("hann", "", "Window.", choices=("none", "hann", "hamming"))
+
+    @periodic(10.0)
+    def locate(self) -> None:
+        self.publish(STATE)
+
+
+@contextlib.contextmanager
+def afloat(flavour):
+    """A vehicle in a thread of its own, its task Surveyor, and the port that it calls."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    vehicle = Vehicle("lauv-noptilus-1", 0x1A, clock=WallClock(), profile=NoProfile())
+    surveyor = vehicle.add(Surveyor, "Surveyor")
+    vehicle.add(MAVLink, "Transports.MAVLink", links=[f"udpout:127.0.0.1:{port}:{flavour}"])
+    vehicle.start()
+    thread = threading.Thread(target=vehicle.run, daemon=True)
+    thread.start()
+    try:
+        yield surveyor, port
+    finally:
+        vehicle.kernel.post(vehicle.stop)
+        thread.join(PATIENCE)
+        vehicle.close()
+
+
+def test_mavsdk():
+    with afloat("px4") as (surveyor, port):
+        command = [sys.executable, str(Path(__file__).with_name("mavsdk_client.py")), str(port)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=2 * PATIENCE, check=False)
+        assert done.returncode == 0, done.stderr
+        seen = json.loads(next(line for line in done.stdout.splitlines() if line.startswith("{")))
+        assert (surveyor.gain, surveyor.beams) == (2.25, -123456789)
+
+    assert seen["position"] == {
+        "latitude_deg": pytest.approx(LAT, abs=2e-7),
+        "longitude_deg": pytest.approx(LON, abs=2e-7),
+        "absolute_altitude_m": pytest.approx(-12.25, abs=1e-3),
+        "relative_altitude_m": pytest.approx(-12.25, abs=1e-3),
+    }
+    euler = {name: value for name, value in seen["attitude_euler"].items() if name != "timestamp_us"}
+    assert euler == {
+        "roll_deg": pytest.approx(math.degrees(0.1), abs=1e-4),
+        "pitch_deg": pytest.approx(math.degrees(-0.2), abs=1e-4),
+        "yaw_deg": pytest.approx(math.degrees(-1.0), abs=1e-4),
+    }
+    assert list(seen["attitude_angular_velocity_body"].values()) == pytest.approx([0.01, 0.02, -0.03], abs=1e-6)
+    assert list(seen["velocity_ned"].values()) == pytest.approx([1.0, -2.0, 0.5], abs=1e-2)
+    assert seen["local"] == pytest.approx({"north_m": 300.0, "east_m": -400.0, "down_m": 12.25}, abs=1e-3)
+    assert (seen["home"]["latitude_deg"], seen["home"]["longitude_deg"]) == pytest.approx((41.185, -8.706), abs=2e-7)
+    assert seen["home"]["absolute_altitude_m"] == 0.0
+
+    assert seen["parameters"].items() >= {"SURVEYOR_GAIN": 0.5, "SURVEYOR_BEAMS": 3, "SURVEYOR_WINDOW": 1}.items()
+    assert (seen["before"], seen["after"]) == ([0.5, 3], [2.25, -123456789])
+    assert ["VALUE_OUT_OF_RANGE" in seen["errors"][0], "DOES_NOT_EXIST" in seen["errors"][1]] == [True, True]
+    assert (seen["armable"], seen["armed"], seen["mode"], seen["version"]) == (True, True, "HOLD", 1)
+    assert "COMMAND_DENIED" in seen["refused"]
+
+
+class MAVProxy:
+    """The console of a MAVProxy process."""
+
+    def __init__(self, port, folder):
+        script = Path(sys.executable).with_name("mavproxy.py")
+        command = [sys.executable, "-u", str(script), f"--master=udpin:127.0.0.1:{port}", f"--state-basedir={folder}"]
+        self.process = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            cwd=folder,
+            env={**os.environ, "HOME": str(folder)},
+        )
+        self.output = ""
+        threading.Thread(target=self.read, daemon=True).start()
+
+    def read(self):
+        for line in self.process.stdout:
+            self.output += line
+
+    def expect(self, pattern, command=""):
+        """The match of `pattern` in what comes after `command`, which is given again while there is none."""
+        start, end, again = len(self.output) if command else 0, time.monotonic() + PATIENCE, 0.0
+        while time.monotonic() < end:
+            if command and time.monotonic() > again:
+                self.process.stdin.write(command + "\n")
+                self.process.stdin.flush()
+                again = time.monotonic() + 2.0
+            match = re.search(pattern, self.output[start:])
+            if match:
+                return match
+            time.sleep(0.02)
+        raise AssertionError(f"no {pattern!r} in:\n{self.output}")
+
+    def status(self, name):
+        """The fields of the message of this name that MAVProxy got last."""
+        text = self.expect(rf"{name} {{([^}}]*)}}", f"status {name}").group(1)
+        return {key: float(value) for key, value in (pair.split(" : ") for pair in text.split(", "))}
+
+
+def test_mavproxy(tmp_path):
+    with afloat("ardupilot") as (surveyor, port):
+        console = MAVProxy(port, tmp_path)
+        try:
+            count = int(console.expect(r"Received (\d+) parameters").group(1))
+            console.expect(
+                r"SURVEYOR_BEAMS +3\.0\s+SURVEYOR_GAIN +0\.5\s+SURVEYOR_WINDOW +1\.0", "param show SURVEYOR*"
+            )
+            console.expect(r"SURVEYOR_GAIN +2\.5", "param set SURVEYOR_GAIN 2.5\nparam show SURVEYOR_GAIN")
+            position, attitude = console.status("GLOBAL_POSITION_INT"), console.status("ATTITUDE")
+            console.expect(r"COMPONENT_ARM_DISARM: ACCEPTED\s+ARMED", "arm throttle")
+            console.expect(r"Mode POSHOLD", "mode POSHOLD")
+            console.expect(r"DO_SET_MODE: DENIED[\s\S]*Mode MISSION denied", "mode AUTO")
+            console.expect(r"Requesting 0 waypoints", "wp list")
+        finally:
+            console.process.kill()
+            console.process.wait()
+        assert surveyor.gain == 2.5
+
+    assert count >= 8
+    assert [position["lat"], position["lon"]] == pytest.approx([LAT * 1e7, LON * 1e7], abs=2)
+    assert [position[name] for name in ("alt", "relative_alt", "vx", "vy", "vz", "hdg")] == [
+        -12250,
+        -12250,
+        100,
+        -200,
+        50,
+        round((360.0 - math.degrees(1.0)) * 100),
+    ]
+    expected = {"roll": 0.1, "pitch": -0.2, "yaw": -1.0, "rollspeed": 0.01, "pitchspeed": 0.02, "yawspeed": -0.03}
+    assert {name: attitude[name] for name in expected} == pytest.approx(expected, abs=1e-6)

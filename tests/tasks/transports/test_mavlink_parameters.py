@@ -1,0 +1,147 @@
+"""Parameters under MAVLink's names, in both encodings."""
+
+import math
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from runtime import Task, param
+from runtime.testing import simulate
+from tasks.transports.mavlink_protocol.modes import FLAVOURS
+from tasks.transports.mavlink_protocol.parameters import (
+    INT32,
+    OUT_OF_RANGE,
+    REAL32,
+    TYPE_MISMATCH,
+    ParameterTable,
+    Refusal,
+    identifiers,
+)
+
+PX4, ARDUPILOT = FLAVOURS["px4"], FLAVOURS["ardupilot"]
+WORDS = st.text(max_size=40)
+
+
+class Sonar(Task):
+    """Has a parameter of each type."""
+
+    gain: float = param(0.5, "1", "Gain.", minimum=0, maximum=10)
+    pings: int = param(-7, "1", "Pings.", minimum=-(2**40), maximum=2**40)
+    beamforming_window_selection: str = param("hann", "", "Window.", choices=("none", "hann", "hamming"))
+    enabled_beams: bool = param(True, "", "On.")
+    comment: str = param("", "", "Free text.")
+    offsets: list[float] = param([1.0], "m", "Offsets.")
+    fixed: int = param(1, "1", "Not to be changed.", editable=False)
+    serial: int = param(2**35, "1", "Does not fit.", minimum=0)
+
+
+@pytest.fixture
+def table():
+    return ParameterTable(simulate(Sonar, seconds=0.0, section="Sonar").vehicle.tasks)
+
+
+@pytest.fixture
+def sonar(table):
+    return {entry.parameter.attribute: entry for entry in table if entry.task.name == "Sonar"}
+
+
+def test_table_has_the_numbers_booleans_and_choices(table, sonar):
+    assert {name: entry.type for name, entry in sonar.items()} == {
+        "gain": REAL32,
+        "pings": INT32,
+        "beamforming_window_selection": INT32,
+        "enabled_beams": INT32,
+        "debug_level": INT32,
+    }
+    assert [entry.index for entry in table] == list(range(len(table)))
+    assert sonar["gain"].id == "SONAR_GAIN"
+    assert all(table.named(entry.id.encode()) is entry and table.at(entry.index) is entry for entry in table)
+    assert (table.named(b"NOTHING"), table.at(-1), table.at(len(table)), table.of("Sonar", "?")) == (None,) * 4
+    assert table.of("Sonar", "Gain") is sonar["gain"]
+
+
+def test_values(sonar):
+    assert sonar["gain"].value == 0.5
+    assert sonar["pings"].value == -7
+    assert sonar["beamforming_window_selection"].value == 1
+    assert sonar["enabled_beams"].value == 1
+
+
+def test_the_two_encodings_of_an_integer(sonar):
+    assert sonar["pings"].encoded(PX4) == struct.pack("<i", -7)
+    assert sonar["pings"].encoded(ARDUPILOT) == struct.pack("<f", -7.0)
+    assert sonar["gain"].encoded(PX4) == sonar["gain"].encoded(ARDUPILOT) == struct.pack("<f", 0.5)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.integers(-(2**31), 2**31 - 1))
+def test_integers_survive_bytewise(value):
+    table = ParameterTable(simulate((Sonar), seconds=0.0, section="Sonar", pings=value).vehicle.tasks)
+    entry = table.of("Sonar", "Pings")
+    assert int(entry.text(entry.encoded(PX4), INT32, PX4)) == value
+    if abs(value) <= 2**24:
+        assert int(entry.text(entry.encoded(ARDUPILOT), INT32, ARDUPILOT)) == value
+
+
+def test_pattern_of_a_signalling_nan_survives_as_integer(sonar):
+    assert sonar["pings"].text(struct.pack("<i", 0x7F800001), INT32, PX4) == str(0x7F800001)
+
+
+@pytest.mark.parametrize("flavour", [PX4, ARDUPILOT])
+@given(value=st.floats(0.0, 10.0, width=32))
+def test_floats_survive(flavour, value):
+    parameter = Sonar.parameters()["Gain"]
+    entry = next(e for e in ParameterTable(TASKS) if e.parameter is parameter)
+    text = entry.text(struct.pack("<f", value), REAL32, flavour)
+    assert np.float32(float(text)) == np.float32(value)
+
+
+def test_text_is_the_short_decimal(sonar):
+    assert sonar["gain"].text(struct.pack("<f", 0.1), REAL32, PX4) == "0.1"
+
+
+def test_choices_and_booleans_are_set_by_number(sonar):
+    assert sonar["beamforming_window_selection"].text(struct.pack("<i", 2), INT32, PX4) == "hamming"
+    assert sonar["enabled_beams"].text(struct.pack("<f", 0.0), INT32, ARDUPILOT) == "false"
+
+
+@pytest.mark.parametrize(
+    ("name", "raw", "kind", "flavour", "code"),
+    [
+        ("gain", struct.pack("<f", 11.0), REAL32, PX4, OUT_OF_RANGE),
+        ("gain", struct.pack("<f", math.nan), REAL32, PX4, OUT_OF_RANGE),
+        ("gain", struct.pack("<f", math.inf), REAL32, ARDUPILOT, OUT_OF_RANGE),
+        ("gain", struct.pack("<i", 1), INT32, PX4, TYPE_MISMATCH),
+        ("pings", struct.pack("<f", 1.5), REAL32, ARDUPILOT, OUT_OF_RANGE),
+        ("pings", struct.pack("<f", 1.5), REAL32, PX4, TYPE_MISMATCH),
+        ("pings", struct.pack("<f", math.nan), INT32, ARDUPILOT, OUT_OF_RANGE),
+        ("enabled_beams", struct.pack("<i", 2), INT32, PX4, OUT_OF_RANGE),
+        ("beamforming_window_selection", struct.pack("<i", -1), INT32, PX4, OUT_OF_RANGE),
+    ],
+)
+def test_refusals(sonar, name, raw, kind, flavour, code):
+    with pytest.raises(Refusal) as caught:
+        sonar[name].text(raw, kind, flavour)
+    assert caught.value.code == code
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(WORDS, WORDS), unique=True, max_size=40))
+def test_names_fit_and_are_unique(pairs):
+    names = identifiers(pairs)
+    assert set(names) == set(pairs)
+    assert len(set(names.values())) == len(pairs)
+    assert all(0 < len(name) <= 16 and name.isascii() for name in names.values())
+
+
+def test_names_do_not_depend_on_other_tasks():
+    few = [("Depth Sensor", "Standard Deviation - Depth"), ("IMU", "Gyro Noise")]
+    many = [*few, ("Depth Sensor", "Standard Deviation - Offset"), ("A", "B"), ("DVL", "Execution Frequency")]
+    assert identifiers(few).items() <= identifiers(many).items()
+    assert identifiers(few)["IMU", "Gyro Noise"] == "IMU_GYRO_NOISE"
+
+
+TASKS = simulate(Sonar, seconds=0.0, section="Sonar").vehicle.tasks
