@@ -1,0 +1,84 @@
+"""Simulates a GPS receiver."""
+
+import math
+from datetime import UTC, datetime
+
+import imc
+from imc import coordinates
+from runtime import ParameterError, State, Task, consume, param, periodic
+
+ALL_VALID = 0x1FF  # the nine flags of GpsFix.Validity
+
+
+class GPS(Task):
+    """Reports the true position while the antenna is out of the water, as DUNE's simulator does.
+
+    Below `Activation Depth` nothing is valid, and the dilution and accuracy grow by one in a second.
+    """
+
+    execution_frequency: float = param(1.0, "Hz", "Rate of GpsFix.", minimum=0.1, maximum=100)
+    activation_depth: float = param(0.2, "m", "Depth below which there is no fix.", minimum=0)
+    hdop: float = param(0.9, "1", "Horizontal dilution of precision of a fix.", name="HDOP", minimum=0)
+    hacc: float = param(2.0, "m", "Horizontal accuracy that a fix claims.", name="HACC", minimum=0)
+    number_of_satellites: int = param(
+        8, "1", "Satellites of a fix.", name="Number of Satellites", minimum=0, maximum=255
+    )
+    initial_position: list[float] = param(
+        [], "°", "Latitude and longitude that are published at start as a manual fix; none if empty.", size=(0, 2)
+    )
+
+    def configure(self) -> None:
+        position = self.initial_position
+        if len(position) == 1 or (position and not (abs(position[0]) <= 90.0 and abs(position[1]) <= 180.0)):
+            raise ParameterError("Initial Position", f"{position} is not a latitude and a longitude")
+
+    def start(self) -> None:
+        self._truth: imc.SimulatedState | None = None
+        self._last = imc.GpsFix(hdop=self.hdop, hacc=self.hacc)
+        self.set_entity_state(State.BOOT, "waiting for SimulatedState")
+        if self.initial_position:
+            lat, lon = map(math.radians, self.initial_position)
+            self._publish(imc.GpsFix(type=imc.GpsFix.Type.MANUAL_INPUT, validity=ALL_VALID, lat=lat, lon=lon))
+
+    @consume
+    def follow(self, truth: imc.SimulatedState) -> None:
+        finite = math.isfinite(truth.x + truth.y + truth.z + truth.u + truth.v + truth.psi)
+        self._truth = truth if finite else None
+        if not finite:
+            self.set_entity_state(State.FAULT, "SimulatedState is not finite")
+
+    @periodic("execution_frequency")
+    def report(self) -> None:
+        truth = self._truth
+        if truth is None:
+            return
+        if truth.z > self.activation_depth:
+            period = 1.0 / self.execution_frequency
+            lost = self._last.replace(
+                validity=0, satellites=0, sog=0.0, cog=0.0, hdop=self._last.hdop + period, hacc=self._last.hacc + period
+            )
+            self._publish(lost)
+            self.set_entity_state(State.NORMAL, "no fix under water")
+            return
+        lat, lon, height = coordinates.displace(truth.lat, truth.lon, truth.height, truth.x, truth.y, truth.z)
+        fix = imc.GpsFix(
+            validity=ALL_VALID,
+            type=imc.GpsFix.Type.STANDALONE,
+            lat=lat,
+            lon=lon,
+            height=height,
+            satellites=self.number_of_satellites,
+            cog=truth.psi,
+            sog=math.hypot(truth.u, truth.v),
+            hdop=self.hdop,
+            hacc=self.hacc,
+        )
+        self._publish(fix)
+        self.set_entity_state(State.NORMAL, "active")
+
+    def _publish(self, fix: imc.GpsFix) -> None:
+        date = datetime.fromtimestamp(self.now, UTC)
+        self._last = fix.replace(
+            utc_year=date.year, utc_month=date.month, utc_day=date.day, utc_time=self.now % 86400.0
+        )
+        self.publish(self._last)

@@ -1,0 +1,187 @@
+"""Simulates a camera that detects mini underwater gliders below the vehicle."""
+
+import math
+from collections import Counter
+
+import imc
+from imc import coordinates
+from runtime import ParameterError, State, Task, consume, param
+from tasks.simulators import mug_original
+from tasks.simulators.mug_detection import UNIFORM_ERROR, Offset, View, detect, detect_originally, gsd_sigma
+from tasks.simulators.pinhole import Pinhole
+from tasks.simulators.trajectory import parse_points
+
+TIMING = 1e-3  # of a period: how early an image may be, for the resolution of timestamps is 0.24 µs
+
+
+class MUGDetectionCamera(Task):
+    """Publishes one EstimatedMugState for each glider in the image: north and east (m) of the vehicle, and its id.
+
+    The gliders lie on the target plane, at `MUGs` north and east of where the vehicle is first seen. A detection goes
+    from north-east-down to the pixel, back through the pixel's centre, and gets an error that grows with the height.
+
+    `Original` computes as the README of the first such task says, `Original Code` as its source does: both with its
+    flaws (see mug_original), at every state. The code takes 10 m for the altitude and repeats one error for ever.
+    """
+
+    fidelity: str = param(
+        "Physical", "", "Right, or as the original.", choices=("Physical", "Original", "Original Code")
+    )
+    horizontal_field_of_view: float = param(
+        92.8,
+        "°",
+        "Angle between the left and right border.",
+        name="Horizontal Field of View",
+        aliases=("Camera - Horizontal FOV",),
+    )
+    vertical_field_of_view: float = param(
+        50.0,
+        "°",
+        "Angle between the upper and lower border.",
+        name="Vertical Field of View",
+        aliases=("Camera - Vertical FOV",),
+    )
+    horizontal_resolution: int = param(
+        1280, "px", "Width of the image.", minimum=1, maximum=65535, aliases=("Camera - horizontal resolution",)
+    )
+    vertical_resolution: int = param(
+        960, "px", "Height of the image.", minimum=1, maximum=65535, aliases=("Camera - vertical resolution",)
+    )
+    detection_rate: float = param(10.0, "Hz", "Images per second; 0 for one at every state.", minimum=0, maximum=1000)
+    mugs: list[str] = param(
+        ["1.0 0.3"], "", 'North and east (m) of each glider, from the start: "1.0 0.3, 25 5"; ids from 1.', name="MUGs"
+    )
+    target_plane: str = param(
+        "Seabed", "", "Where the gliders are: at the altitude, or at a depth.", choices=("Surface", "Seabed", "Depth")
+    )
+    target_depth: float = param(0.0, "m", "Depth of the gliders with Target Plane = Depth.", minimum=0, maximum=11000)
+    error_model: str = param(
+        "Default",
+        "",
+        "Error of position: Uniform within 0.5 m at 10 m (the default), normal from pixel, attitude and height (GSD), "
+        "or the constant of the original code (Frozen, the default of Original Code).",
+        choices=("Default", "Uniform", "GSD", "Frozen", "None"),
+    )
+    maximum_age: float = param(1.0, "s", "Older states are not looked at.", minimum=0)
+
+    def configure(self) -> None:
+        self.errors = self.error_model
+        if self.errors == "Default":
+            self.errors = "Frozen" if self.fidelity == "Original Code" else "Uniform"
+        for name, angle in (
+            ("Horizontal Field of View", self.horizontal_field_of_view),
+            ("Vertical Field of View", self.vertical_field_of_view),
+        ):
+            if not 0.0 < angle < 180.0:
+                raise ParameterError(name, f"{angle:g}° is not between 0° and 180°")
+        self.camera = Pinhole(
+            self.horizontal_resolution,
+            self.vertical_resolution,
+            math.radians(self.horizontal_field_of_view),
+            math.radians(self.vertical_field_of_view),
+        )
+        try:
+            self.offsets = [(north, east) for north, east in parse_points(self.mugs, (2,))]
+        except ValueError as error:
+            raise ParameterError("MUGs", str(error)) from None
+
+    def start(self) -> None:
+        self.skipped: Counter[str] = Counter()
+        self._reference: tuple[float, float] | None = None
+        self._start = (0.0, 0.0)
+        self._first = self._last = -math.inf
+        self._image = -1
+        self._warned = -math.inf
+        self.set_entity_state(State.BOOT, "waiting for EstimatedState")
+
+    @consume
+    def look(self, state: imc.EstimatedState) -> None:
+        fault = self._fault(state)
+        if fault:
+            self._skip(fault)
+            return
+        self._follow(state)
+        if not self._due(state.timestamp):
+            return
+        self.set_entity_state(State.NORMAL, "active")
+        find = detect if self.fidelity == "Physical" else detect_originally
+        view = View(state.phi, state.theta, state.psi, self._height(state))
+        for number, (north, east) in enumerate(self.offsets, start=1):
+            mug = self._start[0] + north - state.x, self._start[1] + east - state.y
+            draws = self._draw()
+            seen = find(self.camera, view, mug)
+            if seen is not None:
+                scale = self._error_scale(abs(view.height), mug)
+                x, y = seen[0] + scale[0] * draws[0], seen[1] + scale[1] * draws[1]
+                self.publish(imc.EstimatedMugState(id=number, x=x, y=y))
+
+    def _fault(self, state: imc.EstimatedState) -> str:
+        pose = state.lat + state.lon + state.x + state.y + state.z + state.phi + state.theta + state.psi
+        if not math.isfinite(pose):
+            return "no position or attitude"
+        by_altitude = self.fidelity == "Original" or (self.fidelity == "Physical" and self.target_plane == "Seabed")
+        if by_altitude and not 0.0 < state.alt < math.inf:
+            return "no altitude"
+        if state.timestamp < self._last:
+            self._first = self._last = state.timestamp
+            self._image = -1
+            return "time goes backwards"
+        if self.now - state.timestamp > self.maximum_age:
+            return "no recent state"
+        return ""
+
+    def _skip(self, fault: str) -> None:
+        self.skipped[fault] += 1
+        description = f"{fault} ({self.skipped[fault]} skipped)"
+        self.set_entity_state(State.FAULT, description)
+        if self.now - self._warned >= 1.0:
+            self._warned = self.now
+            self.log.warning(description)
+
+    def _follow(self, state: imc.EstimatedState) -> None:
+        """Keep the start in the frame of the state's reference point, which may change."""
+        reference = state.lat, state.lon
+        if self._reference is None:
+            self._start = state.x, state.y
+        elif reference != self._reference:
+            north, east, _ = coordinates.displacement(*reference, 0.0, *self._reference, 0.0)
+            self._start = self._start[0] + north, self._start[1] + east
+        self._reference = reference
+
+    def _due(self, time: float) -> bool:
+        if self._first == -math.inf:
+            self._first = time
+        self._last = time
+        if self.fidelity != "Physical" or self.detection_rate == 0.0:
+            return True
+        image = math.floor((time - self._first) * self.detection_rate + TIMING)
+        due, self._image = image > self._image, image
+        return due
+
+    def _height(self, state: imc.EstimatedState) -> float:
+        if self.fidelity == "Original Code":
+            return mug_original.ALTITUDE
+        if self.fidelity == "Original" or self.target_plane == "Seabed":
+            return state.alt
+        return (self.target_depth if self.target_plane == "Depth" else 0.0) - state.z
+
+    def _draw(self) -> Offset:
+        """Two random numbers, also for a glider that turns out to be out of sight: so it does not shift the others'."""
+        if self.errors == "GSD":
+            north, east = self.random.standard_normal(2).tolist()
+        elif self.errors == "Uniform":
+            north, east = self.random.uniform(-1.0, 1.0, 2).tolist()
+        else:
+            north, east = mug_original.FROZEN
+        return north, east
+
+    def _error_scale(self, height: float, mug: Offset) -> Offset:
+        """What one of `_draw` means, m."""
+        if self.errors == "None":
+            return 0.0, 0.0
+        if self.errors == "GSD":
+            sigma = gsd_sigma(self.camera, height, mug)
+            return sigma, sigma
+        if self.fidelity == "Physical":
+            return UNIFORM_ERROR * height, UNIFORM_ERROR * height
+        return mug_original.error_bound(self.camera, height)
