@@ -31,6 +31,7 @@ class Option:
     name: str
     attributes: dict[str, str] = field(default_factory=dict[str, str])
     history: list[Assignment] = field(default_factory=list[Assignment])
+    size: int = 0  # characters of the value, blanks around it included
     _parts: list[str] = field(default_factory=list[str])
 
     @property
@@ -57,7 +58,7 @@ class Option:
         return [o for o in dict.fromkeys(a.origin for a in self.history[: self._start()]) if o not in kept]
 
     def set(self, text: str, origin: Origin) -> None:
-        self._parts = [text]
+        self._parts, self.size = [text], len(text)
         self.history.append(Assignment(origin, "="))
 
     def extend(self, text: str, origin: Origin) -> None:
@@ -66,6 +67,7 @@ class Option:
             self.set(text, origin)
             return
         self._parts += [", ", text]
+        self.size += 2 + len(text)
         self.history.append(Assignment(origin, "+="))
 
     def reduce(self, text: str, origin: Origin) -> None:
@@ -73,11 +75,12 @@ class Option:
         value = self.value
         for item in items(text):
             value = re.sub(re.escape(item) + ",?", "", value)
-        self._parts = [value]
+        self._parts, self.size = [value], len(value)
         self.history.append(Assignment(origin, "-="))
 
     def continue_with(self, text: str) -> None:
         self._parts += [" ", text]
+        self.size += 1 + len(text)
 
     def _start(self) -> int:
         plain = [index for index, assignment in enumerate(self.history) if assignment.operator == "="]
@@ -90,11 +93,11 @@ class Section:
 
     name: str
     options: dict[str, Option] = field(default_factory=dict[str, Option])
-    origins: list[Origin] = field(default_factory=list[Origin])
+    origins: dict[Origin, None] = field(default_factory=dict[Origin, None])
 
     @property
     def origin(self) -> Origin:
-        return self.origins[0] if self.origins else Origin("")
+        return next(iter(self.origins), Origin(""))
 
     def value(self, option: str, default: str = "") -> str:
         """The text of an option, `default` where it is missing or empty."""
@@ -134,8 +137,7 @@ class Config:
     def open(self, section: str, origin: Origin) -> Section:
         """The section of this name, new where there is none."""
         found = self.sections.setdefault(section, Section(section))
-        if origin not in found.origins:
-            found.origins.append(origin)
+        found.origins.setdefault(origin)
         return found
 
     def options(self, section: str) -> list[Option]:

@@ -6,6 +6,9 @@ from collections.abc import Callable
 from runtime.config import BLANKS, Config, Option, Section, is_raw, items
 from runtime.problem import Origin, Problem, Severity, quoted, suggestion
 
+MOST_ASSIGNMENTS = 1000  # of one option
+LONGEST_VALUE = 65536  # characters
+MOST_WARNINGS = 100  # in one file
 ATTRIBUTES = {"scope": ("global", "idle", "plan", "maneuver"), "visibility": ("user", "developer"), "editable": ()}
 
 _COMMENT = re.compile(r"[;|#]")
@@ -30,6 +33,7 @@ class Lines:
     ):
         self.origin = Origin(path)
         self.errors = 0
+        self._warnings = 0
         self.raw: list[int] = []
         self._config = config
         self._report = report
@@ -59,7 +63,11 @@ class Lines:
         self._say("error", text, hint)
 
     def warn(self, text: str, hint: str = "") -> None:
-        self._say("warning", text, hint)
+        self._warnings += 1
+        if self._warnings < MOST_WARNINGS:
+            self._say("warning", text, hint)
+        elif self._warnings == MOST_WARNINGS:
+            self._say("warning", f"{MOST_WARNINGS} warnings in this file; further ones are not listed", "")
 
     def _open(self, line: str) -> None:
         name, bracket, rest = line[1:].partition("]")
@@ -109,6 +117,11 @@ class Lines:
         if brace:
             self._describe(option, attributes)
         self._option, self._reduced = option, mark == "-"
+        if len(option.history) >= MOST_ASSIGNMENTS:
+            self.error(f"{name} is set more than {MOST_ASSIGNMENTS} times", "continue a list on the next line")
+            return
+        if mark == "+" and self._too_long(option, value):
+            return
         if reference := _REFERENCE.match(value):
             self._refer(option, value, reference)
         elif mark == "+":
@@ -121,7 +134,7 @@ class Lines:
             option.set(value, self.origin)
 
     def _extend(self, option: Option, text: str) -> None:
-        if option.history and not (option.value and text):
+        if option.history and not (option.size and text):
             self.warn(f"{option.name} gets an empty item, since one side of += is empty", "take this line out")
         option.extend(text, self.origin)
 
@@ -193,6 +206,8 @@ class Lines:
         if option is not self._option:
             self.warn(f"{quoted(text)} continues {name} into [{self._section.name}]", f"write {name} = in this section")
             self._option = option
+        if self._too_long(option, text):
+            return
         if not option.history:
             option.set("", self.origin)
         option.continue_with(text)
@@ -203,6 +218,12 @@ class Lines:
                 f"{quoted(name)} is set behind [{section.name}] and reaches no section", "put a [Section] line above"
             )
         return section.open(name)
+
+    def _too_long(self, option: Option, text: str) -> bool:
+        long = option.size + len(text) > LONGEST_VALUE
+        if long:
+            self.error(f"{option.name} gets longer than {LONGEST_VALUE} characters")
+        return long
 
     def _note_cut(self, text: str) -> None:
         """A # or | that may have been meant as a part of the value."""

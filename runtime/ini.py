@@ -9,7 +9,7 @@ from runtime.grammar import Lines
 from runtime.problem import Origin, Problem
 
 DUNE_LINE = 1023  # bytes; DUNE takes the rest of a longer line as the next one
-LARGEST_FILE = 8 << 20  # bytes
+LARGEST_FILE = 2 << 20  # bytes
 DEEPEST = 64
 MOST_FILES = 1000
 MOST_ERRORS = 20  # in one file

@@ -135,6 +135,16 @@ def test_what_cannot_be_read_is_an_error(tmp_path: Path) -> None:
         assert str(config.problems[0]).isprintable()
 
 
+def test_assignments_and_warnings_are_bounded(tmp_path: Path) -> None:
+    config = read(tmp_path, "[A]\nX = a\n" + "X+ = b\n" * 5000)
+    assert "main.ini:1002: error: X is set more than 1000 times" in said(config)[0]
+    assert len(config.value("A", "X")) == 2998
+    config = read(tmp_path, "[A]\nX = a\n" + "b\n" * 50_000)
+    assert "X gets longer than 65536 characters" in said(config)[0]
+    config = read(tmp_path, "[A]\n" + "b\n" * 5000)
+    assert len(said(config)) == 100
+
+
 def test_long_lines_up_to_the_bound_are_read_and_wrapped(tmp_path: Path) -> None:
     items = ", ".join(f"Message{index}" for index in range(1000))
     config = read(tmp_path, f"[A]\nX = {items}")
