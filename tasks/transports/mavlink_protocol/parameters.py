@@ -17,6 +17,7 @@ INT32, REAL32 = 6, 9
 DOES_NOT_EXIST, OUT_OF_RANGE, TYPE_MISMATCH = 1, 2, 7
 LONGEST = 16
 LABEL_LETTERS = 6
+SMALL_WORDS = ("OF", "THE", "AND", "FOR", "TO", "PER")
 BASE32 = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567"
 LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
 
@@ -159,15 +160,14 @@ def _words(text: str) -> list[str]:
 
 
 def _abbreviate(words: list[str], letters: int) -> str:
-    """The words without blanks in at most so many letters: the longest loses its last vowel, or its last letter."""
-    words = words[:letters]
+    """The words without blanks in at most so many letters; the longest is cut first."""
+    words = [word for word in words if word not in SMALL_WORDS][:letters]
     while sum(map(len, words)) > letters:
         longest = max(range(len(words)), key=lambda i: (len(words[i]), i))
-        word = words[longest]
-        vowel = max((i for i, letter in enumerate(word) if letter in "AEIOU" and i), default=len(word) - 1)
-        words[longest] = word[:vowel] + word[vowel + 1 :]
+        words[longest] = words[longest][:-1]
     return "".join(words)
 
 
 def _salted(stem: str, salt: int) -> str:
-    return stem + BASE32[salt % 32] + BASE32[salt // 32 % 32]
+    joint = "_" if len(stem) < LONGEST - 2 else ""
+    return stem + joint + BASE32[salt % 32] + BASE32[salt // 32 % 32]

@@ -141,7 +141,10 @@ def test_names_do_not_depend_on_other_tasks():
     few = [("Depth Sensor", "Standard Deviation - Depth"), ("IMU", "Gyro Noise")]
     many = [*few, ("Depth Sensor", "Standard Deviation - Offset"), ("A", "B"), ("DVL", "Execution Frequency")]
     assert identifiers(few).items() <= identifiers(many).items()
-    assert identifiers(few)["IMU", "Gyro Noise"] == "IMU_GYRO_NOISE"
+    assert identifiers(few) == {
+        ("Depth Sensor", "Standard Deviation - Depth"): "DEPSEN_STADEDELO",
+        ("IMU", "Gyro Noise"): "IMU_GYRO_NOISE",
+    }
 
 
 TASKS = simulate(Sonar, seconds=0.0, section="Sonar").vehicle.tasks

@@ -2,6 +2,7 @@
 
 import math
 import struct
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -20,6 +21,7 @@ from tasks.transports.mavlink_protocol.session import Session, addressed
 from tasks.transports.mavlink_protocol.text import chunks
 
 DIALECT = load()
+DATA = Path(__file__).parents[2] / "data" / "mavlink"
 BOOT = 1000.0
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = range(4)
 MANEUVER = imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER)
@@ -38,7 +40,7 @@ class Lamp(Task):
 class Desk:
     """One session and what went out on it."""
 
-    def __init__(self, flavour="px4", kind="submarine"):
+    def __init__(self, flavour="px4", kind="submarine", system=26):
         self.vehicle = simulate(Lamp, seconds=0.0, section="Lamp").vehicle
         self.wishes = []
         self.stops = 0
@@ -46,7 +48,7 @@ class Desk:
         self.autopilot = Autopilot(
             DIALECT,
             name="lauv-noptilus-1",
-            system=26,
+            system=system,
             kind=KINDS[kind],
             boot=BOOT,
             undulation=0.0,
@@ -344,6 +346,22 @@ def test_file_transfer_is_refused_at_once(desk):
     assert (sequence, session, opcode, size, asked, payload[12]) == (10, 2, 129, 1, 4, 10)
     (reset,) = desk.ask("FILE_TRANSFER_PROTOCOL", target_system=26, payload=tuple(struct.pack("<HBB", 65535, 0, 2)))
     assert bytes(reset.values["payload"])[:4] == bytes((0, 0, 0, 128))
+
+
+def test_what_qgroundcontrol_really_says():
+    """Its connection to an ArduSub, from a log of the project ardusub_log_tools."""
+    desk = Desk("ardupilot", system=1)
+    found, damages = split((DATA / "qgroundcontrol.bin").read_bytes(), DIALECT)
+    assert (len(found), damages) == (132, 0)
+    for message in found:
+        if addressed(message, 1):
+            desk.session.hear(message, desk.now)
+            serve(desk.session, message, desk.now)
+    answers = desk.said()
+    results = [(m.values["command"], m.values["result"]) for m in answers if m.name == "COMMAND_ACK"]
+    assert results == [(512, ACCEPTED), (512, ACCEPTED), (512, UNSUPPORTED)]
+    assert [m.name for m in answers if m.name != "COMMAND_ACK"] == ["AUTOPILOT_VERSION"] * 2 + ["MISSION_COUNT"] * 2
+    assert desk.run(1.0).count("PARAM_VALUE") == len(desk.autopilot.parameters)
 
 
 def test_banner_names_the_firmware():
