@@ -45,8 +45,6 @@ class MAVLink(Task):
     maximum_peers: int = param(8, "1", "Ground stations on one udpin link.", minimum=1, maximum=64, editable=False)
     peer_timeout: float = param(30.0, "s", "Silence after which a ground station is forgotten.", minimum=1)
 
-    autopilot: Autopilot | None = None
-
     def configure(self) -> None:
         if not self.links:
             raise ParameterError("Links", "is empty: name a link, or disable the task")
@@ -60,32 +58,29 @@ class MAVLink(Task):
             "HOME_POSITION": 1.0,
             "EXTENDED_SYS_STATE": 1.0,
         }
-        if self.autopilot is not None:
-            self.autopilot.rates = self.rates
 
     def start(self) -> None:
-        self.dialect = dialect.load()
-        self.counts: Counter[str] = Counter()
         self.open_links: list[Link] = []
+        self.counts: Counter[str] = Counter()
         self.closed: dict[str, str] = dict.fromkeys(self.links, "")
         self.asked: dict[str, Timer] = {}
         self.detected: dict[int, float] = {}
         self.pump_timer: Timer | None = None
-        self.ship = self.autopilot = Autopilot(
-            self.dialect,
+        self.autopilot = Autopilot(
+            dialect.load(),
             name=self.system_name,
             system=self.system_id or ((self.system & 0xFF) - 1) % SYSTEMS + 1,
             kind=KINDS[self.vehicle_kind],
             boot=self.vehicle.start_time,
             undulation=self.geoid_undulation,
-            rates=self.rates,
+            rates=lambda: self.rates,
             parameters=ParameterTable(self.vehicle.tasks),
             entities=lambda: (e for e in self.vehicle.entities if e.component != self.name),
             set_parameter=self.ask_for,
             stop_plan=self.stop_plan,
         )
-        self.shown = self.ship.shown
-        self.values = {entry.id: entry.value for entry in self.ship.parameters}
+        self.shown = self.autopilot.shown
+        self.values = {entry.id: entry.value for entry in self.autopilot.parameters}
 
     def stop(self) -> None:
         for link in self.open_links:
@@ -120,31 +115,32 @@ class MAVLink(Task):
             return
         del self.closed[words]
         self.open_links.append(link)
-        self.watch(link.socket, lambda: self.receive(link))
+        self.watch(link.socket, self.receive)
 
     def meet(self, flavour: Flavour, transmit: Callable[[bytes], object]) -> Session:
-        return Session(self.ship, flavour, transmit, self.now)
+        return Session(self.autopilot, flavour, transmit, self.now)
 
     def sessions(self) -> Iterator[Session]:
         return (session for link in self.open_links for session in link.sessions.values())
 
-    def receive(self, link: Link) -> None:
-        """Take what has arrived on a link; what is broken, not for us or too much is counted."""
-        for peer, datagram in link.datagrams():
-            known = link.sessions.get(peer)
-            if known is not None and not known.admit.take(self.now):
-                self.counts["dropped"] += 1
-                continue
-            messages, damages = split(datagram, self.dialect)
-            self.counts["malformed"] += damages or not messages
-            for message in messages:
-                self.obey(link.session(peer), message)
+    def receive(self) -> None:
+        """Take what has arrived; what is broken, not for us or too much is counted."""
+        for link in self.open_links:
+            for peer, datagram in link.datagrams():
+                known = link.sessions.get(peer)
+                if known is not None and not known.admit.take(self.now):
+                    self.counts["dropped"] += 1
+                    continue
+                messages, damages = split(datagram, self.autopilot.dialect)
+                self.counts["malformed"] += damages + (not datagram)
+                for message in messages:
+                    self.obey(link.session(peer), message)
         self.pump()
 
     def obey(self, session: Session | None, message: Received) -> None:
         if session is None:
             self.counts["refused"] += 1
-        elif not addressed(message, self.ship.system):
+        elif not addressed(message, self.autopilot.system):
             self.counts["foreign"] += 1
         else:
             session.hear(message, self.now)
@@ -160,18 +156,18 @@ class MAVLink(Task):
 
     def show_changes(self) -> None:
         """A change of mode or arming goes out at once: ground stations wait for it."""
-        if self.shown != self.ship.shown:
-            self.shown = self.ship.shown
+        if self.shown != self.autopilot.shown:
+            self.shown = self.autopilot.shown
             for session in self.sessions():
                 session.send_now("HEARTBEAT", self.now)
 
     @consume
     def navigate(self, state: imc.EstimatedState) -> None:
-        self.ship.hear_state(state)
+        self.autopilot.hear_state(state, self.now)
 
     @consume
     def change_mode(self, state: imc.VehicleState | imc.PlanControlState) -> None:
-        self.ship.hear_mode(state)
+        self.autopilot.hear_mode(state)
         self.show_changes()
 
     @consume
@@ -185,7 +181,7 @@ class MAVLink(Task):
         | imc.Throttle
         | imc.VehicleMedium,
     ) -> None:
-        self.ship.hear_figure(figure, self.vehicle.entities.label(figure.src, figure.src_ent))
+        self.autopilot.hear_figure(figure, self.vehicle.entities.label(figure.src, figure.src_ent))
 
     @consume
     def tell(self, entry: imc.LogBookEntry) -> None:
@@ -201,13 +197,15 @@ class MAVLink(Task):
         if len(self.detected) >= DETECTIONS:
             self.detected.clear()
         self.detected[mug.id] = self.now
-        self.say(text.NOTICE, f"DETECT MUG {mug.id} " + self.ship.describe(mug.x, mug.y, self.now))
+        self.say(text.NOTICE, f"DETECT MUG {mug.id} " + self.autopilot.describe(mug.x, mug.y, self.now))
 
     @consume
     def show_changed(self, reply: imc.EntityParameters) -> None:
         """Parameters were set, by whomever: all ground stations see the values."""
         for item in reply.params:
-            entry = self.ship.parameters.of(reply.name, item.name) if isinstance(item, imc.EntityParameter) else None
+            entry = (
+                self.autopilot.parameters.of(reply.name, item.name) if isinstance(item, imc.EntityParameter) else None
+            )
             if entry is not None and (entry.id in self.asked or entry.value != self.values[entry.id]):
                 self.show_parameter(entry)
 
@@ -231,6 +229,6 @@ class MAVLink(Task):
         self.publish(control(type=control.Type.REQUEST, op=control.Op.STOP, dst=self.system))
 
     def say(self, severity: int, words: str) -> None:
-        self.ship.remember(severity, words)
+        self.autopilot.remember(severity, words)
         for session in self.sessions():
             session.say(severity, words, self.now)

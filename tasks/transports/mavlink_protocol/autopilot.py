@@ -38,6 +38,7 @@ class Figures:
     """The latest of what the bus said; NaN is unknown."""
 
     state: imc.EstimatedState | None = None
+    state_at: float = 0.0
     vehicle: imc.VehicleState | None = None
     plan: imc.PlanControlState | None = None
     medium: int | None = None
@@ -54,7 +55,7 @@ class Autopilot:
 
     `set_parameter(entry, text)` and `stop_plan()` ask the vehicle for it; `entities` gives those whose state counts for
     arming; `boot` is when the vehicle started, in s since 1970. `undulation` is the geoid above the ellipsoid, in m.
-    `rates` are those of the messages that go out unasked, in Hz.
+    `rates()` are those of the messages that go out unasked, in Hz.
     """
 
     def __init__(
@@ -66,7 +67,7 @@ class Autopilot:
         kind: Kind,
         boot: float,
         undulation: float,
-        rates: Mapping[str, float],
+        rates: Callable[[], Mapping[str, float]],
         parameters: ParameterTable,
         entities: Callable[[], Iterable[Entity]],
         set_parameter: Callable[[Entry, str], None],
@@ -113,9 +114,10 @@ class Autopilot:
         """The fields of an offered message; None while the vehicle does not know them."""
         return self._builders[name](flavour, now)
 
-    def hear_state(self, state: imc.EstimatedState) -> None:
+    def hear_state(self, state: imc.EstimatedState, now: float) -> None:
         """Take a new estimate; the first that makes sense gives home."""
         self.figures.state = state
+        self.figures.state_at = now
         if self.home is None:
             self.home = conversion.home_of(state, afloat=self.kind.afloat, undulation=self._undulation)
 
@@ -198,8 +200,7 @@ class Autopilot:
         self.notices.append((severity, words))
 
     def _present(self, now: float) -> imc.EstimatedState | None:
-        state = self.figures.state
-        return state if state is not None and now - state.timestamp <= STALE else None
+        return self.figures.state if now - self.figures.state_at <= STALE else None
 
     def _time(self, state: imc.EstimatedState) -> int:
         return conversion.boot_ms(state.timestamp, self._boot)

@@ -103,7 +103,7 @@ class Session:
         """Seconds between two messages of a name; 0 where it is not streamed."""
         if name == "HEARTBEAT":
             return HEARTBEAT_PERIOD
-        rate = self.autopilot.rates.get(name, 0.0)
+        rate = self.autopilot.rates().get(name, 0.0)
         return self._periods.get(name, 1.0 / rate if rate > 0.0 else 0.0)
 
     def set_period(self, name: str, period: float | None) -> None:
@@ -115,7 +115,7 @@ class Session:
 
     def pump(self, now: float) -> float:
         """Send what is due, and say when the next is."""
-        for name in ("HEARTBEAT", *dict.fromkeys((*self.autopilot.rates, *self._periods))):
+        for name in ("HEARTBEAT", *dict.fromkeys((*self.autopilot.rates(), *self._periods))):
             period = self.period(name)
             due = self._due.get(name, now)
             if period <= 0.0:

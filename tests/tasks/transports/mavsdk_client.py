@@ -35,10 +35,16 @@ async def look(system):
 
     everything = await parameters.get_all_params()
     seen["parameters"] = {p.name: p.value for p in [*everything.int_params, *everything.float_params]}
-    seen["before"] = [await parameters.get_param_float("SURVEYOR_GAIN"), await parameters.get_param_int("SURVEYOR_BEAMS")]
+    seen["before"] = [
+        await parameters.get_param_float("SURVEYOR_GAIN"),
+        await parameters.get_param_int("SURVEYOR_BEAMS"),
+    ]
     await parameters.set_param_float("SURVEYOR_GAIN", 2.25)
     await parameters.set_param_int("SURVEYOR_BEAMS", -123456789)
-    seen["after"] = [await parameters.get_param_float("SURVEYOR_GAIN"), await parameters.get_param_int("SURVEYOR_BEAMS")]
+    seen["after"] = [
+        await parameters.get_param_float("SURVEYOR_GAIN"),
+        await parameters.get_param_int("SURVEYOR_BEAMS"),
+    ]
     seen["errors"] = []
     for name, value in (("SURVEYOR_GAIN", 99.0), ("NOTHING", 1.0)):
         try:

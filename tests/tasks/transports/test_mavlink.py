@@ -300,7 +300,7 @@ def test_own_rates_are_set_like_any_parameter():
         await station.meet()
         control.publish(STATE)
         await station.expect("ATTITUDE")
-        rate = next(e for e in mavlink(control).ship.parameters if e.parameter.name == "Attitude Rate")
+        rate = next(e for e in mavlink(control).autopilot.parameters if e.parameter.name == "Attitude Rate")
         station.send("PARAM_SET", target_system=26, param_id=rate.id.encode(), param_value=50.0, param_type=9)
         assert (await station.expect("PARAM_VALUE"))["param_value"] == 50.0
         control.publish(STATE)
@@ -356,7 +356,7 @@ def test_forced_disarming_stops_the_plan():
 @pytest.mark.parametrize(("system", "given", "expected"), [(26, 0, 26), (209, 0, 209), (0x7FF, 0, 5), (26, 77, 77)])
 def test_system_id(system, given, expected):
     tasks = [(MAVLink, {"system_id": given, "links": [f"udpin:{HOST}:{free_port()}:px4"]})]
-    assert simulate(tasks, system_id=system, seconds=0.0).task.ship.system == expected
+    assert simulate(tasks, system_id=system, seconds=0.0).task.autopilot.system == expected
 
 
 def test_module_needs_no_pymavlink_until_the_task_starts():

@@ -52,7 +52,7 @@ class Desk:
             kind=KINDS[kind],
             boot=BOOT,
             undulation=0.0,
-            rates={"ATTITUDE": 10.0, "SYS_STATUS": 2.0},
+            rates=lambda: {"ATTITUDE": 10.0, "SYS_STATUS": 2.0},
             parameters=ParameterTable(self.vehicle.tasks),
             entities=lambda: self.vehicle.entities,
             set_parameter=lambda entry, text: self.wishes.append((entry.id, text)),
@@ -66,7 +66,7 @@ class Desk:
 
     def locate(self, **fields):
         fields = {"lat": 0.7, "lon": -0.15, "depth": 3.0, "timestamp": self.now} | fields
-        self.autopilot.hear_state(imc.EstimatedState(**fields))
+        self.autopilot.hear_state(imc.EstimatedState(**fields), self.now)
 
     def ask(self, name, **fields):
         """Send a message as a ground station; returns the answers."""
