@@ -69,7 +69,9 @@ def build(
             made.leave_out(section.name, f"needs pip install 'shoal[{extra}]'")
         else:
             try:
-                vehicle.add(cls, section.name, profile.options(section.name))
+                task = vehicle.add(cls, section.name, profile.options(section.name))
+                for option in section.options.values():
+                    task.parameter_set.redeclare(option.name, option.attributes)
             except ParameterError as error:
                 problems.append(
                     Problem("error", *_origin(profile, section.name, error.name), f"{section.name}: {error}")

@@ -25,8 +25,9 @@ def own_tasks() -> dict[str, str]:
         for group in pkgutil.iter_modules([path]):
             if group.ispkg:
                 for module in pkgutil.iter_modules([str(Path(path) / group.name)]):
-                    name = f"{group.name}.{module.name.replace('_', '')}"
-                    found[name.lower()] = f"{OWN}.{group.name}.{module.name}"
+                    if not module.ispkg:
+                        name = f"{group.name}.{module.name.replace('_', '')}"
+                        found[name.lower()] = f"{OWN}.{group.name}.{module.name}"
     return found
 
 

@@ -11,7 +11,7 @@ class Daemon(ParameterService):
     """Entity 0 of every vehicle: says who is there and how they are."""
 
     def start(self) -> None:
-        self.set_entity_state(imc.EntityState.State.NORMAL, f"active | Number of tasks: {len(self.vehicle.tasks)}")
+        self.set_entity_state(imc.EntityState.State.NORMAL, "active")
 
     @periodic(1.0)
     def beat(self) -> None:

@@ -15,13 +15,14 @@ MOST_FILES = 1000
 MOST_ERRORS = 20  # in one file
 
 
-def parse(path: str | Path, config: Config | None = None) -> Config:
+def parse(path: str | Path, config: Config | None = None, shared: Path | None = None) -> Config:
     """Read a file and what it includes, on top of `config` where given. Never raises: see `Config.problems`.
 
+    A file that is not where its directive says is looked for in the folder `shared` too.
     What is wrong with one line costs that line. A file that cannot be read is an error.
     """
     config = Config() if config is None else config
-    reader = _Reader(config)
+    reader = _Reader(config, shared)
     path = str(path)
     try:
         reader.read(path, Origin(path), included=False)
@@ -47,8 +48,9 @@ class _Abandoned(Exception):
 class _Reader:
     """Reads files depth first, each as often as it is asked for, with bounds on how many and how deep."""
 
-    def __init__(self, config: Config):
+    def __init__(self, config: Config, shared: Path | None):
         self._config = config
+        self._shared = shared
         self._reported = set(config.problems)
         self._chain: dict[str, str] = {}
         self._count = 0
@@ -122,6 +124,8 @@ class _Reader:
     def _include(self, lines: Lines, name: str, required: bool, included: bool) -> None:
         """A missing file is a warning for [Include], an error for [Require] unless an [Include] led here."""
         path = _tidy(f"{os.path.dirname(lines.origin.file) or '.'}/{name}")
+        if self._shared is not None and not os.path.exists(path) and os.path.exists(self._shared / name):
+            path = _tidy(str(self._shared / name))
         hint = "the path is relative to the folder of this file" if name[:1] in ("/", "~") or "$" in name else ""
         try:
             self.read(path, lines.origin, included=included or not required)

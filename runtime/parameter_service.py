@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import imc
+from runtime.config import statement
 from runtime.handlers import consume
 from runtime.parameters import Parameter, ParameterError
 from runtime.task import UNKNOWN_SYSTEM, Task
@@ -95,7 +96,7 @@ class ParameterService(Task):
             return
         try:
             path = self.vehicle.save_parameters(task)
-        except OSError as error:
+        except (OSError, ValueError) as error:
             self.log.error(f"parameters of {task.entity.label} not saved: {error}")
         else:
             self.log.info(f"parameters of {task.entity.label} saved to {path.name}")
@@ -131,6 +132,7 @@ class ParameterService(Task):
             return "cannot be changed while the vehicle runs"
         try:
             parameter.parse(entry.value)
+            statement(parameter.name, entry.value)
         except ValueError as error:
             return str(error)
         return ""

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 Visibility = Literal["user", "developer"]
@@ -153,7 +153,7 @@ class Parameter:
             low = "-inf" if self.minimum is None else f"{self.minimum:g}"
             high = "inf" if self.maximum is None else f"{self.maximum:g}"
             parts.append(f"{low} to {high}")
-        if self.unit:
+        if self.unit not in ("", "1"):
             parts.append(self.unit)
         if self.size:
             low, high = self.size
@@ -270,6 +270,20 @@ class ParameterSet:
     def restore(self, values: Mapping[str, Any]) -> None:
         for name, value in values.items():
             self.set(self.declarations[name], value)
+
+    def redeclare(self, name: str, attributes: Mapping[str, str]) -> None:
+        """Take scope, visibility and editable from an ini file; what they cannot be is left as declared."""
+        parameter = self.find(name)
+        if parameter is None:
+            return
+        changes: dict[str, Any] = {}
+        if attributes.get("scope") in get_args(Scope):
+            changes["scope"] = attributes["scope"]
+        if attributes.get("visibility") in get_args(Visibility):
+            changes["visibility"] = attributes["visibility"]
+        if attributes.get("editable") in ("true", "false"):
+            changes["editable"] = attributes["editable"] == "true"
+        self.declarations[parameter.name] = replace(parameter, **changes)
 
     def push(self) -> None:
         """Remember the values whose scope is not global."""

@@ -9,7 +9,7 @@ from typing import Literal, TypeVar
 from fastcrc import crc16
 
 from runtime.config import BLANKS, Config, header, items, statement
-from runtime.folders import find_profile
+from runtime.folders import find_profile, own_etc
 from runtime.ini import parse
 from runtime.parameters import Parameter
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
@@ -44,7 +44,7 @@ def load_profile(
     the files have errors and `strict` is set. Saved parameters never have errors, only warnings.
     """
     path = find_profile(name, config_dirs)
-    profile = Profile(path, parse(path))
+    profile = Profile(path, parse(path, shared=own_etc()))
     if vehicle:
         profile.override(f"General:Vehicle={vehicle}")
     folders = [path.parent, *([saved] if saved else [])]

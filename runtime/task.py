@@ -51,7 +51,7 @@ class Task:
         self.system = vehicle.system
         self.system_name = vehicle.name
         self.log = Logbook(self)
-        self.parameter_set = ParameterSet(self, self.parameters())
+        self.parameter_set = ParameterSet(self, dict(self.parameters()))
         for parameter in self.parameter_set.declarations.values():
             value = parameter.default
             self.parameter_set.set(parameter, list(value) if parameter.is_list else value)

@@ -19,6 +19,7 @@ from runtime.handlers import consumers
 from runtime.ini import read_sections
 from runtime.kernel import SECOND, Kernel
 from runtime.parameters import ParameterError
+from runtime.profile import default_label
 from runtime.task import Task
 
 LONGEST_BACKOFF = 60.0
@@ -126,7 +127,7 @@ class Vehicle:
         Raises ParameterError for a value that it cannot have, EntityError for its label.
         """
         options = dict(options or {})
-        label = options.pop("Entity Label", "") or values.pop("entity_label", "") or _default_label(section)
+        label = options.pop("Entity Label", "") or values.pop("entity_label", "") or default_label(section)
         entity = self.entities.reserve(label, section)
         task = cls(self, section, entity)
         task.entity_label = label
@@ -192,7 +193,8 @@ class Vehicle:
     def save_parameters(self, task: Task) -> Path:
         """Add the parameters of a task that differ from the profile to the file of saved ones; returns its path.
 
-        Raises OSError. The file is replaced as a whole, so a crash leaves the old or the new one.
+        The file is replaced as a whole, so a crash leaves the old or the new one. Raises OSError, and ValueError for a
+        text that an ini file cannot carry.
         """
         path = self.state_folder / f"{self.name}-saved.ini"
         saved = read_sections(path)
@@ -280,12 +282,6 @@ class Vehicle:
     def _slow(self, owner: object, seconds: float) -> None:
         name = owner.name if isinstance(owner, Task) else repr(owner)
         self.daemon.log.warning(f"{name} took {seconds:.3f} s in one handler; heavy work belongs into offload()")
-
-
-def _default_label(section: str) -> str:
-    """The last part of a task's section, with the instance: "GPS", "IMU/AHRS"."""
-    name, slash, instance = section.partition("/")
-    return name.rpartition(".")[2] + slash + instance
 
 
 def _summary(error: Exception) -> str:

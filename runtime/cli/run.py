@@ -74,7 +74,9 @@ def run(
     if name is None:
         raise click.UsageError("name a profile, for example: shoal run lauv-noptilus-1 -p Simulation")
     try:
-        loaded = load_profile(name, config_dir, vehicle=vehicle, saved=log_dir.parent / "db", overrides=overrides)
+        state_folder = log_dir.parent / "db"
+        saved = None if clock.strip().lower() == "virtual" else state_folder
+        loaded = load_profile(name, config_dir, vehicle=vehicle, saved=saved, overrides=overrides)
         selected = loaded.select(profiles)
         for problem in loaded.problems:
             click.echo(problem, err=True)
@@ -85,7 +87,7 @@ def run(
             seed=seed,
             keep_going=keep_going,
             log_root=log_dir,
-            state_folder=log_dir.parent / "db",
+            state_folder=state_folder,
         )
         if (bus or loaded.bus) == "zenoh":
             join_zenoh(made.vehicle, loaded)

@@ -285,3 +285,11 @@ def test_default_labels() -> None:
         "Whistle",
         "Daemon",
     ]
+
+
+def test_a_profile_of_ones_own_builds_on_shoals(tmp_path: Path) -> None:
+    """A file that is not beside the one that requires it is taken from Shoal's own profiles."""
+    (tmp_path / "mine.ini").write_text("[Require lauv-noptilus-1.ini]\n[General]\nVehicle = mine\n")
+    profile = load_profile(tmp_path / "mine.ini")
+    assert profile.vehicle == "mine"
+    assert profile.enabled("Simulators.GPS", ["Simulation"])

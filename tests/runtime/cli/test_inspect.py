@@ -1,0 +1,106 @@
+"""`shoal check`, `explain`, `tasks`, `message` and `new`."""
+
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from runtime.cli import main
+from runtime.cli.duration import parse_duration
+
+
+@pytest.fixture
+def shoal(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return lambda *arguments: CliRunner().invoke(main, arguments)
+
+
+def test_check_finds_nothing_in_our_profiles(shoal):
+    result = shoal("check", "lauv-noptilus-1", "-p", "Simulation")
+    assert (result.exit_code, result.output) == (0, "lauv-noptilus-1: nothing wrong\n")
+
+
+def test_check_names_file_line_and_fix_and_fails(shoal, tmp_path):
+    gps = "[Simulators.GPS]\nEnabled = Simulation\nHDPO = 1\nHACC = -2\n"
+    (tmp_path / "mine.ini").write_text(f"[General]\nVehicle = mine\n\n{gps}")
+    result = shoal("check", "mine")
+    assert result.exit_code == 1
+    assert "mine.ini:6: warning" in result.output
+    assert "did you mean 'HDOP'?" in result.output
+    assert "mine.ini:7: error" in result.output
+    assert "below the minimum" in result.output
+
+
+def test_explain_says_who_set_what(shoal):
+    section = "Simulators.EstimatedState"
+    text = shoal("explain", "lauv-noptilus-1", section, "--set", f"{section}:Depth=5").output
+    row = next(line for line in text.splitlines() if line.startswith("Depth "))
+    assert row.split()[1:3] == ["5", "m"]
+    assert "command line (over etc/auv/simulation.ini:" in row
+    assert "Simulators.GPS" in shoal("explain", "lauv-noptilus-1").output
+
+
+def test_explain_names_the_nearest_section(shoal):
+    result = shoal("explain", "lauv-noptilus-1", "Simulators.GSP")
+    assert result.exit_code == 1
+    assert "Simulators.GPS" in result.output
+
+
+def test_tasks_are_listed_and_described(shoal):
+    assert "Vision.FisheyeCamera" in shoal("tasks").output
+    assert "Activation Depth" in shoal("tasks", "gps").output
+    assert "did you mean Simulators.GPS" in shoal("tasks", "Simulators.GSP").output
+
+
+def test_messages_are_found_by_name_and_id(shoal):
+    assert shoal("message", "2001").output == shoal("message", "estimatedmugstate").output
+    assert "EstimatedMugState, id 2001" in shoal("message", "2001").output
+    assert "did you mean EstimatedState" in shoal("message", "EstimatedStat").output
+    assert shoal("message", "12345").exit_code == 1
+
+
+def test_a_new_task_runs_and_its_test_passes(shoal, tmp_path):
+    result = shoal("new", "task", "DepthAlarm")
+    assert result.exit_code == 0, result.output
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "test_depth_alarm.py"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert "1 passed" in done.stdout, done.stdout + done.stderr
+    assert shoal("new", "task", "DepthAlarm").exit_code == 1
+
+
+def test_a_new_vehicle_runs_and_its_test_passes(shoal, tmp_path):
+    assert shoal("new", "vehicle", "lauv-mine").exit_code == 0
+    result = shoal("check", "lauv-mine")
+    assert result.exit_code == 0
+    assert "warning" not in result.output
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "test_lauv_mine.py"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("name", ["../evil", "a/b", "class", "", "1up", "imc"])
+def test_names_of_tasks_that_cannot_be_are_refused(shoal, tmp_path, name):
+    assert shoal("new", "task", name).exit_code != 0
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["../evil", "a/b", "", ".hidden", "a b", "x" * 100])
+def test_names_of_vehicles_that_cannot_be_are_refused(shoal, tmp_path, name):
+    assert shoal("new", "vehicle", name).exit_code != 0
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"), [("90", 90), ("90s", 90), ("10min", 600), ("1h30min", 5400), ("500ms", 0.5), (" 1.5 h ", 5400)]
+)
+def test_durations(text, seconds):
+    assert parse_duration(text) == seconds
+
+
+@pytest.mark.parametrize("text", ["", "ten", "10 parsecs", "-5s", "5s!"])
+def test_other_texts_are_no_durations(text):
+    with pytest.raises(ValueError, match="is not a duration"):
+        parse_duration(text)

@@ -1,0 +1,101 @@
+"""From a profile to a vehicle: what is made, what is left out, and what is refused with file and line."""
+
+import pytest
+
+import imc
+from runtime.build import build
+from runtime.clock import VirtualClock
+from runtime.problem import ProfileError
+from runtime.profile import load_profile
+
+
+def made(tmp_path, text, selected=("Simulation",), **more):
+    (tmp_path / "mine.ini").write_text(f"[General]\nVehicle = mine\n{text}")
+    profile = load_profile(tmp_path / "mine.ini")
+    return build(profile, selected, clock=VirtualClock(profile.start_time_ns), log_root=tmp_path / "log", **more)
+
+
+def refused(tmp_path, text):
+    with pytest.raises(ProfileError) as caught:
+        made(tmp_path, text)
+    return str(caught.value)
+
+
+def test_sections_become_tasks_in_byte_order(tmp_path):
+    vehicle = made(
+        tmp_path,
+        "[Simulators.IMU/B]\nEnabled=Simulation\n[Simulators.IMU/A]\nEnabled=Always\n[Simulators.GPS]\nEnabled=Never\n",
+    ).vehicle
+    assert [task.name for task in vehicle.tasks] == ["Daemon", "Simulators.IMU/A", "Simulators.IMU/B"]
+    assert [task.entity.label for task in vehicle.tasks] == ["Daemon", "IMU/A", "IMU/B"]
+    vehicle.close()
+
+
+def test_what_is_left_out_is_listed_with_the_reason(tmp_path):
+    build = made(tmp_path, "[Simulators.VSIM]\nEnabled=Always\n[Transports.MAVLink]\nEnabled=Always\n")
+    assert [(len(names), reason.split(",")[0]) for reason, names in build.left_out.items()] == [
+        (1, "not in Shoal"),
+        (1, "talks to the outside"),
+    ]
+    build.vehicle.close()
+
+
+def test_bad_values_and_labels_name_file_and_line(tmp_path):
+    text = refused(tmp_path, "[Simulators.GPS]\nEnabled = Always\nHDOP = -1\n[Simulators.IMU]\nEnabled = Always\n")
+    assert "mine.ini:5: error: Simulators.GPS: HDOP: -1 is below the minimum" in text
+    text = refused(
+        tmp_path,
+        "[Simulators.GPS]\nEnabled=Always\nEntity Label=X\n[Simulators.IMU]\nEnabled=Always\nEntity Label=X\n",
+    )
+    assert "mine.ini:8: error: Simulators.IMU: the entity label 'X' is taken by Simulators.GPS" in text
+
+
+def test_a_module_that_does_not_import_is_an_error_that_names_it(tmp_path, monkeypatch):
+    (tmp_path / "broken_task_module.py").write_text("import no_such_library\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert "no_such_library" in refused(tmp_path, "[broken_task_module.Broken]\nEnabled = Always\n")
+
+
+@pytest.mark.parametrize("section", ["runtime.task.Task", "os.path", "imc.Message", "..x.Y", "subprocess.Popen"])
+def test_a_section_cannot_name_what_is_no_task(tmp_path, section):
+    build = made(tmp_path, f"[{section}]\nEnabled = Always\n")
+    assert build.left_out == {"not in Shoal": [section]}
+    build.vehicle.close()
+
+
+def test_attributes_of_the_ini_redeclare_a_parameter(tmp_path):
+    vehicle = made(
+        tmp_path, "[Simulators.GPS]\nEnabled=Always\nHDOP {scope: plan, visibility: user, editable: false} = 1.5\n"
+    ).vehicle
+    parameter = vehicle.task("Simulators.GPS").parameter_set.find("HDOP")
+    assert (parameter.scope, parameter.visibility, parameter.editable) == ("plan", "user", False)
+    assert vehicle.task("Simulators.GPS").parameters()["HDOP"].editable
+    vehicle.close()
+
+
+def test_saved_parameters_are_read_back_by_the_next_run(tmp_path):
+    text = "[Simulators.GPS]\nEnabled=Always\nEntity Label=GPS\n"
+    vehicle = made(tmp_path, text, state_folder=tmp_path / "db").vehicle
+    wish = imc.SetEntityParameters(name="GPS", params=(imc.EntityParameter(name="HDOP", value="2.5"),))
+    vehicle.start()
+    vehicle.kernel.after(1.0, vehicle.task("Simulators.GPS").publish, wish)
+    vehicle.kernel.after(2.0, vehicle.task("Simulators.GPS").publish, imc.SaveEntityParameters(name="GPS"))
+    vehicle.run(3.0)
+    assert vehicle.profile.options("Simulators.GPS")["HDOP"] == "2.5"
+    vehicle.close()
+    assert "HDOP = 2.5" in (tmp_path / "db" / "mine-saved.ini").read_text()
+    again = load_profile(tmp_path / "mine.ini", saved=tmp_path / "db")
+    assert again.options("Simulators.GPS")["HDOP"] == "2.5"
+
+
+@pytest.mark.parametrize("value", ["a;b", "a\nb", "x" * 70_000, "a#b", "a|b"])
+def test_texts_that_an_ini_cannot_carry_are_refused_over_the_bus(tmp_path, value):
+    vehicle = made(tmp_path, "[Transports.Replay]\nEnabled=Always\nEntity Label=Replay\n").vehicle
+    wish = imc.SetEntityParameters(
+        name="Replay", params=(imc.EntityParameter(name="Replay Messages", value=value[:60_000]),)
+    )
+    vehicle.start()
+    vehicle.kernel.after(1.0, vehicle.daemon.publish, wish.replace(src=0x4001))
+    vehicle.run(3.0)
+    assert "Replay Messages" not in vehicle.profile.options("Transports.Replay")
+    vehicle.close()

@@ -1,0 +1,85 @@
+"""What holds for every task, profile and module there is, or will be."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from runtime.build import build
+from runtime.catalogue import all_tasks, find_task, own_tasks
+from runtime.check import check
+from runtime.clock import VirtualClock
+from runtime.folders import own_etc
+from runtime.profile import load_profile
+
+ROOT = Path(__file__).parent.parent
+TASKS = all_tasks()
+PROFILES = sorted(path.stem for path in own_etc().glob("*.ini"))
+CONTRACT = [(section, name) for section, cls in TASKS.items() for name in cls.parameters()]
+
+
+def test_every_module_that_names_a_task_has_it():
+    assert {"Simulators.EstimatedState", "Simulators.MUGDetectionCamera", "Vision.FisheyeCamera"} <= set(TASKS)
+    assert set(TASKS.values()) <= {find_task(section) for section in TASKS}
+
+
+@pytest.mark.parametrize("section", TASKS)
+def test_every_task_has_a_sentence(section):
+    assert (TASKS[section].__doc__ or "").strip().split("\n")[0].rstrip().endswith((".", ":", ",", "the", "by"))
+
+
+@pytest.mark.parametrize(("section", "name"), CONTRACT)
+def test_every_parameter_has_a_unit_and_a_sentence(section, name):
+    parameter = TASKS[section].parameters()[name]
+    assert parameter.description.endswith(".")
+    assert bool(parameter.unit) == (parameter.type in (int, float) and not parameter.choices)
+    assert parameter.parse(parameter.format(parameter.default)) == parameter.default
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_every_profile_has_no_mistakes(name):
+    profile = load_profile(name, [own_etc()])
+    assert check(profile, TASKS, None, find_task) == []
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_every_profile_runs_ten_seconds_in_simulation(name, tmp_path):
+    profile = load_profile(name, [own_etc()])
+    selected = profile.select("Simulation,Camera" if "Camera" in profile.modes else "Simulation")
+    made = build(profile, selected, clock=VirtualClock(profile.start_time_ns), log_root=tmp_path)
+    made.vehicle.start()
+    made.vehicle.run(10.0)
+    states = {entity.label: entity.state.name for entity in made.vehicle.entities if entity.stateful}
+    made.vehicle.close()
+    assert set(states.values()) == {"NORMAL"}, states
+    assert made.vehicle.bus.delivered > 1000
+
+
+def _imports(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom):
+            yield node.module or ""
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+
+
+@pytest.mark.parametrize("module", sorted(own_tasks().values()))
+def test_tasks_never_import_tasks(module):
+    tasks = {cls.__module__ for cls in TASKS.values()}
+    path = ROOT / (module.replace(".", "/") + ".py")
+    assert not tasks & set(_imports(path)) - {module}
+
+
+def test_the_core_install_imports_without_the_extras():
+    code = (
+        "import sys\n"
+        "for name in ('zenoh', 'pymavlink', 'PIL', 'cv2'): sys.modules[name] = None\n"
+        "from runtime.catalogue import all_tasks\n"
+        "import runtime.cli.run, runtime.cli.replay, runtime.cli.inspect, runtime.zenoh\n"
+        "assert len(all_tasks()) >= 9\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
