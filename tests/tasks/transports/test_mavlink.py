@@ -14,7 +14,6 @@ from runtime.testing import simulate
 from tasks.transports.mavlink import MAVLink
 from tasks.transports.mavlink_protocol.dialect import load
 from tasks.transports.mavlink_protocol.frames import encode, split
-from tasks.transports.mavlink_protocol.links import parse_route
 
 DIALECT = load()
 HOST = "127.0.0.1"
@@ -116,25 +115,6 @@ def sail(script, *links, tasks=(), seconds=120.0, clock=None, **parameters):
 
 def mavlink(script):
     return script.task.vehicle.find("MAVLink")
-
-
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("udpout:127.0.0.1:14550", "is not udpout:ADDRESS:PORT:FLAVOUR"),
-        ("tcp:127.0.0.1:14550:px4", "is not udpout:ADDRESS:PORT:FLAVOUR"),
-        ("udpin:nowhere:14550:px4", "'nowhere' is not an IPv4 address"),
-        ("udpin:127.0.0.1:0:px4", "'0' is not a port"),
-        ("udpin:127.0.0.1:65536:px4", "'65536' is not a port"),
-        ("udpin:127.0.0.1:x:px4", "'x' is not a port"),
-        ("udpin:127.0.0.1:14550:dune", "'dune' is not a flavour (ardupilot, px4, generic)"),
-    ],
-)
-def test_bad_links_say_why(text, reason):
-    with pytest.raises(ValueError) as caught:
-        parse_route(text)
-    assert text in str(caught.value)
-    assert reason in str(caught.value)
 
 
 def test_bad_link_is_a_fault_and_the_others_go_on():

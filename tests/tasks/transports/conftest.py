@@ -1,0 +1,109 @@
+"""A ground station's desk: one MAVLink session without a socket."""
+
+import pytest
+
+import imc
+from runtime import Task, param
+from runtime.testing import simulate
+from tasks.transports.mavlink_protocol.autopilot import Autopilot
+from tasks.transports.mavlink_protocol.dialect import load
+from tasks.transports.mavlink_protocol.frames import encode, split
+from tasks.transports.mavlink_protocol.modes import FLAVOURS, KINDS
+from tasks.transports.mavlink_protocol.parameters import ParameterTable
+from tasks.transports.mavlink_protocol.services import serve
+from tasks.transports.mavlink_protocol.session import Session, addressed
+
+DIALECT = load()
+BOOT = 1000.0
+
+
+class Lamp(Task):
+    """Something with parameters."""
+
+    power: float = param(0.5, "W", "Power.", minimum=0, maximum=10)
+    blinks: int = param(3, "1", "Blinks.", minimum=0, maximum=1000)
+    red: float = param(1.0, "1", "Red.")
+    green: float = param(1.0, "1", "Green.")
+    blue: float = param(1.0, "1", "Blue.")
+
+
+class Desk:
+    """One session and what went out on it."""
+
+    def __init__(self, flavour="px4", kind="submarine", system=26):
+        self.vehicle = simulate(Lamp, seconds=0.0, section="Lamp").vehicle
+        self.wishes = []
+        self.stops = 0
+        self.frames = []
+        self.autopilot = Autopilot(
+            DIALECT,
+            name="lauv-noptilus-1",
+            system=system,
+            kind=KINDS[kind],
+            boot=BOOT,
+            undulation=0.0,
+            rates=lambda: {"ATTITUDE": 10.0, "SYS_STATUS": 2.0},
+            parameters=ParameterTable(self.vehicle.tasks),
+            entities=lambda: self.vehicle.entities,
+            set_parameter=lambda entry, text: self.wishes.append((entry.id, text)),
+            stop_plan=self.stop,
+        )
+        self.session = Session(self.autopilot, FLAVOURS[flavour], self.frames.append, BOOT)
+        self.now = BOOT
+
+    def stop(self):
+        self.stops += 1
+
+    def locate(self, **fields):
+        fields = {"lat": 0.7, "lon": -0.15, "depth": 3.0, "timestamp": self.now} | fields
+        self.autopilot.hear_state(imc.EstimatedState(**fields), self.now)
+
+    def ask(self, name, **fields):
+        """Send a message as a ground station; returns the answers."""
+        definition = DIALECT.by_name[name]
+        (message,), _ = split(encode(definition, definition.pack(fields), 0, 255, 190), DIALECT)
+        self.said()
+        if addressed(message, 26):
+            self.session.hear(message, self.now)
+            serve(self.session, message, self.now)
+        return self.said()
+
+    def command(self, number, *params, **more):
+        named = dict(zip([f"param{i}" for i in range(1, 8)], params, strict=False))
+        fields = {"target_system": 26, "target_component": 1, "command": number, **named, **more}
+        answers = self.ask("COMMAND_LONG", **fields)
+        (ack,) = [m for m in answers if m.name == "COMMAND_ACK"]
+        assert (ack.values["command"], ack.values["target_system"], ack.values["target_component"]) == (
+            number,
+            255,
+            190,
+        )
+        return ack.values["result"], [m for m in answers if m.name != "COMMAND_ACK"]
+
+    def said(self):
+        messages = [m for f in self.frames for m in split(f, DIALECT)[0]]
+        self.frames.clear()
+        return messages
+
+    def run(self, seconds):
+        """Pump for so long; returns the names of what went out."""
+        end, names = self.now + seconds, []
+        while True:
+            due = self.session.pump(self.now)
+            names += [m.name for m in self.said()]
+            if due > end:
+                self.now = end
+                return names
+            assert due > self.now or not names or len(names) < 10000
+            self.now = due
+
+
+@pytest.fixture(scope="session")
+def open_desk():
+    """Makes a desk of a flavour and a kind of vehicle."""
+    return Desk
+
+
+@pytest.fixture
+def desk():
+    return Desk()

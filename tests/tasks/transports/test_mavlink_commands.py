@@ -1,0 +1,167 @@
+"""Commands: what is done, what is refused and why, and that each is acknowledged."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import imc
+from runtime import State
+
+ACCEPTED, REJECTED, DENIED, UNSUPPORTED = range(4)
+MANEUVER = imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER)
+
+
+def texts(messages):
+    return [m.values["text"].decode() for m in messages if m.name == "STATUSTEXT"]
+
+
+def test_every_command_is_acknowledged(desk):
+    for number in [*range(0, 700), *range(700, 65536, 61), 42428, 65535]:
+        for params in ((), (math.nan,) * 7, (math.inf, -math.inf, 1e30, -1e30, 0, 1, 2)):
+            result, _ = desk.command(number, *params)
+            assert result in (ACCEPTED, REJECTED, DENIED, UNSUPPORTED)
+    assert desk.command(21196)[0] == UNSUPPORTED
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.sampled_from([176, 262, 400, 410, 510, 511, 512, 520, 42428]),
+    st.lists(st.floats(width=32), min_size=7, max_size=7),
+    st.booleans(),
+)
+def test_no_parameters_of_a_command_raise(open_desk, number, params, as_int):
+    desk = open_desk()
+    if as_int:
+        fields = {f"param{i}": p for i, p in enumerate(params[:4], 1)}
+        answers = desk.ask("COMMAND_INT", target_system=26, command=number, x=-(2**31), y=2**31 - 1, **fields)
+        assert [m.values["command"] for m in answers if m.name == "COMMAND_ACK"] == [number]
+    else:
+        desk.command(number, *params)
+
+
+def test_messages_for_others_get_no_answer(desk):
+    for target in ((27, 1), (26, 100), (0, 100)):
+        assert desk.ask("COMMAND_LONG", command=400, target_system=target[0], target_component=target[1]) == []
+    assert desk.ask("HEARTBEAT", type=6) == []
+
+
+def test_request_message(open_desk, desk):
+    result, (version,) = desk.command(512, 148)
+    assert (result, version.name) == (ACCEPTED, "AUTOPILOT_VERSION")
+    assert version.values["capabilities"] & 16
+    assert not version.values["capabilities"] & 131072
+    assert version.values["uid"] == open_desk().command(520)[1][0].values["uid"] != 0
+    assert desk.command(512, 435) == (UNSUPPORTED, [])
+    assert desk.command(512, 242)[0] == desk.command(410)[0] == REJECTED
+    desk.locate()
+    for number, name in ((242, "HOME_POSITION"), (33, "GLOBAL_POSITION_INT"), (30, "ATTITUDE"), (1, "SYS_STATUS")):
+        result, (message,) = desk.command(512, number)
+        assert (result, message.name) == (ACCEPTED, name)
+    assert desk.command(410)[1][0].name == "HOME_POSITION"
+
+
+def test_message_interval(desk):
+    desk.locate()
+    assert desk.command(511, 30, 100_000)[0] == ACCEPTED
+    assert desk.command(510, 30)[1][0].values == {"message_id": 30, "interval_us": 100_000}
+    assert desk.command(511, 30, -1)[0] == ACCEPTED
+    assert desk.command(510, 30)[1][0].values["interval_us"] == -1
+    assert "ATTITUDE" not in desk.run(1.0)
+    assert desk.command(511, 30, 0)[0] == ACCEPTED
+    assert desk.command(510, 30)[1][0].values["interval_us"] == 100_000
+    assert desk.command(511, 2, 50_000)[0] == ACCEPTED
+    assert abs(desk.run(2.0).count("SYSTEM_TIME") - 40) <= 1
+    assert desk.command(511, 30, 1)[0] == ACCEPTED
+    assert desk.command(510, 30)[1][0].values["interval_us"] == 5000
+    assert desk.command(510, 9999)[1][0].values["interval_us"] == 0
+
+
+@pytest.mark.parametrize(
+    "params", [(9999, 1000), (30, math.nan), (30, math.inf), (30, -5), (math.nan, 1), (0, -1), (0, 2e6)]
+)
+def test_bad_intervals_are_denied_with_a_reason(desk, params):
+    result, rest = desk.command(511, *params)
+    assert result == DENIED
+    assert texts(rest)
+
+
+def test_request_data_stream(desk):
+    desk.locate()
+    desk.ask("REQUEST_DATA_STREAM", target_system=26, req_stream_id=0, req_message_rate=5, start_stop=1)
+    names = desk.run(2.0)
+    assert abs(names.count("VFR_HUD") - 10) <= 1
+    desk.ask("REQUEST_DATA_STREAM", target_system=26, req_stream_id=10, req_message_rate=5, start_stop=0)
+    assert "ATTITUDE" not in desk.run(1.0)
+
+
+def test_arming(desk):
+    assert desk.command(400, 1) == (ACCEPTED, [])
+    assert desk.autopilot.shown[1]
+    assert desk.command(400, 0) == (ACCEPTED, [])
+    assert not desk.autopilot.shown[1]
+    assert desk.command(400, 2)[0] == desk.command(400, math.nan)[0] == DENIED
+
+
+def test_arming_is_denied_with_the_reason_while_an_entity_is_not_well(desk):
+    lamp = desk.vehicle.entities.find("Lamp")
+    lamp.state, lamp.description, lamp.stateful = State.ERROR, "bulb broken", True
+    result, rest = desk.command(400, 1)
+    assert result == DENIED
+    assert texts(rest) == ["Arming denied: Lamp is in ERROR: bulb broken"]
+    assert desk.command(400, 1, 21196)[0] == ACCEPTED
+    desk.session.send_now("HEARTBEAT", desk.now)
+    assert desk.said()[0].values["system_status"] == 5
+
+
+def test_arming_is_denied_in_error_mode(desk):
+    desk.autopilot.hear_mode(imc.VehicleState(op_mode=imc.VehicleState.OpMode.ERROR, error_ents="DVL"))
+    result, rest = desk.command(400, 1)
+    assert (result, texts(rest)) == (DENIED, ["Arming denied: the vehicle is in ERROR: DVL"])
+
+
+def test_disarming_in_a_maneuver_takes_force(desk):
+    desk.autopilot.hear_mode(MANEUVER)
+    assert desk.command(400, 0)[0] == DENIED
+    assert desk.stops == 0
+    assert desk.command(400, 0, 21196)[0] == ACCEPTED
+    assert desk.stops == 1
+
+
+@pytest.mark.parametrize(
+    ("flavour", "kind", "params"),
+    [
+        ("px4", "submarine", (1, 4, 3)),
+        ("generic", "boat", (1, 4, 3)),
+        ("ardupilot", "submarine", (1, 16)),
+        ("ardupilot", "submarine", (1, 2)),
+        ("ardupilot", "copter", (1, 17)),
+        ("ardupilot", "boat", (1, 4)),
+    ],
+)
+def test_hold_is_never_denied(open_desk, flavour, kind, params):
+    desk = open_desk(flavour, kind)
+    assert desk.command(176, *params)[0] == ACCEPTED
+    assert desk.autopilot.mode.name == "HOLD"
+    assert desk.stops == 0
+    desk.autopilot.hear_mode(MANEUVER)
+    assert desk.autopilot.mode.name == "MISSION"
+    assert desk.command(176, *params)[0] == ACCEPTED
+    assert desk.stops == 1
+
+
+def test_other_modes_are_denied_with_a_reason(desk):
+    result, rest = desk.command(176, 1, 4, 4)
+    assert result == DENIED
+    assert "MISSION" in texts(rest)[0]
+    assert desk.command(176, 1, 99, 99)[0] == desk.command(176, 0, 1)[0] == desk.command(262, 6)[0] == DENIED
+    assert desk.command(262, 1)[0] == ACCEPTED
+    assert desk.command(176, 1, 1)[0] == ACCEPTED
+    assert desk.autopilot.mode.name == "MANUAL"
+
+
+def test_set_mode_message(desk):
+    assert desk.ask("SET_MODE", target_system=26, base_mode=1, custom_mode=4 << 16 | 3 << 24) == []
+    assert desk.autopilot.mode.name == "HOLD"
+    assert texts(desk.ask("SET_MODE", target_system=26, base_mode=1, custom_mode=77))
