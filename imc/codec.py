@@ -2,12 +2,12 @@
 
 import struct
 from collections.abc import Callable
-from typing import Any, Literal, NamedTuple, NoReturn
+from typing import Any, Literal, NamedTuple
 
 from fastcrc.crc16 import arc
 from msgspec.structs import force_setattr
 
-from imc.compiler import FOOTER_SIZE, HEADER, HEADER_SIZE, Reader, compile_reader
+from imc.compiler import FOOTER_SIZE, HEADER, HEADER_SIZE, Reader, compile_reader, payload_size
 from imc.errors import DecodeError, EncodeError
 from imc.message import Header, Message, Unknown
 from imc.messages import BY_ID
@@ -15,7 +15,6 @@ from imc.wire_check import HEADER_WIRE, first_problem, wire_violations
 
 ByteOrder = Literal["little", "big"]
 
-LARGEST_PACKET = 0xFFFF
 SMALLEST_PACKET = HEADER_SIZE + FOOTER_SIZE
 
 _HEADERS = {"little": struct.Struct("<" + HEADER), "big": struct.Struct(">" + HEADER)}
@@ -25,24 +24,18 @@ _UNSUITABLE = (struct.error, TypeError, ValueError, AttributeError, OverflowErro
 def encode(message: Message, byteorder: ByteOrder = "little") -> bytes:
     """The packet of a message: header, payload, CRC. Raises EncodeError naming the field that does not fit."""
     try:
-        packet = message.to_packet() if byteorder == "little" else _big_packet(message)
+        return message.to_packet() if byteorder == "little" else _big_packet(message)
     except _UNSUITABLE as error:
-        _explain(message, error)
-    if len(packet) > LARGEST_PACKET:
-        raise EncodeError(f"{type(message).__name__}: packet of {len(packet)} bytes, {LARGEST_PACKET} at most")
-    return packet
+        raise _explained(message, error) from error
 
 
 def encode_as(message: Message, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
     """The packet of a message with another header than its own. Raises EncodeError."""
     try:
-        packet = message.to_packet_as(timestamp, src, src_ent, dst, dst_ent)
+        return message.to_packet_as(timestamp, src, src_ent, dst, dst_ent)
     except _UNSUITABLE as error:
-        header = Header(0, 0, timestamp, src, src_ent, dst, dst_ent)._asdict()
-        _explain(message.replace(**{name: header[name] for name in _ADDRESS}), error)
-    if len(packet) > LARGEST_PACKET:
-        raise EncodeError(f"{type(message).__name__}: packet of {len(packet)} bytes, {LARGEST_PACKET} at most")
-    return packet
+        with_it = message.replace(timestamp=timestamp, src=src, src_ent=src_ent, dst=dst, dst_ent=dst_ent)
+        raise _explained(with_it, error) from error
 
 
 def header(packet: bytes) -> Header:
@@ -158,27 +151,23 @@ class _Readers(dict[int, Reader]):
         return reader
 
 
-_ADDRESS = Header._fields[2:]
-
-
 def _big_packet(message: Message) -> bytes:
     if isinstance(message, Unknown):
         return message.to_packet()
-    inline = message.to_inline_big()
-    address = (getattr(message, name) for name in _ADDRESS)
-    payload = inline[2:] + message.surplus
-    body = _HEADERS["big"].pack(message.SYNC, message.ID, len(payload), *address) + payload
+    address = (message.timestamp, message.src, message.src_ent, message.dst, message.dst_ent)
+    payload = message.to_inline_big()[2:] + message.surplus
+    body = _HEADERS["big"].pack(message.SYNC, message.ID, payload_size(payload, message), *address) + payload
     return body + arc(body).to_bytes(2, "big")
 
 
-def _explain(message: Message, error: Exception) -> NoReturn:
+def _explained(message: Message, error: Exception) -> EncodeError:
     if isinstance(error, EncodeError):
-        raise error
+        return error
     name = type(message).__name__
     for violation in wire_violations(message, HEADER_WIRE):
-        raise EncodeError(f"{name}.{violation}") from error
-    problem = "" if isinstance(error, RecursionError) else first_problem(message)
-    raise EncodeError(f"{name}.{problem}" if problem else f"{name}: {error}") from error
+        return EncodeError(f"{name}.{violation}")
+    problem = "nested too deeply" if isinstance(error, RecursionError) else first_problem(message)
+    return EncodeError(f"{name}.{problem}" if problem else f"{name}: {error}")
 
 
 DEFAULT = Codec(BY_ID.__getitem__, Message.SYNC)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from fastcrc.crc16 import arc
 
-from imc.errors import DecodeError
+from imc.errors import DecodeError, EncodeError
 
 if TYPE_CHECKING:
     from imc.message import Message
@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 HEADER = "HHHdHBHB"
 HEADER_SIZE = 20
 FOOTER_SIZE = 2
+LARGEST_PACKET = 0xFFFF
+LARGEST_PAYLOAD = LARGEST_PACKET - HEADER_SIZE - FOOTER_SIZE
 NULL = 0xFFFF
 DEEPEST = 200
 
@@ -64,21 +66,32 @@ def compile_inline(cls: "type[Message]", order: str) -> Any:
 def compile_packet(cls: "type[Message]", given_header: bool) -> Any:
     """A function message -> little-endian packet; with given_header it also takes the five header values."""
     header = [("" if given_header else "m.") + name for name in _HEADER_FIELDS]
-    space: dict[str, Any] = {"arc": arc, "head": struct.Struct("<" + HEADER).pack}
-    general = (
-        f"p = m.to_inline_little(); body = head({cls.SYNC}, {cls.ID}, len(p) - 2 + len(m.surplus), "
-        f"{', '.join(header)}) + p[2:] + m.surplus"
-    )
+    address = ", ".join(header)
+    space: dict[str, Any] = {"arc": arc, "head": struct.Struct("<" + HEADER).pack, "sized": payload_size}
     lines = [f"def packet({', '.join(['m', *header]) if given_header else 'm'}):"]
+    general = (
+        "p = m.to_inline_little()[2:] + m.surplus",
+        f"body = head({cls.SYNC}, {cls.ID}, sized(p, m), {address}) + p",
+    )
     if set(cls.WIRE) & set("TRML"):
-        lines.append(f"    {general}")
+        lines += ["    " + line for line in general]
     else:
         whole = struct.Struct("<IHdHBHB" + cls.WIRE)
         fields = ["m." + name for name in _own_fields(cls)]
         values = ", ".join([str(cls.SYNC | cls.ID << 16), str(whole.size - HEADER_SIZE), *header, *fields])
         space["pack"] = whole.pack
-        lines += [f"    if m.surplus: {general}", f"    else: body = pack({values})"]
+        lines += ["    if m.surplus:", *("        " + line for line in general)]
+        lines += [f"    else: body = pack({values})"]
     return _compile([*lines, "    return body + arc(body).to_bytes(2, 'little')"], "packet", space)
+
+
+def payload_size(payload: bytes, message: "Message") -> int:
+    """Number of bytes. Raises EncodeError if they make a packet of more than 65535 bytes."""
+    size = len(payload)
+    if size > LARGEST_PAYLOAD:
+        packet = size + HEADER_SIZE + FOOTER_SIZE
+        raise EncodeError(f"{type(message).__name__}: packet of {packet} bytes, {LARGEST_PACKET} at most")
+    return size
 
 
 def compile_reader(cls: "type[Message]", order: str, readers: dict[int, Reader]) -> Reader:

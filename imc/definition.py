@@ -144,7 +144,7 @@ def parse_number(text: str, where: str) -> int | float:
     except ValueError:
         value = float("nan")
     if value - value != 0.0:
-        raise SchemaError(f"{where}: {text!r} is not a number")
+        raise SchemaError(f"{text!r} is not a number", where)
     return value
 
 
@@ -159,11 +159,11 @@ def check_messages(messages: tuple[MessageType, ...], places: dict[str, str]) ->
         where = places.get(message.abbrev, "")
         _check_name(message.abbrev, "message", where)
         if message.abbrev in names:
-            raise SchemaError(f"{where}: message {message.abbrev} is defined twice")
+            raise SchemaError(f"message {message.abbrev} is defined twice", where)
         if not 0 <= message.id < 0xFFFF:
-            raise SchemaError(f"{where}: {message.abbrev}: id {message.id} is not within 0 to 65534")
+            raise SchemaError(f"{message.abbrev}: id {message.id} is not within 0 to 65534", where)
         if message.id in ids:
-            raise SchemaError(f"{where}: {message.abbrev} and {ids[message.id]} have the same id {message.id}")
+            raise SchemaError(f"{message.abbrev} and {ids[message.id]} have the same id {message.id}", where)
         names.add(message.abbrev)
         ids[message.id] = message.abbrev
         attributes: set[str] = set()
@@ -172,10 +172,10 @@ def check_messages(messages: tuple[MessageType, ...], places: dict[str, str]) ->
             where = places.get(label, "")
             _check_name(field.abbrev, f"field of {message.abbrev}", where)
             if field.attribute in attributes:
-                raise SchemaError(f"{where}: field {label} is defined twice")
+                raise SchemaError(f"field {label} is defined twice", where)
             attributes.add(field.attribute)
             if field.type not in WIRE_CODES:
-                raise SchemaError(f"{where}: {label}: unknown type {field.type!r}")
+                raise SchemaError(f"{label}: unknown type {field.type!r}", where)
             check_values(field.values, label, where)
 
 
@@ -184,10 +184,10 @@ def check_values(values: tuple[Value, ...], label: str, where: str) -> None:
     names: set[str] = set()
     for value in values:
         if value.member in names:
-            raise SchemaError(f"{where}: {label}: value {value.abbrev} is defined twice")
+            raise SchemaError(f"{label}: value {value.abbrev} is defined twice", where)
         names.add(value.member)
 
 
 def _check_name(text: str, what: str, where: str) -> None:
     if _IDENTIFIER.fullmatch(text) is None:
-        raise SchemaError(f"{where}: {text!r} cannot name a {what}: letters, digits and underscores only")
+        raise SchemaError(f"{text!r} cannot name a {what}: letters, digits and underscores only", where)

@@ -4,6 +4,9 @@
 class SchemaError(ValueError):
     """A definition file is wrong; the text begins with file:line where that is known."""
 
+    def __init__(self, text: str, where: str = "") -> None:
+        super().__init__(f"{where}: {text}" if where else text)
+
 
 class EncodeError(ValueError):
     """A message that does not fit the wire; the text names message and field."""

@@ -9,7 +9,7 @@ from fastcrc.crc16 import arc
 from msgspec.structs import force_setattr
 from msgspec.structs import replace as replace_fields
 
-from imc.compiler import HEADER, compile_inline, compile_packet
+from imc.compiler import HEADER, compile_inline, compile_packet, payload_size
 from imc.errors import EncodeError
 
 
@@ -121,7 +121,7 @@ class Unknown(Message, frozen=True):
 
     def to_packet_as(self, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
         mark = "<" if self.byteorder == "little" else ">"
-        size = len(self.payload)
+        size = payload_size(self.payload, self)
         body = struct.pack(mark + HEADER, self.SYNC, self.id, size, timestamp, src, src_ent, dst, dst_ent)
         body += self.payload
         return body + struct.pack(mark + "H", arc(body))

@@ -30,7 +30,7 @@ def from_dict(data: Mapping[str, Any], schema: Schema | None = None) -> Message:
 
     Raises DecodeError with the path of what is unknown, of the wrong type or too large for the wire.
     """
-    return _message(data, "", schema or builtin(), _keep_read, header=True)
+    return _outer_message(data, schema, _keep)
 
 
 def from_json(text: str | bytes, schema: Schema | None = None) -> Message:
@@ -39,7 +39,7 @@ def from_json(text: str | bytes, schema: Schema | None = None) -> Message:
         data = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_unique)
     except (ValueError, RecursionError) as error:
         raise DecodeError(f"not JSON: {error}") from error
-    return _message(data, "", schema or builtin(), _json_read, header=True)
+    return _outer_message(data, schema, _json_read)
 
 
 def _plain(message: Message, convert: Callable[[Any, str], Any], header: bool) -> dict[str, Any]:
@@ -78,6 +78,13 @@ def _json_value(value: Any, code: str) -> Any:
         except UnicodeEncodeError:
             return {"bytes": value.encode("utf-8", "surrogateescape").hex()}
     return value
+
+
+def _outer_message(data: Any, schema: Schema | None, read: Callable[[Any, str], Any]) -> Message:
+    try:
+        return _message(data, "", schema or builtin(), read, header=True)
+    except RecursionError as error:
+        raise DecodeError("messages nested too deeply") from error
 
 
 def _message(data: Any, path: str, schema: Schema, read: Callable[[Any, str], Any], header: bool) -> Message:
@@ -123,7 +130,7 @@ def _value(
     if isinstance(value, str) and code not in "TRfd":
         value = _named_value(cls, name, value)
     value = read(value, code)
-    expected = "no boolean" if isinstance(value, bool) else wire_expectation(value, code)
+    expected = wire_expectation(None if isinstance(value, bool) else value, code)
     if expected:
         raise DecodeError(f"{where}: {value!r:.80} is not {expected}")
     return float(value) if code in "fd" else value
@@ -134,10 +141,6 @@ def _named_value(cls: type[Message], name: str, text: str) -> Any:
         if info.name == name and info.enum is not None and text in info.enum.__members__:
             return int(info.enum[text])
     return text
-
-
-def _keep_read(value: Any, _: str) -> Any:
-    return value
 
 
 def _json_read(value: Any, code: str) -> Any:

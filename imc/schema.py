@@ -101,10 +101,10 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True):
         messages = {message.abbrev: message for message in self.messages}
         order = list(messages)
         for message in other.messages:
-            where = f"{places[message.abbrev]}: " if places else ""
+            where = places[message.abbrev] if places else ""
             if message.replaces:
                 if message.replaces not in messages:
-                    raise SchemaError(f"{where}{message.abbrev} replaces {message.replaces}, which is not defined")
+                    raise SchemaError(f"{message.abbrev} replaces {message.replaces}, which is not defined", where)
                 order[order.index(message.replaces)] = message.abbrev
                 del messages[message.replaces]
             else:
@@ -112,8 +112,9 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True):
             for old in messages.values():
                 if message.id == old.id or message.abbrev == old.abbrev:
                     raise SchemaError(
-                        f"{where}{message.abbrev} (id {message.id}) collides with {old.abbrev} (id {old.id}); "
-                        f"if that is meant, say `replaces: {old.abbrev}`"
+                        f"{message.abbrev} (id {message.id}) collides with {old.abbrev} (id {old.id}); "
+                        f"if that is meant, say `replaces: {old.abbrev}`",
+                        where,
                     )
             messages[message.abbrev] = msgspec.structs.replace(message, replaces="")
         groups = {group.abbrev: group for group in self.groups}
@@ -154,7 +155,7 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True):
                 ):
                     if name and name not in names:
                         label = f"{message.abbrev}.{field.abbrev}"
-                        raise SchemaError(f"{places.get(label, '')}: {label}: {name} is not defined")
+                        raise SchemaError(f"{label}: {name} is not defined", places.get(label, ""))
 
     def adopt(self, classes: dict[int, type[Message]]) -> None:
         """Uses these classes, by id, instead of making them."""

@@ -7,7 +7,8 @@ from typing import NamedTuple, TypeVar
 
 from fastcrc.crc16 import arc
 
-from imc.codec import DEFAULT, LARGEST_PACKET, SMALLEST_PACKET, Codec
+from imc.codec import DEFAULT, SMALLEST_PACKET, Codec
+from imc.compiler import LARGEST_PACKET
 from imc.errors import DecodeError
 from imc.message import Message
 

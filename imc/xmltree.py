@@ -72,5 +72,9 @@ def read_elements(data: bytes, file: str) -> Element:
     try:
         parser.Parse(data, True)
     except expat.ExpatError as error:
-        raise SchemaError(f"{file}:{error.lineno}: not XML: {expat.ErrorString(error.code)}") from error
+        raise SchemaError(f"not XML: {expat.ErrorString(error.code)}", f"{file}:{error.lineno}") from error
+    except SchemaError:
+        raise
+    except (ValueError, LookupError) as error:  # an encoding that Python does not have
+        raise SchemaError(f"not XML: {error}", f"{file}:1") from error
     return top.children[0]

@@ -1,16 +1,21 @@
-"""Packets of every message: there and back, and the header around them."""
+"""Packets of every message: there and back, the header around them, and what does not fit."""
 
+import math
+from typing import Any
+
+import msgspec
 import pytest
 
 import imc
+from imc.compiler import DEEPEST
 from imc.messages import BY_ID
 
 
 @pytest.mark.parametrize("cls", BY_ID.values(), ids=lambda cls: cls.__name__)
 def test_default_message_returns(cls: type[imc.Message]) -> None:
     message = cls(timestamp=1.5, src=1, src_ent=2, dst=3, dst_ent=4)
-    for order in ("little", "big"):
-        assert imc.decode(imc.encode(message, order)) == message
+    assert imc.decode(imc.encode(message)) == message
+    assert imc.decode(imc.encode(message, "big")) == message
 
 
 def test_encode_as_writes_another_header() -> None:
@@ -18,21 +23,131 @@ def test_encode_as_writes_another_header() -> None:
     packet = imc.encode_as(message, 2.5, 30, 7, 31, 8)
     assert imc.decode(packet) == message.replace(timestamp=2.5, src=30, src_ent=7, dst=31, dst_ent=8)
     assert imc.header(packet) == (1, len(packet) - 22, 2.5, 30, 7, 31, 8)
-    assert imc.with_header(packet, timestamp=-1.0, src=0xFFFF, src_ent=0xFF, dst=0xFFFF, dst_ent=0xFF) == imc.encode(
-        message
-    )
+    back = imc.with_header(packet, timestamp=-1.0, src=0xFFFF, src_ent=0xFF, dst=0xFFFF, dst_ent=0xFF)
+    assert back == imc.encode(message)
 
 
-def test_unknown_id_is_kept() -> None:
-    packet = imc.encode(imc.Unknown(id=64000, payload=b"abc", src=30))
+def test_overlay_replaces_the_message_with_id_2001() -> None:
+    packet = imc.encode(imc.EstimatedMugState(id=-1, x=1.5, y=-2.0))
+    assert imc.header(packet)[:2] == (2001, 12)
+    assert not hasattr(imc, "GpioStateGet")
+    assert len(BY_ID) == 349
+
+
+def test_messages_are_immutable_values() -> None:
+    state = imc.EstimatedState(lat=0.7)
+    with pytest.raises(AttributeError):
+        state.lat = 0.8  # type: ignore[misc]  # that it fails is what is tested
+    assert state == imc.EstimatedState(lat=0.7)
+    assert hash(state) == hash(imc.EstimatedState(lat=0.7))
+    assert state != imc.EstimatedState(lat=0.7, src=1)
+    assert repr(state) == "EstimatedState(lat=0.7)"
+    with pytest.raises(TypeError):
+        imc.EstimatedState(latitude=0.7)  # type: ignore[call-arg]  # that it fails is what is tested
+
+
+def test_lists_become_tuples() -> None:
+    plan = imc.PlanSpecification(maneuvers=[imc.PlanManeuver(data=imc.Goto(speed=1.5)), None])
+    assert isinstance(plan.maneuvers, tuple)
+    assert imc.decode(imc.encode(plan)) == plan
+    assert plan.replace(maneuvers=[]).maneuvers == ()
+
+
+@pytest.mark.parametrize("order", ["little", "big"])
+def test_unknown_id_is_kept(order: Any) -> None:
+    packet = imc.encode(imc.Unknown(id=64000, payload=b"abc", src=30, byteorder=order))
     message = imc.decode(packet)
     assert isinstance(message, imc.Unknown)
     assert (message.id, message.payload, message.src) == (64000, b"abc", 30)
     assert imc.encode(message) == packet
+    assert imc.with_header(packet, src=31) == imc.encode_as(message, -1.0, 31, 0xFF, 0xFFFF, 0xFF)
+
+
+@pytest.mark.parametrize("kind", [bytes, bytearray, memoryview])
+def test_any_bytes_can_be_decoded(kind: Any) -> None:
+    for message in (imc.Heartbeat(src=1), imc.EntityState(description="a"), imc.DevDataBinary(value=b"abc")):
+        for _ in range(2):
+            assert imc.decode(kind(imc.encode(message))) == message
 
 
 def test_changed_byte_is_refused() -> None:
+    imc.decode(imc.encode(imc.Heartbeat()))
     packet = bytearray(imc.encode(imc.Heartbeat()))
     packet[7] ^= 1
-    with pytest.raises(imc.DecodeError, match="wrong CRC"):
+    with pytest.raises(imc.DecodeError, match="wrong CRC") as caught:
         imc.decode(bytes(packet))
+    assert caught.value.reason == "wrong CRC"
+
+
+@pytest.mark.parametrize(
+    ("message", "text"),
+    [
+        (imc.EntityState(state=300), "EntityState.state: 300 is not within 0 to 255 (uint8_t)"),
+        (imc.EntityState(state=1.5), "EntityState.state: 1.5 is not within 0 to 255 (uint8_t)"),
+        (imc.EntityState(description=b"x"), "EntityState.description: b'x' is not text"),
+        (imc.EntityState(description="\ud800"), "EntityState.description: '\\ud800' is not text"),
+        (imc.EntityState(description="a" * 65536), "65535 bytes at most"),
+        (imc.EntityState(description="a" * 65510), "EntityState: packet of 65536 bytes, 65535 at most"),
+        (imc.DevDataBinary(value="text"), "DevDataBinary.value: 'text' is not bytes"),
+        (imc.Temperature(value=1e39), "Temperature.value: 1e+39 is not within what fp32_t holds"),
+        (imc.Temperature(value="warm"), "Temperature.value: 'warm' is not a number"),
+        (imc.RamUsage(src=70000), "RamUsage.src: 70000 is not within 0 to 65535 (uint16_t)"),
+        (imc.PlanDB(arg="plan"), "PlanDB.arg: 'plan' is not a message or None"),
+        (imc.PlanDB(arg=imc.Unknown(id=3)), "cannot be put inside another"),
+        (imc.MsgList(msgs=[imc.EntityState(flags=-1)]), "MsgList.msgs[0].flags: -1 is not within 0 to 255"),
+        (imc.MsgList(msgs=[None] * 65536), "MsgList.msgs: "),
+        (imc.PlanDB(arg=imc.PlanManeuver(data=imc.Goto(lat=None))), "PlanDB.arg.data.lat: None is not a number"),
+    ],
+)
+def test_what_does_not_fit_is_named(message: imc.Message, text: str) -> None:
+    for order in ("little", "big"):
+        with pytest.raises(imc.EncodeError) as caught:
+            imc.encode(message, order)
+        assert text in str(caught.value)
+
+
+def test_header_that_does_not_fit_is_named() -> None:
+    with pytest.raises(imc.EncodeError, match=r"Heartbeat.src_ent: 256 is not within 0 to 255"):
+        imc.encode_as(imc.Heartbeat(), 1.0, 1, 256, 1, 1)
+    with pytest.raises(imc.EncodeError):
+        imc.with_header(imc.encode(imc.Heartbeat()), src=-1)
+
+
+def test_largest_packet() -> None:
+    packet = imc.encode(imc.EntityState(description="a" * 65509))
+    assert len(packet) == 65535
+    assert imc.encode(imc.decode(packet)) == packet
+
+
+def test_special_numbers() -> None:
+    for value in (math.inf, -math.inf, -0.0, 5e-324):
+        message = imc.decode(imc.encode(imc.RamUsage()))
+        assert isinstance(message, imc.RamUsage)
+        returned = imc.decode(imc.encode(message.replace(value=value)))
+        assert isinstance(returned, imc.RamUsage)
+        assert math.copysign(1.0, returned.value) == math.copysign(1.0, value)
+        assert returned.value == value
+
+
+def nested(depth: int) -> imc.Message:
+    message: imc.Message = imc.Heartbeat()
+    for _ in range(depth):
+        message = imc.MsgList(msgs=(message,))
+    return message
+
+
+def test_nesting_has_an_end() -> None:
+    packet = imc.encode(nested(DEEPEST))
+    assert imc.encode(imc.decode(packet)) == packet
+    with pytest.raises(imc.DecodeError, match="nested deeper"):
+        imc.decode(imc.encode(nested(DEEPEST + 1)))
+    with pytest.raises(imc.EncodeError, match="nested too deeply"):
+        imc.encode(nested(5000))
+
+
+def test_shared_names_do_not_collide() -> None:
+    assert len(set(imc.__all__)) == len(imc.__all__)
+    assert all(hasattr(imc, name) for name in imc.__all__)
+    for cls in BY_ID.values():
+        assert issubclass(cls, msgspec.Struct)
+        assert getattr(imc, cls.__name__) is cls
