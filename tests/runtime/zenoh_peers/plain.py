@@ -28,6 +28,7 @@ def main() -> None:
                 "abbrev": message.msg_name,
                 "src": message.src,
                 "x": getattr(message, "x", None),
+                "label": getattr(message, "label", None),
             }
             print(json.dumps(told), flush=True)
 
