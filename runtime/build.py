@@ -29,7 +29,7 @@ def build(
     selected: Collection[str] = (),
     *,
     clock: WallClock | VirtualClock,
-    seed: int = 0,
+    seed: int | None = None,
     keep_going: bool | None = None,
     log_root: Path = Path("log"),
     state_folder: Path = Path("db"),
@@ -37,10 +37,14 @@ def build(
     """The vehicle of a profile with the tasks that the selected modes enable.
 
     `keep_going` is whether a task that fails is restarted (True) or ends the run (False); by default it ends a
-    simulation and is restarted otherwise. Raises ProfileError naming file and line of what cannot be.
+    simulation and is restarted otherwise. `seed` is by default the profile's; the effective configuration, which is
+    in every log, has it and the modes. Raises ProfileError naming file and line of what cannot be.
     """
     if keep_going is None:
         keep_going = not (isinstance(clock, VirtualClock) or "Simulation" in selected)
+    seed = profile.seed if seed is None else seed
+    profile.override(f"General:Seed={seed}")
+    profile.override(f"General:Selected={', '.join(sorted(selected))}")
     vehicle = Vehicle(
         profile.vehicle,
         profile.system,

@@ -123,6 +123,14 @@ class Profile:
         return self.start_time_ns / 1e9
 
     @property
+    def seed(self) -> int:
+        """Seed of all random numbers. Raises ProfileError."""
+        text = self.config.value("General", "Seed", "0")
+        if not text.isdecimal():
+            raise self._error("General", "Seed", f"{quoted(text)} is not a seed", "write a whole number, 0 or more")
+        return int(text)
+
+    @property
     def modes(self) -> dict[str, str]:
         """What can be selected with -p, and what it means: DUNE's profiles, and those that [Profiles] declares."""
         return BUILT_IN | {option.name: option.value for option in self.config.options("Profiles")}

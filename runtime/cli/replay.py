@@ -27,7 +27,7 @@ def replay(
     messages: str,
     clock: str,
     duration: float | None,
-    seed: int,
+    seed: int | None,
     bus: str | None,
     log_dir: Path,
     keep_going: bool | None,
@@ -46,7 +46,7 @@ def replay(
             clock=parse_clock(clock, profile.start_time_ns),
             profile=profile,
             systems=profile.systems,
-            seed=seed,
+            seed=seed or 0,
             keep_going=bool(keep_going),
             log_root=log_dir,
         )

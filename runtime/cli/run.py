@@ -37,7 +37,9 @@ def options(function: F) -> F:
     declared = [
         click.option("--clock", default="real", show_default=True, help="real, virtual, or a factor such as 10x."),
         click.option("--for", "duration", callback=_duration, help="Stop after this time: 90s, 10min, 1h30min."),
-        click.option("--seed", default=0, show_default=True, help="Seed of all random numbers."),
+        click.option(
+            "--seed", type=click.IntRange(0), help="Seed of all random numbers [default: the profile's, or 0]"
+        ),
         click.option("--bus", type=click.Choice(["inprocess", "zenoh"]), help="Overrides the profile's Bus."),
         click.option("--log-dir", default="log", show_default=True, type=folder, help="Where logs go."),
         click.option("--keep-going/--stop-on-error", default=None, help="Restart a failing task, or end the run."),
@@ -64,7 +66,7 @@ def run(
     overrides: tuple[str, ...],
     clock: str,
     duration: float | None,
-    seed: int,
+    seed: int | None,
     bus: str | None,
     log_dir: Path,
     keep_going: bool | None,

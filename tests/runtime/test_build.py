@@ -73,6 +73,18 @@ def test_attributes_of_the_ini_redeclare_a_parameter(tmp_path):
     vehicle.close()
 
 
+def test_the_effective_configuration_has_seed_and_modes(tmp_path):
+    build = made(tmp_path, "Seed = 12\n")
+    assert build.vehicle.seed == 12
+    build.vehicle.close()
+    build = made(tmp_path, "Seed = 12\n", seed=5)
+    assert build.vehicle.seed == 5
+    assert "Seed = 5" in build.vehicle.profile.dump()
+    assert "Selected = Simulation" in build.vehicle.profile.dump()
+    build.vehicle.close()
+    assert "'twelve' is not a seed" in refused(tmp_path, "Seed = twelve\n")
+
+
 def test_saved_parameters_are_read_back_by_the_next_run(tmp_path):
     text = "[Simulators.GPS]\nEnabled=Always\nEntity Label=GPS\n"
     vehicle = made(tmp_path, text, state_folder=tmp_path / "db").vehicle
