@@ -24,7 +24,7 @@ _UNSUITABLE = (struct.error, TypeError, ValueError, AttributeError, OverflowErro
 def encode(message: Message, byteorder: ByteOrder = "little") -> bytes:
     """The packet of a message: header, payload, CRC. Raises EncodeError naming the field that does not fit."""
     try:
-        return message.to_packet() if byteorder == "little" else _big_packet(message)
+        return message.to_packet() if byteorder == "little" else _packet(message, byteorder)
     except _UNSUITABLE as error:
         raise _explained(message, error) from error
 
@@ -90,7 +90,8 @@ class Codec:
     def decode(self, packet: bytes) -> Message:
         """The message in a packet: of its id's class, or Unknown. Bytes behind the packet are ignored.
 
-        Messages inside it have the default header, as they have none on the wire. Raises DecodeError.
+        Messages inside it have the default header, as they have none on the wire. All bits of numbers are kept, but
+        that a signalling NaN of fp32_t becomes a quiet one, Python's floats being doubles. Raises DecodeError.
         """
         # The first six bytes (sync, id, size) tell everything about a packet without text or lists.
         try:
@@ -151,7 +152,9 @@ class _Readers(dict[int, Reader]):
         return reader
 
 
-def _big_packet(message: Message) -> bytes:
+def _packet(message: Message, byteorder: ByteOrder) -> bytes:
+    if byteorder not in _HEADERS:
+        raise EncodeError(f"byteorder {byteorder!r} is neither 'little' nor 'big'")
     if isinstance(message, Unknown):
         return message.to_packet()
     address = (message.timestamp, message.src, message.src_ent, message.dst, message.dst_ent)

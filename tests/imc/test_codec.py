@@ -37,13 +37,13 @@ def test_overlay_replaces_the_message_with_id_2001() -> None:
 def test_messages_are_immutable_values() -> None:
     state = imc.EstimatedState(lat=0.7)
     with pytest.raises(AttributeError):
-        state.lat = 0.8  # type: ignore[misc]  # that it fails is what is tested
+        state.lat = 0.8
     assert state == imc.EstimatedState(lat=0.7)
     assert hash(state) == hash(imc.EstimatedState(lat=0.7))
     assert state != imc.EstimatedState(lat=0.7, src=1)
     assert repr(state) == "EstimatedState(lat=0.7)"
     with pytest.raises(TypeError):
-        imc.EstimatedState(latitude=0.7)  # type: ignore[call-arg]  # that it fails is what is tested
+        imc.EstimatedState(latitude=0.7)
 
 
 def test_lists_become_tuples() -> None:
@@ -104,6 +104,12 @@ def test_what_does_not_fit_is_named(message: imc.Message, text: str) -> None:
         with pytest.raises(imc.EncodeError) as caught:
             imc.encode(message, order)
         assert text in str(caught.value)
+
+
+def test_byte_order_has_two_values() -> None:
+    wrong: Any = "middle"
+    with pytest.raises(imc.EncodeError, match="byteorder 'middle'"):
+        imc.encode(imc.Heartbeat(), wrong)
 
 
 def test_header_that_does_not_fit_is_named() -> None:
