@@ -100,6 +100,7 @@ class Bus:
         if self._transport is None:
             return
         try:
+            packet = imc.first_packet(packet)
             message = imc.decode(packet)
         except imc.DecodeError as error:
             self.malformed += 1

@@ -128,7 +128,8 @@ class Task:
         return self.publish(message.replace(dst=request.src, dst_ent=request.src_ent), entity=entity)
 
     def relay(self, packet: bytes) -> imc.Message:
-        """Put somebody else's packet on the bus as it is. Raises imc.DecodeError."""
+        """Put somebody else's packet on the bus as it is, without what may follow it. Raises imc.DecodeError."""
+        packet = imc.first_packet(packet)
         message = imc.decode(packet)
         self._bus.publish(message, packet, self)
         return message
