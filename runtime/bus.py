@@ -82,7 +82,7 @@ class Bus:
     def share(self, frame: object, origin: object) -> None:
         """Deliver an object that is no message to the tasks of this process."""
         for subscription in self._route(type(frame)):
-            if subscription.owner is not origin:
+            if origin is None or subscription.owner is not origin:
                 self.kernel.soon(subscription.handler, frame)
 
     def attach(self, transport: Transport) -> None:
@@ -117,7 +117,7 @@ class Bus:
         own = message.src == self.system
         soon: Callable[..., Any] = self.kernel.soon
         for subscription in self._routes.get(type(message)) or self._route(type(message)):
-            if (own or subscription.others) and subscription.owner is not origin:
+            if (own or subscription.others) and (origin is None or subscription.owner is not origin):
                 if subscription.packets:
                     soon(subscription.handler, message, packet)
                 else:
