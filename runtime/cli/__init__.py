@@ -3,14 +3,16 @@
 import sys
 from difflib import get_close_matches
 from importlib import import_module
+from keyword import iskeyword
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import click
 
 COMMANDS = {
     "run": ("runtime.cli.run", "Run a vehicle profile."),
     "replay": ("runtime.cli.replay", "Play a log onto the bus."),
+    "log": ("runtime.cli.log", "Look at logs, cut, merge, compare and repair them."),
     "check": ("runtime.cli.inspect", "Look for mistakes in profiles."),
     "explain": ("runtime.cli.inspect", "Say what each value of a profile is, means, and who set it."),
     "tasks": ("runtime.cli.inspect", "List the tasks, or one with its parameters."),
@@ -20,23 +22,25 @@ COMMANDS = {
 
 
 class LazyGroup(click.Group):
-    """Imports a command when it is called, so that the others cost nothing."""
+    """Imports a command when it is called, so that the others cost nothing; `table`: name -> (module, sentence)."""
+
+    table: ClassVar[dict[str, tuple[str, str]]] = COMMANDS
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(COMMANDS)
+        return list(self.table)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in COMMANDS:
+        if cmd_name not in self.table:
             return None
-        return getattr(import_module(COMMANDS[cmd_name][0]), cmd_name)
+        return getattr(import_module(self.table[cmd_name][0]), cmd_name + "_" * iskeyword(cmd_name))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
-            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+            formatter.write_dl([(name, text) for name, (_, text) in self.table.items()])
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[Any, Any, list[str]]:
-        if args and args[0] not in COMMANDS:
-            close = get_close_matches(args[0], COMMANDS, 1)
+        if args and args[0] not in self.table:
+            close = get_close_matches(args[0], self.table, 1)
             hint = f" Did you mean {close[0]}?" if close else ""
             ctx.fail(f"no such command: {args[0]}.{hint}")
         return super().resolve_command(ctx, args)

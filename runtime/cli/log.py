@@ -1,0 +1,30 @@
+"""`shoal log`: looks at logs, cuts, merges, compares, repairs and exports them."""
+
+from typing import ClassVar
+
+import click
+
+from runtime.cli import LazyGroup
+
+COMMANDS = {
+    "info": ("runtime.cli.log_info", "Say what is in a log: who, when, what, how often, and what is damaged."),
+    "ls": ("runtime.cli.log_info", "List the logs below a folder."),
+    "cut": ("runtime.cli.log_change", "Write a part of a log to a new one: by time, message, system, entity."),
+    "merge": ("runtime.cli.log_change", "Write several logs to one, in order of time."),
+    "diff": ("runtime.cli.log_diff", "Say in plain words where two logs part."),
+    "report": ("runtime.cli.log_report", "Draw a log as one HTML page: track, depth, states, errors, plans."),
+    "doctor": ("runtime.cli.log_doctor", "Look for what is wrong with a log, and repair it."),
+    "export": ("runtime.cli.log_export", "Write a log as MCAP, Parquet, CSV or LLF."),
+    "import": ("runtime.cli.log_export", "Make a log of an MCAP or .tlog file."),
+}
+
+
+class LogGroup(LazyGroup):
+    """The commands of `shoal log`."""
+
+    table: ClassVar[dict[str, tuple[str, str]]] = COMMANDS
+
+
+@click.group(cls=LogGroup)
+def log() -> None:
+    """Look at logs, cut, merge, compare and repair them."""

@@ -1,0 +1,1 @@
+"""What can be done with logs: summed up, cut, merged, compared, repaired, shown, exported."""

@@ -1,0 +1,126 @@
+"""Who speaks in a log: names of systems, labels of entities, as the log itself tells."""
+
+from collections.abc import Callable, Iterable
+from difflib import get_close_matches
+from typing import Any
+
+import imc
+from runtime.folders import own_etc
+from runtime.ini import read_sections
+from runtime.profile import parse_address
+
+NAMING = frozenset({imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID})
+"""Ids of the messages that names come from."""
+
+UNKNOWN_ENTITY = 0xFF
+NOBODY = 0xFFFF
+
+
+class UnknownName(ValueError):
+    """A name that a log or its schema does not have; the text says what comes near."""
+
+
+class Names:
+    """Names of systems and labels of entities, learned from Announce, EntityInfo and EntityList.
+
+    Systems that never announce themselves have the names of the address table that comes with Shoal.
+    labels: (system, entity) -> label, the latest. earlier: the labels that an entity had before in the same log.
+    """
+
+    def __init__(self) -> None:
+        self.labels: dict[tuple[int, int], str] = {}
+        self.earlier: dict[tuple[int, int], list[str]] = {}
+        self._systems: dict[int, str] = {}
+        self._table: dict[int, str] | None = None
+
+    def learn(self, message: Any) -> None:
+        """Take what a message tells; most tell nothing."""
+        kind = type(message).__name__
+        if kind == "EntityInfo" and message.label:
+            entity = message.src_ent if message.src_ent != UNKNOWN_ENTITY else message.id
+            self._label(message.src, entity, message.label)
+        elif kind == "EntityList" and message.op == imc.EntityList.Op.REPORT:
+            for entry in message.list.split(";"):
+                label, _, number = entry.rpartition("=")
+                if label and number.isdecimal() and int(number) < UNKNOWN_ENTITY:
+                    self._label(message.src, int(number), label)
+        elif kind == "Announce" and message.sys_name:
+            self._systems[message.src] = message.sys_name
+
+    def system(self, number: int) -> str:
+        """The name of a system, "0x1234" where nobody says one."""
+        if number in self._systems:
+            return self._systems[number]
+        if self._table is None:
+            self._table = _address_table()
+        return self._table.get(number) or f"0x{number:04X}"
+
+    def entity(self, system: int, number: int) -> str:
+        """The label of an entity, "entity 12" where the log has none."""
+        label = self.labels.get((system, number))
+        if label is None:
+            return "unknown entity" if number == UNKNOWN_ENTITY else f"entity {number}"
+        return label
+
+    def systems_called(self, wanted: Iterable[str], present: Iterable[int]) -> set[int]:
+        """Ids of systems given by name or number. Raises UnknownName."""
+        known = {self.system(number): number for number in present}
+        return {_choose(text, known, "system", _number) for text in wanted}
+
+    def entities_called(self, wanted: Iterable[str], present: Iterable[tuple[int, int]]) -> set[tuple[int, int]]:
+        """(system, entity) of all entities given by label or number. Raises UnknownName."""
+        known: dict[str, set[tuple[int, int]]] = {}
+        for system, number in present:
+            for name in {self.entity(system, number), str(number)}:
+                known.setdefault(name, set()).add((system, number))
+        found: set[tuple[int, int]] = set()
+        for text in wanted:
+            found |= _choose(text, known, "entity")
+        return found
+
+    def _label(self, system: int, number: int, label: str) -> None:
+        before = self.labels.get((system, number))
+        if before is not None and before != label:
+            earlier = self.earlier.setdefault((system, number), [])
+            if before not in earlier:
+                earlier.append(before)
+        self.labels[system, number] = label
+
+
+def types_called(wanted: Iterable[str], schema: imc.Schema) -> set[int]:
+    """Ids of messages given by name or id. Raises UnknownName."""
+    known = {name: message.id for name, message in schema.types.items()}
+    return {_choose(text, known, "message", _number) for text in wanted}
+
+
+def type_name(schema: imc.Schema, number: int) -> str:
+    """The name of a message, "id 1234" where the schema does not know it."""
+    found = schema.types_by_id.get(number)
+    return found.abbrev if found else f"id {number}"
+
+
+def _choose(text: str, known: dict[str, Any], what: str, otherwise: Callable[[str], int | None] | None = None) -> Any:
+    folded = {name.lower(): value for name, value in known.items()}
+    if (value := known.get(text, folded.get(text.lower()))) is not None:
+        return value
+    if otherwise and (value := otherwise(text)) is not None:
+        return value
+    near = get_close_matches(text.lower(), folded, 3, 0.5)
+    names = ", ".join(dict.fromkeys(name for low in near for name in known if name.lower() == low))
+    raise UnknownName(f"there is no {what} {text!r}" + (f"; did you mean {names}?" if names else ""))
+
+
+def _number(text: str) -> int | None:
+    try:
+        number = int(text, 0)
+    except ValueError:
+        return None
+    return number if 0 <= number <= NOBODY else None
+
+
+def _address_table() -> dict[int, str]:
+    addresses = read_sections(own_etc() / "common" / "imc-addresses.ini").get("IMC Addresses", {})
+    found: dict[int, str] = {}
+    for name, text in addresses.items():
+        found.setdefault(parse_address(text), name)
+    return found

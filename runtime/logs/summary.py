@@ -1,0 +1,154 @@
+"""What a log holds: who speaks, when, what, how often, and what is damaged; found in one pass."""
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+import imc
+from imc.lsf import OVERHEAD
+from runtime.logs.clocks import Clock, ClockStep
+from runtime.logs.headers import Array, Block, blocks
+from runtime.logs.names import NAMING, Names, type_name
+
+K = TypeVar("K")
+
+SHORTEST = 1.0  # s that a rate is measured over
+
+
+@dataclass(slots=True)
+class Tally:
+    """Packets of one kind: how many, their bytes, the first and the last time (s since 1970 UTC)."""
+
+    count: int = 0
+    size: int = 0
+    first: float = math.inf
+    last: float = -math.inf
+
+    def add(self, count: int, size: int, first: float, last: float) -> None:
+        self.count += count
+        self.size += size
+        self.first = min(self.first, first)
+        self.last = max(self.last, last)
+
+    @property
+    def rate(self) -> float:
+        """Hz; NaN where one cannot be told, as for a few at once."""
+        span = self.last - self.first
+        return (self.count - 1) / span if self.count > 2 and SHORTEST < span < math.inf else math.nan
+
+
+@dataclass
+class Summary:
+    """A log summed up. tallies: (message id, system, entity) -> Tally; clocks: system -> Clock."""
+
+    path: Path
+    schema: imc.Schema
+    schema_source: Path | None
+    file_size: int
+    unpacked: int = 0
+    tallies: dict[tuple[int, int, int], Tally] = field(default_factory=dict[tuple[int, int, int], Tally])
+    clocks: dict[int, Clock] = field(default_factory=dict[int, Clock])
+    names: Names = field(default_factory=Names)
+    losses: list[imc.Loss] = field(default_factory=list[imc.Loss])
+
+    @property
+    def packets(self) -> int:
+        return sum(tally.count for tally in self.tallies.values())
+
+    @property
+    def owner(self) -> int:
+        """The system that wrote the log: the one with the most packets."""
+        return max(self.clocks, key=lambda src: self.clocks[src].packets, default=0xFFFF)
+
+    @property
+    def start(self) -> float:
+        """When the owner's time begins, s since 1970 UTC; NaN in an empty log."""
+        return self.clocks[self.owner].start if self.clocks else math.nan
+
+    @property
+    def end(self) -> float:
+        return self.clocks[self.owner].end if self.clocks else math.nan
+
+    @property
+    def duration(self) -> float:
+        return self.end - self.start
+
+    @property
+    def steps(self) -> list[ClockStep]:
+        """Where clocks were set: every leap back, and leaps ahead of the owner, whom the log hears all the time."""
+        found = (step for clock in self.clocks.values() for step in clock.steps)
+        return sorted(step for step in found if step.after < step.before or step.src == self.owner)
+
+    @property
+    def by_type(self) -> dict[str, Tally]:
+        """Tallies by name of the message, most frequent first."""
+        return self._grouped(lambda key: type_name(self.schema, key[0]))
+
+    @property
+    def by_entity(self) -> dict[tuple[int, int], Tally]:
+        """Tallies by (system, entity), most frequent first."""
+        return self._grouped(lambda key: (key[1], key[2]))
+
+    def add(self, block: Block) -> None:
+        """Take further packets of the log."""
+        heads = block.headers
+        offsets = np.asarray(block.offsets)
+        for src in np.unique(heads["src"]):
+            own = heads["src"] == src
+            clock = self.clocks.setdefault(int(src), Clock(int(src)))
+            clock.feed(heads["timestamp"][own], offsets[own])
+        self._count(heads)
+        for index in np.flatnonzero(np.isin(heads["id"], list(NAMING))):
+            self._learn(block.packets[index])
+
+    def _count(self, heads: Array) -> None:
+        keys = heads["id"].astype(np.int64) << 24 | heads["src"].astype(np.int64) << 8 | heads["src_ent"]
+        order = np.argsort(keys, kind="stable")
+        found, begins = np.unique(keys[order], return_index=True)
+        times, sizes = heads["timestamp"][order], heads["size"][order].astype(np.int64) + OVERHEAD
+        counts = np.diff(np.append(begins, len(keys)))
+        total, first, last = np.add.reduceat(sizes, begins), *_extent(times, begins)
+        for row, key in enumerate(found.tolist()):
+            tally = self.tallies.setdefault((key >> 24, key >> 8 & 0xFFFF, key & 0xFF), Tally())
+            tally.add(int(counts[row]), int(total[row]), float(first[row]), float(last[row]))
+
+    def _learn(self, packet: bytes) -> None:
+        try:
+            self.names.learn(self.schema.decode(packet))
+        except imc.DecodeError:
+            return
+
+    def _grouped(self, group: Callable[[tuple[int, int, int]], K]) -> dict[K, Tally]:
+        found: dict[K, Tally] = {}
+        for key, tally in self.tallies.items():
+            found.setdefault(group(key), Tally()).add(tally.count, tally.size, tally.first, tally.last)
+        return dict(sorted(found.items(), key=lambda item: -item[1].count))
+
+
+def summarize(
+    log: imc.Log, progress: Callable[[int], object] = lambda _: None, also: Iterable[Callable[[Block], object]] = ()
+) -> Summary:
+    """Read a log once and sum it up. `progress` hears the unpacked bytes read so far, `also` all packets."""
+    summary = Summary(log.path, log.schema, log.schema_source, log.path.stat().st_size)
+    for block in blocks(log.packets(), log.schema.sync):
+        summary.add(block)
+        for observer in also:
+            observer(block)
+        progress(block.offsets[-1])
+        summary.unpacked = block.offsets[-1] + len(block.packets[-1])
+    summary.losses = log.losses
+    summary.unpacked = max([summary.unpacked, *(loss.offset + loss.length for loss in summary.losses)])
+    return summary
+
+
+def _extent(times: Array, begins: Array) -> tuple[Array, Array]:
+    """First and last time of each group, those of a stopped clock (before 1970, not a number) left out."""
+    good = np.isfinite(times) & (times > 0.0)
+    return (
+        np.minimum.reduceat(np.where(good, times, np.inf), begins),
+        np.maximum.reduceat(np.where(good, times, -np.inf), begins),
+    )

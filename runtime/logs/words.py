@@ -1,0 +1,48 @@
+"""Times, spans and sizes as people read them."""
+
+import math
+from datetime import UTC, datetime
+
+
+def moment(time: float) -> str:
+    """A time (s since 1970 UTC) as "2026-01-01 00:00:00.000 UTC"; the number where it is no date."""
+    try:
+        return f"{datetime.fromtimestamp(round(time, 3), UTC):%Y-%m-%d %H:%M:%S.%f}"[:-3] + " UTC"
+    except (ValueError, OverflowError, OSError):
+        return f"{time:g} s"
+
+
+def span(seconds: float) -> str:
+    """ "45.0 s", "10 min 00 s", "3 h 12 min", "2 d 5 h"; the sign in front."""
+    if not math.isfinite(seconds):
+        return "unknown"
+    sign, seconds = ("-" if seconds < 0 else ""), abs(seconds)
+    if seconds < 59.95:
+        return f"{sign}{seconds:.1f} s"
+    whole = round(seconds)
+    if whole < 3600:
+        return f"{sign}{whole // 60} min {whole % 60:02} s"
+    if whole < 86400:
+        return f"{sign}{whole // 3600} h {whole % 3600 // 60:02} min"
+    return f"{sign}{whole // 86400} d {whole % 86400 // 3600} h"
+
+
+def size(count: int) -> str:
+    """ "512 bytes", "8.3 MB", "1.2 GB" (decimal)."""
+    if count < 1000:
+        return "1 byte" if count == 1 else f"{count} bytes"
+    value, units = count / 1000, ["kB", "MB", "GB", "TB"]
+    while value >= 999.5 and len(units) > 1:
+        value /= 1000
+        units.pop(0)
+    return f"{value:.3g} {units[0]}"
+
+
+def rate(hertz: float) -> str:
+    """ "20 Hz", "0.88 Hz"; empty where there is none."""
+    return "" if math.isnan(hertz) else f"{hertz:.3g} Hz" if hertz < 100 else f"{hertz:.0f} Hz"
+
+
+def number(count: int, noun: str) -> str:
+    """ "1 message", "12 345 messages"."""
+    return f"{count:,}".replace(",", " ") + f" {noun}" + ("s" if count != 1 else "")
