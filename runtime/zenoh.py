@@ -67,10 +67,10 @@ class Tally:
             self._next = now + REPORT_PERIOD
         self.tell(detail)
 
-    def tell(self, detail: object = "the last one a while ago") -> None:
+    def tell(self, detail: object = "") -> None:
         """Report what has not been reported yet."""
         if self.total > self._told:
-            logger.warning("%d packets %s; %s", self.total - self._told, self._what, detail)
+            logger.warning("%d packets %s%s", self.total - self._told, self._what, f"; {detail}" if detail else "")
             self._told = self.total
 
 

@@ -8,6 +8,7 @@ import pytest
 import zenoh
 
 import imc
+import runtime.zenoh
 from runtime.zenoh import ZenohTransport, chunk, key
 from runtime.zenoh_config import ZenohConfig
 from runtime.zenoh_meeting import is_held
@@ -173,6 +174,18 @@ def test_unknown_messages_entities_and_odd_names_have_keys_too() -> None:
         odd.send(message, imc.encode(message))
     odd.close()
     assert odd.unsent.total == 0
+
+
+def test_the_sources_of_relayed_packets_do_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runtime.zenoh, "MOST_PUBLISHERS", 3)
+    relay = transport()
+    relay.open(lambda packet: None)
+    for source in (1, 2, 3, 4, 1, 5, 4):
+        message = imc.Heartbeat(src=source)
+        relay.send(message, imc.encode(message))
+    assert len(relay._publishers) == 3
+    relay.close()
+    assert relay.unsent.total == 0
 
 
 def test_lost_and_repeated_packets_are_told_by_their_numbers(caplog: pytest.LogCaptureFixture) -> None:
