@@ -1,5 +1,6 @@
 """One queue of events, ordered by time, then by arrival, and the clock that it runs on."""
 
+import functools
 import heapq
 import logging
 import selectors
@@ -16,6 +17,8 @@ LIVELOCK_EVENTS = 100_000
 LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock a long queue is a livelock only after this time
 POLL_EVENTS = 64  # on a virtual clock sockets are looked at once in so many events
 POLL_PERIOD = SECOND // 1000  # on a wall clock at least so often, however long the queue
+LONGEST_WAIT = 3600.0  # s; epoll takes no more than 24 days
+FEW_TIMERS = 1000  # cancelled ones among so few do no harm
 
 logger = logging.getLogger("shoal.kernel")
 
@@ -32,19 +35,22 @@ class LivelockError(RuntimeError):
 
 def owner_of(function: Callable[..., object]) -> object:
     """The object whose method `function` is, or `function` itself: what reports name."""
+    while isinstance(function, functools.partial):
+        function = function.func
     return getattr(function, "__self__", function)
 
 
 class Timer:
-    """A call that is due at a time; `cancel()` before then and it never happens."""
+    """A call that is due at a time, or whenever a source can be read; after `cancel()` it does not happen."""
 
-    __slots__ = ("args", "function", "owner", "time")
+    __slots__ = ("args", "function", "owner", "queued", "time")
 
     def __init__(self, at: int, function: Callable[..., object], args: tuple[Any, ...]):
         self.time = at
         self.owner = owner_of(function)
         self.function: Callable[..., object] | None = function
         self.args = args
+        self.queued = False
 
     def cancel(self) -> None:
         self.function = None
@@ -71,6 +77,7 @@ class Kernel:
         self.on_slow: Callable[[object, float], None] = _warn_slow
         self._due: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self._later: list[tuple[int, int, Timer]] = []
+        self._sweep_at = FEW_TIMERS
         self._arrivals = 0
         self._posted: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self._stopping = False
@@ -98,6 +105,8 @@ class Kernel:
             self._due.append((self._fire, (timer,)))
         else:
             heapq.heappush(self._later, (timer.time, self._arrivals, timer))
+            if len(self._later) > self._sweep_at:
+                self._sweep()
         return timer
 
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
@@ -108,25 +117,36 @@ class Kernel:
         self._posted.append((function, args))
         try:
             self._wake_out.send(b"\0")
-        except (BlockingIOError, OSError):
+        except OSError:
             pass  # a full pipe wakes the kernel just as well; a closed one has no kernel behind it
 
     def discard(self, owner: object) -> None:
-        """Forget all calls to methods of `owner`, and its timers."""
+        """Forget all calls to methods of `owner`, its timers, and what it watches."""
         for _, _, timer in self._later:
             if timer.owner is owner:
                 timer.cancel()
+        self._admit()
         kept = [(f, a) for f, a in self._due if self._owner(f, a) is not owner]
         self._due.clear()
         self._due.extend(kept)
+        for key in list(self._selector.get_map().values()):
+            if key.data is not None and key.data.owner is owner:
+                self.unwatch(key.fileobj)
 
-    def watch(self, source: Readable, function: Callable[[], object]) -> None:
-        """Call `function` whenever `source` has something to read."""
-        self._selector.register(source, selectors.EVENT_READ, function)
+    def watch(self, source: Readable, function: Callable[[], object]) -> Timer:
+        """Call `function` whenever `source` has something to read. Raises KeyError where it is watched already."""
+        timer = Timer(0, function, ())
+        self._selector.register(source, selectors.EVENT_READ, timer)
         self._watched += 1
+        return timer
 
-    def unwatch(self, source: Readable) -> None:
-        self._selector.unregister(source)
+    def unwatch(self, source: Readable | int) -> None:
+        """End `watch`, also for what is on its way; nothing happens where the source is not watched."""
+        try:
+            key = self._selector.unregister(source)
+        except (KeyError, ValueError):
+            return
+        key.data.cancel()
         self._watched -= 1
 
     def stop(self) -> None:
@@ -225,7 +245,7 @@ class Kernel:
                 wake = later[0][0] if later else None
                 if until is not None:
                     wake = until if wake is None else min(wake, until)
-                self._poll(None if wake is None else clock.wait(wake))
+                self._poll(LONGEST_WAIT if wake is None else min(LONGEST_WAIT, clock.wait(wake)))
             elif now >= self._poll_next:
                 self._poll_next = now + POLL_PERIOD
                 self._poll(0)
@@ -243,8 +263,15 @@ class Kernel:
         for key, _ in self._selector.select(timeout):
             if key.data is None:
                 self._drain_wake()
-            else:
-                self._due.append((key.data, ()))
+            elif not key.data.queued:
+                key.data.queued = True
+                self._due.append((self._fire, (key.data,)))
+
+    def _sweep(self) -> None:
+        """Drop cancelled timers whose time is far off, so that watchdogs do not pile up."""
+        self._later[:] = [entry for entry in self._later if entry[2].function is not None]
+        heapq.heapify(self._later)
+        self._sweep_at = max(FEW_TIMERS, 2 * len(self._later))
 
     def _drain_wake(self) -> None:
         try:
@@ -258,6 +285,7 @@ class Kernel:
             self._due.append(self._posted.popleft())
 
     def _fire(self, timer: Timer) -> None:
+        timer.queued = False
         if timer.function is not None:
             timer.function(*timer.args)
 

@@ -1,5 +1,6 @@
 """Sequential logic as a coroutine on the kernel: wait, hear, act, in the order it is written."""
 
+import inspect
 from collections.abc import Callable, Coroutine, Generator
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -35,6 +36,8 @@ class Script:
         self._subscriptions: list[Subscription] = []
         self._timer: Timer | None = None
         self._coroutine = function(self, *args)
+        if not inspect.iscoroutine(self._coroutine):
+            raise TypeError(f"{function!r} is no coroutine function: write async def")
         self._wake(0.0, None)
 
     @property
@@ -46,10 +49,10 @@ class Script:
         return self.task.publish(message)
 
     def cancel(self) -> None:
-        """End it where it waits; its `finally` clauses run."""
-        if not self.done:
+        """End it where it waits, or in its own step where it waits next; its `finally` clauses run."""
+        self.done = True
+        if inspect.getcoroutinestate(self._coroutine) != inspect.CORO_RUNNING:
             self._forget()
-            self.done = True
             self._coroutine.close()
 
     async def sleep(self, seconds: float) -> None:
@@ -70,8 +73,15 @@ class Script:
         """
 
         def heard(message: M) -> None:
-            if subscription in self._subscriptions and (where is None or where(message)):
-                self._resume(message)
+            if subscription not in self._subscriptions:
+                return
+            try:
+                wanted = where is None or where(message)
+            except Exception as error:
+                self._resume(error)
+            else:
+                if wanted:
+                    self._resume(message)
 
         subscription = Subscription(kind, heard, self, others)
         self._subscriptions.append(subscription)
@@ -106,3 +116,6 @@ class Script:
         except Exception as error:
             self.done = True
             self._kernel.on_error(self.task, error)
+        else:
+            if self.done:
+                self.cancel()

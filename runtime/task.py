@@ -2,6 +2,7 @@
 
 import functools
 from collections.abc import Callable, Coroutine
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from zlib import crc32
 
@@ -162,10 +163,11 @@ class Task:
         return self._owned(self._kernel.at(round(time * SECOND), function, *args))
 
     def watch(self, source: Readable, function: Callable[[], object]) -> None:
-        """Call `function` whenever a socket has something to read."""
-        self._kernel.watch(source, function)
+        """Call `function` whenever a socket has something to read, until the task stops."""
+        self._owned(self._kernel.watch(source, function))
 
     def unwatch(self, source: Readable) -> None:
+        """End `watch`."""
         self._kernel.unwatch(source)
 
     def offload(
@@ -176,12 +178,12 @@ class Task:
         A worker thread does it on a wall clock. On a virtual clock it is computed at once and the result arrives after
         `latency` seconds, so the run stays deterministic. What the function raises is raised as the task's own error.
         """
-        deliver = functools.partial(self._offloaded, self._round, then)
         if self._kernel.virtual:
-            self.after(latency, deliver, _outcome(function, args))
+            self.after(latency, self._offloaded, self._round, then, _outcome(function, args))
         else:
+            deliver = functools.partial(self._kernel.post, self._offloaded, self._round, then)
             future = self.vehicle.worker.submit(_outcome, function, args)
-            future.add_done_callback(lambda done: done.cancelled() or self._kernel.post(deliver, done.result()))
+            future.add_done_callback(lambda done: done.cancelled() or deliver(done.result()))
 
     def run(self, coroutine_function: Callable[..., Coroutine[Any, Any, Any]], *args: Any) -> Script:
         """Start `coroutine_function(script, *args)` as sequential logic on the same kernel."""
@@ -199,15 +201,16 @@ class Task:
         self._tickers = [Ticker(self, ticking) for ticking in tickers(type(self))]
 
     def disconnect(self) -> None:
-        """Forget subscriptions, timers, ticks and what is still on its way."""
+        """Forget subscriptions, timers, ticks, watched sockets and what is still on its way."""
         self._round += 1
         self._bus.unsubscribe(self)
-        self._kernel.discard(self)
         for ticker in self._tickers:
             ticker.stop()
-        for script in self._scripts:
-            script.cancel()
-        self._tickers, self._scripts = [], []
+        scripts, self._tickers, self._scripts = self._scripts, [], []
+        with ExitStack() as stack:  # one script that fails to end does not keep the others
+            stack.callback(self._kernel.discard, self)
+            for script in scripts:
+                stack.callback(script.cancel)
 
     def reconfigured(self) -> None:
         """Follow changed rates."""
@@ -225,12 +228,9 @@ class Task:
         if began != self._round:
             return
         result, error = outcome
-        try:
-            if error is not None:
-                raise error
-            then(result)
-        except Exception as failure:
-            self._kernel.on_error(self, failure)
+        if error is not None:
+            raise error
+        then(result)
 
 
 def _outcome(function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[Any, Exception | None]:

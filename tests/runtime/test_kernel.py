@@ -1,5 +1,6 @@
 """The kernel: order, time, threads, and what it does with calls that fail, hang or never end."""
 
+import functools
 import socket
 import threading
 import time
@@ -142,6 +143,75 @@ def test_discard_forgets_the_calls_and_timers_of_one_owner(kernel):
     kernel.discard(gone)
     kernel.run()
     assert (gone.seen, kept.seen) == ([], ["due", "later"])
+
+
+def test_a_source_that_is_let_go_is_not_read_even_where_it_was_ready(wall):
+    ours, theirs = socket.socketpair()
+    theirs.send(b"hello")
+    seen = []
+    wall.watch(ours, lambda: seen.append(ours.recv(10)))
+    wall._poll(0)
+    wall.unwatch(ours)
+    wall.unwatch(ours)
+    wall.run(until=wall.now_ns + SECOND // 50)
+    wall.watch(ours, lambda: seen.append("again"))
+    ours.close()
+    theirs.close()
+    assert seen == []
+
+
+def test_a_source_is_read_once_however_often_it_is_found_ready(wall):
+    ours, theirs = socket.socketpair()
+    ours.setblocking(False)
+    theirs.send(b"hello")
+    seen = []
+    wall.watch(ours, lambda: seen.append(ours.recv(10)))
+    for _ in range(3):
+        wall._poll(0)
+    wall.run(until=wall.now_ns + SECOND // 50)
+    ours.close()
+    theirs.close()
+    assert seen == [b"hello"]
+
+
+def test_discard_lets_go_of_what_the_owner_watches_and_of_what_was_posted_for_it(wall):
+    class Reader:
+        def __init__(self):
+            self.seen = []
+
+        def read(self):
+            self.seen.append("read")
+
+    reader, (ours, theirs) = Reader(), socket.socketpair()
+    theirs.send(b"hello")
+    wall.watch(ours, reader.read)
+    wall.post(reader.read)
+    wall.post(functools.partial(reader.read))
+    wall.discard(reader)
+    wall.run(until=wall.now_ns + SECOND // 50)
+    wall.watch(ours, reader.read)
+    ours.close()
+    theirs.close()
+    assert reader.seen == []
+
+
+def test_cancelled_timers_do_not_pile_up(kernel):
+    for _ in range(10_000):
+        kernel.after(3600.0, print).cancel()
+    assert len(kernel._later) < 2000
+    seen = []
+    for number in range(3000):
+        kernel.after(number, seen.append, number)
+    kernel.run()
+    assert seen == list(range(3000))
+
+
+def test_a_timer_that_is_a_year_away_is_waited_for(wall):
+    wall.after(365 * 86400.0, print)
+    worker = threading.Timer(0.02, wall.post, (wall.stop,))
+    worker.start()
+    wall.run()
+    worker.join()
 
 
 def test_post_from_a_thread_wakes_a_kernel_that_sleeps(wall):

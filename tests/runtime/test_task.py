@@ -1,6 +1,7 @@
 """Tasks: what they hear, when they tick, what publishing does, and how they are tested without a vehicle."""
 
 import math
+import socket
 import struct
 import threading
 import time
@@ -152,6 +153,111 @@ def test_an_error_in_a_script_is_the_tasks_error():
         simulate(Captain, seconds=5.0)
     assert "Captain" in caught.value.__notes__[0]
     assert "1.000 s" in caught.value.__notes__[0]
+
+
+class Captain(Task):
+    """Runs the scripts that it is given."""
+
+    def run_all(self, *scripts):
+        self.scripts = [self.run(script) for script in scripts]
+
+
+def captain(*scripts):
+    class Nemo(Captain):
+        """Runs them from the start."""
+
+        def start(self):
+            self.run_all(*scripts)
+
+    return Nemo
+
+
+def test_a_script_that_cancels_itself_ends_where_it_waits_next():
+    steps = []
+
+    async def mission(script):
+        try:
+            script.cancel()
+            steps.append("on")
+            await script.sleep(1.0)
+            steps.append("never")
+        finally:
+            steps.append("ended")
+
+    run = simulate(captain(mission), seconds=5.0)
+    assert steps == ["on", "ended"]
+    assert run.task.scripts[0].done
+
+
+def test_an_error_in_where_is_raised_where_the_script_waits():
+    def vague(depth):
+        raise ValueError(f"what is {depth.value}?")
+
+    async def careful(script):
+        with pytest.raises(ValueError, match="what is 1"):
+            await script.hear(imc.Depth, where=vague)
+        return "caught"
+
+    async def careless(script):
+        await script.hear(imc.Depth, where=vague)
+
+    feed = [imc.Depth(value=1.0, timestamp=1.0)]
+    assert simulate(captain(careful), feed).task.scripts[0].result == "caught"
+    with pytest.raises(ValueError, match="what is 1") as caught:
+        simulate(captain(careless), feed)
+    assert "Nemo" in caught.value.__notes__[0]
+
+
+def test_a_script_that_does_not_end_in_order_does_not_keep_the_others_from_it():
+    ended = []
+
+    async def stubborn(script):
+        try:
+            await script.sleep(100.0)
+        finally:
+            await script.sleep(1.0)
+
+    async def orderly(script):
+        try:
+            await script.sleep(100.0)
+        finally:
+            ended.append(script)
+
+    with pytest.raises(RuntimeError, match="GeneratorExit"):
+        simulate([captain(orderly, stubborn, orderly), Clockwork], seconds=1.0)
+    assert len(ended) == 2
+
+
+def test_a_script_is_an_async_function():
+    def plain(script):
+        return 1
+
+    with pytest.raises(TypeError, match="write async def"):
+        simulate(captain(plain), seconds=1.0)
+
+
+class Listener(Task):
+    """Fails on what its socket says, and has nothing in stop()."""
+
+    def start(self):
+        self.sockets = [*getattr(self, "sockets", ()), *socket.socketpair()]
+        ours = self.sockets[-2]
+        self.sockets[-1].send(b"nonsense")
+        self.watch(ours, lambda: self.read(ours))
+
+    def read(self, ours):
+        raise ValueError(f"malformed: {ours.recv(100)!r}")
+
+
+def test_an_error_in_what_watches_is_the_tasks_error_and_its_restart_watches_anew():
+    with pytest.raises(ValueError, match="nonsense") as caught:
+        simulate(Listener, seconds=1.0)
+    assert "Listener" in caught.value.__notes__[0]
+    run = simulate(Listener, seconds=5.0, keep_going=True)
+    assert len(run.task.sockets) >= 4
+    assert run.vehicle.kernel._watched == 0
+    for end in run.task.sockets:
+        end.close()
 
 
 def test_offloaded_work_arrives_after_its_latency_on_a_virtual_clock():
