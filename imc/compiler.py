@@ -68,6 +68,7 @@ def compile_packet(cls: "type[Message]", given_header: bool) -> Any:
     header = [("" if given_header else "m.") + name for name in _HEADER_FIELDS]
     address = ", ".join(header)
     space: dict[str, Any] = {"arc": arc, "head": struct.Struct("<" + HEADER).pack, "sized": payload_size}
+    space["footer"] = struct.Struct("<H").pack
     lines = [f"def packet({', '.join(['m', *header]) if given_header else 'm'}):"]
     general = (
         "p = m.to_inline_little()[2:] + m.surplus",
@@ -82,7 +83,7 @@ def compile_packet(cls: "type[Message]", given_header: bool) -> Any:
         space["pack"] = whole.pack
         lines += ["    if m.surplus:", *("        " + line for line in general)]
         lines += [f"    else: body = pack({values})"]
-    return _compile([*lines, "    return body + arc(body).to_bytes(2, 'little')"], "packet", space)
+    return _compile([*lines, "    return body + footer(arc(body))"], "packet", space)
 
 
 def payload_size(payload: bytes, message: "Message") -> int:
