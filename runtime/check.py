@@ -9,6 +9,7 @@ from runtime.parameters import Parameter
 from runtime.problem import Origin, Problem, ProfileError, Severity, nearest, quoted, suggestion
 from runtime.profile import ALWAYS, Profile, default_label, parse_address
 from runtime.task import Task
+from runtime.zenoh_config import ZenohConfig
 
 NEVER = "Never"
 DAEMON = "Daemon"
@@ -58,6 +59,7 @@ class _Checker:
     def run(self) -> None:
         self._check_general()
         self._check_addresses()
+        self._check_zenoh()
         for section in self._config.sections.values():
             self._check_section(section)
         self._check_labels()
@@ -68,7 +70,7 @@ class _Checker:
     def _check_general(self) -> None:
         problem = self._profile.vehicle_problem()
         self.problems += [problem] if problem else []
-        for value in ("bus", "start_time_ns"):
+        for value in ("bus", "start_time_ns", "seed"):
             try:
                 getattr(self._profile, value)
             except ProfileError as error:
@@ -80,6 +82,13 @@ class _Checker:
             severity: Severity = "warning" if near else "note"
             hint = f"did you mean {quoted(near)}?" if near else ""
             self._say(severity, option.origin, f"[General] {quoted(option.name)} is no option that Shoal knows", hint)
+
+    def _check_zenoh(self) -> None:
+        for option in self._config.options("Zenoh"):
+            try:
+                ZenohConfig.from_options({option.name: option.value}, self._profile.path.parent)
+            except ValueError as error:
+                self._say("error", option.origin, str(error))
 
     def _check_addresses(self) -> None:
         known: dict[int, Option] = {}

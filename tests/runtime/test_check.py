@@ -237,3 +237,15 @@ def test_explain_of_an_unknown_section_names_the_nearest() -> None:
     with pytest.raises(ProfileError, match=r"no section \[Simulators.Swimer\] \(did you mean 'Simulators.Swimmer'\?\)"):
         explain(written(GOOD), "Simulators.Swimer")
     assert explain(written(GOOD), "Simulators.Swimmer/2", Swimmer)[0].value == "Never"
+
+
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [
+        ("[Zenoh]\nLisen = tcp/0.0.0.0:7448\n", "auv.ini:11: error: [Zenoh] Lisen: no such option"),
+        ("[Zenoh]\nMode = peeer\n", "auv.ini:11: error: [Zenoh] Mode"),
+        ("[General]\nSeed = many\n", "auv.ini:11: error: [General] Seed: 'many' is not a seed"),
+    ],
+)
+def test_the_sections_of_the_runtime_are_checked_too(section: str, words: str) -> None:
+    assert any(str(problem).startswith(words) for problem in check(written(GOOD + section), TASKS))
