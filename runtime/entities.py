@@ -1,5 +1,6 @@
-"""The entities of a vehicle: who speaks, under which label and id, and in which state."""
+"""The entities of a vehicle and the systems around it: who speaks, under which name and id, and in which state."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from fastcrc import crc16
@@ -37,7 +38,8 @@ class Entities:
     """Labels and ids of one vehicle, and what others have said of theirs.
 
     An id follows from the label (its CRC-16, or the next free one), so it is the same in every run and every process of
-    the vehicle, whichever other tasks there are.
+    the vehicle, whichever other tasks there are; where two labels ask for one id, the later in the order of sections
+    gives way.
     """
 
     def __init__(self, system: int):
@@ -92,3 +94,18 @@ class Entities:
             if candidate not in self._by_id:
                 return candidate
         raise EntityError(f"{label}: a vehicle has at most 254 entities")
+
+
+class Systems:
+    """Names and ids of IMC systems."""
+
+    def __init__(self, ids: Mapping[str, int]):
+        self._ids = dict(ids)
+        self._names = {number: name for name, number in ids.items()}
+
+    def name(self, system: int) -> str:
+        """The name of a system, "0x1234" where it has none."""
+        return self._names.get(system) or f"0x{system:04X}"
+
+    def id(self, name: str) -> int | None:
+        return self._ids.get(name)

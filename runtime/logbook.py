@@ -35,5 +35,9 @@ class Logbook:
             self._write(Kind.DEBUG, text)
 
     def _write(self, kind: Kind, text: str) -> None:
-        cut = text.encode(errors="surrogateescape")[:LONGEST].decode(errors="ignore")
-        self._task.publish(LogBookEntry(type=kind, htime=self._task.now, context=self._task.name, text=cut))
+        self._task.publish(LogBookEntry(type=kind, htime=self._task.now, context=self._task.name, text=cut(text)))
+
+
+def cut(text: str) -> str:
+    """`text` as a message carries it: 1023 bytes of UTF-8 at most, ? for what is no character."""
+    return text.encode(errors="replace")[:LONGEST].decode(errors="ignore")

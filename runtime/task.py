@@ -11,7 +11,7 @@ from runtime.bus import Subscription
 from runtime.entities import Entity, State
 from runtime.handlers import Consumer, Ticker, consumers, tickers
 from runtime.kernel import SECOND, Readable, Timer
-from runtime.logbook import Logbook
+from runtime.logbook import Logbook, cut
 from runtime.parameters import Parameter, ParameterSet, Scope, declared, param
 from runtime.script import Script
 
@@ -140,12 +140,15 @@ class Task:
         self._bus.share(frame, self)
 
     def set_entity_state(self, state: State, description: str = "", *, entity: Entity | None = None) -> None:
-        """Say how the entity is. A new state is published at once, a new description with the next report."""
+        """Say how the entity is. A new state is published at once, a new description with the next report.
+
+        A description is cut to 1023 bytes.
+        """
         target = entity or self.entity
         changed = target.state is not state or not target.stateful
-        target.state, target.description, target.stateful = state, description, True
+        target.state, target.description, target.stateful = state, cut(description), True
         if changed:
-            self.publish(imc.EntityState(state=state, description=description), entity=target)
+            self.publish(imc.EntityState(state=state, description=target.description), entity=target)
 
     def reserve(self, label: str) -> Entity:
         """A further entity of this task; call it in `configure`. The same label gives the same entity again."""

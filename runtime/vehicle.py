@@ -14,7 +14,7 @@ from runtime.bus import Bus, Subscription
 from runtime.clock import VirtualClock, WallClock
 from runtime.config import write
 from runtime.daemon import Daemon
-from runtime.entities import Entities, State
+from runtime.entities import Entities, State, Systems
 from runtime.handlers import consumers
 from runtime.ini import read_sections
 from runtime.kernel import SECOND, Kernel
@@ -27,21 +27,6 @@ HEALTHY_AFTER = 60.0
 STARTING_PATIENCE = 5 * SECOND
 
 logger = logging.getLogger("shoal.vehicle")
-
-
-class Systems:
-    """Names and ids of IMC systems."""
-
-    def __init__(self, ids: Mapping[str, int]):
-        self._ids = dict(ids)
-        self._names = {number: name for name, number in ids.items()}
-
-    def name(self, system: int) -> str:
-        """The name of a system, "0x1234" where it has none."""
-        return self._names.get(system) or f"0x{system:04X}"
-
-    def id(self, name: str) -> int | None:
-        return self._ids.get(name)
 
 
 class Settings(Protocol):
@@ -96,6 +81,8 @@ class Vehicle:
         self._original: dict[str, dict[str, str]] = {}
         self._running: set[str] = set()
         self._failures: dict[str, tuple[int, int]] = {}
+        self._error: Exception | None = None
+        self._closing = False
         self.daemon = self.add(Daemon, "Daemon")
 
     @property
@@ -129,9 +116,9 @@ class Vehicle:
         options = dict(options or {})
         label = options.pop("Entity Label", "") or values.pop("entity_label", "") or default_label(section)
         entity = self.entities.reserve(label, section)
-        task = cls(self, section, entity)
-        task.entity_label = label
         try:
+            task = cls(self, section, entity)
+            task.entity_label = label
             for name, text in options.items():
                 self._assign(task, name, text)
             for attribute, value in values.items():
@@ -139,7 +126,7 @@ class Vehicle:
             entity.activation_time, entity.deactivation_time = task.activation_time, task.deactivation_time
             self._original[section] = {p.name: task.parameter_set.text(p) for p in cls.parameters().values()}
             task.configure()
-        except ParameterError:
+        except Exception:
             for reserved in [e for e in self.entities if e.component == section]:
                 self.entities.release(reserved)
             raise
@@ -167,17 +154,26 @@ class Vehicle:
         self.kernel.stop()
 
     def close(self) -> None:
-        """Stop all tasks, those that record everything last, deliver what they still have to say, and leave the bus."""
-        self.kernel.drain()
+        """Stop all tasks, those that record everything last, deliver what they still have to say, and leave the bus.
+
+        An error keeps no other task from stopping. Where none has ended the run, the first is raised when all is done,
+        unless `keep_going` is set.
+        """
+        self._closing, before = True, self._error
         recorders = [task for task in self.tasks if any(c.type is imc.Message for c in consumers(type(task)))]
-        for task in [*(t for t in reversed(self.tasks) if t not in recorders), *recorders]:
-            if task in recorders:
-                self.kernel.drain()
-            self._shut(task)
-        self.bus.detach()
-        if "worker" in vars(self):
-            self.worker.shutdown(wait=True, cancel_futures=True)
-        self.kernel.close()
+        try:
+            self.kernel.drain()
+            for task in [*(t for t in reversed(self.tasks) if t not in recorders), *recorders]:
+                if task in recorders:
+                    self.kernel.drain()
+                self._shut(task)
+            self.bus.detach()
+        finally:
+            if "worker" in vars(self):
+                self.worker.shutdown(wait=True, cancel_futures=True)
+            self.kernel.close()
+        if self._error is not before and self._error is not None and not self.keep_going:
+            raise self._error
 
     def tap(self, kind: type, handler: Callable[..., object], *, packets: bool = False) -> None:
         """Call `handler` with each delivered message of a type, whoever sent it."""
@@ -247,23 +243,38 @@ class Vehicle:
         self.bus.resume()
 
     def _restart(self, task: Task) -> None:
+        before = (State.FAILURE, task.entity.description)
         task.connect()
         self._start(task)
+        if (task.entity.state, task.entity.description) == before:
+            task.set_entity_state(State.NORMAL, "restarted")
 
     def _shut(self, task: Task) -> None:
-        task.disconnect()
+        try:
+            task.disconnect()
+        except Exception as error:
+            self._note(task, error)
         if task.name not in self._running:
             return
         self._running.discard(task.name)
         try:
             task.stop()
         except Exception as error:
-            logger.error("%s while stopping: %s", task.name, error)
+            self._note(task, error)
+
+    def _note(self, owner: object, error: Exception) -> None:
+        """Keep an error that comes up while tasks stop, for when they have."""
+        logger.error("%r while stopping: %s", owner, _summary(error))
+        self._error = self._error or error
 
     def _failed(self, owner: object, error: Exception) -> None:
         """What the kernel does with an exception that a handler raised."""
+        if self._closing:
+            self._note(owner, error)
+            return
         if not self.keep_going:
             error.add_note(f"in {owner!r} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
+            self._error = error
             raise error
         if not isinstance(owner, Task):
             logger.error("%r: %s", owner, "".join(traceback.format_exception(error)))
@@ -273,9 +284,9 @@ class Vehicle:
             activation.reset()
         count, since = self._failures.get(owner.name, (0, 0))
         count = 0 if self.kernel.now_ns - since > HEALTHY_AFTER * SECOND else count
-        delay = min(LONGEST_BACKOFF, 2.0**count)
+        delay = min(LONGEST_BACKOFF, 2.0 ** min(count, 10))
         self._failures[owner.name] = (count + 1, self.kernel.now_ns + round(delay * SECOND))
-        owner.set_entity_state(State.FAILURE, f"{type(error).__name__}: {error}")
+        owner.set_entity_state(State.FAILURE, _words(error))
         owner.log.error(f"{_summary(error)}: restarting in {delay:g} s")
         self._soon(self._restart, owner, delay)
 
@@ -284,8 +295,12 @@ class Vehicle:
         self.daemon.log.warning(f"{name} took {seconds:.3f} s in one handler; heavy work belongs into offload()")
 
 
+def _words(error: Exception) -> str:
+    return traceback.format_exception_only(error)[0].strip()
+
+
 def _summary(error: Exception) -> str:
     """The exception and the innermost place in the code that raised it."""
-    frames = traceback.extract_tb(error.__traceback__)
+    frames = traceback.extract_tb(error.__traceback__, limit=-1)
     where = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno} in {frames[-1].name})" if frames else ""
-    return f"{type(error).__name__}: {error}{where}"
+    return f"{_words(error)}{where}"

@@ -4,8 +4,10 @@ import pytest
 
 import imc
 from runtime import ActivationError, ParameterError, State, Task, consume, param, periodic
+from runtime.clock import VirtualClock
 from runtime.entities import Entities, EntityError
-from runtime.testing import START, simulate
+from runtime.testing import START, NoProfile, simulate
+from runtime.vehicle import Vehicle
 
 CONSOLE = 0x4001
 Phase = imc.EntityActivationState.State
@@ -250,3 +252,117 @@ def test_tasks_are_stopped_at_the_end_and_recorders_hear_the_last_words():
 
     run = simulate([Recorder, Polite], seconds=1)
     assert isinstance(run.tasks[0].last, imc.Depth)
+
+
+def failing(kind, text):
+    class Failing(Task):
+        """Cannot start."""
+
+        def start(self):
+            raise kind(text)
+
+    return Failing
+
+
+@pytest.mark.parametrize("text", ["x" * 100_000, "\ud800 lone surrogate", "line\nline", "\udcff byte"])
+def test_whatever_an_exception_says_the_others_go_on(text):
+    run = simulate([failing(ValueError, text), Steady, Fragile], seconds=5.0, keep_going=True)
+    assert run.tasks[1].heard > 40
+    failures = [m for m in run.of(imc.EntityState) if m.state == State.FAILURE]
+    assert failures
+    assert len(failures[0].description) < 1024
+
+
+def test_a_task_that_never_works_is_tried_for_ever(monkeypatch):
+    monkeypatch.setattr("runtime.vehicle.LONGEST_BACKOFF", 0.001)
+    run = simulate(failing(OSError, "no such port"), seconds=1.2, keep_going=True)
+    assert len(run.log) > 1100
+
+
+def test_a_task_that_works_again_says_so_even_where_it_says_nothing_else():
+    class Silent(Task):
+        """Fails once."""
+
+        @consume
+        def look(self, depth: imc.Depth) -> None:
+            if depth.value < 0.0:
+                raise ValueError("negative")
+
+    run = simulate(Silent, [imc.Depth(value=-1.0, timestamp=1.0)], seconds=5.0, keep_going=True)
+    states = dict.fromkeys((m.state, m.description) for m in run.of(imc.EntityState))
+    assert list(states) == [(State.FAILURE, "ValueError: negative"), (State.NORMAL, "restarted")]
+
+
+class Rude(Task):
+    """Fails to stop."""
+
+    def stop(self):
+        raise OSError("still open")
+
+
+class Tidy(Task):
+    """Stops in order."""
+
+    stopped = False
+
+    def stop(self):
+        self.stopped = True
+
+
+class Surprised(Task):
+    """Fails on the last words of others."""
+
+    @consume(others=True)
+    def hear(self, message: imc.Message) -> None:
+        if isinstance(message, imc.Depth):
+            raise ValueError("at the very end")
+
+
+class Farewell(Task):
+    """Says something at the end."""
+
+    def stop(self):
+        self.publish(imc.Depth(value=1.0))
+
+
+def closing(tasks, keep_going):
+    seen = []
+
+    class Witness(Tidy):
+        """Keeps itself."""
+
+        def start(self):
+            seen.append(self)
+
+    try:
+        simulate([Witness, *tasks, (Witness, {"entity_label": "other"})], seconds=1.0, keep_going=keep_going)
+    finally:
+        assert [witness.stopped for witness in seen] == [True, True]
+
+
+@pytest.mark.parametrize("tasks", [[Rude], [Surprised, Farewell]])
+def test_an_error_at_the_end_is_raised_in_simulation_when_all_have_stopped(tasks):
+    with pytest.raises((OSError, ValueError), match=r"still open|very end"):
+        closing(tasks, keep_going=False)
+    closing(tasks, keep_going=True)
+
+
+def test_the_error_that_ends_a_run_is_not_hidden_by_those_that_follow():
+    with pytest.raises(ValueError, match="depth -1"):
+        simulate([Rude, Fragile], [imc.Depth(value=-1.0), imc.Depth(value=-2.0)], seconds=5)
+
+
+def test_a_task_that_cannot_be_made_leaves_nothing_behind():
+    class Careless(Task):
+        """Fails in configure()."""
+
+        def configure(self):
+            self.reserve("Spare")
+            raise KeyError("what")
+
+    vehicle = Vehicle("v", 1, clock=VirtualClock(0), profile=NoProfile())
+    for _ in range(2):
+        with pytest.raises(KeyError):
+            vehicle.add(Careless, "Simulators.Careless")
+    assert [entity.label for entity in vehicle.entities] == ["Daemon"]
+    vehicle.close()
