@@ -12,6 +12,9 @@ from runtime.profile import parse_address
 NAMING = frozenset({imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID})
 """Ids of the messages that names come from."""
 
+KEPT = NAMING | {imc.LoggingControl.ID}
+"""Ids of what belongs to a whole log, whatever part of it is looked at."""
+
 UNKNOWN_ENTITY = 0xFF
 NOBODY = 0xFFFF
 
@@ -37,8 +40,9 @@ class Names:
         """Take what a message tells; most tell nothing."""
         kind = type(message).__name__
         if kind == "EntityInfo" and message.label:
-            entity = message.src_ent if message.src_ent != UNKNOWN_ENTITY else message.id
-            self._label(message.src, entity, message.label)
+            entity = message.id or message.src_ent  # DUNE's daemon also speaks for others; new senders leave id at 0
+            if entity != UNKNOWN_ENTITY:
+                self._label(message.src, entity, message.label)
         elif kind == "EntityList" and message.op == imc.EntityList.Op.REPORT:
             for entry in message.list.split(";"):
                 label, _, number = entry.rpartition("=")

@@ -12,7 +12,7 @@ import imc
 from imc.lsf import OVERHEAD
 from runtime.logs.clocks import Clock, ClockStep
 from runtime.logs.headers import Array, Block, blocks
-from runtime.logs.names import NAMING, Names, type_name
+from runtime.logs.names import KEPT, NAMING, Names, type_name
 
 K = TypeVar("K")
 
@@ -97,8 +97,10 @@ class Summary:
         """Take further packets of the log."""
         heads = block.headers
         offsets = np.asarray(block.offsets)
+        plain = ~np.isin(heads["id"], list(KEPT))  # a cut log begins with what was said long before
         for src in np.unique(heads["src"]):
             own = heads["src"] == src
+            own &= plain | ~(own & plain).any()
             clock = self.clocks.setdefault(int(src), Clock(int(src)))
             clock.feed(heads["timestamp"][own], offsets[own])
         self._count(heads)

@@ -43,6 +43,6 @@ def rate(hertz: float) -> str:
     return "" if math.isnan(hertz) else f"{hertz:.3g} Hz" if hertz < 100 else f"{hertz:.0f} Hz"
 
 
-def number(count: int, noun: str) -> str:
+def number(count: int, noun: str, plural: str = "") -> str:
     """ "1 message", "12 345 messages"."""
-    return f"{count:,}".replace(",", " ") + f" {noun}" + ("s" if count != 1 else "")
+    return f"{count:,} {noun if count == 1 else plural or noun + 's'}".replace(",", " ")
