@@ -159,6 +159,10 @@ class Profile:
                 found[section.name] = task
         return found
 
+    def value(self, section: str, option: str, default: str = "") -> str:
+        """The text of an option of any section, `default` where it is missing or empty."""
+        return self.config.value(section, option, default)
+
     def options(self, section: str) -> dict[str, str]:
         """The parameters that a section sets, as texts."""
         return {o.name: o.value for o in self.config.options(section) if o.history and o.name != "Enabled"}

@@ -1,7 +1,7 @@
 """Runs tasks without a vehicle, in virtual time: feed messages, look at what comes out."""
 
 import tempfile
-from collections.abc import Callable, Coroutine, Iterable, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -45,7 +45,13 @@ class Run:
 
 
 class NoProfile:
-    """Stands in for the ini file."""
+    """Stands in for the ini file: `settings` has the options of each section."""
+
+    def __init__(self, settings: Mapping[str, Mapping[str, str]] | None = None):
+        self._settings = settings or {}
+
+    def value(self, section: str, option: str, default: str = "") -> str:
+        return self._settings.get(section, {}).get(option, "") or default
 
     def dump(self) -> str:
         return ""
@@ -68,6 +74,7 @@ def simulate(
     script: Callable[..., Coroutine[Any, Any, Any]] | None = None,
     keep_going: bool = False,
     clock: VirtualClock | WallClock | None = None,
+    settings: Mapping[str, Mapping[str, str]] | None = None,
     **parameters: Any,
 ) -> Run:
     """Run tasks in virtual time and return what they published.
@@ -75,7 +82,8 @@ def simulate(
     `tasks` is a class, whose parameters are the further keyword arguments by attribute name, or a list of classes and
     (class, parameters). `feed` is published at its timestamps: seconds from the start, or absolute; a message without
     source is the vehicle's own, one without timestamp comes at the start. The run takes `seconds`, by default until the
-    feed is through. `script` is a coroutine function that runs beside the tasks. Exceptions of tasks are raised.
+    feed is through. `script` is a coroutine function that runs beside the tasks. `settings` stands in for the profile:
+    texts by section and option. Exceptions of tasks are raised.
     """
     wanted = [tasks] if isinstance(tasks, type) else list(tasks)
     with tempfile.TemporaryDirectory() as folder:
@@ -83,7 +91,7 @@ def simulate(
             system,
             system_id,
             clock=clock or VirtualClock(round(start * SECOND)),
-            profile=NoProfile(),
+            profile=NoProfile(settings),
             seed=seed,
             keep_going=keep_going,
             log_root=log_root or Path(folder) / "log",

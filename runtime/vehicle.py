@@ -32,6 +32,10 @@ logger = logging.getLogger("shoal.vehicle")
 class Settings(Protocol):
     """The profile as a vehicle in operation needs it."""
 
+    def value(self, section: str, option: str, default: str = "") -> str:
+        """The text of an option of any section, `default` where it is missing or empty."""
+        ...
+
     def dump(self) -> str:
         """The effective configuration, as an ini file."""
         ...

@@ -74,6 +74,13 @@ def parse_text(text: str):
     return parse("text.ini")
 
 
+def test_values_of_any_section() -> None:
+    mantaray = load_profile("lauv-mantaray-7", [TREE])
+    assert mantaray.value("Simulators.Swimmer", "Drag") == "-2.4, -23.0, -23.0, -0.3, -9.7, -9.7"
+    assert mantaray.value("Simulators.Swimmer", "Unknown", "0.5") == "0.5"
+    assert mantaray.value("Nowhere", "Unknown") == ""
+
+
 def test_a_value_knows_who_had_the_last_word() -> None:
     depth = load_profile(MANTARAY).config.option("General", "Absolute Maximum Depth")
     assert depth is not None

@@ -376,3 +376,11 @@ def test_a_handler_without_a_message_type_is_an_error_that_names_it():
 
     with pytest.raises(TypeError, match=r"Vague\.hear: annotate"):
         simulate(Vague)
+
+
+def test_settings_stand_in_for_the_profile() -> None:
+    run = simulate(Echo, settings={"General": {"Absolute Maximum Depth": "50", "Recovery Plan": ""}})
+    settings = run.vehicle.profile
+    assert settings.value("General", "Absolute Maximum Depth") == "50"
+    assert settings.value("General", "Recovery Plan", "dislodge") == "dislodge"
+    assert (settings.value("VSIM", "Mass"), settings.value("General", "None", "1")) == ("", "1")
