@@ -44,10 +44,10 @@ def cut(
         with progress(opened.path) as tell:
             summary = summarize(opened, tell)
         check_found(opened, summary.packets)
-        start, stop = (_time(text, summary.start, summary.end) for text in (begin, end))
+        start, stop = (read_time(text, summary.start, summary.end) for text in (begin, end))
         if start is not None and stop is not None and stop <= start:
             raise click.ClickException("--to is not behind --from")
-        choice = choose(summary, start, stop, _split(messages), _split(systems), _split(entities))
+        choice = choose(summary, start, stop, split_words(messages), split_words(systems), split_words(entities))
         if (start is not None and start > summary.end) or (stop is not None and stop <= summary.start):
             raise click.ClickException(f"the log is from {moment(summary.start)} to {moment(summary.end)}")
         with progress(opened.path, "cutting") as tell:
@@ -81,12 +81,13 @@ def _tell_losses(losses: list[tuple[Path, imc.Loss]]) -> None:
         click.echo(f"left out: {len(losses) - 20} more damaged places", err=True)
 
 
-def _split(words: tuple[str, ...]) -> list[str]:
+def split_words(words: tuple[str, ...]) -> list[str]:
+    """The names in an option that is given several times, or once with commas."""
     return [word.strip() for text in words for word in text.split(",") if word.strip()]
 
 
-def _time(text: str | None, start: float, end: float) -> float | None:
-    """s since 1970 UTC. Raises ValueError."""
+def read_time(text: str | None, start: float, end: float) -> float | None:
+    """The time that people write (TIMES) in s since 1970 UTC; start and end of the log too. Raises ValueError."""
     if text is None:
         return None
     try:

@@ -63,10 +63,10 @@ def cut(
     of the owner's packet before them. Raises FileExistsError, OSError; ValueError where nothing is chosen, and
     then nothing is written.
     """
-    done, watch = Cut(), _Watch(owner)
+    done, watch = Cut(), Watch(owner)
     with new_log(folder, log) as writer:
         for block in blocks(log.packets(), log.schema.sync):
-            chosen = _chosen(block, choice, watch)
+            chosen = wanted(block, choice, watch)
             kept = ~chosen & np.isin(block.headers["id"], list(KEPT))
             for index in np.flatnonzero(chosen | kept):
                 writer.write(block.packets[index])
@@ -78,7 +78,7 @@ def cut(
     return done
 
 
-class _Watch:
+class Watch:
     """The owner's clock, as the log goes on."""
 
     def __init__(self, owner: int):
@@ -97,7 +97,8 @@ class _Watch:
         return said[places]
 
 
-def _chosen(block: Block, choice: Choice, watch: _Watch) -> Array:
+def wanted(block: Block, choice: Choice, watch: Watch) -> Array:
+    """Which packets of a block are chosen; blocks must come in the order of the log."""
     heads = block.headers
     times = watch.times(heads)
     found = np.ones(len(heads), bool)
