@@ -55,7 +55,7 @@ class Daemon(ParameterService):
         elif request.op == imc.EntityList.Op.REPORT and request.src != self.system:
             for entry in request.list.split(";"):
                 label, _, number = entry.rpartition("=")
-                if label and number.isdecimal():
+                if label and number.isascii() and number.isdecimal() and len(number) <= 3:
                     self.vehicle.entities.hear(request.src, int(number), label)
 
     @consume(others=True)

@@ -7,9 +7,12 @@ from types import UnionType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints, overload
 
 from runtime.kernel import SECOND, Timer
+from runtime.parameters import ParameterError
 
 if TYPE_CHECKING:
     from runtime.task import Task
+
+HIGHEST_RATE = 1e6  # Hz
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -89,6 +92,15 @@ def tickers(cls: type) -> tuple[Ticking, ...]:
     return tuple(found)
 
 
+def rate_of(task: "Task", rate: float | str) -> float:
+    """The rate of a periodic method in hertz. Raises ParameterError for one that no clock can keep."""
+    hertz = float(getattr(task, rate)) if isinstance(rate, str) else rate
+    if not hertz <= HIGHEST_RATE:
+        name = next((p.name for p in task.parameters().values() if p.attribute == rate), str(rate))
+        raise ParameterError(name, f"nothing can be done at {hertz:g} Hz (expects at most {HIGHEST_RATE:g} Hz)")
+    return hertz
+
+
 class Ticker:
     """Calls a periodic method of a task; the times are counted from the start, so they do not drift.
 
@@ -106,8 +118,8 @@ class Ticker:
         self.update()
 
     def update(self) -> None:
-        """Begin anew where the rate has changed."""
-        hertz = float(getattr(self._task, self._rate)) if isinstance(self._rate, str) else self._rate
+        """Begin anew where the rate has changed. Raises ParameterError where it is too high."""
+        hertz = rate_of(self._task, self._rate)
         if hertz == self._hertz:
             return
         self.stop()

@@ -29,7 +29,6 @@ class ParameterService(Task):
             return
         before = task.parameter_set.snapshot()
         accepted: list[Parameter] = []
-        wish: bool | None = None
         for entry in request.params:
             if not isinstance(entry, imc.EntityParameter):
                 continue
@@ -38,17 +37,9 @@ class ParameterService(Task):
             if parameter is None or reason:
                 task.log.error(f"{entry.name} = {entry.value!r} from {self._peer(request)}: {reason}")
                 continue
-            value = parameter.parse(entry.value)
-            if task.activation and parameter.name == "Active":
-                wish = value
-            else:
-                task.parameter_set.set(parameter, value)
+            task.parameter_set.set(parameter, parameter.parse(entry.value))
             accepted.append(parameter)
-        if not self._apply(task, before):
-            return
-        if wish is not None:
-            self.vehicle.activations[task.name].request(wish)
-        if accepted:
+        if accepted and self._apply(task, before):
             self._answer(request, task, accepted)
 
     @consume(others=True)
@@ -138,17 +129,35 @@ class ParameterService(Task):
         return ""
 
     def _apply(self, task: Task, before: dict[str, object]) -> bool:
-        """Let the task look at its new values; where it objects, the old ones come back."""
+        """Let the task follow its new values, the old ones come back where it objects. Other errors are its own."""
+        active = task.parameters()["Active"] if task.activation else None
+        wish = active is not None and task.parameter_set.value(active)
         try:
-            task.configure()
+            if active is not None:
+                task.parameter_set.set(active, before[active.name])
+            self._configure(task, before)
+            self.vehicle.remember(task)
+            if active is not None and task.name not in self.vehicle.running:
+                task.parameter_set.set(active, wish)
+            elif active is not None:
+                self.vehicle.activations[task.name].request(wish)
         except ParameterError as error:
-            task.parameter_set.restore(before)
-            task.configure()
             task.log.error(f"{error}; the values before stay")
             return False
-        task.reconfigured()
-        self.vehicle.remember(task)
+        except Exception as error:
+            self._kernel.on_error(task, error)
+            return False
         return True
+
+    def _configure(self, task: Task, before: dict[str, object]) -> None:
+        try:
+            task.configure()
+            task.reconfigured()
+        except Exception:
+            task.parameter_set.restore(before)
+            task.configure()
+            task.reconfigured()
+            raise
 
     def _answer(self, request: imc.Message, task: Task, chosen: Iterable[Parameter]) -> None:
         values = tuple(imc.EntityParameter(name=p.name, value=task.parameter_set.text(p)) for p in chosen)

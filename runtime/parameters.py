@@ -1,12 +1,15 @@
 """Task parameters: one declaration that parses the ini, answers the bus, and documents itself."""
 
 import re
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 Visibility = Literal["user", "developer"]
 Scope = Literal["global", "idle", "plan", "maneuver"]
+DEEPEST = 64  # pushes that are remembered; a peer may push for ever
+LONGEST_INTEGER = 64  # digits
 Kind = type[bool] | type[int] | type[float] | type[str]
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|nan)\b", re.IGNORECASE)
@@ -40,7 +43,10 @@ def _int(word: str) -> int:
         raise ValueError("is not an integer")
     sign, digits = match.groups()
     base = 16 if digits[:2] in ("0x", "0X") else 8 if digits.startswith("0") and len(digits) > 1 else 10
-    return int(sign + digits, base)
+    value = int(sign + digits, base) if len(digits) < LONGEST_INTEGER else 1 << 64
+    if not -(1 << 63) <= value < 1 << 63:
+        raise ValueError("is not an integer of 64 bits")
+    return value
 
 
 def _float(word: str) -> float:
@@ -88,7 +94,7 @@ class Parameter:
         """
         words = [word.strip() for word in text.split(",")] if self.is_list else [text.strip()]
         if not text.strip():
-            return self.default
+            return list(self.default) if self.is_list else self.default
         parse = _PARSERS[self.type]
         values: list[Any] = []
         for word in words:
@@ -246,7 +252,7 @@ class ParameterSet:
 
     owner: Any
     declarations: dict[str, Parameter]
-    _pushed: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
+    _pushed: deque[dict[str, Any]] = field(default_factory=lambda: deque(maxlen=DEEPEST))
 
     def find(self, name: str) -> Parameter | None:
         """The parameter of this ini name or alias."""

@@ -15,7 +15,7 @@ from runtime.clock import VirtualClock, WallClock
 from runtime.config import write
 from runtime.daemon import Daemon
 from runtime.entities import Entities, State, Systems
-from runtime.handlers import consumers
+from runtime.handlers import consumers, rate_of, tickers
 from runtime.ini import read_sections
 from runtime.kernel import SECOND, Kernel
 from runtime.parameters import ParameterError
@@ -49,7 +49,8 @@ class Vehicle:
     """One vehicle: add tasks, `start`, `run`, `close`.
 
     `keep_going` chooses what an exception of a task does: True restarts the task with back-off, as on a vehicle; False
-    ends the run with it, as in simulation. `settings` is the profile, `state_folder` keeps saved parameters.
+    ends the run with it, as in simulation. `profile` is the effective configuration, `state_folder` keeps saved
+    parameters. `running` has the names of the tasks that have been started and are not stopped.
     """
 
     def __init__(
@@ -83,7 +84,8 @@ class Vehicle:
         self.exit_status = 0
         self._tasks: dict[str, Task] = {}
         self._original: dict[str, dict[str, str]] = {}
-        self._running: set[str] = set()
+        self.running: set[str] = set()
+        self._effective: dict[str, dict[str, str]] = {}
         self._failures: dict[str, tuple[int, int]] = {}
         self._error: Exception | None = None
         self._closing = False
@@ -130,6 +132,8 @@ class Vehicle:
             entity.activation_time, entity.deactivation_time = task.activation_time, task.deactivation_time
             self._original[section] = {p.name: task.parameter_set.text(p) for p in cls.parameters().values()}
             task.configure()
+            for ticking in tickers(cls):
+                rate_of(task, ticking.rate)
         except Exception:
             for reserved in [e for e in self.entities if e.component == section]:
                 self.entities.release(reserved)
@@ -185,10 +189,12 @@ class Vehicle:
 
     def remember(self, task: Task) -> None:
         """Take the task's changed parameters into the effective configuration."""
+        known = self._effective.setdefault(task.name, dict(self._original[task.name]))
         for parameter in task.parameters().values():
             text = task.parameter_set.text(parameter)
-            if text != self._original[task.name][parameter.name]:
+            if text != known[parameter.name]:
                 self.profile.override(f"{task.name}:{parameter.name}={text}")
+                known[parameter.name] = text
 
     def save_parameters(self, task: Task) -> Path:
         """Add the parameters of a task that differ from the profile to the file of saved ones; returns its path.
@@ -198,12 +204,11 @@ class Vehicle:
         """
         path = self.state_folder / f"{self.name}-saved.ini"
         saved = read_sections(path)
-        changed = {
-            parameter.name: task.parameter_set.text(parameter)
-            for parameter in task.parameters().values()
-            if task.parameter_set.text(parameter) != self._original[task.name][parameter.name]
-        }
-        saved[task.name] = {**saved.get(task.name, {}), **changed}
+        section = saved.setdefault(task.name, {})
+        for parameter in task.parameters().values():
+            text = task.parameter_set.text(parameter)
+            if parameter.name in section or text != self._original[task.name][parameter.name]:
+                section[parameter.name] = text
         path.parent.mkdir(parents=True, exist_ok=True)
         draft = path.with_suffix(".new")
         draft.write_text(write(saved), encoding="utf-8", errors="surrogateescape")
@@ -229,9 +234,9 @@ class Vehicle:
             raise ParameterError(parameter.name, str(error)) from None
 
     def _start(self, task: Task) -> None:
-        self._running.add(task.name)
+        self.running.add(task.name)
         activation = self.activations.get(task.name)
-        if activation is not None and task.activation == "maneuver":
+        if activation is not None and task.activation in ("plan", "maneuver"):
             task.parameter_set.set(task.parameters()["Active"], False)
         task.start()
         task.begin_ticking()
@@ -258,9 +263,9 @@ class Vehicle:
             task.disconnect()
         except Exception as error:
             self._note(task, error)
-        if task.name not in self._running:
+        if task.name not in self.running:
             return
-        self._running.discard(task.name)
+        self.running.discard(task.name)
         try:
             task.stop()
         except Exception as error:
@@ -277,7 +282,8 @@ class Vehicle:
             self._note(owner, error)
             return
         if not self.keep_going:
-            error.add_note(f"in {owner!r} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
+            if error is not self._error:
+                error.add_note(f"in {owner!r} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
             self._error = error
             raise error
         if not isinstance(owner, Task):
