@@ -1,11 +1,13 @@
 """`shoal replay`: plays a log onto the bus."""
 
 from pathlib import Path
+from typing import cast
 
 import click
 
 from runtime.build import join_zenoh
 from runtime.catalogue import find_task
+from runtime.cli.keys import Player, steering
 from runtime.cli.run import options, swim
 from runtime.clock import parse_clock
 from runtime.folders import own_etc
@@ -18,13 +20,23 @@ NAME = "replay"
 
 @click.command()
 @click.argument("log", type=click.Path(exists=True, path_type=Path))
-@click.option("--skip", default=0.0, show_default=True, help="Seconds of the log to leave out at its beginning.")
-@click.option("--messages", default="", help="Names of the messages to play, separated by commas; all by default.")
+@click.option(
+    "--from", "begin", default="", metavar="PLACE", help="Where to begin: 90, 1h30min or 2026-01-01T00:05:00."
+)
+@click.option("--to", "end", default="", metavar="PLACE", help="Where to end, as --from.")
+@click.option("-m", "--messages", multiple=True, help="Messages to play, by name; all by default.")
+@click.option("-s", "--systems", multiple=True, help="Systems to play, by name or id.")
+@click.option("-e", "--entities", multiple=True, help="Entities to play, by label.")
+@click.option("--loop", is_flag=True, help="Begin again at the end.")
 @options
 def replay(
     log: Path,
-    skip: float,
-    messages: str,
+    begin: str,
+    end: str,
+    messages: tuple[str, ...],
+    systems: tuple[str, ...],
+    entities: tuple[str, ...],
+    loop: bool,
     clock: str,
     duration: float | None,
     seed: int | None,
@@ -34,7 +46,8 @@ def replay(
 ) -> None:
     """Play LOG, a folder or a Data.lsf of Shoal or DUNE, with the headers and in the order of the log.
 
-    The player is a system of its own, named replay, so nothing is mixed into what the log says.
+    The player is a system of its own, named replay, so nothing is mixed into what the log says. Several messages,
+    systems or entities are separated by commas. On a terminal the space bar pauses, and the arrows go 10 s back or on.
     """
     cls = find_task("Transports.Replay")
     assert cls is not None
@@ -50,14 +63,17 @@ def replay(
             keep_going=bool(keep_going),
             log_root=log_dir,
         )
-        wanted = [name.strip() for name in messages.split(",") if name.strip()]
-        vehicle.add(
+        player = vehicle.add(
             cls,
             "Transports.Replay",
             load_at_start=str(log),
             exit_at_end=True,
-            seconds_to_skip=skip,
-            replay_messages=wanted,
+            begin=begin,
+            end=end,
+            replay_messages=_words(messages),
+            replay_systems=_words(systems),
+            replay_entities=_words(entities),
+            loop=loop,
         )
         if bus == "zenoh":
             join_zenoh(vehicle, profile)
@@ -65,4 +81,9 @@ def replay(
         raise click.ClickException(f"{error}; a zenoh bus needs pip install 'shoal[zenoh]'") from None
     except (ProfileError, ConnectionError, ValueError) as error:
         raise click.ClickException(str(error)) from None
-    swim(vehicle, f"replay of {log}", duration)
+    with steering(cast(Player, player), vehicle.kernel):
+        swim(vehicle, f"replay of {log}", duration)
+
+
+def _words(texts: tuple[str, ...]) -> list[str]:
+    return [word.strip() for text in texts for word in text.split(",") if word.strip()]

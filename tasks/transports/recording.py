@@ -2,13 +2,19 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
 from typing import NamedTuple, cast
 
 import msgspec
 
 import imc
 from imc.lsf import Log, packet_id
+from runtime.cli.duration import parse_duration
+from runtime.logs.names import types_called
+from runtime.logs.summary import summarize
 
 TOLERANCE = 10.0  # s
 ENOUGH = 20
@@ -58,20 +64,62 @@ class Due(NamedTuple):
     packet: bytes
 
 
+class Place(NamedTuple):
+    """A place in a log: seconds from its begin, or, where it is a `date`, since 1970 UTC."""
+
+    seconds: float
+    date: bool = False
+
+    @classmethod
+    def parse(cls, text: str) -> "Place":
+        """From "90", "1h30min" or "2026-01-01T00:05:00" (UTC). Raises ValueError."""
+        try:
+            return cls(parse_duration(text))
+        except ValueError:
+            pass
+        try:
+            time = datetime.fromisoformat(text.strip())
+        except ValueError:
+            raise ValueError(f"{text!r} is no place in a log; write 90, 1h30min or 2026-01-01T00:05:00") from None
+        return cls((time if time.tzinfo else time.replace(tzinfo=UTC)).timestamp(), True)
+
+    def elapsed(self, origin: float) -> float:
+        """Seconds from the begin of a log that began at `origin` (s since 1970 UTC)."""
+        return self.seconds - origin if self.date else self.seconds
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What of a log is played: names of messages and systems, labels of entities (empty is all), and until where."""
+
+    messages: tuple[str, ...] = ()
+    systems: tuple[str, ...] = ()
+    entities: tuple[str, ...] = ()
+    end: Place | None = None
+
+
 class Recording:
     """The packets of a log that the bus can have.
 
-    `types` are the names of the messages to play, all if empty. A packet whose id means another message here than in
-    the log, or has another layout, is left out and counted in `foreign`.
-    `entities` maps labels to ids here; where there are some, the entity ids of the log's owner are translated by label
-    and those of other labels become 255.
+    A packet whose id means another message here than in the log, or has another layout, is left out and counted in
+    `foreign`. `entities` maps labels to ids here; where there are some, the entity ids of the log's owner are
+    translated by label and those of other labels become 255.
+    Raises UnknownName (a ValueError) for a choice that the log does not have.
     """
 
-    def __init__(self, log: Log, types: list[str], entities: dict[str, int], longest_pause: float):
+    def __init__(self, log: Log, choice: Choice, entities: Mapping[str, int], longest_pause: float):
         self.log = log
         self.timeline = Timeline(longest_pause)
         self.foreign: Counter[str] = Counter()
-        self._types = set(types)
+        self._end = choice.end or Place(math.inf)
+        self._longest_pause = longest_pause
+        self._types = types_called(choice.messages, log.schema)
+        self._systems: set[int] = set()
+        self._speakers: set[tuple[int, int]] = set()
+        if choice.systems or choice.entities:
+            summary = summarize(log)
+            self._systems = summary.names.systems_called(choice.systems, summary.clocks)
+            self._speakers = summary.names.entities_called(choice.entities, summary.by_entity)
         self._verdicts: dict[int, str] = {}
         first = next((packet for _, packet in log.packets()), None)
         self.owner = imc.header(first).src if first is not None else None
@@ -81,23 +129,38 @@ class Recording:
         self._translating = bool(entities)
 
     def __iter__(self) -> Iterator[Due]:
-        advance = self.timeline.advance
+        return self.play()
+
+    def play(self, begin: Place | None = None) -> Iterator[Due]:
+        """The packets from `begin` on; each call reads the log anew."""
+        self.timeline = timeline = Timeline(self._longest_pause)
+        self.foreign.clear()
         same = self.log.schema == imc.builtin()
+        chosen = bool(self._types or self._systems or self._speakers)
+        owner, led, end = self.owner, self._led, self._end
+        reached = begin is None
         for _, packet in self.log.packets():
             header = imc.header(packet)
             # Other systems have other clocks: where the first packet says whose log it is, that one's clock counts.
-            if header.src == self.owner or not self._led:
-                advance(header.timestamp)
-            if self._types and not self._is_wanted(header):
+            if header.src == owner or not led:
+                timeline.advance(header.timestamp)
+            elapsed, origin = timeline.elapsed, timeline.origin
+            if begin is not None and not reached:
+                if not elapsed >= begin.elapsed(origin):
+                    continue
+                reached = True
+            if elapsed >= end.elapsed(origin):
+                return
+            if chosen and not self._is_wanted(header):
                 continue
             if not same and (name := self._foreign(packet, header.id)):
                 self.foreign[name] += 1
                 continue
             if self._translating:
                 packet = self._translate(packet, header)
-            yield Due(self.timeline.elapsed, self.timeline.origin, packet)
+            yield Due(elapsed, origin, packet)
 
-    def _find_entities(self, wanted: dict[str, int]) -> dict[int, int]:
+    def _find_entities(self, wanted: Mapping[str, int]) -> dict[int, int]:
         """The log's entity ids and those of the same label here; reads until all of `wanted` are found."""
         found: dict[int, int] = {}
         left = set(wanted)
@@ -112,11 +175,17 @@ class Recording:
         return found
 
     def _is_wanted(self, header: imc.Header) -> bool:
-        found = self.log.schema.types_by_id.get(header.id)
-        if found is None:
+        if self._types and header.id not in self._types and not self._is_followed(header):
             return False
-        followed = found.abbrev == "EntityState" and header.src == self.owner and header.src_ent in self.entities
-        return followed or found.abbrev in self._types
+        if self._systems and header.src not in self._systems:
+            return False
+        return not self._speakers or (header.src, header.src_ent) in self._speakers
+
+    def _is_followed(self, header: imc.Header) -> bool:
+        """Whether it is the state of an entity that is translated."""
+        found = self.log.schema.types_by_id.get(header.id)
+        known = header.src == self.owner and header.src_ent in self.entities
+        return known and found is not None and found.abbrev == "EntityState"
 
     def _foreign(self, packet: bytes, number: int) -> str:
         """What the packet is called that would be something else here, else an empty text."""
@@ -150,6 +219,35 @@ class Recording:
         if header.dst == self.owner or header.dst in BROADCAST:
             dst_ent = self.entities.get(dst_ent, UNKNOWN_ENTITY)
         return imc.with_header(packet, src_ent=src_ent, dst_ent=dst_ent)
+
+
+class Opened(NamedTuple):
+    """A log at a place: what comes from there, and the first of it."""
+
+    recording: Recording
+    packets: Iterator[Due]
+    first: Due | None
+
+
+def open_recording(
+    path: Path, choice: Choice, entities: dict[str, int], longest_pause: float, place: Place
+) -> Opened | str:
+    """The recording at `path`, or why it cannot be played."""
+    try:
+        return go_to(Recording(Log(path), choice, entities, longest_pause), place)
+    except OSError as error:
+        return f"{path}: {error.strerror or error}"
+    except ValueError as error:
+        return str(error)
+
+
+def go_to(recording: Recording, place: Place) -> Opened | str:
+    """The recording from `place` on, or why it cannot be read."""
+    packets = recording.play(place)
+    try:
+        return Opened(recording, packets, next(packets, None))
+    except OSError as error:
+        return f"{error.filename}: {error.strerror}"
 
 
 def _parts(message: imc.Message) -> Iterator[imc.Message]:

@@ -1,18 +1,19 @@
 """Plays a log onto the bus, in the order of the file and at the times of the log."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import imc
-from imc.lsf import Log
-from runtime import State, Task, Timer, consume, param
+from runtime import ParameterError, State, Task, Timer, consume, param, periodic
 from runtime.kernel import SECOND
-from tasks.transports.recording import Due, Recording
+from tasks.transports.recording import Choice, Due, Opened, Place, Recording, go_to, open_recording
 
 BATCH = 200  # packets in one go, so that others have their turn while a replay is behind
 BREATH = 1e-6  # s, so that time passes however many packets are due at once
+SHORTEST_ROUND = 1.0  # s, of a loop
 REPORTED = 5
 BROADCAST = (0xFFFF, 0xFFF0)
+STAY = -1.0
 
 Op = imc.ReplayControl.Op
 
@@ -20,37 +21,74 @@ Op = imc.ReplayControl.Op
 class Replay(Task):
     """Plays a log of Shoal or DUNE: every message with the header that it has in the log.
 
-    ReplayControl starts a log of the vehicle's log folder, stops, pauses and resumes.
+    ReplayControl starts a log of the vehicle's log folder (without a name the last one), stops, pauses and resumes; the
+    parameter `Position` goes to a place.
     """
 
     load_at_start: str = param("", "", "Log to play from the start, a folder or a file.", editable=False)
     replay_messages: list[str] = param([], "", "Names of the messages to play; empty plays all.")
+    replay_systems: list[str] = param([], "", "Names or ids of the systems to play; empty plays all.")
+    replay_entities: list[str] = param([], "", "Labels of the log's entities to play; empty plays all.")
     entities: list[str] = param([], "", "Labels of the log's entities that this task takes over.", editable=False)
     time_multiplier: float = param(1.0, "1", "Seconds of the log in one second of the vehicle's clock.", minimum=1e-3)
     seconds_to_skip: float = param(
         0.0, "s", "Begin of the log that is left out.", name="Seconds to skip", aliases=("Seconds To Skip",), minimum=0
     )
+    begin: str = param(
+        "", "", "Where to begin, in place of Seconds to skip: 90, 1h30min or 2026-01-01T00:05:00 (UTC).", name="From"
+    )
+    end: str = param("", "", "Where to end, as From; empty plays all.", name="To")
+    position: float = param(STAY, "s", "Set it to go to these seconds of the log.", minimum=STAY)
+    loop: bool = param(False, "", "Begin again at the end.")
     keep_time: bool = param(True, "", "Leave the times of the log in the messages, instead of those of the replay.")
     longest_pause: float = param(3600.0, "s", "A longer one is taken for a step of the log's clock.", minimum=0.0)
     exit_at_end: bool = param(False, "", "Stop the vehicle when the log has been played.")
 
+    _recording: Recording | None = None
+    _paused_at: int | None = None
+
     def configure(self) -> None:
         self._entities = {label: self.reserve(label).id for label in self.entities if label}
+        self._from = self._place("From", self.begin) or Place(self.seconds_to_skip)
+        self._choice = Choice(
+            tuple(filter(None, self.replay_messages)),
+            tuple(filter(None, self.replay_systems)),
+            tuple(filter(None, self.replay_entities)),
+            self._place("To", self.end),
+        )
+        if self._recording is None:
+            self._speed = self.time_multiplier
+        elif self.position >= 0.0:
+            self.seek(Place(self.position))
+        elif self._speed != self.time_multiplier:
+            self._continue_from(self.elapsed)
+        self.position = STAY
 
     def start(self) -> None:
-        self._recording: Recording | None = None
+        self._path: Path | None = Path(self.load_at_start) if self.load_at_start else None
         self._packets: Iterator[Due] = iter(())
         self._next: Due | None = None
         self._timer: Timer | None = None
-        self._paused_at: int | None = None
-        self._loading = 0
-        if self.load_at_start:
-            self._load(Path(self.load_at_start))
+        self._loading = self._played = self._malformed = 0
+        self._base = 0.0
+        self._leave()
+        if self._path is not None:
+            self._load(self._path)
         else:
             self.set_entity_state(State.NORMAL, "idle")
 
     def stop(self) -> None:
         self._leave()
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds of the log at which the replay is."""
+        now = self.now_ns if self._paused_at is None else self._paused_at
+        return self._base + (now - self._begin_ns) / SECOND * self._speed
+
+    @property
+    def paused(self) -> bool:
+        return self._paused_at is not None
 
     @consume(others=True)
     def control(self, request: imc.ReplayControl) -> None:
@@ -61,42 +99,95 @@ class Replay(Task):
         if request.op == Op.START:
             root = self.vehicle.log_root.resolve()
             path = (root / request.file).resolve()
-            if path.is_relative_to(root):
+            if not request.file and self._path is not None:
+                self._load(self._path)
+            elif path.is_relative_to(root):
                 self._load(path)
             else:
                 self.log.error(f"{request.file!r} is not in the log folder {root}")
         elif request.op == Op.STOP:
             self._leave()
             self.set_entity_state(State.NORMAL, "stopped")
-        elif request.op == Op.PAUSE and self._paused_at is None and self._recording is not None:
+        elif request.op == Op.PAUSE:
+            self.pause()
+        elif request.op == Op.RESUME:
+            self.resume()
+
+    def pause(self) -> None:
+        if self._paused_at is None and self._recording is not None:
             self._paused_at = self.now_ns
             self._cancel()
-        elif request.op == Op.RESUME and self._paused_at is not None:
+            self.tell()
+
+    def resume(self) -> None:
+        if self._paused_at is not None:
             self._begin_ns += self.now_ns - self._paused_at
             self._paused_at = None
-            self._play()
+            self.tell()
+            if not self._seeking:
+                self._play()
+
+    def seek(self, place: Place) -> None:
+        """Go on from another place of the log, or wait there while paused."""
+        if self._recording is not None:
+            self._cancel()
+            self._seeking = True
+            self._loading += 1
+            self.offload(go_to, self._recording, place, then=self._landing(place))
+
+    def skip(self, seconds: float) -> None:
+        """Go on by so many seconds of the log, or back."""
+        if self._recording is not None:
+            self.seek(Place(max(0.0, self.elapsed + seconds)))
+
+    @periodic(1.0)
+    def tell(self) -> None:
+        """Say where the replay is."""
+        if self._recording is not None:
+            doing = "playing" if self._paused_at is None else "paused in"
+            self.set_entity_state(
+                State.NORMAL, f"{doing} {self._recording.log.path.parent.name} at {self.elapsed:.0f} s"
+            )
 
     def _load(self, path: Path) -> None:
         self._leave()
-        self._loading += 1
+        self._path = path
         self.set_entity_state(State.BOOT, f"opening {path.name}")
-        arguments = (path, [name for name in self.replay_messages if name], self._entities, self.longest_pause)
-        self.offload(_open, *arguments, then=lambda opened, turn=self._loading: self._begin(opened, turn))
+        arguments = path, self._choice, self._entities, self.longest_pause, self._from
+        self.offload(open_recording, *arguments, then=self._landing(self._from))
 
-    def _begin(self, opened: Recording | str, turn: int) -> None:
-        if turn != self._loading:
-            return
+    def _landing(self, place: Place) -> "Callable[[Opened | str], None]":
+        """What begins there, unless something else has been asked for meanwhile."""
+        turn = self._loading
+        return lambda opened: self._land(opened, place) if turn == self._loading else None
+
+    def _land(self, opened: Opened | str, place: Place) -> None:
         if isinstance(opened, str):
+            self._leave()
             self._refuse(opened)
             return
-        for label in opened.missing:
-            self.log.warning(f"the log has no entity {label!r}")
-        source = opened.log.schema_source
-        self.log.info(f"playing {opened.log.path} with {source.name if source else 'the built-in definitions'}")
-        self.set_entity_state(State.NORMAL, f"playing {opened.log.path.parent.name}")
-        self._recording, self._packets = opened, iter(opened)
-        self._begin_ns, self._played, self._malformed = self.now_ns, 0, 0
-        self._play()
+        recording, self._packets, self._next = opened
+        self._seeking = False
+        if recording is not self._recording:
+            for label in recording.missing:
+                self.log.warning(f"the log has no entity {label!r}")
+            source = recording.log.schema_source
+            self.log.info(f"playing {recording.log.path} with {source.name if source else 'the built-in definitions'}")
+            self._recording, self._played, self._malformed = recording, 0, 0
+        if self._next is None and place.seconds > 0.0:
+            self.log.warning("there is nothing to play at this place of the log")
+        self._continue_from(place.elapsed(self._next.origin) if self._next is not None else 0.0)
+        self.tell()
+        if self._paused_at is None:
+            self._play()
+
+    def _continue_from(self, elapsed: float) -> None:
+        self._base, self._begin_ns, self._speed = elapsed, self.now_ns, self.time_multiplier
+        if self._paused_at is not None:
+            self._paused_at = self.now_ns
+        elif self._timer is not None:
+            self._cancel()
+            self._play()
 
     def _play(self) -> None:
         """Relay what is due, and come back when the next packet is."""
@@ -112,21 +203,19 @@ class Replay(Task):
                 self._end()
                 return
             self._next = due
-            if due.elapsed >= self.seconds_to_skip:
-                wait = self._begin_ns - self.now_ns
-                wait += round((due.elapsed - self.seconds_to_skip) / self.time_multiplier * SECOND)
-                if wait > 0:
-                    self._timer = self.after(wait / SECOND, self._play)
-                    return
-                self._emit(due)
+            wait = self._begin_ns - self.now_ns + round((due.elapsed - self._base) / self._speed * SECOND)
+            if wait > 0:
+                self._timer = self.after(wait / SECOND, self._play)
+                return
+            self._emit(due)
             self._next = None
         self._timer = self.after(BREATH, self._play)
 
     def _emit(self, due: Due) -> None:
         packet = due.packet
         if not self.keep_time:
-            since = imc.header(packet).timestamp - due.origin - self.seconds_to_skip
-            packet = imc.with_header(packet, timestamp=self._begin_ns / SECOND + since / self.time_multiplier)
+            since = imc.header(packet).timestamp - due.origin - self._base
+            packet = imc.with_header(packet, timestamp=self._begin_ns / SECOND + since / self._speed)
         try:
             self.relay(packet)
             self._played += 1
@@ -136,6 +225,9 @@ class Replay(Task):
     def _end(self) -> None:
         recording = self._recording
         if recording is None:
+            return
+        if self.loop and self._played:
+            self._timer = self.at(max(self._begin_ns / SECOND + SHORTEST_ROUND, self.now + BREATH), self._again)
             return
         self._leave()
         losses = recording.log.losses
@@ -154,6 +246,10 @@ class Replay(Task):
         if self.exit_at_end:
             self.vehicle.stop()
 
+    def _again(self) -> None:
+        self._timer = None
+        self.seek(self._from)
+
     def _refuse(self, reason: str) -> None:
         self.log.error(reason)
         self.set_entity_state(State.FAILURE, reason)
@@ -163,6 +259,7 @@ class Replay(Task):
     def _leave(self) -> None:
         self._cancel()
         self._recording, self._packets, self._next, self._paused_at = None, iter(()), None, None
+        self._seeking = False
         self._loading += 1
 
     def _cancel(self) -> None:
@@ -170,12 +267,8 @@ class Replay(Task):
             self._timer.cancel()
             self._timer = None
 
-
-def _open(path: Path, types: list[str], entities: dict[str, int], longest_pause: float) -> Recording | str:
-    """The recording at `path`, or why it cannot be played."""
-    try:
-        return Recording(Log(path), types, entities, longest_pause)
-    except OSError as error:
-        return f"{path}: {error.strerror or error}"
-    except ValueError as error:
-        return str(error)
+    def _place(self, name: str, text: str) -> Place | None:
+        try:
+            return Place.parse(text) if text else None
+        except ValueError as error:
+            raise ParameterError(name, str(error)) from None
