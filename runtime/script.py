@@ -1,6 +1,7 @@
 """Sequential logic as a coroutine on the kernel: wait, hear, act, in the order it is written."""
 
 import inspect
+from collections import deque
 from collections.abc import Callable, Coroutine, Generator
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -21,6 +22,42 @@ class _Pause:
         return (yield)
 
 
+class Inbox:
+    """Messages of some types, in order, since it was opened: none is lost between one `next` and the following."""
+
+    def __init__(self, script: "Script", kinds: tuple[type[imc.Message], ...], others: bool):
+        self._script = script
+        self._waiting = False
+        self._messages: deque[imc.Message] = deque()
+        self._subscriptions = [Subscription(kind, self._take, script, others) for kind in kinds]
+        for subscription in self._subscriptions:
+            script.bus.subscribe(subscription)
+
+    async def next(self, timeout: float | None = None) -> imc.Message:
+        """The next message. Raises TimeoutError after `timeout` seconds without one."""
+        if self._messages:
+            return self._messages.popleft()
+        self._waiting = True
+        try:
+            return await self._script.pause(timeout, f"no message within {timeout or 0.0:g} s")
+        finally:
+            self._waiting = False
+
+    def close(self) -> None:
+        for subscription in self._subscriptions:
+            self._script.bus.remove(subscription)
+        self._subscriptions = []
+
+    def _take(self, message: imc.Message) -> None:
+        if not self._subscriptions:
+            return
+        if self._waiting:
+            self._waiting = False
+            self._script.resume(message)
+        else:
+            self._messages.append(message)
+
+
 class Script:
     """A coroutine of a task: `async def dive(script): await script.sleep(2); state = await script.hear(...)`.
 
@@ -32,8 +69,9 @@ class Script:
         self.done = False
         self.result: Any = None
         self._kernel = task.vehicle.kernel
-        self._bus = bus
+        self.bus = bus
         self._subscriptions: list[Subscription] = []
+        self._inboxes: list[Inbox] = []
         self._timer: Timer | None = None
         self._coroutine = function(self, *args)
         if not inspect.iscoroutine(self._coroutine):
@@ -53,6 +91,7 @@ class Script:
         self.done = True
         if inspect.getcoroutinestate(self._coroutine) != inspect.CORO_RUNNING:
             self._forget()
+            self._end()
             self._coroutine.close()
 
     async def sleep(self, seconds: float) -> None:
@@ -78,31 +117,47 @@ class Script:
             try:
                 wanted = where is None or where(message)
             except Exception as error:
-                self._resume(error)
+                self.resume(error)
             else:
                 if wanted:
-                    self._resume(message)
+                    self.resume(message)
 
         subscription = Subscription(kind, heard, self, others)
         self._subscriptions.append(subscription)
-        self._bus.subscribe(subscription)
+        self.bus.subscribe(subscription)
+        return await self.pause(timeout, f"no {kind.__name__} within {timeout or 0.0:g} s")
+
+    def listen(self, *kinds: type[imc.Message], others: bool = False) -> Inbox:
+        """Keep all messages of these types from now on, of the own system unless `others`, until the script ends."""
+        inbox = Inbox(self, kinds, others)
+        self._inboxes.append(inbox)
+        return inbox
+
+    async def pause(self, timeout: float | None, reason: str) -> Any:
+        """Wait to be resumed. Raises TimeoutError(reason) after `timeout` seconds."""
         if timeout is not None:
-            self._wake(timeout, TimeoutError(f"no {kind.__name__} within {timeout:g} s"))
+            self._wake(timeout, TimeoutError(reason))
         return await _Pause()
 
     def _wake(self, seconds: float, value: Any) -> None:
-        self._timer = self._kernel.at(self._kernel.now_ns + round(seconds * SECOND), self._resume, value)
+        self._timer = self._kernel.at(self._kernel.now_ns + round(seconds * SECOND), self.resume, value)
         self._timer.owner = self.task
 
     def _forget(self) -> None:
         for subscription in self._subscriptions:
-            self._bus.remove(subscription)
+            self.bus.remove(subscription)
         self._subscriptions = []
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
 
-    def _resume(self, value: Any) -> None:
+    def _end(self) -> None:
+        for inbox in self._inboxes:
+            inbox.close()
+        self._inboxes = []
+
+    def resume(self, value: Any) -> None:
+        """Go on with `value`, or with the exception that it is."""
         if self.done:
             return
         self._forget()
@@ -113,8 +168,10 @@ class Script:
                 self._coroutine.send(value)
         except StopIteration as end:
             self.done, self.result = True, end.value
+            self._end()
         except Exception as error:
             self.done = True
+            self._end()
             self._kernel.on_error(self.task, error)
         else:
             if self.done:
