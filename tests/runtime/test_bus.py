@@ -1,9 +1,11 @@
 """The bus: what comes from other processes, and what goes to them."""
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import imc
-from runtime import Task, consume
+from runtime import Task, consume, param, periodic
 from runtime.bus import Bus, Subscription
 from runtime.clock import VirtualClock
 from runtime.kernel import Kernel
@@ -108,3 +110,68 @@ def test_a_relayed_packet_keeps_its_header_and_loses_what_follows_it():
 
     run = simulate([Link, Ear], seconds=1.0)
     assert run.tasks[1].heard == [depth(4.0, OTHER)]
+
+
+def test_a_peer_that_is_faster_than_this_process_costs_packets_and_no_memory(bus, monkeypatch):
+    monkeypatch.setattr("runtime.bus.MOST_WAITING", 100)
+    wire, heard = Wire(), []
+    bus.attach(wire)
+    bus.subscribe(Subscription(imc.Depth, heard.append))
+    for number in range(250):
+        wire.receive(depth(number)[1])
+    assert len(bus._waiting) == 100
+    bus.kernel.run()
+    assert [message.value for message in heard] == list(range(100))
+    assert bus.overrun == 150
+    wire.receive(depth(7.0)[1])
+    bus.kernel.run()
+    assert heard[-1].value == 7.0
+
+
+class Speaker(Task):
+    """Numbers what it says, and fails when it is told to."""
+
+    rate: float = param(7.0, "Hz", "How often.")
+
+    def configure(self):
+        self.number = 0
+
+    @periodic("rate")
+    def speak(self) -> None:
+        self.number += 1
+        self.publish(imc.Depth(value=self.number))
+
+    @consume
+    def stumble(self, message: imc.Temperature) -> None:
+        if message.value == self.rate:
+            raise ValueError("stumbled")
+
+
+class Clerk(Task):
+    """Keeps what it hears."""
+
+    def configure(self):
+        self.heard = []
+
+    @consume
+    def hear(self, message: imc.Depth) -> None:
+        self.heard.append(message)
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    st.lists(st.tuples(st.floats(0.0, 9.0), st.sampled_from([3.0, 5.0])), max_size=5),
+    st.permutations([3.0, 5.0, 8.0]),
+)
+def test_nothing_is_lost_doubled_or_swapped_while_others_restart(stumbles, rates):
+    feed = [imc.Temperature(value=rate, timestamp=at) for at, rate in stumbles]
+    tasks = [(Speaker, {"rate": rate, "entity_label": f"Speaker {rate}"}) for rate in rates]
+    run = simulate([Clerk, *tasks, (Clerk, {"entity_label": "Second"})], feed, seconds=15.0, keep_going=True)
+    first, second = run.tasks[0].heard, run.tasks[-1].heard
+    assert first == second == run.of(imc.Depth)
+    assert [m.timestamp for m in first] == sorted(m.timestamp for m in first)
+    for task in run.tasks[1:-1]:
+        said = [m.value for m in first if m.src_ent == task.entity.id]
+        assert said == list(range(1, task.number + 1))
+        if task.rate == 8.0:
+            assert task.number == 120
