@@ -1,16 +1,21 @@
 """From a profile to a vehicle: finds the classes of its sections and gives them their values."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from runtime.bus import Bus
 from runtime.catalogue import TaskImportError, find_task, missing_extra
 from runtime.clock import VirtualClock, WallClock
+from runtime.config import Option
+from runtime.dune import EVERY_TASK
 from runtime.entities import EntityError
+from runtime.kernel import Kernel
 from runtime.parameters import ParameterError
-from runtime.problem import Origin, Problem, ProfileError
+from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
 from runtime.profile import Profile
-from runtime.vehicle import Vehicle
+from runtime.task import Task
+from runtime.vehicle import Vehicle, summary
 
 
 @dataclass
@@ -33,12 +38,16 @@ def build(
     keep_going: bool | None = None,
     log_root: Path = Path("log"),
     state_folder: Path = Path("db"),
+    only: Collection[str] | None = None,
+    bus: Callable[[Kernel, int], Bus] = Bus,
+    entity_ids: Mapping[str, int] | None = None,
 ) -> Build:
     """The vehicle of a profile with the tasks that the selected modes enable.
 
     `keep_going` is whether a task that fails is restarted (True) or ends the run (False); by default it ends a
     simulation and is restarted otherwise. `seed` is by default the profile's; the effective configuration, which is
-    in every log, has it and the modes. Raises ProfileError naming file and line of what cannot be.
+    in every log, has it and the modes. `only` are sections to take in place of those that are enabled; `bus` makes the
+    bus, and `entity_ids` gives labels their ids. Raises ProfileError naming file and line of what cannot be.
     """
     if keep_going is None:
         keep_going = not (isinstance(clock, VirtualClock) or "Simulation" in selected)
@@ -55,10 +64,15 @@ def build(
         keep_going=keep_going,
         log_root=log_root,
         state_folder=state_folder,
+        bus=bus,
+        entity_ids=entity_ids,
     )
     made, problems = Build(vehicle), list[Problem]()
     for section in profile.config.sorted_sections():
-        if not profile.enabled(section.name, selected):
+        if section.origin == COMMAND_LINE and "Enabled" not in section.options and "." in section.name:
+            hint = suggestion(section.name, set(profile.config.sections) - {section.name})
+            problems.append(Problem("error", *COMMAND_LINE, f"there is no section [{section.name}]", hint))
+        if not (profile.enabled(section.name, selected) if only is None else section.name in only):
             continue
         try:
             cls = find_task(section.name)
@@ -76,12 +90,16 @@ def build(
                 task = vehicle.add(cls, section.name, profile.options(section.name))
                 for option in section.options.values():
                     task.parameter_set.redeclare(option.name, option.attributes)
+                    if option.history and option.name not in ("Enabled", *EVERY_TASK):
+                        _warn_of_unknown(task, option)
             except ParameterError as error:
                 problems.append(
                     Problem("error", *_origin(profile, section.name, error.name), f"{section.name}: {error}")
                 )
             except EntityError as error:
                 problems.append(Problem("error", *_origin(profile, section.name, "Entity Label"), str(error)))
+            except Exception as error:
+                problems.append(Problem("error", *section.origin, f"{section.name}: {summary(error)}"))
     if problems:
         vehicle.close()
         raise ProfileError(problems)
@@ -103,6 +121,15 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
         section = profile.config.sections.get("Zenoh")
         origin = section.origin if section else Origin(str(profile.path))
         raise ProfileError([Problem("error", *origin, str(error))]) from None
+
+
+def _warn_of_unknown(task: Task, option: Option) -> None:
+    """Have the task say, once it runs, that an option means nothing to it."""
+    if task.parameter_set.find(option.name) is None:
+        hint = suggestion(option.name, task.parameter_set.declarations)
+        place = Origin(Path(option.origin.file).name, option.origin.line)  # the folder is no business of the log
+        words = f"{place}: {quoted(option.name)} is no parameter" + (f"; {hint}" if hint else "")
+        task.vehicle.kernel.soon(task.log.warning, words)
 
 
 def _origin(profile: Profile, section: str, option: str) -> Origin:

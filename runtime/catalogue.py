@@ -39,15 +39,14 @@ def find_task(section: str) -> type[Task] | None:
     name = section.partition("/")[0]
     path, _, cls_name = name.rpartition(".")
     module = own_tasks().get(name.lower())
-    if module is None and path and all(part.isidentifier() for part in name.split(".")):
-        module = path if _exists(path) else None
-    if module is None:
-        return None
+    users = path if all(part.isidentifier() for part in name.split(".")) else ""
     try:
-        found = getattr(importlib.import_module(module), cls_name, None)
-    except Exception as error:
-        raise TaskImportError(f"{section}: module {module} cannot be imported: {error}") from error
-    return found if isinstance(found, type) and issubclass(found, Task) else None
+        if module is None and users and _exists(users):
+            module = users
+        found = getattr(importlib.import_module(module), cls_name, None) if module else None
+    except (Exception, SystemExit) as error:
+        raise TaskImportError(f"{section}: module {module or users} cannot be imported: {error!r}") from error
+    return found if isinstance(found, type) and issubclass(found, Task) and found is not Task else None
 
 
 def all_tasks() -> dict[str, type[Task]]:
@@ -78,5 +77,9 @@ def _exists(module: str) -> bool:
         return False
     try:
         return importlib.util.find_spec(module) is not None
-    except (ImportError, ValueError):
+    except ModuleNotFoundError as error:
+        if error.name is not None and f"{module}.".startswith(f"{error.name}."):
+            return False
+        raise
+    except ValueError:
         return False

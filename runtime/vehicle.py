@@ -65,6 +65,8 @@ class Vehicle:
         keep_going: bool = False,
         log_root: Path = Path("log"),
         state_folder: Path = Path("db"),
+        bus: Callable[[Kernel, int], Bus] = Bus,
+        entity_ids: Mapping[str, int] | None = None,
     ):
         self.name = name
         self.system = system
@@ -78,8 +80,8 @@ class Vehicle:
         self.kernel.on_error = self._failed
         self.kernel.on_slow = self._slow
         self.start_time = self.kernel.now_ns / SECOND
-        self.bus = Bus(self.kernel, system)
-        self.entities = Entities(system)
+        self.bus = bus(self.kernel, system)
+        self.entities = Entities(system, entity_ids)
         self.activations: dict[str, Activation] = {}
         self.exit_status = 0
         self._tasks: dict[str, Task] = {}
@@ -273,7 +275,7 @@ class Vehicle:
 
     def _note(self, owner: object, error: Exception) -> None:
         """Keep an error that comes up while tasks stop, for when they have."""
-        logger.error("%r while stopping: %s", owner, _summary(error))
+        logger.error("%r while stopping: %s", owner, summary(error))
         self._error = self._error or error
 
     def _failed(self, owner: object, error: Exception) -> None:
@@ -297,7 +299,7 @@ class Vehicle:
         delay = min(LONGEST_BACKOFF, 2.0 ** min(count, 10))
         self._failures[owner.name] = (count + 1, self.kernel.now_ns + round(delay * SECOND))
         owner.set_entity_state(State.FAILURE, _words(error))
-        owner.log.error(f"{_summary(error)}: restarting in {delay:g} s")
+        owner.log.error(f"{summary(error)}: restarting in {delay:g} s")
         self._soon(self._restart, owner, delay)
 
     def _slow(self, owner: object, seconds: float) -> None:
@@ -309,7 +311,7 @@ def _words(error: Exception) -> str:
     return traceback.format_exception_only(error)[0].strip()
 
 
-def _summary(error: Exception) -> str:
+def summary(error: Exception) -> str:
     """The exception and the innermost place in the code that raised it."""
     frames = traceback.extract_tb(error.__traceback__, limit=-1)
     where = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno} in {frames[-1].name})" if frames else ""

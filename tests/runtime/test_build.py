@@ -111,3 +111,74 @@ def test_texts_that_an_ini_cannot_carry_are_refused_over_the_bus(tmp_path, value
     vehicle.run(3.0)
     assert "Replay Messages" not in vehicle.profile.options("Transports.Replay")
     vehicle.close()
+
+
+def test_options_that_are_no_parameter_are_said_in_the_log_with_the_nearest_name(tmp_path):
+    text = "[Simulators.GPS]\nEnabled = Always\nHDPO = 2\nExecution Priority = 10\n"
+    vehicle = made(tmp_path, text).vehicle
+    said = []
+    vehicle.tap(imc.LogBookEntry, said.append)
+    vehicle.start()
+    vehicle.run(1.0)
+    vehicle.close()
+    assert [entry.text for entry in said] == ["mine.ini:5: 'HDPO' is no parameter; did you mean 'HDOP'?"]
+    assert said[0].context == "Simulators.GPS"
+
+
+def test_a_value_on_the_command_line_for_a_section_that_is_not_there_is_refused(tmp_path):
+    (tmp_path / "mine.ini").write_text("[General]\nVehicle = mine\n[Simulators.GPS]\nEnabled = Always\n")
+    profile = load_profile(tmp_path / "mine.ini", overrides=["Simulators.GSP:HDOP=2", "Zenoh:Mode=peer"])
+    with pytest.raises(ProfileError, match=r"no section \[Simulators.GSP\] \(did you mean 'Simulators.GPS'"):
+        build(profile, clock=VirtualClock(0), log_root=tmp_path)
+
+
+CARELESS = '''"""A task that cannot be made."""
+
+from runtime import Task
+
+
+class Careless(Task):
+    """Fails in configure()."""
+
+    def configure(self):
+        self.table = {}["no such key"]
+'''
+
+
+def test_an_error_in_configure_names_the_section_and_the_place_in_the_code(tmp_path, monkeypatch):
+    (tmp_path / "careless.py").write_text(CARELESS)
+    monkeypatch.syspath_prepend(tmp_path)
+    text = refused(tmp_path, "[careless.Careless]\nEnabled = Always\n")
+    assert "mine.ini:3: error: careless.Careless: KeyError: 'no such key' (careless.py:10 in configure)" in text
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [("raise SystemExit(3)", "SystemExit(3)"), ("1 / 0", "ZeroDivisionError"), ("a b", "SyntaxError")],
+)
+def test_a_package_of_ones_own_that_fails_is_an_error_that_names_it(tmp_path, monkeypatch, code, words):
+    name = f"failing_package_{words[:3].lower()}"
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "__init__.py").write_text(code + "\n")
+    (tmp_path / name / "mine.py").write_text("from runtime import Task\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    text = refused(tmp_path, f"[{name}.mine.Mine]\nEnabled = Always\n")
+    assert words in text
+    assert f"{name}.mine" in text
+
+
+def test_modules_of_sections_that_do_not_run_are_left_alone(tmp_path, monkeypatch):
+    (tmp_path / "untouched.py").write_text("raise SystemExit('imported')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    text = "[untouched.A]\nEnabled = Never\n[untouched.B]\nEnabled = Hardware\n[untouched.C]\nValue = 1\n"
+    build = made(tmp_path, text)
+    assert build.left_out == {}
+    build.vehicle.close()
+
+
+def test_the_class_that_all_tasks_derive_from_is_no_task(tmp_path, monkeypatch):
+    (tmp_path / "own_module.py").write_text("from runtime import Task\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    build = made(tmp_path, "[own_module.Task]\nEnabled = Always\n")
+    assert build.left_out == {"not in Shoal": ["own_module.Task"]}
+    build.vehicle.close()
