@@ -50,4 +50,6 @@ class LazyGroup(click.Group):
 @click.version_option(package_name="shoal")
 def main() -> None:
     """A task runtime for unmanned vehicles."""
+    if reconfigure := getattr(sys.stdout, "reconfigure", None):
+        reconfigure(errors="replace")  # an ASCII terminal has no °
     sys.path.append(str(Path.cwd()))

@@ -54,7 +54,7 @@ def check(
         if not problems:
             console.print(f"{name}: nothing wrong", markup=False)
     if counts:
-        console.print(", ".join(f"{number} {severity}s" for severity, number in counts.items()))
+        console.print(", ".join(f"{number} {severity}{'s' * (number > 1)}" for severity, number in counts.items()))
     sys.exit(1 if counts["error"] else 0)
 
 
@@ -71,10 +71,13 @@ def explain(
     profiles: tuple[str, ...],
     overrides: tuple[str, ...],
 ) -> None:
-    """Say what each value of PROFILE is, its unit and meaning, and which line set it."""
+    """Say what each value of PROFILE is, its unit and meaning, and which line set it.
+
+    Saved parameters (db/<vehicle>-saved.ini) count, as they do in all but virtual runs.
+    """
     console = _console()
     try:
-        loaded = load_profile(profile, config_dir, overrides=overrides, strict=False)
+        loaded = load_profile(profile, config_dir, saved=Path("db"), overrides=overrides, strict=False)
         selected = loaded.select(profiles)
         if section is not None:
             _explain_section(console, loaded, section)

@@ -98,6 +98,8 @@ def run(
     except (ProfileError, ConnectionError, ValueError) as error:
         raise click.ClickException(str(error)) from None
     _tell_left_out(made, selected)
+    if saved is not None and (path := saved / f"{loaded.vehicle}-saved.ini").exists():
+        click.echo(f"with the parameters saved in {path}", err=True)
     if made.vehicle.virtual and (bus or loaded.bus) == "zenoh":
         click.echo(
             "note: with a zenoh bus a virtual run takes messages from the outside and may not be reproducible", err=True

@@ -12,11 +12,13 @@ from rich.table import Table
 from rich.text import Text
 
 import imc
-from runtime.entities import State
+from runtime.entities import Entity, State
 from runtime.problem import printable
 from runtime.vehicle import Vehicle
 
 REFRESH = 0.25  # s of real time between two pictures
+LINE_PERIOD = 10.0  # s of real time between two lines where the output is piped
+TROUBLE = (State.ERROR, State.FAILURE)
 ECHO = 4  # columns; a terminal writes ^C at the end of the panel's last line, which must not wrap
 LEVELS: dict[int, tuple[str, str]] = {
     imc.LogBookEntry.Type.INFO: ("INFO", ""),
@@ -42,9 +44,10 @@ class Status:
         self._console = Console(highlight=False, soft_wrap=True)
         self._live: Live | None = None
         self._rate = 0.0
-        self._counted = (0, time.monotonic(), vehicle.start_time)
         self._speed = 1.0
-        self._began = (time.monotonic(), self.now)
+        self._began = (time.monotonic(), vehicle.kernel.clock.read() / 1e9)
+        self._counted = (0, *self._began)
+        self._next_line = self._began[0] + LINE_PERIOD
         vehicle.tap(imc.EstimatedState, self._see_state)
         vehicle.tap(imc.EstimatedMugState, self._see_mug)
         vehicle.tap(imc.LoggingControl, self._see_log)
@@ -59,17 +62,18 @@ class Status:
         if self._console.is_terminal:
             self._live = Live(self._panel(), console=self._console, auto_refresh=False, transient=False)
             self._live.start()
-            self._tick()
+        self._tick()
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._live is not None:
+            self._counted = (0, *self._began)
             self._refresh()
             self._live.stop()
             self._live = None
 
     def summary(self) -> str:
-        """One line about the whole run."""
+        """One line about the whole run, and one for each entity that ended in trouble."""
         real, passed = time.monotonic() - self._began[0], self.now - self._began[1]
         parts = [
             f"{passed:.1f} s of vehicle time in {real:.1f} s",
@@ -78,12 +82,15 @@ class Status:
         ]
         if self.folder:
             parts.append(f"log in {self.folder}")
-        return ", ".join(parts)
+        troubled = [entity for entity in self.vehicle.entities if entity.stateful and entity.state in TROUBLE]
+        return "\n".join([", ".join(parts), *map(_plight, troubled)])
 
     def _tick(self) -> None:
-        if self._live is None:
-            return
-        if time.monotonic() - self._counted[1] >= REFRESH:
+        if self._live is None and time.monotonic() >= self._next_line:
+            self._next_line += LINE_PERIOD
+            words = [self._position(), *self._entities().plain.split("\n"), f"{self.vehicle.bus.delivered} messages"]
+            self._console.print(Text(f"{_clock(self.now)} STATUS  {', '.join(words)}"))
+        elif self._live is not None and time.monotonic() - self._counted[1] >= REFRESH:
             self._refresh()
         step = REFRESH * min(self.vehicle.kernel.clock.speed, 40.0)
         self.vehicle.kernel.after(step, self._tick)
@@ -140,8 +147,7 @@ class Status:
         for entity in stateful:
             if entity.state is not State.NORMAL:
                 colour = "yellow" if entity.state in (State.BOOT, State.FAULT) else "red"
-                words = printable(f"{entity.label}: {entity.state.name} {entity.description}")
-                text.append(f"\n{words}", style=colour)
+                text.append(f"\n{_plight(entity)}", style=colour)
         return text
 
     def _see_state(self, state: imc.EstimatedState) -> None:
@@ -155,6 +161,8 @@ class Status:
     def _see_log(self, control: imc.LoggingControl) -> None:
         if control.op == imc.LoggingControl.Op.STARTED and control.src == self.vehicle.system:
             self.folder = str(self.vehicle.log_root / self.vehicle.name / control.name)
+            if self._live is None:
+                self._console.print(Text(printable(f"{_clock(control.timestamp)} LOG     {self.folder}")))
 
     def _see_mode(self, state: imc.VehicleState) -> None:
         if state.src == self.vehicle.system:
@@ -166,6 +174,10 @@ class Status:
         line = printable(f"{_clock(entry.timestamp)} {level:<7} [{source}{entry.context}] {entry.text}")
         write: Callable[..., None] = self._live.console.print if self._live is not None else self._console.print
         write(Text(line, style=style))
+
+
+def _plight(entity: Entity) -> str:
+    return printable(f"{entity.label}: {entity.state.name} {entity.description}")
 
 
 def _clock(seconds: float) -> str:

@@ -57,6 +57,7 @@ def test_a_virtual_run_leaves_a_log_that_begins_at_the_profiles_time(tmp_path):
     done = shoal(*VIRTUAL, "--for", "30s", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "30.0 s of vehicle time" in done.stdout
+    assert "LOG     log/lauv-noptilus-1/20260101/000000" in done.stdout
     assert "left out: Transports.MAVLink (talks to the outside" in done.stderr
     log = imc.Log(tmp_path / "log/lauv-noptilus-1/20260101/000000")
     counts = log.counts()
@@ -203,13 +204,29 @@ def test_a_dune_tree_of_ones_own_loads_and_what_shoal_has_not_is_listed(tmp_path
     assert "left out: Plan.DB, Simulators.VSIM (not in Shoal)" in done.stderr
 
 
+def test_a_log_that_cannot_be_written_is_told_at_the_end(tmp_path):
+    (tmp_path / "file").touch()
+    done = shoal(*VIRTUAL, "--for", "2s", "--log-dir", "file/log", cwd=tmp_path)
+    assert done.stdout.splitlines()[-1].startswith("Logger: FAILURE Not a directory")
+
+
+@pytest.mark.parametrize(
+    "arguments", [["tasks", "Simulators.IMU"], ["run", "lauv-noptilus-1", *QUIET, "--for", "0.1s"]]
+)
+def test_a_locale_without_unicode_only_loses_signs(tmp_path, arguments):
+    done = shoal(*arguments, cwd=tmp_path, LC_ALL="C", PYTHONUTF8="0", PYTHONCOERCECLOCALE="0")
+    assert done.returncode == 0, done.stderr
+
+
 def test_saved_parameters_come_back_and_leave_virtual_runs_alone(tmp_path):
     (tmp_path / "db").mkdir()
     (tmp_path / "db" / "lauv-noptilus-1-saved.ini").write_text("[Simulators.GPS]\nExecution Frequency = 5\n")
     fixes = []
     for clock in ("20x", "virtual"):
         run = ["run", "lauv-noptilus-1", "-p", "Simulation", "--clock", clock, "--for", "10s", "--log-dir", clock]
-        shoal(*run, *QUIET, cwd=tmp_path)
+        done = shoal(*run, *QUIET, cwd=tmp_path)
+        assert ("with the parameters saved in db/lauv-noptilus-1-saved.ini" in done.stderr) == (clock != "virtual")
         fixes.append(imc.Log(next((tmp_path / clock).glob("*/*/*"))).counts()["GpsFix"])
     assert fixes[0] > 20
     assert fixes[1] in (9, 10)
+    assert "lauv-noptilus-1-saved.ini:2" in shoal("explain", "lauv-noptilus-1", "Simulators.GPS", cwd=tmp_path).stdout
