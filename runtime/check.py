@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 
 from runtime import dune
-from runtime.config import Option, Section
+from runtime.config import Option, Section, items
 from runtime.parameters import Parameter
 from runtime.problem import Origin, Problem, ProfileError, Severity, nearest, quoted, suggestion
 from runtime.profile import ALWAYS, Profile, default_label, parse_address
@@ -110,13 +110,15 @@ class _Checker:
 
     def _check_section(self, section: Section) -> None:
         self._check_repetitions(section)
+        runs = not {ALWAYS, *self._profile.modes}.isdisjoint(items(section.value("Enabled")))
+        find = self._find_task if runs else _lookup(self._tasks)  # only what may run is imported
         try:
-            cls = self._find_task(section.name)
+            cls = find(section.name)
         except ImportError as error:
             self._say("error", section.origin, f"[{section.name}]: {error}")
             return
         if cls is None:
-            self._check_unknown_section(section)
+            self._check_unknown_section(section, runs)
             return
         self._found[section.name] = cls
         self._check_case(section, self._tasks)
@@ -142,7 +144,7 @@ class _Checker:
                 text = f"[{section.name}] {option.name} is set in line {before[-1].line} already"
                 self._say("note", plain[-1], text, "this line has the last word")
 
-    def _check_unknown_section(self, section: Section) -> None:
+    def _check_unknown_section(self, section: Section, runs: bool) -> None:
         name, base = section.name, section.name.partition("/")[0]
         group, dot, _ = base.partition(".")
         if name in dune.DATA_SECTIONS or name.startswith(dune.DATA_PREFIX):
@@ -158,7 +160,7 @@ class _Checker:
                 self._say("warning", section.origin, f"nothing reads [{name}]", f"did you mean [{near}]?")
         elif base in dune.TASKS or (group in dune.GROUPS and not near):
             self._say("note", section.origin, f"[{name}] is a task of DUNE that is not available in Shoal")
-        else:
+        elif runs or near or "Enabled" not in section.options:
             self._say("warning", section.origin, f"[{name}] is no task", hint)
 
     def _nearest_task(self, name: str) -> str:

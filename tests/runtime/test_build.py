@@ -4,6 +4,8 @@ import pytest
 
 import imc
 from runtime.build import build
+from runtime.catalogue import find_task
+from runtime.check import check
 from runtime.clock import VirtualClock
 from runtime.problem import ProfileError
 from runtime.profile import load_profile
@@ -174,6 +176,9 @@ def test_modules_of_sections_that_do_not_run_are_left_alone(tmp_path, monkeypatc
     build = made(tmp_path, text)
     assert build.left_out == {}
     build.vehicle.close()
+    problems = check(load_profile(tmp_path / "mine.ini"), {}, ["Simulation"], find_task)
+    assert [p.text for p in problems if "untouched.A" in p.text] == []
+    assert any("untouched.B" in p.text and "SystemExit" in p.text for p in problems)
 
 
 def test_the_class_that_all_tasks_derive_from_is_no_task(tmp_path, monkeypatch):
