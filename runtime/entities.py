@@ -39,11 +39,12 @@ class Entities:
 
     An id follows from the label (its CRC-16, or the next free one), so it is the same in every run and every process of
     the vehicle, whichever other tasks there are; where two labels ask for one id, the later in the order of sections
-    gives way.
+    gives way. `known` are labels that have an id already, as in a log.
     """
 
-    def __init__(self, system: int):
+    def __init__(self, system: int, known: Mapping[str, int] | None = None):
         self._system = system
+        self._known = dict(known or {})
         self._by_id: dict[int, Entity] = {}
         self._by_label: dict[str, Entity] = {}
         self._heard: dict[tuple[int, int], str] = {}
@@ -88,10 +89,12 @@ class Entities:
     def _free_id(self, label: str) -> int:
         if label == "Daemon":
             return SYSTEM_ENTITY
+        if label in self._known and self._known[label] not in self._by_id:
+            return self._known[label]
         first = crc16.arc(label.encode(errors="surrogateescape")) % 254
         for step in range(254):
             candidate = 1 + (first + step) % 254
-            if candidate not in self._by_id:
+            if candidate not in self._by_id and candidate not in self._known.values():
                 return candidate
         raise EntityError(f"{label}: a vehicle has at most 254 entities")
 
