@@ -118,20 +118,23 @@ class Status:
         table.add_row("entities", self._entities())
         table.add_row("detections", f"{self.detections}   {self.mug}")
         table.add_row("messages", f"{self.vehicle.bus.delivered}   {self._rate:.0f} per second of the vehicle")
-        table.add_row("log", self.folder or "-")
+        table.add_row("log", Text(printable(self.folder) or "-"))
         return Panel(
             table,
-            title=self.title,
+            title=Text(printable(self.title)),
             title_align="left",
             subtitle="Ctrl-C stops",
             subtitle_align="right",
-            width=self._console.width - ECHO,
+            width=max(self._console.width - ECHO, ECHO),
         )
 
     def _position(self) -> str:
         state = self.state
         if state is None:
             return "no EstimatedState yet"
+        values = (state.lat, state.lon, state.height, state.x, state.y, state.z, state.depth, state.alt, state.psi)
+        if not all(map(math.isfinite, values)):
+            return "an EstimatedState that is not finite"
         lat, lon, height = imc.coordinates.absolute(state)
         depth = f"depth {state.depth:.2f} m" if state.depth >= 0.0 else f"height {height:.1f} m"
         altitude = f"   altitude {state.alt:.1f} m" if state.alt >= 0.0 else ""

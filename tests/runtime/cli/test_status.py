@@ -1,0 +1,58 @@
+"""The live panel bears whatever messages, names and terminals it meets."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+import imc
+from runtime.cli.duration import parse_duration
+from runtime.cli.status import Status
+from runtime.clock import VirtualClock
+from runtime.testing import NoProfile
+from runtime.vehicle import Vehicle
+
+STARTED = imc.LoggingControl.Op.STARTED
+INFINITE = float("inf")
+
+
+def show(tmp_path, message=None, title="a vehicle", width=80):
+    vehicle = Vehicle("v", 0x1A, clock=VirtualClock(0), profile=NoProfile(), log_root=tmp_path)
+    status, screen = Status(vehicle, title, None), io.StringIO()
+    status._console = Console(file=screen, force_terminal=True, width=width)
+    with status:
+        vehicle.start()
+        if message is not None:
+            vehicle.kernel.after(0.5, vehicle.bus.publish, message.replace(src=0x1A), b"", None)
+        vehicle.run(2.0)
+        vehicle.close()
+    return screen.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        (imc.LoggingControl(op=STARTED, name="[/bold]\x1b]0;x\x07"), r"[/bold]\x1b]0;x\x07"),
+        (imc.EstimatedState(lat=INFINITE), "not finite"),
+        (imc.EstimatedState(x=float("nan")), "not finite"),
+        (imc.EstimatedState(vx=INFINITE), "inf m/s"),
+        (imc.LogBookEntry(type=77, text="[/x]\x1b[2J", htime=1e300), r"[/x]\x1b[2J"),
+    ],
+)
+def test_hostile_messages_are_shown_as_text(tmp_path, message, words):
+    assert words in show(tmp_path, message, width=400)
+
+
+def test_a_title_is_no_markup(tmp_path):
+    assert "replay of a[/b]c" in show(tmp_path, title="replay of a[/b]c")
+
+
+@pytest.mark.parametrize("width", [1, 3, 5])
+def test_a_narrow_terminal_is_borne(tmp_path, width):
+    assert show(tmp_path, width=width)
+
+
+@pytest.mark.parametrize("text", ["", "-1s", "ten", "9" * 400, "1 fortnight", "nan"])
+def test_spans_of_time_that_are_none_are_refused(text):
+    with pytest.raises(ValueError, match="is not a duration"):
+        parse_duration(text)
