@@ -2,6 +2,7 @@
 
 import sys
 from collections import Counter
+from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -10,8 +11,10 @@ from rich.console import Console
 from rich.table import Table
 
 import imc
+from runtime.build import build
 from runtime.catalogue import TaskImportError, all_tasks, find_task, missing_extra
 from runtime.check import check as find_problems
+from runtime.clock import WallClock
 from runtime.explain import explain as rows_of
 from runtime.folders import available
 from runtime.parameters import Parameter
@@ -35,8 +38,13 @@ _overrides = click.option(
 @_config_dir
 @_modes
 @_overrides
+@click.option("--strict", is_flag=True, help="Exit status 1 for warnings, too.")
 def check(
-    names: tuple[str, ...], config_dir: tuple[Path, ...], profiles: tuple[str, ...], overrides: tuple[str, ...]
+    names: tuple[str, ...],
+    config_dir: tuple[Path, ...],
+    profiles: tuple[str, ...],
+    overrides: tuple[str, ...],
+    strict: bool,
 ) -> None:
     """Look for mistakes in PROFILEs, all that are found by default. Exit status 1 where there are errors."""
     console = Console(highlight=False, soft_wrap=True)
@@ -45,7 +53,9 @@ def check(
         try:
             profile = load_profile(name, config_dir, overrides=overrides, strict=False)
             selected = profile.select(profiles) if profiles else None
-            problems = find_problems(profile, all_tasks(), selected, _find_task)
+            problems = find_problems(profile, all_tasks(), selected, find_task)
+            if not any(problem.severity == "error" for problem in problems):
+                problems += _misfits(profile, [{mode} for mode in profile.modes] if selected is None else [selected])
         except ProfileError as error:
             problems = error.problems
         for problem in problems:
@@ -55,7 +65,22 @@ def check(
             console.print(f"{name}: nothing wrong", markup=False)
     if counts:
         console.print(", ".join(f"{number} {severity}{'s' * (number > 1)}" for severity, number in counts.items()))
-    sys.exit(1 if counts["error"] else 0)
+    sys.exit(1 if counts["error"] or (strict and counts["warning"]) else 0)
+
+
+def _misfits(profile: Profile, selections: Iterable[Collection[str]]) -> list[Problem]:
+    """What the tasks themselves have against their values, and what they need, in any of the selections."""
+    found: list[Problem] = []
+    for selected in selections:
+        try:
+            made = build(profile, selected, clock=WallClock())
+            made.vehicle.close()
+            for reason, names in made.left_out.items():
+                sections = [profile.config.sections[name] for name in names if find_task(name) is not None]
+                found += [Problem("note", *section.origin, f"[{section.name}] {reason}") for section in sections]
+        except ProfileError as error:
+            found += error.problems
+    return list(dict.fromkeys(found))
 
 
 @click.command()

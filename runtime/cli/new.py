@@ -2,6 +2,7 @@
 
 import keyword
 import re
+import sys
 from pathlib import Path
 
 import click
@@ -97,7 +98,7 @@ def task(name: str) -> None:
         raise click.BadParameter(f"{name!r} is not a class name such as DepthAlarm: letters and digits only")
     cls = name[:1].upper() + name[1:]
     module = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", cls).lower()
-    if module in ("imc", "runtime", "tasks", "test"):
+    if module in ("imc", "runtime", "tasks", *sys.stdlib_module_names):
         raise click.BadParameter(f"{name!r}: a module {module} is there already")
     _write(Path(f"{module}.py"), TASK.format(title=cls, cls=cls))
     _write(Path(f"test_{module}.py"), TASK_TEST.format(cls=cls, module=module))

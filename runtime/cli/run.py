@@ -13,14 +13,17 @@ import click
 from runtime import kernel
 from runtime import vehicle as vehicle_module
 from runtime.build import Build, build, join_zenoh
+from runtime.catalogue import find_task
+from runtime.check import check
 from runtime.cli.duration import parse_duration
 from runtime.cli.status import Status
 from runtime.clock import parse_clock
-from runtime.problem import ProfileError
+from runtime.problem import Problem, ProfileError
 from runtime.profile import load_profile
 from runtime.vehicle import Vehicle
 
 F = TypeVar("F", bound=Callable[..., Any])
+MOST_WARNINGS = 10
 OWN_FILES = (kernel.__file__, vehicle_module.__file__)
 
 
@@ -80,8 +83,7 @@ def run(
         saved = None if clock.strip().lower() == "virtual" else state_folder
         loaded = load_profile(name, config_dir, vehicle=vehicle, saved=saved, overrides=overrides)
         selected = loaded.select(profiles)
-        for problem in loaded.problems:
-            click.echo(problem, err=True)
+        _warn(check(loaded, {}, selected, find_task), loaded.name)
         made = build(
             loaded,
             selected,
@@ -149,6 +151,15 @@ def _stopper(vehicle: Vehicle) -> Callable[[int, FrameType | None], None]:
         vehicle.kernel.post(vehicle.stop)
 
     return stop
+
+
+def _warn(problems: list[Problem], profile: str) -> None:
+    """Say what a profile asks for in vain; errors are left to those who meet them."""
+    warnings = [problem for problem in problems if problem.severity == "warning"]
+    for problem in warnings[:MOST_WARNINGS]:
+        click.echo(problem, err=True)
+    if len(warnings) > MOST_WARNINGS:
+        click.echo(f"{len(warnings) - MOST_WARNINGS} more warnings: shoal check {profile}", err=True)
 
 
 def _tell_left_out(made: Build, selected: frozenset[str]) -> None:

@@ -193,7 +193,7 @@ class FisheyeCamera(Task):
 
     def _projection(self) -> Projection:
         fov = math.radians(self.field_of_view)
-        name = "Field Of View"
+        name = "Field of View"
         try:
             if self.lens_coefficients:
                 name = "Lens Coefficients" if 0.0 < self.field_of_view <= 360.0 else name

@@ -32,6 +32,33 @@ def test_check_names_file_line_and_fix_and_fails(shoal, tmp_path):
     assert "below the minimum" in result.output
 
 
+def test_check_asks_the_tasks_what_they_think_of_their_values(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text(
+        "[Require lauv-noptilus-1.ini]\n[Simulators.MUGDetectionCamera]\nMUGs = 1.0\n"
+        "[Vision.FisheyeCamera]\nField of View = 400\n"
+    )
+    result = shoal("check", "mine")
+    assert result.exit_code == 1
+    assert "mine.ini:3: error" in result.output
+    assert "mine.ini:5: error" in result.output
+    assert result.output.endswith("2 errors\n")
+    assert "mine.ini:5" not in shoal("check", "mine", "-p", "Simulation").output
+
+
+def test_check_is_strict_where_asked(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text("[Require lauv-noptilus-1.ini]\n[Simulators.GPS]\nHDPO = 1\n")
+    assert shoal("check", "mine").exit_code == 0
+    assert shoal("check", "mine", "--strict").exit_code == 1
+
+
+def test_a_module_that_cannot_be_imported_is_named_with_its_line(shoal, tmp_path):
+    (tmp_path / "broken_module.py").write_text("import nothing_like_it\n")
+    (tmp_path / "mine.ini").write_text("[General]\nVehicle = mine\n\n[broken_module.Task]\nEnabled = Always\n")
+    result = shoal("check", "mine")
+    assert result.exit_code == 1
+    assert "mine.ini:4: error" in result.output
+
+
 def test_explain_says_who_set_what(shoal):
     section = "Simulators.EstimatedState"
     text = shoal("explain", "lauv-noptilus-1", section, "--set", f"{section}:Depth=5").output

@@ -204,6 +204,12 @@ def test_a_dune_tree_of_ones_own_loads_and_what_shoal_has_not_is_listed(tmp_path
     assert "left out: Plan.DB, Simulators.VSIM (not in Shoal)" in done.stderr
 
 
+def test_what_a_profile_asks_for_in_vain_is_told(tmp_path):
+    done = shoal(*VIRTUAL, "--for", "1s", "--set", "Simulators.GPS:HDPO=1", cwd=tmp_path)
+    assert "command line: warning: [Simulators.GPS] 'HDPO' is no parameter" in done.stderr
+    assert "did you mean 'HDOP'?" in done.stderr
+
+
 def test_a_log_that_cannot_be_written_is_told_at_the_end(tmp_path):
     (tmp_path / "file").touch()
     done = shoal(*VIRTUAL, "--for", "2s", "--log-dir", "file/log", cwd=tmp_path)

@@ -173,10 +173,10 @@ def test_over_the_sea_the_height_comes_from_the_altitude_or_from_z():
 @pytest.mark.parametrize(
     ("values", "name"),
     [
-        ({"field_of_view": 0.0}, "Field Of View"),
-        ({"field_of_view": 361.0}, "Field Of View"),
-        ({"lens": "orthographic", "field_of_view": 171.0}, "Field Of View"),
-        ({"lens": "stereographic_220", "field_of_view": 230.0}, "Field Of View"),
+        ({"field_of_view": 0.0}, "Field of View"),
+        ({"field_of_view": 361.0}, "Field of View"),
+        ({"lens": "orthographic", "field_of_view": 171.0}, "Field of View"),
+        ({"lens": "stereographic_220", "field_of_view": 230.0}, "Field of View"),
         ({"lens_coefficients": [1.0, 0.0, -0.5, 0.0]}, "Lens Coefficients"),
         ({"lens_coefficients": [0.0] * 4}, "Lens Coefficients"),
         ({"lens_coefficients": [1.0, 0.0]}, "Lens Coefficients"),
