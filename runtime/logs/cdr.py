@@ -4,6 +4,7 @@ Source: OMG DDS-XTypes 1.3, 7.4.1 (XCDR version 1): numbers lie at multiples of 
 bytes that say which encapsulation it is; a string has its length with the NUL at its end before it.
 """
 
+import json
 import struct
 from collections.abc import Callable, Iterable, Sequence
 from operator import attrgetter
@@ -15,6 +16,7 @@ import imc
 from runtime.logs.headers import Array
 from runtime.logs.ros_messages import Member, RosType
 
+HEADER = frozenset({"timestamp", "src", "src_ent", "dst", "dst_ent"})
 ENCAPSULATION = b"\0\1\0\0"
 CODES = {"b": "i1", "B": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "q": "<i8", "f": "<f4", "d": "<f8"}
 SIZES = {code: struct.calcsize("<" + code) for code in CODES}
@@ -120,10 +122,17 @@ class _Step:
 
 
 def json_text(value: imc.Message | tuple[imc.Message | None, ...] | None) -> str:
-    """A message inside another, or a list of them, as JSON; "null" where there is none."""
+    """A message inside another, or a list of them, as JSON: as `Message.to_json`, without header; "null" if none."""
+    return json.dumps(_inside(value), ensure_ascii=False)
+
+
+def _inside(value: imc.Message | tuple[imc.Message | None, ...] | None) -> Any:
     if isinstance(value, tuple):
-        return f"[{','.join(json_text(item) for item in value)}]"
-    return "null" if value is None else value.to_json()
+        return [_inside(item) for item in value]
+    if value is None:
+        return None
+    plain: dict[str, Any] = json.loads(value.to_json())
+    return {name: item for name, item in plain.items() if name not in HEADER}
 
 
 def _getter(names: Sequence[str], otherwise: tuple[int, ...]) -> Callable[[Any], Sequence[Any]]:

@@ -70,7 +70,8 @@ def ros_type(schema: imc.Schema, message: imc.MessageType) -> RosType:
 
     Text is string, raw data uint8[]. A message inside is an array of at most one (empty: none) of the type
     imc_msgs/Inline<Abbrev>, if the protocol allows one type only; a list is an array of them without its empty places.
-    Messages that may be of several types are JSON text, as `Message.to_json` writes it ("null" if there is none).
+    Messages that may be of several types are JSON text, as `Message.to_json` writes it but without header
+    ("null" if there is none).
     """
     members, lines, needs = _members(schema, message, frozenset({"header", *ADDRESS}), (message.abbrev,))
     head = [

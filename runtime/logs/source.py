@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 import imc
-from imc.lsf import OVERHEAD
+from imc.codec import SMALLEST_PACKET
 from runtime.logs.cut import Choice, Watch, wanted
 from runtime.logs.headers import Array, Block, headers
 from runtime.logs.names import Names
@@ -111,7 +111,8 @@ class Source:
                 self.skipped[f"message id {number} is unknown"] += len(rows)
                 continue
             layout = self._layouts.get(number)
-            if layout is not None and (batch.headers["size"][rows] == layout.itemsize - OVERHEAD).all():
+            sizes: Array = batch.headers["size"][rows]
+            if layout is not None and bool(np.all(sizes == layout.itemsize - SMALLEST_PACKET)):
                 data = b"".join(list(map(batch.packets.__getitem__, rows.tolist())))
                 array: Array = np.frombuffer(data, layout)
                 if (array["_sync"] == self.schema.sync).all():
