@@ -12,7 +12,6 @@ import numpy as np
 
 import imc
 from imc.definition import SYNC
-from imc.lsf import NAMES
 from imc.members import COMPRESSIONS, Compression
 from runtime.logs.clocks import NEAR
 from runtime.logs.headers import Array, headers
@@ -39,8 +38,8 @@ def logs_below(folder: Path) -> list[Glance]:
     found: list[Path] = []
     for place, folders, files in os.walk(folder):
         folders.sort()
-        preferred = next((name for name in NAMES if name in files), None)
         suffixes = (".lsf", *(f".lsf{form.suffix}" for form in COMPRESSIONS.values()))
+        preferred = next((f"Data{suffix}" for suffix in suffixes if f"Data{suffix}" in files), None)
         names = [preferred] if preferred else sorted(name for name in files if name.endswith(suffixes))
         found += [Path(place, name) for name in names]
     names = Names()

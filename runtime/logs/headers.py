@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 BLOCK = 1 << 15  # packets
 SIZE = 20
+OVERHEAD = SIZE + 2  # bytes of a packet without payload
 
 Array: TypeAlias = NDArray[Any]
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import imc
 from imc.definition import MessageType
-from runtime.logs.headers import Array, blocks
+from runtime.logs.headers import OVERHEAD, Array, blocks
 from runtime.logs.names import NAMING, Names, type_name
 from runtime.logs.writing import new_log
 
@@ -75,7 +75,7 @@ class _Collected:
             times = _filled(heads["timestamp"], latest)
             latest = float(times[-1])
             self.times.frombytes(times.tobytes())
-            ends = self._end + np.cumsum(heads["size"].astype(np.int64) + 22)
+            ends = self._end + np.cumsum(heads["size"].astype(np.int64) + OVERHEAD)
             self._ends.frombytes(ends.tobytes())
             self._logs.frombytes(np.full(len(heads), number, np.int32).tobytes())
             self._end = int(ends[-1])

@@ -9,9 +9,8 @@ from typing import TypeVar
 import numpy as np
 
 import imc
-from imc.lsf import OVERHEAD
 from runtime.logs.clocks import Clock, ClockStep
-from runtime.logs.headers import Array, Block, blocks
+from runtime.logs.headers import OVERHEAD, Array, Block, blocks
 from runtime.logs.names import KEPT, NAMING, Names, type_name
 
 K = TypeVar("K")

@@ -1,0 +1,25 @@
+"""`shoal log report`: a log as a page to look at."""
+
+from pathlib import Path
+
+import click
+
+import imc
+from runtime.cli.log_open import LOG, progress, refusals
+from runtime.logs.report import report as draw
+from runtime.logs.words import size
+from runtime.problem import printable
+
+
+@click.command()
+@click.argument("log", type=LOG)
+@click.option("-o", "--out", type=LOG, help="The page [default: report.html in the folder of the log]")
+def report(log: Path, out: Path | None) -> None:
+    """Draw LOG as one HTML page that needs nothing else, for people who would rather look than read."""
+    with refusals():
+        opened = imc.Log(log)
+        with progress(opened.path) as tell:
+            text = draw(opened, tell)
+        out = out or opened.path.parent / "report.html"
+        out.write_text(text, encoding="utf-8")
+    click.echo(printable(f"{size(len(text.encode()))}: {out}"))
