@@ -95,6 +95,11 @@ class Kernel:
     def virtual(self) -> bool:
         return self.clock.virtual
 
+    @property
+    def idle(self) -> bool:
+        """Whether nothing else is due at the present moment."""
+        return not self._due
+
     def soon(self, function: Callable[..., object], *args: Any) -> None:
         self._due.append((function, args))
 
