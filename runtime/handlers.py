@@ -69,6 +69,7 @@ def consumers(cls: type) -> tuple[Consumer, ...]:
         wish = getattr(method, "_shoal_consume", None)
         if wish is None:
             continue
+        _refuse_coroutines(cls, name, method)
         others, packets = wish
         arguments = list(inspect.signature(method).parameters)[1:]
         hint = get_type_hints(method).get(arguments[0]) if arguments else None
@@ -88,6 +89,7 @@ def tickers(cls: type) -> tuple[Ticking, ...]:
         if isinstance(rate, str) and not hasattr(cls, rate):
             raise TypeError(f"{cls.__name__}.{name}: there is no parameter {rate!r}")
         if rate is not None:
+            _refuse_coroutines(cls, name, method)
             found.append(Ticking(name, rate))
     return tuple(found)
 
@@ -148,6 +150,11 @@ class Ticker:
                 self._count = latest
         self._schedule()
         self._method()
+
+
+def _refuse_coroutines(cls: type, name: str, method: Callable[..., object]) -> None:
+    if inspect.iscoroutinefunction(method):
+        raise TypeError(f"{cls.__name__}.{name}: handlers are not async; self.run(...) starts a script")
 
 
 def _methods(cls: type) -> list[tuple[str, Any]]:

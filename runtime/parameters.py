@@ -214,6 +214,11 @@ def declared(cls: type) -> dict[str, Parameter]:
         for attribute, value in vars(base).items():
             if not isinstance(value, Parameter):
                 continue
+            effective = getattr(cls, attribute)
+            if not isinstance(effective, Parameter):
+                raise TypeError(f"{cls.__module__}.{cls.__name__}.{attribute} is a parameter: write param(...)")
+            if effective is not value:
+                continue
             hints = hints or get_type_hints(base)
             if not value.attribute:
                 _complete(base, attribute, value, hints.get(attribute))

@@ -116,3 +116,19 @@ def test_mistakes_of_the_author_are_named():
 
 def test_a_class_shows_its_declaration():
     assert isinstance(Pump.flow, Parameter)
+
+
+class Bilge(Pump):
+    """Has another default."""
+
+    flow: float = param(2.5, "l/s", "Flow of the bilge.", name="Bilge Flow")
+
+
+def test_a_subclass_declares_a_parameter_anew_or_not_at_all():
+    class Careless(Pump):
+        count = 5
+
+    assert [p.name for p in declared(Bilge).values()][:2] == ["Bilge Flow", "Count"]
+    assert "Flow" not in declared(Bilge)
+    with pytest.raises(TypeError, match=r"Careless\.count is a parameter"):
+        declared(Careless)

@@ -384,3 +384,22 @@ def test_settings_stand_in_for_the_profile() -> None:
     assert settings.value("General", "Absolute Maximum Depth") == "50"
     assert settings.value("General", "Recovery Plan", "dislodge") == "dislodge"
     assert (settings.value("VSIM", "Mass"), settings.value("General", "None", "1")) == ("", "1")
+
+
+def test_an_async_handler_is_an_error_that_names_it():
+    class Hasty(Task):
+        """Waits in a handler."""
+
+        @consume
+        async def hear(self, depth: imc.Depth) -> None: ...
+
+    class Ticking(Task):
+        """Waits in a tick."""
+
+        @periodic(1.0)
+        async def tick(self) -> None: ...
+
+    with pytest.raises(TypeError, match=r"Hasty\.hear: handlers are not async"):
+        simulate(Hasty)
+    with pytest.raises(TypeError, match=r"Ticking\.tick: handlers are not async"):
+        simulate(Ticking)
