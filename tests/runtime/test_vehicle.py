@@ -1,10 +1,12 @@
 """The vehicle: entities, parameters over the bus, activation, failures and restarts."""
 
+import socket
+
 import pytest
 
 import imc
 from runtime import ActivationError, ParameterError, State, Task, consume, param, periodic
-from runtime.clock import VirtualClock
+from runtime.clock import VirtualClock, WallClock
 from runtime.entities import Entities, EntityError
 from runtime.testing import START, NoProfile, simulate
 from runtime.vehicle import Vehicle
@@ -366,3 +368,79 @@ def test_a_task_that_cannot_be_made_leaves_nothing_behind():
             vehicle.add(Careless, "Simulators.Careless")
     assert [entity.label for entity in vehicle.entities] == ["Daemon"]
     vehicle.close()
+
+
+def fail(*_):
+    raise ValueError("on purpose")
+
+
+async def failing_script(script):
+    await script.sleep(0.1)
+    fail()
+
+
+class Everywhere(Task):
+    """Fails once, at the place that `hook` names."""
+
+    activation = "global"
+    active: bool = param(False, "", "Whether it is active.")
+    hook: str = param("", "", "Where it fails.")
+
+    def configure(self) -> None:
+        self.starts = 0
+
+    def start(self) -> None:
+        self.starts += 1
+        self.sockets = socket.socketpair()
+        if self.starts > 1:
+            self.after(0.5, self.vehicle.stop)
+            return
+        hooks = {
+            "start": fail,
+            "after": lambda: self.after(0.1, fail),
+            "at": lambda: self.at(self.now + 0.1, lambda: fail(self)),
+            "script": lambda: self.run(failing_script),
+            "offload": lambda: self.offload(fail, then=print),
+            "then": lambda: self.offload(int, then=fail),
+            "watch": lambda: (self.watch(self.sockets[0], lambda: fail(self)), self.sockets[1].send(b"x")),
+        }
+        hooks.get(self.hook, int)()
+
+    def stop(self) -> None:
+        for end in self.sockets:
+            end.close()
+
+    def activate(self) -> None:
+        if self.hook == "activate" and self.starts == 1:
+            fail()
+
+    @consume
+    def hear(self, _: imc.Temperature) -> None:
+        if self.hook == "consume" and self.starts == 1:
+            fail()
+
+    @periodic(10.0)
+    def tick(self) -> None:
+        if self.hook == "periodic" and self.starts == 1:
+            fail()
+
+
+HOOKS = ["start", "after", "at", "script", "offload", "then", "watch", "activate", "consume", "periodic"]
+
+
+@pytest.mark.parametrize("speed", [0.0, 20.0])
+@pytest.mark.parametrize("hook", HOOKS)
+def test_wherever_a_task_fails_it_ends_a_simulation_and_restarts_on_a_vehicle(hook, speed):
+    def run(keep_going):
+        clock = WallClock(speed) if speed else None
+        tasks = [(Everywhere, {"hook": hook, "active": True}), Steady, Fragile]
+        return simulate(tasks, [imc.Temperature(timestamp=0.2)], seconds=60.0, clock=clock, keep_going=keep_going)
+
+    with pytest.raises(ValueError, match="on purpose") as caught:
+        run(keep_going=False)
+    assert [note.split()[1] for note in caught.value.__notes__] == ["tests.runtime.test_vehicle.Everywhere"]
+    after = run(keep_going=True)
+    assert after.task.starts == 2
+    assert after.task.entity.state is State.NORMAL
+    assert after.tasks[1].heard > 5
+    assert after.vehicle.kernel._watched == 0
