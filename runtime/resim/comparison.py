@@ -1,0 +1,199 @@
+"""How what tasks say when they run again differs from what the log has of them."""
+
+import math
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import imc
+
+Key = tuple[int, int]
+"""Entity and message id."""
+
+
+@dataclass(slots=True)
+class FieldStatistics:
+    """Differences of one number: re-simulated minus logged, in the field's unit; angles (rad) within half a turn."""
+
+    unit: str = ""
+    count: int = 0
+    changed: int = 0
+    largest: float = 0.0
+    _sum: float = 0.0
+    _squares: float = 0.0
+
+    @property
+    def mean(self) -> float:
+        return self._sum / self.count if self.count else 0.0
+
+    @property
+    def rms(self) -> float:
+        return math.sqrt(self._squares / self.count) if self.count else 0.0
+
+    def add(self, logged: object, said: object) -> None:
+        """Take a pair of values; what is no number only counts as changed or not."""
+        self.count += 1
+        if logged == said:
+            return
+        if isinstance(logged, (int, float)) and isinstance(said, (int, float)):
+            difference = float(said) - float(logged)
+            if math.isnan(difference):
+                self.changed += not (math.isnan(logged) and math.isnan(said))
+                return
+            if self.unit == "rad":
+                difference = math.remainder(difference, 2.0 * math.pi)
+            self._sum += difference
+            self._squares += difference * difference
+            self.largest = max(self.largest, abs(difference))
+        self.changed += 1
+
+
+@dataclass(slots=True)
+class Tally:
+    """Messages of one type and entity: of the log, of the re-simulation, and how their pairs differ."""
+
+    logged: int = 0
+    said: int = 0
+    equal: int = 0
+    changed: int = 0
+    fields: dict[str, FieldStatistics] = field(default_factory=dict[str, FieldStatistics])
+
+    @property
+    def only_logged(self) -> int:
+        return self.logged - self.equal - self.changed
+
+    @property
+    def only_said(self) -> int:
+        return self.said - self.equal - self.changed
+
+
+class Difference(NamedTuple):
+    """Where the two first differ: after so many equal packets; None where one has none any more."""
+
+    after: int
+    logged: bytes | None
+    said: bytes | None
+
+
+@dataclass(slots=True)
+class _Pending:
+    logged: deque[tuple[float, bytes]] = field(default_factory=deque[tuple[float, bytes]])
+    said: deque[tuple[float, bytes]] = field(default_factory=deque[tuple[float, bytes]])
+
+
+class Comparison:
+    """Takes the packets of both as they come; those of a type, entity and `id` whose times are within `tolerance` (s)
+    of each other are pairs. Memory does not grow with the log.
+
+    `bytes` is how many bytes differ, packets without partner counting whole; `first` where the two first differ in
+    content or order.
+    """
+
+    def __init__(self, schema: imc.Schema, tolerance: float):
+        self.tallies: dict[Key, Tally] = {}
+        self.bytes = 0
+        self.packets = 0
+        self.first: Difference | None = None
+        self._schema = schema
+        self._tolerance = tolerance
+        self._pending: dict[tuple[int, int, int], _Pending] = {}
+        self._logged: deque[bytes] = deque()
+        self._said: deque[bytes] = deque()
+
+    @property
+    def equal(self) -> bool:
+        """Whether all packets are the same byte for byte and in the same order."""
+        return self.first is None
+
+    def log_has(self, header: imc.Header, packet: bytes) -> None:
+        self._tally(header).logged += 1
+        pending = self._queue(header, packet)
+        pending.logged.append((header.timestamp, packet))
+        if self.first is None:
+            self._logged.append(packet)
+            self._walk()
+        self._pair(header, pending)
+
+    def task_says(self, header: imc.Header, packet: bytes) -> None:
+        self._tally(header).said += 1
+        pending = self._queue(header, packet)
+        pending.said.append((header.timestamp, packet))
+        if self.first is None:
+            self._said.append(packet)
+            self._walk()
+        self._pair(header, pending)
+
+    def finish(self) -> None:
+        """There is no more of either."""
+        for pending in self._pending.values():
+            self.bytes += sum(len(packet) for _, packet in (*pending.logged, *pending.said))
+        self._pending.clear()
+        if self.first is None and (self._logged or self._said):
+            logged, said = self._logged, self._said
+            self.first = Difference(self.packets, logged[0] if logged else None, said[0] if said else None)
+
+    def _tally(self, header: imc.Header) -> Tally:
+        return self.tallies.setdefault((header.src_ent, header.id), Tally())
+
+    def _queue(self, header: imc.Header, packet: bytes) -> _Pending:
+        number = 0
+        if "id" in self._field_units(header.id):
+            value = getattr(self._decode(packet), "id", 0)
+            number = value if isinstance(value, int) else 0
+        return self._pending.setdefault((header.src_ent, header.id, number), _Pending())
+
+    def _walk(self) -> None:
+        while self._logged and self._said:
+            logged, said = self._logged.popleft(), self._said.popleft()
+            if logged != said:
+                self.first = Difference(self.packets, logged, said)
+                self._logged.clear()
+                self._said.clear()
+                return
+            self.packets += 1
+
+    def _pair(self, header: imc.Header, pending: _Pending) -> None:
+        while pending.logged and pending.said:
+            (then, logged), (now, said) = pending.logged[0], pending.said[0]
+            if now - then > self._tolerance:
+                self.bytes += len(logged)
+                pending.logged.popleft()
+            elif then - now > self._tolerance:
+                self.bytes += len(said)
+                pending.said.popleft()
+            else:
+                pending.logged.popleft()
+                pending.said.popleft()
+                self._compare(self._tally(header), header.id, logged, said)
+
+    def _compare(self, tally: Tally, number: int, logged: bytes, said: bytes) -> None:
+        if logged == said:
+            tally.equal += 1
+            for statistics in tally.fields.values():
+                statistics.count += 1
+            return
+        tally.changed += 1
+        self.bytes += sum(a != b for a, b in zip(logged, said, strict=False)) + abs(len(logged) - len(said))
+        before, after = dict(self._values(logged)), dict(self._values(said))
+        for name, unit in self._field_units(number).items():
+            statistics = tally.fields.get(name)
+            if statistics is None:
+                statistics = tally.fields[name] = FieldStatistics(unit, count=tally.equal)
+            statistics.add(before.get(name), after.get(name))
+
+    def _values(self, packet: bytes) -> Iterator[tuple[str, object]]:
+        message = self._decode(packet)
+        if message is not None:
+            for name in message.__struct_fields__:
+                yield name, getattr(message, name)
+
+    def _decode(self, packet: bytes) -> imc.Message | None:
+        try:
+            return self._schema.decode(packet)
+        except imc.DecodeError:
+            return None
+
+    def _field_units(self, number: int) -> dict[str, str]:
+        kind = self._schema.types_by_id.get(number)
+        return {} if kind is None else {f.attribute: f.unit for f in kind.fields}

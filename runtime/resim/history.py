@@ -1,0 +1,109 @@
+"""The packets of a log in their order, each at the nanosecond at which it was published."""
+
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Iterator
+from typing import NamedTuple
+
+import imc
+from runtime.kernel import SECOND
+
+GRAINS = tuple(10**power for power in range(9, 0, -1))
+
+
+class Entry(NamedTuple):
+    """A packet, when it was published (ns since 1970 UTC), and whether a task that runs again should publish it."""
+
+    time: int
+    header: imc.Header
+    packet: bytes
+    own: bool
+
+
+class Instants:
+    """Nanoseconds of times that packets carry as doubles, which cannot tell 200 of them apart.
+
+    Of those that a double can mean, it is the one at which a task ticks, of rates (Hz) counted from `start` (ns);
+    else the roundest.
+    """
+
+    def __init__(self, start: int, rates: Iterable[float] = ()):
+        self._start = start
+        self._rates = sorted({rate for rate in rates if rate > 0.0})
+        self._last = (float("nan"), 0)
+
+    def of(self, time: float) -> int:
+        """The instant of a finite time (s since 1970 UTC)."""
+        if time != self._last[0]:
+            self._last = time, self._find(time)
+        return self._last[1]
+
+    def _find(self, time: float) -> int:
+        above, below = time.as_integer_ratio()
+        exact = (2 * above * SECOND + below) // (2 * below)
+        for rate in self._rates:
+            count = round((exact - self._start) * rate / SECOND)
+            tick = self._start + round(count * SECOND / rate)
+            if tick / SECOND == time:
+                return tick
+        rounded = ((exact + grain // 2) // grain * grain for grain in GRAINS)
+        return next((instant for instant in rounded if instant / SECOND == time), exact)
+
+
+class History:
+    """A log as the tasks that run again meet it: `own` says which packets are theirs.
+
+    Time is that of the owner's packets and never goes back: a measurement that is older than what was said before it
+    was published at that moment.
+    """
+
+    def __init__(self, log: imc.Log, owner: int, instants: Instants, own: Callable[[imc.Header], bool], start: int):
+        self._packets = log.packets()
+        self._owner = owner
+        self._instants = instants
+        self._own = own
+        self._latest = start
+        self._ahead: deque[Entry] = deque()
+
+    def next(self) -> Entry | None:
+        """The entry that is the turn of; None at the end."""
+        if not self._ahead and (entry := self._read()) is not None:
+            self._ahead.append(entry)
+        return self._ahead[0] if self._ahead else None
+
+    def take(self) -> Entry:
+        """The next entry, which is then over."""
+        return self._ahead.popleft()
+
+    def until(self, kind: tuple[int, int], now: int) -> list[Entry]:
+        """The entries up to the first own one of a message id and entity, and that one; empty where `now` has none."""
+        for index, entry in enumerate(self._until(now)):
+            if entry.own and (entry.header.id, entry.header.src_ent) == kind:
+                return [self._ahead.popleft() for _ in range(index + 1)]
+        return []
+
+    def _until(self, now: int) -> Iterator[Entry]:
+        index = 0
+        while index < len(self._ahead) or self._extend():
+            if self._ahead[index].time > now:
+                return
+            yield self._ahead[index]
+            index += 1
+
+    def _extend(self) -> bool:
+        entry = self._read()
+        if entry is not None:
+            self._ahead.append(entry)
+        return entry is not None
+
+    def _read(self) -> Entry | None:
+        for _, packet in self._packets:
+            header = imc.header(packet)
+            if header.src == self._owner and 0.0 <= header.timestamp < 1e10:
+                self._latest = max(self._latest, self._instants.of(header.timestamp))
+            return Entry(self._latest, header, packet, self._own(header))
+        return None
+
+
+def spoken_by(owner: int, entities: Collection[int]) -> Callable[[imc.Header], bool]:
+    """Whether a packet is of one of these entities of the owner."""
+    return lambda header: header.src == owner and header.src_ent in entities
