@@ -12,6 +12,7 @@ import click
 COMMANDS = {
     "run": ("runtime.cli.run", "Run a vehicle profile."),
     "replay": ("runtime.cli.replay", "Play a log onto the bus."),
+    "resim": ("runtime.cli.resim", "Run tasks again on a log, and compare."),
     "log": ("runtime.cli.log", "Look at logs, cut, merge, compare and repair them."),
     "check": ("runtime.cli.inspect", "Look for mistakes in profiles."),
     "explain": ("runtime.cli.inspect", "Say what each value of a profile is, means, and who set it."),
