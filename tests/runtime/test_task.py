@@ -403,3 +403,55 @@ def test_an_async_handler_is_an_error_that_names_it():
         simulate(Hasty)
     with pytest.raises(TypeError, match=r"Ticking\.tick: handlers are not async"):
         simulate(Ticking)
+
+
+def test_a_changed_rate_counts_from_the_moment_of_the_change():
+    wish = imc.SetEntityParameters(
+        name="Clockwork", params=(imc.EntityParameter(name="Rate", value="2"),), timestamp=1.03
+    )
+
+    class Lasting(Clockwork):
+        """Keeps its ticks when it is configured."""
+
+        def configure(self):
+            self.ticks = getattr(self, "ticks", [])
+
+    run = simulate(Lasting, [wish.replace(name="Lasting")], seconds=3.0, rate=4.0)
+    assert [round(t / 1e9 - START, 3) for t in run.task.ticks] == [0.0, 0.25, 0.5, 0.75, 1.0, 1.03, 1.53, 2.03, 2.53]
+
+
+def test_nothing_from_before_a_restart_reaches_the_task_after_it():
+    class Restarting(Task):
+        """Fails once, with a timer, a script and offloaded work on their way."""
+
+        def start(self):
+            self.starts = getattr(self, "starts", 0) + 1
+            self.seen = getattr(self, "seen", [])
+            self.after(2.0, self.seen.append, ("timer", self.starts))
+            self.offload(int, then=self.offloaded(self.starts), latency=2.0)
+            self.run(self.wait, self.starts)
+            if self.starts == 1:
+                self.after(1.5, int, "no number")
+
+        def offloaded(self, starts):
+            return lambda _: self.seen.append(("offloaded", starts))
+
+        async def wait(self, script, starts):
+            await script.sleep(2.0)
+            self.seen.append(("script", starts))
+
+        @periodic(1.0)
+        def tick(self) -> None:
+            self.seen.append(("tick", self.starts))
+
+    seen = simulate(Restarting, seconds=5.0, keep_going=True).task.seen
+    assert seen.count(("tick", 1)) == 2
+    assert [what for what, starts in seen if starts == 1 and what != "tick"] == []
+    assert sorted(what for what, starts in seen if starts == 2) == [
+        "offloaded",
+        "script",
+        "tick",
+        "tick",
+        "tick",
+        "timer",
+    ]
