@@ -1,8 +1,15 @@
 """Wall, scaled and virtual time, in integer nanoseconds since 1970 UTC."""
 
+import math
 import time
 
 SECOND = 1_000_000_000
+
+
+def nanoseconds(seconds: float) -> int:
+    """Nanoseconds of a time in seconds, exact where the float is; the product of both would be off by some hundred."""
+    whole = math.floor(seconds)
+    return whole * SECOND + round((seconds - whole) * SECOND)
 
 
 class WallClock:

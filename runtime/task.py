@@ -8,6 +8,7 @@ from zlib import crc32
 
 import imc
 from runtime.bus import Subscription
+from runtime.clock import nanoseconds
 from runtime.entities import Entity, State
 from runtime.handlers import Consumer, Ticker, consumers, tickers
 from runtime.kernel import SECOND, Readable, Timer
@@ -163,7 +164,7 @@ class Task:
 
     def at(self, time: float, function: Callable[..., object], *args: Any) -> Timer:
         """Call `function` at a time (s since 1970 UTC)."""
-        return self._owned(self._kernel.at(round(time * SECOND), function, *args))
+        return self._owned(self._kernel.at(nanoseconds(time), function, *args))
 
     def watch(self, source: Readable, function: Callable[[], object]) -> None:
         """Call `function` whenever a socket has something to read, until the task stops."""

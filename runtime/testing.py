@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import imc
 from runtime.catalogue import OWN, section_group
-from runtime.clock import VirtualClock, WallClock
+from runtime.clock import VirtualClock, WallClock, nanoseconds
 from runtime.frame import Frame
 from runtime.kernel import SECOND
 from runtime.task import UNKNOWN_SYSTEM, Task
@@ -90,7 +90,7 @@ def simulate(
         vehicle = Vehicle(
             system,
             system_id,
-            clock=clock or VirtualClock(round(start * SECOND)),
+            clock=clock or VirtualClock(nanoseconds(start)),
             profile=NoProfile(settings),
             seed=seed,
             keep_going=keep_going,
@@ -154,4 +154,4 @@ def _fed(message: imc.Message, vehicle: Vehicle) -> tuple[int, imc.Message, byte
         seconds += vehicle.start_time
     source = vehicle.system if message.src == UNKNOWN_SYSTEM else message.src
     packet = imc.encode_as(message, seconds, source, message.src_ent, message.dst, message.dst_ent)
-    return round(seconds * SECOND), imc.decode(packet), packet
+    return nanoseconds(seconds), imc.decode(packet), packet

@@ -455,3 +455,24 @@ def test_nothing_from_before_a_restart_reaches_the_task_after_it():
         "tick",
         "timer",
     ]
+
+
+def test_times_that_a_float_can_carry_are_kept_to_the_nanosecond():
+    class Punctual(Task):
+        """Is there when it is asked to be."""
+
+        def start(self):
+            self.times = []
+            for n in range(1, 16):
+                self.at(START + n / 8, self.note)
+
+        def note(self) -> None:
+            self.times.append(self.now_ns - START * 10**9)
+
+        @consume
+        def hear(self, _: imc.Depth) -> None:
+            self.note()
+
+    feed = [imc.Depth(timestamp=n / 8) for n in range(1, 16)]
+    times = simulate(Punctual, feed, seconds=2.0).task.times
+    assert times == [n * 10**9 // 8 for n in range(1, 16) for _ in range(2)]
