@@ -1,32 +1,38 @@
 """LSF logs: packets one behind the other in a file, plain or compressed."""
 
-import errno
 import os
-import re
-import struct
-from collections import Counter, deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
-from fastcrc import crc16
+from fastcrc.crc16 import arc
 
-from imc.definition import MessageType
+from imc.columns import Table, fill_together, is_fixed, long_enough
 from imc.errors import DecodeError
-from imc.members import COMPRESSIONS, unpack
+from imc.frames import frame_of
+from imc.index_file import has_index, index_of
+from imc.log_bytes import Progress, chunks, open_reader
+from imc.log_folder import find_log, find_schema
+from imc.log_index import LogIndex, Places
+from imc.lsf_writer import BLOCK, LsfWriter
 from imc.message import Message
+from imc.packet_scan import Batch, scan
+from imc.positions import positions
 from imc.schema import Schema
-from imc.schema_files import builtin, load
+from imc.selection import Conditions, Objects, Where, entity_labels, select
 from imc.stream import Loss
 
-NAMES = ("Data.lsf", "Data.lsf.gz", "Data.lsf.bz2", "Data.lsf.z")
-SCHEMA_NAMES = ("IMC.xml", "IMC.xml.gz")
-OVERHEAD = 22  # bytes of a packet without payload
-CHUNK = 1 << 18
-BLOCK = 1 << 17  # DUNE's, too: unpacked bytes of one member
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
-NO_SYNC, BAD_CRC, CUT = "no packet begins here", "wrong CRC", "packet cut short"
+WORTH_KEEPING = 1 << 22  # bytes of a log whose index is written to disk
+SORTED_TOGETHER = 1 << 15  # packets in memory while they are put in order of time
 
-_SYNC_AND_SIZE = struct.Struct("<HxxH").unpack_from
+Kind = type[Message] | str
+T = TypeVar("T")
+
+__all__ = ["BLOCK", "Log", "LsfWriter", "packet_id"]
 
 
 class Log:
@@ -34,20 +40,35 @@ class Log:
 
     `schema` comes from the IMC.xml or IMC.xml.gz beside the data, and `schema_source` is its path; without one it is
     the built-in schema and `schema_source` is None. Messages that it defines as the built-in one does are of the
-    classes in `imc`. Reading streams: memory does not grow with the log. Packets are given in the order of the file,
-    which is not always that of their times.
+    classes in `imc`.
+
+    There are two ways in. `packets` and `messages` read from one end to the other, in the order of the file, which is
+    not always that of the times; `time_ordered` has that. `log["EstimatedState"]` and `array` are columns, `objects`
+    the same messages one by one. Types are given as classes or names; KeyError for a name that the schema does not
+    have. Conditions, wherever there are some: `start` <= timestamp < `end` (s since 1970 UTC), `src` is a system's id
+    or the name it announces, `entity` is an entity's id or its label; KeyError for a name that the log does not know.
+
+    The first question about a type reads the log once and makes an index. For logs of more than 4 MiB it is written
+    beside the log, or to the user's cache where that is not possible, unless keep_index=False. An index is used as
+    long as size, time of change, beginning and end of the log are the same. Memory does not grow with the log, but for
+    the index (2 to 8 bytes for a packet) and what is returned.
 
     What was damaged is skipped and stands in `losses` once it has been read over; every packet around it is found.
-    Raises FileNotFoundError where there is no log, SchemaError for a bad IMC.xml.
+    A packet counts where its CRC is right, with crc=False also where another one follows it at once. Raises
+    FileNotFoundError where there is no log, SchemaError for a bad IMC.xml.
     """
 
-    def __init__(self, path: str | os.PathLike[str], schema: Schema | None = None):
-        self.path = _find(Path(path))
-        beside = (self.path.parent / name for name in SCHEMA_NAMES)
-        self.schema_source = None if schema else next((path for path in beside if path.is_file()), None)
-        self.schema = schema or (_familiar(load(self.schema_source)) if self.schema_source else builtin())
+    def __init__(
+        self, path: str | os.PathLike[str], schema: Schema | None = None, *, crc: bool = True, keep_index: bool = True
+    ):
+        self.path = find_log(Path(path))
+        self.schema, self.schema_source = (schema, None) if schema else find_schema(self.path)
+        self._crc = crc
+        self._keep_index = keep_index
         self._losses: dict[tuple[int, str], Loss] = {}
-        self._counted: tuple[tuple[int, int], Counter[int]] | None = None
+        self._indexed: tuple[tuple[int, int], LogIndex] | None = None
+        self._whole: dict[int, NDArray[np.bool_]] = {}
+        self._names: dict[str, dict[Any, str]] = {}
 
     def __repr__(self) -> str:
         return f"Log({str(self.path)!r})"
@@ -56,129 +77,209 @@ class Log:
         return self.messages()
 
     def __len__(self) -> int:
-        """The number of packets; the first time it reads the whole log."""
-        return self._count().total()
+        """The number of packets."""
+        return sum(self.index().counts().values())
+
+    def __getitem__(self, kind: Kind) -> "NDArray[Any]":
+        """All messages of a type, as `array` gives them."""
+        return self.array(kind)
 
     @property
     def losses(self) -> list[Loss]:
-        """The damage met so far, by offset."""
+        """The damage met so far, by offset in the unpacked log."""
         return sorted(self._losses.values())
-
-    def packets(self) -> Iterator[tuple[int, bytes]]:
-        """Offset in the unpacked stream, and bytes, of each packet whose CRC is right."""
-        return _scan(self._chunks(), self.schema.sync, self._lose)
-
-    def messages(self, *kinds: type[Message] | str) -> Iterator[Message]:
-        """The decoded messages, of the given types (classes or names) or of all.
-
-        A packet that is whole but not a message of the schema (too short for its fields) is a loss. Raises KeyError for
-        a name that the schema does not have.
-        """
-        wanted = {self.schema.types[kind if isinstance(kind, str) else kind.__name__].id for kind in kinds}
-        decode = self.schema.decode
-        for offset, packet in self.packets():
-            if wanted and packet_id(packet) not in wanted:
-                continue
-            try:
-                yield decode(packet)
-            except DecodeError as error:
-                self._lose(offset, len(packet), str(error))
 
     def counts(self) -> dict[str, int]:
         """How many packets of each message there are, by name ("id 1234" where the schema does not know it)."""
         known = self.schema.types_by_id
-        found = sorted(self._count().items())
+        found = self.index().counts().items()
         return {known[number].abbrev if number in known else f"id {number}": count for number, count in found}
 
-    def _count(self) -> Counter[int]:
+    def batches(self) -> Iterator[Batch]:
+        """The packets in the order of the file, many at a time, as arrays of their places and headers."""
+        return scan(chunks(self.path, self._lose), self.schema.sync, self._lose, self._crc)
+
+    def packets(self) -> Iterator[tuple[int, bytes]]:
+        """Offset in the unpacked stream, and bytes, of each packet."""
+        for batch in self.batches():
+            yield from batch.packets()
+
+    def messages(self, *kinds: Kind, **where: Unpack[Conditions]) -> Iterator[Message]:
+        """The decoded messages, of the given types or of all, in the order of the file.
+
+        A packet that is not a message of the schema (too short for its fields) is a loss.
+        """
+        return self._decoded(self._ids(kinds), self._meaning(where))
+
+    def time_ordered(self, *kinds: Kind, **where: Unpack[Conditions]) -> Iterator[Message]:
+        """As `messages`, by timestamp; those of the same time in the order of the file, those of none (NaN) last."""
+        import numpy as np
+
+        index = self.index()
+        conditions = self._meaning(where)
+        with open_reader(self.path, index.members) as reader:
+            places = select(index.places(self._ids(kinds)), conditions, reader)
+            times = [np.empty(0), *(batch.times() for batch in places.batches(reader))]
+            order = np.argsort(np.concatenate(times), kind="stable")
+            for begin in range(0, order.size, SORTED_TOGETHER):
+                part = order[begin : begin + SORTED_TOGETHER]
+                batches = places.having(np.sort(part)).batches(reader)
+                packets = [(offset, bytes(packet)) for batch in batches for offset, packet in batch.packets()]
+                ranks: list[int] = np.argsort(np.argsort(part)).tolist()
+                yield from self._decode_all(packets[rank] for rank in ranks)
+
+    def array(self, kind: Kind, **where: Unpack[Conditions]) -> "NDArray[Any]":
+        """The messages of a type as a structured array of shape (n,), in the order of the file.
+
+        Its fields are timestamp (s since 1970 UTC), src, src_ent, dst, dst_ent and all fields of the message that are
+        numbers, in the units of the schema. Texts, raw data and messages inside are in `objects`, row by row.
+        """
+        rows = self._rows(kind)
+        conditions = self._meaning(where)
+        return rows if conditions.everything else rows[conditions.of_rows(rows)]
+
+    def arrays(self, *kinds: Kind) -> "dict[str, NDArray[Any]]":
+        """By name, what `array` gives for each of the types, or for all in the log; the log is read once."""
+        known = self.schema.types_by_id
+        names = [_name(kind) for kind in kinds] or [known[n].abbrev for n in self.index().counts() if n in known]
+        tables = [self._table(name) for name in names]
+        with open_reader(self.path, self.index().members) as reader:
+            fill_together(tables, reader)
+        self._whole |= {table.kind.id: table.whole for table in tables}
+        return {table.kind.abbrev: table.result() for table in tables}
+
+    def objects(self, kind: Kind, **where: Unpack[Conditions]) -> Objects:
+        """The messages of a type as a sequence that decodes on access; number i is row i of `array`."""
+        self._ids((kind,))
+        meaning, members = self._meaning(where), self.index().members
+        return Objects(self.path, members, lambda: self._places(kind, meaning), self._decode)
+
+    def positions(self, kind: Kind = "EstimatedState", **where: Unpack[Conditions]) -> "NDArray[Any]":
+        """Where the messages of a type were, with the offsets in them: what `imc.positions.positions` gives."""
+        return positions(self.array(kind, **where))
+
+    def to_pandas(self, kind: Kind, **where: Unpack[Conditions]) -> Any:
+        """The messages of a type as a pandas.DataFrame, all fields in the order of the schema, by time (UTC).
+
+        Raises ImportError where pandas is not installed.
+        """
+        rows, conditions = self._rows(kind), self._meaning(where)
+        frame = frame_of(self.schema.types[_name(kind)], rows, self.objects(kind))
+        return frame if conditions.everything else frame[conditions.of_rows(rows)]
+
+    @property
+    def entities(self) -> dict[tuple[int, int], str]:
+        """Labels of entities, by system and entity id, as EntityInfo and EntityList in the log have them."""
+        self.index()
+        if "entities" not in self._names:
+            self._names["entities"] = dict(entity_labels(self.messages(*self._known("EntityInfo", "EntityList"))))
+        return self._names["entities"]
+
+    @property
+    def systems(self) -> dict[int, str]:
+        """Names of systems, by id, as they announce themselves in the log."""
+        self.index()
+        if "systems" not in self._names:
+            found = self.messages(*self._known("Announce"))
+            self._names["systems"] = {m.src: str(getattr(m, "sys_name", "")) for m in found}
+        return self._names["systems"]
+
+    def index(self, progress: Progress | None = None) -> LogIndex:
+        """Where the packets are. Reads the log where no index of its present state is at hand.
+
+        progress: called now and then with the share that has been read, 0 to 1.
+        """
         state = self.path.stat()
-        stamp = (state.st_size, state.st_mtime_ns)
-        if self._counted is None or self._counted[0] != stamp:
-            self._counted = (stamp, Counter(packet_id(packet) for _, packet in self.packets()))
-        return self._counted[1]
+        now = (state.st_size, state.st_mtime_ns)
+        if self._indexed is None or self._indexed[0] != now:
+            if self._indexed:
+                self._losses.clear()
+            self._whole.clear()
+            self._names.clear()
+            kept = self._keep_index and now[0] >= WORTH_KEEPING
+            self._indexed = now, index_of(self.path, self.schema.sync, self._crc, kept, progress)
+            for loss in self._indexed[1].losses:
+                self._lose(*loss)
+        return self._indexed[1]
 
     def _lose(self, offset: int, length: int, reason: str) -> None:
         self._losses[offset, reason] = Loss(offset, length, reason)
 
-    def _chunks(self) -> Iterator[bytes]:
-        form = next((form for form in COMPRESSIONS.values() if form.suffix == self.path.suffix), None)
-        with self.path.open("rb") as file:
-            if form is None:
-                while chunk := file.read(CHUNK):
-                    yield chunk
-                return
-            offset = 0
-            for chunk, damage in unpack(file, form):
-                if damage:
-                    self._lose(offset, 0, damage)
-                offset += len(chunk)
-                yield chunk
+    def _ids(self, kinds: Iterable[Kind]) -> frozenset[int]:
+        return frozenset(self.schema.types[_name(kind)].id for kind in kinds)
 
+    def _known(self, *names: str) -> list[str]:
+        return [name for name in names if name in self.schema]
 
-class LsfWriter:
-    """Writes packets to a new LSF file; `compression` is "none", "gzip", "zlib" or "bzip2".
+    def _batches(self, ids: frozenset[int]) -> Iterator[Batch]:
+        """The packets with these ids, or all; by the index where there is one already."""
+        import numpy as np
 
-    Packets wait until `block` bytes are together or `flush()` is called, and then go to the file as one complete
-    member with one write, so that the file can be read at any time. What a full disk refuses stays in `waiting`
-    (bytes, packed) and is tried again first; nothing half-written is left. Raises OSError, FileExistsError.
-    """
+        if ids and (index := self._index_at_hand()):
+            with open_reader(self.path, index.members) as reader:
+                yield from index.places(ids).batches(reader)
+            return
+        for batch in self.batches():
+            yield batch.having(np.isin(batch.heads & 0xFFFF, list(ids))) if ids else batch
 
-    def __init__(self, path: str | os.PathLike[str], compression: str = "gzip", block: int = BLOCK):
-        self.path = Path(path)
-        self.size = 0
-        self.waiting = 0
-        self._pack: Callable[[bytes], bytes] = COMPRESSIONS[compression].pack if compression != "none" else bytes
-        self._block = block
-        self._packets = bytearray()
-        self._members: deque[bytes] = deque()
-        self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
+    def _index_at_hand(self) -> LogIndex | None:
+        """The index, if it need not be made."""
+        if self._indexed or (self._keep_index and has_index(self.path)):
+            return self.index()
+        return None
 
-    def write(self, packet: bytes) -> None:
-        """Take one packet. Raises OSError where a full block cannot be written; the packet is kept all the same."""
-        self._packets += packet
-        if len(self._packets) >= self._block:
-            self.flush()
+    def _decoded(self, ids: frozenset[int], where: Where) -> Iterator[Message]:
+        for batch in self._batches(ids):
+            yield from self._decode_all((batch if where.everything else batch.having(where.of_batch(batch))).packets())
 
-    def flush(self) -> None:
-        """Hand all packets to the operating system, so that they survive the end of this process."""
-        if self._packets:
-            member = self._pack(bytes(self._packets))
-            self._packets.clear()
-            self._members.append(member)
-            self.waiting += len(member)
-        while self._members:
-            self._append(self._members[0])
-            self.waiting -= len(self._members.popleft())
+    def _decode_all(self, packets: Iterable[tuple[int, Any]]) -> Iterator[Message]:
+        decode = self.schema.decode if self._crc else self._decode
+        for offset, packet in packets:
+            try:
+                yield decode(bytes(packet))
+            except DecodeError as error:
+                self._lose(offset, len(packet), error.reason)
 
-    def fileno(self) -> int:
-        return self._file
+    def _decode(self, packet: bytes) -> Message:
+        """The message in a packet, with crc=False in spite of a wrong CRC."""
+        if not self._crc and packet[0] == self.schema.sync & 0xFF:
+            packet = packet[:-2] + arc(packet[:-2]).to_bytes(2, "little")
+        elif not self._crc:
+            packet = packet[:-2] + arc(packet[:-2]).to_bytes(2, "big")
+        return self.schema.decode(packet)
 
-    def in_place(self) -> bool:
-        """Whether the path still leads to the file that is written."""
-        try:
-            return os.path.samestat(os.stat(self.path), os.fstat(self._file))
-        except OSError:
-            return False
+    def _table(self, kind: Kind) -> Table:
+        found = self.schema.types[_name(kind)]
+        places = long_enough(found, self.index().places((found.id,)), self._lose)
+        return Table(found, places, self._decode, self._lose)
 
-    def close(self) -> None:
-        """Flush and close; it is closed even where the flush raises."""
-        try:
-            self.flush()
-        finally:
-            os.close(self._file)
+    def _rows(self, kind: Kind) -> "NDArray[Any]":
+        table = self._table(kind)
+        with open_reader(self.path, self.index().members) as reader:
+            rows = table.read(reader)
+        self._whole[table.kind.id] = table.whole
+        return rows
 
-    def _append(self, member: bytes) -> None:
-        if os.fstat(self._file).st_size != self.size:
-            os.ftruncate(self._file, self.size)
-        rest = memoryview(member)
-        try:
-            # A full disk takes a part of it first, and says what is wrong when asked for the rest.
-            while rest:
-                rest = rest[os.write(self._file, rest) :]
-        except OSError as error:
-            os.ftruncate(self._file, self.size)
-            raise OSError(error.errno, error.strerror, str(self.path)) from error
-        self.size += len(member)
+    def _places(self, kind: Kind, where: Where) -> Places:
+        """The packets that are rows of `array`."""
+        found, index = self.schema.types[_name(kind)], self.index()
+        places = long_enough(found, index.places((found.id,)), self._lose)
+        if not is_fixed(found):
+            if found.id not in self._whole:
+                self._rows(kind)
+            places = places.having(self._whole[found.id])
+        with open_reader(self.path, index.members) as reader:
+            return select(places, where, reader)
+
+    def _meaning(self, where: Conditions) -> Where:
+        """The conditions with ids for names. Raises KeyError."""
+        src, entity = where.get("src"), where.get("entity")
+        sources, entities = None, None
+        if src is not None:
+            sources = frozenset((src,) if isinstance(src, int) else _having(self.systems, src))
+        if entity is not None:
+            entities = frozenset(((None, entity),) if isinstance(entity, int) else _having(self.entities, entity))
+        return Where(where.get("start"), where.get("end"), sources, entities)
 
 
 def packet_id(packet: bytes) -> int:
@@ -186,87 +287,12 @@ def packet_id(packet: bytes) -> int:
     return int.from_bytes(packet[2:4], "little" if packet[0] == 0x54 else "big")
 
 
-def _find(path: Path) -> Path:
-    if path.is_file():
-        return path
-    if not path.is_dir():
-        raise FileNotFoundError(errno.ENOENT, "no such log", str(path))
-    for name in NAMES:
-        if (path / name).is_file():
-            return path / name
-    others = sorted(path.glob("*.lsf")) + sorted(path.glob("*.lsf.*"))
-    if len(others) != 1:
-        raise FileNotFoundError(errno.ENOENT, f"no log in the folder (one of {', '.join(NAMES)})", str(path))
-    return others[0]
+def _name(kind: Kind) -> str:
+    return kind if isinstance(kind, str) else kind.__name__
 
 
-def _familiar(schema: Schema) -> Schema:
-    """The schema with the built-in classes for the messages that are the same."""
-    ours = builtin()
-    if schema == ours:
-        return ours
-    if schema.sync == ours.sync:
-        same = (n for n, t in ours.types_by_id.items() if _shape(ours, t) == _shape(schema, schema.types_by_id.get(n)))
-        schema.adopt({number: ours.by_id(number) for number in same})
-    return schema
-
-
-def _shape(schema: Schema, message: MessageType | None) -> object:
-    """All of a message that its class has: name, types, names of fields and of their values."""
-    if message is None:
-        return None
-    values = [[(value.abbrev, value.id) for value in schema.values_of(field)] for field in message.fields]
-    return message.abbrev, message.wire, [field.attribute for field in message.fields], values
-
-
-def _scan(chunks: Iterator[bytes], sync: int, lose: Callable[[int, int, str], None]) -> Iterator[tuple[int, bytes]]:
-    """Offset and bytes of each good packet; what lies between them goes to `lose`."""
-    search = re.compile(b"|".join(map(re.escape, (sync.to_bytes(2, "little"), sync.to_bytes(2, "big"))))).search
-    buffer, base, pos = b"", 0, 0
-    lost, reason = -1, ""
-    for chunk, last in _marking_last(chunks):
-        buffer, base, pos = buffer[pos:] + chunk, base + pos, 0
-        while pos < len(buffer):
-            packet, why = _packet_at(buffer, pos, sync)
-            if packet:
-                if lost >= 0:
-                    lose(lost, base + pos - lost, reason)
-                    lost = -1
-                yield base + pos, packet
-                pos += len(packet)
-                continue
-            if why is CUT and not last:
-                break
-            if lost < 0:
-                lost, reason = base + pos, why
-            found = search(buffer, pos + 1)
-            pos = found.start() if found else max(pos + 1, len(buffer) - 1)
-    if lost >= 0:
-        lose(lost, base + pos - lost, reason)
-
-
-def _packet_at(buffer: bytes, pos: int, sync: int) -> tuple[bytes, str]:
-    """The packet that begins at `pos`, else why there is none; CUT where more bytes could make it one."""
-    if pos + 6 > len(buffer):
-        begin = buffer[pos : pos + 2]
-        possible = sync.to_bytes(2, "little").startswith(begin) or sync.to_bytes(2, "big").startswith(begin)
-        return b"", CUT if possible else NO_SYNC
-    found, size = _SYNC_AND_SIZE(buffer, pos)
-    big = found != sync
-    if big:
-        if found != (sync >> 8 | (sync & 0xFF) << 8):
-            return b"", NO_SYNC
-        size = size >> 8 | (size & 0xFF) << 8
-    size += OVERHEAD
-    packet = buffer[pos : pos + size]
-    if len(packet) < size:
-        return b"", CUT
-    # The CRC-16/ARC of data with their CRC behind them, low byte first, is zero.
-    good = crc16.arc(packet[:-2] + packet[:-3:-1] if big else packet) == 0
-    return (packet, "") if good else (b"", BAD_CRC)
-
-
-def _marking_last(chunks: Iterator[bytes]) -> Iterator[tuple[bytes, bool]]:
-    for chunk in chunks:
-        yield chunk, False
-    yield b"", True
+def _having(names: dict[T, str], name: str) -> list[T]:
+    found = [key for key, value in names.items() if value == name]
+    if not found:
+        raise KeyError(name)
+    return found

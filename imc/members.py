@@ -37,9 +37,17 @@ COMPRESSIONS = {
 }
 
 
-def unpack(file: BinaryIO, form: Compression) -> Iterator[tuple[bytes, str]]:
-    """Unpacked bytes and, where a member is damaged, what is wrong; it goes on with the next member that unpacks."""
-    begin, end, searching = 0, file.seek(0, os.SEEK_END), False
+class Piece(NamedTuple):
+    """Unpacked bytes, or what is wrong with a member that is damaged; `member` is where it begins in the file."""
+
+    member: int
+    data: bytes
+    damage: str
+
+
+def unpack(file: BinaryIO, form: Compression, begin: int = 0) -> Iterator[Piece]:
+    """What the members from the one at `begin` hold; behind damage it goes on with the next member that unpacks."""
+    end, searching = file.seek(0, os.SEEK_END), False
     while begin < end:
         unpacker, position, produced, damage = form.unpacker(), begin, 0, ""
         file.seek(begin)
@@ -52,12 +60,12 @@ def unpack(file: BinaryIO, form: Compression) -> Iterator[tuple[bytes, str]]:
                 data, damage = _salvage(file, form, begin, position, packed), str(error)
             position += len(packed)
             produced += len(data)
-            yield data, ""
+            yield Piece(begin, data, "")
         if not damage:
             begin, searching = position - len(unpacker.unused_data), False
             continue
         if not searching or produced > 1024:
-            yield b"", f"member at byte {begin} of {Path(file.name).name}: {damage}"
+            yield Piece(begin, b"", f"member at byte {begin} of {Path(file.name).name}: {damage}")
         begin, searching = _next_member(file, form, begin + 1), True
 
 
