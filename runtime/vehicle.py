@@ -156,7 +156,8 @@ class Vehicle:
 
     def run(self, seconds: float | None = None) -> None:
         """Run for so many seconds of the vehicle's time, or until `stop`. Raises what `keep_going` does not cover."""
-        self.kernel.run(None if seconds is None else self.kernel.now_ns + round(seconds * SECOND))
+        begin = max(self.kernel.now_ns, self.kernel.clock.read())  # much time may have passed since the construction
+        self.kernel.run(None if seconds is None else begin + round(seconds * SECOND))
 
     def stop(self, status: int = 0) -> None:
         """End the run, with a status for the command line."""

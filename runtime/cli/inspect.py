@@ -158,9 +158,11 @@ def _find_task(section: str) -> type[Task] | None:
 @click.command()
 @click.argument("name", required=False)
 def tasks(name: str | None) -> None:
-    """List Shoal's tasks, or the parameters of the task NAME."""
+    """List Shoal's tasks, or the parameters of the task NAME, which may be one of your own."""
     console, known = _console(), all_tasks()
     if name is not None:
+        if name not in known and (own := _find_task(name)) is not None:
+            known[name] = own
         _describe(console, _choose(name, known, "task"), known)
         return
     table = _table("task", "what it does")

@@ -18,7 +18,7 @@ from runtime.vehicle import Vehicle
 
 REFRESH = 0.25  # s of real time between two pictures
 LINE_PERIOD = 10.0  # s of real time between two lines where the output is piped
-TROUBLE = (State.ERROR, State.FAILURE)
+TROUBLE = (State.FAULT, State.ERROR, State.FAILURE)
 ECHO = 4  # columns; a terminal writes ^C at the end of the panel's last line, which must not wrap
 LEVELS: dict[int, tuple[str, str]] = {
     imc.LogBookEntry.Type.INFO: ("INFO", ""),
@@ -73,7 +73,7 @@ class Status:
             self._live = None
 
     def summary(self) -> str:
-        """One line about the whole run, and one for each entity that ended in trouble."""
+        """One line about the whole run, and, where no panel shows them, one for each entity that ended in trouble."""
         real, passed = time.monotonic() - self._began[0], self.now - self._began[1]
         parts = [
             f"{passed:.1f} s of vehicle time in {real:.1f} s",
@@ -83,7 +83,7 @@ class Status:
         if self.folder:
             parts.append(f"log in {self.folder}")
         troubled = [entity for entity in self.vehicle.entities if entity.stateful and entity.state in TROUBLE]
-        return "\n".join([", ".join(parts), *map(_plight, troubled)])
+        return "\n".join([", ".join(parts), *(map(_plight, troubled) if not self._console.is_terminal else ())])
 
     def _tick(self) -> None:
         if self._live is None and time.monotonic() >= self._next_line:

@@ -8,6 +8,7 @@ import imc
 from runtime import ActivationError, ParameterError, State, Task, consume, param, periodic
 from runtime.clock import VirtualClock, WallClock
 from runtime.entities import Entities, EntityError
+from runtime.kernel import SECOND
 from runtime.testing import START, NoProfile, simulate
 from runtime.vehicle import Vehicle
 
@@ -444,3 +445,18 @@ def test_wherever_a_task_fails_it_ends_a_simulation_and_restarts_on_a_vehicle(ho
     assert after.task.entity.state is State.NORMAL
     assert after.tasks[1].heard > 5
     assert after.vehicle.kernel._watched == 0
+
+
+def test_a_run_lasts_as_long_as_was_asked_for_however_late_it_begins():
+    class Ahead(WallClock):
+        offset = 0
+
+        def read(self):
+            return super().read() + self.offset
+
+    clock = Ahead()
+    vehicle = Vehicle("late", 1, clock=clock, profile=NoProfile())
+    clock.offset = 3 * SECOND
+    vehicle.run(0.05)
+    vehicle.close()
+    assert vehicle.kernel.now_ns / SECOND - vehicle.start_time >= 3.05

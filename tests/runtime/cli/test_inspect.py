@@ -95,6 +95,7 @@ def test_a_new_task_runs_and_its_test_passes(shoal, tmp_path):
     )
     assert "1 passed" in done.stdout, done.stdout + done.stderr
     assert shoal("new", "task", "DepthAlarm").exit_code == 1
+    assert "How often to report." in shoal("tasks", "depth_alarm.DepthAlarm").output
 
 
 def test_a_new_vehicle_runs_and_its_test_passes(shoal, tmp_path):

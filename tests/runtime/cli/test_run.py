@@ -228,7 +228,7 @@ def test_saved_parameters_come_back_and_leave_virtual_runs_alone(tmp_path):
     (tmp_path / "db").mkdir()
     (tmp_path / "db" / "lauv-noptilus-1-saved.ini").write_text("[Simulators.GPS]\nExecution Frequency = 5\n")
     fixes = []
-    for clock in ("20x", "virtual"):
+    for clock in ("5x", "virtual"):
         run = ["run", "lauv-noptilus-1", "-p", "Simulation", "--clock", clock, "--for", "10s", "--log-dir", clock]
         done = shoal(*run, *QUIET, cwd=tmp_path)
         assert ("with the parameters saved in db/lauv-noptilus-1-saved.ini" in done.stderr) == (clock != "virtual")
