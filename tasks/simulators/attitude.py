@@ -35,6 +35,11 @@ def to_body(r: Matrix, v: Vector) -> Vector:
     return a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
 
 
+def cross(a: Vector, b: Vector) -> Vector:
+    """The vector product a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
 def body_rates(phi: float, theta: float, phi_rate: float, theta_rate: float, psi_rate: float) -> Vector:
     """p, q, r (rad/s) of the rates of the Euler angles (rad/s); Fossen 2011, eq. 2.28 inverted."""
     cr, sr = math.cos(phi), math.sin(phi)

@@ -1,0 +1,115 @@
+"""Simulates the vehicle: where its fins, thrusters and the water take it."""
+
+import math
+
+import imc
+from runtime import ParameterError, State, Task, consume, param, periodic
+from tasks.simulators.marine_dynamics import Craft
+from tasks.simulators.marine_model import ModelError, read_model
+
+MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
+
+
+class VSIM(Task):
+    """Moves an underwater vehicle in six degrees of freedom and publishes the truth.
+
+    The model is the section [VSIM/Model/<Vehicle Type>] of the profile. The vehicle enters the water, at rest, where
+    the first manual GpsFix says; a later one, of its own or addressed to it, moves it there as it is. In
+    SimulatedState, lat, lon and height are those of the fix, and u, v, w are velocities through the water.
+    """
+
+    execution_frequency: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=20, maximum=1000, editable=False)
+    initial_heading: float = param(0.0, "°", "Heading at the start, true north.", minimum=-360, maximum=360)
+    stream_source: str = param(
+        "Stream Velocity Simulator",
+        "",
+        "Entity whose EstimatedStreamVelocity is the true one.",
+        name="Entity Label - Stream Velocity Source",
+    )
+    time_multiplier: float = param(
+        1.0, "1", "Kept for DUNE's profiles; the clock is chosen when a run is started.", editable=False
+    )
+
+    def configure(self) -> None:
+        name = self.vehicle.profile.value("General", "Vehicle Type", "lauv")
+        try:
+            self._model = read_model(self.vehicle.profile.value, name)
+        except ModelError as error:
+            raise ParameterError("Vehicle Type", str(error)) from None
+
+    def start(self) -> None:
+        self.craft = Craft(self._model)
+        self._origin: imc.GpsFix | None = None
+        self._unknown: set[tuple[str, int]] = set()
+        self._period = 1.0 / self.execution_frequency
+        self.set_entity_state(State.BOOT, "waiting for the start position")
+
+    @consume(others=True)
+    def place(self, fix: imc.GpsFix) -> None:
+        if fix.type != MANUAL_INPUT or (fix.src != self.system and fix.dst != self.system):
+            return
+        if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)):
+            self.log.warning(f"a manual fix is nowhere on earth: {fix.lat}, {fix.lon} rad, {fix.height} m")
+            return
+        if self._origin is None:
+            self.craft.orient(0.0, 0.0, math.radians(self.initial_heading))
+        self.craft.x = self.craft.y = 0.0
+        self._origin = fix
+        self.set_entity_state(State.NORMAL, "active")
+
+    @consume
+    def deflect(self, position: imc.ServoPosition) -> None:
+        if self._accepts("fin", position.id, position.value, len(self._model.fins)):
+            self.craft.deflect(position.id, position.value)
+
+    @consume
+    def drive(self, actuation: imc.SetThrusterActuation) -> None:
+        if self._accepts("thruster", actuation.id, actuation.value, len(self._model.engines)):
+            self.craft.drive(actuation.id, actuation.value)
+
+    @consume
+    def flow(self, stream: imc.EstimatedStreamVelocity) -> None:
+        source = self.vehicle.entities.find(self.stream_source)
+        velocity = stream.x, stream.y, stream.z
+        if source is not None and stream.src_ent == source.id and all(map(math.isfinite, velocity)):
+            self.craft.stream = velocity
+
+    @periodic("execution_frequency")
+    def move(self) -> None:
+        origin, craft = self._origin, self.craft
+        if origin is None:
+            return
+        craft.step(self._period)
+        phi, theta, psi = craft.euler_angles()
+        svx, svy, svz = craft.stream
+        self.publish(
+            imc.SimulatedState(
+                lat=origin.lat,
+                lon=origin.lon,
+                height=origin.height,
+                x=craft.x,
+                y=craft.y,
+                z=craft.z,
+                phi=phi,
+                theta=theta,
+                psi=psi,
+                u=craft.u,
+                v=craft.v,
+                w=craft.w,
+                p=craft.p,
+                q=craft.q,
+                r=craft.r,
+                svx=svx,
+                svy=svy,
+                svz=svz,
+            )
+        )
+
+    def _accepts(self, what: str, number: int, value: float, count: int) -> bool:
+        if number < count and math.isfinite(value):
+            return True
+        if (what, number) not in self._unknown:
+            self._unknown.add((what, number))
+            reason = f"{value} is no position" if number < count else f"the model has {count}"
+            self.log.warning(f"a command for {what} {number} has no effect: {reason}")
+        return False
