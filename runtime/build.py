@@ -1,6 +1,6 @@
 """From a profile to a vehicle: finds the classes of its sections and gives them their values."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,11 +9,11 @@ from runtime.catalogue import TaskImportError, find_task, missing_extra
 from runtime.clock import VirtualClock, WallClock
 from runtime.config import Option
 from runtime.dune import EVERY_TASK
-from runtime.entities import EntityError
+from runtime.entities import EntityError, allot
 from runtime.kernel import Kernel
 from runtime.parameters import ParameterError
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
-from runtime.profile import Profile
+from runtime.profile import Profile, default_label
 from runtime.task import Task
 from runtime.vehicle import Vehicle, summary
 
@@ -47,7 +47,8 @@ def build(
     `keep_going` is whether a task that fails is restarted (True) or ends the run (False); by default it ends a
     simulation and is restarted otherwise. `seed` is by default the profile's; the effective configuration, which is
     in every log, has it and the modes. `only` are sections to take in place of those that are enabled; `bus` makes the
-    bus, and `entity_ids` gives labels their ids. Raises ProfileError naming file and line of what cannot be.
+    bus, and `entity_ids` gives labels their ids, in place of those that follow from the profile.
+    Raises ProfileError naming file and line of what cannot be.
     """
     if keep_going is None:
         keep_going = not (isinstance(clock, VirtualClock) or "Simulation" in selected)
@@ -65,7 +66,7 @@ def build(
         log_root=log_root,
         state_folder=state_folder,
         bus=bus,
-        entity_ids=entity_ids,
+        entity_ids=allot(_labels(profile)) if entity_ids is None else entity_ids,
     )
     made, problems = Build(vehicle), list[Problem]()
     for section in profile.config.sorted_sections():
@@ -104,6 +105,13 @@ def build(
         vehicle.close()
         raise ProfileError(problems)
     return made
+
+
+def _labels(profile: Profile) -> Iterator[str]:
+    """The labels of all tasks of a profile in the order of its lines: each process of a vehicle gets the same ids."""
+    for section in profile.config.sections.values():
+        if "Enabled" in section.options:
+            yield section.value("Entity Label", default_label(section.name))
 
 
 def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:

@@ -1,6 +1,6 @@
 """The entities of a vehicle and the systems around it: who speaks, under which name and id, and in which state."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from fastcrc import crc16
@@ -10,6 +10,7 @@ from imc import EntityState
 State = EntityState.State
 
 SYSTEM_ENTITY = 0
+LARGEST_ENTITY = 254
 UNKNOWN_ENTITY = 255
 
 
@@ -38,8 +39,8 @@ class Entities:
     """Labels and ids of one vehicle, and what others have said of theirs.
 
     An id follows from the label (its CRC-16, or the next free one), so it is the same in every run and every process of
-    the vehicle, whichever other tasks there are; where two labels ask for one id, the later in the order of sections
-    gives way. `known` are labels that have an id already, as in a log.
+    the vehicle, whichever other tasks there are; where two labels ask for one id, the later one gives way. `known` are
+    labels that have an id already: those of the whole profile (see `allot`), or of a log.
     """
 
     def __init__(self, system: int, known: Mapping[str, int] | None = None):
@@ -91,12 +92,26 @@ class Entities:
             return SYSTEM_ENTITY
         if label in self._known and self._known[label] not in self._by_id:
             return self._known[label]
-        first = crc16.arc(label.encode(errors="surrogateescape")) % 254
-        for step in range(254):
-            candidate = 1 + (first + step) % 254
-            if candidate not in self._by_id and candidate not in self._known.values():
-                return candidate
-        raise EntityError(f"{label}: a vehicle has at most 254 entities")
+        return next_free(label, {*self._by_id, *self._known.values()})
+
+
+def allot(labels: Iterable[str]) -> dict[str, int]:
+    """An id for each label, the first come first served; labels beyond the 254 that there can be get none."""
+    ids: dict[str, int] = {}
+    for label in dict.fromkeys(labels):
+        if len(ids) < LARGEST_ENTITY and label != "Daemon":
+            ids[label] = next_free(label, set(ids.values()))
+    return ids
+
+
+def next_free(label: str, taken: set[int]) -> int:
+    """The id that follows from a label, or the next that is not taken. Raises EntityError where all are."""
+    first = crc16.arc(label.encode(errors="surrogateescape")) % LARGEST_ENTITY
+    for step in range(LARGEST_ENTITY):
+        candidate = 1 + (first + step) % LARGEST_ENTITY
+        if candidate not in taken:
+            return candidate
+    raise EntityError(f"{label}: a vehicle has at most {LARGEST_ENTITY} entities")
 
 
 class Systems:

@@ -34,7 +34,7 @@ def test_sections_become_tasks_in_byte_order(tmp_path):
 
 
 def test_what_is_left_out_is_listed_with_the_reason(tmp_path):
-    build = made(tmp_path, "[Simulators.VSIM]\nEnabled=Always\n[Transports.MAVLink]\nEnabled=Always\n")
+    build = made(tmp_path, "[Simulators.LBL]\nEnabled=Always\n[Transports.MAVLink]\nEnabled=Always\n")
     assert [(len(names), reason.split(",")[0]) for reason, names in build.left_out.items()] == [
         (1, "not in Shoal"),
         (1, "talks to the outside"),
@@ -85,6 +85,20 @@ def test_the_effective_configuration_has_seed_and_modes(tmp_path):
     assert "Selected = Simulation" in build.vehicle.profile.dump()
     build.vehicle.close()
     assert "'twelve' is not a seed" in refused(tmp_path, "Seed = twelve\n")
+
+
+def test_processes_of_a_vehicle_agree_on_ids_and_a_later_task_changes_none(tmp_path):
+    sections = [f"[Simulators.GPS/{n}]\nEnabled = {'Simulation' if n % 2 else 'Payload'}\n" for n in range(120)]
+    profile = "[Profiles]\nPayload = x\n" + "".join(sections)
+    ids = {}
+    for selected in ("Simulation", "Payload"):
+        vehicle = made(tmp_path, profile, [selected]).vehicle
+        ids |= {entity.label: entity.id for entity in vehicle.entities}
+        vehicle.close()
+    assert len(ids) == len(set(ids.values())) == 121
+    vehicle = made(tmp_path, profile + "[Simulators.AAA]\nEnabled=Always\n[Simulators.IMU]\nEnabled=Always\n").vehicle
+    assert {entity.label: entity.id for entity in vehicle.entities if entity.label in ids}.items() <= ids.items()
+    vehicle.close()
 
 
 def test_saved_parameters_are_read_back_by_the_next_run(tmp_path):

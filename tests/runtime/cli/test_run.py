@@ -195,13 +195,13 @@ def test_a_dune_tree_of_ones_own_loads_and_what_shoal_has_not_is_listed(tmp_path
     (tmp_path / "dune" / "common" / "gps.ini").write_text("[Simulators.GPS]\nEnabled = Simulation\n")
     (tmp_path / "dune" / "my-auv.ini").write_text(
         "[Require common/gps.ini]\n[General]\nVehicle = my-auv\n"
-        "[Simulators.VSIM]\nEnabled = Simulation\nEntity Label = Simulation Engine\nExecution Frequency = 100\n"
-        "[Plan.DB]\nEnabled = Always\n"
+        "[Simulators.LBL]\nEnabled = Simulation\nEntity Label = LBL\nExecution Frequency = 100\n"
+        "[Transports.HTTP]\nEnabled = Always\n"
     )
     command = "run -c my-auv -d dune -p Simulation --clock virtual --for 2s"
     done = shoal(*command.split(), cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "left out: Plan.DB, Simulators.VSIM (not in Shoal)" in done.stderr
+    assert "left out: Simulators.LBL, Transports.HTTP (not in Shoal)" in done.stderr
 
 
 def test_what_a_profile_asks_for_in_vain_is_told(tmp_path):
