@@ -1,5 +1,7 @@
 """Logs as MCAP files that Foxglove, PlotJuggler and ROS 2 tools open (profile ros2, types as text, messages in CDR)."""
 
+import struct
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -8,7 +10,7 @@ import numpy as np
 import imc
 from imc.members import gzip_member
 from runtime.logs import well_known
-from runtime.logs.cdr import Item, Record, Unfit, Writer, text
+from runtime.logs.cdr import ENCAPSULATION, Item, Record, Unfit, Writer, text
 from runtime.logs.headers import Array
 from runtime.logs.mcap_file import MESSAGE, MESSAGE_LENGTH, Chunk, McapFile
 from runtime.logs.ros_messages import PACKAGE, RosType, ros_type
@@ -69,6 +71,8 @@ class _Export:
         self._source = source
         self._topics = Topics(file)
         self._types: dict[int, tuple[RosType, Writer]] = {}
+        self._heads: dict[int, tuple[Callable[..., bytes], bytes]] = {}
+        self._known: dict[tuple[int, int, int, str], int] = {}
         self._origin: well_known.Origin | None = None
         self._moving: dict[int, int] = {}
         self._records: dict[tuple[int, bytes], Record] = {}
@@ -94,7 +98,7 @@ class _Export:
         chunk = Chunk()
         data = b"".join(batch.packets)
         time = int(nanoseconds(batch.headers["timestamp"][:1])[0])
-        body = b"\0\1\0\0" + len(data).to_bytes(4, "little") + data
+        body = ENCAPSULATION + len(data).to_bytes(4, "little") + data
         chunk.add(self._topics.channel(PACKETS_TOPIC, PACKETS), batch.first & 0xFFFFFFFF, time, body)
         self._file.add_chunk(chunk)
 
@@ -110,7 +114,7 @@ class _Export:
             time = round(photo.time * _BILLION)
             frame = ros_name(photo.camera).encode()
             body = well_known.image_body(time, frame, photo.form, photo.path.read_bytes())
-            chunk.add(channel, number, time, b"\0\1\0\0" + body)
+            chunk.add(channel, number, time, ENCAPSULATION + body)
             self._file.add_chunk(chunk)
 
     def close(self) -> None:
@@ -130,10 +134,14 @@ class _Export:
     def _channel(
         self, message: imc.MessageType, src: int, entity: int, suffix: str = "", other: RosType | None = None
     ) -> int:
+        key = message.id, src, entity, suffix
+        channel = self._known.get(key)
+        if channel is not None:
+            return channel
         names = self._source.names
         system, label = names.system(src), names.entity(src, entity)
         parts = (system, message.abbrev, label, *([suffix] if suffix else []))
-        return self._topics.channel(
+        channel = self._known[key] = self._topics.channel(
             parts,
             other or self._type(message)[0],
             system=system,
@@ -143,6 +151,7 @@ class _Export:
             imc_source_entity=str(entity),
             imc_id=str(message.id),
         )
+        return channel
 
     def _channels(
         self, message: imc.MessageType, src: int, entities: Array, suffix: str = "", other: RosType | None = None
@@ -213,35 +222,36 @@ class _Export:
         _emit(chunk, record, transforms, np.full(len(transforms), channel), times[own], numbers[own])
 
     def _write_each(self, chunk: Chunk, batch: Batch, group: Group, times: Array) -> None:
-        names = self._source.names
-        type_, writer = self._type(group.message)
-        frames: dict[int, bytes] = {}
-        for row, message in self._source.decoded(batch, group.rows):
-            frame = frames.get(message.src)
-            if frame is None:
-                frame = frames[message.src] = text(ros_name(names.system(message.src)).encode())
-            time = int(times[row])
-            body = bytearray(b"%b%b%b" % (*_stamp(time), frame))
-            body += bytes(-len(body) % 2) + message.src.to_bytes(2, "little")
-            body += message.src_ent.to_bytes(2, "little") + message.dst.to_bytes(2, "little")
-            body.append(message.dst_ent)
+        message, entries = group.message, group.message.abbrev == "LogBookEntry"
+        write = self._type(message)[1].write
+        seconds, rests = (part.tolist() for part in np.divmod(times, _BILLION))
+        for row, said in self._source.decoded(batch, group.rows):
+            src = said.src
+            pack, frame = self._heads.get(src) or self._head(src)
+            body = bytearray(pack(seconds[row], rests[row], frame, src, said.src_ent, said.dst, said.dst_ent))
             try:
-                writer.write(message, body)
+                write(said, body)
             except Unfit as error:
                 self._source.skipped[str(error)] += 1
                 continue
-            number = batch.first + row & 0xFFFFFFFF
-            channel = self._channel(group.message, message.src, message.src_ent)
-            chunk.add(channel, number, time, b"\0\1\0\0" + body)
-            if group.message.abbrev == "LogBookEntry" and type_.members:
-                entity = names.entity(message.src, message.src_ent)
-                body = well_known.log_body(time, message, f"{names.system(message.src)}.{entity}")
-                chunk.add(self._topics.channel(("rosout",), well_known.LOG), number, time, b"\0\1\0\0" + body)
+            time, number = seconds[row] * _BILLION + rests[row], batch.first + row & 0xFFFFFFFF
+            channel = self._known.get((message.id, src, said.src_ent, "")) or self._channel(message, src, said.src_ent)
+            chunk.add(channel, number, time, ENCAPSULATION + body)
+            if entries:
+                self._write_entry(chunk, said, time, number)
 
+    def _head(self, src: int) -> tuple[Callable[..., bytes], bytes]:
+        """What packs header and addresses of messages from a system: a function, and the frame it wants."""
+        frame = text(ros_name(self._source.names.system(src)).encode())
+        layout = struct.Struct(f"<II{len(frame)}s{len(frame) % 2}xHBxHB")
+        self._heads[src] = layout.pack, frame
+        return self._heads[src]
 
-def _stamp(time: int) -> tuple[bytes, bytes]:
-    seconds, rest = divmod(time, _BILLION)
-    return seconds.to_bytes(4, "little"), rest.to_bytes(4, "little")
+    def _write_entry(self, chunk: Chunk, entry: imc.Message, time: int, number: int) -> None:
+        names = self._source.names
+        name = f"{names.system(entry.src)}.{names.entity(entry.src, entry.src_ent)}"
+        body = well_known.log_body(time, entry, name)
+        chunk.add(self._topics.channel(("rosout",), well_known.LOG), number, time, ENCAPSULATION + body)
 
 
 def _plain_record(items: tuple[Item, ...]) -> Record:

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from runtime.logs.headers import Array, Block, headers
 from runtime.logs.names import Names
 from runtime.logs.summary import Summary
 
-BATCH_PACKETS, BATCH_BYTES = 1 << 14, 1 << 21
+BATCH_PACKETS, BATCH_BYTES, PIECE = 1 << 14, 1 << 21, 1 << 9
 
 _NUMBERS = {"b": "i1", "B": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "q": "<i8", "f": "<f4", "d": "<f8"}
 _HEADER = (
@@ -88,16 +89,20 @@ class Source:
             self.packets += len(packets)
 
     def _blocks(self) -> Iterator[Block]:
-        size, offsets, packets = 0, list[int](), list[bytes]()
-        for offset, packet in self.log.packets():
-            offsets.append(offset)
-            packets.append(packet)
-            size += len(packet)
-            if len(packets) == BATCH_PACKETS or size >= BATCH_BYTES:
-                yield Block(packets, offsets, headers(packets, self.schema.sync))
-                size, offsets, packets = 0, [], []
-        if packets:
-            yield Block(packets, offsets, headers(packets, self.schema.sync))
+        found: list[tuple[int, bytes]] = []
+        packets, size = self.log.packets(), 0
+        while piece := list(islice(packets, PIECE)):
+            found += piece
+            size += sum([len(packet) for _, packet in piece])
+            if len(found) >= BATCH_PACKETS or size >= BATCH_BYTES:
+                yield self._block(found)
+                found, size = [], 0
+        if found:
+            yield self._block(found)
+
+    def _block(self, found: list[tuple[int, bytes]]) -> Block:
+        packets = [packet for _, packet in found]
+        return Block(packets, [offset for offset, _ in found], headers(packets, self.schema.sync))
 
     def groups(self, batch: Batch) -> Iterator[Group]:
         """The packets of a batch by message, without those of unknown id, which count as skipped."""
