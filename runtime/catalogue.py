@@ -3,6 +3,7 @@
 import importlib
 import importlib.util
 import pkgutil
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -18,16 +19,14 @@ class TaskImportError(ImportError):
 
 @cache
 def own_tasks() -> dict[str, str]:
-    """Shoal's own tasks: the section's name, lower case, to the module."""
+    """The modules that may have tasks of Shoal's own: the section's name, lower case, to the module, at any depth."""
     folder = importlib.util.find_spec(OWN)
     found: dict[str, str] = {}
     for path in (folder.submodule_search_locations or []) if folder else []:
         for group in pkgutil.iter_modules([path]):
             if group.ispkg:
-                for module in pkgutil.iter_modules([str(Path(path) / group.name)]):
-                    if not module.ispkg:
-                        name = f"{group.name}.{module.name.replace('_', '')}"
-                        found[name.lower()] = f"{OWN}.{group.name}.{module.name}"
+                for module in _modules(Path(path) / group.name, f"{OWN}.{group.name}"):
+                    found[module.removeprefix(f"{OWN}.").replace("_", "").lower()] = module
     return found
 
 
@@ -53,23 +52,34 @@ def all_tasks() -> dict[str, type[Task]]:
     """Shoal's own tasks by section name."""
     found: dict[str, type[Task]] = {}
     for module in own_tasks().values():
-        group = module.split(".")[1]
         wanted = module.rpartition(".")[2].replace("_", "")
         for name, value in vars(importlib.import_module(module)).items():
             if isinstance(value, type) and issubclass(value, Task) and name.lower() == wanted:
-                found[f"{section_group(group)}.{name}"] = value
+                found[f"{section_group(module)}.{name}"] = value
     return dict(sorted(found.items()))
 
 
-def section_group(package: str) -> str:
-    """The first part of a section name: "simulators" is Simulators."""
-    return package[:1].upper() + package[1:]
+def section_group(module: str) -> str:
+    """What a section's name begins with: for tasks.control.auv.attitude it is Control.AUV. Short words are acronyms."""
+    return ".".join(
+        part.upper() if len(part) <= 3 else "".join(word[:1].upper() + word[1:] for word in part.split("_"))
+        for part in module.split(".")[1:-1]
+    )
 
 
 def missing_extra(cls: type[Task]) -> str:
     """The extra that a task needs and that is not installed, else an empty text."""
     library = LIBRARIES.get(cls.requires)
     return cls.requires if library and importlib.util.find_spec(library) is None else ""
+
+
+def _modules(folder: Path, package: str) -> Iterator[str]:
+    for module in pkgutil.iter_modules([str(folder)]):
+        name = f"{package}.{module.name}"
+        if module.ispkg:
+            yield from _modules(folder / module.name, name)
+        else:
+            yield name
 
 
 def _exists(module: str) -> bool:

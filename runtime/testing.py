@@ -122,7 +122,7 @@ def section_name(cls: type[Task]) -> str:
     """The section that names a class in a profile."""
     parts = cls.__module__.split(".")
     if parts[0] == OWN and len(parts) > 2:
-        return f"{section_group(parts[1])}.{cls.__name__}"
+        return f"{section_group(cls.__module__)}.{cls.__name__}"
     return f"{cls.__module__}.{cls.__name__}"
 
 
