@@ -126,7 +126,8 @@ def _label(done: Resimulation, entity: int) -> str:
 
 
 def _name(done: Resimulation, kind: int) -> str:
-    found = done.log.schema.types_by_id.get(kind)
+    logged = any(tally.logged for (_, number), tally in done.comparison.tallies.items() if number == kind)
+    found = (done.log.schema if logged else imc.builtin()).types_by_id.get(kind)
     return found.abbrev if found else f"id {kind}"
 
 

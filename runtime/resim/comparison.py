@@ -2,7 +2,6 @@
 
 import math
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -156,16 +155,20 @@ class Comparison:
     def _pair(self, header: imc.Header, pending: _Pending) -> None:
         while pending.logged and pending.said:
             (then, logged), (now, said) = pending.logged[0], pending.said[0]
-            if now - then > self._tolerance:
+            if now - then > self._tolerance or self._nearer(pending.logged, now):
                 self.bytes += len(logged)
                 pending.logged.popleft()
-            elif then - now > self._tolerance:
+            elif then - now > self._tolerance or self._nearer(pending.said, then):
                 self.bytes += len(said)
                 pending.said.popleft()
             else:
                 pending.logged.popleft()
                 pending.said.popleft()
                 self._compare(self._tally(header), header.id, logged, said)
+
+    def _nearer(self, queue: deque[tuple[float, bytes]], time: float) -> bool:
+        """Whether the second of a queue is nearer to a time than the first."""
+        return len(queue) > 1 and self._tolerance > 0.0 and abs(queue[1][0] - time) < abs(queue[0][0] - time)
 
     def _compare(self, tally: Tally, number: int, logged: bytes, said: bytes) -> None:
         if logged == said:
@@ -175,25 +178,62 @@ class Comparison:
             return
         tally.changed += 1
         self.bytes += sum(a != b for a, b in zip(logged, said, strict=False)) + abs(len(logged) - len(said))
-        before, after = dict(self._values(logged)), dict(self._values(said))
+        before, after = _values(self._decode(logged)), _values(_decoded(imc.builtin(), said))
         for name, unit in self._field_units(number).items():
             statistics = tally.fields.get(name)
             if statistics is None:
                 statistics = tally.fields[name] = FieldStatistics(unit, count=tally.equal)
             statistics.add(before.get(name), after.get(name))
 
-    def _values(self, packet: bytes) -> Iterator[tuple[str, object]]:
-        message = self._decode(packet)
-        if message is not None:
-            for name in message.__struct_fields__:
-                yield name, getattr(message, name)
-
     def _decode(self, packet: bytes) -> imc.Message | None:
-        try:
-            return self._schema.decode(packet)
-        except imc.DecodeError:
-            return None
+        return _decoded(self._schema, packet)
 
     def _field_units(self, number: int) -> dict[str, str]:
         kind = self._schema.types_by_id.get(number)
         return {} if kind is None else {f.attribute: f.unit for f in kind.fields}
+
+
+class LastMoment:
+    """Hands packets on to a comparison, those of the `end` (s since 1970 UTC) only when all are known.
+
+    A run that is stopped by hand ends somewhere within a moment.
+    """
+
+    def __init__(self, comparison: Comparison, end: float):
+        self._comparison = comparison
+        self._end = end
+        self._logged: list[tuple[imc.Header, bytes]] = []
+        self._said: list[tuple[imc.Header, bytes]] = []
+
+    def log_has(self, header: imc.Header, packet: bytes) -> None:
+        if header.timestamp < self._end:
+            self._comparison.log_has(header, packet)
+        else:
+            self._logged.append((header, packet))
+
+    def task_says(self, header: imc.Header, packet: bytes) -> None:
+        if header.timestamp < self._end:
+            self._comparison.task_says(header, packet)
+        else:
+            self._said.append((header, packet))
+
+    def settle(self, doubtful: bool) -> bool:
+        """Compare the end, unless it is different and `doubtful`; whether it was compared."""
+        if doubtful and self._logged != self._said:
+            return False
+        for header, packet in self._logged:
+            self._comparison.log_has(header, packet)
+        for header, packet in self._said:
+            self._comparison.task_says(header, packet)
+        return True
+
+
+def _decoded(schema: imc.Schema, packet: bytes) -> imc.Message | None:
+    try:
+        return schema.decode(packet)
+    except imc.DecodeError:
+        return None
+
+
+def _values(message: imc.Message | None) -> dict[str, object]:
+    return {} if message is None else {name: getattr(message, name) for name in message.__struct_fields__}

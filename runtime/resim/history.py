@@ -1,13 +1,17 @@
 """The packets of a log in their order, each at the nanosecond at which it was published."""
 
+import math
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator
 from typing import NamedTuple
 
 import imc
-from runtime.kernel import SECOND
+from runtime.clock import SECOND, nanoseconds
 
 GRAINS = tuple(10**power for power in range(9, 0, -1))
+REMEMBERED = 32
+LATEST = 1e10  # s since 1970
+MOST_OTHERS = 1000
 
 
 class Entry(NamedTuple):
@@ -23,30 +27,35 @@ class Instants:
     """Nanoseconds of times that packets carry as doubles, which cannot tell 200 of them apart.
 
     Of those that a double can mean, it is the one at which a task ticks, of rates (Hz) counted from `start` (ns);
-    else the roundest.
+    else the roundest, or the one with the roundest delay after one of the last instants.
     """
 
     def __init__(self, start: int, rates: Iterable[float] = ()):
         self._start = start
         self._rates = sorted({rate for rate in rates if rate > 0.0})
-        self._last = (float("nan"), 0)
+        self._last = (math.nan, 0)
+        self._recent: deque[int] = deque(maxlen=REMEMBERED)
 
     def of(self, time: float) -> int:
         """The instant of a finite time (s since 1970 UTC)."""
         if time != self._last[0]:
             self._last = time, self._find(time)
+            self._recent.appendleft(self._last[1])
         return self._last[1]
 
     def _find(self, time: float) -> int:
-        above, below = time.as_integer_ratio()
-        exact = (2 * above * SECOND + below) // (2 * below)
+        near = nanoseconds(time)
         for rate in self._rates:
-            count = round((exact - self._start) * rate / SECOND)
+            count = round((near - self._start) * rate / SECOND)
             tick = self._start + round(count * SECOND / rate)
             if tick / SECOND == time:
                 return tick
-        rounded = ((exact + grain // 2) // grain * grain for grain in GRAINS)
-        return next((instant for instant in rounded if instant / SECOND == time), exact)
+        for grain in GRAINS:
+            for since in (0, *self._recent):
+                instant = since + (near - since + grain // 2) // grain * grain
+                if instant / SECOND == time:
+                    return instant
+        return near
 
 
 class History:
@@ -63,6 +72,7 @@ class History:
         self._own = own
         self._latest = start
         self._ahead: deque[Entry] = deque()
+        self._timed: deque[Entry] = deque()
 
     def next(self) -> Entry | None:
         """The entry that is the turn of; None at the end."""
@@ -96,12 +106,30 @@ class History:
         return entry is not None
 
     def _read(self) -> Entry | None:
-        for _, packet in self._packets:
-            header = imc.header(packet)
-            if header.src == self._owner and 0.0 <= header.timestamp < 1e10:
-                self._latest = max(self._latest, self._instants.of(header.timestamp))
-            return Entry(self._latest, header, packet, self._own(header))
-        return None
+        if not self._timed:
+            others: list[tuple[imc.Header, bytes]] = []
+            for _, packet in self._packets:
+                header = imc.header(packet)
+                if header.src == self._owner and 0.0 <= header.timestamp < LATEST:
+                    self._date(others, max(self._latest, self._instants.of(header.timestamp)))
+                    self._timed.append(Entry(self._latest, header, packet, self._own(header)))
+                    break
+                others.append((header, packet))
+                if len(others) == MOST_OTHERS:
+                    break
+            if not self._timed:
+                self._date(others, self._latest)
+        return self._timed.popleft() if self._timed else None
+
+    def _date(self, others: list[tuple[imc.Header, bytes]], following: int) -> None:
+        """Others were heard when they say, if that is between what the owner said before and after."""
+        for header, packet in others:
+            said = self._instants.of(header.timestamp) if 0.0 <= header.timestamp < LATEST else 0
+            if self._latest <= said <= following:
+                self._latest = said
+            self._timed.append(Entry(self._latest, header, packet, self._own(header)))
+        others.clear()
+        self._latest = following
 
 
 def spoken_by(owner: int, entities: Collection[int]) -> Callable[[imc.Header], bool]:

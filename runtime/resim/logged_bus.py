@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import imc
 from runtime.bus import Bus
+from runtime.entities import SYSTEM_ENTITY
 from runtime.kernel import Kernel
 from runtime.resim.history import Entry, History
 
@@ -14,12 +15,15 @@ class LoggedBus(Bus):
     What a task says here comes behind the messages that the log has before the same one; what the log has of the
     tasks themselves is not delivered, and what is said in the name of others (the Daemon's heartbeat) is in the log.
     `heard` and `said` are told of each packet of the tasks: of the log's, and of the one that is published here.
-    `seen` is told of all that passes the bus.
+    `seen` is told of all that passes the bus. Behind a log that is `cut_short` nobody knows what was said.
     """
+
+    cut_short = False
 
     history: History
     schema: imc.Schema
-    heard: Callable[[Entry], object]
+    daemon: object
+    heard: Callable[[imc.Header, bytes], object]
     said: Callable[[imc.Header, bytes], object]
     seen: Callable[[bytes], object]
 
@@ -37,9 +41,11 @@ class LoggedBus(Bus):
         header = imc.header(packet)
         if not self._is_own(header):
             return
+        over = self.cut_short and self.history.next() is None
         for entry in self.history.until((header.id, header.src_ent), self.kernel.now_ns):
             self._pass(entry)
-        self.said(header, packet)
+        if not over:
+            self.said(header, packet)
         self.seen(packet)
         super().publish(message, packet, origin)
 
@@ -68,7 +74,7 @@ class LoggedBus(Bus):
 
     def _pass(self, entry: Entry) -> None:
         if entry.own:
-            self.heard(entry)
+            self.heard(entry.header, entry.packet)
             return
         self.seen(entry.packet)
         kind = self._kind(entry.header.id)
@@ -79,7 +85,8 @@ class LoggedBus(Bus):
         except imc.DecodeError:
             self.malformed_in_log += 1
             return
-        self._deliver(message, entry.packet, None)
+        of_daemon = entry.header.src == self.system and entry.header.src_ent == SYSTEM_ENTITY
+        self._deliver(message, entry.packet, self.daemon if of_daemon else None)
 
     def _kind(self, number: int) -> type | None:
         """The class of a message id, None where only decoding tells."""

@@ -1,6 +1,7 @@
 """Runs tasks again on the messages that a log has of all others, and compares what they say with the log."""
 
 import contextlib
+import math
 import tempfile
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -10,21 +11,20 @@ from typing import cast
 import imc
 from runtime.build import build
 from runtime.catalogue import TaskImportError, find_task
-from runtime.clock import VirtualClock
+from runtime.clock import SECOND, VirtualClock, nanoseconds
 from runtime.config import items
 from runtime.folders import own_etc
 from runtime.handlers import consumers, tickers
-from runtime.kernel import SECOND
 from runtime.logs.writing import new_log
 from runtime.problem import quoted, suggestion
 from runtime.profile import Profile, default_label, load_profile
-from runtime.resim.comparison import Comparison
+from runtime.resim.comparison import Comparison, LastMoment
 from runtime.resim.history import History, Instants, spoken_by
 from runtime.resim.logged_bus import LoggedBus
 from runtime.resim.outline import Outline, outline
 from runtime.task import Task
 
-TOLERANCE = 0.05  # s, between a message of a log made on a wall clock and its like
+TOLERANCE = 0.5  # s, between a message of a log made on a wall clock and its like
 CONFIGURATION = "Config.ini"
 
 
@@ -74,7 +74,7 @@ def resimulate(
         loaded.override(assignment)
     loaded.refuse_errors()
     virtual = about.begin == loaded.start_time
-    start = loaded.start_time_ns if virtual else round(about.begin * SECOND)
+    start = loaded.start_time_ns if virtual else nanoseconds(about.begin)
     with tempfile.TemporaryDirectory() as folder:
         made = build(
             loaded,
@@ -97,18 +97,21 @@ def resimulate(
         comparison = Comparison(log.schema, 0.0 if virtual else TOLERANCE)
         bus = vehicle.bus
         assert isinstance(bus, LoggedBus)
-        bus.heard = lambda entry: comparison.log_has(entry.header, entry.packet)
-        bus.said = comparison.task_says
+        moment = LastMoment(comparison, about.end if about.closed else math.inf)
+        bus.heard, bus.said = moment.log_has, moment.task_says
+        bus.daemon, bus.cut_short = vehicle.daemon, not about.closed
         with _written(out, log, loaded) as bus.seen:
             rates = Instants(start, _rates(loaded))
             bus.follow(History(log, about.owner, rates, own, start), log.schema, own)
             try:
                 vehicle.start()
                 end = rates.of(about.end)
-                vehicle.kernel.run(until=end if about.closed and not about.lived else end + 1)
+                vehicle.kernel.run(until=end if about.closed else end + 1)
             finally:
                 vehicle.close()
             bus.finish()
+        if not moment.settle(about.lived and not overrides):
+            notes.append("the run was stopped within its last moment, which is not compared")
         comparison.finish()
     notes += _reservations(log, about, loaded, again, chosen, virtual, bus.malformed_in_log)
     return Resimulation(log, sections, comparison, virtual and not overrides, start / SECOND, notes, chosen)
@@ -134,6 +137,8 @@ def _section(profile: Profile, name: str) -> str:
     labels = {section: profile.config.value(section, "Entity Label", default_label(section)) for section in sections}
     classes = {section: section.partition("/")[0] for section in sections}
     found = [s for s in sections if name in (labels[s], classes[s], classes[s].rpartition(".")[2])]
+    selected = items(profile.config.value("General", "Selected"))
+    found = [section for section in found if profile.enabled(section, selected)] or found
     if len(found) == 1:
         return found[0]
     if len(found) > 1:
@@ -190,6 +195,8 @@ def _reservations(
             yield f"the log begins {late:.1f} s after the vehicle: what the tasks had in mind then is unknown"
         else:
             yield "made on a wall clock: ticks, delays and what came first are as that computer had them"
+    if not about.closed:
+        yield "the log does not end in order: it may lack what was said last"
     if log.losses:
         yield f"the log has {len(log.losses)} damaged places: what the tasks heard there is unknown"
     if malformed:
