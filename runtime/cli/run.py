@@ -1,5 +1,6 @@
 """`shoal run`: brings a profile to life and shows it."""
 
+import contextlib
 import signal
 import sys
 import traceback
@@ -24,6 +25,7 @@ from runtime.vehicle import Vehicle
 
 F = TypeVar("F", bound=Callable[..., Any])
 MOST_WARNINGS = 10
+STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 OWN_FILES = (kernel.__file__, vehicle_module.__file__)
 
 
@@ -112,7 +114,8 @@ def run(
 def swim(vehicle: Vehicle, title: str, duration: float | None) -> None:
     """Run a vehicle to its end, its time or Ctrl-C, with its status shown, and leave with its exit status."""
     status = Status(vehicle, title, duration)
-    previous = {number: signal.signal(number, _stopper(vehicle)) for number in (signal.SIGINT, signal.SIGTERM)}
+    stop = _stopper(vehicle)
+    previous = {n: signal.signal(n, stop) for n in STOPPING if signal.getsignal(n) is not signal.SIG_IGN}
     try:
         with status:
             vehicle.start()
@@ -126,7 +129,8 @@ def swim(vehicle: Vehicle, title: str, duration: float | None) -> None:
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)
-        click.echo(status.summary())
+        with contextlib.suppress(OSError):
+            click.echo(status.summary())
     sys.exit(vehicle.exit_status)
 
 
@@ -141,12 +145,12 @@ def _own_part(error: Exception) -> str:
 
 
 def _stopper(vehicle: Vehicle) -> Callable[[int, FrameType | None], None]:
-    """A handler that ends the run in order at the first signal, at once at the second."""
+    """A handler that ends the run in order at the first signal, at once at the second (a lost terminal tells twice)."""
     asked: list[int] = []
 
     def stop(number: int, _: FrameType | None) -> None:
         asked.append(number)
-        if len(asked) > 1:
+        if len(asked) > 1 and signal.Signals(number).name != "SIGHUP":
             raise KeyboardInterrupt
         vehicle.kernel.post(vehicle.stop)
 

@@ -2,7 +2,8 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Generator
+from contextlib import contextmanager
 from datetime import UTC, datetime
 
 from rich.console import Console
@@ -43,6 +44,7 @@ class Status:
         self.folder = ""
         self._console = Console(highlight=False, soft_wrap=True)
         self._live: Live | None = None
+        self._left = False
         self._rate = 0.0
         self._speed = 1.0
         self._began = (time.monotonic(), vehicle.kernel.clock.read() / 1e9)
@@ -61,7 +63,8 @@ class Status:
     def __enter__(self) -> "Status":
         if self._console.is_terminal:
             self._live = Live(self._panel(), console=self._console, auto_refresh=False, transient=False)
-            self._live.start()
+            with self._while_somebody_looks():
+                self._live.start()
         self._tick()
         return self
 
@@ -69,7 +72,8 @@ class Status:
         if self._live is not None:
             self._counted = (0, *self._began)
             self._refresh()
-            self._live.stop()
+            with self._while_somebody_looks():
+                self._live.stop()
             self._live = None
 
     def summary(self) -> str:
@@ -89,7 +93,7 @@ class Status:
         if self._live is None and time.monotonic() >= self._next_line:
             self._next_line += LINE_PERIOD
             words = [self._position(), *self._entities().plain.split("\n"), f"{self.vehicle.bus.delivered} messages"]
-            self._console.print(Text(f"{_clock(self.now)} STATUS  {', '.join(words)}"))
+            self._print(Text(f"{_clock(self.now)} STATUS  {', '.join(words)}"))
         elif self._live is not None and time.monotonic() - self._counted[1] >= REFRESH:
             self._refresh()
         step = REFRESH * min(self.vehicle.kernel.clock.speed, 40.0)
@@ -102,8 +106,9 @@ class Status:
             self._rate = (self.vehicle.bus.delivered - count) / (now - at)
             self._speed = (now - at) / (real - then)
         self._counted = (self.vehicle.bus.delivered, real, now)
-        if self._live is not None:
-            self._live.update(self._panel(), refresh=True)
+        if self._live is not None and not self._left:
+            with self._while_somebody_looks():
+                self._live.update(self._panel(), refresh=True)
 
     def _panel(self) -> Panel:
         table = Table.grid(padding=(0, 2))
@@ -165,7 +170,7 @@ class Status:
         if control.op == imc.LoggingControl.Op.STARTED and control.src == self.vehicle.system:
             self.folder = str(self.vehicle.log_root / self.vehicle.name / control.name)
             if self._live is None:
-                self._console.print(Text(printable(f"{_clock(control.timestamp)} LOG     {self.folder}")))
+                self._print(Text(printable(f"{_clock(control.timestamp)} LOG     {self.folder}")))
 
     def _see_mode(self, state: imc.VehicleState) -> None:
         if state.src == self.vehicle.system:
@@ -175,8 +180,20 @@ class Status:
         level, style = LEVELS.get(entry.type, ("INFO", ""))
         source = "" if entry.src == self.vehicle.system else f"{self.vehicle.systems.name(entry.src)} "
         line = printable(f"{_clock(entry.timestamp)} {level:<7} [{source}{entry.context}] {entry.text}")
-        write: Callable[..., None] = self._live.console.print if self._live is not None else self._console.print
-        write(Text(line, style=style))
+        self._print(Text(line, style=style))
+
+    def _print(self, line: Text) -> None:
+        if not self._left:
+            with self._while_somebody_looks():
+                self._console.print(line)
+
+    @contextmanager
+    def _while_somebody_looks(self) -> Generator[None]:
+        """The vehicle goes on where the terminal, or who reads the pipe, has gone; rich exits then."""
+        try:
+            yield
+        except (OSError, SystemExit):
+            self._left = True
 
 
 def _plight(entity: Entity) -> str:

@@ -126,6 +126,32 @@ def test_a_signal_stops_it_in_order_within_a_second(tmp_path, number):
     assert last.op == imc.LoggingControl.Op.STOPPED
 
 
+def test_whoever_reads_may_go_and_the_vehicle_goes_on(tmp_path):
+    command = [*SHOAL, *VIRTUAL, "--for", "1min", "--set", "Transports.Logging:Transports=Nonsense"]
+    read, write = os.pipe()
+    os.close(read)
+    process = subprocess.run(command, cwd=tmp_path, stdout=write, stderr=subprocess.PIPE, text=True)
+    os.close(write)
+    assert process.returncode == 0, process.stderr
+    assert imc.Log(next(tmp_path.glob("log/*/*/*"))).counts()["LoggingControl"] == 2
+
+
+def test_a_closed_terminal_stops_it_in_order(tmp_path):
+    process, terminal = pty.fork()
+    if process == 0:
+        os.chdir(tmp_path)
+        os.execv(SHOAL[0], [*SHOAL, "run", "lauv-noptilus-1", "-p", "Simulation", *QUIET])
+    deadline, screen = time.monotonic() + 30, b""
+    while time.monotonic() < deadline and b"MUG 1 at" not in screen:
+        screen += os.read(terminal, 65536)
+    os.close(terminal)
+    _, status = os.waitpid(process, 0)
+    assert status == 0
+    last = list(imc.Log(next(tmp_path.glob("log/*/*/*"))))[-1]
+    assert isinstance(last, imc.LoggingControl)
+    assert last.op == imc.LoggingControl.Op.STOPPED
+
+
 def test_a_terminal_shows_the_vehicle(tmp_path):
     screen = pyte.Screen(110, 30)
     stream = pyte.ByteStream(screen)
