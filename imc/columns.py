@@ -141,9 +141,9 @@ class Table:
         """Fill the rest of the rows from objects, as only decoding tells where messages inside others end."""
         rest = zip(self.kind.fields[self._fixed :], self.kind.wire[self._fixed :], strict=True)
         names = [field.attribute for field, code in rest if code not in _VARIABLE]
-        for index, start, end in zip(indices, batch.starts.tolist(), batch.ends.tolist(), strict=True):
+        for index, (_, packet) in zip(indices, batch.packets(), strict=True):
             try:
-                message = self._decode(bytes(batch.data[start:end]))
+                message = self._decode(packet)
             except DecodeError:
                 whole[index] = False
             else:

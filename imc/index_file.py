@@ -2,12 +2,12 @@
 
 import hashlib
 import os
-import zlib
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import msgspec
+from fastcrc import crc32
 
 from imc.log_bytes import Members, Progress, chunks
 from imc.log_index import LogIndex, TypeIndex, build
@@ -138,7 +138,7 @@ def _encode(index: LogIndex, stamp: Stamp, sync: int) -> bytes:
     losses = [(loss.offset, loss.length, loss.reason) for loss in index.losses]
     head = msgspec.msgpack.encode(_Head(stamp, sync, index.crc, length, types, losses, index.members))
     body = b"".join([len(head).to_bytes(4, "little"), head, *parts])
-    return MAGIC + zlib.crc32(body).to_bytes(4, "little") + body
+    return MAGIC + crc32.iso_hdlc(body).to_bytes(4, "little") + body
 
 
 def _decode(data: bytes) -> tuple[_Head, LogIndex]:
@@ -146,8 +146,8 @@ def _decode(data: bytes) -> tuple[_Head, LogIndex]:
     import numpy as np
 
     begin = len(MAGIC) + 4
-    body = memoryview(data)[begin:]
-    if not data.startswith(MAGIC) or zlib.crc32(body) != int.from_bytes(data[len(MAGIC) : begin], "little"):
+    body = data[begin:]
+    if not data.startswith(MAGIC) or crc32.iso_hdlc(body) != int.from_bytes(data[len(MAGIC) : begin], "little"):
         raise ValueError("no index, or a damaged one")
     place = 4 + int.from_bytes(body[:4], "little")
     head = msgspec.msgpack.decode(body[4:place], type=_Head)

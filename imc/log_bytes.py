@@ -109,13 +109,15 @@ class _Packed:
         if begin < self._base or known > self._base + len(self._have) or not self._have:
             self._pieces = unpack(self._file, self._form, self._packed[nearest] if nearest >= 0 else 0)
             self._base, self._have = known, b""
-        parts = [self._have]
-        base, behind = self._base, self._base + len(self._have)
+        skipped = min(begin - self._base, len(self._have))
+        parts = [self._have[skipped:]]
+        base, behind = self._base + skipped, self._base + len(self._have)
         while behind < end and (piece := next(self._pieces, None)):
-            parts.append(piece.data)
             behind += len(piece.data)
-            while len(parts) > 1 and base + len(parts[0]) <= begin:
-                base += len(parts.pop(0))
+            if behind <= begin:
+                base = behind
+            else:
+                parts.append(piece.data)
         self._base, self._have = base, b"".join(parts)
         return self._have[begin - base : end - base]
 

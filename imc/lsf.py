@@ -124,7 +124,7 @@ class Log:
             for begin in range(0, order.size, SORTED_TOGETHER):
                 part = order[begin : begin + SORTED_TOGETHER]
                 batches = places.having(np.sort(part)).batches(reader)
-                packets = [(offset, bytes(packet)) for batch in batches for offset, packet in batch.packets()]
+                packets = [item for batch in batches for item in batch.packets()]
                 ranks: list[int] = np.argsort(np.argsort(part)).tolist()
                 yield from self._decode_all(packets[rank] for rank in ranks)
 
@@ -232,11 +232,11 @@ class Log:
         for batch in self._batches(ids):
             yield from self._decode_all((batch if where.everything else batch.having(where.of_batch(batch))).packets())
 
-    def _decode_all(self, packets: Iterable[tuple[int, Any]]) -> Iterator[Message]:
+    def _decode_all(self, packets: Iterable[tuple[int, bytes]]) -> Iterator[Message]:
         decode = self.schema.decode if self._crc else self._decode
         for offset, packet in packets:
             try:
-                yield decode(bytes(packet))
+                yield decode(packet)
             except DecodeError as error:
                 self._lose(offset, len(packet), error.reason)
 

@@ -25,7 +25,8 @@ class Batch(NamedTuple):
 
     base: int
     """Offset of `data` in the log."""
-    data: bytes
+    data: Any
+    """A buffer."""
     starts: "NDArray[np.int64]"
     """Where in `data` the packets begin."""
     ends: "NDArray[np.int64]"
@@ -36,9 +37,9 @@ class Batch(NamedTuple):
 
     def packets(self) -> Iterator[tuple[int, bytes]]:
         """Offset in the log, and bytes, of each."""
-        starts = self.starts.tolist()
+        starts, data = self.starts.tolist(), bytes(self.data)
         cuts = map(slice, starts, self.ends.tolist())
-        return zip(map(self.base.__add__, starts), map(self.data.__getitem__, cuts), strict=True)
+        return zip(map(self.base.__add__, starts), map(data.__getitem__, cuts), strict=True)
 
     def having(self, mask: "NDArray[np.bool_]") -> "Batch":
         """Only those where `mask` is true."""

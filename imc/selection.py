@@ -97,14 +97,14 @@ class Objects(Sequence[Message]):
         if not 0 <= number - first < len(packets):
             with open_reader(self._path, self._members) as reader:
                 batch = next(self._places.having(slice(number, number + NEAR)).batches(reader))
-                first, packets = self._near = number, [bytes(packet) for _, packet in batch.packets()]
+                first, packets = self._near = number, [packet for _, packet in batch.packets()]
         return self._decode(packets[number - first])
 
     def __iter__(self) -> Iterator[Message]:
         with open_reader(self._path, self._members) as reader:
             for batch in self._places.batches(reader):
                 for _, packet in batch.packets():
-                    yield self._decode(bytes(packet))
+                    yield self._decode(packet)
 
     def __repr__(self) -> str:
         return f"<messages of {str(self._path)!r}>"

@@ -1,0 +1,147 @@
+"""Logs side by side with imcpy: all messages, the first index, one type of an indexed log, one field of a large one.
+
+Run it on a quiet machine: `python bench/logs.py` (200 MB of logs, two minutes), with `--large` also 1 GB and 2 GB.
+Each pair alternates in one process and keeps its best time; a ratio above 1 means that imc is faster. imcpy reads
+objects, so that is what it is timed with; it needs pandas to be imported.
+"""
+
+import argparse
+import gzip
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter
+
+import imcpy
+from imcpy.lsf import LSFReader
+from make_log import make
+
+import imc
+
+Run = Callable[[], object]
+
+MEMORY = """
+import resource, sys, imc
+log = imc.Log(sys.argv[1], keep_index=False)
+log.counts()
+opened = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+rows = log["EstimatedState"]
+print(f"{opened:.0f} MiB to open and index, of which it is {rows.nbytes >> 20} MiB more with EstimatedState in memory:",
+      f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MiB")
+"""
+
+
+def forget(log: Path) -> None:
+    """Remove the indices of both."""
+    for index in (log.with_name(log.name + ".index"), log.with_suffix(".imcpy_idx")):
+        index.unlink(missing_ok=True)
+
+
+def columns(path: Path, crc: bool) -> int:
+    """All messages: as arrays where all fields are numbers, as objects that are not decoded yet where not."""
+    log = imc.Log(path, crc=crc, keep_index=False)
+    counts = log.counts()
+    numbers = [name for name in counts if not set(log.schema[name].WIRE) & set("TRML")]
+    arrays = log.arrays(*numbers)
+    objects = [log.objects(name) for name in counts if name not in arrays]
+    return sum(map(len, arrays.values())) + len(objects)
+
+
+def their_messages(path: Path) -> int:
+    return sum(1 for _ in LSFReader.read(str(path), use_index=False, save_index=False))
+
+
+def our_index(path: Path) -> int:
+    forget(path)
+    return len(imc.Log(path))
+
+
+def their_index(path: Path) -> int:
+    forget(path)
+    with LSFReader(str(path)) as reader:
+        return len(reader.idx)
+
+
+def our_field(path: Path) -> float:
+    return float(imc.Log(path)["EstimatedState"]["depth"].sum())
+
+
+def their_field(path: Path) -> float:
+    return sum(message.depth for message in LSFReader.read(str(path), types=[imcpy.EstimatedState]))
+
+
+def compare(name: str, ours: Run, theirs: Run, rounds: int, target: float) -> None:
+    best = [float("inf")] * 2
+    for _ in range(rounds):
+        for number, run in enumerate((ours, theirs)):
+            begin = perf_counter()
+            run()
+            best[number] = min(best[number], perf_counter() - begin)
+    print(
+        f"{name:44} {best[0]:8.3f} s {best[1]:8.3f} s   {best[1] / best[0]:6.1f} x   (wanted {target:g} x)", flush=True
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--mb", type=float, default=200.0)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--large", action="store_true", help="also 1 GB and 2 GB, needs 4 GB of disk")
+    arguments = parser.parse_args()
+    rounds = arguments.rounds
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "Data.lsf"
+        count = make(path, arguments.mb, arguments.seed)
+        print(f"{count} messages, {path.stat().st_size / 1e6:.0f} MB{'':26} imc       imcpy")
+        compare(
+            "all messages into columns, CRCs checked",
+            lambda: columns(path, True),
+            lambda: their_messages(path),
+            rounds,
+            5,
+        )
+        compare(
+            "all messages into columns, not checked",
+            lambda: columns(path, False),
+            lambda: their_messages(path),
+            rounds,
+            8,
+        )
+        compare(
+            "all messages as objects", lambda: sum(1 for _ in imc.Log(path)), lambda: their_messages(path), rounds, 1
+        )
+        compare("first index, CRCs checked, written", lambda: our_index(path), lambda: their_index(path), rounds, 8)
+        compare("one type of an indexed log", lambda: our_field(path), lambda: their_field(path), rounds, 20)
+
+        packed = Path(folder) / "packed" / "Data.lsf.gz"
+        packed.parent.mkdir()
+        with path.open("rb") as file, packed.open("wb") as out:
+            for _ in range(800):
+                out.write(gzip.compress(file.read(1 << 17), 1))
+        begin = perf_counter()
+        imc.Log(packed).counts()
+        middle = perf_counter()
+        imc.Log(packed)["EstimatedState"]
+        end = perf_counter()
+        print(f"gzip, 105 MB unpacked: first index {middle - begin:.2f} s, one type then {end - middle:.2f} s")
+        forget(packed)
+
+        if arguments.large:
+            make(path, 1000, arguments.seed)
+            forget(path)
+            our_field(path)
+            with LSFReader(str(path)):
+                compare(
+                    "one field of an indexed log of 1 GB", lambda: our_field(path), lambda: their_field(path), 1, 20
+                )
+            forget(path)
+            make(path, 2000, arguments.seed)
+            print("2 GB:", end=" ", flush=True)
+            subprocess.run([sys.executable, "-c", MEMORY, str(path)], check=True)
+
+
+if __name__ == "__main__":
+    main()
