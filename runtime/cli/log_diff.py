@@ -27,8 +27,8 @@ def diff(a: Path, b: Path) -> None:
             with progress(logs[0].path) as tell:
                 found = compare(*logs, tell)
     except click.ClickException as error:
-        error.exit_code = 2
-        raise
+        error.show()
+        sys.exit(2)
     for log in logs:
         if log.losses:
             click.echo(printable(f"{log.path}: {number(len(log.losses), 'damaged place')} left out"), err=True)

@@ -42,7 +42,7 @@ def check_found(log: imc.Log, packets: int) -> None:
 def progress(path: Path, what: str = "reading") -> Generator[Callable[[int], None]]:
     """A bar on a terminal: the function takes the unpacked bytes read so far."""
     console = Console(stderr=True)
-    total = path.stat().st_size if path.suffix == ".lsf" else None
+    total = path.stat().st_size if path.suffix == ".lsf" and path.is_file() else None
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TransferSpeedColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(f"{what} {printable(path.parent.name)}/{printable(path.name)}", total=total)

@@ -7,9 +7,9 @@ import numpy as np
 from runtime.logs.headers import Array
 
 BACK, AHEAD = 1.0, 10.0  # s
-WINDOW = 8  # packets on each side that must agree before a step is one
+WINDOW = 16  # packets on each side in which a time that was astray comes back
 GROUP = 256
-NEAR = 60.0  # s
+NEAR, SPREAD = 60.0, 3.0  # s and quartile ranges that times may be from the middle of their group
 
 
 class ClockStep(NamedTuple):
@@ -40,9 +40,10 @@ class Clock:
         """Take the times and offsets of further packets."""
         self.packets += len(times)
         self._bound(times)
+        finite = np.isfinite(times)
+        times, offsets = times[finite], offsets[finite]
         times, offsets = np.concatenate((self._times, times)), np.concatenate((self._offsets, offsets))
         leaps = np.diff(times)
-        # A time that is not a number compares as false, and so is no leap.
         places = np.flatnonzero((leaps < -BACK) | (leaps > AHEAD)) + 1
         for place in places[(places >= WINDOW) & (places <= len(times) - WINDOW)]:
             self._look(times, offsets, int(place))
@@ -53,14 +54,23 @@ class Clock:
         for begin in range(0, len(times), GROUP):
             group = times[begin : begin + GROUP]
             finite = group[np.isfinite(group) & (group > 0.0)]
-            near = finite[np.abs(finite - np.median(finite)) <= NEAR] if len(finite) else finite
+            near = without_strays(finite)
             self.strays += len(group) - len(near)
             if len(near):
                 self.start = float(near.min()) if np.isnan(self.start) else self.start
                 self.end = float(np.fmax(self.end, near.max()))
 
     def _look(self, times: Array, offsets: Array, place: int) -> None:
-        before, after = times[place - WINDOW : place], times[place : place + WINDOW]
-        back, ahead = after.max() < before.min() - BACK, after.min() > before.max() + AHEAD
-        if back or ahead:
-            self.steps.append(ClockStep(int(offsets[place]), self.src, float(before[-1]), float(after[0])))
+        before, after = float(times[place - 1]), float(times[place])
+        around = np.diff(times[place - WINDOW : place + WINDOW])
+        # Where a time is astray there are two leaps, there and back.
+        if not (around * np.sign(before - after) > abs(after - before) / 2).any():
+            self.steps.append(ClockStep(int(offsets[place]), self.src, before, after))
+
+
+def without_strays(times: Array) -> Array:
+    """Finite times, without those far from the others."""
+    if len(times) == 0:
+        return times
+    low, middle, high = np.quantile(times, (0.25, 0.5, 0.75))
+    return times[np.abs(times - middle) <= max(NEAR, SPREAD * (high - low))]

@@ -214,7 +214,8 @@ def _entities(summary: Summary) -> list[Finding]:
         found.append(Finding("note", text, (), "Their sender did not say which entity speaks."))
     for src in summary.clocks:
         ids = {entity for system, entity in {**names.labels, **dict.fromkeys(summary.by_entity)} if system == src}
-        if len(ids - {UNKNOWN_ENTITY}) >= NEARLY_ALL:
+        ids.discard(UNKNOWN_ENTITY)
+        if len(ids) >= NEARLY_ALL:
             text = f"{names.system(src)} has {number(len(ids), 'entity', 'entities')}"
             meaning = "There are ids for 255; further entities are all 255, and cannot be told apart."
             found.append(Finding("warning", text, (), meaning, "Disable tasks that the vehicle does not need."))

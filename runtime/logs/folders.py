@@ -13,7 +13,7 @@ import numpy as np
 import imc
 from imc.definition import SYNC
 from imc.members import COMPRESSIONS, Compression
-from runtime.logs.clocks import NEAR
+from runtime.logs.clocks import without_strays
 from runtime.logs.headers import Array, headers
 from runtime.logs.names import Names
 
@@ -81,7 +81,7 @@ def _bound(heads: Array | None, owner: int, pick: Callable[[Array], float]) -> f
         return math.nan
     times = heads["timestamp"][heads["src"] == owner]
     times = times[np.isfinite(times)]
-    near = times[np.abs(times - np.median(times)) <= NEAR] if len(times) else times
+    near = without_strays(times)
     return float(pick(near)) if len(near) else math.nan
 
 

@@ -133,8 +133,9 @@ def bands(title: str, rows: Iterable[tuple[str, Iterable[Stretch]]], duration: f
             kind = css_class(stretch.value)
             fits = kind == "other" and end - x > 7 * len(stretch.value) + 8
             inside = f'<text x="{x + 6:.1f}" y="{y + 14}">{escape(stretch.value)}</text>' if fits else ""
+            kind += " alt" * (place % 2 and kind == "other")
             body.append(
-                f'<rect class="band {kind}{" alt" * (place % 2)}" x="{x:.1f}" y="{y + 2}" height="{row_height - 4}" '
+                f'<rect class="band {kind}" x="{x:.1f}" y="{y + 2}" height="{row_height - 4}" '
                 f'width="{max(end - x, 1.5):.1f}" data-tip="{escape(told)}"/>{inside}'
             )
         y += row_height

@@ -21,6 +21,8 @@ from runtime.problem import printable
 MOST_ROWS = 40  # entities in the timeline
 MOST_ENTRIES = 200
 MOST_TYPES = 20
+MOST_STRETCHES = 300
+LONGEST_TEXT = 400  # characters
 SEVERE = ("WARNING", "ERROR", "CRITICAL")
 _HERE = Path(__file__).parent
 
@@ -81,9 +83,8 @@ def _tiles(story: Story) -> str:
             ("", f"{len(story.detections.time)}", f"detections of {number(len(np.unique(story.detections.id)), 'MUG')}")
         )
     tiles.append(("", f"{summary.packets:,}".replace(",", " "), "messages"))
-    bad = story.levels["ERROR"] + story.levels["CRITICAL"]
-    tiles.append(("bad" if bad else "", str(bad), "errors in the log book"))
-    tiles.append(("fair" if story.levels["WARNING"] else "", str(story.levels["WARNING"]), "warnings"))
+    bad, fair = story.levels["ERROR"] + story.levels["CRITICAL"], story.levels["WARNING"]
+    tiles.append(("bad" if bad else "fair" if fair else "", f"{bad} · {fair}", "errors · warnings"))
     if summary.losses:
         tiles.append(("bad", str(len(summary.losses)), "damaged places"))
     return f'<div class="tiles">{"".join(_tile(*tile) for tile in tiles)}</div>'
@@ -128,7 +129,7 @@ def _charts(story: Story, duration: float) -> Iterable[str]:
 def _timelines(story: Story, duration: float) -> Iterable[str]:
     rows: list[tuple[str, list[Stretch]]] = []
     if story.maneuvers:
-        rows.append(("maneuver", [stretch._replace(value=stretch.value) for stretch in story.maneuvers]))
+        rows.append(("maneuver", story.maneuvers))
     if story.modes:
         rows.append(("mode", story.modes))
     severe = [entry for entry in story.entries if entry.level in SEVERE]
@@ -157,7 +158,7 @@ def _timelines(story: Story, duration: float) -> Iterable[str]:
 
 def _worst(stretches: list[Stretch]) -> int:
     """How bad the worst state is; starting up is not bad, if it comes to an end."""
-    ranks = {"NORMAL": 0, "BOOT": 0, "FAULT": 2, "ERROR": 3, "FAILURE": 4}
+    ranks = {"NORMAL": 0, "BOOT": 0, "WARNING": 2, "FAULT": 2, "ERROR": 3, "CRITICAL": 4, "FAILURE": 4}
     ended = int(bool(stretches) and stretches[-1].value != "NORMAL")
     return max((ranks.get(stretch.value, 1) for stretch in stretches), default=0) or ended
 
@@ -197,7 +198,7 @@ def _book(entries: list[Entry], story: Story) -> str:
 
 
 def _line(entry: Entry) -> tuple[str, ...]:
-    return clock(entry.time), entry.level.lower(), entry.context, entry.text
+    return clock(entry.time), entry.level.lower(), _short(entry.context), _short(entry.text)
 
 
 def _rates(summary: Summary) -> str:
@@ -238,10 +239,18 @@ def _table(head: Iterable[str], rows: Iterable[Iterable[str]], numbers: Iterable
 
 
 def _printable(rows: Iterable[tuple[str, list[Stretch]]]) -> list[tuple[str, list[Stretch]]]:
-    return [
-        (printable(name), [at._replace(value=printable(at.value), text=printable(at.text)) for at in stretches])
-        for name, stretches in rows
-    ]
+    """Fit to be drawn: text without control characters, and of very many stretches the worst and longest."""
+    found: list[tuple[str, list[Stretch]]] = []
+    for name, stretches in rows:
+        by_weight = sorted(stretches, key=lambda at: (-_worst([at]), at.begin - at.end))[:MOST_STRETCHES]
+        kept = sorted(by_weight, key=lambda at: at.begin)
+        drawn = [at._replace(value=printable(_short(at.value)), text=printable(_short(at.text))) for at in kept]
+        found.append((printable(_short(name)), drawn))
+    return found
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= LONGEST_TEXT else text[:LONGEST_TEXT] + "…"
 
 
 def _safe(text: str) -> str:

@@ -13,6 +13,7 @@ from imc import coordinates
 from runtime.logs.headers import Array
 from runtime.logs.summary import Summary
 
+FARTHEST = 1e6  # beyond it, no offset, depth, angle or speed means anything
 MOST_ENTRIES = 20000  # of the log book that are kept
 QUIET = ("NORMAL", "BOOT")  # states whose text may change without anybody minding
 _NEEDED = {
@@ -140,7 +141,10 @@ def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Motion, tu
     """The states of the entity that says most, in order of time, with the origin that offsets are from."""
     table = np.array(rows, float).reshape(len(rows), 2 + len(_STATE))
     within = (table[:, 0] >= summary.start - 1.0) & (table[:, 0] <= summary.end + 1.0)
-    table = table[within & np.isfinite(table[:, 2:7]).all(axis=1) & (np.abs(table[:, 2]) <= math.pi / 2)]
+    possible = (np.abs(table[:, 2]) <= math.pi / 2) & (np.abs(table[:, 3]) <= math.tau)
+    table = table[within & possible & (np.abs(table[:, 5:7]) < FARTHEST).all(axis=1)]
+    values = table[:, 7:]
+    values[~(np.abs(values) < FARTHEST)] = np.nan
     if len(table) == 0:
         empty = np.empty(0)
         return Motion(*(empty,) * 9), None
@@ -169,7 +173,9 @@ def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Motion, tu
 
 def _detections(messages: list[Any], motion: Motion, summary: Summary) -> Detections:
     """Where gliders were seen: the vehicle's position then, and the offset from it."""
-    known = [m for m in messages if math.isfinite(m.x) and math.isfinite(m.y)] if len(motion.time) else []
+    if len(motion.time) == 0:
+        return Detections(*(np.empty(0),) * 4)
+    known = [message for message in messages if abs(message.x) < FARTHEST and abs(message.y) < FARTHEST]
     time = np.array([message.timestamp - summary.start for message in known])
     north = np.array([message.x for message in known]) + np.interp(time, motion.time, motion.north)
     east = np.array([message.y for message in known]) + np.interp(time, motion.time, motion.east)

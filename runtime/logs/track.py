@@ -15,7 +15,7 @@ HEIGHT, MARGIN = 560, 46
 SHADES = 6
 MOST_POINTS = 2500
 MOST_DOTS = 1500
-ARROW, MOST_ARROWS = 230, 40
+ARROW, MOST_ARROWS = 230, 12
 SMALLEST = 4.0  # m that are shown of a vehicle that stays where it is
 
 
@@ -121,10 +121,11 @@ def _line(motion: Motion, kept: Array, view: View) -> Iterator[str]:
 
 
 def _arrows(motion: Motion, kept: Array, view: View) -> Iterator[str]:
-    """Arrowheads along the way, ARROW units apart."""
+    """Arrowheads along the way, ARROW units apart or more."""
     x, y = view.x(motion.east[kept]), view.y(motion.north[kept])
     way = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
-    for index in np.searchsorted(way, np.arange(ARROW / 2, min(way[-1], MOST_ARROWS * ARROW), ARROW)).tolist():
+    step = max(ARROW, float(way[-1]) / MOST_ARROWS)
+    for index in np.searchsorted(way, np.arange(step / 2, way[-1], step)).tolist():
         if 0 < index < len(x):
             course = math.degrees(math.atan2(x[index] - x[index - 1], y[index - 1] - y[index]))
             place = f"translate({x[index]:.1f} {y[index]:.1f}) rotate({course:.0f})"
