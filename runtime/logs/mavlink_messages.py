@@ -16,7 +16,7 @@ FIRST_TIME, LAST_TIME = 946_684_800_000_000, 4_102_444_800_000_000  # µs: years
 GROUND_STATION = 6  # type in HEARTBEAT
 SUBMARINE = 12
 AUTOPILOT_NONE = 8
-ENTITIES = ("Autopilot", "Navigation", "GPS", "Batteries", "IMU", "Pressure Sensor", "Range Finder")
+ENTITIES = ("Autopilot", "Navigation", "GPS", "Batteries", "IMU", "Pressure Sensor", "Depth Sensor", "Range Finder")
 """Labels of the entities that speak; their ids count from 1."""
 
 _KINDS = {
@@ -56,7 +56,8 @@ class Autopilot:
             "SYS_STATUS": _status,
             "BATTERY_STATUS": _battery,
             "VFR_HUD": _speeds,
-            "SCALED_PRESSURE": _pressure,
+            "SCALED_PRESSURE": lambda m: _pressure("Pressure Sensor", m),
+            "SCALED_PRESSURE2": lambda m: _pressure("Depth Sensor", m),
             "RAW_IMU": _imu,
             "STATUSTEXT": self._text,
         }
@@ -232,9 +233,9 @@ def _speeds(m: Any) -> _Said:
     yield "Autopilot", imc.Throttle(value=m.throttle)
 
 
-def _pressure(m: Any) -> _Said:
-    yield "Pressure Sensor", imc.Pressure(value=m.press_abs)
-    yield "Pressure Sensor", imc.Temperature(value=m.temperature / 100.0)
+def _pressure(label: str, m: Any) -> _Said:
+    yield label, imc.Pressure(value=m.press_abs)
+    yield label, imc.Temperature(value=m.temperature / 100.0)
 
 
 def _imu(m: Any) -> _Said:

@@ -37,7 +37,7 @@ def export_mcap(
     the export as sequence. EstimatedState and SimulatedState are also .../pose, .../location and on /tf, GpsFix is also
     .../location, LogBookEntry is also on /rosout, pictures in the folder Photos are on /<system>/<camera>/image.
     With `raw`, /imc/packets holds the packets themselves, of which `import_mcap` makes the same log again.
-    Raises OSError, Unfit never: messages that their ROS type cannot hold count as skipped.
+    Messages that their ROS type cannot hold count as skipped. Raises OSError.
     """
     with path.open("wb") as opened:
         file = McapFile(opened, "ros2", LIBRARY)
@@ -111,7 +111,7 @@ class _Export:
                 continue
             chunk = Chunk()
             channel = self._topics.channel((system, photo.camera, "image"), well_known.IMAGE)
-            time = round(photo.time * _BILLION)
+            time = round(photo.time * 1e6) * 1000
             frame = ros_name(photo.camera).encode()
             body = well_known.image_body(time, frame, photo.form, photo.path.read_bytes())
             chunk.add(channel, number, time, ENCAPSULATION + body)
@@ -173,7 +173,7 @@ class _Export:
         for name, _ in _HEADER:
             records["header " + name] = array[name]
         for member in type_.members:
-            records[member.name] = array[member.attribute]
+            records["." + member.name] = array[member.attribute]
         _emit(chunk, record, records, self._channels(message, src, array["src_ent"]), times, numbers)
         names = {member.attribute for member in type_.members}
         if names >= well_known.STATE:
@@ -259,8 +259,9 @@ def _plain_record(items: tuple[Item, ...]) -> Record:
 
 
 def _record(type_: RosType, frame: bytes) -> Record:
+    # No field of a message begins with a point, so it is not taken for one of the record's own.
     addresses = [("header " + name, code) for name, code in _HEADER]
-    return Record(MESSAGE, (*STAMP, frame, *addresses, *((member.name, member.code) for member in type_.members)))
+    return Record(MESSAGE, (*STAMP, frame, *addresses, *(("." + member.name, member.code) for member in type_.members)))
 
 
 def _emit(chunk: Chunk, record: Record, records: Array, channels: Array, times: Array, numbers: Array) -> None:

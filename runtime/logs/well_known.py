@@ -151,8 +151,8 @@ def fill_pose(records: Array, states: Array, origin: Origin) -> None:
     lat, lon, height = (np.array([value]) for value in origin)
     offsets = (where(states) - cartesian(lat, lon, height)) @ axes(lat, lon)[0].T
     records["x"], records["y"], records["z"] = offsets[:, 1], offsets[:, 0], -offsets[:, 2]
-    half = 0.5
-    roll, pitch, yaw = states["phi"] * half, -states["theta"] * half, (math.pi / 2.0 - states["psi"]) * half
+    phi, theta, psi = (states[name].astype(float) for name in ("phi", "theta", "psi"))
+    roll, pitch, yaw = phi / 2.0, -theta / 2.0, (math.pi / 2.0 - psi) / 2.0
     cr, sr, cp, sp, cy, sy = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw)
     records["qw"] = cr * cp * cy + sr * sp * sy
     records["qx"] = sr * cp * cy - cr * sp * sy
