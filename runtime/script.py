@@ -29,9 +29,15 @@ class Inbox:
         self._script = script
         self._waiting = False
         self._messages: deque[imc.Message] = deque()
-        self._subscriptions = [Subscription(kind, self._take, script, others) for kind in kinds]
-        for subscription in self._subscriptions:
-            script.bus.subscribe(subscription)
+        self._subscriptions: list[Subscription] = []
+        self.add(*kinds, others=others)
+
+    def add(self, *kinds: type[imc.Message], others: bool = False) -> None:
+        """Keep messages of these types as well."""
+        for kind in kinds:
+            subscription = Subscription(kind, self._take, self._script, others)
+            self._subscriptions.append(subscription)
+            self._script.bus.subscribe(subscription)
 
     async def next(self, timeout: float | None = None) -> imc.Message:
         """The next message. Raises TimeoutError after `timeout` seconds without one."""

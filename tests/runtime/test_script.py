@@ -47,7 +47,7 @@ def test_next_says_when_nothing_came():
     ended = []
 
     async def mission(script):
-        with pytest.raises(TimeoutError, match="no message within 0.5 s"):
+        with pytest.raises(TimeoutError, match=r"no message within 0\.5 s"):
             await script.listen(imc.Pressure).next(timeout=0.5)
         ended.append(script.now)
 

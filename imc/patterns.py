@@ -1,0 +1,57 @@
+"""Patterns of parallel rows, as offsets in metres from their first corner."""
+
+from math import cos, sin, tan
+
+MOST_ROWS = 10_000
+
+
+def rows(
+    *,
+    bearing: float,
+    cross_angle: float,
+    width: float,
+    length: float,
+    step: float,
+    overshoot: float = 0.0,
+    alternation: float = 1.0,
+    square: bool = False,
+    right: bool = True,
+) -> list[tuple[float, float]]:
+    """North and east (m) of the corners of rows of `length` at `bearing`, side by side over `width`.
+
+    The first point is `overshoot` before the corner. The step at the far end is `alternation` times `step`, the one at
+    the near end 2 - `alternation` times. The sides lean by `cross_angle`. With `square` a row is left `overshoot`
+    beyond its end. Lengths are in m, angles in rad. Raises ValueError where a length is below a millimetre, or where
+    there would be more than 10 000 rows.
+    """
+    if min(width, length, step) < 1e-3:
+        raise ValueError("width, length and step must be at least 1 mm")
+    if width / step > MOST_ROWS:
+        raise ValueError(f"there would be more than {MOST_ROWS} rows")
+    side = 1.0 if right else -1.0
+    beyond = overshoot if square else 0.0
+    steps = alternation * step, (2.0 - alternation) * step
+    across, far = 0.0, False
+    points = [(-overshoot, 0.0), (0.0, 0.0)]
+    while True:
+        far = not far
+        end = length + beyond if far else -beyond
+        lean = across * tan(cross_angle)
+        points.append((end + lean, across))
+        across += steps[0] if far else steps[1]
+        if across > width + 1e-9:
+            break
+        lean = across * tan(cross_angle)
+        points.append((end + lean, across))
+        if square:
+            points.append(((length if far else 0.0) + lean, across))
+    c, s = cos(bearing), sin(bearing)
+    return [(c * x - s * side * y, s * x + c * side * y) for x, y in points]
+
+
+def swath(aperture: float, reach: float, overlap: float) -> float:
+    """Distance (m) of rows that a sonar covers: `aperture` (rad) of its fan, `reach` (m), `overlap` of rows (0 to 1).
+
+    The fan looks down symmetrically, so that it covers 2 reach sin(aperture/2) at its range.
+    """
+    return 2.0 * reach * sin(0.5 * abs(aperture)) * (1.0 - overlap)

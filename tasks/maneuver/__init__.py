@@ -1,0 +1,5 @@
+"""Maneuvers: what a vehicle does between two transitions of a plan, one task each."""
+
+from tasks.maneuver.protocol import Completed, Leg, Maneuver, ManeuverError
+
+__all__ = ["Completed", "Leg", "Maneuver", "ManeuverError"]

@@ -1,0 +1,18 @@
+"""Follows a path of points."""
+
+import imc
+from imc.coordinates import displace
+from tasks.maneuver.protocol import Leg, Maneuver, ManeuverError
+
+
+class FollowPath(Maneuver):
+    """Goes through points that are given as offsets (m) from a position; done near the last."""
+
+    async def execute(self, path: imc.FollowPath) -> None:
+        points = [point for point in path.points if isinstance(point, imc.PathPoint)]
+        if not points:
+            raise ManeuverError("path has no points")
+        leg = Leg.of(path)
+        for number, point in enumerate(points):
+            lat, lon, _ = displace(path.lat, path.lon, 0.0, point.x, point.y)
+            await self.follow(leg._replace(lat=lat, lon=lon, z=path.z + point.z), info=f"waypoint={number}")

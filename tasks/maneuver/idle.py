@@ -1,0 +1,19 @@
+"""Does nothing, for a time or for ever."""
+
+import imc
+from tasks.maneuver.protocol import Maneuver
+
+
+class Idle(Maneuver):
+    """Disables all control loops; a duration of 0 lasts until another maneuver begins."""
+
+    loops = 0
+    hears = ()
+
+    async def execute(self, idle: imc.IdleManeuver) -> None:
+        if idle.duration == 0:
+            self.report()
+            await self.event()
+        for left in range(idle.duration, 0, -1):
+            self.report(left)
+            await self.sleep(1.0)

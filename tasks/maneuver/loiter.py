@@ -1,0 +1,63 @@
+"""Circles around a point, or in eights."""
+
+import math
+
+import imc
+from imc.coordinates import displace
+from runtime import param
+from tasks.maneuver.protocol import Leg, Maneuver, PathFlags, PathState
+
+Form = imc.Loiter.Type
+Direction = imc.Loiter.Direction
+
+
+class Loiter(Maneuver):
+    """Circles for a time, counted from the arrival on the circle; 0 for ever. Other forms than eights are circles."""
+
+    hears = (imc.PathControlState, imc.EstimatedState)
+
+    minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
+
+    async def execute(self, loiter: imc.Loiter) -> None:
+        self._left = float(loiter.duration) or math.inf
+        self._end = math.inf
+        radius = max(loiter.radius, self.minimum_radius)
+        counter = PathFlags.CCLOCKW if loiter.direction == Direction.CCLOCKW else 0
+        if loiter.type != Form.EIGHT:
+            self.steer(Leg.of(loiter), radius=radius, flags=counter)
+            while not await self._over():
+                pass
+            return
+        side, over = 1.0, False
+        while not over:
+            over = await self._half_eight(loiter, radius, side, counter)
+            side, counter = -side, counter ^ PathFlags.CCLOCKW
+
+    async def _half_eight(self, loiter: imc.Loiter, radius: float, side: float, flags: int) -> bool:
+        """One circle of an eight: around its outer side, then until abeam of its centre. Whether the time is over."""
+        north, east = side * math.cos(loiter.bearing), side * math.sin(loiter.bearing)
+        reach = 0.5 * loiter.length
+        lat, lon, _ = displace(loiter.lat, loiter.lon, 0.0, reach * north, reach * east)
+        self.steer(Leg.of(loiter)._replace(lat=lat, lon=lon), radius=radius, flags=flags)
+        outside = False
+        while True:
+            if await self._over():
+                return True
+            if self.state is not None:
+                to_north, to_east = self.offset(lat, lon)
+                outward = -(to_north * north + to_east * east)
+                outside = outside or outward > 0.5 * radius
+                if outside and outward < 0.0:
+                    return False
+
+    async def _over(self) -> bool:
+        """Wait for something to happen, and say what is left; whether the time is over."""
+        if await self.event() is self.path and self.path is not None:
+            if self.path.flags & PathState.LOITERING:
+                self._end = min(self._end, self.now + self._left)
+                self.report(self._end - self.now)
+            elif self._end == math.inf:
+                self.tell(after=self._left)
+            else:
+                self.report(self._end - self.now)
+        return self.now >= self._end

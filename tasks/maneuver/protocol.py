@@ -1,0 +1,223 @@
+"""What all maneuvers have in common: how one is registered, begun, steered, reported, stopped and ended."""
+
+import functools
+import inspect
+import math
+from typing import Any, ClassVar, NamedTuple, get_type_hints
+
+import imc
+from imc.coordinates import absolute, displacement
+from runtime import Script, State, Task, consume
+from runtime.bus import Subscription
+from runtime.script import Inbox
+
+Phase = imc.ManeuverControlState.State
+Loops = imc.CLoopsMask
+PathFlags = imc.DesiredPath.Flags
+PathState = imc.PathControlState.Flags
+ALL_LOOPS = 0xFFFFFFFF
+UNKNOWN_ETA = 0xFFFF
+
+
+class ManeuverError(RuntimeError):
+    """A maneuver cannot go on; the text is what ManeuverControlState says of it."""
+
+
+class Completed(Exception):
+    """Raised anywhere inside `execute`: the maneuver is done."""
+
+
+class Leg(NamedTuple):
+    """Where a path ends (rad, rad, m) and how fast it is followed, with the units of IMC."""
+
+    lat: float
+    lon: float
+    z: float
+    z_units: int
+    speed: float
+    speed_units: int
+
+    @classmethod
+    def of(cls, maneuver: Any) -> "Leg":
+        """From the fields of a maneuver that has them all."""
+        return cls(*(getattr(maneuver, name) for name in cls._fields))
+
+
+class Maneuver(Task):
+    """A maneuver: `execute` begins with its message and is done when it returns.
+
+    The annotation of its argument is the message that begins it, and with which it is registered; of a CustomManeuver
+    it is the class's name. `loops` are the control loops that it enables at once, None where it does so by itself.
+    `hears` are the messages of the own system that `event` delivers, `hears_others` those of any system.
+    """
+
+    loops: ClassVar[int | None] = Loops.PATH
+    hears: ClassVar[tuple[type[imc.Message], ...]] = (imc.PathControlState,)
+    hears_others: ClassVar[tuple[type[imc.Message], ...]] = ()
+
+    path: imc.PathControlState | None = None
+    state: imc.EstimatedState | None = None
+
+    async def execute(self, maneuver: Any, /) -> None:
+        """Do it. Raise ManeuverError where it cannot be done."""
+        raise NotImplementedError
+
+    @classmethod
+    @functools.cache
+    def kind(cls) -> type[imc.Message]:
+        """The message that begins it. Raises TypeError where `execute` has no annotation that says so."""
+        argument = list(inspect.signature(cls.execute).parameters)[1]
+        hint = get_type_hints(cls.execute).get(argument)
+        if not (isinstance(hint, type) and issubclass(hint, imc.Message)):
+            raise TypeError(f"{cls.__name__}.execute: annotate the argument with the maneuver's message")
+        return hint
+
+    def connect(self) -> None:
+        super().connect()
+        self._bus.subscribe(Subscription(self.kind(), self._begin, self))
+
+    def start(self) -> None:
+        self._script: Script | None = None
+        self._scope = self._path_ref = self._enabled = 0
+        self.publish(imc.RegisterManeuver(mid=self.kind().ID))
+        self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def halt(self, _: imc.StopManeuver) -> None:
+        if self._script is not None and not self._script.done:
+            self._script.cancel()
+            self.set_entity_state(State.NORMAL, "idle")
+            self._say(Phase.STOPPED)
+
+    @consume
+    def watch_loops(self, loops: imc.ControlLoops) -> None:
+        """The maneuver that sends the first message of a scope chooses the loops; others add to them."""
+        if loops.scope_ref > self._scope:
+            self._scope = loops.scope_ref
+            self._enabled = loops.mask if loops.enable else 0
+
+    @consume
+    def watch_path(self, path: imc.DesiredPath) -> None:
+        self._path_ref = max(self._path_ref, path.path_ref)
+
+    @property
+    def near(self) -> bool:
+        """Whether the vehicle is near the end of the path."""
+        return self.path is not None and bool(self.path.flags & PathState.NEAR)
+
+    def control(self, loops: int) -> None:
+        """Have exactly these control loops enabled, 0 for none."""
+        if loops == self._enabled:
+            return
+        self._loop(imc.ControlLoops.Enable.DISABLE, ALL_LOOPS)
+        if loops:
+            self._loop(imc.ControlLoops.Enable.ENABLE, loops)
+        self._enabled = loops
+
+    def steer(self, leg: Leg, *, radius: float = 0.0, flags: int = 0) -> None:
+        """Begin a path to the end of `leg`, or around it with a loitering `radius` (m)."""
+        self._path_ref += 1
+        self.path = None
+        self.publish(
+            imc.DesiredPath(
+                path_ref=self._path_ref,
+                end_lat=leg.lat,
+                end_lon=leg.lon,
+                end_z=leg.z,
+                end_z_units=leg.z_units,
+                speed=leg.speed,
+                speed_units=leg.speed_units,
+                lradius=radius,
+                flags=flags,
+            )
+        )
+
+    async def follow(self, leg: Leg, *, flags: int = 0, info: str = "", after: float = 0.0) -> None:
+        """Steer to the end of `leg` until near; `after` is what the maneuver takes from there (s)."""
+        self.steer(leg, flags=flags)
+        while not self.near:
+            if self.path is await self.event():
+                self.tell(after, info)
+
+    def tell(self, after: float = 0.0, info: str = "") -> None:
+        """Report the time left on the path and `after` it (s), but for its end, which ends or changes something."""
+        if self.path is not None and not self.near:
+            self.report(UNKNOWN_ETA if self.path.eta == UNKNOWN_ETA else self.path.eta + after, info)
+
+    def report(self, eta: float = UNKNOWN_ETA, info: str = "") -> None:
+        """Say that the maneuver goes on, with the time left (s)."""
+        self._say(Phase.EXECUTING, max(0, math.ceil(eta)) if eta < UNKNOWN_ETA else UNKNOWN_ETA, info)
+
+    async def event(self, timeout: float | None = None) -> imc.Message:
+        """The next message of `hears`; `path` and `state` have the latest. Raises TimeoutError after `timeout` (s)."""
+        while True:
+            message = await self._inbox.next(timeout)
+            if isinstance(message, imc.EstimatedState):
+                self.state = message
+            elif isinstance(message, imc.PathControlState):
+                if message.path_ref != self._path_ref:
+                    continue
+                self.path = message
+            return message
+
+    async def located(self) -> imc.EstimatedState:
+        """Where the vehicle is; waits for the first EstimatedState of the maneuver."""
+        while self.state is None:
+            await self.event()
+        return self.state
+
+    async def sleep(self, seconds: float) -> None:
+        """Let time pass."""
+        assert self._script is not None
+        await self._script.sleep(seconds)
+
+    def offset(self, lat: float, lon: float) -> tuple[float, float]:
+        """North and east (m) from the vehicle to a position (rad)."""
+        if self.state is None:
+            raise ManeuverError("position is unknown")
+        own_lat, own_lon, _ = absolute(self.state)
+        north, east, _ = displacement(own_lat, own_lon, 0.0, lat, lon, 0.0)
+        return north, east
+
+    def range_to(self, leg: Leg) -> float:
+        """Horizontal distance (m) from the vehicle to the end of `leg`."""
+        return math.hypot(*self.offset(leg.lat, leg.lon))
+
+    def _begin(self, maneuver: imc.Message) -> None:
+        if isinstance(maneuver, imc.CustomManeuver) and maneuver.name != type(self).__name__:
+            return
+        if self._script is not None:
+            self._script.cancel()
+        self.path = self.state = None
+        self._say(Phase.EXECUTING, UNKNOWN_ETA, "in progress")
+        self.set_entity_state(State.NORMAL, "active")
+        self._script = self.run(self._perform, maneuver)
+
+    async def _perform(self, script: Script, maneuver: imc.Message) -> None:
+        self._inbox = self._listen(script)
+        try:
+            if self.loops is not None:
+                self.control(self.loops)
+            await self.execute(maneuver)
+        except Completed:
+            pass
+        except Exception as error:
+            self.set_entity_state(State.NORMAL, "idle")
+            self._say(Phase.ERROR, info=str(error) or type(error).__name__)
+            if isinstance(error, ManeuverError):
+                return
+            raise
+        self.set_entity_state(State.NORMAL, "idle")
+        self._say(Phase.DONE, info="done")
+
+    def _listen(self, script: Script) -> Inbox:
+        inbox = script.listen(*self.hears)
+        inbox.add(*self.hears_others, others=True)
+        return inbox
+
+    def _loop(self, enable: int, mask: int) -> None:
+        self._scope += 1
+        self.publish(imc.ControlLoops(enable=enable, mask=mask, scope_ref=self._scope))
+
+    def _say(self, phase: Phase, eta: int = 0, info: str = "") -> None:
+        self.publish(imc.ManeuverControlState(state=phase, eta=eta, info=info))

@@ -1,0 +1,50 @@
+"""Keeping near a point: drift inside a circle, go back when outside."""
+
+import math
+
+import imc
+from tasks.maneuver.protocol import Completed, Leg, Loops, Maneuver, PathFlags
+
+SURFACE_FACTOR = 2.5  # of the radius: from nearer the vehicle goes back at the surface
+
+
+async def keep_station(maneuver: Maneuver, leg: Leg, radius: float, seconds: float) -> None:
+    """Stay within `radius` (m) of the end of `leg` for `seconds` from the first arrival, 0 for ever.
+
+    Outside of it the vehicle goes to the centre, inside of it all loops are off. ManeuverDone ends it.
+    """
+    await maneuver.located()
+    end, arrived, told = math.inf, False, -math.inf
+
+    async def wait() -> bool:
+        """Wait for something to happen, and say what is left; whether the time is over."""
+        nonlocal told
+        event = await maneuver.event()
+        if isinstance(event, imc.ManeuverDone):
+            raise Completed
+        if seconds and not arrived:
+            if event is maneuver.path:
+                maneuver.tell(after=seconds)
+        elif maneuver.now - told >= 1.0:
+            told = maneuver.now
+            maneuver.report(end - maneuver.now if seconds else math.inf)
+        return maneuver.now >= end
+
+    while True:
+        distance = maneuver.range_to(leg)
+        if distance > radius:
+            maneuver.log.info(f"outside safe region (distance: {distance:.1f} m)")
+            surface = arrived and distance < SURFACE_FACTOR * radius
+            back = leg._replace(z=0.0, z_units=imc.ZUnits.DEPTH) if surface else leg
+            maneuver.control(Loops.PATH)
+            maneuver.steer(back, flags=PathFlags.DIRECT)
+            while not (maneuver.near and maneuver.range_to(leg) < radius):
+                if await wait():
+                    return
+        maneuver.log.info(f"inside safe region (distance: {maneuver.range_to(leg):.1f} m)")
+        maneuver.control(0)
+        if not arrived:
+            arrived, end = True, maneuver.now + seconds if seconds else math.inf
+        while maneuver.range_to(leg) <= radius:
+            if await wait():
+                return

@@ -1,0 +1,1 @@
+"""Monitors: what watches the vehicle and says how it is."""

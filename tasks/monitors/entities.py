@@ -1,0 +1,68 @@
+"""Watches the entities on which the vehicle depends."""
+
+import imc
+from runtime import State, Task, consume, param, periodic
+
+Condition = imc.EntityState.State
+ALWAYS = "Daemon"
+BROKEN = (Condition.FAULT, Condition.ERROR, Condition.FAILURE)
+
+
+class Entities(Task):
+    """Says which monitored entities are in error or boot; one that says nothing for a time has failed."""
+
+    default_monitoring: list[str] = param([], "", "Labels of the entities to be monitored.", editable=False)
+    default_monitoring_hardware: list[str] = param(
+        [], "", "Further ones outside simulation.", name="Default Monitoring -- Hardware", editable=False
+    )
+    report_timeout: float = param(5.0, "s", "An entity without report for this time has failed.", minimum=0.1)
+
+    def start(self) -> None:
+        simulated = self.vehicle.virtual or "Simulation" in self.vehicle.profile.value("General", "Selected")
+        wanted = [ALWAYS, *self.default_monitoring, *([] if simulated else self.default_monitoring_hardware)]
+        self._states: dict[str, Condition] = dict.fromkeys(wanted, Condition.BOOT)
+        self._heard = dict.fromkeys(wanted, self.now)
+        self._error, self._error_time = "", -1.0
+        self.set_entity_state(State.NORMAL, "active")
+
+    @consume
+    def hear(self, report: imc.EntityState) -> None:
+        label = self.vehicle.entities.label(self.system, report.src_ent)
+        if label not in self._states:
+            return
+        self._heard[label] = self.now
+        if report.state <= Condition.FAILURE:
+            self._change(label, Condition(report.state), report.description)
+
+    @periodic(1.0)
+    def tell(self) -> None:
+        """Say how all are, once a second."""
+        for label, heard in self._heard.items():
+            if self.now - heard > self.report_timeout:
+                self._change(label, Condition.FAILURE, f"no report for {self.report_timeout:g} s", tell=False)
+        self._publish()
+
+    def _change(self, label: str, state: Condition, description: str, *, tell: bool = True) -> None:
+        if state is self._states[label]:
+            return
+        self._states[label] = state
+        if state in BROKEN:
+            self._error, self._error_time = f"{label}: {description}", self.now
+        if tell:
+            self._publish()
+
+    def _publish(self) -> None:
+        broken = [label for label, state in self._states.items() if state in BROKEN]
+        booting = [label for label, state in self._states.items() if state is Condition.BOOT]
+        self.publish(
+            imc.EntityMonitoringState(
+                mcount=len(self._states),
+                mnames=",".join(self._states),
+                ccount=len(broken),
+                cnames=",".join(broken),
+                ecount=len(booting),
+                enames=",".join(booting),
+                last_error=self._error,
+                last_error_time=self._error_time,
+            )
+        )

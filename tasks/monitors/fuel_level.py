@@ -1,0 +1,62 @@
+"""Estimates what is left in the battery."""
+
+import imc
+from runtime import State, Task, consume, param, periodic
+from runtime.parameters import ParameterError
+
+
+class FuelLevel(Task):
+    """Counts the energy that is drawn, from Voltage and Current of the battery's entity.
+
+    The capacity is the profile's `Battery Capacity` (W h). Below the levels the entity is in FAULT, then in ERROR.
+    """
+
+    execution_frequency: float = param(0.1, "Hz", "Rate of FuelLevel.", minimum=0.01, maximum=10)
+    entity_label_batteries: str = param("Batteries", "", "Entity of the battery.", name="Entity Label - Batteries")
+    initial_level: float = param(100.0, "%", "Level at the start.", minimum=0, maximum=100)
+    initial_confidence: float = param(80.0, "%", "Confidence while nothing else is known.", minimum=0, maximum=100)
+    warning_level: float = param(20.0, "%", "Below it the entity is in FAULT.", minimum=0, maximum=100)
+    error_level: float = param(10.0, "%", "Below it the entity is in ERROR.", minimum=0, maximum=100)
+
+    def configure(self) -> None:
+        if self.error_level > self.warning_level:
+            raise ParameterError("Error Level", "is above the Warning Level")
+        self._capacity = 3600.0 * float(self.vehicle.profile.value("General", "Battery Capacity", "0"))  # J
+
+    def start(self) -> None:
+        self._energy = self._capacity * self.initial_level / 100.0
+        self._voltage: float | None = None
+        self._sampled: int | None = None
+        if not self._capacity:
+            self.set_entity_state(State.FAULT, "the profile has no Battery Capacity")
+
+    @consume
+    def measure_voltage(self, voltage: imc.Voltage) -> None:
+        if self._is_battery(voltage):
+            self._voltage = voltage.value
+
+    @consume
+    def measure_current(self, current: imc.Current) -> None:
+        """Draw the energy since the last sample."""
+        if not self._is_battery(current):
+            return
+        if self._sampled is not None and self._voltage is not None:
+            drawn = self._voltage * current.value * (self.now_ns - self._sampled) * 1e-9
+            self._energy = min(self._capacity, max(0.0, self._energy - drawn))
+        self._sampled = self.now_ns
+
+    @periodic("execution_frequency")
+    def tell(self) -> None:
+        if not self._capacity or self._sampled is None:
+            return
+        level = 100.0 * self._energy / self._capacity
+        self.publish(imc.FuelLevel(value=level, confidence=self.initial_confidence))
+        if level < self.error_level:
+            self.set_entity_state(State.ERROR, "fuel reserve")
+        elif level < self.warning_level:
+            self.set_entity_state(State.FAULT, "fuel is running low")
+        else:
+            self.set_entity_state(State.NORMAL, "active")
+
+    def _is_battery(self, sample: imc.Message) -> bool:
+        return self.vehicle.entities.label(sample.src, sample.src_ent) == self.entity_label_batteries

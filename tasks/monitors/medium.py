@@ -1,0 +1,79 @@
+"""Says in which medium the vehicle is."""
+
+import math
+
+import imc
+from runtime import State, Task, consume, param, periodic
+
+Where = imc.VehicleMedium.Medium
+
+
+class Medium(Task):
+    """Under water by its depth; on the surface, on the ground or in the air by what its wet sensors say.
+
+    A vehicle without wet sensors is taken to float: it cannot know better.
+    """
+
+    active: bool = param(True, "", "Whether the medium is published.", scope="idle", visibility="developer")
+    activation = "idle"
+    execution_frequency: float = param(1.0, "Hz", "Rate of VehicleMedium.", minimum=0.1, maximum=100)
+    vehicle_type: str = param("UUV", "", "Kind of vehicle.", choices=("UUV", "USV", "UAV", "UGV"), editable=False)
+    initialization_time: float = param(20.0, "s", "The medium is unknown for so long.", minimum=0)
+    wet_data_timeout: float = param(3.0, "s", "Longest age of what the wet sensors say.", minimum=0.1)
+    gps_timeout: float = param(2.0, "s", "Longest age of a fix.", name="GPS Timeout", minimum=0.1)
+    sound_speed_threshold: float = param(1000.0, "m/s", "A higher speed of sound is that of water.", minimum=0)
+    salinity_threshold: float = param(1.0, "PSU", "A higher salinity is that of water.", minimum=0)
+    air_speed_threshold: float = param(12.0, "m/s", "A faster aircraft is in the air.", minimum=0)
+    altitude_threshold: float = param(1.0, "m", "A higher aircraft is in the air.", minimum=0)
+
+    def configure(self) -> None:
+        depth = self.vehicle.profile.value("General", "Underwater Depth Threshold", "0.3")
+        self._deepest_float = float(depth)
+
+    def start(self) -> None:
+        self._began = self.now
+        self._fix = self._wet_data = -math.inf
+        self._wet = False
+        self._state: imc.EstimatedState | None = None
+        self.set_entity_state(State.NORMAL, "active")
+
+    @consume
+    def locate(self, state: imc.EstimatedState) -> None:
+        self._state = state
+
+    @consume
+    def fix(self, fix: imc.GpsFix) -> None:
+        if fix.validity & imc.GpsFix.Validity.VALID_POS:
+            self._fix = self.now
+
+    @consume
+    def feel(self, sample: imc.SoundSpeed | imc.Salinity) -> None:
+        limit = self.sound_speed_threshold if isinstance(sample, imc.SoundSpeed) else self.salinity_threshold
+        self._wet, self._wet_data = sample.value > limit, self.now
+
+    @periodic("execution_frequency")
+    def tell(self) -> None:
+        if self.active:
+            self.publish(imc.VehicleMedium(medium=self._medium()))
+
+    def _medium(self) -> Where:
+        state = self._state
+        if self.vehicle_type == "UGV":
+            return Where.GROUND
+        if self.vehicle_type == "USV":
+            return Where.WATER
+        if state is None:
+            return Where.UNKNOWN
+        if self.vehicle_type == "UAV":
+            speed = math.hypot(state.vx, state.vy, state.vz)
+            return (
+                Where.AIR if speed > self.air_speed_threshold or state.alt > self.altitude_threshold else Where.GROUND
+            )
+        if state.depth > self._deepest_float:
+            return Where.UNDERWATER
+        known = self.now - self._wet_data <= self.wet_data_timeout
+        if known and not self._wet:
+            return Where.GROUND
+        if known or self.now - self._fix <= self.gps_timeout or self.now - self._began >= self.initialization_time:
+            return Where.WATER
+        return Where.UNKNOWN

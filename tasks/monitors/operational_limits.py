@@ -1,0 +1,131 @@
+"""Keeps the operational limits of the vehicle and says when one is passed."""
+
+import math
+
+import imc
+from imc.coordinates import absolute, displacement
+from runtime import State, Task, consume, param, periodic
+from runtime.task import UNKNOWN_SYSTEM
+
+Limit = imc.OpLimitsMask
+UNSET = -1.0
+
+
+class OperationalLimits(Task):
+    """Publishes OperationalLimits, takes new ones, and is in ERROR while the vehicle is outside of one.
+
+    A limit of -1 is none. Depth and altitude have a hysteresis, so that one does not flicker.
+    """
+
+    execution_frequency: float = param(4.0, "Hz", "Rate of the checks.", minimum=0.1, maximum=100)
+    maximum_depth: float = param(UNSET, "m", "Maximum depth at the start.", name="Initial Setting - Maximum Depth")
+    minimum_altitude: float = param(
+        UNSET, "m", "Minimum altitude at the start.", name="Initial Setting - Minimum Altitude"
+    )
+    maximum_altitude: float = param(
+        UNSET, "m", "Maximum altitude at the start.", name="Initial Setting - Maximum Altitude"
+    )
+    minimum_speed: float = param(UNSET, "m/s", "Minimum speed at the start.", name="Initial Setting - Minimum Speed")
+    maximum_speed: float = param(UNSET, "m/s", "Maximum speed at the start.", name="Initial Setting - Maximum Speed")
+    maximum_vertical_rate: float = param(
+        UNSET, "m/s", "Maximum vertical rate at the start.", name="Initial Setting - Maximum Vertical Rate"
+    )
+    depth_hysteresis: float = param(
+        0.3,
+        "m",
+        "A depth violation ends so far above the limit.",
+        name="Hysteresis Threshold - Maximum Depth",
+        minimum=0,
+    )
+    altitude_hysteresis: float = param(
+        0.3,
+        "m",
+        "An altitude violation ends so far above the limit.",
+        name="Hysteresis Threshold - Minimum Altitude",
+        minimum=0,
+    )
+    minimum_depth_to_check_altitude: float = param(
+        0.3, "m", "Altitude is checked below this depth.", name="Minimum Depth to Check Altitude", minimum=0
+    )
+
+    def start(self) -> None:
+        initial = imc.OperationalLimits(
+            max_depth=max(0.0, self.maximum_depth),
+            min_altitude=max(0.0, self.minimum_altitude),
+            max_altitude=max(0.0, self.maximum_altitude),
+            min_speed=max(0.0, self.minimum_speed),
+            max_speed=max(0.0, self.maximum_speed),
+            max_vrate=max(0.0, self.maximum_vertical_rate),
+        )
+        values = {
+            Limit.MAX_DEPTH: self.maximum_depth,
+            Limit.MIN_ALT: self.minimum_altitude,
+            Limit.MAX_ALT: self.maximum_altitude,
+            Limit.MIN_SPEED: self.minimum_speed,
+            Limit.MAX_SPEED: self.maximum_speed,
+            Limit.MAX_VRATE: self.maximum_vertical_rate,
+        }
+        self._limits = initial.replace(mask=sum(limit for limit, value in values.items() if value >= 0.0))
+        self._state: imc.EstimatedState | None = None
+        self._passed: set[str] = set()
+        self.publish(self._limits)
+        self.set_entity_state(State.NORMAL, "active")
+
+    @consume
+    def locate(self, state: imc.EstimatedState) -> None:
+        self._state = state
+
+    @consume(others=True)
+    def change(self, limits: imc.OperationalLimits) -> None:
+        """Take new limits and tell them to everybody on board; those with a value that is no number are refused."""
+        if limits.dst not in (self.system, UNKNOWN_SYSTEM):
+            return
+        numbers = [value for value in limits.to_dict().values() if isinstance(value, float)]
+        if not all(map(math.isfinite, numbers)):
+            self.log.error(f"limits from {self.vehicle.systems.name(limits.src)} have a value that is no number")
+            return
+        self._limits = limits.replace(
+            timestamp=-1.0, src=self.system, src_ent=self.entity.id, dst=UNKNOWN_SYSTEM, dst_ent=0xFF
+        )
+        self.publish(self._limits)
+
+    @consume(others=True)
+    def tell(self, request: imc.GetOperationalLimits) -> None:
+        if request.dst in (self.system, UNKNOWN_SYSTEM):
+            self.reply(request, self._limits)
+
+    @periodic("execution_frequency")
+    def check(self) -> None:
+        if self._state is None:
+            return
+        self._passed = self._violations(self._state)
+        if self._passed:
+            self.set_entity_state(State.ERROR, f"outside of {', '.join(sorted(self._passed))}")
+        else:
+            self.set_entity_state(State.NORMAL, "active")
+
+    def _violations(self, state: imc.EstimatedState) -> set[str]:
+        limits, mask = self._limits, self._limits.mask
+        speed, sinking = math.hypot(state.vx, state.vy, state.vz), abs(state.vz)
+        depth_back = self.depth_hysteresis if "maximum depth" in self._passed else 0.0
+        altitude_back = self.altitude_hysteresis if "minimum altitude" in self._passed else 0.0
+        deep = state.alt >= 0.0 and state.depth > self.minimum_depth_to_check_altitude
+        found = {
+            "maximum depth": mask & Limit.MAX_DEPTH and state.depth > limits.max_depth - depth_back,
+            "minimum altitude": mask & Limit.MIN_ALT and deep and state.alt < limits.min_altitude + altitude_back,
+            "maximum altitude": mask & Limit.MAX_ALT and deep and state.alt > limits.max_altitude,
+            "minimum speed": mask & Limit.MIN_SPEED and speed < limits.min_speed,
+            "maximum speed": mask & Limit.MAX_SPEED and speed > limits.max_speed,
+            "maximum vertical rate": mask & Limit.MAX_VRATE and sinking > limits.max_vrate,
+            "area": mask & Limit.AREA and self._is_outside(state),
+        }
+        return {name for name, passed in found.items() if passed}
+
+    def _is_outside(self, state: imc.EstimatedState) -> bool:
+        """Whether the vehicle is outside of the rectangle around `lat`, `lon`: `length` along `orientation`."""
+        area = self._limits
+        lat, lon, _ = absolute(state)
+        north, east, _ = displacement(area.lat, area.lon, 0.0, lat, lon, 0.0)
+        c, s = math.cos(area.orientation), math.sin(area.orientation)
+        along, across = c * north + s * east, c * east - s * north
+        return abs(along) > 0.5 * area.length or abs(across) > 0.5 * area.width

@@ -1,0 +1,98 @@
+"""The actions of a plan: parameters that are set at its events, payloads that are activated ahead of them."""
+
+import math
+from collections.abc import Callable, Iterable
+
+import imc
+from tasks.plan.graph import Actions, Graph, Node
+
+Publish = Callable[[imc.Message], object]
+
+
+class PlanActions:
+    """Publishes the actions of one plan.
+
+    The parameters of all entities that it touches are pushed at its start and popped at its end. What activates an
+    entity comes as early as `lead(label)` s before its event, where that can be foreseen; `activated` has the labels.
+    """
+
+    def __init__(self, graph: Graph, publish: Publish, lead: Callable[[str], float]):
+        self.activated: set[str] = set()
+        self._graph = graph
+        self._publish = publish
+        self._lead = lead
+        self._early: set[str] = set()
+        plan = graph.plan
+        lists = [plan.start_actions, plan.end_actions]
+        lists += [actions for node in graph.nodes.values() for actions in (node.start_actions, node.end_actions)]
+        self._labels = list(dict.fromkeys(action.name for actions in lists for action in _settings(actions)))
+
+    @property
+    def preparation(self) -> float:
+        """Time (s) that the activations at the start take."""
+        start = self._graph.nodes[self._graph.start].start_actions
+        return max(self._leads([*_settings(self._graph.plan.start_actions), *_settings(start)]), default=0.0)
+
+    def begin(self) -> None:
+        """The plan begins."""
+        for label in self._labels:
+            self._publish(imc.PushEntityParameters(name=label))
+        self._fire(self._graph.plan.start_actions)
+        self.activate(self._graph.nodes[self._graph.start])
+
+    def enter(self, node: Node) -> None:
+        """A maneuver begins."""
+        self.activate(node)
+        self._early.discard(node.name)
+        self._fire(node.start_actions, activations=False)
+
+    def leave(self, node: Node) -> None:
+        """A maneuver ends."""
+        self._fire(node.end_actions)
+
+    def foresee(self, name: str, seconds: float, duration: Callable[[str], float]) -> None:
+        """The maneuver `name` ends in so many seconds: activate what those that follow need in time."""
+        _, *later = self._graph.chain(name)
+        for node in later:
+            if not math.isfinite(seconds):
+                return
+            if seconds <= max(self._leads(_settings(node.start_actions)), default=-1.0):
+                self.activate(node)
+            seconds += duration(node.name)
+
+    def activate(self, node: Node) -> None:
+        """Activate what a maneuver needs, once."""
+        if node.name not in self._early:
+            self._early.add(node.name)
+            self._fire(node.start_actions, others=False)
+
+    def end(self) -> None:
+        """The plan ends."""
+        self._fire(self._graph.plan.end_actions)
+        for label in self._labels:
+            self._publish(imc.PopEntityParameters(name=label))
+
+    def _leads(self, settings: Iterable[imc.SetEntityParameters]) -> list[float]:
+        return [self._lead(setting.name) for setting in settings if any(map(_activates, setting.params))]
+
+    def _fire(self, actions: Actions, *, activations: bool = True, others: bool = True) -> None:
+        for action in actions:
+            if not isinstance(action, imc.SetEntityParameters):
+                if action is not None and others:
+                    self._publish(action)
+                continue
+            plain = tuple(p for p in action.params if not _activates(p))
+            if plain and others:
+                self._publish(action.replace(params=plain))
+            active = tuple(p for p in action.params if _activates(p))
+            if active and activations:
+                self.activated.add(action.name)
+                self._publish(action.replace(params=active))
+
+
+def _settings(actions: Actions) -> list[imc.SetEntityParameters]:
+    return [action for action in actions if isinstance(action, imc.SetEntityParameters)]
+
+
+def _activates(parameter: imc.Message | None) -> bool:
+    return isinstance(parameter, imc.EntityParameter) and parameter.name == "Active" and parameter.value == "true"

@@ -1,0 +1,161 @@
+"""The plan database."""
+
+import sqlite3
+
+import imc
+from runtime import State, Task, consume, param
+from tasks.plan.store import Change, PlanStore, Stored
+
+Op = imc.PlanDB.Op
+Type = imc.PlanDB.Type
+NOBODY = 0xFFFF
+BROADCAST = 0xFFF0
+UNDEFINED = "undefined plan"
+
+
+class DB(Task):
+    """Keeps plans by id and tells their digests, so that a console knows whether it has the same.
+
+    They are in `Plan.db` in the vehicle's folder of states; on a virtual clock, where nothing may come from an earlier
+    run, in memory. A file that cannot be read is put aside.
+    """
+
+    storage: str = param(
+        "Automatic",
+        "",
+        "Where plans are kept: in the file, in memory, or in memory only on a virtual clock.",
+        choices=("Automatic", "File", "Memory"),
+        editable=False,
+    )
+
+    def start(self) -> None:
+        self._tell_boot(Type.IN_PROGRESS, "initializing")
+        self._store = self._open()
+        self.set_entity_state(State.NORMAL, "active")
+        self._tell_boot(Type.SUCCESS, "initialization complete")
+
+    def stop(self) -> None:
+        if hasattr(self, "_store"):
+            self._store.close()
+
+    @consume(others=True)
+    def serve(self, request: imc.PlanDB) -> None:
+        """Answer a request; one that cannot be fulfilled changes nothing."""
+        if request.type != Type.REQUEST or request.dst not in (self.system, NOBODY, BROADCAST):
+            return
+        try:
+            self._serve(request)
+        except sqlite3.Error as error:
+            self._answer(request, Type.FAILURE, f"database: {error}")
+
+    @consume(others=True)
+    def keep_started(self, request: imc.PlanControl) -> None:
+        """A plan that is started or loaded with its specification is stored as well."""
+        plan, kinds = request.arg, imc.PlanControl
+        if (
+            request.type != kinds.Type.REQUEST
+            or request.op not in (kinds.Op.START, kinds.Op.LOAD)
+            or request.dst not in (self.system, BROADCAST)
+            or not isinstance(plan, imc.PlanSpecification)
+            or not plan.plan_id
+            or plan.plan_id != request.plan_id
+        ):
+            return
+        stored, new = self._store.set(plan, self._change(request))
+        self.publish(
+            imc.PlanDB(type=Type.SUCCESS, op=Op.SET, plan_id=plan.plan_id, arg=stored.information(), info=_saved(new))
+        )
+
+    def _serve(self, request: imc.PlanDB) -> None:
+        if request.op == Op.SET:
+            self._set(request)
+        elif request.op == Op.DEL:
+            self._delete(request)
+        elif request.op == Op.CLEAR:
+            self._progress(request)
+            self._store.clear(self._change(request))
+            self._answer(request.replace(plan_id=""), Type.SUCCESS, "OK")
+        elif request.op in (Op.GET, Op.GET_INFO):
+            self._get(request)
+        elif request.op in (Op.GET_STATE, Op.GET_DSTATE):
+            self._answer(request, Type.SUCCESS, "OK", self._state())
+        else:
+            self._answer(request, Type.FAILURE, f"no such operation: {request.op}")
+
+    def _set(self, request: imc.PlanDB) -> None:
+        plan = request.arg
+        if not request.plan_id:
+            self._answer(request, Type.FAILURE, "undefined plan id")
+        elif not isinstance(plan, imc.PlanSpecification):
+            self._answer(request, Type.FAILURE, "no plan specification given")
+        elif plan.plan_id != request.plan_id:
+            self._answer(request, Type.FAILURE, "plan id mismatch")
+        else:
+            self._progress(request)
+            stored, new = self._store.set(plan, self._change(request))
+            self._answer(request, Type.SUCCESS, _saved(new), stored.information())
+
+    def _delete(self, request: imc.PlanDB) -> None:
+        self._progress(request)
+        if self._store.delete(request.plan_id, self._change(request)):
+            self._answer(request, Type.SUCCESS, "OK")
+        else:
+            self._answer(request, Type.FAILURE, UNDEFINED)
+
+    def _get(self, request: imc.PlanDB) -> None:
+        stored: Stored | None = self._store.get(request.plan_id)
+        if stored is None:
+            self._answer(request, Type.FAILURE, UNDEFINED)
+        elif request.op == Op.GET_INFO:
+            self._answer(request, Type.SUCCESS, "OK", stored.information())
+        else:
+            try:
+                self._answer(request, Type.SUCCESS, "OK", stored.specification())
+            except imc.DecodeError as error:
+                self._answer(request, Type.FAILURE, f"stored plan is damaged: {error}")
+
+    def _state(self) -> imc.PlanDBState:
+        """The state with all plans, without them where they are too many for one message."""
+        state = self._store.state()
+        try:
+            imc.encode(state)
+        except imc.EncodeError:
+            return self._store.state(with_plans=False)
+        return state
+
+    def _progress(self, request: imc.PlanDB) -> None:
+        self._answer(request, Type.IN_PROGRESS, "in progress")
+
+    def _answer(self, request: imc.PlanDB, kind: Type, info: str, arg: imc.Message | None = None) -> None:
+        if kind is Type.FAILURE:
+            self.log.warning(f"{self.vehicle.systems.name(request.src)}: {info}: {request.plan_id!r}")
+        self.reply(
+            request,
+            imc.PlanDB(
+                type=kind, op=request.op, request_id=request.request_id, plan_id=request.plan_id, arg=arg, info=info
+            ),
+        )
+
+    def _change(self, request: imc.Message) -> Change:
+        return Change(self.now, request.src, self.vehicle.systems.name(request.src))
+
+    def _tell_boot(self, kind: Type, info: str) -> None:
+        self.publish(imc.PlanDB(type=kind, op=Op.BOOT, info=info, dst=self.system))
+
+    def _open(self) -> PlanStore:
+        if self.storage == "Memory" or (self.storage == "Automatic" and self.vehicle.virtual):
+            return PlanStore(None)
+        path = self.vehicle.state_folder / self.system_name / "Plan.db"
+        try:
+            return PlanStore(path)
+        except sqlite3.DatabaseError as error:
+            if isinstance(error, sqlite3.OperationalError):
+                raise
+            aside = path.with_suffix(".damaged")
+            path.replace(aside)
+            self.log.error(f"{path.name}: {error}; put aside as {aside.name}")
+            return PlanStore(path)
+
+
+def _saved(new: bool) -> str:
+    return "OK (new entry)" if new else "OK (updated)"

@@ -1,0 +1,387 @@
+"""Executes plans: maneuver by maneuver, as their transitions say."""
+
+import math
+from dataclasses import replace
+
+import imc
+from runtime import Script, State, Task, consume, param, periodic
+from runtime.bus import Subscription
+from runtime.script import Inbox
+from tasks.plan.actions import PlanActions
+from tasks.plan.flight import UNKNOWN, Flight
+from tasks.plan.graph import FINISH, Graph, Node, PlanError
+from tasks.plan.outlook import Outlook
+from tasks.plan.preflight import Preflight
+
+Op = imc.PlanControl.Op
+Type = imc.PlanControl.Type
+Phase = imc.PlanControlState.State
+Outcome = imc.PlanControlState.LastOutcome
+Command = imc.VehicleCommand.Command
+Mode = imc.VehicleState.OpMode
+BROADCAST = 0xFFF0
+NOTHING = 0xFFFF
+PATIENCE = 2.5  # s for the supervisor, and for its state
+DATABASE_PATIENCE = 1.0  # s
+
+
+class Engine(Task):
+    """Loads, checks, starts and stops plans on request, and says how far they are.
+
+    A plan is checked before it starts: graph, positions, depths, lengths of legs, energy where it is known. Conditions
+    of transitions are evaluated in their order when a maneuver is done, and those without ManeuverIsDone all the time.
+    """
+
+    state_report_frequency: float = param(3.0, "Hz", "Rate of PlanControlState.", minimum=0.1, maximum=100)
+    perform_calibration: bool = param(True, "", "Calibrate where a request asks for it.")
+    minimum_calibration_time: float = param(3.0, "s", "Shortest calibration.", minimum=0, maximum=65535)
+    abort_on_failed_activation: bool = param(True, "", "End the plan when an entity cannot be activated.")
+    compute_progress: bool = param(True, "", "Say how far the plan is.")
+    fuel_prediction: bool = param(True, "", "Refuse plans that need more energy than there is.")
+    hotel_load: float = param(45.0, "W", "Power that the vehicle takes without moving.", minimum=0)
+    maximum_leg_length: float = param(25000.0, "m", "Longest leg that path control follows.", minimum=1)
+    plan_generator_entity_label: str = param("Plan Generator", "", "Who may start the recovery plan.")
+
+    def configure(self) -> None:
+        profile = self.vehicle.profile
+        self._recovery = profile.value("General", "Recovery Plan", "dislodge")
+        self._preflight = Preflight(
+            lambda option: profile.value("General", option), self.hotel_load, self.maximum_leg_length
+        )
+
+    def start(self) -> None:
+        self._phase, self._outcome = Phase.READY, Outcome.NONE
+        self._plan_id = ""
+        self._flight: Flight | None = None
+        self._requests = 0
+        self._supported: set[int] = set()
+        self._leads: dict[int, float] = {}
+        self._latest: dict[type[imc.Message], imc.Message] = {}
+        self._watched: list[Subscription] = []
+        self._position: imc.EstimatedState | None = None
+        self._fuel: float | None = None
+        self._vehicle: imc.VehicleState | None = None
+        self._vehicle_heard = self.now
+        self.set_entity_state(State.NORMAL, "active")
+        self._tell()
+
+    @consume
+    def register(self, maneuver: imc.RegisterManeuver) -> None:
+        self._supported.add(maneuver.mid)
+
+    @consume
+    def learn(self, entity: imc.EntityInfo) -> None:
+        self._leads[entity.id] = float(entity.act_time)
+
+    @consume
+    def locate(self, state: imc.EstimatedState) -> None:
+        self._position = state
+
+    @consume
+    def gauge(self, fuel: imc.FuelLevel) -> None:
+        self._fuel = fuel.value
+
+    @consume
+    def watch_activations(self, state: imc.EntityActivationState) -> None:
+        """An entity that a plan needs and that cannot be activated ends it."""
+        flight = self._flight
+        label = self.vehicle.entities.label(self.system, state.src_ent)
+        if flight is None or flight.actions is None or state.state != imc.EntityActivationState.State.ACT_FAIL:
+            return
+        if label in flight.actions.activated and self.abort_on_failed_activation:
+            self._fail(flight, f"failed to activate {label}: {state.error}")
+
+    @consume
+    def follow(self, vehicle: imc.VehicleState) -> None:
+        """The mode of the vehicle decides whether a plan can begin or go on."""
+        self._vehicle, self._vehicle_heard = vehicle, self.now
+        flight = self._flight
+        if vehicle.op_mode in (Mode.ERROR, Mode.BOOT, Mode.EXTERNAL):
+            if flight is not None:
+                errors = f"vehicle errors: {vehicle.error_ents}" if vehicle.error_count else vehicle.last_error
+                self._fail(flight, errors or f"vehicle is in {Mode(vehicle.op_mode).name} mode", command=False)
+            self._enter(Phase.BLOCKED)
+        elif flight is None:
+            calibrating = vehicle.op_mode == Mode.CALIBRATION
+            if calibrating or self._phase is Phase.BLOCKED:
+                self._enter(Phase.BLOCKED if calibrating else Phase.READY)
+        elif vehicle.op_mode == Mode.SERVICE and flight.node is not None and not flight.commanding:
+            self._fail(flight, vehicle.last_error or "vehicle left the maneuver", command=False)
+
+    @periodic("state_report_frequency")
+    def tick(self) -> None:
+        if self.now - self._vehicle_heard > PATIENCE:
+            if self._flight is not None:
+                self._fail(self._flight, "no state of the vehicle", command=False)
+            self._enter(Phase.BLOCKED)
+        if self._flight is not None:
+            self._flight.foresee(self._vehicle, self.now)
+        self._tell()
+
+    @consume(others=True)
+    def obey(self, request: imc.PlanControl) -> None:
+        if request.type != Type.REQUEST or request.dst not in (self.system, BROADCAST):
+            return
+        if request.op == Op.START:
+            self._start(request)
+        elif request.op == Op.STOP:
+            self._stop(request)
+        elif request.op == Op.LOAD:
+            self._load(request)
+        elif request.op == Op.GET:
+            flight = self._flight
+            if flight is None or flight.outlook is None:
+                self._refuse(request, "no plan is running")
+            else:
+                self._answer(request, Type.SUCCESS, "OK", flight.outlook.graph.plan, plan_id=self._plan_id)
+        else:
+            self._refuse(request, f"no such operation: {request.op}")
+
+    def _start(self, request: imc.PlanControl) -> None:
+        flight = self._flight
+        if flight is not None and flight.is_repeated(request, self.now):
+            self._answer(flight.request, Type.SUCCESS, flight.info, flight.statistics)
+        elif self._phase is Phase.BLOCKED:
+            mode = "unknown" if self._vehicle is None else Mode(self._vehicle.op_mode).name
+            self._refuse(request, f"cannot start a plan: vehicle mode is {mode}")
+        elif request.plan_id == self._recovery and not self._is_generator(request):
+            self._refuse(request, "the recovery plan is started by the plan generator alone")
+        else:
+            if flight is not None:
+                self.log.warning(f"switching to {request.plan_id}")
+                self._end(flight, Outcome.FAILURE)
+            self._flight = flight = Flight(request, self.now)
+            self._enter(Phase.INITIALIZING)
+            flight.script = self.run(self._fly, flight)
+
+    def _stop(self, request: imc.PlanControl) -> None:
+        flight = self._flight
+        if flight is None:
+            self._refuse(request, "no plan is running, request ignored")
+            return
+        self._command(flight, Command.STOP_MANEUVER)
+        self._end(flight, Outcome.FAILURE)
+        self._answer(request, Type.SUCCESS, "OK", plan_id=self._plan_id)
+        self._enter(Phase.READY)
+
+    def _load(self, request: imc.PlanControl) -> None:
+        if self._flight is not None:
+            self._refuse(request, "cannot load plan now")
+        else:
+            self.run(self._look, request)
+
+    async def _look(self, script: Script, request: imc.PlanControl) -> None:
+        """LOAD: parse only."""
+        try:
+            outlook = await self._prepare(script, request)
+        except PlanError as error:
+            self._outcome = Outcome.FAILURE if self._flight is None else self._outcome
+            self._refuse(request, str(error))
+        else:
+            self._plan_id = outlook.graph.plan.plan_id
+            self._answer(request, Type.SUCCESS, "plan loaded", outlook.statistics(self._preflight.capacity))
+
+    async def _fly(self, script: Script, flight: Flight) -> None:
+        """START: from loading to the last maneuver."""
+        inbox = script.listen(imc.VehicleCommand, imc.VehicleState)
+        try:
+            outlook = await self._prepare(script, flight.request)
+            graph = outlook.graph
+            self._plan_id = graph.plan.plan_id
+            flight.actions = PlanActions(graph, self.publish, self._lead)
+            if flight.request.flags & imc.PlanControl.Flags.CALIBRATE and self.perform_calibration:
+                preparation = max(self.minimum_calibration_time, flight.actions.preparation)
+                outlook = replace(outlook, calibration=preparation)
+            flight.outlook = outlook
+            flight.statistics = outlook.statistics(self._preflight.capacity)
+            self.publish(flight.statistics)
+            self.publish(graph.plan.replace(src=self.system, src_ent=self.entity.id, timestamp=-1.0))
+            self.publish(imc.LoggingControl(op=imc.LoggingControl.Op.REQUEST_START, name=self._plan_id))
+            self._succeed(flight, "plan loaded")
+            self._watch(graph)
+            flight.actions.begin()
+            if outlook.calibration:
+                self._command(flight, Command.START_CALIBRATION, calib_time=math.ceil(outlook.calibration))
+                await self._reply(inbox, flight)
+                await script.sleep(outlook.calibration)
+            name = graph.start
+            while name != FINISH:
+                name = await self._execute(inbox, flight, graph.nodes[name])
+            self._command(flight, Command.STOP_MANEUVER)
+            self._end(flight, Outcome.SUCCESS)
+            self._succeed(flight, "plan completed")
+            self._enter(Phase.READY)
+        except PlanError as error:
+            self._fail(flight, str(error))
+
+    async def _execute(self, inbox: Inbox, flight: Flight, node: Node) -> str:
+        """One maneuver, until a transition leads on; the name of the next."""
+        flight.enter(node, self.now)
+        self._command(flight, Command.EXEC_MANEUVER, maneuver=node.maneuver)
+        if self._phase is Phase.INITIALIZING:
+            self._enter(Phase.EXECUTING)
+            self._succeed(flight, f"{node.name}: executing maneuver")
+        else:
+            self._tell()
+        self.log.info(f"{node.name}: executing maneuver")
+        await self._reply(inbox, flight)
+        name: str | None = None
+        while name is None:
+            event = await inbox.next()
+            if isinstance(event, imc.VehicleState):
+                name = self._next(node, done=bool(event.flags & imc.VehicleState.Flags.MANEUVER_DONE))
+        flight.leave(self.now)
+        return name
+
+    def _next(self, node: Node, *, done: bool) -> str | None:
+        """Where the first transition that holds leads, None while none does. Raises PlanError where none ever will."""
+        for condition, destination in node.transitions:
+            if condition.holds(self._latest, done):
+                return destination
+        if done and node.transitions:
+            raise PlanError(f"{node.name}: done, and the condition of no transition holds")
+        return FINISH if done else None
+
+    async def _prepare(self, script: Script, request: imc.PlanControl) -> Outlook:
+        """The plan of a request, checked. Raises PlanError."""
+        plan = await self._plan(script, request)
+        fuel = self._fuel if self.fuel_prediction else None
+        return self._preflight.check(plan, self._supported, self._position, fuel, self.now)
+
+    async def _plan(self, script: Script, request: imc.PlanControl) -> imc.PlanSpecification:
+        if isinstance(request.arg, imc.PlanSpecification):
+            return request.arg
+        if request.arg is not None:
+            name = type(request.arg).__name__
+            quick = imc.PlanManeuver(maneuver_id=name, data=request.arg)
+            return imc.PlanSpecification(plan_id=request.plan_id or name, start_man_id=name, maneuvers=(quick,))
+        if not request.plan_id:
+            raise PlanError("undefined plan id")
+        self._requests += 1
+        number = self._requests & 0xFFFF
+        ask = imc.PlanDB(op=imc.PlanDB.Op.GET, request_id=number, plan_id=request.plan_id, dst=self.system)
+        self.publish(ask)
+        try:
+            reply = await script.hear(
+                imc.PlanDB,
+                where=lambda m: m.type != imc.PlanDB.Type.REQUEST and m.op == ask.op and m.request_id == number,
+                timeout=DATABASE_PATIENCE,
+            )
+        except TimeoutError:
+            raise PlanError("failed loading from DB: no answer") from None
+        if isinstance(reply.arg, imc.PlanSpecification):
+            return reply.arg
+        raise PlanError(reply.info if reply.info == "undefined plan" else f"failed loading from DB: {reply.info}")
+
+    def _command(self, flight: Flight, command: Command, **fields: object) -> None:
+        self._requests += 1
+        flight.commanding = True
+        request_id = self._requests & 0xFFFF
+        self.publish(imc.VehicleCommand(command=command, request_id=request_id).replace(**fields))
+
+    async def _reply(self, inbox: Inbox, flight: Flight) -> None:
+        """Wait for the supervisor's answer to the last command. Raises PlanError for a refusal, and for none."""
+        deadline = self.now + PATIENCE
+        while True:
+            try:
+                reply = await inbox.next(max(0.0, deadline - self.now))
+            except TimeoutError:
+                raise PlanError("vehicle command timeout") from None
+            if isinstance(reply, imc.VehicleCommand) and reply.request_id == self._requests & 0xFFFF:
+                if reply.type == imc.VehicleCommand.Type.FAILURE:
+                    raise PlanError(reply.info)
+                if reply.type == imc.VehicleCommand.Type.SUCCESS:
+                    flight.commanding = False
+                    return
+
+    def _fail(self, flight: Flight, reason: str, *, command: bool = True) -> None:
+        if command and flight.actions is not None:
+            self._command(flight, Command.STOP_MANEUVER)
+        self._end(flight, Outcome.FAILURE)
+        self.log.error(reason)
+        self._answer(flight.request, Type.FAILURE, reason, flight.statistics)
+        self._enter(Phase.READY)
+
+    def _end(self, flight: Flight, outcome: Outcome) -> None:
+        """End actions, statistics and the log of a plan that is over."""
+        self._flight, self._outcome = None, outcome
+        if flight.script is not None:
+            flight.script.cancel()
+        self._watch(None)
+        if flight.actions is None:
+            return
+        if outcome is Outcome.FAILURE:
+            flight.leave(self.now)
+        flight.actions.end()
+        self.publish(flight.result(self._plan_id, self.now))
+        self.publish(imc.LoggingControl(op=imc.LoggingControl.Op.REQUEST_START))
+
+    def _watch(self, graph: Graph | None) -> None:
+        """Keep the latest of each message that the conditions of a plan look at."""
+        for subscription in self._watched:
+            self._bus.remove(subscription)
+        self._latest.clear()
+        kinds = sorted(graph.kinds if graph else (), key=lambda kind: kind.ID)
+        self._watched = [Subscription(kind, self._note, self) for kind in kinds]
+        for subscription in self._watched:
+            self._bus.subscribe(subscription)
+
+    def _note(self, message: imc.Message) -> None:
+        self._latest[type(message)] = message
+
+    def _lead(self, label: str) -> float:
+        entity = self.vehicle.entities.find(label)
+        return 0.0 if entity is None else self._leads.get(entity.id, float(entity.activation_time))
+
+    def _is_generator(self, request: imc.PlanControl) -> bool:
+        label = self.vehicle.entities.label(self.system, request.src_ent)
+        return request.src == self.system and label == self.plan_generator_entity_label
+
+    def _succeed(self, flight: Flight, info: str) -> None:
+        flight.info = info
+        self.log.info(f"reply -- Start Plan ({self._plan_id}) -- {info}")
+        self._answer(flight.request, Type.SUCCESS, info, flight.statistics)
+
+    def _refuse(self, request: imc.PlanControl, info: str) -> None:
+        self.log.error(f"{self.vehicle.systems.name(request.src)}: {info}")
+        self._answer(request, Type.FAILURE, info)
+
+    def _answer(
+        self, request: imc.PlanControl, kind: Type, info: str, arg: imc.Message | None = None, plan_id: str = ""
+    ) -> None:
+        self.reply(
+            request,
+            imc.PlanControl(
+                type=kind,
+                op=request.op,
+                request_id=request.request_id,
+                plan_id=plan_id or request.plan_id,
+                flags=request.flags,
+                arg=arg,
+                info=info,
+            ),
+        )
+
+    def _enter(self, phase: Phase) -> None:
+        changed = phase is not self._phase
+        self._phase = phase
+        if changed:
+            self._tell()
+
+    def _tell(self) -> None:
+        flight = self._flight
+        node = flight.node if flight is not None else None
+        left = flight.left(self._vehicle, self.now) if flight is not None else 0.0
+        progress = flight.advance(left) if flight is not None and self.compute_progress else -1.0
+        self.publish(
+            imc.PlanControlState(
+                state=self._phase,
+                plan_id=self._plan_id,
+                plan_eta=int(min(left, 2**31 - 1)) if math.isfinite(left) else UNKNOWN,
+                plan_progress=progress,
+                man_id=node.name if node is not None else "",
+                man_type=node.maneuver.ID if node is not None else NOTHING,
+                man_eta=flight.maneuver_eta(self._vehicle) if flight is not None else 0,
+                last_outcome=self._outcome,
+            )
+        )

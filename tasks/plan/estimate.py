@@ -1,0 +1,125 @@
+"""What the maneuvers of a plan will take: time, distance and energy."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import imc
+from imc.coordinates import displace, displacement
+from imc.patterns import rows, swath
+
+Position = tuple[float, float]  # latitude, longitude (rad)
+CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward speed
+CRUISE = 1.0  # m/s, of maneuvers that have no speed of their own
+
+
+@dataclass(frozen=True)
+class Powertrain:
+    """Speeds (m/s), propeller speeds (rpm), actuations (%) and powers (W) that belong together, and the hotel load.
+
+    The first three are one table, the last two another. A point counts as reached `ahead` s before it.
+    """
+
+    speeds: Sequence[float] = (0.0, 1.0)
+    rpms: Sequence[float] = (0.0, 1000.0)
+    actuations: Sequence[float] = (0.0, 100.0)
+    power_rpms: Sequence[float] = (0.0, 1.0)
+    powers: Sequence[float] = (0.0, 0.0)
+    hotel: float = 0.0
+    ahead: float = 5.0
+
+    def speed(self, value: float, units: int) -> float:
+        """A speed of any unit in m/s."""
+        if units == imc.SpeedUnits.METERS_PS:
+            return value
+        return interpolate(value, self.rpms if units == imc.SpeedUnits.RPM else self.actuations, self.speeds)
+
+    def power(self, speed: float) -> float:
+        """Power (W) of the propulsion at a speed (m/s)."""
+        return interpolate(interpolate(speed, self.speeds, self.rpms), self.power_rpms, self.powers)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """`seconds` of a maneuver (infinite without end, NaN where unknown), `moving` of them with propulsion at `speed`.
+
+    `distance` is its length over ground, `longest` its longest straight leg (m); `end` is where the vehicle is then.
+    """
+
+    seconds: float = math.nan
+    moving: float = 0.0
+    speed: float = 0.0
+    distance: float = 0.0
+    longest: float = 0.0
+    end: Position | None = None
+
+
+def estimate(maneuver: imc.Message, start: Position | None, train: Powertrain, now: float) -> Estimate:
+    """What a maneuver takes from `start`; without it the way there is left out."""
+    speed = train.speed(getattr(maneuver, "speed", CRUISE), getattr(maneuver, "speed_units", 0))
+    duration = float(getattr(maneuver, "duration", 0))
+    endless = duration or math.inf
+    if isinstance(maneuver, imc.IdleManeuver):
+        return Estimate(endless, end=start)
+    if isinstance(maneuver, imc.Teleoperation | imc.FollowReference):
+        return Estimate(math.inf, end=start)
+    corners = _corners(maneuver)
+    if not corners or speed <= 0.0:
+        return Estimate(end=start)
+    legs = [_distance(*leg) for leg in pairwise(([start] if start else []) + corners)]
+    travel = sum(max(0.0, leg / speed - train.ahead) for leg in legs)
+    waiting = 0.0
+    if isinstance(maneuver, imc.StationKeeping | imc.Loiter):
+        waiting = endless
+    elif isinstance(maneuver, imc.YoYo):
+        travel /= max(0.1, math.cos(maneuver.pitch))
+    elif isinstance(maneuver, imc.Elevator):
+        travel += abs(maneuver.end_z - maneuver.start_z) / (speed * CLIMB)
+    elif isinstance(maneuver, imc.PopUp):
+        travel += 2.0 * abs(maneuver.z) / (speed * CLIMB)
+        waiting = duration
+    elif isinstance(maneuver, imc.ScheduledGoto):
+        travel = max(travel, maneuver.arrival_time - now)
+    moving = travel + (waiting if isinstance(maneuver, imc.Loiter) and math.isfinite(waiting) else 0.0)
+    return Estimate(travel + waiting, moving, speed, sum(legs), max(legs, default=0.0), corners[-1])
+
+
+def interpolate(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
+    """Piecewise linear through the points, and on beyond the last two."""
+    at = min(max(1, bisect_right(xs, x)), len(xs) - 1)
+    x0, x1, y0, y1 = xs[at - 1], xs[at], ys[at - 1], ys[at]
+    return y0 + (x - x0) * (y1 - y0) / (x1 - x0) if x1 != x0 else y0
+
+
+def _corners(maneuver: imc.Message) -> list[Position]:
+    """Where a maneuver goes; empty for one that goes nowhere. Raises ValueError for rows that are none."""
+    if not hasattr(maneuver, "lat"):
+        return []
+    lat, lon = float(getattr(maneuver, "lat")), float(getattr(maneuver, "lon"))  # noqa: B009
+    offsets: Iterable[tuple[float, float]] = [(0.0, 0.0)]
+    if isinstance(maneuver, imc.FollowPath):
+        offsets = [(point.x, point.y) for point in maneuver.points if isinstance(point, imc.PathPoint)]
+    elif isinstance(maneuver, imc.Rows | imc.RowsCoverage):
+        if isinstance(maneuver, imc.Rows):
+            step, alternation = maneuver.hstep, maneuver.alternation / 100.0
+        else:
+            step, alternation = swath(maneuver.angaperture, maneuver.range, maneuver.overlap / 100.0), 1.0
+        offsets = rows(
+            bearing=maneuver.bearing,
+            cross_angle=maneuver.cross_angle,
+            width=maneuver.width,
+            length=maneuver.length,
+            step=step,
+            overshoot=maneuver.coff,
+            alternation=alternation,
+            square=bool(maneuver.flags & imc.Rows.Flags.SQUARE_CURVE),
+            right=bool(maneuver.flags & imc.Rows.Flags.CURVE_RIGHT),
+        )
+    return [displace(lat, lon, 0.0, north, east)[:2] for north, east in offsets]
+
+
+def _distance(start: Position, end: Position) -> float:
+    north, east, _ = displacement(*start, 0.0, *end, 0.0)
+    return math.hypot(north, east)

@@ -1,0 +1,96 @@
+"""A plan in execution: who asked for it, what is expected of it, and how far it has come."""
+
+import math
+from dataclasses import dataclass, field
+
+import imc
+from runtime import Script
+from tasks.plan.actions import PlanActions
+from tasks.plan.graph import Node
+from tasks.plan.outlook import Outlook, tuples
+
+UNKNOWN_ETA = 0xFFFF
+UNKNOWN = -1
+REPEATED = 2.0  # s within which the same request is the same
+
+
+@dataclass
+class Flight:
+    """One START, from its request on; what is None is not known yet. Times are in s."""
+
+    request: imc.PlanControl
+    began: float
+    script: Script | None = None
+    outlook: Outlook | None = None
+    actions: PlanActions | None = None
+    statistics: imc.PlanStatistics | None = None
+    node: Node | None = None
+    node_began: float = 0.0
+    durations: dict[str, float] = field(default_factory=dict[str, float])
+    commanding: bool = False
+    info: str = ""
+    progress: float = -1.0
+
+    def is_repeated(self, request: imc.PlanControl, now: float) -> bool:
+        """Whether a request came twice on its way: the plan that it started goes on."""
+        same = request.replace(timestamp=self.request.timestamp) == self.request
+        return same and bool(self.info) and now - self.began < REPEATED
+
+    def enter(self, node: Node, now: float) -> None:
+        """A maneuver begins."""
+        self.node, self.node_began = node, now
+        if self.actions is not None:
+            self.actions.enter(node)
+
+    def leave(self, now: float) -> None:
+        """The maneuver ends."""
+        if self.node is not None:
+            self.durations[f"Maneuver {self.node.name}"] = now - self.node_began
+            if self.actions is not None:
+                self.actions.leave(self.node)
+
+    def maneuver_eta(self, vehicle: imc.VehicleState | None) -> int:
+        """What the maneuver says of the time that it still takes, UNKNOWN where it does not."""
+        if self.node is None or vehicle is None or vehicle.maneuver_stime < self.node_began - 1e-6:
+            return UNKNOWN
+        return UNKNOWN if vehicle.maneuver_eta == UNKNOWN_ETA else vehicle.maneuver_eta
+
+    def maneuver_left(self, vehicle: imc.VehicleState | None, now: float) -> float:
+        """Time that the maneuver still takes: what it says, not more than was expected."""
+        if self.node is None or self.outlook is None:
+            return math.nan
+        expected = self.outlook.estimates.get(self.node.name)
+        duration = math.nan if expected is None else expected.seconds
+        eta = self.maneuver_eta(vehicle)
+        if math.isnan(duration):
+            return duration if eta == UNKNOWN else float(eta)
+        return max(0.0, duration - (now - self.node_began)) if eta == UNKNOWN else min(float(eta), duration)
+
+    def left(self, vehicle: imc.VehicleState | None, now: float) -> float:
+        """Time that the plan still takes; NaN where unknown, infinite without end."""
+        if self.outlook is None:
+            return math.nan
+        if self.node is None:
+            return self.outlook.seconds
+        if self.outlook.graph.cyclical:
+            return math.inf
+        return self.maneuver_left(vehicle, now) + self.outlook.following(self.node.name)
+
+    def advance(self, left: float) -> float:
+        """The progress in percent with so much time left; it never goes back. -1 where it is unknown."""
+        total = math.nan if self.outlook is None else self.outlook.seconds + self.outlook.calibration
+        if math.isfinite(left) and math.isfinite(total) and total > 0.0 and self.node is not None:
+            self.progress = max(self.progress, 100.0 * min(1.0, max(0.0, 1.0 - left / total)))
+        return self.progress
+
+    def foresee(self, vehicle: imc.VehicleState | None, now: float) -> None:
+        """Activate what comes in time."""
+        if self.outlook is not None and self.actions is not None and self.node is not None:
+            estimates, left = self.outlook.estimates, self.maneuver_left(vehicle, now)
+            self.actions.foresee(self.node.name, left, lambda name: estimates[name].seconds)
+
+    def result(self, plan_id: str, now: float) -> imc.PlanStatistics:
+        """What it took in the end."""
+        kind = imc.PlanStatistics.Type.POSTPLAN
+        durations = {**self.durations, "Total": now - self.began}
+        return imc.PlanStatistics(plan_id=plan_id, type=kind, durations=tuples(durations, 1))

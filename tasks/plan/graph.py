@@ -1,0 +1,126 @@
+"""A plan as a graph of maneuvers, checked."""
+
+import math
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, field
+
+import imc
+from tasks.plan.conditions import Condition, parse_condition
+
+FINISH = "_done_"
+Actions = tuple[imc.Message | None, ...]
+
+
+class PlanError(ValueError):
+    """A plan cannot be executed; the text says why."""
+
+
+@dataclass
+class Node:
+    """A maneuver of a plan and the transitions that leave it, in their order; the destination FINISH ends the plan."""
+
+    name: str
+    maneuver: imc.Message
+    start_actions: Actions
+    end_actions: Actions
+    transitions: list[tuple[Condition, str]] = field(default_factory=list[tuple[Condition, str]])
+
+
+@dataclass
+class Graph:
+    """The maneuvers of a plan by name, the first being `start`."""
+
+    plan: imc.PlanSpecification
+    nodes: dict[str, Node]
+    start: str
+
+    def chain(self, name: str) -> Iterator[Node]:
+        """The maneuvers from `name` on, each by the first transition of the one before, until one comes again."""
+        seen: set[str] = set()
+        while name in self.nodes and name not in seen:
+            seen.add(name)
+            node = self.nodes[name]
+            yield node
+            name = node.transitions[0][1] if node.transitions else FINISH
+
+    @property
+    def cyclical(self) -> bool:
+        """Whether the first transitions lead back to a maneuver."""
+        *_, last = self.chain(self.start)
+        return bool(last.transitions) and last.transitions[0][1] in self.nodes
+
+    @property
+    def kinds(self) -> set[type[imc.Message]]:
+        """The messages that conditions look at."""
+        return {kind for node in self.nodes.values() for c, _ in node.transitions for kind in c.kinds}
+
+
+def parse(plan: imc.PlanSpecification, supported: Collection[int], deepest: float) -> Graph:
+    """The graph of a plan of `supported` maneuvers (ids) above `deepest` (m). Raises PlanError."""
+    if not plan.maneuvers:
+        raise PlanError(f"{plan.plan_id}: no maneuvers")
+    nodes: dict[str, Node] = {}
+    for item in plan.maneuvers:
+        if not isinstance(item, imc.PlanManeuver):
+            raise PlanError(f"{plan.plan_id}: {_name(item)} is not a PlanManeuver")
+        name, maneuver = item.maneuver_id, item.data
+        if name in nodes:
+            raise PlanError(f"{name}: maneuver id is used twice")
+        if maneuver is None:
+            raise PlanError(f"{name}: actual maneuver not specified")
+        if maneuver.ID not in supported:
+            raise PlanError(f"{name}: maneuver is not supported")
+        _check_fields(name, maneuver, deepest)
+        nodes[name] = Node(name, maneuver, item.start_actions, item.end_actions)
+    if plan.start_man_id not in nodes:
+        raise PlanError(f"{plan.start_man_id}: invalid start maneuver")
+    reached = {plan.start_man_id}
+    for item in plan.transitions:
+        if not isinstance(item, imc.PlanTransition):
+            raise PlanError(f"{plan.plan_id}: {_name(item)} is not a PlanTransition")
+        for name in (item.source_man, item.dest_man):
+            if name not in nodes and not (name == FINISH and name == item.dest_man):
+                raise PlanError(f"invalid maneuver id '{name}'")
+        try:
+            condition = parse_condition(item.conditions)
+        except ValueError as error:
+            raise PlanError(f"{item.source_man}: condition {item.conditions!r}: {error}") from None
+        nodes[item.source_man].transitions.append((condition, item.dest_man))
+        reached.add(item.dest_man)
+    for name in nodes:
+        if name not in reached:
+            raise PlanError(f"{name}: maneuver has no incoming transition and it's not the initial maneuver")
+    return Graph(plan, nodes, plan.start_man_id)
+
+
+def depths(maneuver: imc.Message) -> Iterator[float]:
+    """The depths (m) to which a maneuver goes."""
+    depth = imc.ZUnits.DEPTH
+    reach = maneuver.amplitude if isinstance(maneuver, imc.YoYo) else 0.0
+    points: Iterable[object] = getattr(maneuver, "points", ())
+    for name in ("z", "start_z", "end_z", "travel_z"):
+        if getattr(maneuver, f"{name}_units", None) == depth:
+            z = getattr(maneuver, name)
+            yield z + reach
+            yield from (z + point.z for point in points if isinstance(point, imc.PathPoint))
+
+
+def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:
+    for item in imc.fields(type(maneuver)):
+        value = getattr(maneuver, item.name)
+        if isinstance(value, float) and not math.isfinite(value):
+            raise PlanError(f"{name}: {item.name} is not a number")
+    points: Iterable[object] = getattr(maneuver, "points", ())
+    for number, point in enumerate(points):
+        if not isinstance(point, imc.PathPoint) or not all(map(math.isfinite, (point.x, point.y, point.z))):
+            raise PlanError(f"{name}: point {number} is not a position")
+    for coordinate, limit in (("lat", math.pi / 2), ("lon", math.pi)):
+        value = getattr(maneuver, coordinate, 0.0)
+        if abs(value) > limit:
+            raise PlanError(f"{name}: {coordinate} {math.degrees(value):g}° is out of range")
+    if any(z > deepest for z in depths(maneuver)):
+        raise PlanError(f"{name}: maneuver depth beyond limits")
+
+
+def _name(message: imc.Message | None) -> str:
+    return "nothing" if message is None else type(message).__name__

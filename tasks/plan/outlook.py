@@ -1,0 +1,90 @@
+"""What is known of a plan before it begins: its durations, its energy, and what speaks against it."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import imc
+from tasks.plan.estimate import Estimate, Position, Powertrain, estimate
+from tasks.plan.graph import Graph, PlanError
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """Estimates by maneuver, along the first transitions from the start."""
+
+    graph: Graph
+    estimates: Mapping[str, Estimate]
+    energy: float  # J
+    hotel: float  # J, of it
+    calibration: float = 0.0  # s
+
+    @property
+    def seconds(self) -> float:
+        """Duration of the plan without calibration; infinite without end, NaN where unknown."""
+        return math.inf if self.graph.cyclical else sum(e.seconds for e in self.estimates.values())
+
+    def following(self, name: str) -> float:
+        """Duration (s) of what comes after a maneuver."""
+        _, *later = self.graph.chain(name)
+        return sum(self.estimates[node.name].seconds if node.name in self.estimates else math.nan for node in later)
+
+    def statistics(self, capacity: float) -> imc.PlanStatistics:
+        """As a message; `capacity` (J) is what the fuel is given in percent of, 0 leaves it out."""
+        total = self.seconds
+        durations = {"Total": total + self.calibration, "Execution": total, "Calibration": self.calibration}
+        durations |= {f"Maneuver {name}": e.seconds for name, e in self.estimates.items()}
+        kinds = imc.PlanStatistics.Properties
+        properties = (kinds.CYCLICAL if self.graph.cyclical else 0) | (kinds.INFINITE if math.isinf(total) else 0)
+        if any(len(node.transitions) > 1 for node in self.graph.nodes.values()):
+            properties |= kinds.NONLINEAR
+        fuel = {"Total": self.energy, "Hotel": self.hotel, "Motion": self.energy - self.hotel}
+        shares = {name: 100.0 * value / capacity for name, value in fuel.items()} if capacity else {}
+        distances = {f"Maneuver {name}": e.distance for name, e in self.estimates.items()}
+        return imc.PlanStatistics(
+            plan_id=self.graph.plan.plan_id,
+            properties=properties,
+            durations=tuples(durations, 1),
+            distances=tuples({"Total": sum(distances.values()), **distances}, 1),
+            fuel=tuples(shares, 2),
+        )
+
+
+def foresee(graph: Graph, start: Position | None, train: Powertrain, now: float) -> Outlook:
+    """Estimate a plan from `start`. Raises PlanError for a geometry that cannot be followed."""
+    estimates: dict[str, Estimate] = {}
+    position = start
+    chain = {node.name: node for node in graph.chain(graph.start)}
+    for node in (chain | graph.nodes).values():
+        try:
+            found = estimate(node.maneuver, position, train, now)
+        except ValueError as error:
+            raise PlanError(f"{node.name}: {error}") from None
+        if len(estimates) < len(chain):
+            estimates[node.name], position = found, found.end
+    finite = [e for e in estimates.values() if math.isfinite(e.seconds)]
+    hotel = train.hotel * sum(e.seconds for e in finite)
+    motion = sum(e.moving * train.power(e.speed) for e in finite)
+    return Outlook(graph, estimates, hotel + motion, hotel)
+
+
+def objections(outlook: Outlook, longest_leg: float, energy: float | None) -> Iterator[str]:
+    """What speaks against a plan: legs longer than `longest_leg` (m), more than the `energy` (J) there is."""
+    for name, node in outlook.graph.nodes.items():
+        maneuver, e = node.maneuver, outlook.estimates.get(name)
+        if e is not None and e.longest > longest_leg:
+            yield f"{name}: a leg of {e.longest / 1000.0:.1f} km is longer than {longest_leg / 1000.0:g} km"
+        if hasattr(maneuver, "speed") and getattr(maneuver, "speed") <= 0.0:  # noqa: B009
+            yield f"{name}: speed must be above 0"
+        if isinstance(maneuver, imc.YoYo) and not (maneuver.amplitude > 0.0 and maneuver.pitch > 0.0):
+            yield f"{name}: amplitude and pitch must be above 0"
+        if isinstance(maneuver, imc.FollowPath) and not maneuver.points:
+            yield f"{name}: path has no points"
+    if energy is not None and outlook.energy > energy:
+        needed, left = outlook.energy / 3600.0, energy / 3600.0
+        yield f"the plan needs {needed:.0f} W h and the battery has {left:.0f} W h"
+
+
+def tuples(values: Mapping[str, float], digits: int) -> str:
+    """IMC's text of named values: "Total=228.3,Execution=228.3"; values that are not finite are left out."""
+    return ",".join(f"{name}={value:.{digits}f}" for name, value in values.items() if math.isfinite(value))

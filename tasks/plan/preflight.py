@@ -1,0 +1,76 @@
+"""The check of a plan before it starts."""
+
+import math
+from collections.abc import Callable, Collection
+
+import imc
+from imc.coordinates import absolute
+from runtime.parameters import ParameterError
+from tasks.plan.estimate import Powertrain
+from tasks.plan.graph import PlanError, parse
+from tasks.plan.outlook import Outlook, foresee, objections
+
+Value = Callable[[str], str]
+
+
+class Preflight:
+    """Knows the vehicle's limits from the section General of its profile; `value` gives its options.
+
+    `hotel` is the power (W) without propulsion, `longest_leg` in m. Raises ParameterError for an option that is wrong.
+    """
+
+    def __init__(self, value: Value, hotel: float, longest_leg: float):
+        usual = Powertrain()
+        self.deepest = _number(value, "Absolute Maximum Depth", math.inf)
+        self.capacity = 3600.0 * _number(value, "Battery Capacity", 0.0)  # J
+        self._longest_leg = longest_leg
+        self._train = Powertrain(
+            _table(value, "Speed Conversion -- MPS") or usual.speeds,
+            _table(value, "Speed Conversion -- RPM") or usual.rpms,
+            _table(value, "Speed Conversion -- Actuation") or usual.actuations,
+            _table(value, "Power Model -- Conversion - RPM") or usual.power_rpms,
+            _table(value, "Power Model -- Conversion - Watt") or usual.powers,
+            hotel,
+            _number(value, "Time Of Arrival Factor", usual.ahead),
+        )
+        if not len(self._train.speeds) == len(self._train.rpms) == len(self._train.actuations):
+            raise ParameterError("Speed Conversion -- MPS", "has not as many values as RPM and Actuation")
+        if len(self._train.power_rpms) != len(self._train.powers):
+            raise ParameterError("Power Model -- Conversion - RPM", "has not as many values as Watt")
+
+    def check(
+        self,
+        plan: imc.PlanSpecification,
+        supported: Collection[int],
+        state: imc.EstimatedState | None,
+        fuel: float | None,
+        now: float,
+    ) -> Outlook:
+        """What a plan will take from where the vehicle is, with so much `fuel` (%). Raises PlanError against it."""
+        graph = parse(plan, supported, self.deepest)
+        position = absolute(state)[:2] if state is not None else None
+        outlook = foresee(graph, position, self._train, now)
+        energy = self.capacity * fuel / 100.0 if fuel is not None and self.capacity else None
+        for reason in objections(outlook, self._longest_leg, energy):
+            raise PlanError(reason)
+        return outlook
+
+
+def _number(value: Value, option: str, default: float) -> float:
+    text = value(option)
+    try:
+        return float(text) if text else default
+    except ValueError:
+        raise ParameterError(option, f"{text!r} is not a number") from None
+
+
+def _table(value: Value, option: str) -> list[float]:
+    """Two or more numbers that rise; empty where there are none."""
+    text = value(option)
+    try:
+        table = [float(word) for word in text.split(",")] if text else []
+    except ValueError:
+        raise ParameterError(option, f"{text!r} are not numbers") from None
+    if table and (len(table) < 2 or sorted(table) != table):
+        raise ParameterError(option, "needs two numbers or more that rise")
+    return table

@@ -1,0 +1,142 @@
+"""The table of plans: SQLite, in a file or in memory."""
+
+import sqlite3
+from collections.abc import Iterator
+from hashlib import md5
+from pathlib import Path
+from typing import NamedTuple
+
+import imc
+
+HEADER, FOOTER = 20, 2  # bytes around the fields in a packet
+_SCHEMA = """
+CREATE TABLE IF NOT EXISTS Plan (
+    plan_id TEXT PRIMARY KEY, change_time REAL, change_sid INTEGER, change_sname TEXT, md5 BLOB, data BLOB);
+CREATE TABLE IF NOT EXISTS LastChange (change_time REAL, change_sid INTEGER, change_sname TEXT);
+"""
+
+
+class Change(NamedTuple):
+    """Who changed something, and when (s since 1970 UTC)."""
+
+    time: float = -1.0
+    system: int = 0xFFFF
+    name: str = ""
+
+
+class Stored(NamedTuple):
+    """A plan: `data` are the serialised fields of its PlanSpecification, `md5` is their digest."""
+
+    plan_id: str
+    change: Change
+    md5: bytes
+    data: bytes
+
+    def information(self) -> imc.PlanDBInformation:
+        return imc.PlanDBInformation(
+            plan_id=self.plan_id,
+            plan_size=len(self.data),
+            change_time=self.change.time,
+            change_sid=self.change.system,
+            change_sname=self.change.name,
+            md5=self.md5,
+        )
+
+    def specification(self) -> imc.PlanSpecification:
+        """Raises imc.DecodeError where the file has been tampered with."""
+        empty = imc.encode(imc.PlanSpecification())
+        size = len(self.data).to_bytes(2, "little")
+        draft = empty[:4] + size + empty[6:HEADER] + self.data + bytes(FOOTER)
+        found = imc.decode(imc.with_header(draft))
+        if not isinstance(found, imc.PlanSpecification):
+            raise imc.DecodeError("not a PlanSpecification")
+        return found
+
+
+def fields_of(plan: imc.PlanSpecification) -> bytes:
+    """The serialised fields, little-endian: what the digest of a plan is made of."""
+    return imc.encode(plan)[HEADER:-FOOTER]
+
+
+class PlanStore:
+    """Plans by id. `path` None keeps them in memory. Raises sqlite3.Error where the file is none of ours."""
+
+    def __init__(self, path: Path | None):
+        if path is not None:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        self._base = sqlite3.connect(path or ":memory:", check_same_thread=False)
+        self._base.executescript(_SCHEMA)
+        self._base.execute("SELECT plan_id, change_time, change_sid, change_sname, md5, data FROM Plan LIMIT 1")
+
+    def close(self) -> None:
+        self._base.close()
+
+    def get(self, plan_id: str) -> Stored | None:
+        return next(self._select("WHERE plan_id = ?", plan_id), None)
+
+    def all(self) -> list[Stored]:
+        """All plans by id."""
+        return list(self._select("ORDER BY plan_id"))
+
+    def set(self, plan: imc.PlanSpecification, change: Change) -> tuple[Stored, bool]:
+        """Keep a plan; the plan as it is stored, and whether there was none of this id."""
+        data = fields_of(plan)
+        stored = Stored(plan.plan_id, change, md5(data, usedforsecurity=False).digest(), data)
+        new = self.get(plan.plan_id) is None
+        with self._base:
+            self._base.execute(
+                "INSERT OR REPLACE INTO Plan VALUES (?, ?, ?, ?, ?, ?)", (_key(plan.plan_id), *change, *stored[2:])
+            )
+            self._changed(change)
+        return stored, new
+
+    def delete(self, plan_id: str, change: Change) -> bool:
+        """Whether there was such a plan."""
+        with self._base:
+            gone = self._base.execute("DELETE FROM Plan WHERE plan_id = ?", (_key(plan_id),)).rowcount > 0
+            if gone:
+                self._changed(change)
+        return gone
+
+    def clear(self, change: Change) -> None:
+        with self._base:
+            self._base.execute("DELETE FROM Plan")
+            self._changed(change)
+
+    def state(self, *, with_plans: bool = True) -> imc.PlanDBState:
+        """The last change, all plans and the digest of their digests in the order of their ids."""
+        plans = self.all()
+        row = self._base.execute("SELECT change_time, change_sid, change_sname FROM LastChange").fetchone()
+        last = Change(*row) if row else Change()
+        digest = md5(b"".join(plan.md5 for plan in plans), usedforsecurity=False).digest()
+        return imc.PlanDBState(
+            plan_count=len(plans),
+            plan_size=sum(len(plan.data) for plan in plans),
+            change_time=last.time,
+            change_sid=last.system,
+            change_sname=last.name,
+            md5=digest,
+            plans_info=tuple(plan.information() for plan in plans) if with_plans else (),
+        )
+
+    def _select(self, clause: str, *plan_id: str) -> Iterator[Stored]:
+        query = f"SELECT plan_id, change_time, change_sid, change_sname, md5, data FROM Plan {clause}"
+        for key, time, system, name, digest, data in self._base.execute(query, tuple(map(_key, plan_id))):
+            yield Stored(_text(key), Change(time, system, name), bytes(digest), bytes(data))
+
+    def _changed(self, change: Change) -> None:
+        self._base.execute("DELETE FROM LastChange")
+        self._base.execute("INSERT INTO LastChange VALUES (?, ?, ?)", change)
+
+
+def _key(plan_id: str) -> str | bytes:
+    """Text where it is text; ids that are not UTF-8 are kept as bytes."""
+    raw = plan_id.encode(errors="surrogateescape")
+    try:
+        return raw.decode()
+    except UnicodeDecodeError:
+        return raw
+
+
+def _text(key: str | bytes) -> str:
+    return key.decode(errors="surrogateescape") if isinstance(key, bytes) else key

@@ -1,0 +1,1 @@
+"""Supervision: the mode of the vehicle."""

@@ -1,0 +1,82 @@
+"""Begins and stops maneuvers one after the other: the next is asked for when the last has answered."""
+
+from collections import deque
+from collections.abc import Callable
+
+import imc
+from runtime import Task
+from runtime.kernel import Timer
+
+Phase = imc.ManeuverControlState.State
+
+
+class Starter:
+    """Publishes StopManeuver and maneuvers for a task, each when the one before has been answered.
+
+    `heard` is told what maneuvers say. What nobody answers within `timeout` (s) is given up: `unanswered` gets the
+    maneuver.
+    """
+
+    def __init__(self, task: Task, timeout: float, unanswered: Callable[[imc.Message], object]):
+        self._task = task
+        self._timeout = timeout
+        self._unanswered = unanswered
+        self._queue: deque[imc.Message] = deque()
+        self._pending: imc.Message | None = None
+        self._running = False
+        self._timer: Timer | None = None
+
+    def start(self, maneuver: imc.Message) -> None:
+        """Stop what runs, then begin; a maneuver that still waits for its turn is dropped."""
+        self.stop()
+        self._queue.append(maneuver)
+        self._next()
+
+    def stop(self) -> None:
+        self._queue.clear()
+        self._queue.append(imc.StopManeuver())
+        self._next()
+
+    def heard(self, report: imc.ManeuverControlState) -> bool:
+        """Whether the report is of the maneuver that was begun last, and not of one that is being stopped."""
+        if report.state == Phase.EXECUTING:
+            if self._pending is None or isinstance(self._pending, imc.StopManeuver):
+                return self._pending is None and self._running
+            self._running = True
+        elif isinstance(self._pending, imc.StopManeuver):
+            self._running = False
+            self._answered()
+            return False
+        elif self._pending is not None:
+            return False
+        else:
+            was_running, self._running = self._running, False
+            return was_running and report.state != Phase.STOPPED
+        self._answered()
+        return True
+
+    def _answered(self) -> None:
+        self._pending = None
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self._next()
+
+    def _next(self) -> None:
+        while self._queue and self._pending is None:
+            message = self._queue.popleft()
+            if isinstance(message, imc.StopManeuver) and not self._running:
+                continue
+            self._pending = message
+            self._timer = self._task.after(self._timeout, self._late)
+            self._task.publish(message)
+
+    def _late(self) -> None:
+        message, self._pending, self._timer = self._pending, None, None
+        if message is None:
+            return
+        self._task.log.error(f"no maneuver answers {type(message).__name__} within {self._timeout:g} s")
+        self._running = False
+        if not isinstance(message, imc.StopManeuver):
+            self._unanswered(message)
+        self._next()

@@ -1,0 +1,233 @@
+"""The mode of the vehicle: boot, service, calibration, maneuver, external, error."""
+
+import imc
+from runtime import State, Task, consume, param, periodic
+from runtime.kernel import Timer
+from runtime.task import UNKNOWN_SYSTEM
+from tasks.supervisors.starter import Starter
+
+Mode = imc.VehicleState.OpMode
+Command = imc.VehicleCommand.Command
+Phase = imc.ManeuverControlState.State
+NOBODY = 0xFFFF
+BROADCAST = 0xFFF0
+ALL_LOOPS = 0xFFFFFFFF
+EXTERNAL_AFTER = 2.0  # s with loops enabled that no maneuver has enabled
+NEXT_MANEUVER = 1.0  # s that may pass between two maneuvers
+SHORTEST_CALIBRATION = 15.0  # s
+ROBUST = (Mode.BOOT, Mode.CALIBRATION, Mode.ERROR)  # entity errors change nothing there
+
+
+class Vehicle(Task):
+    """Decides in which mode the vehicle is, and begins and stops maneuvers on behalf of who commands it.
+
+    VehicleState is published at its rate and with every change. A maneuver that no task answers for ends in an error.
+    """
+
+    execution_frequency: float = param(2.0, "Hz", "Rate of VehicleState.", minimum=0.1, maximum=100)
+    allows_external_control: bool = param(False, "", "Control loops may be enabled without a maneuver.")
+    maneuver_handling_timeout: float = param(1.0, "s", "Time for a maneuver to answer.", minimum=0.1)
+    vital_entities: list[str] = param([], "", "Entities whose errors count even where a plan ignores errors.")
+
+    def start(self) -> None:
+        self._mode = Mode.BOOT
+        self._type, self._since, self._eta, self._done = NOBODY, -1.0, NOBODY, False
+        self._loops, self._scope, self._loops_since = 0, 0, self.now
+        self._errors: list[str] = []
+        self._ignore_errors = False
+        self._last_error, self._last_error_time = "", -1.0
+        self._waiting: Timer | None = None
+        self._starter = Starter(self, self.maneuver_handling_timeout, self._unanswered)
+        self.set_entity_state(State.NORMAL, "active")
+
+    @periodic("execution_frequency")
+    def tell(self) -> None:
+        if self._mode is Mode.SERVICE and self._loops and self.now - self._loops_since > EXTERNAL_AFTER:
+            if self.allows_external_control:
+                self._enter(Mode.EXTERNAL)
+            else:
+                self.log.error("control loops are enabled without a maneuver; disabling them")
+                self._scope += 1
+                self._loops = 0
+                disable = imc.ControlLoops.Enable.DISABLE
+                self.publish(imc.ControlLoops(enable=disable, mask=ALL_LOOPS, scope_ref=self._scope))
+        self._publish_state()
+
+    @consume
+    def monitor(self, entities: imc.EntityMonitoringState) -> None:
+        """Leave BOOT and ERROR when all is well; go to ERROR when something is not."""
+        broken = [name for name in entities.cnames.split(",") if name]
+        booting = [name for name in entities.enames.split(",") if name]
+        self._errors = [*broken, *booting]
+        if self._mode in (Mode.BOOT, Mode.ERROR):
+            if not self._errors:
+                self._enter(Mode.SERVICE)
+            elif self._mode is Mode.BOOT and broken and not booting:
+                self._enter(Mode.ERROR)
+        elif self._errors and self._mode not in ROBUST and not self._ignores():
+            self._note(entities.last_error or f"entity errors: {', '.join(self._errors)}")
+            self._reset(Mode.ERROR)
+
+    @consume
+    def watch_loops(self, loops: imc.ControlLoops) -> None:
+        if loops.scope_ref < self._scope:
+            return
+        self._scope = loops.scope_ref
+        before = self._loops
+        self._loops = before | loops.mask if loops.enable else before & ~loops.mask
+        if not before:
+            self._loops_since = self.now
+        if self._mode is Mode.EXTERNAL and not self._loops:
+            self._enter(Mode.SERVICE)
+
+    @consume(others=True)
+    def abort(self, abort: imc.Abort) -> None:
+        """Stop everything, whoever asks; only where it is meant for this vehicle."""
+        if abort.dst != self.system:
+            return
+        system = self.vehicle.systems.name(abort.src)
+        entity = self.vehicle.entities.label(abort.src, abort.src_ent) or str(abort.src_ent)
+        self._note(f"got abort request from system {system} - {abort.src} @ {entity}")
+        self.log.error(self._last_error)
+        self._reset(Mode.ERROR)
+        self.publish(imc.Aborted())
+
+    @consume(others=True)
+    def watch_plans(self, request: imc.PlanControl) -> None:
+        """A plan may be started with errors ignored."""
+        kind = imc.PlanControl
+        if request.type == kind.Type.REQUEST and request.op == kind.Op.START and self._for_us(request):
+            self._ignore_errors = bool(request.flags & kind.Flags.IGNORE_ERRORS)
+
+    @consume(others=True)
+    def obey(self, request: imc.VehicleCommand) -> None:
+        if request.type != imc.VehicleCommand.Type.REQUEST or not self._for_us(request):
+            return
+        if request.command == Command.EXEC_MANEUVER:
+            self._execute(request)
+        elif request.command == Command.STOP_MANEUVER:
+            if self._mode in (Mode.MANEUVER, Mode.CALIBRATION):
+                self._reset(Mode.SERVICE)
+            self._answer(request, "OK")
+        elif request.command == Command.START_CALIBRATION:
+            self._calibrate(request)
+        elif request.command == Command.STOP_CALIBRATION:
+            if self._mode is Mode.CALIBRATION:
+                self._reset(Mode.SERVICE)
+            self._answer(request, "OK")
+        else:
+            self._answer(request, f"no such command: {request.command}", failed=True)
+
+    @consume
+    def follow(self, report: imc.ManeuverControlState) -> None:
+        """Take over what the maneuver says of itself."""
+        if not self._starter.heard(report) or self._mode not in (Mode.MANEUVER, Mode.CALIBRATION):
+            return
+        if report.state == Phase.EXECUTING:
+            self._eta = report.eta
+        elif report.state == Phase.DONE:
+            self._eta, self._done = 0, True
+            if self._mode is Mode.MANEUVER:
+                self._wait(NEXT_MANEUVER, "maneuver request timeout")
+        elif report.state == Phase.ERROR:
+            self._fail(report.info)
+            return
+        self._publish_state()
+
+    def _execute(self, request: imc.VehicleCommand) -> None:
+        if self._mode is Mode.EXTERNAL:
+            self._answer(request, "cannot start a maneuver in EXTERNAL mode", failed=True)
+        elif request.maneuver is None:
+            self._answer(request, "no maneuver given", failed=True)
+        else:
+            self._begin(request.maneuver)
+            self._enter(Mode.MANEUVER)
+            self._answer(request, f"{type(request.maneuver).__name__} maneuver started")
+
+    def _calibrate(self, request: imc.VehicleCommand) -> None:
+        if self._mode is Mode.EXTERNAL:
+            self._answer(request, "cannot calibrate in EXTERNAL mode", failed=True)
+            return
+        self._clear()
+        if request.maneuver is not None:
+            self._begin(request.maneuver)
+        else:
+            self._starter.stop()
+        self.publish(imc.Calibration(duration=request.calib_time))
+        self._wait(1.5 * max(SHORTEST_CALIBRATION, request.calib_time), "calibration timeout")
+        self._enter(Mode.CALIBRATION)
+        self._answer(request, "calibrating vehicle")
+
+    def _begin(self, maneuver: imc.Message) -> None:
+        self._clear()
+        self._type, self._since = maneuver.ID, self.now
+        self._starter.start(maneuver)
+
+    def _clear(self) -> None:
+        if self._waiting is not None:
+            self._waiting.cancel()
+        self._type, self._since, self._eta, self._done, self._waiting = NOBODY, -1.0, NOBODY, False, None
+
+    def _reset(self, mode: Mode) -> None:
+        """Stop the maneuver and idle."""
+        self._clear()
+        self._loops = 0
+        self._starter.start(imc.IdleManeuver())
+        self._enter(mode)
+
+    def _wait(self, seconds: float, reason: str) -> None:
+        """What is waited for is missing after so many seconds."""
+        self._waiting = self.after(seconds, self._missed, reason)
+
+    def _missed(self, reason: str) -> None:
+        self._note(reason)
+        self.log.error(reason)
+        self._reset(Mode.SERVICE)
+
+    def _unanswered(self, maneuver: imc.Message) -> None:
+        if self._mode in (Mode.MANEUVER, Mode.CALIBRATION) and self._type == maneuver.ID:
+            self._fail("no task executes it")
+
+    def _fail(self, reason: str) -> None:
+        name = imc.builtin().by_id(self._type).__name__ if self._type != NOBODY else "unknown"
+        self._note(f"{name} maneuver error: {reason}")
+        self.log.error(self._last_error)
+        self._reset(Mode.SERVICE)
+
+    def _ignores(self) -> bool:
+        return self._ignore_errors and not set(self._errors) & set(self.vital_entities)
+
+    def _note(self, error: str) -> None:
+        self._last_error, self._last_error_time = error, self.now
+
+    def _enter(self, mode: Mode) -> None:
+        if mode is not self._mode:
+            self.log.warning(f"now in '{'MANEUVERING' if mode is Mode.MANEUVER else mode.name}' mode")
+        self._mode = mode
+        self._publish_state()
+
+    def _publish_state(self) -> None:
+        self.publish(
+            imc.VehicleState(
+                op_mode=self._mode,
+                error_count=min(255, len(self._errors)),
+                error_ents=",".join(self._errors),
+                maneuver_type=self._type,
+                maneuver_stime=self._since,
+                maneuver_eta=self._eta,
+                control_loops=self._loops,
+                flags=imc.VehicleState.Flags.MANEUVER_DONE if self._done else 0,
+                last_error=self._last_error,
+                last_error_time=self._last_error_time,
+            )
+        )
+
+    def _for_us(self, request: imc.Message) -> bool:
+        return request.dst in (self.system, UNKNOWN_SYSTEM, BROADCAST)
+
+    def _answer(self, request: imc.VehicleCommand, info: str, *, failed: bool = False) -> None:
+        kind = imc.VehicleCommand.Type.FAILURE if failed else imc.VehicleCommand.Type.SUCCESS
+        if failed:
+            self.log.error(info)
+        answer = imc.VehicleCommand(type=kind, request_id=request.request_id, command=request.command, info=info)
+        self.reply(request, answer)

@@ -1,0 +1,88 @@
+"""Flies plans with the ideal vehicle and all that commands it."""
+
+from pathlib import Path
+
+from ideal_vehicle import IdealVehicle
+
+import imc
+from runtime.testing import simulate
+from tasks.maneuver.follow_path import FollowPath
+from tasks.maneuver.goto import Goto
+from tasks.maneuver.idle import Idle
+from tasks.maneuver.loiter import Loiter
+from tasks.maneuver.station_keeping import StationKeeping
+from tasks.monitors.entities import Entities
+from tasks.plan.db import DB
+from tasks.plan.engine import Engine
+from tasks.supervisors.vehicle import Vehicle
+
+CCU = 0x4000
+OWN = 0x001A
+START = 2.0  # s
+LAT, LON = 0.7188138702989088, -0.15195185535150277
+BOARD = (Vehicle, Entities, DB, Engine, Goto, Idle, StationKeeping, Loiter, FollowPath)
+DEPTH = imc.ZUnits.DEPTH
+PLANS = Path(__file__).parents[2] / "data" / "plans"
+
+
+def recorded(name="three_gotos"):
+    """A plan out of a log."""
+    return imc.from_json((PLANS / f"{name}.json").read_text())
+
+
+def plan_of(*maneuvers, name="test", transitions=None, **fields):
+    """A plan that executes maneuvers, named m0, m1 ..., one after the other."""
+    items = [imc.PlanManeuver(maneuver_id=f"m{i}", data=data) for i, data in enumerate(maneuvers)]
+    if transitions is None:
+        transitions = [(f"m{i}", f"m{i + 1}", "ManeuverIsDone") for i in range(len(items) - 1)]
+    arrows = [imc.PlanTransition(source_man=a, dest_man=b, conditions=c) for a, b, c in transitions]
+    return imc.PlanSpecification(plan_id=name, start_man_id="m0", maneuvers=items, transitions=arrows, **fields)
+
+
+def goto(north, east, depth=0.0, speed=1.5):
+    """A Goto at offsets (m) from where the ideal vehicle starts."""
+    lat, lon, _ = imc.coordinates.displace(LAT, LON, 0.0, north, east)
+    return imc.Goto(lat=lat, lon=lon, z=depth, z_units=DEPTH, speed=speed)
+
+
+def control(op, at, plan_id="test", request_id=7, **fields):
+    """A PlanControl request of a console."""
+    fields = {"dst": OWN, "src": CCU, **fields}
+    return imc.PlanControl(timestamp=at, op=op, plan_id=plan_id, request_id=request_id, **fields)
+
+
+def start(plan, at=START, **fields):
+    """A START with the plan in it."""
+    return control(imc.PlanControl.Op.START, at, plan.plan_id, arg=plan, **fields)
+
+
+def fly(*feed, seconds=60.0, without=(), more=(), vehicle=None, **options):
+    """Run the board and the ideal vehicle with what is fed."""
+    tasks = [task for task in BOARD if task not in without]
+    return simulate([*tasks, *more, (IdealVehicle, vehicle or {})], feed, seconds=seconds, **options)
+
+
+def replies(run, op=None):
+    """Type and text of the replies to consoles."""
+    found = [m for m in run.of(imc.PlanControl) if m.dst == CCU and (op is None or m.op == op)]
+    return [(imc.PlanControl.Type(m.type).name, m.info) for m in found]
+
+
+def changes(values):
+    """Without repetitions of the same value."""
+    found = []
+    for value in values:
+        if not found or found[-1] != value:
+            found.append(value)
+    return found
+
+
+def phases(run):
+    """State and maneuver of the plan, in their order."""
+    names = imc.PlanControlState.State
+    return changes((names(m.state).name, m.man_id) for m in run.of(imc.PlanControlState))
+
+
+def modes(run):
+    """Modes of the vehicle, in their order."""
+    return changes(imc.VehicleState.OpMode(m.op_mode).name for m in run.of(imc.VehicleState))
