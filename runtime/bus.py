@@ -66,6 +66,11 @@ class Bus:
         for message, packet, origin in kept:
             self._deliver(message, packet, origin)
 
+    @property
+    def owners(self) -> list[object]:
+        """Who has subscribed, in order."""
+        return list(dict.fromkeys(subscription.owner for subscription in self._subscriptions))
+
     def subscribe(self, subscription: Subscription) -> None:
         self._subscriptions.append(subscription)
         self._routes.clear()

@@ -48,7 +48,7 @@ class Entities:
         self._known = dict(known or {})
         self._by_id: dict[int, Entity] = {}
         self._by_label: dict[str, Entity] = {}
-        self._heard: dict[tuple[int, int], str] = {}
+        self.heard: dict[tuple[int, int], str] = {}
 
     def __iter__(self):
         return iter(sorted(self._by_id.values(), key=lambda entity: entity.id))
@@ -79,13 +79,13 @@ class Entities:
 
     def hear(self, system: int, entity: int, label: str) -> None:
         """Remember what another process or system calls an entity."""
-        if len(self._heard) < 65536:
-            self._heard[system, entity] = label
+        if len(self.heard) < 65536:
+            self.heard[system, entity] = label
 
     def label(self, system: int, entity: int) -> str:
         """The label of an entity of any system, empty where nobody has said it."""
         own = self._by_id.get(entity) if system == self._system else None
-        return own.label if own is not None else self._heard.get((system, entity), "")
+        return own.label if own is not None else self.heard.get((system, entity), "")
 
     def _free_id(self, label: str) -> int:
         if label == "Daemon":

@@ -129,6 +129,16 @@ class Ticker:
         if hertz > 0.0:
             self._schedule()
 
+    def state(self) -> tuple[float, int, int, int, Timer | None]:
+        """All that changes: rate (Hz), number of the next tick, start (ns), missed ticks, timer of the next tick."""
+        return self._hertz, self._count, self._start, self.missed, self._timer
+
+    def restore(self, hertz: float, count: int, start: int, missed: int, timer: Timer | None) -> None:
+        """Go on from a `state` whose timer is in the kernel already."""
+        self._hertz, self._count, self._start, self.missed, self._timer = hertz, count, start, missed, timer
+        if timer is not None:
+            timer.function = self._tick
+
     def stop(self) -> None:
         if self._timer is not None:
             self._timer.cancel()

@@ -100,6 +100,15 @@ class Kernel:
         """Whether nothing else is due at the present moment."""
         return not self._due
 
+    def timers(self) -> list[Timer]:
+        """What is due later, in the order in which it will be called."""
+        return [timer for _, _, timer in sorted(self._later, key=lambda e: e[:2]) if timer.function is not None]
+
+    def clear(self) -> None:
+        """Forget all that is due, now or later."""
+        self._due.clear()
+        self._later.clear()
+
     def soon(self, function: Callable[..., object], *args: Any) -> None:
         self._due.append((function, args))
 

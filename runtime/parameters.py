@@ -257,7 +257,7 @@ class ParameterSet:
 
     owner: Any
     declarations: dict[str, Parameter]
-    _pushed: deque[dict[str, Any]] = field(default_factory=lambda: deque(maxlen=DEEPEST))
+    pushed: deque[dict[str, Any]] = field(default_factory=lambda: deque(maxlen=DEEPEST))
 
     def find(self, name: str) -> Parameter | None:
         """The parameter of this ini name or alias."""
@@ -298,11 +298,11 @@ class ParameterSet:
 
     def push(self) -> None:
         """Remember the values whose scope is not global."""
-        self._pushed.append({name: self.value(p) for name, p in self.declarations.items() if p.scope != "global"})
+        self.pushed.append({name: self.value(p) for name, p in self.declarations.items() if p.scope != "global"})
 
     def pop(self) -> bool:
         """Bring back what `push` remembered last; False when there is nothing."""
-        if not self._pushed:
+        if not self.pushed:
             return False
-        self.restore(self._pushed.pop())
+        self.restore(self.pushed.pop())
         return True

@@ -33,11 +33,13 @@ class Task:
     The vehicle makes the instance, so a task keeps its own state in attributes that `configure` or `start` set.
     A class with `external` set talks to the outside and is left out of virtual runs; `requires` names the extra that
     has to be installed for it; `activation` is the scope of its parameter `Active`, empty for tasks without.
+    `transient` names attributes that are no state and so in no snapshot: what `configure` or `restored` makes anew.
     """
 
     external: ClassVar[bool] = False
     requires: ClassVar[str] = ""
     activation: ClassVar[Scope | str] = ""
+    transient: ClassVar[tuple[str, ...]] = ()
 
     entity_label: str = param("", "", "Label of the task's entity.", editable=False)
     debug_level: str = param("None", "", "What goes to the log book.", choices=("None", "Debug", "Trace", "Spew"))
@@ -83,6 +85,9 @@ class Task:
 
     def stop(self) -> None:
         """Release them; called at the end, and before a restart."""
+
+    def restored(self) -> None:
+        """The state of a snapshot is back, in place of `start`: acquire resources, and publish nothing."""
 
     def activate(self) -> None:
         """The task is to become active; raise ActivationError where it cannot."""
@@ -194,6 +199,16 @@ class Task:
         script = Script(self, self._bus, coroutine_function, *args)
         self._scripts = [*(s for s in self._scripts if not s.done), script]
         return script
+
+    @property
+    def tickers(self) -> list[Ticker]:
+        """The periodic methods that run."""
+        return self._tickers
+
+    @property
+    def scripts(self) -> list[Script]:
+        """The scripts that run."""
+        return [script for script in self._scripts if not script.done]
 
     def connect(self) -> None:
         """Begin to hear; the vehicle calls it before `start`."""

@@ -88,7 +88,7 @@ class Vehicle:
         self._original: dict[str, dict[str, str]] = {}
         self.running: set[str] = set()
         self._effective: dict[str, dict[str, str]] = {}
-        self._failures: dict[str, tuple[int, int]] = {}
+        self.failures: dict[str, tuple[int, int]] = {}
         self._error: Exception | None = None
         self._closing = False
         self.daemon = self.add(Daemon, "Daemon")
@@ -295,10 +295,10 @@ class Vehicle:
         self._shut(owner)
         if (activation := self.activations.get(owner.name)) is not None:
             activation.reset()
-        count, since = self._failures.get(owner.name, (0, 0))
+        count, since = self.failures.get(owner.name, (0, 0))
         count = 0 if self.kernel.now_ns - since > HEALTHY_AFTER * SECOND else count
         delay = min(LONGEST_BACKOFF, 2.0 ** min(count, 10))
-        self._failures[owner.name] = (count + 1, self.kernel.now_ns + round(delay * SECOND))
+        self.failures[owner.name] = (count + 1, self.kernel.now_ns + round(delay * SECOND))
         owner.set_entity_state(State.FAILURE, _words(error))
         owner.log.error(f"{summary(error)}: restarting in {delay:g} s")
         self._soon(self._restart, owner, delay)
