@@ -1,6 +1,7 @@
 """Logs as Parquet: one file per message type."""
 
 import json
+from contextlib import ExitStack
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -28,21 +29,19 @@ def export_parquet(source: Source, folder: Path, progress: Progress = lambda _: 
     """
     files: dict[int, _File] = {}
     rows = 0
-    try:
+    with ExitStack() as stack:
         for batch in source.batches(progress):
             for group in source.groups(batch):
                 table = table_of(source, batch, group)
                 file = files.get(group.message.id)
                 if file is None:
                     file = files[group.message.id] = _File(source, group.message, folder)
+                    stack.callback(file.close)
                 file.add(table)
                 rows += table.rows
             if sum(file.waiting for file in files.values()) > LARGEST_WAITING:
                 for file in files.values():
                     file.flush()
-    finally:
-        for file in files.values():
-            file.close()
     return rows
 
 
@@ -85,8 +84,9 @@ class _File:
     def close(self) -> None:
         try:
             self.flush()
-        finally:
             self._file.close()
+        finally:
+            self._file.is_open = False  # else it would try once more, and complain, when it is forgotten
 
     def _speakers(self, systems: Values, entities: Values) -> tuple[Any, Any]:
         keys = np.asarray(systems).astype(np.int64) << 8 | np.asarray(entities)

@@ -1,6 +1,5 @@
 """Logs as MCAP, read again by the packages `mcap` and `rosbags`, and made logs again."""
 
-import io
 import json
 import math
 from collections import Counter
@@ -15,7 +14,7 @@ import imc
 from imc.definition import WIRE_CODES
 from runtime.logs.cut import Choice
 from runtime.logs.mcap import export_mcap
-from runtime.logs.mcap_import import BadFile, import_mcap
+from runtime.logs.mcap_import import import_mcap
 from runtime.logs.ros_messages import ros_type
 from runtime.logs.source import Source
 from runtime.logs.summary import summarize
@@ -243,14 +242,6 @@ def filled(schema, cls, depth):
     return cls(**values)
 
 
-def test_a_log_comes_back_byte_for_byte(idle, tmp_path):
-    source, path, _, _ = idle
-    assert import_mcap(path, tmp_path) == ""
-    again = imc.Log(tmp_path)
-    assert packets_of(again) == packets_of(source.log)
-    assert (tmp_path / "IMC.xml.gz").exists()
-
-
 def test_what_ros_cannot_hold_comes_back_too_and_is_reported(make_log, tmp_path):
     odd = [
         imc.encode(imc.Heartbeat(**HEADER)),
@@ -308,31 +299,3 @@ def test_pictures_of_the_log_are_shown_when_they_were_taken(make_log, tmp_path):
     assert (message.log_time, bytes(said.data), said.format) == (1_700_000_002_250_000_000, b"jpg", "jpeg")
     export_mcap(source_of(log), tmp_path / "b.mcap", images=False)
     assert "/lauv_noptilus_1/Camera/image" not in Reader(tmp_path / "b.mcap").topics
-
-
-def test_an_mcap_cut_short_gives_the_packets_before_the_cut(idle, tmp_path):
-    source, path, _, _ = idle
-    data = path.read_bytes()
-    for name, size in (("end", len(data) - 5000), ("begin", 30_000)):
-        (tmp_path / f"{name}.mcap").write_bytes(data[:size])
-    (tmp_path / "a").mkdir()
-    assert "damaged" in import_mcap(tmp_path / "end.mcap", tmp_path / "a")
-    assert packets_of(imc.Log(tmp_path / "a")) == packets_of(source.log)
-    with pytest.raises(BadFile, match=r"begin\.mcap"):
-        import_mcap(tmp_path / "begin.mcap", tmp_path)
-
-
-def test_other_mcap_files_are_refused(tmp_path):
-    from mcap.writer import Writer
-
-    buffer = io.BytesIO()
-    writer = Writer(buffer)
-    writer.start()
-    channel = writer.register_channel("/imc/packet", "cdr", writer.register_schema("a/msg/B", "ros2msg", b"uint8 a"))
-    writer.add_message(channel, 1, b"\0\1\0\0\1", 1)
-    writer.finish()
-    for name, data in (("other", buffer.getvalue()), ("garbage", b"\x89MCAP0\r\n" + bytes(100)), ("empty", b"")):
-        (tmp_path / name).write_bytes(data)
-        with pytest.raises(BadFile, match=name):
-            import_mcap(tmp_path / name, tmp_path)
-        (tmp_path / "Data.lsf.gz").unlink()
