@@ -1,0 +1,78 @@
+"""How deep the water is: scattered soundings, and a smooth bottom through them."""
+
+import math
+from collections.abc import Callable, Iterable
+
+Sounding = tuple[float, float, float]
+
+
+class BathymetryError(ValueError):
+    """The section [Bathymetry] of a profile has no place, or rows that are no soundings."""
+
+
+class Bathymetry:
+    """Depth (m) between `soundings`: north, east and depth (m) from the reference position (rad).
+
+    Between them it is Shepard's inverse-distance mean of those within `radius` m (Franke and Nielson 1980), which goes
+    through each sounding and has no steps; where there is none it is `elsewhere`.
+    """
+
+    def __init__(
+        self,
+        soundings: Iterable[Sounding],
+        radius: float,
+        elsewhere: float,
+        reference: tuple[float, float] = (0.0, 0.0),
+    ):
+        self.reference = reference
+        self._radius, self._elsewhere = radius, elsewhere
+        self._cells: dict[tuple[int, int], list[Sounding]] = {}
+        for sounding in soundings:
+            home = self._cell(sounding[0], sounding[1])
+            for i in (-1, 0, 1):
+                for j in (-1, 0, 1):
+                    self._cells.setdefault((home[0] + i, home[1] + j), []).append(sounding)
+
+    def depth(self, north: float, east: float) -> float:
+        """Depth at an offset (m) from the reference position."""
+        total = weights = 0.0
+        for n, e, depth in self._cells.get(self._cell(north, east), ()):
+            distance = math.hypot(n - north, e - east)
+            if distance < 1e-3:
+                return depth
+            if distance < self._radius:
+                weight = ((self._radius - distance) / (self._radius * distance)) ** 2
+                weights += weight
+                total += weight * depth
+        return total / weights if weights else self._elsewhere
+
+    def _cell(self, north: float, east: float) -> tuple[int, int]:
+        return math.floor(north / self._radius), math.floor(east / self._radius)
+
+
+def read_bathymetry(value: Callable[[str, str], str], radius: float, elsewhere: float) -> Bathymetry:
+    """The soundings of the section [Bathymetry], in DUNE's form; `value(section, option)` gives its texts.
+
+    Without the section the bottom is flat. Raises BathymetryError.
+    """
+    rows = [row.split() for row in value("Bathymetry", "Data").split(",") if row.strip()]
+    if not rows:
+        return Bathymetry((), radius, elsewhere)
+    try:
+        lat, lon = (float(value("Bathymetry", f"{name} (degrees)")) for name in ("Latitude", "Longitude"))
+    except ValueError:
+        raise BathymetryError("Latitude (degrees) and Longitude (degrees) are needed") from None
+    if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
+        raise BathymetryError(f"{lat:g}, {lon:g} is not a latitude and a longitude")
+    return Bathymetry([_sounding(row) for row in rows], radius, elsewhere, (math.radians(lat), math.radians(lon)))
+
+
+def _sounding(row: list[str]) -> Sounding:
+    try:
+        north, east, depth = map(float, row)
+    except ValueError:
+        north = math.nan
+        east = depth = 0.0
+    if not math.isfinite(north + east + depth):
+        raise BathymetryError(f"{' '.join(row)!r} is not north, east and depth")
+    return north, east, depth

@@ -1,0 +1,122 @@
+"""Simulates the battery that the vehicle lives on."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
+from itertools import pairwise
+
+import imc
+from runtime import ParameterError, State, Task, consume, param, periodic
+
+POWER_MODEL = "Power Model -- Conversion -"
+
+
+class Battery(Task):
+    """Discharges with what thrusters and electronics draw, and publishes voltage, current and what is left.
+
+    The open-circuit voltage follows the charge along `Voltage Curve`; the terminals have less by what the inner
+    resistance takes. The propulsion's power is that of the profile's power model at the speed of the actuation, and
+    grows with its cube beyond. The capacity is the profile's `Battery Capacity` unless it is given.
+    """
+
+    execution_frequency: float = param(1.0, "Hz", "Rate of Voltage and Current.", minimum=0.1, maximum=10)
+    fuel_level_rate: float = param(0.1, "Hz", "Rate of FuelLevel; 0 for none.", minimum=0, maximum=10)
+    capacity: float = param(0.0, "Wh", "Energy of a full battery; 0 for that of the profile.", minimum=0)
+    initial_level: float = param(100.0, "%", "Charge at the start.", minimum=0, maximum=100, editable=False)
+    hotel_load: float = param(35.0, "W", "Power of everything but the thrusters.", minimum=0)
+    full_speed: float = param(2500.0, "rpm", "Speed of a thruster at full actuation.", minimum=1)
+    voltage_curve: list[float] = param(
+        [21.0, 24.0, 25.2, 25.9, 26.8, 29.0],
+        "V",
+        "Open-circuit voltage at equal steps from empty to full.",
+        size=(2, 100),
+    )
+    internal_resistance: float = param(0.1, "Ω", "Resistance within the battery.", minimum=0, maximum=10)
+    warning_level: float = param(20.0, "%", "Charge below which the entity is in FAULT.", minimum=0, maximum=100)
+    error_level: float = param(10.0, "%", "Charge below which the entity is in ERROR.", minimum=0, maximum=100)
+
+    def configure(self) -> None:
+        value = self.vehicle.profile.value
+        watt, rpm = (_numbers(value("General", f"{POWER_MODEL} {unit}")) for unit in ("Watt", "RPM"))
+        if len(watt) != len(rpm) or len(rpm) == 1 or any(a >= b for a, b in pairwise(rpm)):
+            raise ParameterError(POWER_MODEL, "Watt and RPM have to be as many, two at least, and RPM has to rise")
+        self._rpm, self._watt = (rpm, watt) if rpm else ([0.0, 1400.0], [0.0, 70.0])
+        known = _numbers(value("General", "Battery Capacity"))
+        self._full = 3600.0 * (self.capacity or (known[0] if known else 700.0))  # J
+        if min(self.voltage_curve) <= 0.0:
+            raise ParameterError("Voltage Curve", "has to be more than 0")
+        if self.error_level > self.warning_level:
+            raise ParameterError("Error Level", "is above the warning level")
+
+    def start(self) -> None:
+        self._charge = self.initial_level / 100.0
+        self._actuations: dict[int, float] = {}
+        self._since = self.now_ns
+        self._advance()
+        self._say()
+
+    @consume
+    def drive(self, actuation: imc.SetThrusterActuation) -> None:
+        if math.isfinite(actuation.value):
+            self._advance()
+            self._actuations[actuation.id] = max(-1.0, min(1.0, actuation.value))
+
+    @periodic("execution_frequency")
+    def measure(self) -> None:
+        self._advance()
+        self.publish(imc.Voltage(value=self._voltage))
+        self.publish(imc.Current(value=self._current))
+        self._say()
+
+    @periodic("fuel_level_rate")
+    def estimate(self) -> None:
+        self._advance()
+        self.publish(imc.FuelLevel(value=100.0 * self._charge, confidence=100.0))
+
+    def _advance(self) -> None:
+        """Draw the energy since the last time at the power that there was."""
+        elapsed, self._since = (self.now_ns - self._since) * 1e-9, self.now_ns
+        power = self.hotel_load + sum(self._propulsion(share) for share in self._actuations.values())
+        steps = len(self.voltage_curve) - 1
+        voltage = _interpolate([k / steps for k in range(steps + 1)], self.voltage_curve, self._charge)
+        if self._charge <= 0.0:
+            self._voltage = self._current = 0.0
+            return
+        r = self.internal_resistance
+        power = min(power, 0.25 * voltage * voltage / r if r else power)  # no load can draw more from it
+        self._current = (
+            power / voltage if r == 0.0 else (voltage - math.sqrt(voltage * voltage - 4.0 * r * power)) / (2.0 * r)
+        )
+        self._voltage = voltage - r * self._current
+        self._charge = max(0.0, self._charge - voltage * self._current * elapsed / self._full)
+
+    def _propulsion(self, share: float) -> float:
+        rpm, highest = abs(share) * self.full_speed, self._rpm[-1]
+        power = _interpolate(self._rpm, self._watt, min(rpm, highest))
+        return power * (rpm / highest) ** 3 if rpm > highest else power
+
+    def _say(self) -> None:
+        level = 100.0 * self._charge
+        if level <= 0.0:
+            self.set_entity_state(State.FAILURE, "empty")
+        elif level < self.error_level:
+            self.set_entity_state(State.ERROR, "fuel reserve")
+        elif level < self.warning_level:
+            self.set_entity_state(State.FAULT, "fuel is running low")
+        else:
+            self.set_entity_state(State.NORMAL, "active")
+
+
+def _interpolate(xs: Sequence[float], ys: Sequence[float], x: float) -> float:
+    i = min(max(bisect_right(xs, x), 1), len(xs) - 1)
+    return ys[i - 1] + (ys[i] - ys[i - 1]) * (x - xs[i - 1]) / (xs[i] - xs[i - 1])
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        found = [float(word) for word in text.split(",")] if text else []
+    except ValueError:
+        found = [math.nan]
+    if not all(map(math.isfinite, found)):
+        raise ParameterError("General", f"{text!r} is not a list of numbers")
+    return found

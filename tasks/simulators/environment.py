@@ -1,0 +1,157 @@
+"""Simulates what the vehicle's sonars see of the bottom, the surface and a pier."""
+
+import math
+
+import imc
+from imc import coordinates
+from runtime import ParameterError, State, Task, consume, param, periodic
+from tasks.simulators.attitude import Vector
+from tasks.simulators.bathymetry import BathymetryError, read_bathymetry
+from tasks.simulators.sonar import Beam
+
+NEAREST = 0.2  # m, of the echo sounder
+DEEPEST = 11000.0  # m
+
+
+class Environment(Task):
+    """Publishes Distance of two entities: an altimeter that looks down and an echo sounder that looks ahead.
+
+    The soundings are those of the section [Bathymetry] of the profile. Both measure along their beams. The echo sounder
+    sees the bottom with the lower edge of its beam and the surface with its axis, as DUNE's does.
+    """
+
+    execution_frequency: float = param(5.0, "Hz", "Rate of both distances.", minimum=0.1, maximum=100)
+    location: str = param("", "", "Name of the place; [Bathymetry] of the profile is what counts.")
+    tide_level: float = param(0.0, "m", "Height of the tide above the soundings' datum.", minimum=-20, maximum=20)
+    out_of_bounds_depth: float = param(
+        120.0, "m", "Depth where no sounding is near.", name="Out Of Bounds Depth", minimum=0, maximum=DEEPEST
+    )
+    sounding_radius: float = param(10.0, "m", "Distance within which a sounding counts.", minimum=0.1, editable=False)
+
+    bottom_label: str = param(
+        "Altimeter", "", "Label of the altimeter.", name="Entity Label - Bottom Distance", editable=False
+    )
+    bottom_noise: float = param(
+        0.05, "m", "Standard deviation of the altimeter.", name="Bottom Distance Standard Deviation", minimum=0
+    )
+    bottom_beam_width: float = param(-1.0, "°", "Of the altimeter; -1 if unknown.", minimum=-1, maximum=180)
+    bottom_sonar_position: list[float] = param([0.0, 0.0, 0.0], "m", "Forward, starboard and down.", size=3)
+    bottom_sonar_orientation: list[float] = param([0.0, -90.0, 0.0], "°", "Roll, pitch and yaw.", size=3)
+
+    forward_label: str = param(
+        "Echo Sounder", "", "Label of the echo sounder.", name="Entity Label - Forward Distance", editable=False
+    )
+    forward_noise: float = param(
+        0.3, "m", "Standard deviation of the echo sounder.", name="Forward Distance Standard Deviation", minimum=0
+    )
+    forward_range: float = param(30.0, "m", "What it says when it sees nothing.", minimum=NEAREST, maximum=1000)
+    forward_beam_width: float = param(10.0, "°", "Of the echo sounder.", minimum=0, maximum=180)
+    forward_sonar_position: list[float] = param([1.0, 0.0, 0.0], "m", "Forward, starboard and down.", size=3)
+    forward_sonar_orientation: list[float] = param([0.0, 0.0, 0.0], "°", "Roll, pitch and yaw.", size=3)
+    bottom_intersection_method: bool = param(True, "", "Whether the echo sounder sees the bottom.")
+    simulate_pier: bool = param(False, "", "Whether there is a pier.")
+    pier_points: list[float] = param(
+        [], "rad", "Latitude and longitude of one end, and of the other.", size=(0, 4), editable=False
+    )
+
+    def configure(self) -> None:
+        value = self.vehicle.profile.value
+        try:
+            self._bathymetry = read_bathymetry(value, self.sounding_radius, self.out_of_bounds_depth)
+        except BathymetryError as error:
+            raise ParameterError("Location", f"[Bathymetry]: {error}") from None
+        if len(self.pier_points) not in (0, 4) or (self.simulate_pier and not self.pier_points):
+            raise ParameterError("Pier Points", f"{len(self.pier_points)} numbers are not two positions")
+        self._altimeter = self.reserve(self.bottom_label)
+        self._echo_sounder = self.reserve(self.forward_label)
+        self._bottom = _blank(self.bottom_sonar_position, self.bottom_sonar_orientation, self.bottom_beam_width)
+        self._forward = _blank(self.forward_sonar_position, self.forward_sonar_orientation, self.forward_beam_width)
+
+    def start(self) -> None:
+        self._truth: imc.SimulatedState | None = None
+        self._origin = (math.nan, math.nan)
+        self._say(State.BOOT, "waiting for SimulatedState")
+
+    @consume
+    def follow(self, truth: imc.SimulatedState) -> None:
+        if not math.isfinite(truth.lat + truth.lon + truth.x + truth.y + truth.z + truth.phi + truth.theta + truth.psi):
+            self._truth = None
+            self._say(State.FAULT, "SimulatedState is not finite")
+            return
+        if self._truth is None:
+            self._say(State.NORMAL, "active")
+        self._truth = truth
+
+    @periodic("execution_frequency")
+    def measure(self) -> None:
+        bottom_noise, forward_noise = self.random.standard_normal(2).tolist()
+        truth = self._truth
+        if truth is None:
+            return
+        if self._origin != (truth.lat, truth.lon):
+            self._move(truth.lat, truth.lon)
+        place = truth.x, truth.y, truth.z
+        angles = truth.phi, truth.theta, truth.psi
+        altitude = self._look_down(place, angles) + self.bottom_noise * bottom_noise
+        ahead = self._look_ahead(place, angles)
+        if ahead < self.forward_range:
+            ahead += self.forward_noise * forward_noise
+        ahead = max(NEAREST, min(self.forward_range, ahead))
+        self.publish(self._bottom.replace(value=max(0.0, altitude)), entity=self._altimeter)
+        self.publish(self._forward.replace(value=ahead), entity=self._echo_sounder)
+
+    def _depth(self, north: float, east: float) -> float:
+        return self._bathymetry.depth(self._north + north, self._east + east) + self.tide_level
+
+    def _look_down(self, place: Vector, angles: Vector) -> float:
+        beam = _beam(place, angles, self.bottom_sonar_position, self.bottom_sonar_orientation, 0.0)
+        below = self._depth(place[0], place[1]) - beam.start[2]
+        down = beam.direction[2]
+        if down < 0.1 or below <= 0.0:
+            return max(0.0, below)
+        return beam.bottom(self._depth, 2.0 * below / down) if self._sloped(beam, below / down) else below / down
+
+    def _sloped(self, beam: Beam, distance: float) -> bool:
+        """Whether the bottom where the beam ends is not as deep as below the vehicle."""
+        north, east = (beam.start[i] + distance * beam.direction[i] for i in (0, 1))
+        return abs(self._depth(north, east) - beam.start[2] - distance * beam.direction[2]) > 0.01
+
+    def _look_ahead(self, place: Vector, angles: Vector) -> float:
+        position, orientation = self.forward_sonar_position, self.forward_sonar_orientation
+        axis = _beam(place, angles, position, orientation, 0.0)
+        nearest = axis.surface()
+        if self.bottom_intersection_method:
+            edge = _beam(place, angles, position, orientation, -0.5 * math.radians(self.forward_beam_width))
+            nearest = min(nearest, edge.bottom(self._depth, self.forward_range))
+        if self.simulate_pier:
+            nearest = min(nearest, axis.wall(*self._pier))
+        return nearest
+
+    def _move(self, lat: float, lon: float) -> None:
+        self._origin = lat, lon
+        self._north, self._east = _offset(*self._bathymetry.reference, lat, lon)
+        if self.pier_points:
+            a, b, c, d = self.pier_points
+            self._pier = _offset(lat, lon, a, b), _offset(lat, lon, c, d)
+
+    def _say(self, state: State, description: str) -> None:
+        for entity in (self.entity, self._altimeter, self._echo_sounder):
+            self.set_entity_state(state, description, entity=entity)
+
+
+def _offset(lat: float, lon: float, to_lat: float, to_lon: float) -> tuple[float, float]:
+    north, east, _ = coordinates.displacement(lat, lon, 0.0, to_lat, to_lon, 0.0)
+    return north, east
+
+
+def _blank(position: list[float], orientation: list[float], width: float) -> imc.Distance:
+    x, y, z = position
+    phi, theta, psi = map(math.radians, orientation)
+    beam = imc.BeamConfig(beam_width=math.radians(width), beam_height=math.radians(width))
+    location = imc.DeviceState(x=x, y=y, z=z, phi=phi, theta=theta, psi=psi)
+    return imc.Distance(validity=imc.Distance.Validity.VALID, location=(location,), beam_config=(beam,))
+
+
+def _beam(place: Vector, angles: Vector, position: list[float], orientation: list[float], tilt: float) -> Beam:
+    x, y, z = position
+    return Beam.of(place, angles, (x, y, z), math.radians(orientation[2]), math.radians(orientation[1]) + tilt)

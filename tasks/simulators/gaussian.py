@@ -1,0 +1,85 @@
+"""Simulates a sensor of a property of the water that has a peak somewhere."""
+
+import math
+
+import imc
+from imc import coordinates
+from runtime import ParameterError, State, Task, consume, param, periodic
+
+KINDS = {
+    kind.__name__: kind
+    for kind in (
+        imc.Temperature,
+        imc.SoundSpeed,
+        imc.Salinity,
+        imc.Conductivity,
+        imc.Turbidity,
+        imc.Chlorophyll,
+        imc.PH,
+        imc.Redox,
+    )
+}
+SURFACE = 0.2  # m, depth below which the sensor is surely wet
+
+
+class Gaussian(Task):
+    """Measures a field that falls off from its peak like a Gaussian bell, with white noise.
+
+    With `Invalid at Surface` each sample there is preceded by one of -1, as DUNE does: peers take the latest.
+    """
+
+    execution_frequency: float = param(1.0, "Hz", "Rate of the samples.", minimum=0.1, maximum=100)
+    message_name: str = param(
+        "Temperature",
+        "",
+        "Message that is published.",
+        name="Name of message to produce",
+        choices=tuple(KINDS),
+        editable=False,
+    )
+    value_at_peak: float = param(20.0, "unit", "In the message's unit.", name="Value at peak")
+    value_away_from_peak: float = param(14.0, "unit", "In the message's unit.", name="Value away from peak")
+    standard_deviation: float = param(1.0, "unit", "Of the noise, in the message's unit.", minimum=0)
+    peak_position: list[float] = param([41.185373, -8.704962], "°", "Latitude and longitude of the peak.", size=2)
+    peak_width: float = param(250.0, "m", "Distance from the peak at which 61 % of it is left.", minimum=1)
+    invalid_at_surface: bool = param(
+        False, "", "Whether there are invalid samples on the surface.", name="Invalid at Surface"
+    )
+
+    def configure(self) -> None:
+        lat, lon = self.peak_position
+        if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
+            raise ParameterError("Peak Position", f"{self.peak_position} is not a latitude and a longitude")
+        self._peak = math.radians(lat), math.radians(lon)
+
+    def start(self) -> None:
+        self._truth: imc.SimulatedState | None = None
+        self._origin, self._offset = (math.nan, math.nan), (0.0, 0.0)
+        self.set_entity_state(State.BOOT, "waiting for SimulatedState")
+
+    @consume
+    def follow(self, truth: imc.SimulatedState) -> None:
+        if not math.isfinite(truth.lat + truth.lon + truth.x + truth.y + truth.z):
+            self._truth = None
+            self.set_entity_state(State.FAULT, "SimulatedState is not finite")
+            return
+        if self._truth is None:
+            self.set_entity_state(State.NORMAL, "active")
+        self._truth = truth
+
+    @periodic("execution_frequency")
+    def measure(self) -> None:
+        truth, noise = self._truth, self.standard_deviation * self.random.standard_normal()
+        if truth is None:
+            return
+        if self._origin != (truth.lat, truth.lon):
+            self._origin = truth.lat, truth.lon
+            north, east, _ = coordinates.displacement(*self._peak, 0.0, truth.lat, truth.lon, 0.0)
+            self._offset = north, east
+        distance = math.hypot(self._offset[0] + truth.x, self._offset[1] + truth.y) / self.peak_width
+        bell = math.exp(-0.5 * distance * distance)
+        value = self.value_away_from_peak + (self.value_at_peak - self.value_away_from_peak) * bell + noise
+        kind = KINDS[self.message_name]
+        if self.invalid_at_surface and truth.z < SURFACE:
+            self.publish(kind(value=-1.0))
+        self.publish(kind(value=value))

@@ -1,0 +1,39 @@
+"""Simulates a motor's tachometer."""
+
+import math
+from collections import deque
+
+import imc
+from runtime import State, Task, consume, param, periodic
+
+AVERAGED = 5  # samples
+DEAD_BAND = 0.1  # of full actuation
+SLOWEST = 30  # rpm
+
+
+class Motor(Task):
+    """Measures the speed that follows from the actuation: rpm = offset + factor a, averaged over five samples."""
+
+    execution_frequency: float = param(20.0, "Hz", "Rate of Rpm.", minimum=1, maximum=100)
+    thruster_id: int = param(0, "1", "Thruster that the motor turns.", minimum=0, maximum=255)
+    thruster_act_to_rpm_factor: list[float] = param(
+        [9.55, 2450.4], "rpm", "Offset and factor of the speed.", name="Thruster Act to RPM Factor", size=2
+    )
+
+    def start(self) -> None:
+        self._actuation = 0.0
+        self._speeds = deque([0] * AVERAGED, AVERAGED)
+        self.set_entity_state(State.NORMAL, "active")
+
+    @consume
+    def drive(self, actuation: imc.SetThrusterActuation) -> None:
+        if actuation.id == self.thruster_id and math.isfinite(actuation.value):
+            self._actuation = max(-1.0, min(1.0, actuation.value))
+
+    @periodic("execution_frequency")
+    def measure(self) -> None:
+        offset, factor = self.thruster_act_to_rpm_factor
+        share = self._actuation
+        self._speeds.append(int(math.copysign(offset, share) + factor * share) if abs(share) >= DEAD_BAND else 0)
+        speed = round(sum(self._speeds) / AVERAGED)
+        self.publish(imc.Rpm(value=max(-32768, min(32767, speed)) if abs(speed) >= SLOWEST else 0))

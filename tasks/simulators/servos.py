@@ -1,0 +1,84 @@
+"""Simulates servos that turn the fins."""
+
+import math
+
+import imc
+from runtime import State, Task, consume, param, periodic
+
+ROUNDING = 1e-7  # rad
+
+
+class Servos(Task):
+    """Turns servos to where SetServoPosition says, no faster than they can; publishes ServoPosition as they move.
+
+    A servo reports when it arrives, at `Update Rate` on its way, and once a second whatever it does. A fault, where one
+    is wanted, stops them all.
+    """
+
+    number_of_servos: int = param(4, "1", "Number of servos.", minimum=1, maximum=255, editable=False)
+    maximum_angle: float = param(45.0, "°", "Largest angle to either side.", minimum=0, maximum=90)
+    enable_rotation_rate: bool = param(True, "", "Whether servos need time to turn.")
+    maximum_rate: float = param(333.3, "°/s", "Fastest turn.", minimum=1)
+    update_rate: float = param(50.0, "Hz", "Rate of ServoPosition of a servo that turns.", minimum=1, maximum=1000)
+    generate_faults: bool = param(False, "", "Whether the servos get stuck.")
+    fault_time: float = param(10.0, "s", "Time from the start to the fault.", minimum=0)
+
+    def start(self) -> None:
+        count = self.number_of_servos
+        self._position, self._target = [0.0] * count, [0.0] * count
+        self._since = [self.now_ns] * count
+        self._moving = [False] * count
+        self._stuck = False
+        if self.generate_faults:
+            self.after(self.fault_time, self._fail)
+        self.set_entity_state(State.NORMAL, "active")
+
+    @consume
+    def turn(self, wish: imc.SetServoPosition) -> None:
+        servo = wish.id
+        if servo >= self.number_of_servos or not math.isfinite(wish.value) or self._stuck:
+            return
+        limit = math.radians(self.maximum_angle)
+        self._advance(servo)
+        self._target[servo] = max(-limit, min(limit, wish.value))
+        if not self._moving[servo]:
+            self._go_on(servo)
+
+    @periodic(1.0)
+    def report(self) -> None:
+        for servo in range(self.number_of_servos):
+            self._advance(servo)
+            self._publish(servo)
+
+    def _advance(self, servo: int) -> None:
+        """Turn a servo for the time since it was last turned."""
+        now, target, position = self.now_ns, self._target[servo], self._position[servo]
+        reach = math.inf if not self.enable_rotation_rate else math.radians(self.maximum_rate)
+        reach = ROUNDING + reach * max(now - self._since[servo], 1) * 1e-9
+        self._since[servo] = now
+        self._position[servo] = (
+            target if abs(target - position) <= reach else position + math.copysign(reach, target - position)
+        )
+
+    def _go_on(self, servo: int) -> None:
+        """Look again when the servo arrives, or when the next report is due, whichever is first."""
+        distance = abs(self._target[servo] - self._position[servo])
+        self._moving[servo] = distance > 0.0
+        if self._moving[servo]:
+            arrival = distance / math.radians(self.maximum_rate) if self.enable_rotation_rate else 0.0
+            self.after(min(arrival, 1.0 / self.update_rate), self._arrive, servo)
+
+    def _arrive(self, servo: int) -> None:
+        self._advance(servo)
+        self._publish(servo)
+        self._go_on(servo)
+
+    def _publish(self, servo: int) -> None:
+        self.publish(imc.ServoPosition(id=servo, value=self._position[servo]))
+
+    def _fail(self) -> None:
+        for servo in range(self.number_of_servos):
+            self._advance(servo)
+            self._target[servo] = self._position[servo]
+        self._stuck = True
+        self.set_entity_state(State.ERROR, "the servos are stuck")

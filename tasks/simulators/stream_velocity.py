@@ -1,0 +1,36 @@
+"""Simulates the current that carries the vehicle."""
+
+import math
+
+import imc
+from runtime import State, Task, param, periodic
+
+
+class StreamVelocity(Task):
+    """Publishes the velocity of the water: constant, or a Gauss-Markov process around the same mean."""
+
+    execution_frequency: float = param(1.0, "Hz", "Rate of EstimatedStreamVelocity.", minimum=0.1, maximum=100)
+    stream_velocity_source: str = param(
+        "Constant", "", "What the velocity is like.", choices=("Constant", "Gauss-Markov")
+    )
+    default_speed_north: float = param(0.0, "m/s", "Northward velocity, the mean.", minimum=-10, maximum=10)
+    default_speed_east: float = param(0.0, "m/s", "Eastward velocity, the mean.", minimum=-10, maximum=10)
+    default_speed_down: float = param(0.0, "m/s", "Downward velocity, the mean.", minimum=-10, maximum=10)
+    standard_deviation: float = param(0.1, "m/s", "Of the Gauss-Markov process, north and east.", minimum=0, maximum=3)
+    time_constant: float = param(300.0, "s", "Of the Gauss-Markov process.", minimum=1)
+
+    def start(self) -> None:
+        self._north, self._east = self.random.standard_normal(2).tolist()
+        self.set_entity_state(State.NORMAL, "active")
+
+    @periodic("execution_frequency")
+    def flow(self) -> None:
+        north, east, down = self.default_speed_north, self.default_speed_east, self.default_speed_down
+        if self.stream_velocity_source == "Gauss-Markov":
+            keep = math.exp(-1.0 / (self.execution_frequency * self.time_constant))
+            fresh = math.sqrt(1.0 - keep * keep)
+            n, e = self.random.standard_normal(2).tolist()
+            self._north, self._east = keep * self._north + fresh * n, keep * self._east + fresh * e
+            north += self.standard_deviation * self._north
+            east += self.standard_deviation * self._east
+        self.publish(imc.EstimatedStreamVelocity(x=north, y=east, z=down))
