@@ -48,6 +48,9 @@ class Medium(Task):
 
     @consume
     def feel(self, sample: imc.SoundSpeed | imc.Salinity) -> None:
+        """A negative value says that the sensor has none."""
+        if sample.value < 0.0:
+            return
         limit = self.sound_speed_threshold if isinstance(sample, imc.SoundSpeed) else self.salinity_threshold
         self._wet, self._wet_data = sample.value > limit, self.now
 
