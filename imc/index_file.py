@@ -111,14 +111,15 @@ def load(log: Path, stamp: Stamp, sync: int, crc: bool) -> LogIndex | None:
 
 def save(log: Path, index: LogIndex, stamp: Stamp, sync: int) -> Path | None:
     """Write the index of a log that is in this state, and return where; None where nothing can be written."""
-    data = _encode(index, stamp, sync)
+    parts = _encode(index, stamp, sync)
     for place in places_for(log):
         waiting = place.with_name(f".{place.name}.{os.getpid()}")
         try:
             if place.parent != log.parent:
                 place.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
             try:
-                waiting.write_bytes(data)
+                with waiting.open("wb") as file:
+                    file.writelines(parts)
                 waiting.replace(place)
             finally:
                 waiting.unlink(missing_ok=True)
@@ -128,20 +129,23 @@ def save(log: Path, index: LogIndex, stamp: Stamp, sync: int) -> Path | None:
     return None
 
 
-def _encode(index: LogIndex, stamp: Stamp, sync: int) -> bytes:
+def _encode(index: LogIndex, stamp: Stamp, sync: int) -> list[bytes | memoryview]:
     types: list[_Type] = []
-    parts: list[bytes] = []
+    parts: list[bytes | memoryview] = []
     length = 0
     for number, found in index.types.items():
         last = int(found.steps.sum(dtype="i8"))
         length = max(length, last + int(found.sizes[-1]) + OVERHEAD)
         types.append(_Type(number, found.total, found.steps.itemsize, found.sizes.size, found.big.size))
         for array in (found.steps, found.sizes, found.big):
-            parts.append(array.astype(array.dtype.newbyteorder("<"), copy=False).tobytes())
+            parts.append(array.astype(array.dtype.newbyteorder("<"), copy=False).data.cast("B"))
     losses = [(loss.offset, loss.length, loss.reason) for loss in index.losses]
     head = msgspec.msgpack.encode(_Head(stamp, sync, index.crc, length, types, losses, index.members))
-    body = b"".join([len(head).to_bytes(4, "little"), head, *parts])
-    return MAGIC + crc32.iso_hdlc(body).to_bytes(4, "little") + body
+    parts[:0] = [len(head).to_bytes(4, "little"), head]
+    checksum = 0
+    for part in parts:
+        checksum = crc32.iso_hdlc(part, checksum)
+    return [MAGIC, checksum.to_bytes(4, "little"), *parts]
 
 
 def _decode(data: bytes) -> tuple[_Head, LogIndex]:
@@ -149,7 +153,7 @@ def _decode(data: bytes) -> tuple[_Head, LogIndex]:
     import numpy as np
 
     begin = len(MAGIC) + 4
-    body = data[begin:]
+    body = memoryview(data)[begin:]
     if not data.startswith(MAGIC) or crc32.iso_hdlc(body) != int.from_bytes(data[len(MAGIC) : begin], "little"):
         raise ValueError("no index, or a damaged one")
     place = 4 + int.from_bytes(body[:4], "little")

@@ -1,7 +1,7 @@
 """The bytes of a log file, unpacked: from end to end, or a part of them."""
 
 import os
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol, Self
@@ -9,6 +9,7 @@ from typing import Any, BinaryIO, Protocol, Self
 from imc.members import COMPRESSIONS, Compression, Piece, unpack
 from imc.packet_scan import PIECE, Lose
 
+MEMORY = 1 << 24
 MEMBER_STEP = 1 << 16  # unpacked bytes between members that are remembered, at least
 
 Members = list[tuple[int, int]]
@@ -92,7 +93,10 @@ class _Plain:
 
 
 class _Packed:
-    """Unpacks from the last known member before what is wanted, or goes on from where it is."""
+    """Unpacks from the last known member before what is wanted, or goes on from where it is.
+
+    It remembers the latest MEMORY bytes, as most logs are nearly in order of time.
+    """
 
     def __init__(self, file: BinaryIO, form: Compression, members: Members):
         self._file = file
@@ -100,26 +104,27 @@ class _Packed:
         self._packed = [packed for packed, _ in members]
         self._unpacked = [unpacked for _, unpacked in members]
         self._pieces: Iterator[Piece] = iter(())
-        self._base = 0
-        self._have = b""
+        self._starts: list[int] = []
+        self._blocks: list[bytes] = []
+        self._end = 0
 
     def read(self, begin: int, end: int) -> bytes:
         nearest = bisect_right(self._unpacked, begin) - 1
         known = self._unpacked[nearest] if nearest >= 0 else 0
-        if begin < self._base or known > self._base + len(self._have) or not self._have:
+        if not self._starts or begin < self._starts[0] or known > self._end:
             self._pieces = unpack(self._file, self._form, self._packed[nearest] if nearest >= 0 else 0)
-            self._base, self._have = known, b""
-        skipped = min(begin - self._base, len(self._have))
-        parts = [self._have[skipped:]]
-        base, behind = self._base + skipped, self._base + len(self._have)
-        while behind < end and (piece := next(self._pieces, None)):
-            behind += len(piece.data)
-            if behind <= begin:
-                base = behind
-            else:
-                parts.append(piece.data)
-        self._base, self._have = base, b"".join(parts)
-        return self._have[begin - base : end - base]
+            self._starts, self._blocks, self._end = [], [], known
+        while self._end < end and (piece := next(self._pieces, None)):
+            if piece.data:
+                self._starts.append(self._end)
+                self._blocks.append(piece.data)
+                self._end += len(piece.data)
+            while len(self._starts) > 1 and self._starts[1] <= min(begin, self._end - MEMORY):
+                del self._starts[0], self._blocks[0]
+        first = max(0, bisect_right(self._starts, begin) - 1)
+        last = bisect_left(self._starts, end)
+        base = self._starts[first] if self._starts else 0
+        return b"".join(self._blocks[first:last])[begin - base : end - base]
 
     def __enter__(self) -> Self:
         return self

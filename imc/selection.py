@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, overload
+from weakref import finalize
 
 from imc.log_bytes import Members, Reader, open_reader
 from imc.log_index import Places
@@ -95,9 +96,8 @@ class Objects(Sequence[Message]):
         number = range(len(self))[index]
         first, packets = self._near
         if not 0 <= number - first < len(packets):
-            with open_reader(self._path, self._members) as reader:
-                batch = next(self._places.having(slice(number, number + NEAR)).batches(reader))
-                first, packets = self._near = number, [packet for _, packet in batch.packets()]
+            batch = next(self._places.having(slice(number, number + NEAR)).batches(self._reader))
+            first, packets = self._near = number, [packet for _, packet in batch.packets()]
         return self._decode(packets[number - first])
 
     def __iter__(self) -> Iterator[Message]:
@@ -112,6 +112,12 @@ class Objects(Sequence[Message]):
     def having(self, chosen: Any) -> "Objects":
         """Those that a slice, an array of indices or a mask (as of the rows of `Log.array`) chooses."""
         return Objects(self._path, self._members, lambda: self._places.having(chosen), self._decode)
+
+    @cached_property
+    def _reader(self) -> Reader:
+        reader = open_reader(self._path, self._members)
+        finalize(self, reader.__exit__)
+        return reader
 
     @cached_property
     def _places(self) -> Places:
