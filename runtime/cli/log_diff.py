@@ -29,9 +29,9 @@ def diff(a: Path, b: Path) -> None:
     except click.ClickException as error:
         error.show()
         sys.exit(2)
-    for log in logs:
-        if log.losses:
-            click.echo(printable(f"{log.path}: {number(len(log.losses), 'damaged place')} left out"), err=True)
+    for log, losses in zip(logs, found.losses, strict=True):
+        if losses:
+            click.echo(printable(f"{log.path}: {number(len(losses), 'damaged place')} left out"), err=True)
     if found.equal:
         click.echo(f"equal: {number(found.packets[0], 'message')}, byte for byte")
         return

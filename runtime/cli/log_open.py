@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 from rich.console import Console
-from rich.progress import BarColumn, DownloadColumn, Progress, SpinnerColumn, TextColumn, TransferSpeedColumn
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 import imc
@@ -39,14 +39,13 @@ def check_found(log: imc.Log, packets: int) -> None:
 
 
 @contextmanager
-def progress(path: Path, what: str = "reading") -> Generator[Callable[[int], None]]:
-    """A bar on a terminal: the function takes the unpacked bytes read so far."""
+def progress(path: Path, what: str = "reading") -> Generator[Callable[[float], None]]:
+    """A bar on a terminal: the function takes the share that is done, 0 to 1."""
     console = Console(stderr=True)
-    total = path.stat().st_size if path.suffix == ".lsf" and path.is_file() else None
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TransferSpeedColumn())
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(f"{what} {printable(path.parent.name)}/{printable(path.name)}", total=total)
-        yield lambda position: bar.update(task, completed=position)
+        task = bar.add_task(f"{what} {printable(path.parent.name)}/{printable(path.name)}", total=1.0)
+        yield lambda share: bar.update(task, completed=share)
 
 
 def make_console() -> Console:

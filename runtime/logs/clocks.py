@@ -51,14 +51,14 @@ class Clock:
         self._times, self._offsets = times[-keep:], offsets[-keep:]
 
     def _bound(self, times: Array) -> None:
-        for begin in range(0, len(times), GROUP):
-            group = times[begin : begin + GROUP]
-            finite = group[np.isfinite(group) & (group > 0.0)]
-            near = without_strays(finite)
-            self.strays += len(group) - len(near)
-            if len(near):
-                self.start = float(near.min()) if np.isnan(self.start) else self.start
-                self.end = float(np.fmax(self.end, near.max()))
+        rows = np.full((-(-len(times) // GROUP), GROUP), np.nan)
+        rows.reshape(-1)[: len(times)] = np.where(np.isfinite(times) & (times > 0.0), times, np.nan)
+        near = _near_others(rows)
+        self.strays += len(times) - int(near.sum())
+        if near.any():
+            begins = np.where(near, rows, np.inf).min(axis=1)
+            self.start = float(begins[near.any(axis=1)][0]) if np.isnan(self.start) else self.start
+            self.end = float(np.fmax(self.end, rows[near].max()))
 
     def _look(self, times: Array, offsets: Array, place: int) -> None:
         before, after = float(times[place - 1]), float(times[place])
@@ -69,8 +69,16 @@ class Clock:
 
 
 def without_strays(times: Array) -> Array:
-    """Finite times, without those far from the others."""
-    if len(times) == 0:
-        return times
-    low, middle, high = np.quantile(times, (0.25, 0.5, 0.75))
-    return times[np.abs(times - middle) <= max(NEAR, SPREAD * (high - low))]
+    """Times without those far from the others, and those that are none."""
+    return times[_near_others(times[np.newaxis])[0]]
+
+
+def _near_others(rows: Array) -> Array:
+    """Which times of each row are near most of that row; NaN are not."""
+    ordered = np.sort(np.where(np.isfinite(rows), rows, np.nan), axis=1)  # NaN come last
+    counts = np.isfinite(ordered).sum(axis=1)
+    low, middle, high = (
+        np.take_along_axis(ordered, (np.maximum(counts - 1, 0) * share).astype(np.int64)[:, np.newaxis], axis=1)
+        for share in (0.25, 0.5, 0.75)
+    )
+    return np.abs(rows - middle) <= np.fmax(NEAR, SPREAD * (high - low))

@@ -1,14 +1,15 @@
 """Takes a part out of a log: by time, message, system and entity."""
 
 import math
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 import imc
-from runtime.logs.headers import Array, Block, blocks
+from imc.log_bytes import Progress
+from runtime.logs.headers import Array, blocks
 from runtime.logs.names import KEPT, types_called
 from runtime.logs.summary import Summary
 from runtime.logs.writing import new_log
@@ -27,10 +28,11 @@ class Choice:
 
 @dataclass
 class Cut:
-    """What was written: packets of the choice, and packets kept for their names."""
+    """What was written: packets of the choice, and packets kept for their names; and the damage left out."""
 
     chosen: int = 0
     kept: int = 0
+    losses: list[imc.Loss] = field(default_factory=list[imc.Loss])
 
 
 def choose(
@@ -54,9 +56,7 @@ def choose(
     )
 
 
-def cut(
-    log: imc.Log, folder: Path, choice: Choice, owner: int, progress: Callable[[int], object] = lambda _: None
-) -> Cut:
+def cut(log: imc.Log, folder: Path, choice: Choice, owner: int, progress: Progress | None = None) -> Cut:
     """Write the chosen packets to a new log in `folder`, byte for byte and in their order, and the messages in KEPT.
 
     The time of the owner's packets is their own; another system's clock may be wrong, so its packets have the time
@@ -65,14 +65,13 @@ def cut(
     """
     done, watch = Cut(), Watch(owner)
     with new_log(folder, log) as writer:
-        for block in blocks(log.packets(), log.schema.sync):
-            chosen = wanted(block, choice, watch)
+        for block in blocks(log, done.losses, progress):
+            chosen = wanted(block.headers, choice, watch)
             kept = ~chosen & np.isin(block.headers["id"], list(KEPT))
             for index in np.flatnonzero(chosen | kept):
                 writer.write(block.packets[index])
             done.chosen += int(chosen.sum())
             done.kept += int(kept.sum())
-            progress(block.offsets[-1])
         if done.chosen == 0:
             raise ValueError("no message of the log is chosen; nothing is written")
     return done
@@ -97,9 +96,8 @@ class Watch:
         return said[places]
 
 
-def wanted(block: Block, choice: Choice, watch: Watch) -> Array:
-    """Which packets of a block are chosen; blocks must come in the order of the log."""
-    heads = block.headers
+def wanted(heads: Array, choice: Choice, watch: Watch) -> Array:
+    """Which packets are chosen, by their headers, which must come in the order of the log."""
     times = watch.times(heads)
     found = np.ones(len(heads), bool)
     if choice.start > -math.inf:

@@ -3,13 +3,14 @@
 import math
 from array import array
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import imc
+from imc.log_bytes import Progress
 from runtime.logs.headers import Array, blocks
 from runtime.logs.names import NAMING, Names, type_name
 
@@ -56,6 +57,7 @@ class Difference:
 
     packets: tuple[int, int]
     names: Names
+    losses: tuple[list[imc.Loss], list[imc.Loss]]
     first: tuple[Place, Place] | None = None
     reordered: bool = False
     by_time: bool = True
@@ -72,9 +74,9 @@ class Difference:
 class _Content:
     """A log's packets as arrays: key of type and sender, time, offset, fingerprint."""
 
-    def __init__(self, log: imc.Log, names: Names, progress: Callable[[int], object]):
+    def __init__(self, log: imc.Log, names: Names, losses: list[imc.Loss], progress: Progress | None):
         keys, times, offsets, prints = array("q"), array("d"), array("q"), array("q")
-        for block in blocks(log.packets(), log.schema.sync):
+        for block in blocks(log, losses, progress):
             heads = block.headers
             key = heads["id"].astype(np.int64) << 24 | heads["src"].astype(np.int64) << 8 | heads["src_ent"]
             keys.frombytes(key.tobytes())
@@ -86,7 +88,6 @@ class _Content:
                     names.learn(log.schema.decode(block.packets[index]))
                 except imc.DecodeError:
                     continue
-            progress(block.offsets[-1])
         self.log = log
         self.keys, self.offsets, self.prints = (np.asarray(column, np.int64) for column in (keys, offsets, prints))
         self.times = np.asarray(times, np.float64)
@@ -109,11 +110,12 @@ class _Content:
         return Place(number + 1, int(self.offsets[number]), _decoded(self.log, packet))
 
 
-def compare(a: imc.Log, b: imc.Log, progress: Callable[[int], object] = lambda _: None) -> Difference:
+def compare(a: imc.Log, b: imc.Log, progress: Progress | None = None) -> Difference:
     """Compare two logs. Some 30 bytes of memory for each packet, and the changed ones up to MOST_PAIRS."""
     names = Names()
-    one, two = _Content(a, names, progress), _Content(b, names, progress)
-    found = Difference((len(one.keys), len(two.keys)), names)
+    losses: tuple[list[imc.Loss], list[imc.Loss]] = ([], [])
+    one, two = _Content(a, names, losses[0], progress), _Content(b, names, losses[1], progress)
+    found = Difference((len(one.keys), len(two.keys)), names, losses)
     common = min(found.packets)
     parting = np.flatnonzero(one.prints[:common] != two.prints[:common])
     if len(parting) == 0 and found.packets[0] == found.packets[1]:

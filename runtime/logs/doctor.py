@@ -1,12 +1,12 @@
 """Looks for what is wrong with a log, says what it means, and writes a clean one."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 import imc
+from imc.log_bytes import Progress
 from runtime.logs.gaps import Rhythms
 from runtime.logs.headers import Block
 from runtime.logs.layouts import Layouts
@@ -66,7 +66,7 @@ class _Marks:
         self.stopped = type(message).__name__ == "LoggingControl" and getattr(message, "op", None) == stop
 
 
-def examine(path: Path, progress: Callable[[int], object] = lambda _: None) -> Examination:
+def examine(path: Path, progress: Progress | None = None) -> Examination:
     """Read a log once and judge it. Raises FileNotFoundError, OSError."""
     try:
         log, findings = imc.Log(path), list[Finding]()

@@ -80,7 +80,6 @@ def _bound(heads: Array | None, owner: int, pick: Callable[[Array], float]) -> f
     if heads is None:
         return math.nan
     times = heads["timestamp"][heads["src"] == owner]
-    times = times[np.isfinite(times)]
     near = without_strays(times)
     return float(pick(near)) if len(near) else math.nan
 

@@ -1,12 +1,15 @@
 """The headers of a log's packets as arrays, block by block, so that memory does not grow with the log."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-BLOCK = 1 << 15  # packets
+import imc
+from imc.log_bytes import Progress, chunks
+from imc.packet_scan import at_each, scan
+
 SIZE = 20
 OVERHEAD = SIZE + 2  # bytes of a packet without payload
 
@@ -34,18 +37,21 @@ class Block(NamedTuple):
     headers: Array
 
 
-def blocks(packets: Iterable[tuple[int, bytes]], sync: int, size: int = BLOCK) -> Iterator[Block]:
-    """The packets (offset, bytes), `size` at a time."""
-    found: list[bytes] = []
-    offsets: list[int] = []
-    for offset, packet in packets:
-        offsets.append(offset)
-        found.append(packet)
-        if len(found) == size:
-            yield Block(found, offsets, headers(found, sync))
-            found, offsets = [], []
-    if found:
-        yield Block(found, offsets, headers(found, sync))
+def blocks(log: imc.Log, losses: list[imc.Loss], progress: Progress | None = None) -> Iterator[Block]:
+    """All good packets of a log; `losses` gets the damage, once all is read. `progress` hears the share, 0 to 1."""
+    found: dict[tuple[int, str], imc.Loss] = {}
+
+    def lose(offset: int, length: int, reason: str) -> None:
+        found[offset, reason] = imc.Loss(offset, length, reason)
+
+    for batch in scan(chunks(log.path, lose, progress=progress), log.schema.sync, lose):
+        heads = at_each(batch.data, batch.starts, HEADER)
+        if batch.big.any():
+            heads[batch.big] = at_each(batch.data, batch.starts[batch.big], HEADER.newbyteorder(">")).astype(HEADER)
+        data: bytes = batch.data
+        cuts = zip(batch.starts.tolist(), batch.ends.tolist(), strict=True)
+        yield Block([data[begin:end] for begin, end in cuts], (batch.starts + batch.base).tolist(), heads)
+    losses.extend(sorted(found.values()))
 
 
 def headers(packets: list[bytes], sync: int) -> Array:

@@ -2,7 +2,7 @@
 
 import tempfile
 from array import array
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
@@ -11,6 +11,7 @@ import numpy as np
 
 import imc
 from imc.definition import MessageType
+from imc.log_bytes import Progress
 from runtime.logs.headers import OVERHEAD, Array, blocks
 from runtime.logs.names import NAMING, Names, type_name
 from runtime.logs.writing import new_log
@@ -30,9 +31,7 @@ class Merged:
     warnings: list[str] = field(default_factory=list[str])
 
 
-def merge(
-    logs: list[imc.Log], folder: Path, keep_copies: bool = False, progress: Callable[[int], object] = lambda _: None
-) -> Merged:
+def merge(logs: list[imc.Log], folder: Path, keep_copies: bool = False, progress: Progress | None = None) -> Merged:
     """Write all packets of the logs to a new log in `folder`, byte for byte, by time and then by log and order.
 
     A packet without a time goes behind the one before it. One that stands in several logs is written once, unless
@@ -43,8 +42,7 @@ def merge(
     with tempfile.TemporaryFile() as spill:
         collected = _Collected(spill)
         for number, log in enumerate(logs):
-            collected.take(number, log, progress)
-            merged.losses += [(log.path, loss) for loss in log.losses]
+            merged.losses += [(log.path, loss) for loss in collected.take(number, log, progress)]
         if not collected.times:
             raise ValueError("there is no message in these logs")
         source = _common_schema(logs, collected.ids)
@@ -66,11 +64,13 @@ class _Collected:
         self.names: list[Names] = []
         self._end = 0
 
-    def take(self, number: int, log: imc.Log, progress: Callable[[int], object]) -> None:
+    def take(self, number: int, log: imc.Log, progress: Progress | None) -> list[imc.Loss]:
+        """Read a log; returns what was damaged."""
+        losses: list[imc.Loss] = []
         ids: set[int] = set()
         names = Names()
         latest = 0.0
-        for block in blocks(log.packets(), log.schema.sync):
+        for block in blocks(log, losses, progress):
             heads = block.headers
             times = _filled(heads["timestamp"], latest)
             latest = float(times[-1])
@@ -86,9 +86,9 @@ class _Collected:
                     names.learn(log.schema.decode(block.packets[index]))
                 except imc.DecodeError:
                     continue
-            progress(self._end)
         self.ids.append(ids)
         self.names.append(names)
+        return losses
 
     def in_order(self, merged: Merged | None) -> Iterator[bytes]:
         """The packets by time; copies are left out and counted in `merged`, if that is given."""

@@ -3,7 +3,7 @@
 import base64
 import hashlib
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from html import escape
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import numpy as np
 
 import imc
 from imc import coordinates
+from imc.log_bytes import Progress
 from runtime.logs.plot import Curve, bands, chart, clock, css_class
 from runtime.logs.story import Entry, Story, Stretch, tell
 from runtime.logs.summary import Summary, summarize
@@ -27,12 +28,12 @@ SEVERE = ("WARNING", "ERROR", "CRITICAL")
 _HERE = Path(__file__).parent
 
 
-def report(log: imc.Log, progress: Callable[[int], object] = lambda _: None) -> str:
+def report(log: imc.Log, progress: Progress | None = None) -> str:
     """The page of a log. The log's text is shown, never interpreted. Raises ValueError for an empty log."""
     summary = summarize(log, progress)
     if summary.packets == 0:
         raise ValueError(f"{log.path}: there is no message in this log")
-    return page(tell(log, summary, progress))
+    return page(tell(log, summary))
 
 
 def page(story: Story) -> str:

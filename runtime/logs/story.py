@@ -2,7 +2,6 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -90,7 +89,7 @@ class Story:
         return track_length(self.motion)
 
 
-def tell(log: imc.Log, summary: Summary, progress: Callable[[int], object] = lambda _: None) -> Story:
+def tell(log: imc.Log, summary: Summary) -> Story:
     """Read the owner's messages of a log that a report needs; its times are seconds since the log's start."""
     collected: dict[str, list[Any]] = {kind: [] for kind in _NEEDED}
     types = log.schema.types
@@ -100,7 +99,7 @@ def tell(log: imc.Log, summary: Summary, progress: Callable[[int], object] = lam
         if kind in types and names <= {field.attribute for field in types[kind].fields}
     ]
     levels: Counter[str] = Counter()
-    for count, message in enumerate(log.messages(*wanted)):
+    for message in log.messages(*wanted):
         if message.src != summary.owner or not math.isfinite(message.timestamp):
             continue
         kind = type(message).__name__
@@ -109,8 +108,6 @@ def tell(log: imc.Log, summary: Summary, progress: Callable[[int], object] = lam
             if len(collected[kind]) >= MOST_ENTRIES:
                 continue
         collected[kind].append(_state(message) if kind == "EstimatedState" else message)
-        if count % 10000 == 0:
-            progress(count)
     motion, origin = _motion(collected["EstimatedState"], summary)
     story = Story(summary, motion, _detections(collected["EstimatedMugState"], motion, summary), origin, levels=levels)
     _states(story, collected["EntityState"])

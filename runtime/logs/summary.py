@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 import imc
+from imc.log_bytes import Progress
 from runtime.logs.clocks import Clock, ClockStep
 from runtime.logs.headers import OVERHEAD, Array, Block, blocks
 from runtime.logs.names import KEPT, NAMING, Names, type_name
@@ -131,17 +132,15 @@ class Summary:
 
 
 def summarize(
-    log: imc.Log, progress: Callable[[int], object] = lambda _: None, also: Iterable[Callable[[Block], object]] = ()
+    log: imc.Log, progress: Progress | None = None, also: Iterable[Callable[[Block], object]] = ()
 ) -> Summary:
-    """Read a log once and sum it up. `progress` hears the unpacked bytes read so far, `also` all packets."""
+    """Read a log once and sum it up. `progress` hears the share that is read, `also` all packets."""
     summary = Summary(log.path, log.schema, log.schema_source, log.path.stat().st_size)
-    for block in blocks(log.packets(), log.schema.sync):
+    for block in blocks(log, summary.losses, progress):
         summary.add(block)
         for observer in also:
             observer(block)
-        progress(block.offsets[-1])
         summary.unpacked = block.offsets[-1] + len(block.packets[-1])
-    summary.losses = log.losses
     summary.unpacked = max([summary.unpacked, *(loss.offset + loss.length for loss in summary.losses)])
     return summary
 
