@@ -1,0 +1,1 @@
+"""Controllers: from references to actuators."""

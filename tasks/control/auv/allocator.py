@@ -1,0 +1,73 @@
+"""Shares torques among the four fins of a torpedo."""
+
+import math
+
+import imc
+from runtime import State, Task, consume, param
+from tasks.control.auv.fins import Fins, allocate, torques
+from tasks.control.loops import EnabledLoops
+
+LONGEST_STEP = 1.0  # s
+
+
+class Allocator(Task):
+    """Turns DesiredControl into the positions of four fins, while the loop TORQUE is enabled.
+
+    Fins are 0 below, 1 at port, 2 at starboard, 3 above. A brake crosses them; roll and pitch have what is left.
+    """
+
+    effect_k: float = param(0.25, "N m/rad", "Roll torque of a fin.", name="Fin effect K", minimum=1e-6)
+    effect_m: float = param(0.5, "N m/rad", "Pitch torque of a fin.", name="Fin effect M", minimum=1e-6)
+    effect_n: float = param(0.5, "N m/rad", "Yaw torque of a fin.", name="Fin effect N", minimum=1e-6)
+    maximum_fin_rotation: float = param(25.0, "°", "Largest deflection.", minimum=0, maximum=90)
+    maximum_rotation_rate: float = param(300.0, "°/s", "Fastest movement of a fin.", minimum=0)
+    brake_margin: float = param(0.8, "1", "Share of the deflection that a brake takes.", minimum=0, maximum=1)
+
+    def configure(self) -> None:
+        self._effects = self.effect_k, self.effect_m, self.effect_n
+        self._limit = math.radians(self.maximum_fin_rotation)
+        self._rate = math.radians(self.maximum_rotation_rate)
+
+    def start(self) -> None:
+        self._loops = EnabledLoops(imc.CLoopsMask.TORQUE)
+        self._fins: Fins = (0.0, 0.0, 0.0, 0.0)
+        self._moved = -math.inf
+        self._braking = False
+        self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def enable(self, loops: imc.ControlLoops) -> None:
+        if not self._loops.hear(loops):
+            return
+        if self._loops.mask:
+            self._moved = -math.inf
+            self.set_entity_state(State.NORMAL, "active")
+        else:
+            self._move((0.0, 0.0, 0.0, 0.0))
+            self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def brake(self, brake: imc.Brake) -> None:
+        self._braking = brake.op == imc.Brake.Op.START
+
+    @consume
+    def deflect(self, control: imc.DesiredControl) -> None:
+        if not self._loops.mask:
+            return
+        wanted = control.k, control.m, control.n
+        if not all(map(math.isfinite, wanted)):
+            self.log.warning(f"desired torques are no numbers: {wanted}")
+            return
+        dt, self._moved = control.timestamp - self._moved, control.timestamp
+        step = self._rate * dt if 0.0 < dt <= LONGEST_STEP else math.inf
+        crossed = self.brake_margin * self._limit if self._braking else 0.0
+        fins = allocate(wanted, self._effects, self._limit, crossed)
+        a, b, c, d = (max(old - step, min(old + step, new)) for old, new in zip(self._fins, fins, strict=True))
+        self._move((a, b, c, d))
+        k, m, n = torques(self._fins, self._effects)
+        self.publish(imc.AllocatedControlTorques(k=k, m=m, n=n))
+
+    def _move(self, fins: Fins) -> None:
+        self._fins = fins
+        for number, value in enumerate(fins):
+            self.publish(imc.SetServoPosition(id=number, value=value))

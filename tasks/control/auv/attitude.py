@@ -1,0 +1,249 @@
+"""Controls heading, depth or altitude, pitch and roll of an underwater vehicle."""
+
+import math
+from collections.abc import Mapping
+
+import imc
+from runtime import Entity, ParameterError, State, Task, consume, param
+from tasks.control.auv.vertical import AltitudeReference
+from tasks.control.loops import EnabledLoops
+from tasks.control.pid import PID, clamp, wrap
+
+Loops = imc.CLoopsMask
+Units = imc.ZUnits
+VERTICAL = Loops.DEPTH | Loops.ALTITUDE | Loops.PITCH
+HORIZONTAL = Loops.YAW | Loops.YAW_RATE
+TORQUES = imc.DesiredControl.Flags.K | imc.DesiredControl.Flags.M | imc.DesiredControl.Flags.N
+SURFACE = 0.3  # m
+DEPTH_MARGIN = 1.0  # m
+LONGEST_STEP = 1.0  # s
+STEEPEST = 0.1  # cosine of pitch; there are no Euler rates beyond
+PARCELS = ("Heading", "Heading Rate", "Depth", "Altitude", "Pitch", "Roll")
+
+
+class Attitude(Task):
+    """Turns references of heading, heading rate, depth, altitude and pitch into the torques of DesiredControl.
+
+    A cascade: depth or altitude asks for pitch, heading for a heading rate, each by a PID; while one of the loops YAW,
+    YAW_RATE, DEPTH, ALTITUDE, PITCH is enabled. DesiredZ is kept within the limits of depth and altitude.
+    """
+
+    heading_gains: list[float] = param([1.5, 0.0, 0.15], "1/s", "P, I, D.", name="Heading PID Gains", size=3)
+    heading_integral_limit: float = param(-1.0, "°/s", "Limit of the integral; -1 for none.", minimum=-1)
+    heading_rate_gains: list[float] = param([1.2, 0.0, 0.0], "N m s", "P, I, D.", name="Heading Rate PID Gains", size=3)
+    heading_rate_integral_limit: float = param(-1.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
+    maximum_heading_rate: float = param(30.0, "°/s", "Largest heading rate that is asked for.", minimum=0)
+    maximum_fin_rotation: float = param(25.0, "°", "Limit of the torques about roll and yaw, in N m/rad.", minimum=0)
+    depth_gains: list[float] = param([0.5, 0.06, 0.7], "rad/m", "P, I, D.", name="Depth PID Gains", size=3)
+    depth_integral_limit: float = param(10.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
+    altitude_enabled: bool = param(
+        True, "", "Altitude has gains of its own, else those of depth.", name="Altitude Control -- Enabled"
+    )
+    altitude_weights: list[float] = param(
+        [], "1", "Weights of the filter of altitude, latest sample last.", name="Altitude Control -- Filter Weights"
+    )
+    altitude_gains: list[float] = param([2.0, 0.01, 4.0], "°/m", "P, I, D.", name="Altitude PID Gains", size=3)
+    altitude_integral_limit: float = param(6.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
+    altitude_reference_margin: float = param(0.2, "m", "Distance that is kept from the minimum altitude.", minimum=0)
+    altitude_timeout: float = param(60.0, "s", "How long altitude may be unknown.", minimum=0)
+    maximum_pitch_reference: float = param(15.0, "°", "Largest pitch that is asked for.", minimum=0, maximum=80)
+    force_pitch_at_surface: bool = param(False, "", "Keep a pitch at the surface instead of the depth.")
+    pitch_angle_at_surface: float = param(0.0, "°", "Pitch that is kept at the surface.", minimum=-45, maximum=45)
+    pitch_gains: list[float] = param([1.5, 0.09, 0.5], "N m/rad", "P, I, D.", name="Pitch PID Gains", size=3)
+    pitch_integral_limit: float = param(1.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
+    maximum_pitch_actuation: float = param(25.0, "°", "Limit of the torque about pitch, in N m/rad.", minimum=0)
+    roll_enabled: bool = param(True, "", "Keep the vehicle level.", name="Enable roll controller")
+    roll_gains: list[float] = param([1.0, 0.02, 0.2], "N m/rad", "P, I, D.", name="Roll PID Gains", size=3)
+    roll_integral_limit: float = param(1.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
+    reference_timeout: float = param(5.0, "s", "How long an enabled loop may be without a reference.", minimum=0)
+    log_parcels: bool = param(False, "", "Publish the parts of each control law.", name="Log PID Parcels")
+
+    def configure(self) -> None:
+        def pid(gains: list[float], integral_limit: float, limit: float) -> PID:
+            return PID(
+                gains,
+                limit=math.radians(limit),
+                integral_limit=math.radians(integral_limit) if integral_limit >= 0.0 else math.inf,
+            )
+
+        rate, fin = self.maximum_heading_rate, self.maximum_fin_rotation
+        steepest = self.maximum_pitch_reference
+        self._heading = pid(self.heading_gains, self.heading_integral_limit, rate)
+        self._heading_rate = pid(self.heading_rate_gains, self.heading_rate_integral_limit, fin)
+        self._depth = pid(self.depth_gains, self.depth_integral_limit, steepest)
+        degrees = [math.radians(gain) for gain in self.altitude_gains]
+        self._altitude = pid(degrees, self.altitude_integral_limit, steepest)
+        self._pitch = pid(self.pitch_gains, self.pitch_integral_limit, self.maximum_pitch_actuation)
+        self._roll = pid(self.roll_gains, self.roll_integral_limit, fin)
+        self._pids = self._heading, self._heading_rate, self._depth, self._altitude, self._pitch, self._roll
+        self._deepest = self._limit("Absolute Maximum Depth", math.inf)
+        self._lowest = self._limit("Absolute Minimum Altitude", 0.0)
+        names = PARCELS if self.log_parcels else ()
+        self._parcels: Mapping[str, Entity] = {name: self.reserve(f"{name} Parcel") for name in names}
+
+    def start(self) -> None:
+        self._loops = EnabledLoops(VERTICAL | HORIZONTAL)
+        self._controlled = -math.inf
+        self._begin_vertical()
+        self._begin_horizontal()
+        self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def enable(self, loops: imc.ControlLoops) -> None:
+        before = self._loops.mask
+        if not self._loops.hear(loops):
+            return
+        mask = self._loops.mask
+        if mask & VERTICAL & ~before:
+            self._begin_vertical()
+        if mask & HORIZONTAL & ~before:
+            self._begin_horizontal()
+        if bool(mask) != bool(before):
+            self.publish(imc.ControlLoops(enable=bool(mask), mask=Loops.TORQUE, scope_ref=self._loops.scope))
+        self.set_entity_state(State.NORMAL, "active" if mask else "idle")
+
+    @consume
+    def limit(self, limits: imc.OperationalLimits) -> None:
+        """Take limits of depth and altitude that are stricter than the vehicle's own."""
+        self._deepest = self._limit("Absolute Maximum Depth", math.inf)
+        self._lowest = self._limit("Absolute Minimum Altitude", 0.0)
+        if limits.mask & imc.OpLimitsMask.MAX_DEPTH and math.isfinite(limits.max_depth):
+            self._deepest = min(self._deepest, limits.max_depth)
+        if limits.mask & imc.OpLimitsMask.MIN_ALT and math.isfinite(limits.min_altitude):
+            self._lowest = max(self._lowest, limits.min_altitude)
+
+    @consume
+    def go_to_z(self, desired: imc.DesiredZ) -> None:
+        """Take a depth or altitude, and say so where it is kept within the limits."""
+        if not self._loops.mask & VERTICAL or not self._is_number(desired.value, "depth or altitude"):
+            return
+        if desired.z_units == Units.DEPTH:
+            limited = max(0.0, min(desired.value, self._deepest - DEPTH_MARGIN))
+        elif desired.z_units == Units.ALTITUDE:
+            limited = max(desired.value, self._lowest + self.altitude_reference_margin)
+        else:
+            self.log.warning(f"a desired z in unit {desired.z_units} is neither a depth nor an altitude")
+            return
+        if limited != desired.value:
+            desired = imc.DesiredZ(value=limited, z_units=desired.z_units)
+            self.publish(desired)
+        before, self._z = self._z, desired
+        if before is None or before.z_units != desired.z_units:
+            self._depth.reset()
+            self._altitude.reset()
+            self._above_bottom = AltitudeReference(self.altitude_weights)
+
+    @consume
+    def go_to_pitch(self, desired: imc.DesiredPitch) -> None:
+        if self._is_number(desired.value, "pitch"):
+            self._pitch_reference = clamp(desired.value, math.radians(self.maximum_pitch_reference))
+
+    @consume
+    def go_to_heading(self, desired: imc.DesiredHeading) -> None:
+        if self._is_number(desired.value, "heading"):
+            self._heading_reference = desired.value
+
+    @consume
+    def go_to_heading_rate(self, desired: imc.DesiredHeadingRate) -> None:
+        if self._is_number(desired.value, "heading rate"):
+            self._rate_reference = clamp(desired.value, math.radians(self.maximum_heading_rate))
+
+    @consume
+    def control(self, state: imc.EstimatedState) -> None:
+        before, self._controlled = self._controlled, state.timestamp
+        if not self._loops.mask:
+            return
+        elapsed = state.timestamp - before
+        dt = elapsed if 0.0 < elapsed <= LONGEST_STEP else 0.0
+        sr, cr = math.sin(state.phi), math.cos(state.phi)
+        turning = (sr * state.q + cr * state.r) / max(STEEPEST, math.cos(state.theta))
+        m, n = self._pitch_torque(state, dt, cr * state.q - sr * state.r), self._yaw_torque(state, dt, turning)
+        k = 0.0
+        if self.roll_enabled:
+            k = self._roll.step(dt, -state.phi, -(state.p + math.sin(state.theta) * turning))
+        self.publish(imc.DesiredControl(k=k, m=m or 0.0, n=n or 0.0, flags=TORQUES))
+        self._report(m is not None, n is not None)
+
+    def _pitch_torque(self, state: imc.EstimatedState, dt: float, pitching: float) -> float | None:
+        if self._loops.mask & Loops.PITCH:
+            command = self._pitch_reference
+        elif self._loops.mask & VERTICAL:
+            command = self._pitch_for_z(state, dt)
+            if command is not None:
+                self.publish(imc.DesiredPitch(value=command))
+        else:
+            return 0.0
+        if command is None:
+            return None
+        change = (command - self._command) / dt if dt and self._command is not None else 0.0
+        self._command = command
+        return self._pitch.step(dt, command - state.theta, change - pitching)
+
+    def _pitch_for_z(self, state: imc.EstimatedState, dt: float) -> float | None:
+        if self._z is None:
+            return None
+        sp, cp, sr, cr = math.sin(state.theta), math.cos(state.theta), math.sin(state.phi), math.cos(state.phi)
+        sinking = -sp * state.u + cp * (sr * state.v + cr * state.w)
+        if self._z.z_units == Units.ALTITUDE:
+            wanted, rate = self._above_bottom.depth(state.alt, state.depth, self._z.value, dt)
+            wanted = min(wanted, self._deepest - DEPTH_MARGIN)
+            law = self._altitude if self.altitude_enabled else self._depth
+            return -law.step(dt, wanted - state.depth, rate - sinking)
+        error = self._z.value - state.depth
+        if self.force_pitch_at_surface and self._z.value < SURFACE and abs(error) < SURFACE:
+            self._depth.reset()
+            return math.radians(self.pitch_angle_at_surface)
+        return -self._depth.step(dt, error, -sinking)
+
+    def _yaw_torque(self, state: imc.EstimatedState, dt: float, turning: float) -> float | None:
+        if self._loops.mask & Loops.YAW_RATE:
+            command = self._rate_reference
+        elif self._loops.mask & Loops.YAW:
+            if self._heading_reference is None:
+                return None
+            command = self._heading.step(dt, wrap(self._heading_reference - state.psi), -turning)
+            self.publish(imc.DesiredHeadingRate(value=command))
+        else:
+            return 0.0
+        return None if command is None else self._heading_rate.step(dt, command - state.r)
+
+    def _report(self, vertical: bool, horizontal: bool) -> None:
+        """Say how it goes: which references are missing for too long, and the parts of the control laws."""
+        for law, entity in zip(self._pids, self._parcels.values(), strict=False):
+            self.publish(imc.ControlParcel(p=law.p, i=law.i, d=law.d, a=law.p + law.i + law.d), entity=entity)
+        missing = "" if vertical else "vertical"
+        missing = missing if horizontal else "yaw"
+        if missing and self.now - self._began > self.reference_timeout:
+            self.set_entity_state(State.ERROR, f"timed out while waiting for {missing} control mode")
+        elif self._above_bottom.lost > self.altitude_timeout:
+            self.set_entity_state(State.ERROR, "altitude is unknown for too long")
+        elif not missing:
+            self.set_entity_state(State.NORMAL, "active")
+
+    def _begin_vertical(self) -> None:
+        self._z: imc.DesiredZ | None = None
+        self._pitch_reference: float | None = None
+        self._command: float | None = None
+        self._above_bottom = AltitudeReference(self.altitude_weights)
+        self._began = self.now
+        for law in (self._depth, self._altitude, self._pitch):
+            law.reset()
+
+    def _begin_horizontal(self) -> None:
+        self._heading_reference: float | None = None
+        self._rate_reference: float | None = None
+        self._began = self.now
+        for law in (self._heading, self._heading_rate, self._roll):
+            law.reset()
+
+    def _is_number(self, value: float, what: str) -> bool:
+        if not math.isfinite(value):
+            self.log.warning(f"a desired {what} is no number")
+        return math.isfinite(value)
+
+    def _limit(self, option: str, default: float) -> float:
+        text = self.vehicle.profile.value("General", option)
+        try:
+            return float(text) if text else default
+        except ValueError:
+            raise ParameterError(option, f"[General] has {text!r}, which is no number") from None

@@ -1,0 +1,38 @@
+"""How four fins in a cross share torques."""
+
+from tasks.control.pid import clamp
+
+Fins = tuple[float, float, float, float]
+Torques = tuple[float, float, float]
+
+
+def allocate(wanted: Torques, effects: Torques, limit: float, crossed: float = 0.0) -> Fins:
+    """Deflections (rad) of the fins below, at port, at starboard and above for torques about roll, pitch, yaw (N m).
+
+    `effects` are the torques of a fin (N m/rad). No fin goes beyond `limit` (rad). With `crossed` (rad) each pair is
+    deflected against itself by so much, which brakes; yaw is not controlled then. Roll has what pitch and yaw leave:
+    the same from all fins, and what is missing from the pair that has most left.
+    """
+    k, m, n = wanted
+    roll, pitch, yaw = effects
+    free = limit - crossed
+    vertical = clamp(-n / (2.0 * yaw), free) if not crossed else 0.0
+    horizontal = clamp(-m / (2.0 * pitch), free)
+    share = k / roll / 4.0
+    left_vertical, left_horizontal = free - abs(vertical), free - abs(horizontal)
+    on_vertical = clamp(share, left_vertical)
+    on_horizontal = clamp(2.0 * share - on_vertical, left_horizontal)
+    on_vertical = clamp(2.0 * share - on_horizontal, left_vertical)
+    return (
+        vertical - on_vertical + crossed,
+        horizontal + on_horizontal + crossed,
+        horizontal - on_horizontal - crossed,
+        vertical + on_vertical - crossed,
+    )
+
+
+def torques(fins: Fins, effects: Torques) -> Torques:
+    """The torques about roll, pitch, yaw (N m) of deflections (rad); the inverse of `allocate` within the limits."""
+    below, port, starboard, above = fins
+    roll, pitch, yaw = effects
+    return roll * (port - starboard - below + above), -pitch * (port + starboard), -yaw * (below + above)

@@ -1,0 +1,148 @@
+"""Controls the speed of an underwater vehicle with one thruster."""
+
+import math
+
+import imc
+from runtime import ParameterError, State, Task, consume, param
+from runtime.task import UNKNOWN_SYSTEM
+from tasks.control.loops import EnabledLoops
+from tasks.control.pid import PID
+
+STANDSTILL = 0.1  # m/s; a lower speed is none
+LONGEST_STEP = 1.0  # s
+
+
+class Speed(Task):
+    """Turns DesiredSpeed into thrust, while the loop SPEED is enabled.
+
+    A speed in m/s becomes a rotation rate by feed-forward and an integral of the error, which is limited and works
+    on while the rate is ramped, as on the LAUV. One thrust command follows each Rpm. Brake and Abort stop the thruster.
+    """
+
+    hardware_control: bool = param(
+        True, "", "The motor controller keeps the rotation rate by itself.", name="Hardware RPMs Control"
+    )
+    full_thrust: float = param(2500.0, "rpm", "Rotation rate at full thrust.", name="RPMs at Maximum Thrust", minimum=1)
+    minimum_rpm: float = param(0.0, "rpm", "Lowest rate of a moving vehicle.", name="Minimum RPM Limit", minimum=0)
+    rpm_acceleration: float = param(
+        80.0, "rpm/s", "Fastest change of the rate.", name="Maximum RPM Acceleration", minimum=0
+    )
+    speed_gains: list[float] = param([0.0, 25.0, 0.0], "rpm/(m/s)", "P, I, D on speed.", name="MPS PID Gains", size=3)
+    speed_integral_limit: float = param(
+        400.0, "rpm", "Limit of the integral; -1 for none.", name="MPS Integral Limit", minimum=-1
+    )
+    speed_feedforward: float = param(1000.0, "rpm/(m/s)", "Feed-forward of speed.", name="MPS Feedforward Gain")
+    rpm_gains: list[float] = param(
+        [0.00013, 0.00021, 2.9e-05], "1/rpm", "P, I, D on rate.", name="RPMs PID Gains", size=3
+    )
+    rpm_feedforward: float = param(0.00026, "1/rpm", "Feed-forward of the rate.", name="RPMs Feedforward Gain")
+    lowest_thrust: float = param(0.0, "1", "Lowest thrust.", name="Negative Thrust Limit", minimum=-1, maximum=0)
+    highest_thrust: float = param(1.0, "1", "Highest thrust.", name="Positive Thrust Limit", minimum=0, maximum=1)
+    log_parcels: bool = param(False, "", "Publish the parts of the control law.", name="Log PID Parcels")
+
+    def configure(self) -> None:
+        limit = self.speed_integral_limit
+        self._speed = PID(self.speed_gains, integral_limit=limit if limit >= 0.0 else math.inf)
+        self._rate = PID(self.rpm_gains, limit=1.0)
+        text = self.vehicle.profile.value("General", "Maximum Underwater RPMs", str(self.full_thrust))
+        try:
+            self._maximum_rpm = float(text)
+        except ValueError:
+            raise ParameterError("Maximum Underwater RPMs", f"[General] has {text!r}, which is no number") from None
+
+    def start(self) -> None:
+        self._loops = EnabledLoops(imc.CLoopsMask.SPEED)
+        self._braking = False
+        self._rest()
+        self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def enable(self, loops: imc.ControlLoops) -> None:
+        if not self._loops.hear(loops):
+            return
+        self._rest()
+        if self._loops.mask:
+            self.set_entity_state(State.NORMAL, "active")
+        else:
+            self._thrust(0.0)
+            self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def desire(self, speed: imc.DesiredSpeed) -> None:
+        if not self._loops.mask:
+            return
+        if not math.isfinite(speed.value) or speed.speed_units not in tuple(imc.SpeedUnits):
+            self.log.warning(f"a desired speed is none: {speed.value} in unit {speed.speed_units}")
+            return
+        if self._desired is None or speed.speed_units != self._desired.speed_units:
+            self._speed.reset()
+            self._rate.reset()
+        self._desired = speed
+
+    @consume
+    def brake(self, brake: imc.Brake) -> None:
+        self._braking = brake.op == imc.Brake.Op.START
+        if self._braking:
+            self._thrust(0.0)
+
+    @consume(others=True)
+    def abort(self, abort: imc.Abort) -> None:
+        if abort.dst == self.system or (abort.dst == UNKNOWN_SYSTEM and abort.src == self.system):
+            self._loops.mask = 0
+            self._rest()
+            self._thrust(0.0)
+            self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def follow(self, state: imc.EstimatedState) -> None:
+        """Bring the rotation rate towards what a speed in m/s needs."""
+        desired = self._desired
+        if desired is None or desired.speed_units != imc.SpeedUnits.METERS_PS:
+            return
+        before, self._followed = self._followed, state.timestamp
+        dt = state.timestamp - before
+        if not 0.0 < dt <= LONGEST_STEP:
+            return
+        if desired.value < STANDSTILL:
+            self._speed.reset()
+            self._rpm = 0.0
+            return
+        wanted = self._speed.step(dt, desired.value - state.u) + self.speed_feedforward * desired.value
+        change = self.rpm_acceleration * dt
+        ramped = max(self._rpm - change, min(self._rpm + change, wanted))
+        self._rpm = max(self.minimum_rpm, min(self._maximum_rpm, ramped))
+        if self.log_parcels:
+            parts = self._speed
+            self.publish(imc.ControlParcel(p=parts.p, i=parts.i, d=parts.d, a=parts.p + parts.i + parts.d))
+
+    @consume
+    def drive(self, rpm: imc.Rpm) -> None:
+        desired = self._desired
+        before, self._driven = self._driven, rpm.timestamp
+        if desired is None:
+            return
+        match desired.speed_units:
+            case imc.SpeedUnits.PERCENTAGE:
+                self._thrust(0.01 * desired.value)
+                return
+            case imc.SpeedUnits.RPM:
+                wanted = desired.value
+            case _:
+                wanted = self._rpm
+        if self.hardware_control:
+            self._thrust(wanted / self.full_thrust)
+            return
+        dt = rpm.timestamp - before
+        correction = self._rate.step(dt if 0.0 < dt <= LONGEST_STEP else 0.0, wanted - rpm.value) if wanted else 0.0
+        self._thrust(correction + self.rpm_feedforward * wanted)
+
+    def _rest(self) -> None:
+        self._desired: imc.DesiredSpeed | None = None
+        self._rpm = 0.0
+        self._followed = self._driven = -math.inf
+        self._speed.reset()
+        self._rate.reset()
+
+    def _thrust(self, value: float) -> None:
+        limited = 0.0 if self._braking else max(self.lowest_thrust, min(self.highest_thrust, value))
+        self.publish(imc.SetThrusterActuation(id=0, value=limited))

@@ -1,0 +1,27 @@
+"""Which control loops are enabled, by the protocol of ControlLoops."""
+
+import imc
+
+
+class EnabledLoops:
+    """The loops of `controlled` (CLoopsMask) that are enabled.
+
+    `scope` is the largest scope_ref that was heard; messages of older scopes come too late and have no effect.
+    """
+
+    def __init__(self, controlled: int):
+        self.controlled = controlled
+        self.mask = 0
+        self.scope = 0
+
+    def hear(self, message: imc.ControlLoops) -> bool:
+        """Take a message; whether it changed the mask."""
+        if message.scope_ref < self.scope:
+            return False
+        self.scope = message.scope_ref
+        before = self.mask
+        if message.enable:
+            self.mask |= message.mask & self.controlled
+        else:
+            self.mask &= ~message.mask
+        return self.mask != before

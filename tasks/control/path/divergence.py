@@ -1,0 +1,76 @@
+"""Notices when a vehicle does not get on with its path."""
+
+import math
+from dataclasses import dataclass
+
+from tasks.control.path.track import Progress
+from tasks.control.pid import wrap
+
+MISSES = 2
+
+
+@dataclass(frozen=True)
+class AlongTrack:
+    """Every `period` (s) there is progress of `speed` (m/s), or, off course, of `turning` (rad/s) towards it."""
+
+    period: float
+    speed: float
+    turning: float
+
+
+@dataclass(frozen=True)
+class CrossTrack:
+    """No further from the track than `distance` (m), but for `patience` (s)."""
+
+    distance: float
+    patience: float
+
+
+class Divergence:
+    """Watches a path; None for a side that is not watched."""
+
+    def __init__(self, along: AlongTrack | None, cross: CrossTrack | None):
+        self._along = along
+        self._cross = cross
+        self.restart(-math.inf)
+
+    def restart(self, at: float) -> None:
+        """Begin anew, at a time (s); before it all is well."""
+        self._begin = at
+        self._checked: float | None = None
+        self._outside: float | None = None
+        self._misses = 0
+        self._remaining = self._error = 0.0
+
+    def error(self, now: float, where: Progress, target: float, uncertainty: float) -> str:
+        """What is wrong, an empty text for nothing. `target` is the course to the path (rad)."""
+        if now < self._begin:
+            return ""
+        if self._along is not None and self._is_stuck(self._along, now, where, target):
+            return "along-track divergence error"
+        if self._cross is not None and self._is_off(self._cross, now, where, uncertainty):
+            return "cross-track divergence error"
+        return ""
+
+    def _is_stuck(self, along: AlongTrack, now: float, where: Progress, target: float) -> bool:
+        off_course = abs(wrap(target - where.course))
+        if self._checked is not None and now - self._checked < along.period:
+            return False
+        first, self._checked = self._checked is None, now
+        remaining, self._remaining = self._remaining, where.left
+        error, self._error = self._error, off_course
+        if first:
+            return False
+        if off_course < 0.5 * math.pi:
+            gained = remaining - where.left >= along.period * along.speed
+        else:
+            gained = error - off_course >= along.period * along.turning
+        self._misses = 0 if gained else self._misses + 1
+        return self._misses >= MISSES
+
+    def _is_off(self, cross: CrossTrack, now: float, where: Progress, uncertainty: float) -> bool:
+        if abs(where.y) < cross.distance + uncertainty:
+            self._outside = None
+            return False
+        self._outside = now if self._outside is None else self._outside
+        return now - self._outside >= cross.patience

@@ -1,0 +1,283 @@
+"""What all path controllers have in common: references in, headings out, progress and its supervision."""
+
+import math
+from collections.abc import Mapping
+
+import imc
+from imc.coordinates import displace, displacement
+from runtime import ParameterError, State, Task, consume, param
+from tasks.control.loops import EnabledLoops
+from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
+from tasks.control.path.track import Point, Progress, Track, bearing, progress
+from tasks.control.pid import wrap
+
+Flags = imc.DesiredPath.Flags
+StateFlags = imc.PathControlState.Flags
+Loops = imc.CLoopsMask
+KEPT_FLAGS = Flags.NO_Z | Flags["_3DTRACK"] | Flags.CCLOCKW
+Z_LOOPS: Mapping[int, int] = {imc.ZUnits.DEPTH: Loops.DEPTH, imc.ZUnits.ALTITUDE: Loops.ALTITUDE}
+LONGEST = 25000.0  # m
+RECENT = 1.0  # s
+UNKNOWN_ETA = 0xFFFF
+SLOWEST_COURSE = 0.2  # m/s; slower movement has no course
+LONGEST_BRAKE = 30.0  # s
+EARLY = 1e-3  # s: how much too early a state may come for its cycle
+
+
+class PathFollower(Task):
+    """Follows DesiredPath while the loop PATH is enabled: publishes DesiredHeading, DesiredZ and DesiredSpeed.
+
+    Enables the loops that it needs in the scope of the maneuver, reports PathControlState, and is in ERROR where the
+    vehicle does not get on with the path. Subclasses say how to steer.
+    """
+
+    control_frequency: float = param(10.0, "Hz", "Highest rate of DesiredHeading.", minimum=0.1, maximum=100)
+    report_frequency: float = param(
+        1.0, "Hz", "Rate of PathControlState.", name="State Report Frequency", minimum=0.1, maximum=100
+    )
+    course_control: bool = param(True, "", "Steer the course, else the heading.")
+    eta_minimum_speed: float = param(0.1, "m/s", "Speed that an arrival is reckoned with.", minimum=0.01)
+    new_reference_timeout: float = param(5.0, "s", "How soon after an end the next path is expected.", minimum=0)
+    position_jump: float = param(
+        10.0, "m", "A jump of the position that halts the supervision.", name="Position Jump Threshold", minimum=0
+    )
+    jump_factor: float = param(
+        0.5,
+        "m/s",
+        "Speed that the length of the halt is reckoned with.",
+        name="Position Jump Time Factor",
+        minimum=0.01,
+    )
+    watch_along: bool = param(False, "", "Watch the progress.", name="Along-track -- Monitor")
+    along_period: float = param(20.0, "s", "Period of it.", name="Along-track -- Check Period", minimum=1)
+    along_speed: float = param(0.05, "m/s", "Least progress.", name="Along-track -- Minimum Speed", minimum=0)
+    along_yaw: float = param(2.0, "°/s", "Least turn towards the path.", name="Along-track -- Minimum Yaw", minimum=0)
+    watch_cross: bool = param(False, "", "Watch the distance from the track.", name="Cross-track -- Monitor")
+    cross_distance: float = param(25.0, "m", "Largest distance.", name="Cross-track -- Distance Limit", minimum=0)
+    cross_time: float = param(20.0, "s", "How long it may be larger.", name="Cross-track -- Time Limit", minimum=0)
+    cross_uncertainty: float = param(
+        1.0, "1", "Share of the uncertainty that is allowed besides.", name="Cross-track -- Nav. Unc. Factor", minimum=0
+    )
+
+    def along(self, where: Progress, bearing: float) -> float:
+        """The course (rad) along a track of a `bearing` (rad)."""
+        raise NotImplementedError
+
+    def around(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:
+        """The course (rad) on a circle, with its centre at a direction (rad) and distance (m); side 1 is clockwise."""
+        raise NotImplementedError
+
+    def configure(self) -> None:
+        text = self.vehicle.profile.value("General", "Time Of Arrival Factor", "5")
+        try:
+            self._early = float(text)
+        except ValueError:
+            raise ParameterError("Time Of Arrival Factor", f"[General] has {text!r}, which is no number") from None
+        turning = math.radians(self.along_yaw)
+        self._divergence = Divergence(
+            AlongTrack(self.along_period, self.along_speed, turning) if self.watch_along else None,
+            CrossTrack(self.cross_distance, self.cross_time) if self.watch_cross else None,
+        )
+
+    def start(self) -> None:
+        self._loops = EnabledLoops(Loops.PATH)
+        self._enabled = 0
+        self._uncertainty = 0.0
+        self._waiting: imc.DesiredPath | None = None
+        self._path: imc.DesiredPath | None = None
+        self._state: imc.EstimatedState | None = None
+        self._cycled = -math.inf
+        self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def enable(self, loops: imc.ControlLoops) -> None:
+        if not self._loops.hear(loops):
+            return
+        if self._loops.mask:
+            self.set_entity_state(State.NORMAL, "enabled")
+            return
+        if loops.mask != Loops.ALL and self._enabled:
+            self._switch(imc.ControlLoops.Enable.DISABLE, self._enabled)
+        self._enabled = 0
+        self._path = self._waiting = None
+        self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def trust(self, uncertainty: imc.NavigationUncertainty) -> None:
+        largest = max(uncertainty.x, uncertainty.y)
+        self._uncertainty = self.cross_uncertainty * largest if math.isfinite(largest) else 0.0
+
+    @consume
+    def brake(self, brake: imc.Brake) -> None:
+        self._divergence.restart(self.now + (LONGEST_BRAKE if brake.op == imc.Brake.Op.START else 0.0))
+
+    @consume
+    def begin(self, path: imc.DesiredPath) -> None:
+        """Take a path, at the next state."""
+        if not self._loops.mask:
+            return
+        numbers = path.end_lat, path.end_lon, path.end_z, path.speed, path.lradius, path.start_lat, path.start_lon
+        if not all(map(math.isfinite, numbers)) or abs(path.end_lat) > 0.5 * math.pi or abs(path.end_lon) > math.pi:
+            self._fail("the desired path is nowhere")
+        elif self._state is None:
+            self._waiting = path
+        else:
+            self._follow(path, self._state)
+
+    @consume
+    def steer(self, state: imc.EstimatedState) -> None:
+        before, self._state = self._state, state
+        if self._waiting is not None:
+            path, self._waiting = self._waiting, None
+            self._follow(path, state)
+        if self._path is None or state.timestamp - self._cycled < 1.0 / self.control_frequency - EARLY:
+            return
+        self._cycled = state.timestamp
+        if before is not None and not (before.lat == state.lat and before.lon == state.lon):
+            self._place(self._path, state)
+        self._notice_jump(before, state)
+        self._cycle(self._path, state)
+
+    def _follow(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
+        start_lat, start_lon = self._start_of(path, state)
+        end_lat, end_lon = path.end_lat, path.end_lon
+        if path.flags & Flags.LOITER_CURR and path.lradius > 0.0:
+            end_lat, end_lon = _position(state)
+        path = path.replace(start_lat=start_lat, start_lon=start_lon, end_lat=end_lat, end_lon=end_lon)
+        still = self._path is not None and self._loitering and path.lradius > 0.0
+        self._place(path, state)
+        track, at = self._track, (state.x, state.y)
+        if track.length > LONGEST or (
+            track.length == 0.0 and path.lradius <= 0.0 and math.dist(at, track.end) > LONGEST
+        ):
+            self._fail(f"the desired path is longer than {LONGEST / 1000:g} km")
+            return
+        distance = math.dist(at, track.end)
+        self._loitering = path.lradius > 0.0 and (
+            distance <= path.lradius or (still and 0.75 * path.lradius <= distance <= 1.25 * path.lradius)
+        )
+        self._path, self._near, self._ended = path, False, -math.inf
+        self._reported = self._cycled = -math.inf
+        self._divergence.restart(self.now)
+        self._enable_for(path)
+        self.set_entity_state(State.NORMAL, "active")
+
+    def _start_of(self, path: imc.DesiredPath, state: imc.EstimatedState) -> Point:
+        old = self._path
+        if path.flags & Flags.START:
+            return path.start_lat, path.start_lon
+        recent = state.timestamp - self._cycled <= RECENT
+        if old is None or not recent or not self._near or self._loitering or path.flags & Flags.DIRECT:
+            return _position(state)
+        return old.end_lat, old.end_lon
+
+    def _place(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
+        """Lay the path out in metres about the reference of the state."""
+        lat, lon = state.lat, state.lon
+        start = displacement(lat, lon, 0.0, path.start_lat, path.start_lon, 0.0)[:2]
+        end = displacement(lat, lon, 0.0, path.end_lat, path.end_lon, 0.0)[:2]
+        side = -1 if path.flags & Flags.CCLOCKW else 1
+        self._track = Track(start, end, max(0.0, path.lradius), side)
+        self._straight = self._track.tangent() if path.lradius > 0.0 else self._track
+
+    def _enable_for(self, path: imc.DesiredPath) -> None:
+        wanted = int(Loops.YAW | Loops.SPEED)
+        if not path.flags & Flags.NO_Z:
+            wanted |= Z_LOOPS.get(path.end_z_units, 0)
+        if self._enabled & ~wanted:
+            self._switch(imc.ControlLoops.Enable.DISABLE, self._enabled & ~wanted)
+        if wanted & ~self._enabled:
+            self._switch(imc.ControlLoops.Enable.ENABLE, wanted & ~self._enabled)
+        self._enabled = wanted
+        if wanted & (Loops.DEPTH | Loops.ALTITUDE):
+            self.publish(imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
+        self.publish(imc.DesiredSpeed(value=path.speed, speed_units=path.speed_units))
+
+    def _notice_jump(self, before: imc.EstimatedState | None, state: imc.EstimatedState) -> None:
+        if before is None or not (before.lat == state.lat and before.lon == state.lon):
+            return
+        jump = math.hypot(state.x - before.x, state.y - before.y)
+        if jump > self.position_jump:
+            self._divergence.restart(self.now + jump / self.jump_factor)
+
+    def _cycle(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
+        at = state.x, state.y
+        speed, course = math.hypot(state.vx, state.vy), math.atan2(state.vy, state.vx)
+        if not self.course_control or speed < SLOWEST_COURSE:
+            course = state.psi
+            speed = speed if self.course_control else state.u
+        where = progress(self._straight, at, speed, course, state.psi)
+        eta = where.eta(self._early, self.eta_minimum_speed)
+        if not self._loitering and not self._near and eta <= 0.0:
+            if path.lradius > 0.0:
+                self._loitering = True
+            else:
+                self._near, self._ended = True, state.timestamp
+            self._reported = -math.inf
+        radius = self._track.radius
+        if self._loitering:
+            target = self.around(bearing(at, self._track.end), math.dist(at, self._track.end), radius, self._track.side)
+        elif where.left > 0.0:
+            target = self.along(where, self._straight.bearing)
+        else:
+            target = where.line_of_sight
+        self.publish(imc.DesiredHeading(value=wrap(target + state.psi - course)))
+        if state.timestamp - self._reported >= 1.0 / self.report_frequency - EARLY:
+            self._reported = state.timestamp
+            self._report(path, state, where, wrap(target - course), eta)
+        self._supervise(where, target)
+
+    def _report(
+        self, path: imc.DesiredPath, state: imc.EstimatedState, where: Progress, error: float, eta: float
+    ) -> None:
+        flags = path.flags & KEPT_FLAGS
+        flags |= StateFlags.NEAR if self._near else 0
+        flags |= StateFlags.LOITERING if self._loitering else 0
+        y = where.y
+        if self._loitering:
+            y = math.dist((state.x, state.y), self._track.end) - self._track.radius
+        now = state.alt if path.end_z_units == imc.ZUnits.ALTITUDE else state.depth
+        self.publish(
+            imc.PathControlState(
+                path_ref=path.path_ref,
+                start_lat=path.start_lat,
+                start_lon=path.start_lon,
+                start_z=path.start_z,
+                start_z_units=path.start_z_units,
+                end_lat=path.end_lat,
+                end_lon=path.end_lon,
+                end_z=path.end_z,
+                end_z_units=path.end_z_units,
+                lradius=path.lradius,
+                flags=flags,
+                x=0.0 if self._loitering else where.left,
+                y=y,
+                z=path.end_z - now,
+                vx=where.vx,
+                vy=where.vy,
+                vz=state.vz,
+                course_error=error,
+                eta=0 if self._loitering else max(0, min(UNKNOWN_ETA, round(eta))),
+            )
+        )
+
+    def _supervise(self, where: Progress, target: float) -> None:
+        if self._near and self.now - self._ended > self.new_reference_timeout:
+            self._fail("expected new path control reference")
+        elif not self._loitering and not self._near:
+            error = self._divergence.error(self.now, where, target, self._uncertainty)
+            if error:
+                self._fail(error)
+
+    def _fail(self, reason: str) -> None:
+        if self.entity.state is not State.ERROR:
+            self.log.error(reason)
+        self.set_entity_state(State.ERROR, reason)
+
+    def _switch(self, enable: int, mask: int) -> None:
+        self.publish(imc.ControlLoops(enable=enable, mask=mask, scope_ref=self._loops.scope))
+
+
+def _position(state: imc.EstimatedState) -> Point:
+    lat, lon, _ = displace(state.lat, state.lon, state.height, state.x, state.y, state.z)
+    return lat, lon

@@ -1,0 +1,22 @@
+"""Follows paths by steering to their end."""
+
+import math
+
+from runtime import param
+from tasks.control.path.follower import PathFollower
+from tasks.control.path.track import Progress, bearing
+
+
+class PurePursuit(PathFollower):
+    """Steers straight to the end of a track; around a circle, to a point of it that lies ahead."""
+
+    lookahead: float = param(5.0, "m", "How far ahead the point on a circle is.", name="Loiter Lookahead", minimum=0.1)
+
+    def along(self, where: Progress, bearing: float) -> float:
+        return where.line_of_sight
+
+    def around(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:
+        outward = line_of_sight + math.pi
+        ahead = outward + side * min(self.lookahead / radius, 0.5 * math.pi)
+        here = distance * math.cos(outward), distance * math.sin(outward)
+        return bearing(here, (radius * math.cos(ahead), radius * math.sin(ahead)))

@@ -1,0 +1,31 @@
+"""Follows paths along a field of headings that leads to them."""
+
+import math
+
+from runtime import param
+from tasks.control.path.follower import PathFollower
+from tasks.control.path.track import Progress
+
+
+class VectorField(PathFollower):
+    """Steers at an angle that shrinks with the distance from the track (Nelson et al., IEEE T-RO 23(3), 2007)."""
+
+    corridor_width: float = param(5.0, "m", "Distance of the entry angle.", name="Corridor -- Width", minimum=0.1)
+    entry_angle: float = param(
+        15.0,
+        "°",
+        "Angle to the track at the edge of the corridor.",
+        name="Corridor -- Entry Angle",
+        minimum=1,
+        maximum=60,
+    )
+
+    def configure(self) -> None:
+        super().configure()
+        self._gain = math.tan(math.radians(self.entry_angle)) / self.corridor_width
+
+    def along(self, where: Progress, bearing: float) -> float:
+        return bearing - math.atan(self._gain * where.y)
+
+    def around(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:
+        return math.pi + line_of_sight + side * (0.5 * math.pi + math.atan(2.0 * self._gain * (distance - radius)))

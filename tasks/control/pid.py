@@ -1,0 +1,54 @@
+"""A discrete controller with proportional, integral and derivative parts."""
+
+import math
+from collections.abc import Sequence
+
+
+def clamp(value: float, limit: float) -> float:
+    """The value within plus and minus `limit`."""
+    return -limit if value < -limit else limit if value > limit else value
+
+
+def wrap(angle: float) -> float:
+    """The angle in [-pi, pi), rad."""
+    return angle if -math.pi <= angle < math.pi else (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+class PID:
+    """Output = P e + I ∫e dt + D de/dt within plus and minus `limit`; the integral part stays within `integral_limit`.
+
+    The integral part of a step is that of the steps before it. With `conditional` it rests while the output is at its
+    limit and the error would take it further (conditional integration; Åström & Hägglund, Advanced PID Control, 2006,
+    ch. 3.5). `p`, `i`, `d` are the parts of the last step.
+    """
+
+    def __init__(
+        self,
+        gains: Sequence[float],
+        *,
+        limit: float = math.inf,
+        integral_limit: float = math.inf,
+        conditional: bool = True,
+    ):
+        self._proportional, self._integral, self._derivative = gains
+        self._limit = limit
+        self._integral_limit = integral_limit
+        self._conditional = conditional
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the past."""
+        self.p = self.i = self.d = 0.0
+        self._accumulated = 0.0
+
+    def step(self, dt: float, error: float, error_rate: float = 0.0) -> float:
+        """The output for an error and its rate; `dt` is the time since the last step (s)."""
+        self.p = self._proportional * error
+        self.d = self._derivative * error_rate
+        self.i = self._accumulated
+        wanted = self.p + self.i + self.d
+        output = clamp(wanted, self._limit)
+        growth = self._integral * error * dt
+        if growth and not (self._conditional and wanted != output and growth * wanted > 0.0):
+            self._accumulated = clamp(self._accumulated + growth, self._integral_limit)
+        return output
