@@ -1,6 +1,7 @@
 """What a run shows: a calm live panel on a terminal, lines where the output is piped."""
 
 import math
+import os
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -167,10 +168,14 @@ class Status:
         self.mug = f"last: MUG {mug.id} at {mug.x:+.2f} m north, {mug.y:+.2f} m east of the vehicle"
 
     def _see_log(self, control: imc.LoggingControl) -> None:
-        if control.op == imc.LoggingControl.Op.STARTED and control.src == self.vehicle.system:
-            self.folder = str(self.vehicle.log_root / self.vehicle.name / control.name)
-            if self._live is None:
-                self._print(Text(printable(f"{_clock(control.timestamp)} LOG     {self.folder}")))
+        if control.op != imc.LoggingControl.Op.STARTED or control.src != self.vehicle.system:
+            return
+        folder = self.vehicle.log_root / self.vehicle.name / control.name
+        if not os.path.isdir(folder):  # another process of the vehicle keeps it elsewhere
+            return
+        self.folder = str(folder)
+        if self._live is None:
+            self._print(Text(printable(f"{_clock(control.timestamp)} LOG     {self.folder}")))
 
     def _see_mode(self, state: imc.VehicleState) -> None:
         if state.src == self.vehicle.system:

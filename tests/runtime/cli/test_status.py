@@ -40,7 +40,14 @@ def show(tmp_path, message=None, title="a vehicle", width=80):
     ],
 )
 def test_hostile_messages_are_shown_as_text(tmp_path, message, words):
+    if isinstance(message, imc.LoggingControl):
+        (tmp_path / "v" / message.name).mkdir(parents=True)
     assert words in show(tmp_path, message, width=400)
+
+
+@pytest.mark.parametrize("name", ["20260101/000000", "../../x", "\0", "x" * 9999, "\udcff"])
+def test_a_log_of_another_process_is_not_shown_as_the_own_one(tmp_path, name):
+    assert name[:9] not in show(tmp_path, imc.LoggingControl(op=STARTED, name=name), width=400)
 
 
 def test_a_title_is_no_markup(tmp_path):
