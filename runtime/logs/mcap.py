@@ -96,7 +96,7 @@ class _Export:
     def write_packets(self, batch: Batch) -> None:
         """The packets, in a chunk of their own that viewers need not read."""
         chunk = Chunk()
-        data = b"".join(batch.packets)
+        data = batch.joined()
         time = int(nanoseconds(batch.headers["timestamp"][:1])[0])
         body = ENCAPSULATION + len(data).to_bytes(4, "little") + data
         chunk.add(self._topics.channel(PACKETS_TOPIC, PACKETS), batch.first & 0xFFFFFFFF, time, body)

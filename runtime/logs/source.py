@@ -1,22 +1,23 @@
 """What of a log is exported: packets in batches, grouped by message, those of one size as arrays."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
 
 import imc
+from imc import packet_scan
 from imc.codec import SMALLEST_PACKET
+from imc.packet_scan import at_each
 from runtime.logs.cut import Choice, Watch, wanted
-from runtime.logs.headers import Array, Block, headers
+from runtime.logs.headers import Array
 from runtime.logs.names import Names
 from runtime.logs.summary import Summary
 
-BATCH_PACKETS, BATCH_BYTES, PIECE = 1 << 14, 1 << 21, 1 << 9
+BATCH_BYTES = 1 << 21
 
 _NUMBERS = {"b": "i1", "B": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "q": "<i8", "f": "<f4", "d": "<f8"}
 _HEADER = (
@@ -30,15 +31,31 @@ _HEADER = (
     ("dst_ent", "u1"),
 )
 
+HEADER_AND_ORDER = np.dtype([("id", "<u2"), ("size", "<u2"), *_HEADER[3:], ("big", "?")])
+"""A header, and whether the packet is big-endian."""
+
 Progress = Callable[[int], object]
 
 
 class Batch(NamedTuple):
-    """Consecutive packets of the export: the number of the first, their bytes, their headers (an array of HEADER)."""
+    """Consecutive packets of the export: the number of the first; the bytes they lie in, and where they begin and end
+    there; their headers (an array of HEADER_AND_ORDER)."""
 
     first: int
-    packets: list[bytes]
+    data: bytes
+    starts: Array
+    ends: Array
     headers: Array
+
+    def packet(self, row: int) -> bytes:
+        return self.data[self.starts[row] : self.ends[row]]
+
+    def joined(self) -> bytes:
+        """All packets, one behind the other."""
+        if np.array_equal(self.ends[:-1], self.starts[1:]):
+            return self.data[self.starts[0] : self.ends[-1]]
+        places = zip(self.starts.tolist(), self.ends.tolist(), strict=True)
+        return b"".join([self.data[start:end] for start, end in places])
 
 
 class Group(NamedTuple):
@@ -79,30 +96,13 @@ class Source:
         """The wanted packets; `progress` hears how many bytes of the unpacked log have been read."""
         watch = Watch(self.summary.owner)
         self.packets = 0
-        for block in self._blocks():
-            keep = wanted(block, self.choice, watch)
-            progress(block.offsets[-1])
-            if not keep.any():
-                continue
-            packets = block.packets if keep.all() else [block.packets[row] for row in np.flatnonzero(keep)]
-            yield Batch(self.packets, packets, block.headers[keep])
-            self.packets += len(packets)
-
-    def _blocks(self) -> Iterator[Block]:
-        found: list[tuple[int, bytes]] = []
-        packets, size = self.log.packets(), 0
-        while piece := list(islice(packets, PIECE)):
-            found += piece
-            size += sum([len(packet) for _, packet in piece])
-            if len(found) >= BATCH_PACKETS or size >= BATCH_BYTES:
-                yield self._block(found)
-                found, size = [], 0
-        if found:
-            yield self._block(found)
-
-    def _block(self, found: list[tuple[int, bytes]]) -> Block:
-        packets = [packet for _, packet in found]
-        return Block(packets, [offset for offset, _ in found], headers(packets, self.schema.sync))
+        for batch in _merged(self.log.batches()):
+            progress(batch.base + len(batch.data))
+            heads = _headers(batch)
+            keep = wanted(heads, self.choice, watch)
+            if keep.any():
+                yield Batch(self.packets, batch.data, batch.starts[keep], batch.ends[keep], heads[keep])
+                self.packets += int(keep.sum())
 
     def groups(self, batch: Batch) -> Iterator[Group]:
         """The packets of a batch by message, without those of unknown id, which count as skipped."""
@@ -116,23 +116,63 @@ class Source:
                 self.skipped[f"message id {number} is unknown"] += len(rows)
                 continue
             layout = self._layouts.get(number)
-            sizes: Array = batch.headers["size"][rows]
-            if layout is not None and bool(np.all(sizes == layout.itemsize - SMALLEST_PACKET)):
-                data = b"".join(list(map(batch.packets.__getitem__, rows.tolist())))
-                array: Array = np.frombuffer(data, layout)
-                if (array["_sync"] == self.schema.sync).all():
-                    yield Group(message, rows, array)
+            if layout is not None:
+                heads = batch.headers[rows]
+                plain = (heads["size"] == layout.itemsize - SMALLEST_PACKET) & ~heads["big"]
+                if bool(np.all(plain)):
+                    yield Group(message, rows, at_each(batch.data, batch.starts[rows], layout))
                     continue
             yield Group(message, rows, None)
 
     def decoded(self, batch: Batch, rows: Array) -> Iterator[tuple[int, imc.Message]]:
         """Row and message of packets of a batch; what cannot be decoded counts as skipped."""
         numbers: list[int] = rows.tolist()
-        for row in numbers:
+        starts, ends = batch.starts[rows].tolist(), batch.ends[rows].tolist()
+        for row, start, end in zip(numbers, starts, ends, strict=True):
             try:
-                yield row, self.schema.decode(batch.packets[row])
+                yield row, self.schema.decode(batch.data[start:end])
             except imc.DecodeError as error:
                 self.skipped[str(error)] += 1
+
+
+def _merged(batches: Iterable[packet_scan.Batch]) -> Iterator[packet_scan.Batch]:
+    """The same packets in fewer batches, of BATCH_BYTES about."""
+    waiting: list[packet_scan.Batch] = []
+    for batch in batches:
+        waiting.append(batch)
+        if sum(len(batch.data) for batch in waiting) >= BATCH_BYTES:
+            yield _joined(waiting)
+            waiting = []
+    if waiting:
+        yield _joined(waiting)
+
+
+def _joined(batches: list[packet_scan.Batch]) -> packet_scan.Batch:
+    shifts = np.cumsum([0, *(len(batch.data) for batch in batches)])
+    pairs = list(zip(batches, shifts[:-1], strict=True))
+    return packet_scan.Batch(
+        batches[0].base,
+        b"".join([batch.data for batch in batches]),
+        np.concatenate([batch.starts + shift for batch, shift in pairs]),
+        np.concatenate([batch.ends + shift for batch, shift in pairs]),
+        np.concatenate([batch.heads for batch in batches]),
+        np.concatenate([batch.big for batch in batches]),
+    )
+
+
+def _headers(batch: packet_scan.Batch) -> Array:
+    """Headers as HEADER_AND_ORDER."""
+    found = np.empty(len(batch.starts), HEADER_AND_ORDER)
+    found["id"], found["size"], found["big"] = batch.heads & 0xFFFF, batch.heads >> 16, batch.big
+    for name, place, kind in (
+        ("timestamp", 6, "f8"),
+        ("src", 14, "u2"),
+        ("src_ent", 16, "u1"),
+        ("dst", 17, "u2"),
+        ("dst_ent", 19, "u1"),
+    ):
+        found[name] = batch.header_values(place, kind)
+    return found
 
 
 def nanoseconds(times: Array) -> Array:

@@ -87,8 +87,8 @@ def test_parquet_holds_what_is_hard_to_write(odd, tmp_path):
 
 def test_a_parquet_file_is_written_in_pieces(make_log, tmp_path, monkeypatch):
     monkeypatch.setattr("runtime.logs.parquet.ROWS", 100)
-    monkeypatch.setattr("runtime.logs.source.PIECE", 10)
-    monkeypatch.setattr("runtime.logs.source.BATCH_PACKETS", 50)
+    monkeypatch.setattr("imc.packet_scan.PIECE", 600)
+    monkeypatch.setattr("runtime.logs.source.BATCH_BYTES", 1200)
     source = source_of(make_log([imc.Rpm(value=number, **HEADER) for number in range(1000)]))
     (tmp_path / "out").mkdir()
     export_parquet(source, tmp_path / "out")
