@@ -136,7 +136,7 @@ class Maneuver(Task):
         """Steer to the end of `leg` until near; `after` is what the maneuver takes from there (s)."""
         self.steer(leg, flags=flags)
         while not self.near:
-            if self.path is await self.event():
+            if isinstance(await self.event(), imc.PathControlState):
                 self.tell(after, info)
 
     def tell(self, after: float = 0.0, info: str = "") -> None:

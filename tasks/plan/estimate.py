@@ -65,7 +65,8 @@ def estimate(maneuver: imc.Message, start: Position | None, train: Powertrain, n
         return Estimate(endless, end=start)
     if isinstance(maneuver, imc.Teleoperation | imc.FollowReference):
         return Estimate(math.inf, end=start)
-    corners = _corners(maneuver)
+    stays = isinstance(maneuver, imc.Elevator | imc.PopUp) and maneuver.flags & imc.Elevator.Flags.CURR_POS
+    corners = ([start] if start else []) if stays else _corners(maneuver)
     if not corners or speed <= 0.0:
         return Estimate(end=start)
     legs = [_distance(*leg) for leg in pairwise(([start] if start else []) + corners)]

@@ -6,12 +6,23 @@ from ideal_vehicle import IdealVehicle
 
 import imc
 from runtime.testing import simulate
+from tasks.maneuver.dislodge import Dislodge
+from tasks.maneuver.elevator import Elevator
 from tasks.maneuver.follow_path import FollowPath
+from tasks.maneuver.follow_reference.auv import AUV
 from tasks.maneuver.goto import Goto
 from tasks.maneuver.idle import Idle
+from tasks.maneuver.launch import Launch
 from tasks.maneuver.loiter import Loiter
+from tasks.maneuver.pop_up import PopUp
+from tasks.maneuver.rows import Rows
+from tasks.maneuver.rows_coverage import RowsCoverage
+from tasks.maneuver.scheduled_goto import ScheduledGoto
 from tasks.maneuver.station_keeping import StationKeeping
+from tasks.maneuver.teleoperation import Teleoperation
+from tasks.maneuver.yo_yo import YoYo
 from tasks.monitors.entities import Entities
+from tasks.monitors.medium import Medium
 from tasks.plan.db import DB
 from tasks.plan.engine import Engine
 from tasks.supervisors.vehicle import Vehicle
@@ -20,7 +31,9 @@ CCU = 0x4000
 OWN = 0x001A
 START = 2.0  # s
 LAT, LON = 0.7188138702989088, -0.15195185535150277
-BOARD = (Vehicle, Entities, DB, Engine, Goto, Idle, StationKeeping, Loiter, FollowPath)
+MANEUVERS = (Goto, Idle, StationKeeping, Loiter, FollowPath, PopUp, YoYo, Rows, RowsCoverage, Elevator, Launch)
+MANEUVERS += (ScheduledGoto, Dislodge, Teleoperation, AUV)
+BOARD = (Vehicle, Entities, Medium, DB, Engine, *MANEUVERS)
 DEPTH = imc.ZUnits.DEPTH
 PLANS = Path(__file__).parents[2] / "data" / "plans"
 
@@ -39,10 +52,15 @@ def plan_of(*maneuvers, name="test", transitions=None, **fields):
     return imc.PlanSpecification(plan_id=name, start_man_id="m0", maneuvers=items, transitions=arrows, **fields)
 
 
+def place(north, east):
+    """Latitude and longitude (rad) at offsets (m) from where the ideal vehicle starts."""
+    lat, lon, _ = imc.coordinates.displace(LAT, LON, 0.0, north, east)
+    return {"lat": lat, "lon": lon}
+
+
 def goto(north, east, depth=0.0, speed=1.5):
     """A Goto at offsets (m) from where the ideal vehicle starts."""
-    lat, lon, _ = imc.coordinates.displace(LAT, LON, 0.0, north, east)
-    return imc.Goto(lat=lat, lon=lon, z=depth, z_units=DEPTH, speed=speed)
+    return imc.Goto(**place(north, east), z=depth, z_units=DEPTH, speed=speed)
 
 
 def control(op, at, plan_id="test", request_id=7, **fields):
@@ -86,3 +104,9 @@ def phases(run):
 def modes(run):
     """Modes of the vehicle, in their order."""
     return changes(imc.VehicleState.OpMode(m.op_mode).name for m in run.of(imc.VehicleState))
+
+
+def track(run):
+    """North, east, depth (m) and time (s from the start of the run) of the vehicle, once a second."""
+    states = run.of(imc.EstimatedState)[::20]
+    return [(m.x, m.y, m.depth, m.timestamp - run.vehicle.start_time) for m in states]

@@ -1,0 +1,57 @@
+"""Frees a vehicle that is stuck."""
+
+import math
+
+import imc
+from runtime import param
+from tasks.maneuver.protocol import Loops, Maneuver, ManeuverError
+
+Direction = imc.Dislodge.Direction
+SURFACE = 0.3  # m
+
+
+class Dislodge(Maneuver):
+    """Bursts of the thruster, until the vehicle rises or is at the surface; AUTO changes direction at each attempt."""
+
+    loops = Loops.SPEED
+    hears = (imc.EstimatedState,)
+
+    attempts: int = param(5, "1", "Number of attempts.", minimum=1, maximum=1000)
+    bursts: int = param(5, "1", "Bursts of an attempt.", minimum=1, maximum=1000)
+    burst_time: float = param(10.0, "s", "Duration of a burst.", minimum=0.1)
+    interval_time: float = param(5.0, "s", "Pause after a burst.", minimum=0)
+    minimum_distance: float = param(3.0, "m", "A vehicle that has risen so far is free.", minimum=0.1)
+
+    async def execute(self, dislodge: imc.Dislodge) -> None:
+        began = (await self.located()).depth
+        end = self.now + dislodge.timeout if dislodge.timeout else math.inf
+        backward = dislodge.direction == Direction.BACKWARD
+        for attempt in range(self.attempts):
+            if dislodge.direction == Direction.AUTO:
+                backward = attempt % 2 == 1
+            for _ in range(self.bursts):
+                for rpm, seconds in (
+                    (-dislodge.rpm if backward else dislodge.rpm, self.burst_time),
+                    (0.0, self.interval_time),
+                ):
+                    self.publish(imc.DesiredSpeed(value=rpm, speed_units=imc.SpeedUnits.RPM))
+                    if await self._rises(began, min(end, self.now + seconds)):
+                        self.publish(imc.DesiredSpeed(value=0.0, speed_units=imc.SpeedUnits.RPM))
+                        return
+                    if self.now >= end:
+                        raise ManeuverError("timeout")
+        raise ManeuverError("vehicle is still stuck")
+
+    async def _rises(self, began: float, until: float) -> bool:
+        """Whether the vehicle becomes free."""
+        told = self.now
+        self.report()
+        while self.now < until:
+            await self.event()
+            depth = self.state.depth if self.state is not None else began
+            if depth <= max(SURFACE, began - self.minimum_distance):
+                return True
+            if self.now - told >= 1.0:
+                told = self.now
+                self.report()
+        return False

@@ -1,0 +1,33 @@
+"""Goes from one depth to another above a point."""
+
+import math
+
+import imc
+from runtime import param
+from tasks.maneuver.protocol import Leg, Maneuver, PathFlags
+from tasks.maneuver.spiral import spiral
+
+
+class Elevator(Maneuver):
+    """Goes to a point, or stays where it is, and spirals from a depth or altitude to another."""
+
+    hears = (imc.PathControlState, imc.EstimatedState)
+
+    minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
+    vertical_monitor: bool = param(True, "", "End the maneuver when the depth does not change.", name="VMonitor")
+    slowest: float = param(0.1, "m/s", "Smallest vertical speed.", name="VMonitor -- Minimum Speed", minimum=0)
+    patience: float = param(20.0, "s", "Time over which it is measured.", name="VMonitor -- Timeout", minimum=1)
+
+    async def execute(self, elevator: imc.Elevator) -> None:
+        e, here = elevator, elevator.flags & imc.Elevator.Flags.CURR_POS
+        leg = Leg(e.lat, e.lon, e.end_z, e.end_z_units, e.speed, e.speed_units)
+        if not here:
+            await self.follow(leg._replace(z=e.start_z, z_units=e.start_z_units))
+        await spiral(
+            self,
+            leg,
+            max(e.radius, self.minimum_radius),
+            flags=PathFlags.LOITER_CURR if here else 0,
+            slowest=self.slowest,
+            patience=self.patience if self.vertical_monitor else math.inf,
+        )

@@ -1,0 +1,1 @@
+"""Following references from outside, by kind of vehicle."""

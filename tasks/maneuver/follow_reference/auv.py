@@ -1,0 +1,129 @@
+"""Follows references that another system sends."""
+
+import imc
+from runtime import param
+from tasks.maneuver.protocol import Completed, Leg, Loops, Maneuver, ManeuverError, PathFlags
+from tasks.maneuver.spiral import vertical_error
+
+Has = imc.Reference.Flags
+Doing = imc.FollowRefState.State
+Near = imc.FollowRefState.Proximity
+ANY_SYSTEM, ANY_ENTITY = 0xFFFF, 0xFF
+UNITS = {"None": 0, "DEPTH": 1, "ALTITUDE": 2, "HEIGHT": 3}
+SPEEDS = {"m/s": 0, "RPM": 1, "%": 2}
+
+
+class AUV(Maneuver):
+    """Goes where References say, from the system and entity that it is told to obey.
+
+    At the position it loiters where a radius is given, spirals to its depth, and else hovers with all loops off. A
+    speed of 0 stops the vehicle. The flag MANDONE ends the maneuver, and so does silence.
+    """
+
+    hears = (imc.PathControlState, imc.EstimatedState)
+    hears_others = (imc.Reference,)
+    loops = 0
+
+    default_speed: float = param(1.2, "-", "Speed where a reference has none.", minimum=0)
+    default_speed_units: str = param("m/s", "", "Its unit.", choices=tuple(SPEEDS))
+    default_z: float = param(0.0, "m", "Depth or altitude where a reference has none.")
+    default_z_units: str = param("DEPTH", "", "Which of them.", choices=tuple(UNITS))
+    horizontal_tolerance: float = param(15.0, "m", "Nearer than this it has arrived.", minimum=0.1)
+    vertical_tolerance: float = param(1.0, "m", "Nearer than this its depth is reached.", minimum=0.1)
+    loitering_radius: float = param(7.5, "m", "Radius of spirals.", minimum=1)
+
+    async def execute(self, order: imc.FollowReference) -> None:
+        self._order, self._reference, self._leg = order, imc.Reference(), None
+        self._doing, self._told = Doing.WAIT, -1.0
+        heard = self.now
+        self._tell(0)
+        while True:
+            event = await self.event()
+            if isinstance(event, imc.Reference) and self._obeys(event):
+                if event.flags & Has.MANDONE:
+                    raise Completed
+                heard = self.now
+                await self._accept(event)
+            if order.timeout > 0.0 and self.now - heard > order.timeout:
+                self._doing, self._told = Doing.TIMEOUT, -1.0
+                self._tell(0)
+                raise ManeuverError("reference timeout")
+            if isinstance(event, imc.EstimatedState):
+                self._move(event)
+
+    def _obeys(self, reference: imc.Reference) -> bool:
+        order = self._order
+        return (
+            order.control_src in (reference.src, ANY_SYSTEM)
+            and order.control_ent in (reference.src_ent, ANY_ENTITY)
+            and reference.dst in (self.system, ANY_SYSTEM)
+        )
+
+    async def _accept(self, reference: imc.Reference) -> None:
+        """Take a new reference; what it leaves out stays, or is the default."""
+        state = await self.located()
+        before = self._leg
+        self._reference, self._doing = reference, Doing.WAIT
+        speed, z = reference.speed, reference.z
+        lat, lon = reference.lat, reference.lon
+        if not reference.flags & Has.LOCATION:
+            lat, lon = (before.lat, before.lon) if before else imc.coordinates.absolute(state)[:2]
+        leg = Leg(
+            lat, lon, self.default_z, UNITS[self.default_z_units], self.default_speed, SPEEDS[self.default_speed_units]
+        )
+        if reference.flags & Has.SPEED and isinstance(speed, imc.DesiredSpeed):
+            leg = leg._replace(speed=speed.value, speed_units=speed.speed_units)
+        if reference.flags & Has.Z and isinstance(z, imc.DesiredZ):
+            leg = leg._replace(z=z.value, z_units=z.z_units)
+        self._leg = leg
+        self._move(state)
+
+    def _move(self, state: imc.EstimatedState) -> None:
+        """Do what the reference and the distance to it ask for."""
+        leg = self._leg
+        if leg is None:
+            self._tell(0)
+            return
+        near = self.range_to(leg) <= max(self.horizontal_tolerance, 1.5 * self._radius())
+        deep = abs(vertical_error(state, leg)) <= self.vertical_tolerance
+        if leg.speed <= 0.0:
+            doing = Doing.HOVER
+        elif not near:
+            doing = Doing.GOTO
+        elif self._radius() > 0.0:
+            doing = Doing.LOITER
+        else:
+            doing = Doing.HOVER if deep else Doing.ELEVATOR
+        if doing is not self._doing:
+            self._doing = doing
+            self._told = -1.0
+            self._begin_doing(leg, doing)
+        self._tell((Near.XY_NEAR if near else 0) | (Near.Z_NEAR if deep else 0) or Near.FAR)
+
+    def _begin_doing(self, leg: Leg, doing: Doing) -> None:
+        self.control(0 if doing is Doing.HOVER else Loops.PATH)
+        if doing is Doing.GOTO:
+            self.steer(leg, flags=PathFlags.DIRECT if self._reference.flags & Has.DIRECT else 0)
+        elif doing in (Doing.LOITER, Doing.ELEVATOR):
+            self.steer(leg, radius=self._radius() or self.loitering_radius)
+
+    def _radius(self) -> float:
+        if self._reference.flags & Has.RADIUS:
+            return self._reference.radius
+        return max(0.0, self._order.loiter_radius)
+
+    def _tell(self, proximity: int) -> None:
+        """FollowRefState at each change and once a second."""
+        if self._told >= 0.0 and self.now - self._told < 1.0:
+            return
+        self._told = self.now
+        self.report()
+        self.publish(
+            imc.FollowRefState(
+                control_src=self._order.control_src,
+                control_ent=self._order.control_ent,
+                reference=self._reference,
+                state=self._doing,
+                proximity=proximity,
+            )
+        )

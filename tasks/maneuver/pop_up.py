@@ -1,0 +1,69 @@
+"""Surfaces for a position, and dives again."""
+
+import math
+
+import imc
+from imc.coordinates import absolute, displacement
+from runtime import param
+from tasks.maneuver.protocol import Leg, Loops, Maneuver, PathFlags
+from tasks.maneuver.spiral import spiral
+from tasks.maneuver.station import keep_station
+
+Flags = imc.PopUp.Flags
+Water = imc.VehicleMedium.Medium.WATER
+
+
+class PopUp(Maneuver):
+    """Goes to a point, spirals to the surface, waits there, and spirals down again.
+
+    It waits for its duration, near the point where STATION_KEEP says so, or until the navigation agrees with a good
+    fix where no flag says how; a duration then is the longest time.
+    """
+
+    hears = (imc.PathControlState, imc.EstimatedState, imc.VehicleMedium, imc.GpsFix)
+
+    elevator_radius: float = param(15.0, "m", "Smallest radius of the spirals.", minimum=1)
+    station_radius: float = param(
+        15.0, "m", "Radius in which the vehicle keeps station.", name="Maximum Distance From Station", minimum=1
+    )
+    minimum_distance: float = param(3.0, "m", "A fix so near the estimate confirms it.", minimum=0)
+    minimum_satellites: int = param(8, "1", "A good fix has so many satellites.", minimum=0, maximum=255)
+
+    async def execute(self, popup: imc.PopUp) -> None:
+        leg = Leg.of(popup)
+        radius = max(popup.radius, self.elevator_radius)
+        here = popup.flags & Flags.CURR_POS
+        if not here:
+            await self.follow(leg, after=popup.duration)
+        surface = leg._replace(z=0.0, z_units=imc.ZUnits.DEPTH)
+        loiter = PathFlags.LOITER_CURR if here else 0
+        await spiral(self, surface, radius, flags=loiter, after=popup.duration)
+        self.control(0)
+        medium = None
+        while medium != Water:
+            event = await self.event()
+            medium = event.medium if isinstance(event, imc.VehicleMedium) else medium
+        if popup.flags & Flags.STATION_KEEP:
+            await keep_station(self, surface, max(self.station_radius, radius), max(1.0, popup.duration))
+        elif popup.flags & Flags.WAIT_AT_SURFACE:
+            await self._until(self.now + popup.duration, any_fix=False)
+        else:
+            await self._until(self.now + popup.duration if popup.duration else math.inf, any_fix=True)
+        self.control(Loops.PATH)
+        await spiral(self, leg, radius, flags=PathFlags.LOITER_CURR if here else 0)
+
+    async def _until(self, end: float, *, any_fix: bool) -> None:
+        """Drift until `end`, or with `any_fix` until a fix confirms where the vehicle is."""
+        while self.now < end:
+            event = await self.event()
+            if any_fix and isinstance(event, imc.GpsFix) and self._confirms(event):
+                return
+            if isinstance(event, imc.VehicleMedium):
+                self.report(end - self.now)
+
+    def _confirms(self, fix: imc.GpsFix) -> bool:
+        if self.state is None or not fix.validity & imc.GpsFix.Validity.VALID_POS:
+            return False
+        lat, lon, _ = absolute(self.state)
+        north, east, _ = displacement(lat, lon, 0.0, fix.lat, fix.lon, 0.0)
+        return fix.satellites >= self.minimum_satellites and math.hypot(north, east) <= self.minimum_distance

@@ -1,0 +1,56 @@
+"""Goes to a point in time."""
+
+import math
+
+import imc
+from runtime import ParameterError, param
+from tasks.maneuver.protocol import Completed, Leg, Maneuver, ManeuverError
+from tasks.maneuver.spiral import CLIMB, vertical_error
+
+Late = imc.ScheduledGoto.Delayed
+REVISION = 2.0  # s between two choices of the speed
+
+
+class ScheduledGoto(Maneuver):
+    """Chooses its speed so that it arrives at a time; too late, it goes on, is done, or fails, as it is told.
+
+    It travels at one depth and goes to the other shortly before the end.
+    """
+
+    hears = (imc.PathControlState, imc.EstimatedState)
+
+    minimum_speed: float = param(0.7, "m/s", "Slowest speed.", minimum=0.1)
+    maximum_speed: float = param(1.6, "m/s", "Fastest speed.", minimum=0.1)
+
+    def configure(self) -> None:
+        if self.minimum_speed > self.maximum_speed:
+            raise ParameterError("Minimum Speed", "is above the Maximum Speed")
+
+    async def execute(self, goto: imc.ScheduledGoto) -> None:
+        await self.located()
+        end = Leg(goto.lat, goto.lon, goto.z, goto.z_units, 0.0, imc.SpeedUnits.METERS_PS)
+        speed, chosen = self._speed(goto, end), self.now
+        self.steer(end._replace(z=goto.travel_z, z_units=goto.travel_z_units, speed=speed))
+        travelling = True
+        while not self.near:
+            event = await self.event()
+            if event is self.path:
+                self.tell()
+            if self.state is None or self.path is None:
+                continue
+            if self.now - chosen >= REVISION:
+                speed, chosen = self._speed(goto, end), self.now
+                self.publish(imc.DesiredSpeed(value=speed, speed_units=end.speed_units))
+            if travelling and self.range_to(end) <= abs(vertical_error(self.state, end)) / CLIMB:
+                travelling = False
+                self.publish(imc.DesiredZ(value=goto.z, z_units=goto.z_units))
+
+    def _speed(self, goto: imc.ScheduledGoto, end: Leg) -> float:
+        left = goto.arrival_time - self.now
+        needed = self.range_to(end) / left if left > 0.0 else math.inf
+        if needed > self.maximum_speed:
+            if goto.delayed == Late.SKIP:
+                raise Completed
+            if goto.delayed == Late.FAIL:
+                raise ManeuverError("cannot arrive in time")
+        return max(self.minimum_speed, min(self.maximum_speed, needed))

@@ -1,0 +1,52 @@
+"""Changing depth in circles."""
+
+import math
+
+import imc
+from tasks.maneuver.protocol import Leg, Maneuver, ManeuverError, PathState
+
+NEAR_ENOUGH = 0.3  # m
+CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward speed
+
+
+def vertical_error(state: imc.EstimatedState, leg: Leg) -> float:
+    """How much deeper (m) the vehicle has to go for the end of `leg`; 0 where its altitude is unknown or not asked."""
+    if leg.z_units == imc.ZUnits.DEPTH:
+        return leg.z - state.depth
+    if leg.z_units == imc.ZUnits.ALTITUDE and state.alt >= 0.0:
+        return state.alt - leg.z
+    return 0.0
+
+
+async def spiral(
+    maneuver: Maneuver,
+    leg: Leg,
+    radius: float,
+    *,
+    flags: int = 0,
+    after: float = 0.0,
+    slowest: float = 0.0,
+    patience: float = math.inf,
+) -> None:
+    """Circle around the end of `leg` with `radius` (m) until its depth is reached; `after` (s) is added to the eta.
+
+    Slower than `slowest` (m/s) over `patience` (s) on the circle raises ManeuverError.
+    """
+    state = await maneuver.located()
+    maneuver.steer(leg, radius=radius, flags=flags)
+    mark, marked = vertical_error(state, leg), maneuver.now
+    while True:
+        event = await maneuver.event()
+        if maneuver.state is None:
+            continue
+        error = vertical_error(maneuver.state, leg)
+        if abs(error) <= NEAR_ENOUGH:
+            return
+        if event is maneuver.path:
+            maneuver.tell(after + abs(error) / (max(0.1, leg.speed) * CLIMB))
+        if maneuver.path is None or not maneuver.path.flags & PathState.LOITERING:
+            mark, marked = error, maneuver.now
+        elif maneuver.now - marked >= patience:
+            if abs(mark) - abs(error) < slowest * patience:
+                raise ManeuverError(f"vertical speed is below {slowest:g} m/s")
+            mark, marked = error, maneuver.now
