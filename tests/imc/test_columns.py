@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas
 import pytest
 from fastcrc.crc16 import arc
 from hypothesis import HealthCheck, given, settings
@@ -316,7 +317,6 @@ def test_positions_are_those_of_the_objects() -> None:
 
 
 def test_pandas_has_all_fields() -> None:
-    pandas = pytest.importorskip("pandas")
     log = Log(LOGS / "dune-idle")
     frame = log.to_pandas("EntityState")
     assert list(frame.columns) == [*HEADER, "state", "flags", "description"]

@@ -2,14 +2,13 @@
 
 import math
 
+import imcpy
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import imc
 from imc import coordinates
-
-imcpy = pytest.importorskip("imcpy")
 
 LATITUDES = st.floats(-1.5, 1.5)
 LONGITUDES = st.floats(-3.1, 3.1)

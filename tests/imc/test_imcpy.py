@@ -6,11 +6,10 @@ import math
 from pathlib import Path
 from typing import Any
 
+import imcpy
 import pytest
 
 import imc
-
-imcpy = pytest.importorskip("imcpy")
 
 DATA = Path(__file__).parents[1] / "data" / "imc"
 UNREADABLE = {
