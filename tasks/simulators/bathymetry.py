@@ -14,7 +14,8 @@ class Bathymetry:
     """Depth (m) between `soundings`: north, east and depth (m) from the reference position (rad).
 
     Between them it is Shepard's inverse-distance mean of those within `radius` m (Franke and Nielson 1980), which goes
-    through each sounding and has no steps; where there is none it is `elsewhere`.
+    through each sounding and has no steps; where there is none it is `elsewhere`. `shallowest` is the
+    least depth of all.
     """
 
     def __init__(
@@ -25,9 +26,11 @@ class Bathymetry:
         reference: tuple[float, float] = (0.0, 0.0),
     ):
         self.reference = reference
+        self.shallowest = elsewhere
         self._radius, self._elsewhere = radius, elsewhere
         self._cells: dict[tuple[int, int], list[Sounding]] = {}
         for sounding in soundings:
+            self.shallowest = min(self.shallowest, sounding[2])
             home = self._cell(sounding[0], sounding[1])
             for i in (-1, 0, 1):
                 for j in (-1, 0, 1):
@@ -36,12 +39,15 @@ class Bathymetry:
     def depth(self, north: float, east: float) -> float:
         """Depth at an offset (m) from the reference position."""
         total = weights = 0.0
+        nearness = 1.0 / self._radius
+        square = self._radius * self._radius
         for n, e, depth in self._cells.get(self._cell(north, east), ()):
-            distance = math.hypot(n - north, e - east)
-            if distance < 1e-3:
-                return depth
-            if distance < self._radius:
-                weight = ((self._radius - distance) / (self._radius * distance)) ** 2
+            dn, de = n - north, e - east
+            distance = dn * dn + de * de
+            if distance < square:
+                if distance < 1e-6:
+                    return depth
+                weight = (1.0 / math.sqrt(distance) - nearness) ** 2
                 weights += weight
                 total += weight * depth
         return total / weights if weights else self._elsewhere

@@ -11,6 +11,7 @@ from tasks.simulators.sonar import Beam
 
 NEAREST = 0.2  # m, of the echo sounder
 DEEPEST = 11000.0  # m
+SLOPE_STEPS = 3
 
 
 class Environment(Task):
@@ -109,20 +110,19 @@ class Environment(Task):
         down = beam.direction[2]
         if down < 0.1 or below <= 0.0:
             return max(0.0, below)
-        return beam.bottom(self._depth, 2.0 * below / down) if self._sloped(beam, below / down) else below / down
-
-    def _sloped(self, beam: Beam, distance: float) -> bool:
-        """Whether the bottom where the beam ends is not as deep as below the vehicle."""
-        north, east = (beam.start[i] + distance * beam.direction[i] for i in (0, 1))
-        return abs(self._depth(north, east) - beam.start[2] - distance * beam.direction[2]) > 0.01
+        for _ in range(SLOPE_STEPS):
+            north, east = (beam.start[i] + below / down * beam.direction[i] for i in (0, 1))
+            below = max(0.0, self._depth(north, east) - beam.start[2])
+        return below / down
 
     def _look_ahead(self, place: Vector, angles: Vector) -> float:
         position, orientation = self.forward_sonar_position, self.forward_sonar_orientation
         axis = _beam(place, angles, position, orientation, 0.0)
         nearest = axis.surface()
         if self.bottom_intersection_method:
+            shallowest = self._bathymetry.shallowest + self.tide_level
             edge = _beam(place, angles, position, orientation, -0.5 * math.radians(self.forward_beam_width))
-            nearest = min(nearest, edge.bottom(self._depth, self.forward_range))
+            nearest = min(nearest, edge.bottom(self._depth, self.forward_range, shallowest))
         if self.simulate_pier:
             nearest = min(nearest, axis.wall(*self._pier))
         return nearest

@@ -95,6 +95,11 @@ class Craft:
                 thrusts.append((part.gain * n * abs(n), part.loss * abs(n), x, others))
         self._thrusts = tuple(thrusts)
 
+    def accelerations(self) -> Rates:
+        """Of u, v, w (m/s²), p, q, r (rad/s²) at this instant."""
+        velocity = self.u, self.v, self.w, self.p, self.q, self.r
+        return self._accelerate(self.z, self._attitude, velocity, self._fins, self._thrusts)
+
     def step(self, h: float) -> None:
         """Move on by `h` s. Raises Diverged."""
         a, b, c, d = attitude = self._attitude

@@ -30,13 +30,19 @@ class Beam:
         depth, down = self.start[2], self.direction[2]
         return max(0.0, depth) / -down if down < 0.0 else math.inf
 
-    def bottom(self, depth: Callable[[float, float], float], reach: float) -> float:
-        """Distance (m) to a bottom of `depth` (north, east), not beyond `reach`; infinite where it meets none."""
-        near, below = 0.0, self._above(depth, 0.0) <= 0.0
-        if below:
-            return 0.0
+    def bottom(self, depth: Callable[[float, float], float], reach: float, shallowest: float = 0.0) -> float:
+        """Distance (m) to a bottom of `depth` (north, east), not beyond `reach`; infinite where it meets none.
+
+        Nowhere is the bottom higher than `shallowest` m.
+        """
+        clear, down = shallowest - self.start[2], self.direction[2]
+        if clear > 0.0 and clear >= reach * down:
+            return math.inf
+        first = near = clear / down if clear > 0.0 else 0.0
+        if self._above(depth, near) <= 0.0:
+            return near
         for step in range(1, STEPS + 1):
-            far = reach * step / STEPS
+            far = first + (reach - first) * step / STEPS
             if self._above(depth, far) <= 0.0:
                 for _ in range(BISECTIONS):
                     middle = 0.5 * (near + far)

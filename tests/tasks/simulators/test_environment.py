@@ -143,6 +143,10 @@ def test_a_beam_beside_a_wall_and_one_that_starts_below_the_bottom():
     assert beam.wall((5.0, 0.0), (9.0, 0.0)) == math.inf
     assert beam.bottom(lambda n, e: 4.0, 30.0) == 0.0
     assert beam.surface() == math.inf
+    down = Beam((0.0, 0.0, 5.0), (0.8, 0.0, 0.6))
+    for shallowest in (0.0, 5.0, 10.9, 11.0):
+        assert down.bottom(lambda n, e: 11.0, 30.0, shallowest) == pytest.approx(10.0, abs=0.01)
+    assert down.bottom(lambda n, e: 30.0, 30.0, 23.0) == math.inf
 
 
 def test_environment_and_what_is_not_finite():
