@@ -43,6 +43,7 @@ class Bus:
     """One in-process bus for one vehicle, `system` being its IMC id.
 
     Until `resume` it keeps what is published, so that nobody misses what others say while they start.
+    `on_own` is told of each message of this vehicle that comes from another process.
     Everything that is delivered has been through the codec, so a receiver here sees what a receiver elsewhere would.
     Objects that are no messages (frames) are shared between tasks of this process and go nowhere else.
     Counted: `delivered`; of what other processes send, `malformed` and, where it came too fast, `overrun`.
@@ -52,6 +53,7 @@ class Bus:
         self.kernel = kernel
         self.system = system
         self.delivered = 0
+        self.on_own: Callable[[imc.Message], None] = lambda _: None
         self.malformed = 0
         self.overrun = 0
         self._waiting: deque[bytes] = deque()
@@ -129,6 +131,8 @@ class Bus:
             if self.malformed == 1:
                 logger.warning("a packet from another process is malformed: %s; further ones are counted", error)
             return
+        if message.src == self.system:
+            self.on_own(message)
         self._deliver(message, packet, None)
 
     def _deliver(self, message: imc.Message, packet: bytes, origin: object) -> None:

@@ -92,6 +92,7 @@ class Vehicle:
         self._error: Exception | None = None
         self._closing = False
         self.daemon = self.add(Daemon, "Daemon")
+        self.bus.on_own = self._meet_twin
 
     @property
     def virtual(self) -> bool:
@@ -249,6 +250,16 @@ class Vehicle:
     def _soon(self, function: Callable[[Task], object], task: Task, delay: float = 0.0) -> None:
         """Call `function(task)`, with the task to blame for what happens."""
         self.kernel.after(delay, function, task).owner = task
+
+    def _meet_twin(self, message: imc.Message) -> None:
+        """Warn, once, of another process that speaks in the name of an entity of this one."""
+        entity = self.entities.by_id(message.src_ent)
+        if entity is not None and entity is not self.daemon.entity:
+            self.bus.on_own = lambda _: None
+            self.daemon.log.warning(
+                f"another process speaks as {entity.label} of {self.name}: is the vehicle running twice? "
+                "Give one of them another name (-V), or another bus"
+            )
 
     def _started(self, patience: int) -> None:
         self.kernel.slow_ns = patience

@@ -11,6 +11,7 @@ from tasks.simulators.mug_detection import UNIFORM_ERROR, Offset, View, detect, 
 from tasks.simulators.pinhole import Pinhole
 from tasks.simulators.trajectory import parse_points
 
+SMALLEST_FIELD = 1e-3  # °
 TIMING = 1e-3  # of a period: how early an image may be, for the resolution of timestamps is 0.24 µs
 
 
@@ -32,6 +33,8 @@ class MUGDetectionCamera(Task):
         "°",
         "Angle between the left and right border.",
         name="Horizontal Field of View",
+        minimum=0,
+        maximum=180,
         aliases=("Camera - Horizontal FOV",),
     )
     vertical_field_of_view: float = param(
@@ -39,6 +42,8 @@ class MUGDetectionCamera(Task):
         "°",
         "Angle between the upper and lower border.",
         name="Vertical Field of View",
+        minimum=0,
+        maximum=180,
         aliases=("Camera - Vertical FOV",),
     )
     horizontal_resolution: int = param(
@@ -62,24 +67,18 @@ class MUGDetectionCamera(Task):
         "or the constant of the original code (Frozen, the default of Original Code).",
         choices=("Default", "Uniform", "GSD", "Frozen", "None"),
     )
+    maximum_altitude: float = param(200.0, "m", "Height from which a glider is too small to be seen.", minimum=0)
     maximum_age: float = param(1.0, "s", "Older states are not looked at.", minimum=0)
 
     def configure(self) -> None:
         self.errors = self.error_model
         if self.errors == "Default":
             self.errors = "Frozen" if self.fidelity == "Original Code" else "Uniform"
-        for name, angle in (
-            ("Horizontal Field of View", self.horizontal_field_of_view),
-            ("Vertical Field of View", self.vertical_field_of_view),
-        ):
-            if not 0.0 < angle < 180.0:
-                raise ParameterError(name, f"{angle:g}° is not between 0° and 180°")
-        self.camera = Pinhole(
-            self.horizontal_resolution,
-            self.vertical_resolution,
-            math.radians(self.horizontal_field_of_view),
-            math.radians(self.vertical_field_of_view),
-        )
+        angles = self.horizontal_field_of_view, self.vertical_field_of_view
+        blind = [angle for angle in angles if not 0.0 < angle < 180.0]
+        self.blindness = f"a field of view of {blind[0]:g}° sees nothing" if blind else ""
+        fields = [math.radians(min(max(angle, SMALLEST_FIELD), 180.0 - SMALLEST_FIELD)) for angle in angles]
+        self.camera = Pinhole(self.horizontal_resolution, self.vertical_resolution, fields[0], fields[1])
         try:
             self.offsets = [(north, east) for north, east in parse_points(self.mugs, (2,))]
         except ValueError as error:
@@ -116,12 +115,16 @@ class MUGDetectionCamera(Task):
                 self.publish(imc.EstimatedMugState(id=number, x=x, y=y))
 
     def _fault(self, state: imc.EstimatedState) -> str:
+        if self.blindness:
+            return self.blindness
         pose = state.lat + state.lon + state.x + state.y + state.z + state.phi + state.theta + state.psi
         if not math.isfinite(pose):
             return "no position or attitude"
         by_altitude = self.fidelity == "Original" or (self.fidelity == "Physical" and self.target_plane == "Seabed")
         if by_altitude and not 0.0 < state.alt < math.inf:
             return "no altitude"
+        if by_altitude and state.alt > self.maximum_altitude:
+            return "altitude out of range"
         if state.timestamp < self._last:
             self._first = self._last = state.timestamp
             self._image = -1

@@ -460,3 +460,27 @@ def test_a_run_lasts_as_long_as_was_asked_for_however_late_it_begins():
     vehicle.run(0.05)
     vehicle.close()
     assert vehicle.kernel.now_ns / SECOND - vehicle.start_time >= 3.05
+
+
+def test_a_vehicle_that_runs_twice_on_one_bus_is_told_so_once():
+    class Wire:
+        """A transport whose other end is here."""
+
+        def open(self, receive):
+            self.receive = receive
+
+        def send(self, message, packet):
+            """Nobody else is there."""
+
+        def close(self):
+            """Nothing to close."""
+
+    async def twin(script):
+        wire, vehicle = Wire(), script.task.vehicle
+        vehicle.bus.attach(wire)
+        for entity in (0, vehicle.find("Pump").entity.id, vehicle.find("Pump").entity.id):
+            wire.receive(imc.encode(imc.Temperature(src=0x1A, src_ent=entity, timestamp=script.now)))
+            await script.sleep(0.1)
+
+    run = simulate(Pump, seconds=2.0, script=twin)
+    assert len([text for text in run.log if "another process speaks as Pump" in text]) == 1

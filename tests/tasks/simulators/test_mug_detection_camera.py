@@ -9,7 +9,7 @@ import pytest
 
 import imc
 from imc import coordinates
-from runtime import ParameterError
+from runtime import ParameterError, State
 from runtime.testing import simulate
 from tasks.simulators.estimated_state import EstimatedState
 from tasks.simulators.mug_detection_camera import MUGDetectionCamera
@@ -173,8 +173,7 @@ def test_original_ini_keys_are_aliases():
 @pytest.mark.parametrize(
     ("parameters", "name"),
     [
-        ({"horizontal_field_of_view": 0.0}, "Horizontal Field of View"),
-        ({"vertical_field_of_view": 180.0}, "Vertical Field of View"),
+        ({"horizontal_field_of_view": 190.0}, "Horizontal Field of View"),
         ({"vertical_field_of_view": -1.0}, "Vertical Field of View"),
         ({"horizontal_resolution": 0}, "Horizontal Resolution"),
         ({"vertical_resolution": -960}, "Vertical Resolution"),
@@ -188,6 +187,21 @@ def test_bad_parameters(parameters, name):
     with pytest.raises(ParameterError) as caught:
         simulate(MUGDetectionCamera, **parameters)
     assert caught.value.name == name
+
+
+@pytest.mark.parametrize("fidelity", ["Physical", "Original", "Original Code"])
+@pytest.mark.parametrize("parameters", [{"horizontal_field_of_view": 0.0}, {"vertical_field_of_view": 180.0}])
+def test_a_field_of_view_that_sees_nothing_is_said(parameters, fidelity):
+    run = simulate(MUGDetectionCamera, [imc.EstimatedState(alt=10.0, z=3.0)], fidelity=fidelity, **parameters)
+    assert run.of(imc.EstimatedMugState) == []
+    assert run.task.entity.state is State.FAULT
+    assert "field of view" in run.task.entity.description
+
+
+def test_an_altitude_out_of_range_is_said():
+    run = simulate(MUGDetectionCamera, [imc.EstimatedState(alt=5000.0)])
+    assert run.of(imc.EstimatedMugState) == []
+    assert run.task.entity.description.startswith("altitude out of range")
 
 
 def test_default_vehicle_sees_its_glider_at_the_start_and_after_each_circle():

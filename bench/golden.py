@@ -1,0 +1,40 @@
+"""The golden hash: what a minute of lauv-noptilus-1 in virtual time must be, byte for byte.
+
+`--check` fails where it differs from the one in golden.txt, which names the platform it was made on:
+the last digit of a sine may differ elsewhere. Without it the file is written anew.
+"""
+
+import gzip
+import hashlib
+import platform
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+FILE = Path(__file__).with_name("golden.txt")
+
+
+def run() -> str:
+    with tempfile.TemporaryDirectory() as folder:
+        command = "run lauv-noptilus-1 -p Simulation --clock virtual --for 60s --seed 1 --log-dir log".split()
+        subprocess.run([sys.executable, "-m", "runtime.cli", *command], check=True, cwd=folder, capture_output=True)
+        (log,) = Path(folder).glob("log/*/*/*/Data.lsf.gz")
+        return hashlib.sha256(gzip.decompress(log.read_bytes())).hexdigest()
+
+
+def main() -> int:
+    found = run()
+    if "--check" not in sys.argv[1:]:
+        where = f"{platform.machine()}, {platform.libc_ver()[0]} {platform.libc_ver()[1]}"
+        FILE.write_text(f"{found}\n{where}\n")
+        return 0
+    golden = FILE.read_text().split("\n")
+    if found != golden[0]:
+        print(f"{found} is not the golden {golden[0]}, made with {golden[1]}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
