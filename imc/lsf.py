@@ -10,7 +10,6 @@ from fastcrc.crc16 import arc
 from imc.columns import Table, fill_together, is_fixed, long_enough
 from imc.errors import DecodeError
 from imc.frames import frame_of
-from imc.index_file import has_index, index_of
 from imc.log_bytes import Progress, chunks, open_reader
 from imc.log_folder import find_log, find_schema
 from imc.log_index import LogIndex, Places
@@ -48,7 +47,7 @@ class Log:
     have. Conditions, wherever there are some: `start` <= timestamp < `end` (s since 1970 UTC), `src` is a system's id
     or the name it announces, `entity` is an entity's id or its label; KeyError for a name that the log does not know.
 
-    The first question about a type reads the log once and makes an index. For logs of more than 4 MiB it is written
+    The first question about a type reads the log once and makes an index. For logs of 4 MiB or more it is written
     beside the log, or to the user's cache where that is not possible, unless keep_index=False. An index is used as
     long as size, time of change, beginning and end of the log are the same. Memory does not grow with the log, but for
     the index (2 to 8 bytes for a packet) and what is returned.
@@ -189,6 +188,8 @@ class Log:
 
         progress: called now and then with the share that has been read, 0 to 1.
         """
+        from imc.index_file import index_of  # takes long to import, and is needed once in a while
+
         state = self.path.stat()
         now = (state.st_size, state.st_mtime_ns)
         if self._indexed is None or self._indexed[0] != now:
@@ -224,6 +225,8 @@ class Log:
 
     def _index_at_hand(self) -> LogIndex | None:
         """The index, if it need not be made."""
+        from imc.index_file import has_index
+
         if self._indexed or (self._keep_index and has_index(self.path)):
             return self.index()
         return None
