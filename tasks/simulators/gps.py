@@ -6,14 +6,17 @@ from datetime import UTC, datetime
 import imc
 from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param, periodic
+from tasks.simulators.attitude import rotation, to_ned
 
+SLOWEST = 0.05  # m/s, of a course
 ALL_VALID = 0x1FF  # the nine flags of GpsFix.Validity
 
 
 class GPS(Task):
-    """Reports the true position while the antenna is out of the water, as DUNE's simulator does.
+    """Reports the true position, speed and course over ground while the antenna is out of the water.
 
-    Below `Activation Depth` nothing is valid, and the dilution and accuracy grow by one in a second.
+    Slower than 0.05 m/s the course is the heading. Below `Activation Depth` nothing is valid, and the dilution and
+    accuracy grow by one in a second.
     """
 
     execution_frequency: float = param(1.0, "Hz", "Rate of GpsFix.", minimum=0.1, maximum=100)
@@ -42,7 +45,8 @@ class GPS(Task):
 
     @consume
     def follow(self, truth: imc.SimulatedState) -> None:
-        finite = math.isfinite(truth.x + truth.y + truth.z + truth.u + truth.v + truth.psi)
+        motion = truth.u + truth.v + truth.w + truth.svx + truth.svy
+        finite = math.isfinite(truth.x + truth.y + truth.z + truth.phi + truth.theta + truth.psi + motion)
         self._truth = truth if finite else None
         if not finite:
             self.set_entity_state(State.FAULT, "SimulatedState is not finite")
@@ -61,6 +65,9 @@ class GPS(Task):
             self.set_entity_state(State.NORMAL, "no fix under water")
             return
         lat, lon, height = coordinates.displace(truth.lat, truth.lon, truth.height, truth.x, truth.y, truth.z)
+        north, east, _ = to_ned(rotation(truth.phi, truth.theta, truth.psi), (truth.u, truth.v, truth.w))
+        north, east = north + truth.svx, east + truth.svy
+        speed = math.hypot(north, east)
         fix = imc.GpsFix(
             validity=ALL_VALID,
             type=imc.GpsFix.Type.STANDALONE,
@@ -68,8 +75,8 @@ class GPS(Task):
             lon=lon,
             height=height,
             satellites=self.number_of_satellites,
-            cog=truth.psi,
-            sog=math.hypot(truth.u, truth.v),
+            cog=math.atan2(east, north) if speed > SLOWEST else truth.psi,
+            sog=speed,
             hdop=self.hdop,
             hacc=self.hacc,
         )

@@ -26,11 +26,19 @@ def test_a_fix_on_the_surface():
     lat, lon, height = coordinates.displace(LAT, LON, 10.0, 100.0, -50.0, 0.05)
     assert (fix.lat, fix.lon, fix.height) == pytest.approx((lat, lon, height), rel=1e-6)
     assert (fix.validity, fix.type, fix.satellites) == (0x1FF, imc.GpsFix.Type.STANDALONE, 8)
-    assert (fix.sog, fix.cog, fix.hdop, fix.hacc) == pytest.approx((1.3, -0.7, 0.9, 2.0))
+    assert (fix.sog, fix.cog, fix.hdop, fix.hacc) == pytest.approx((1.3, math.atan2(0.5, 1.2) - 0.7, 0.9, 2.0))
     assert (fix.utc_year, fix.utc_month, fix.utc_day) == (2026, 1, 1)
     assert fix.utc_time == pytest.approx(3662.0)
     states = [m.state for m in run.of(imc.EntityState)]
     assert (states[0], states[-1]) == (imc.EntityState.State.BOOT, imc.EntityState.State.NORMAL)
+
+
+def test_speed_and_course_are_over_ground():
+    truth = at(0.5, 0.05, u=1.0, psi=0.5 * math.pi, svx=1.0)
+    (fix,) = simulate(GPS, feed=[truth], seconds=1.5).of(imc.GpsFix)
+    assert (fix.sog, fix.cog) == pytest.approx((math.sqrt(2.0), 0.25 * math.pi))
+    (fix,) = simulate(GPS, feed=[at(0.5, 0.05, u=0.01, v=0.01, psi=2.0)], seconds=1.5).of(imc.GpsFix)
+    assert (fix.sog, fix.cog) == pytest.approx((0.01414, 2.0), rel=1e-3)
 
 
 def test_under_water_it_gets_worse_and_recovers():
