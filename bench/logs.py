@@ -23,13 +23,16 @@ import imc
 Run = Callable[[], object]
 
 MEMORY = """
-import resource, sys, imc
+import sys, imc
+
+def peak():
+    return int(next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM"))) // 1024
+
 log = imc.Log(sys.argv[1], keep_index=False)
 log.counts()
-opened = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+print(f"2 GB: {peak()} MiB at most to open and index it,", end=" ")
 rows = log["EstimatedState"]
-print(f"{opened:.0f} MiB to open and index, of which it is {rows.nbytes >> 20} MiB more with EstimatedState in memory:",
-      f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MiB")
+print(f"{peak()} MiB with the {rows.nbytes >> 20} MiB of EstimatedState")
 """
 
 
@@ -133,13 +136,10 @@ def main() -> None:
             make(path, 1000, arguments.seed)
             forget(path)
             our_field(path)
-            with LSFReader(str(path)):
-                compare(
-                    "one field of an indexed log of 1 GB", lambda: our_field(path), lambda: their_field(path), 1, 20
-                )
+            their_field(path)
+            compare("one field of an indexed log of 1 GB", lambda: our_field(path), lambda: their_field(path), 2, 20)
             forget(path)
             make(path, 2000, arguments.seed)
-            print("2 GB:", end=" ", flush=True)
             subprocess.run([sys.executable, "-c", MEMORY, str(path)], check=True)
 
 

@@ -70,7 +70,8 @@ class Table:
         self.whole = np.ones(places.offsets.size, np.bool_)
         self._decode = decode
         self._lose = lose
-        self._fixed = next((index for index, code in enumerate(kind.wire) if code in _VARIABLE), len(kind.wire))
+        self._codes = kind.wire
+        self._fixed = next((index for index, code in enumerate(self._codes) if code in _VARIABLE), len(self._codes))
         self._fronts = {order: self._front(order) for order in "<>"}
 
     def read(self, reader: Reader) -> "NDArray[Any]":
@@ -96,7 +97,7 @@ class Table:
                 self._fill(batch.having(chosen), rows, whole, np.flatnonzero(chosen), "<>"[big])
         else:
             self._fill(batch, rows, whole, slice(None), "<")
-        if self._fixed < len(self.kind.wire):
+        if self._fixed < len(self._codes):
             for index in np.flatnonzero(~whole).tolist():
                 start, end = int(batch.starts[index]), int(batch.ends[index])
                 self._lose_malformed(batch.base + start, bytes(batch.data[start:end]))
@@ -112,7 +113,7 @@ class Table:
         """Fill the chosen rows from the packets of a batch, which are all in one byte order."""
         import numpy as np
 
-        kind, codes, front = self.kind, self.kind.wire, self._fronts[order]
+        codes, front = self._codes, self._fronts[order]
         found = at_each(batch.data, batch.starts + _HEADER_PLACE, f"V{front.itemsize}")
         if self._fixed == len(codes) and order == "<":
             rows.view(found.dtype)[chosen] = found
@@ -125,7 +126,7 @@ class Table:
         at = batch.starts + _HEADER_PLACE + front.itemsize
         behind = batch.ends - FOOTER_SIZE
         good = np.ones(at.size, np.bool_)
-        for field, code in zip(kind.fields[self._fixed :], codes[self._fixed :], strict=True):
+        for field, code in zip(self.kind.fields[self._fixed :], codes[self._fixed :], strict=True):
             width = 2 if code in _VARIABLE else struct.calcsize("<" + code)
             good &= at + width <= behind
             # Where the message has ended, whatever is there is read, and the row is left out.
@@ -139,7 +140,7 @@ class Table:
 
     def _fill_decoded(self, batch: Batch, rows: "NDArray[Any]", whole: "NDArray[np.bool_]", indices: list[int]) -> None:
         """Fill the rest of the rows from objects, as only decoding tells where messages inside others end."""
-        rest = zip(self.kind.fields[self._fixed :], self.kind.wire[self._fixed :], strict=True)
+        rest = zip(self.kind.fields[self._fixed :], self._codes[self._fixed :], strict=True)
         names = [field.attribute for field, code in rest if code not in _VARIABLE]
         for index, (_, packet) in zip(indices, batch.packets(), strict=True):
             try:

@@ -114,8 +114,7 @@ class Log:
         """As `messages`, by timestamp; those of the same time in the order of the file, those of none (NaN) last."""
         import numpy as np
 
-        index = self.index()
-        conditions = self._meaning(where)
+        index, conditions = self.index(), self._meaning(where)
         with open_reader(self.path, index.members) as reader:
             places = select(index.places(self._ids(kinds)), conditions, reader)
             times = [np.empty(0), *(batch.times() for batch in places.batches(reader))]
@@ -188,7 +187,7 @@ class Log:
 
         progress: called now and then with the share that has been read, 0 to 1.
         """
-        from imc.index_file import index_of  # takes long to import, and is needed once in a while
+        from imc.index_file import index_of
 
         state = self.path.stat()
         now = (state.st_size, state.st_mtime_ns)
