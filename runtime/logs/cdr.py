@@ -68,57 +68,78 @@ class Unfit(ValueError):
     """A message that its ROS type cannot hold; the text says why."""
 
 
-class Writer:
-    """Writes the fields of messages of one class, of any size, behind what is already in a buffer."""
+Write = Callable[[Any, bytearray], None]
+"""Appends the fields of a message to what is already there, which begins behind the encapsulation. Raises Unfit."""
 
-    def __init__(self, type_: RosType, inside: bool = False):
-        self._steps: list[_Step] = []
-        numbers: list[Member] = []
-        for member in type_.members:
-            if member.code not in "TRML":
-                numbers.append(member)
-                continue
-            self._steps.append(_Step(numbers, member))
+
+def writer(type_: RosType, inside: bool = False) -> Write:
+    """What writes messages of one class, of any size; `inside` another message, ROS wants at least one byte."""
+    steps: list[Write] = []
+    numbers: list[Member] = []
+    for member in type_.members:
+        numbers.append(member)
+        if member.code in "TRML":
+            steps.append(_step(numbers[:-1], member))
             numbers = []
-        if numbers:
-            self._steps.append(_Step(numbers, None))
-        if inside and not type_.members:
-            self._steps.append(_Step([], None, "B"))
+    if numbers:
+        steps.append(_numbers(numbers))
+    if not type_.members and inside:
+        return lambda _, body: body.append(0)
+    if len(steps) == 1:
+        return steps[0]
 
-    def write(self, message: Any, body: bytearray) -> None:
-        """Append the fields to `body`, which begins behind the encapsulation. Raises Unfit."""
-        for step in self._steps:
-            step.write(message, body)
+    def write(message: Any, body: bytearray) -> None:
+        for step in steps:
+            step(message, body)
+
+    return write
 
 
-class _Step:
-    """Numbers, and the text, bytes or messages behind them, of which `write` puts the count with the numbers."""
+def _numbers(members: Sequence[Member]) -> Write:
+    packers, values = _packers("".join(member.code for member in members)), _getter(members)
 
-    def __init__(self, numbers: Sequence[Member], tail: Member | None, filler: str = ""):
-        codes = "".join(member.code for member in numbers) + filler + ("I" if tail else "")
-        self._packers = [struct.Struct(_padded(codes, begin)).pack for begin in range(8)]
-        self._numbers = _getter([member.attribute for member in numbers], (0,) if filler else ())
-        self._tail = tail
-        self._inner = Writer(tail.inner, inside=True) if tail and tail.inner else None
+    def write(message: Any, body: bytearray) -> None:
+        body += packers[len(body) & 7](*values(message))
 
-    def write(self, message: Any, body: bytearray) -> None:
-        pack, numbers, tail = self._packers[len(body) & 7], self._numbers(message), self._tail
-        if tail is None:
-            body += pack(*numbers)
-            return
-        value = getattr(message, tail.attribute)
-        if self._inner is not None and tail.inner is not None:
-            found = [item for item in (value if tail.code == "L" else (value,)) if item is not None]
-            body += pack(*numbers, len(found))
-            for item in found:
-                if "Inline" + type(item).__name__ != tail.inner.name.rpartition("/")[2]:
-                    raise Unfit(f"{type(message).__name__}.{tail.attribute} holds {type(item).__name__}")
-                self._inner.write(item, body)
-        elif tail.code == "R":
-            body += pack(*numbers, len(value)) + value
-        else:
-            data = (value if tail.code == "T" else json_text(value)).encode("utf-8", "replace")
-            body += pack(*numbers, len(data) + 1) + data + b"\0"
+    return write
+
+
+def _step(members: Sequence[Member], tail: Member) -> Write:
+    """Numbers, and the text, bytes or messages behind them, of which the count is packed with the numbers."""
+    packers, values = _packers("".join(member.code for member in members) + "I"), _getter(members)
+    name, code, inner = tail.attribute, tail.code, tail.inner
+    if inner is not None:
+        return _messages(packers, values, tail, inner)
+
+    def write_bytes(message: Any, body: bytearray) -> None:
+        data = getattr(message, name)
+        body += packers[len(body) & 7](*values(message), len(data)) + data
+
+    def write_text(message: Any, body: bytearray) -> None:
+        data = getattr(message, name).encode("utf-8", "replace")
+        body += packers[len(body) & 7](*values(message), len(data) + 1) + data + b"\0"
+
+    def write_json(message: Any, body: bytearray) -> None:
+        data = json_text(getattr(message, name)).encode("utf-8", "replace")
+        body += packers[len(body) & 7](*values(message), len(data) + 1) + data + b"\0"
+
+    return {"R": write_bytes, "T": write_text}.get(code, write_json)
+
+
+def _messages(packers: "Sequence[_Pack]", values: "_Values", tail: Member, inner: RosType) -> Write:
+    write_inner, name = writer(inner, inside=True), tail.attribute
+    expected = inner.name.rpartition("/")[2]
+
+    def write(message: Any, body: bytearray) -> None:
+        value = getattr(message, name)
+        found = [item for item in (value if tail.code == "L" else (value,)) if item is not None]
+        body += packers[len(body) & 7](*values(message), len(found))
+        for item in found:
+            if "Inline" + type(item).__name__.replace("_", "") != expected:
+                raise Unfit(f"{type(message).__name__}.{name} holds {type(item).__name__}")
+            write_inner(item, body)
+
+    return write
 
 
 def json_text(value: imc.Message | tuple[imc.Message | None, ...] | None) -> str:
@@ -135,12 +156,22 @@ def _inside(value: imc.Message | tuple[imc.Message | None, ...] | None) -> Any:
     return {name: item for name, item in plain.items() if name not in HEADER}
 
 
-def _getter(names: Sequence[str], otherwise: tuple[int, ...]) -> Callable[[Any], Sequence[Any]]:
+_Pack = Callable[..., bytes]
+_Values = Callable[[Any], Sequence[Any]]
+
+
+def _getter(members: Sequence[Member]) -> _Values:
+    names = [member.attribute for member in members]
     if not names:
-        return lambda _: otherwise
+        return lambda _: ()
     if len(names) == 1:
         return lambda message: (getattr(message, names[0]),)
     return attrgetter(*names)
+
+
+def _packers(codes: str) -> Sequence[_Pack]:
+    """What packs such numbers behind any number of bytes (modulo 8)."""
+    return [struct.Struct(_padded(codes, begin)).pack for begin in range(8)]
 
 
 def _padded(codes: str, begin: int) -> str:

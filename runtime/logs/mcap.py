@@ -10,7 +10,7 @@ import numpy as np
 import imc
 from imc.members import gzip_member
 from runtime.logs import well_known
-from runtime.logs.cdr import ENCAPSULATION, Item, Record, Unfit, Writer, text
+from runtime.logs.cdr import ENCAPSULATION, Item, Record, Unfit, Write, text, writer
 from runtime.logs.headers import Array
 from runtime.logs.mcap_file import MESSAGE, MESSAGE_LENGTH, Chunk, McapFile
 from runtime.logs.ros_messages import PACKAGE, RosType, ros_type
@@ -70,7 +70,7 @@ class _Export:
         self._file = file
         self._source = source
         self._topics = Topics(file)
-        self._types: dict[int, tuple[RosType, Writer]] = {}
+        self._types: dict[int, tuple[RosType, Write]] = {}
         self._heads: dict[int, tuple[Callable[..., bytes], bytes]] = {}
         self._known: dict[tuple[int, int, int, str], int] = {}
         self._origin: well_known.Origin | None = None
@@ -124,11 +124,11 @@ class _Export:
             where = {"latitude_rad": repr(lat), "longitude_rad": repr(lon), "height_m": repr(height)}
             self._file.add_metadata("map", {"axes": "east, north, up", **where})
 
-    def _type(self, message: imc.MessageType) -> tuple[RosType, Writer]:
+    def _type(self, message: imc.MessageType) -> tuple[RosType, Write]:
         found = self._types.get(message.id)
         if found is None:
             type_ = ros_type(self._source.schema, message)
-            found = self._types[message.id] = (type_, Writer(type_))
+            found = self._types[message.id] = (type_, writer(type_))
         return found
 
     def _channel(
@@ -223,18 +223,19 @@ class _Export:
 
     def _write_each(self, chunk: Chunk, batch: Batch, group: Group, times: Array) -> None:
         message, entries = group.message, group.message.abbrev == "LogBookEntry"
-        write = self._type(message)[1].write
-        seconds, rests = (part.tolist() for part in np.divmod(times, _BILLION))
-        for row, said in self._source.decoded(batch, group.rows):
+        write = self._type(message)[1]
+        seconds, rests = (part.tolist() for part in np.divmod(times[group.rows], _BILLION))
+        numbers = (group.rows + batch.first & 0xFFFFFFFF).tolist()
+        for place, said in self._source.decoded(batch, group.rows):
             src = said.src
             pack, frame = self._heads.get(src) or self._head(src)
-            body = bytearray(pack(seconds[row], rests[row], frame, src, said.src_ent, said.dst, said.dst_ent))
+            body = bytearray(pack(seconds[place], rests[place], frame, src, said.src_ent, said.dst, said.dst_ent))
             try:
                 write(said, body)
             except Unfit as error:
                 self._source.skipped[str(error)] += 1
                 continue
-            time, number = seconds[row] * _BILLION + rests[row], batch.first + row & 0xFFFFFFFF
+            time, number = seconds[place] * _BILLION + rests[place], numbers[place]
             channel = self._known.get((message.id, src, said.src_ent, "")) or self._channel(message, src, said.src_ent)
             chunk.add(channel, number, time, ENCAPSULATION + body)
             if entries:

@@ -125,12 +125,11 @@ class Source:
             yield Group(message, rows, None)
 
     def decoded(self, batch: Batch, rows: Array) -> Iterator[tuple[int, imc.Message]]:
-        """Row and message of packets of a batch; what cannot be decoded counts as skipped."""
-        numbers: list[int] = rows.tolist()
+        """Messages of a batch, and which of the rows they are in; what cannot be decoded counts as skipped."""
         starts, ends = batch.starts[rows].tolist(), batch.ends[rows].tolist()
-        for row, start, end in zip(numbers, starts, ends, strict=True):
+        for place, (start, end) in enumerate(zip(starts, ends, strict=True)):
             try:
-                yield row, self.schema.decode(batch.data[start:end])
+                yield place, self.schema.decode(batch.data[start:end])
             except imc.DecodeError as error:
                 self.skipped[str(error)] += 1
 

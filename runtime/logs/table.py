@@ -55,7 +55,7 @@ def table_of(source: Source, batch: Batch, group: Group) -> Table:
         columns: dict[str, Values] = {name: group.array[name] for name in (*HEADER, *names)}
         return Table(group.message, columns, len(group.array))
     decoded = list(source.decoded(batch, group.rows))
-    heads = batch.headers[np.array([row for row, _ in decoded], int)]
+    heads = batch.headers[group.rows[[place for place, _ in decoded]]]
     columns = {name: heads[name] for name in HEADER}
     for field in group.message.fields:
         values = [getattr(message, field.attribute) for _, message in decoded]

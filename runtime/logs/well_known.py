@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import imc
+from imc.positions import positions
 from runtime.logs.cdr import Item, text
-from runtime.logs.geodesy import axes, cartesian, geodetic, where
+from runtime.logs.geodesy import offsets
 from runtime.logs.headers import Array
 from runtime.logs.ros_messages import STANDARD, RosType
 
@@ -107,8 +108,9 @@ def transform_items(frame: bytes) -> tuple[Item, ...]:
 
 def fill_location(records: Array, states: Array) -> None:
     """Positions of states (EstimatedState and the like), the height above the ellipsoid as ROS wants it."""
-    lat, lon, height = geodetic(where(states))
-    records["latitude"], records["longitude"], records["altitude"] = np.degrees(lat), np.degrees(lon), height
+    places = positions(states)
+    records["latitude"], records["longitude"] = np.degrees(places["lat"]), np.degrees(places["lon"])
+    records["altitude"] = places["height"]
 
 
 def fill_fix(records: Array, fixes: Array) -> None:
@@ -148,9 +150,9 @@ def fill_pose(records: Array, states: Array, origin: Origin) -> None:
 
     Attitudes are relative to north at the vehicle: the difference to that at the origin is left out.
     """
-    lat, lon, height = (np.array([value]) for value in origin)
-    offsets = (where(states) - cartesian(lat, lon, height)) @ axes(lat, lon)[0].T
-    records["x"], records["y"], records["z"] = offsets[:, 1], offsets[:, 0], -offsets[:, 2]
+    places = positions(states)
+    north, east, down = offsets(origin, places["lat"], places["lon"], places["height"])
+    records["x"], records["y"], records["z"] = east, north, -down
     phi, theta, psi = (states[name].astype(float) for name in ("phi", "theta", "psi"))
     roll, pitch, yaw = phi / 2.0, -theta / 2.0, (math.pi / 2.0 - psi) / 2.0
     cr, sr, cp, sp, cy, sy = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw)
