@@ -21,6 +21,8 @@ class Environment(Task):
     sees the bottom with the lower edge of its beam and the surface with its axis, as DUNE's does.
     """
 
+    transient = ("_bathymetry",)
+
     execution_frequency: float = param(5.0, "Hz", "Rate of both distances.", minimum=0.1, maximum=100)
     location: str = param("", "", "Name of the place; [Bathymetry] of the profile is what counts.")
     tide_level: float = param(0.0, "m", "Height of the tide above the soundings' datum.", minimum=-20, maximum=20)

@@ -1,5 +1,6 @@
 """How a marine vehicle moves: rigid body, added mass, drag, body lift, buoyancy, fins and thrusters in six degrees."""
 
+import functools
 import math
 from collections.abc import Callable
 
@@ -47,7 +48,6 @@ class Craft:
         self._attitude: Quaternion = (1.0, 0.0, 0.0, 0.0)
         self._fins: Rates = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self._thrusts: tuple[Thrust, ...] = ()
-        self._accelerate = _accelerations(model)
 
     def orient(self, phi: float, theta: float, psi: float) -> None:
         """Turn to these Euler angles (rad)."""
@@ -98,14 +98,14 @@ class Craft:
     def accelerations(self) -> Rates:
         """Of u, v, w (m/s²), p, q, r (rad/s²) at this instant."""
         velocity = self.u, self.v, self.w, self.p, self.q, self.r
-        return self._accelerate(self.z, self._attitude, velocity, self._fins, self._thrusts)
+        return _accelerations(self.model)(self.z, self._attitude, velocity, self._fins, self._thrusts)
 
     def step(self, h: float) -> None:
         """Move on by `h` s. Raises Diverged."""
         a, b, c, d = attitude = self._attitude
         u, v, w, p, q, r = velocity = self.u, self.v, self.w, self.p, self.q, self.r
         north, east, down = self.stream
-        accelerate, fins, thrusts, half = self._accelerate, self._fins, self._thrusts, 0.5 * h
+        accelerate, fins, thrusts, half = _accelerations(self.model), self._fins, self._thrusts, 0.5 * h
         du, dv, dw, dp, dq, dr = accelerate(self.z, attitude, velocity, fins, thrusts)
         um, vm, wm = u + half * du, v + half * dv, w + half * dw
         pm, qm, rm = p + half * dp, q + half * dq, r + half * dr
@@ -137,6 +137,7 @@ class Craft:
         self.z = max(0.0, self.z + h * down + k * sinking)
 
 
+@functools.lru_cache(maxsize=64)
 def _accelerations(model: Model) -> Acceleration:
     """The six accelerations in the body frame as a function of depth, attitude, velocities and actuators.
 

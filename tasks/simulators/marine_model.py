@@ -36,7 +36,7 @@ class Engine:
     direction: Vector
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
     """Mass, geometry and hydrodynamic coefficients in SI units; body frame forward, starboard, down (SNAME).
 
