@@ -9,8 +9,8 @@ from tasks.simulators.imu_noise import (
     STANDARD_GRAVITY,
     NoiseDensity,
     NoisyTriad,
+    StandardNormals,
     specific_force,
-    standard_normals,
     vins_parameters,
 )
 
@@ -21,7 +21,8 @@ TIMING = 1e-3  # of a period: how early a sample may be, for the resolution of t
 class IMU(Task):
     """Measures specific force, angular velocity and attitude, with AirSim's noise model of a MPU-6000.
 
-    Specific force is f = dv/dt + omega x v + R^T (ds/dt - g), with v the velocity through water that flows with s.
+    Specific force is f = dv/dt + omega x v + R^T (ds/dt - g), with v the velocity through water that flows with s: at
+    rest it is -g, as an accelerometer has it; the Acceleration of DUNE's simulator is dv/dt alone.
     `Fidelity = Original` gives the true attitude, as AirSim does, and writes the VINS parameters of the articles on
     AirSim to the log book.
     """
@@ -42,6 +43,17 @@ class IMU(Task):
     euler_angles_noise: float = param(
         0.05, "°", "Standard deviation of attitude.", minimum=0, aliases=("Standard Deviation - Euler Angles",)
     )
+    angular_velocity_noise: float = param(
+        0.0, "°/s", "Further white noise of each rate.", name="Standard Deviation - Angular Velocity", minimum=0
+    )
+    heading_offset: float = param(
+        0.0,
+        "°",
+        "Standard deviation of a constant error of the heading, not of the magnetic one.",
+        name="Standard Deviation - Heading Offset",
+        minimum=0,
+    )
+    gyro_rate_bias: float = param(0.0, "°/h", "Drift of the heading, not of the magnetic one.")
     gravity: float = param(STANDARD_GRAVITY, "m/s²", "Gravity of the place.", minimum=0, maximum=100)
     gyro_range: float = param(0.0, "°/s", "Largest rate that is measured; 0 for no limit.", minimum=0)
     accel_range: float = param(0.0, "g", "Largest specific force that is measured; 0 for no limit.", minimum=0)
@@ -59,7 +71,10 @@ class IMU(Task):
 
     def start(self) -> None:
         self._previous: imc.SimulatedState | None = None
-        self._normals = standard_normals(self.random, 15)
+        self._normals = StandardNormals(self.random, 15)
+        self._rate_normals = StandardNormals(self.random, 3)
+        self._offset = math.radians(self.heading_offset) * self.random.standard_normal() if self.heading_offset else 0.0
+        self._began = self.now
         self.set_entity_state(State.NORMAL, "active")
         if self.fidelity == "Original":
             densities = self.gyroscope.density, self.accelerometer.density
@@ -96,15 +111,25 @@ class IMU(Task):
             if self.fidelity == "Physical":
                 sigma = math.radians(self.euler_angles_noise)
                 angles = angles[0] + sigma * draws[12], angles[1] + sigma * draws[13], angles[2] + sigma * draws[14]
+            if self.angular_velocity_noise:
+                sigma, further = math.radians(self.angular_velocity_noise), next(self._rate_normals)
+                rates = rates[0] + sigma * further[0], rates[1] + sigma * further[1], rates[2] + sigma * further[2]
         self._report(truth.timestamp, angles, rates, force)
 
     def _report(self, time: float, angles: Vector, rates: Vector, force: Vector) -> None:
         phi, theta, psi = angles
-        psi = wrap(psi)
+        drift = math.radians(self.gyro_rate_bias) / 3600.0 * (self.now - self._began)
         p, q, r = _clip(rates, math.radians(self.gyro_range))
         x, y, z = _clip(force, self.accel_range * STANDARD_GRAVITY)
         for message in (
-            imc.EulerAngles(timestamp=time, time=time, phi=wrap(phi), theta=theta, psi=psi, psi_magnetic=psi),
+            imc.EulerAngles(
+                timestamp=time,
+                time=time,
+                phi=wrap(phi),
+                theta=theta,
+                psi=wrap(psi + self._offset + drift),
+                psi_magnetic=wrap(psi),
+            ),
             imc.AngularVelocity(timestamp=time, time=time, x=p, y=q, z=r),
             imc.Acceleration(timestamp=time, time=time, x=x, y=y, z=z),
         ):

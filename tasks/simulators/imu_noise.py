@@ -1,7 +1,7 @@
 """Noise of inertial sensors after AirSim: white noise and a bias that walks at random."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -63,10 +63,23 @@ class NoisyTriad:
         return value[0] + white * draws[0] + x, value[1] + white * draws[1] + y, value[2] + white * draws[2] + z
 
 
-def standard_normals(random: "Generator", count: int) -> Iterator[list[float]]:
+class StandardNormals:
     """Rows of `count` standard normal numbers without end, drawn a block at a time."""
-    while True:
-        yield from random.standard_normal((BLOCK, count)).tolist()
+
+    def __init__(self, random: "Generator", count: int):
+        self._random = random
+        self._count = count
+        self._block: list[list[float]] = []
+        self._used = 0
+
+    def __iter__(self) -> "StandardNormals":
+        return self
+
+    def __next__(self) -> list[float]:
+        if self._used == len(self._block):
+            self._block, self._used = self._random.standard_normal((BLOCK, self._count)).tolist(), 0
+        self._used += 1
+        return self._block[self._used - 1]
 
 
 def vins_parameters(gyroscope: NoiseDensity, accelerometer: NoiseDensity, interval: float) -> str:

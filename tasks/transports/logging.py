@@ -1,17 +1,14 @@
 """Records the messages of the bus to LSF logs, in folders as DUNE lays them out."""
 
 import contextlib
-import errno
 import os
 import re
-import shutil
 from datetime import UTC, datetime
-from pathlib import Path
 
 import imc
-from imc.lsf import LsfWriter
-from imc.members import COMPRESSIONS, gzip_member
-from runtime import State, Task, consume, param
+from imc.members import COMPRESSIONS
+from runtime import Entity, State, Task, consume, param
+from tasks.transports.log_folder import LogFolder, definitions
 
 MIB = 1 << 20
 LONGEST_BACKLOG = 8 * MIB  # bytes that wait, packed, while the disk refuses them
@@ -19,47 +16,6 @@ LONGEST_LABEL = 100  # bytes
 BROADCAST = (0xFFFF, 0xFFF0)
 
 Op = imc.LoggingControl.Op
-
-
-class LogFolder:
-    """One log on disk: Data.lsf, IMC.xml.gz, Config.ini and Output.txt in a folder of their own.
-
-    `root`/`name` becomes the folder, with _2, _3 ... behind it where there is one already. Raises OSError, and then
-    leaves nothing behind.
-    """
-
-    def __init__(self, root: Path, name: str, compression: str, schema: bytes, configuration: bytes):
-        self.path = _new_folder(root / name)
-        self.physical_name = f"{self.path.parent.name}/{self.path.name}"
-        self.entities: set[int] = set()
-        suffix = COMPRESSIONS[compression].suffix if compression != "none" else ""
-        try:
-            (self.path / "IMC.xml.gz").write_bytes(schema)
-            (self.path / "Config.ini").write_bytes(configuration)
-            self.text = LsfWriter(self.path / "Output.txt", "none")
-            self.data = LsfWriter(self.path / f"Data.lsf{suffix}", compression)
-        except OSError:
-            shutil.rmtree(self.path, ignore_errors=True)
-            raise
-
-    @property
-    def waiting(self) -> int:
-        """Bytes that the disk has refused so far."""
-        return self.data.waiting + self.text.waiting
-
-    def flush(self) -> None:
-        """Hand everything to the operating system. Raises OSError; FileNotFoundError where the folder has gone."""
-        if not self.data.in_place():
-            raise FileNotFoundError(errno.ENOENT, "the log is gone", str(self.path))
-        self.data.flush()
-        self.text.flush()
-
-    def close(self) -> None:
-        """Flush and close both files; they are closed even where it raises OSError."""
-        try:
-            self.data.close()
-        finally:
-            self.text.close()
 
 
 class Logging(Task):
@@ -84,6 +40,8 @@ class Logging(Task):
     transports: list[str] = param([], "", "Names of the messages to record; empty records all.")
     loopback_internal_messages: bool = param(True, "", "Record what this task itself says.", editable=False)
 
+    transient = ("_folder", "_schema")
+
     def configure(self) -> None:
         schema = imc.builtin()
         names = {name for name in self.transports if name}
@@ -96,12 +54,26 @@ class Logging(Task):
     def start(self) -> None:
         self._folder: LogFolder | None = None
         self._name = self._label = self._trouble = ""
+        self._asked: set[int] = set()  # entities that are named in this log
         self._recording, self._full, self._syncing, self._lost = True, False, 0, 0
-        self._schema = gzip_member(imc.dump(imc.builtin()), level=9)
+        self._schema = definitions()
         if self._unknown:
             self.log.warning(f"Transports: no such message: {', '.join(self._unknown)}")
         self._open()
         self.after(self.flush_interval, self._tick)
+
+    def restored(self) -> None:
+        """Go on in a new log, which begins as others do; the bus does not hear of it."""
+        self._folder, name = None, self._name
+        self._schema = definitions()
+        if self._recording:
+            self._folder = self._new_folder()
+            mark = imc.LoggingControl(op=Op.STARTED, name=name)
+            self._folder.data.write(self._packet(mark, self.entity))
+            for entity in self.vehicle.entities:
+                if entity.id in self._asked:
+                    info = imc.EntityInfo(id=entity.id, label=entity.label, component=entity.component)
+                    self._folder.data.write(self._packet(info, entity))
 
     def stop(self) -> None:
         self._recording = False
@@ -121,8 +93,8 @@ class Logging(Task):
             folder.data.write(packet)
         except OSError as error:
             self._fail(error)
-        if message.src == self.system and message.src_ent not in folder.entities:
-            folder.entities.add(message.src_ent)
+        if message.src == self.system and message.src_ent not in self._asked:
+            self._asked.add(message.src_ent)
             if kind is not imc.EntityInfo:
                 self.publish(imc.QueryEntityInfo(id=message.src_ent, dst=self.system, dst_ent=message.src_ent))
         if folder.data.size >= self._limit:
@@ -161,20 +133,31 @@ class Logging(Task):
         self._open()
 
     def _open(self) -> None:
-        begin = datetime.fromtimestamp(self.now_ns // 1_000_000_000, UTC)
-        name = f"{begin:%Y%m%d/%H%M%S}" + (f"_{self._label}" if self._label else "")
-        root = self.vehicle.log_root / self.system_name
-        configuration = self.vehicle.profile.dump().encode(errors="surrogateescape")
+        name = self._begin()
         try:
-            folder = LogFolder(root, name, self.lsf_compression_method, self._schema, configuration)
+            folder = self._new_folder()
         except OSError as error:
             self._fail(error)
             return
         # Which folders are there already is outside of a virtual run.
         self._name = name if self.vehicle.virtual else folder.physical_name
         self._folder = folder
+        self._asked.clear()
         self._mark(Op.STARTED)
         self._recover()
+
+    def _begin(self) -> str:
+        """The name of a log that begins now."""
+        begin = datetime.fromtimestamp(self.now_ns // 1_000_000_000, UTC)
+        return f"{begin:%Y%m%d/%H%M%S}" + (f"_{self._label}" if self._label else "")
+
+    def _new_folder(self) -> LogFolder:
+        root = self.vehicle.log_root / self.system_name
+        configuration = self.vehicle.profile.dump().encode(errors="surrogateescape")
+        return LogFolder(root, self._begin(), self.lsf_compression_method, self._schema, configuration)
+
+    def _packet(self, message: imc.Message, entity: Entity) -> bytes:
+        return imc.encode_as(message, self.now, self.system, entity.id, message.dst, message.dst_ent)
 
     def _close(self) -> None:
         """End the log in order."""
@@ -257,18 +240,6 @@ def clean_label(text: str) -> str:
     """`text` as a part of a folder's name: blanks and what file systems do not bear become _, the length is bounded."""
     label = re.sub(r"[^\w.+=@-]", "_", text.strip())
     return label.encode(errors="ignore")[:LONGEST_LABEL].decode(errors="ignore")
-
-
-def _new_folder(path: Path) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    number, name = 1, path.name
-    while True:
-        try:
-            path.mkdir()
-            return path
-        except FileExistsError:
-            number += 1
-            path = path.with_name(f"{name}_{number}")
 
 
 def _utc(time: float) -> str:

@@ -2,6 +2,7 @@
 
 import importlib
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -62,6 +63,8 @@ class FisheyeCamera(Task):
     )
     save_images: bool = param(False, "", "Write the images as PNG to the folder Photos of the log.")
     latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
+
+    transient = ("camera",)
 
     def configure(self) -> None:
         if 0.0 < self.visibility < LEAST_VISIBILITY:
@@ -139,12 +142,11 @@ class FisheyeCamera(Task):
             path = self._folder / "Photos" / photo_name(self.entity.label, self.taken, pose.time)
         self.taken += 1
         self._busy = True
-        self.offload(
-            _shoot, self.camera, pose, path, then=lambda shot: self._deliver(frame, *shot), latency=self.latency
-        )
+        self.offload(_shoot, self.camera, pose, path, then=partial(self._deliver, frame), latency=self.latency)
 
-    def _deliver(self, frame: tuple[float, int, dict[str, float]], image: NDArray[np.uint8], error: str) -> None:
+    def _deliver(self, frame: tuple[float, int, dict[str, float]], shot: tuple[NDArray[np.uint8], str]) -> None:
         self._busy = False
+        image, error = shot
         time, index, info = frame
         self.share(Frame(time, self.entity.label, index, image, info))
         if error:

@@ -10,8 +10,8 @@ import pytest
 from tasks.simulators.imu_noise import (
     NoiseDensity,
     NoisyTriad,
+    StandardNormals,
     specific_force,
-    standard_normals,
     vins_parameters,
 )
 
@@ -52,7 +52,7 @@ def test_shortest_interval_bounds_the_noise():
 
 
 def record(density, seconds, rate, seed):
-    triad, draws = NoisyTriad(density), standard_normals(np.random.default_rng(seed), 6)
+    triad, draws = NoisyTriad(density), StandardNormals(np.random.default_rng(seed), 6)
     return np.array([triad.corrupt((0.0, 0.0, 0.0), 1.0 / rate, next(draws)) for _ in range(seconds * rate)])
 
 
