@@ -1,0 +1,107 @@
+"""How the values of maneuvers are written in plans: with units, degrees and names, exactly."""
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any, cast
+
+import numpy as np
+
+import imc
+
+Z_UNITS = {"depth": imc.ZUnits.DEPTH, "altitude": imc.ZUnits.ALTITUDE, "height": imc.ZUnits.HEIGHT}
+SPEED_UNITS = {"m/s": imc.SpeedUnits.METERS_PS, "rpm": imc.SpeedUnits.RPM, "%": imc.SpeedUnits.PERCENTAGE}
+_QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(°|deg|rad|m/s|rpm|%|min|ms|[msh])?")
+_FACTORS = {"ms": 1e-3, "min": 60.0, "h": 3600.0}
+_ANGLES, _TIMES, _LENGTHS = ("°", "deg", "rad"), ("s", "ms", "min", "h"), ("m",)
+_FITTING = {"rad": _ANGLES, "s": _TIMES, "m": _LENGTHS}
+
+
+def quantity(value: object, unit: str = "") -> float:
+    """A number, or a text such as "15°", in SI units; a plain number has the unit already.
+
+    Raises ValueError for what is no number, or has a unit that does not fit `unit`.
+    """
+    number, found = split(value)
+    if found and unit in _FITTING and found not in _FITTING[unit]:
+        raise ValueError(f"{value!r} should be in {' or '.join(_FITTING[unit])}")
+    if found in ("°", "deg"):
+        return math.radians(number)
+    return number * _FACTORS.get(found, 1.0)
+
+
+def split(value: object) -> tuple[float, str]:
+    """Number and unit of "1.2 m/s". Raises ValueError where it is no number."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value), ""
+    match = _QUANTITY.fullmatch(value.strip()) if isinstance(value, str) else None
+    if match is None:
+        raise ValueError(f"{value!r} is not a number with a unit")
+    return float(match.group(1)), match.group(2) or ""
+
+
+def speed(value: object) -> dict[str, Any]:
+    """The fields of a speed such as "1.2 m/s", "1200 rpm" or "60 %"; a plain number is in m/s."""
+    number, unit = split(value)
+    if unit and unit not in SPEED_UNITS:
+        raise ValueError(f"{value!r} should be in {', '.join(SPEED_UNITS)}")
+    return {"speed": number, "speed_units": int(SPEED_UNITS[unit or "m/s"])}
+
+
+def position(value: object) -> tuple[float, float]:
+    """Latitude and longitude (rad) of a text such as "41.185°, -8.7062°", or of two such values."""
+    parts: list[Any] = value.split(",") if isinstance(value, str) else []
+    parts = cast(list[Any], value) if isinstance(value, list) else parts
+    if len(parts) != 2:
+        raise ValueError(f"{value!r} is not a latitude and a longitude")
+    if not all(split(part)[1] in _ANGLES for part in parts):
+        raise ValueError(f"{value!r}: write the unit, as in 41.185°, -8.7062°")
+    return quantity(parts[0], "rad"), quantity(parts[1], "rad")
+
+
+def degrees(angle: float) -> str:
+    """An angle (rad) in degrees, so that `quantity` gives back the very same; in rad where there is no such number."""
+    text = math.degrees(angle)
+    for digits in range(1, 18):
+        short = f"{text:.{digits}g}"
+        if math.radians(float(short)) == angle:
+            return f"{float(short)!r}°".replace(".0°", "°")
+    for candidate in (text, math.nextafter(text, math.inf), math.nextafter(text, -math.inf)):
+        if math.radians(candidate) == angle:
+            return f"{candidate!r}°"
+    return f"{angle!r} rad"
+
+
+def number(value: float, kind: str) -> int | float:
+    """The shortest number that a field of type `kind` keeps as `value`."""
+    if kind == "fp32_t" and math.isfinite(value):
+        short = float(str(np.float32(value)))
+        value = short if np.float32(short) == np.float32(value) else value
+    return int(value) if float(value).is_integer() and abs(value) < 1e15 else value
+
+
+def read_field(info: imc.FieldInfo, value: object) -> object:
+    """What a field of a message is to be, from how it is written."""
+    if isinstance(value, str) and info.unit in ("rad", "s", "m", "%"):
+        si = quantity(value, info.unit)
+        return si if info.type.startswith("fp") else round(si)
+    if isinstance(value, list) and info.enum is not None:
+        names = cast(list[Any], value)
+        members: Mapping[str, Any] = info.enum.__members__
+        wrong = [name for name in names if name not in members]
+        if wrong:
+            raise ValueError(f"{wrong[0]!r} is none of {', '.join(members)}")
+        return sum(int(members[name]) for name in names)
+    return value
+
+
+def write_field(info: imc.FieldInfo, value: Any) -> Any:
+    """How a field is written."""
+    if info.enum is not None and info.unit == "Bitfield" and isinstance(value, int):
+        names = [name for name, member in info.enum.__members__.items() if int(member) & value]
+        return names if sum(int(info.enum.__members__[name]) for name in names) == value else int(value)
+    if info.enum is not None and value in set(map(int, info.enum)):
+        return info.enum(value).name
+    if isinstance(value, float) and info.unit == "rad" and math.isfinite(value):
+        return degrees(value) if info.type == "fp64_t" else number(value, info.type)
+    return number(value, info.type) if isinstance(value, float) and math.isfinite(value) else cast(object, value)
