@@ -104,8 +104,9 @@ class PathFollower(Task):
 
     @consume
     def trust(self, uncertainty: imc.NavigationUncertainty) -> None:
+        """Take the variance of the position."""
         largest = max(uncertainty.x, uncertainty.y)
-        self._uncertainty = self.cross_uncertainty * largest if math.isfinite(largest) else 0.0
+        self._uncertainty = self.cross_uncertainty * math.sqrt(largest) if 0.0 <= largest < math.inf else 0.0
 
     @consume
     def brake(self, brake: imc.Brake) -> None:

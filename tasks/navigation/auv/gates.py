@@ -1,0 +1,70 @@
+"""Which fixes and velocities are believed."""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import imc
+
+Reason = imc.GpsFixRejection.Reason
+DvlReason = imc.DvlRejection.Reason
+Valid = imc.GpsFix.Validity
+FEWEST = 3  # fixes that a moving average needs
+
+
+@dataclass
+class FixGate:
+    """Refuses fixes without position, and those that claim to be much worse than the last ones or too bad."""
+
+    factor: float
+    samples: int
+    maximum_hacc: float
+    maximum_hdop: float
+
+    def __post_init__(self) -> None:
+        self._accuracies: deque[float] = deque(maxlen=max(1, self.samples))
+
+    def refuses(self, fix: imc.GpsFix) -> Reason | None:
+        """Why a fix is not believed; None where it is."""
+        numbers = fix.lat, fix.lon, fix.height, fix.hacc, fix.hdop
+        if not fix.validity & Valid.VALID_POS or not all(map(math.isfinite, numbers)):
+            return Reason.LOST_VAL_BIT
+        if fix.validity & Valid.VALID_HACC:
+            past = self._accuracies
+            mean = sum(past) / len(past) if len(past) >= FEWEST else math.inf
+            past.append(fix.hacc)
+            if fix.hacc > self.factor * mean:
+                return Reason.ABOVE_THRESHOLD
+            return Reason.ABOVE_MAX_HACC if fix.hacc > self.maximum_hacc else None
+        return Reason.ABOVE_MAX_HDOP if fix.hdop > self.maximum_hdop else None
+
+
+@dataclass
+class VelocityGate:
+    """Refuses velocities that jump within a `window` (s) or are too large, along and across (m/s)."""
+
+    jump: tuple[float, float]
+    largest: tuple[float, float]
+    window: float
+
+    def __post_init__(self) -> None:
+        self._last = (-math.inf, 0.0, 0.0)
+
+    def refuses(self, time: float, x: float, y: float) -> tuple[DvlReason, float] | None:
+        """Why a velocity (m/s) is not believed, and the number that is too large; None where it is."""
+        then, before_x, before_y = self._last
+        if time - then <= self.window:
+            for reason, change, limit in (
+                (DvlReason.INNOV_THRESHOLD_X, abs(x - before_x), self.jump[0]),
+                (DvlReason.INNOV_THRESHOLD_Y, abs(y - before_y), self.jump[1]),
+            ):
+                if change > limit:
+                    return reason, change
+        for reason, size, limit in (
+            (DvlReason.ABS_THRESHOLD_X, abs(x), self.largest[0]),
+            (DvlReason.ABS_THRESHOLD_Y, abs(y), self.largest[1]),
+        ):
+            if size > limit:
+                return reason, size
+        self._last = time, x, y
+        return None

@@ -1,0 +1,82 @@
+"""An extended Kalman filter of horizontal position, heading and velocity."""
+
+import math
+from collections.abc import Sequence
+
+NORTH, EAST, PSI, R, U, V, R_BIAS, PSI_BIAS, K = range(9)
+SIZE = 9
+STEP = 0.05  # s, that process noise is given for
+Row = list[float]
+
+
+class HorizontalFilter:
+    """Estimates north, east (m), heading (rad), its rate (rad/s), surge, sway (m/s), biases and speed per rpm.
+
+    `x` is the state in the order of the constants of this module, `p` its covariance. The biases are those of the
+    measured rate (rad/s) and of the compass (rad); speed per rpm, K, is in m/s per rpm. Covariances are propagated with
+    the Jacobians of the equations at the estimate, measurements are taken one after the other (Bar-Shalom, Li and
+    Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, ch. 10.3). Plain lists: results are the
+    same on any machine, and nine by nine is too small for NumPy to be faster.
+    """
+
+    def __init__(self, initial: Sequence[float], process: Sequence[float], speed_per_rpm: float):
+        """`initial` and `process` are the variances of the nine states, at the start and per 0.05 s."""
+        self.x: Row = [0.0] * SIZE
+        self.x[K] = speed_per_rpm
+        self.p: list[Row] = [[variance if i == j else 0.0 for j in range(SIZE)] for i, variance in enumerate(initial)]
+        self._process = [variance / STEP for variance in process]
+
+    def predict(self, dt: float, phi: float, theta: float, w: float) -> None:
+        """Move on by `dt` s, with the roll, pitch (rad) and heave (m/s) of the vehicle."""
+        x = self.x
+        psi = x[PSI] + 0.5 * dt * x[R]
+        cr, sr, cp, sp = math.cos(phi), math.sin(phi), math.cos(theta), math.sin(theta)
+        cy, sy = math.cos(psi), math.sin(psi)
+        across = sp * sr
+        nu, nv, eu, ev = dt * cy * cp, dt * (cy * across - sy * cr), dt * sy * cp, dt * (sy * across + cy * cr)
+        north = nu * x[U] + nv * x[V] + dt * (cy * sp * cr + sy * sr) * w
+        east = eu * x[U] + ev * x[V] + dt * (sy * sp * cr - cy * sr) * w
+        x[NORTH] += north
+        x[EAST] += east
+        x[PSI] += dt * x[R]
+        p = self.p
+        psis, rates, us, vs = p[PSI], p[R], p[U], p[V]
+        rows = p[:]
+        rows[NORTH] = [
+            a - east * (b + 0.5 * dt * c) + nu * d + nv * e
+            for a, b, c, d, e in zip(p[NORTH], psis, rates, us, vs, strict=True)
+        ]
+        rows[EAST] = [
+            a + north * (b + 0.5 * dt * c) + eu * d + ev * e
+            for a, b, c, d, e in zip(p[EAST], psis, rates, us, vs, strict=True)
+        ]
+        rows[PSI] = [a + dt * b for a, b in zip(psis, rates, strict=True)]
+        for i, row in enumerate(rows):
+            turned = row[PSI] + 0.5 * dt * row[R]
+            u, v = row[U], row[V]
+            rows[i] = [
+                row[NORTH] - east * turned + nu * u + nv * v,
+                row[EAST] + north * turned + eu * u + ev * v,
+                row[PSI] + dt * row[R],
+                *row[R:],
+            ]
+            rows[i][i] += dt * self._process[i]
+        self.p = rows
+
+    def update(self, innovation: float, variance: float, *parts: tuple[int, float]) -> None:
+        """Take a measurement: what it says beyond the estimate, its variance, and its partial derivatives by state."""
+        p = self.p
+        (first, factor), *others = parts
+        ph = p[first] if factor == 1.0 else [factor * a for a in p[first]]
+        for index, other in others:
+            ph = [a + other * b for a, b in zip(ph, p[index], strict=True)]
+        total = variance + factor * ph[first] + sum(other * ph[index] for index, other in others)
+        if total <= 0.0:
+            return
+        gain = [a / total for a in ph]
+        self.x = [a + innovation * g for a, g in zip(self.x, gain, strict=True)]
+        self.p = [[a - g * b for a, b in zip(row, ph, strict=True)] for row, g in zip(p, gain, strict=True)]
+
+    def variance(self, index: int) -> float:
+        """Variance of a state."""
+        return max(0.0, self.p[index][index])

@@ -1,0 +1,136 @@
+"""What the sensors of an underwater vehicle say between two steps of navigation."""
+
+import math
+
+import imc
+from runtime import Task, consume, param
+from tasks.navigation.auv.angles import wrap
+from tasks.navigation.auv.averages import Mean
+from tasks.navigation.auv.gates import FixGate, VelocityGate
+
+VEL_X_AND_Y = imc.GroundVelocity.Validity.VEL_X | imc.GroundVelocity.Validity.VEL_Y
+VEL_Z = imc.GroundVelocity.Validity.VEL_Z
+UNKNOWN_ALTITUDE = -1.0
+
+
+class Sensors(Task):
+    """Hears the sensors, refuses what cannot be, and keeps means. An empty label of an entity means any."""
+
+    compass: str = param("AHRS", "", "Entity of attitude and rates.", name="Entity Label - Compass")
+    dvl: str = param("DVL", "", "Entity of velocities.", name="Entity Label - DVL")
+    depth_sensor: str = param("Depth Sensor", "", "Entity of depth.", name="Entity Label - Depth")
+    altimeter: str = param(
+        "Altimeter",
+        "",
+        "Entity of the distance to the bottom.",
+        name="Entity Label - Altitude - Simulation",
+        aliases=("Entity Label - Altitude - Hardware",),
+    )
+    altitude_gain: float = param(0.2, "1", "Share of a new distance.", name="Altitude EMA gain", minimum=0, maximum=1)
+    altitude_compensation: bool = param(
+        True, "", "Take roll and pitch into account.", name="Altitude Attitude Compensation"
+    )
+    altitude_timeout: float = param(5.0, "s", "Altitude is unknown after it.", name="Altitude timeout", minimum=0)
+    depth_timeout: float = param(5.0, "s", "Time without depth that is an error.", name="Depth timeout", minimum=0)
+    euler_timeout: float = param(10.0, "s", "Time without attitude that is one.", name="Euler timeout", minimum=0)
+    dvl_timeout: float = param(3.0, "s", "Velocities are missing after it.", name="DVL timeout", minimum=0)
+    dvl_jumps: list[float] = param(
+        [1.5, 0.6], "m/s", "Largest change of surge and sway.", name="DVL relative thresholds", size=2
+    )
+    dvl_jump_window: float = param(
+        0.5, "s", "Time in which a change is one.", name="DVL relative threshold time window", minimum=0
+    )
+    dvl_largest: list[float] = param(
+        [5.0, 1.5], "m/s", "Largest surge and sway.", name="DVL absolute thresholds", size=2
+    )
+    dvl_arm: float = param(0.0, "m", "How far ahead the DVL is.", name="Distance Between DVL and CG")
+    gps_arm: float = param(0.0, "m", "How far above the antenna is.", name="Distance Between GPS and CG")
+    gps_factor: float = param(1.8, "1", "See Navigation.", name="GPS Maximum Dynamic HACC factor", minimum=1)
+    gps_samples: int = param(
+        7, "1", "Fixes whose accuracy is averaged.", name="GPS Moving Average Samples", minimum=1, maximum=1000
+    )
+    gps_hacc: float = param(20.0, "m", "Largest accuracy of a fix.", name="GPS Maximum HACC", minimum=0)
+    gps_hdop: float = param(4.0, "1", "Largest dilution of one without.", name="GPS Maximum HDOP", minimum=0)
+
+    def configure(self) -> None:
+        jumps, largest = self.dvl_jumps, self.dvl_largest
+        gates = (VelocityGate((jumps[0], jumps[1]), (largest[0], largest[1]), self.dvl_jump_window) for _ in range(2))
+        self._ground_gate, self._water_gate = gates
+        self._fix_gate = FixGate(self.gps_factor, self.gps_samples, self.gps_hacc, self.gps_hdop)
+
+    def start(self) -> None:
+        self.euler, self.rates, self.depth = Mean(), Mean(), Mean()
+        self.ground, self.water = Mean(), Mean()
+        self.received: imc.GpsFix | None = None
+        self.manual = imc.GpsFix()
+        self.rpm = 0
+        self.altitude = UNKNOWN_ALTITUDE
+        self.revolved = self.sounded = -math.inf
+        self._turns = 0.0
+
+    @consume
+    def orient(self, angles: imc.EulerAngles) -> None:
+        if self._is_from(angles, self.compass) and math.isfinite(angles.phi + angles.theta + angles.psi):
+            self._turns += wrap(angles.psi - self._turns)
+            self.euler.add(self.now, angles.phi, angles.theta, self._turns)
+
+    @consume
+    def turn(self, rates: imc.AngularVelocity) -> None:
+        if self._is_from(rates, self.compass) and math.isfinite(rates.x + rates.y + rates.z):
+            self.rates.add(self.now, rates.x, rates.y, rates.z)
+
+    @consume
+    def sink(self, depth: imc.Depth) -> None:
+        if self._is_from(depth, self.depth_sensor) and math.isfinite(depth.value):
+            self.depth.add(self.now, depth.value)
+
+    @consume
+    def sound(self, distance: imc.Distance) -> None:
+        if distance.validity != imc.Distance.Validity.VALID or not self._is_from(distance, self.altimeter):
+            return
+        if math.isfinite(distance.value) and distance.value >= 0.0:
+            phi, theta, _ = self.euler.value
+            down = math.cos(phi) * math.cos(theta) if self.altitude_compensation else 1.0
+            known = self.altitude >= 0.0
+            before = self.altitude if known else distance.value * down
+            self.altitude = before + self.altitude_gain * (distance.value * down - before)
+            self.sounded = self.now
+
+    @consume
+    def revolve(self, rpm: imc.Rpm) -> None:
+        self.rpm, self.revolved = rpm.value, self.now
+
+    @consume
+    def hear_velocity(self, velocity: imc.GroundVelocity | imc.WaterVelocity) -> None:
+        numbers = velocity.x, velocity.y, velocity.z
+        if velocity.validity & VEL_X_AND_Y != VEL_X_AND_Y or not self._is_from(velocity, self.dvl):
+            return
+        if not all(map(math.isfinite, numbers)):
+            return
+        over_ground = isinstance(velocity, imc.GroundVelocity)
+        gate, mean = (self._ground_gate, self.ground) if over_ground else (self._water_gate, self.water)
+        refused = gate.refuses(self.now, velocity.x, velocity.y)
+        if refused is not None:
+            kind = imc.DvlRejection.Type.GV if over_ground else imc.DvlRejection.Type.WV
+            elapsed = min(self.now - mean.last, self.dvl_timeout)
+            self.publish(imc.DvlRejection(type=kind, reason=refused[0], value=refused[1], timestep=elapsed))
+            return
+        y = velocity.y - self.dvl_arm * self.rates.value[2]
+        if velocity.validity & VEL_Z:
+            mean.add(self.now, velocity.x, y, velocity.z)
+        else:
+            mean.add(self.now, velocity.x, y, self.ground.value[2])
+
+    @consume
+    def fix(self, fix: imc.GpsFix) -> None:
+        if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
+            self.manual = fix
+            return
+        reason = self._fix_gate.refuses(fix)
+        if reason is not None:
+            self.publish(imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason))
+        else:
+            self.received = fix
+
+    def _is_from(self, message: imc.Message, label: str) -> bool:
+        return not label or self.vehicle.entities.label(message.src, message.src_ent) == label
