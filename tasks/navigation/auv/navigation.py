@@ -7,8 +7,8 @@ from runtime import State, param, periodic
 from tasks.navigation.auv.angles import Vector, to_body, to_ned, wrap
 from tasks.navigation.auv.depth_filter import DepthFilter
 from tasks.navigation.auv.horizontal_filter import EAST, NORTH, PSI, PSI_BIAS, R_BIAS, HorizontalFilter, K, R, U, V
+from tasks.navigation.auv.inputs import UNKNOWN_ALTITUDE, Sensors
 from tasks.navigation.auv.position import Position, fix_variance
-from tasks.navigation.auv.sensors import UNKNOWN_ALTITUDE, Sensors
 
 VERTICAL_ACCELERATION = 0.1  # m/s², over a second
 MODEL_VARIANCE = 2.0  # (m/s)² of the speed that follows from rpm, for samples as correlated as those 50 ms apart
