@@ -90,6 +90,21 @@ def test_noise_depends_on_the_seed_alone():
     assert simulate(IMU, feed=feed, seed=1).packets != simulate(IMU, feed=feed, seed=2).packets
 
 
+def test_heading_and_rates_of_a_worse_one():
+    quiet = {"angular_random_walk": 0.0, "gyro_bias_stability": 0.0, "euler_angles_noise": 0.0}
+    run = simulate(IMU, feed=rest(60.0), seed=2, angular_velocity_noise=0.05, gyro_rate_bias=60.0, **quiet)
+    rates = collect(run, imc.AngularVelocity)
+    assert np.degrees(rates.std(axis=0)) == pytest.approx(0.05, rel=4 / math.sqrt(2 * len(rates)))
+    angles = run.of(imc.EulerAngles)
+    assert {m.psi_magnetic for m in angles} == {0.0}
+    assert math.degrees(angles[-1].psi - angles[0].psi) == pytest.approx(1.0, rel=1e-3)
+    offsets: list[float] = []
+    for seed in range(60):
+        first, *_ = simulate(IMU, feed=rest(0.05), seed=seed, heading_offset=2.0, **quiet).of(imc.EulerAngles)
+        offsets.append(math.degrees(first.psi - first.psi_magnetic))
+    assert np.std(offsets) == pytest.approx(2.0, rel=4 / math.sqrt(2 * len(offsets)))
+
+
 def test_it_samples_at_its_own_rate():
     run = simulate(IMU, feed=rest(2.0), sampling_rate=25.0)
     times = [m.timestamp for m in run.of(imc.Acceleration)]
