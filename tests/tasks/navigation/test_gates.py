@@ -1,0 +1,50 @@
+"""What is believed, and what is not."""
+
+import math
+
+import imc
+from tasks.navigation.auv.gates import FixGate, VelocityGate
+
+Valid = imc.GpsFix.Validity
+Reason = imc.GpsFixRejection.Reason
+Dvl = imc.DvlRejection.Reason
+
+
+def gate():
+    return FixGate(factor=1.8, samples=7, maximum_hacc=20.0, maximum_hdop=4.0)
+
+
+def fix(**fields):
+    return imc.GpsFix(validity=Valid.VALID_POS | Valid.VALID_HACC, hdop=0.9).replace(**fields)
+
+
+def test_a_good_fix_is_believed():
+    assert gate().refuses(fix(hacc=2.0)) is None
+
+
+def test_a_fix_needs_a_position():
+    assert gate().refuses(fix(validity=0)) is Reason.LOST_VAL_BIT
+    assert gate().refuses(fix(lat=math.nan)) is Reason.LOST_VAL_BIT
+
+
+def test_a_fix_that_is_much_worse_than_the_last_ones_is_refused_until_they_are_alike():
+    tested = gate()
+    assert [tested.refuses(fix(hacc=2.0)) for _ in range(3)] == [None, None, None]
+    answers = [tested.refuses(fix(hacc=5.0)) for _ in range(7)]
+    assert answers[0] is Reason.ABOVE_THRESHOLD
+    assert answers[-1] is None
+
+
+def test_a_fix_that_claims_too_little_is_refused():
+    assert gate().refuses(fix(hacc=25.0)) is Reason.ABOVE_MAX_HACC
+    assert gate().refuses(fix(validity=Valid.VALID_POS, hdop=5.0)) is Reason.ABOVE_MAX_HDOP
+
+
+def test_velocities_may_not_jump_or_be_too_large():
+    tested = VelocityGate(jump=(1.5, 0.6), largest=(5.0, 1.5), window=0.5)
+    assert tested.refuses(0.0, 1.0, 0.0) is None
+    assert tested.refuses(0.2, 3.0, 0.0) == (Dvl.INNOV_THRESHOLD_X, 2.0)
+    assert tested.refuses(0.4, 1.0, 0.7) == (Dvl.INNOV_THRESHOLD_Y, 0.7)
+    assert tested.refuses(0.8, 3.0, 0.7) is None
+    assert tested.refuses(2.0, -6.0, 0.0) == (Dvl.ABS_THRESHOLD_X, 6.0)
+    assert tested.refuses(3.0, 1.0, 2.0) == (Dvl.ABS_THRESHOLD_Y, 2.0)

@@ -1,0 +1,169 @@
+"""Navigation with sensors that are fed by hand."""
+
+import math
+
+import pytest
+
+import imc
+from imc.coordinates import displace, displacement
+from runtime import State
+from runtime.testing import simulate
+from tasks.navigation.auv.navigation import Navigation
+
+LAT, LON = math.radians(41.185), math.radians(-8.7062)
+ANY = {"compass": "", "dvl": "", "depth_sensor": "", "altimeter": ""}
+FIX = imc.GpsFix(
+    validity=0x1FF, lat=LAT, lon=LON, height=50.0, hacc=2.0, hdop=0.9, type=imc.GpsFix.Type.STANDALONE, sog=0.0
+)
+
+
+def sensors(
+    seconds, *, heading=0.0, depth=1.0, pitch=0.0, fixes=lambda _: FIX, surge=0.0, doppler=lambda _: True, rpm=0
+):
+    """What a vehicle that goes straight on hears, at the rates of its sensors."""
+    for tick in range(round(seconds * 20)):
+        time = tick * 0.05 + 0.01
+        yield imc.EulerAngles(timestamp=time, psi=heading, theta=pitch)
+        yield imc.AngularVelocity(timestamp=time)
+        yield imc.Rpm(timestamp=time, value=rpm)
+        if tick % 2 == 0:
+            yield imc.Depth(timestamp=time, value=depth)
+            yield imc.Distance(timestamp=time, validity=1, value=10.0)
+        if tick % 4 == 0 and doppler(time):
+            yield imc.GroundVelocity(timestamp=time, validity=7, x=surge)
+        if tick % 20 == 0 and fixes(time) is not None:
+            yield fixes(time).replace(timestamp=time + 0.001)
+
+
+def test_it_waits_for_a_fix_and_says_what_it_knows():
+    run = simulate(Navigation, feed=sensors(3.0, fixes=lambda _: None, heading=1.0), **ANY)
+    last = run.of(imc.EstimatedState)[-1]
+    assert (last.lat, last.x, last.y) == (0.0, 0.0, 0.0)
+    assert last.psi == pytest.approx(1.0)
+    assert last.depth == pytest.approx(1.0)
+    assert run.task.entity.state is State.BOOT
+    assert run.task.entity.description == "waiting for GPS fix"
+    assert run.of(imc.NavigationUncertainty) == []
+
+
+def test_the_first_fix_is_the_reference_at_the_surface():
+    run = simulate(Navigation, feed=sensors(3.0), **ANY)
+    last = run.of(imc.EstimatedState)[-1]
+    assert (last.lat, last.lon) == (LAT, LON)
+    assert last.height == pytest.approx(51.0)
+    assert last.z == pytest.approx(last.depth) == pytest.approx(1.0)
+    assert last.alt == pytest.approx(10.0)
+    assert run.task.entity.state is State.NORMAL
+
+
+def test_a_manual_fix_is_no_measurement():
+    manual = FIX.replace(type=imc.GpsFix.Type.MANUAL_INPUT)
+    run = simulate(Navigation, feed=sensors(3.0, fixes=lambda _: manual), **ANY)
+    last = run.of(imc.EstimatedState)[-1]
+    assert (last.lat, last.lon) == (LAT, LON)
+    assert run.task.entity.state is State.BOOT
+
+
+def test_it_goes_on_under_water_with_the_velocity_over_ground():
+    run = simulate(
+        Navigation, feed=sensors(30.0, heading=0.5, surge=1.5, fixes=lambda t: FIX if t < 0.5 else None), **ANY
+    )
+    last = run.of(imc.EstimatedState)[-1]
+    assert math.hypot(last.x, last.y) == pytest.approx(45.0, abs=2.0)
+    assert math.atan2(last.y, last.x) == pytest.approx(0.5, abs=0.05)
+    assert (last.u, last.vx) == (pytest.approx(1.5, abs=0.01), pytest.approx(1.5 * math.cos(0.5), abs=0.02))
+    variances = [m.x + m.y for m in run.of(imc.NavigationUncertainty)]
+    assert variances[-1] > variances[100]
+
+
+def test_it_goes_on_with_the_motor_where_velocities_are_missing_and_is_less_sure():
+    def fixes(time):
+        return FIX if time < 0.5 else None
+
+    lost = simulate(Navigation, feed=sensors(40.0, surge=1.4, rpm=1400, fixes=fixes, doppler=lambda t: t < 10.0), **ANY)
+    kept = simulate(Navigation, feed=sensors(40.0, surge=1.4, rpm=1400, fixes=fixes), **ANY)
+    assert lost.of(imc.EstimatedState)[-1].x == pytest.approx(kept.of(imc.EstimatedState)[-1].x, abs=3.0)
+    assert lost.of(imc.NavigationUncertainty)[-1].x > kept.of(imc.NavigationUncertainty)[-1].x + 1.0
+
+
+def test_pitch_and_depth_give_the_sinking_rate_and_the_heave():
+    run = simulate(Navigation, feed=sensors(10.0, pitch=-0.2, surge=1.0, depth=3.0), **ANY)
+    last = run.of(imc.EstimatedState)[-1]
+    assert last.theta == pytest.approx(-0.2)
+    assert -math.sin(last.theta) * last.u + math.cos(last.theta) * last.w == pytest.approx(last.vz, abs=1e-5)
+
+
+def test_fixes_that_contradict_it_again_and_again_are_believed():
+    lat, lon, height = displace(LAT, LON, 50.0, 200.0, 0.0)
+    there = FIX.replace(lat=lat, lon=lon, height=height)
+    run = simulate(Navigation, feed=sensors(60.0, fixes=lambda t: FIX if t < 50.0 else there), **ANY)
+    assert run.of(imc.EstimatedState)[-1].x == pytest.approx(200.0, abs=1.0)
+    assert "fixes contradict the position, which begins anew with theirs" in run.log
+
+
+def test_the_reference_moves_with_a_vehicle_that_is_far_away():
+    lat, lon, height = displace(LAT, LON, 50.0, 1500.0, 0.0)
+    there = FIX.replace(lat=lat, lon=lon, height=height)
+    run = simulate(Navigation, feed=sensors(20.0, fixes=lambda t: FIX if t < 10.0 else there), **ANY)
+    last = run.of(imc.EstimatedState)[-1]
+    north, east, _ = displacement(last.lat, last.lon, 0.0, lat, lon, 0.0)
+    assert (last.lat, last.lon) == (lat, lon)
+    assert (north - last.x, east - last.y) == (pytest.approx(0.0, abs=1.0), pytest.approx(0.0, abs=1.0))
+
+
+def test_what_cannot_be_is_refused_and_said():
+    bad = [
+        imc.GpsFix(timestamp=5.5, validity=0, lat=LAT, lon=LON),
+        imc.GroundVelocity(timestamp=5.6, validity=7, x=9.0),
+        imc.GroundVelocity(timestamp=5.61, validity=0, x=9.0),
+        imc.GroundVelocity(timestamp=5.62, validity=7, x=math.nan),
+        imc.WaterVelocity(timestamp=5.63, validity=7, y=3.0),
+        imc.Depth(timestamp=5.6, value=math.nan),
+        imc.EulerAngles(timestamp=5.6, psi=math.inf),
+        imc.AngularVelocity(timestamp=5.6, z=math.nan),
+        imc.Distance(timestamp=5.6, validity=1, value=math.nan),
+    ]
+    run = simulate(Navigation, feed=[*sensors(10.0), *bad], **ANY)
+    assert [m.reason for m in run.of(imc.GpsFixRejection)] == [imc.GpsFixRejection.Reason.LOST_VAL_BIT]
+    assert [m.type for m in run.of(imc.DvlRejection)] == [imc.DvlRejection.Type.GV, imc.DvlRejection.Type.WV]
+    for state in run.of(imc.EstimatedState):
+        assert all(math.isfinite(value) for value in state.to_dict().values() if isinstance(value, float))
+
+
+def test_only_the_entities_that_are_named_are_heard():
+    run = simulate(Navigation, feed=sensors(8.0))
+    assert run.of(imc.EstimatedState)[-1].depth == 0.0
+    assert run.task.entity.state is State.ERROR
+    assert run.task.entity.description == "depth is missing"
+
+
+def test_missing_sensors_are_errors_until_they_are_back():
+    feed = [message for message in sensors(20.0) if not isinstance(message, imc.Depth) or message.timestamp > 12.0]
+    run = simulate(Navigation, feed=feed, **ANY)
+    states = [(m.state, m.description) for m in run.of(imc.EntityState)]
+    assert (State.ERROR, "depth is missing") in states
+    assert run.task.entity.state is State.NORMAL
+
+
+def test_the_stream_is_what_ground_and_water_differ_by():
+    feed = [m for m in sensors(20.0, heading=math.pi / 2, surge=1.0)]
+    feed += [
+        imc.WaterVelocity(timestamp=m.timestamp, validity=7, x=0.7) for m in feed if isinstance(m, imc.GroundVelocity)
+    ]
+    run = simulate(Navigation, feed=sorted(feed, key=lambda m: m.timestamp), **ANY)
+    stream = run.of(imc.EstimatedStreamVelocity)[-1]
+    assert (stream.x, stream.y) == (pytest.approx(0.0, abs=1e-3), pytest.approx(0.3, abs=1e-3))
+
+
+def test_heading_goes_round():
+    feed = (
+        m.replace(psi=math.remainder(0.2 * m.timestamp + 3.0, 2 * math.pi)) if isinstance(m, imc.EulerAngles) else m
+        for m in sensors(20.0)
+    )
+    run = simulate(Navigation, feed=feed, **ANY)
+    states = run.of(imc.EstimatedState)
+    assert all(abs(state.psi) <= math.pi for state in states)
+    last = states[-1]
+    assert math.remainder(last.psi - 0.2 * (last.timestamp - run.vehicle.start_time) - 3.0, 2 * math.pi) == (
+        pytest.approx(0.0, abs=0.1)
+    )
