@@ -1,7 +1,6 @@
 """Saves a virtual run between two moments, and goes on from there."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any, cast
 
 import msgspec
@@ -9,7 +8,7 @@ import msgspec
 from runtime.bus import Bus
 from runtime.entities import Entity
 from runtime.handlers import Ticker
-from runtime.kernel import SECOND, Timer
+from runtime.kernel import Timer
 from runtime.logbook import Logbook
 from runtime.script import Script
 from runtime.snapshot_values import Reader, SnapshotError, Writer
@@ -67,7 +66,7 @@ class Snapshot(msgspec.Struct):
     timers: list[TimerState]
     subscribed: list[str]
     running: list[str]
-    entities: list[tuple[str, Any, str, bool]]
+    entities: list[tuple[str, int, Any, str, bool]]
     heard: list[tuple[int, int, str]]
     activations: list[tuple[str, Any, str]]
 
@@ -96,7 +95,7 @@ def save(vehicle: Vehicle) -> bytes:
             [_timer_state(timer, writer) for timer in timers],
             [owner.name for owner in vehicle.bus.owners if isinstance(owner, Task)],
             sorted(vehicle.running),
-            [(e.label, writer.write(e.state, e.label), e.description, e.stateful) for e in vehicle.entities],
+            [(e.label, e.id, writer.write(e.state, e.label), e.description, e.stateful) for e in vehicle.entities],
             [(system, entity, label) for (system, entity), label in vehicle.entities.heard.items()],
             [(name, writer.write(a.phase, name), a.error) for name, a in vehicle.activations.items()],
         )
@@ -138,10 +137,10 @@ def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
             timer.owner = reader.read(state.owner)
             timer.function = reader.read(state.function)
             timer.args = tuple(reader.read(word) for word in state.args)
-        for label, phase, description, stateful in snapshot.entities:
+        for label, number, phase, description, stateful in snapshot.entities:
             entity = vehicle.entities.find(label)
-            if entity is None:
-                raise SnapshotError(f"the vehicle has no entity {label!r}")
+            if entity is None or entity.id != number:
+                raise SnapshotError(f"the vehicle has no entity {label!r} of id {number}")
             entity.state, entity.description, entity.stateful = reader.read(phase), description, stateful
         for name, phase, error in snapshot.activations:
             vehicle.activations[name].phase, vehicle.activations[name].error = reader.read(phase), error
@@ -153,12 +152,6 @@ def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     vehicle.running.update(snapshot.running)
     for task in vehicle.tasks:
         task.restored()
-
-
-def snapshot_path(folder: Path, vehicle: Vehicle) -> Path:
-    """Where the snapshot of this moment belongs: State-<seconds of the run>.msgpack."""
-    seconds = (vehicle.kernel.now_ns - round(vehicle.start_time) * SECOND) / SECOND
-    return folder / f"State-{seconds:g}.msgpack"
 
 
 def _nothing() -> None:

@@ -11,8 +11,10 @@ import click
 
 COMMANDS = {
     "run": ("runtime.cli.run", "Run a vehicle profile."),
+    "mission": ("runtime.cli.mission", "Fly a plan, as fast as the computer can, and say how it went."),
     "replay": ("runtime.cli.replay", "Play a log onto the bus."),
     "resim": ("runtime.cli.resim", "Run tasks again on a log, and compare."),
+    "rewind": ("runtime.cli.rewind", "Go back in the log of a virtual run, and on from there."),
     "log": ("runtime.cli.log", "Look at logs, cut, merge, compare and repair them."),
     "check": ("runtime.cli.inspect", "Look for mistakes in profiles."),
     "explain": ("runtime.cli.inspect", "Say what each value of a profile is, means, and who set it."),

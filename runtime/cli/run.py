@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import click
 
@@ -21,6 +21,9 @@ from runtime.cli.status import Status
 from runtime.clock import parse_clock
 from runtime.problem import Problem, ProfileError
 from runtime.profile import load_profile
+from runtime.rewind import change, continued, run_with_snapshots, state_name
+from runtime.snapshot import load
+from runtime.snapshot_values import SnapshotError
 from runtime.vehicle import Vehicle
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -61,6 +64,10 @@ def options(function: F) -> F:
 @click.option("-p", "--profiles", multiple=True, help="Modes to select, such as Simulation, separated by commas.")
 @click.option("-V", "--vehicle", default="", help="Name of the vehicle, in place of the profile's.")
 @click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Overrides a value.")
+@click.option(
+    "--snapshot-every", callback=_duration, metavar="TIME", help="Save the state of a virtual run, with its log."
+)
+@click.option("--from-snapshot", type=click.Path(exists=True, path_type=Path), help="Go on from a saved state.")
 @options
 def run(
     profile: str | None,
@@ -69,6 +76,8 @@ def run(
     profiles: tuple[str, ...],
     vehicle: str,
     overrides: tuple[str, ...],
+    snapshot_every: float | None,
+    from_snapshot: Path | None,
     clock: str,
     duration: float | None,
     seed: int | None,
@@ -78,6 +87,8 @@ def run(
 ) -> None:
     """Run the vehicle PROFILE, for example: shoal run lauv-noptilus-1 -p Simulation"""
     name = profile or config_file
+    if from_snapshot is not None:
+        go_on(from_snapshot, log_dir, duration, overrides, snapshot_every)
     if name is None:
         raise click.UsageError("name a profile, for example: shoal run lauv-noptilus-1 -p Simulation")
     try:
@@ -108,19 +119,48 @@ def run(
         click.echo(
             "note: with a zenoh bus a virtual run takes messages from the outside and may not be reproducible", err=True
         )
-    swim(made.vehicle, f"{loaded.vehicle} ({', '.join(sorted(selected)) or 'no mode selected'})", duration)
+    if snapshot_every is not None and not made.vehicle.virtual:
+        raise click.UsageError("only a virtual run can be saved: --clock virtual")
+    title = f"{loaded.vehicle} ({', '.join(sorted(selected)) or 'no mode selected'})"
+    swim(made.vehicle, title, duration, snapshot_every=snapshot_every)
 
 
-def swim(vehicle: Vehicle, title: str, duration: float | None) -> None:
-    """Run a vehicle to its end, its time or Ctrl-C, with its status shown, and leave with its exit status."""
+def go_on(
+    path: Path, log_dir: Path, duration: float | None, overrides: tuple[str, ...], snapshot_every: float | None
+) -> NoReturn:
+    """Run from a snapshot; all but the changes is in it."""
+    try:
+        vehicle = continued(load(path.read_bytes()), log_dir)
+        change(vehicle, overrides)
+    except (SnapshotError, ProfileError, OSError) as error:
+        raise click.ClickException(f"{path}: {error}") from None
+    swim(vehicle, f"{vehicle.name} from {path}", duration, start=False, snapshot_every=snapshot_every)
+
+
+def swim(
+    vehicle: Vehicle,
+    title: str,
+    duration: float | None,
+    *,
+    start: bool = True,
+    snapshot_every: float | None = None,
+) -> NoReturn:
+    """Run a vehicle to its end, its time or Ctrl-C, with its status shown, and leave with its exit status.
+
+    `start` is False for one that goes on from a snapshot; `snapshot_every` (s) saves its state beside its log.
+    """
     status = Status(vehicle, title, duration)
     stop = _stopper(vehicle)
     previous = {n: signal.signal(n, stop) for n in STOPPING if signal.getsignal(n) is not signal.SIG_IGN}
     try:
         with status:
-            vehicle.start()
+            if start:
+                vehicle.start()
             try:
-                vehicle.run(duration)
+                if snapshot_every is None:
+                    vehicle.run(duration)
+                else:
+                    run_with_snapshots(vehicle, duration, snapshot_every, lambda state: _keep(vehicle, state))
             finally:
                 vehicle.close()
     except Exception as error:
@@ -132,6 +172,15 @@ def swim(vehicle: Vehicle, title: str, duration: float | None) -> None:
         with contextlib.suppress(OSError):
             click.echo(status.summary())
     sys.exit(vehicle.exit_status)
+
+
+def _keep(vehicle: Vehicle, state: bytes) -> None:
+    """Write a snapshot into the folder of the log."""
+    folders = (getattr(task, "folder", None) for task in vehicle.tasks)
+    folder = next((folder for folder in folders if isinstance(folder, Path)), None)
+    if folder is None:
+        raise SnapshotError("there is no log to keep snapshots with: enable Transports.Logging")
+    (folder / state_name(vehicle)).write_bytes(state)
 
 
 def _own_part(error: Exception) -> str:

@@ -4,6 +4,7 @@ import contextlib
 import os
 import re
 from datetime import UTC, datetime
+from pathlib import Path
 
 import imc
 from imc.members import COMPRESSIONS
@@ -61,6 +62,11 @@ class Logging(Task):
             self.log.warning(f"Transports: no such message: {', '.join(self._unknown)}")
         self._open()
         self.after(self.flush_interval, self._tick)
+
+    @property
+    def folder(self) -> Path | None:
+        """Where the log is that is being written."""
+        return self._folder.path if self._folder is not None else None
 
     def restored(self) -> None:
         """Go on in a new log, which begins as others do; the bus does not hear of it."""

@@ -113,7 +113,7 @@ def test_a_camera_that_is_about_to_deliver_goes_on(tmp_path: Path) -> None:
 
 
 @given(st.lists(st.floats(0.0, 1.4), min_size=2, max_size=4), st.integers(0, 2**32))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 def test_delays_heavy_work_and_random_numbers_go_on(
     tmp_path_factory: pytest.TempPathFactory, times: list[float], numbers: int
 ) -> None:

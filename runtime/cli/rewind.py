@@ -1,0 +1,41 @@
+"""`shoal rewind`: goes back in a log, and on from there."""
+
+from pathlib import Path
+
+import click
+
+import imc
+from runtime.cli.duration import parse_duration
+from runtime.cli.run import swim
+from runtime.kernel import SECOND
+from runtime.problem import ProfileError
+from runtime.resim.history import Instants
+from runtime.resim.outline import outline
+from runtime.rewind import change, continued, state_at
+from runtime.snapshot_values import SnapshotError
+
+
+@click.command()
+@click.argument("log", type=click.Path(exists=True, path_type=Path))
+@click.option("--at", required=True, metavar="TIME", help="Seconds of the run, or 1h30min.")
+@click.option("--for", "duration", metavar="TIME", help="How long to run from there [default: to the end of the log]")
+@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Changes a value from then on.")
+@click.option("--log-dir", default="log", show_default=True, type=click.Path(path_type=Path), help="Where logs go.")
+def rewind(log: Path, at: str, duration: str | None, overrides: tuple[str, ...], log_dir: Path) -> None:
+    """Go back to a time of LOG, of a virtual run, and on from there in a new log.
+
+    It starts from the nearest snapshot in the log's folder, see shoal run --snapshot-every, or else from the start of
+    the run. Without --set the new log has the bytes of the old one.
+    """
+    try:
+        opened = imc.Log(log)
+        state = state_at(opened, parse_duration(at))
+        about = outline(opened)
+        end = Instants(state.time).of(about.end) if about is not None else 0
+        rest = (end - state.time) / SECOND
+        seconds = parse_duration(duration) if duration is not None else max(0.0, rest)
+        vehicle = continued(state, log_dir)
+        change(vehicle, overrides)
+    except (SnapshotError, ProfileError, OSError, ValueError) as error:
+        raise click.ClickException(str(error)) from None
+    swim(vehicle, f"{vehicle.name} from {at} of {log}", seconds, start=False)
