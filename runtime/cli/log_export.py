@@ -128,8 +128,7 @@ def _writer(form: str, raw: bool, images: bool) -> Callable[[Source, Path, Progr
 def _import_mcap(file: Path, folder: Path, _: Progress) -> list[str]:
     from runtime.logs.mcap_import import import_mcap
 
-    wrong = import_mcap(file, folder)
-    return [wrong] if wrong else []
+    return import_mcap(file, folder)
 
 
 def _tlog_reader(system: str) -> Callable[[Path, Path, Progress], list[str]]:

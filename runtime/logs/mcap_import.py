@@ -1,93 +1,108 @@
 """Makes a log again of an MCAP file that holds its packets."""
 
-from collections.abc import Iterator
+import struct
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
+from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
+from zstandard import ZstdError
 
 from imc.lsf import LsfWriter
 from runtime.logs.mcap import BESIDE, LARGEST_BESIDE, PACKETS, PACKETS_TOPIC
 
 TOPIC = "/" + "/".join(PACKETS_TOPIC)
 LARGEST_CHUNK = 1 << 28
+RECORD_HEAD = 9
 
 
 class BadFile(ValueError):
     """A file that cannot be imported; the text says which and why."""
 
 
-def import_mcap(path: Path, folder: Path) -> str:
+def import_mcap(path: Path, folder: Path) -> list[str]:
     """Write the packets of an MCAP file to Data.lsf.gz in `folder`, byte for byte, and what it has of IMC.xml.gz,
-    IMC.xml and Config.ini beside it; returns what is wrong with the file, "" if nothing is.
+    IMC.xml and Config.ini beside it; returns what is wrong with the file.
 
-    Of a file that ends early, all complete chunks are read. Raises BadFile where it holds no packets, OSError.
+    Damaged chunks are left out; of a file that ends early, all complete ones are read. Raises BadFile where it holds
+    no packets, OSError.
     """
-    wrong, count = "", 0
+    wrong: list[str] = []
+    count = 0
     with path.open("rb") as file:
         writer = LsfWriter(folder / "Data.lsf.gz")
         try:
-            for item in _items(file):
-                if isinstance(item, Attachment):
-                    if item.name in BESIDE and len(item.data) <= LARGEST_BESIDE:
-                        (folder / item.name).write_bytes(item.data)
-                    continue
-                writer.write(_packets(item.data))
-                count += 1
-        except (McapError, EOFError, ValueError, KeyError) as error:
-            wrong = f"{path}: damaged: {error or type(error).__name__}"
+            for data in _attached(file, wrong):
+                if data.name in BESIDE and len(data.data) <= LARGEST_BESIDE:
+                    (folder / data.name).write_bytes(data.data)
+            for chunk, numbers in _chunks(file, wrong):
+                for packets in _packets(chunk, numbers, wrong):
+                    writer.write(packets)
+                    count += 1
         finally:
             writer.close()
     if not count:
-        raise BadFile(wrong or f"{path}: there are no IMC packets in it (topic {TOPIC}, type {PACKETS.full_name})")
-    return wrong
+        why = f"; {wrong[0]}" if wrong else ""
+        raise BadFile(f"{path}: there are no IMC packets in it (topic {TOPIC}, type {PACKETS.full_name}){why}")
+    return [f"{path}: {text}" for text in dict.fromkeys(wrong)]
 
 
-def _items(file: IO[bytes]) -> Iterator[Attachment | Message]:
-    """Attachments and messages with packets, in the order of the file."""
-    reader = make_reader(file, validate_crcs=True)
-    try:
-        summary = reader.get_summary()
-    except (McapError, ValueError):
-        summary = None
+def _attached(file: IO[bytes], wrong: list[str]) -> Iterator[Attachment]:
+    with _noting(wrong, "its list of attachments"):
+        yield from make_reader(file).iter_attachments()
+
+
+def _chunks(file: IO[bytes], wrong: list[str]) -> Iterator[tuple[Chunk, set[int]]]:
+    """The chunks that may have packets, and the numbers of the channels that do, in the order of the file."""
+    summary = None
+    with _noting(wrong, "its end"):
+        file.seek(0)
+        summary = make_reader(file).get_summary()
     if summary is None or not summary.chunk_indexes:
         file.seek(0)
-        yield from _salvaged(file)
+        yield from _salvaged(file, wrong)
         return
-    yield from reader.iter_attachments()
     numbers = {channel.id for channel in summary.channels.values() if channel.topic == TOPIC}
-    for index in summary.chunk_indexes:
+    for index in sorted(summary.chunk_indexes, key=lambda index: index.chunk_start_offset):
         if numbers & index.message_index_offsets.keys():
-            _check(index.uncompressed_size)
-    for _, _, message in reader.iter_messages(topics=[TOPIC], log_time_order=False):
-        yield message
+            with _noting(wrong, f"the chunk at byte {index.chunk_start_offset}"):
+                file.seek(index.chunk_start_offset + RECORD_HEAD)
+                yield Chunk.read(ReadDataStream(file)), numbers
 
 
-def _salvaged(file: IO[bytes]) -> Iterator[Attachment | Message]:
-    """The same of a file without its end."""
+def _salvaged(file: IO[bytes], wrong: list[str]) -> Iterator[tuple[Chunk, set[int]]]:
+    """All chunks of a file without its end."""
     numbers: set[int] = set()
-    for record in StreamReader(file, emit_chunks=True, record_size_limit=LARGEST_CHUNK).records:
-        if isinstance(record, Channel) and record.topic == TOPIC:
-            numbers.add(record.id)
-        elif isinstance(record, Attachment):
-            yield record
-        elif isinstance(record, Chunk):
-            _check(record.uncompressed_size)
-            for inner in breakup_chunk(record, validate_crc=True):
-                if isinstance(inner, Message) and inner.channel_id in numbers:
-                    yield inner
+    with _noting(wrong, "its end"):
+        for record in StreamReader(file, emit_chunks=True, record_size_limit=LARGEST_CHUNK).records:
+            if isinstance(record, Channel) and record.topic == TOPIC:
+                numbers.add(record.id)
+            elif isinstance(record, Chunk):
+                yield record, numbers
 
 
-def _check(size: int) -> None:
-    if size > LARGEST_CHUNK:
-        raise ValueError(f"a chunk of {size} bytes; {LARGEST_CHUNK} at most")
+def _packets(chunk: Chunk, numbers: set[int], wrong: list[str]) -> Iterator[bytes]:
+    if chunk.uncompressed_size > LARGEST_CHUNK:
+        wrong.append(f"damaged: a chunk of {chunk.uncompressed_size} bytes; {LARGEST_CHUNK} at most")
+        return
+    with _noting(wrong, "a chunk"):
+        for record in breakup_chunk(chunk, validate_crc=True):
+            if isinstance(record, Message) and record.channel_id in numbers:
+                size = int.from_bytes(record.data[4:8], "little")
+                if len(record.data) != 8 + size:
+                    raise ValueError(f"a message of {len(record.data)} bytes that says {8 + size}")
+                yield record.data[8:]
 
 
-def _packets(body: bytes) -> bytes:
-    size = int.from_bytes(body[4:8], "little")
-    if len(body) != 8 + size:
-        raise ValueError(f"a message on {TOPIC} has {len(body)} bytes and says {8 + size}")
-    return body[8:]
+@contextmanager
+def _noting(wrong: list[str], what: str) -> Generator[None]:
+    """Notes what the reader stumbles over."""
+    try:
+        yield
+    except (McapError, ZstdError, struct.error, EOFError, ValueError, LookupError, MemoryError, OverflowError) as error:
+        wrong.append(f"{what} is damaged: {error or type(error).__name__}")
