@@ -92,7 +92,7 @@ def read_field(info: imc.FieldInfo, value: object) -> object:
         if wrong:
             raise ValueError(f"{wrong[0]!r} is none of {', '.join(members)}")
         return sum(int(members[name]) for name in names)
-    return value
+    return cast(object, value)
 
 
 def write_field(info: imc.FieldInfo, value: Any) -> Any:

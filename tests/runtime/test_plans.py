@@ -133,7 +133,7 @@ def test_mistakes_are_named_with_their_line(text, reason):
 
 def test_a_plan_too_long_for_a_message_is_refused():
     text = "plan: x\nmaneuvers:\n" + "  - idle: {duration: 1}\n" * 10_000
-    with pytest.raises(PlanFileError, match=r"f\.yaml: .*65535"):
+    with pytest.raises(PlanFileError, match=r"f\.yaml:3: .*65535"):
         parse_plan(text, "f.yaml")
 
 

@@ -1,0 +1,221 @@
+"""Flies a plan without anybody watching, and says how it went."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import imc
+from imc.coordinates import absolute, displacement
+from runtime.build import Build, build
+from runtime.clock import parse_clock
+from runtime.profile import load_profile
+from runtime.script import Script
+from runtime.vehicle import Vehicle
+
+COMPLETED, FAILED, LATE = "SUCCESS", "FAILURE", "TIMEOUT"
+USUAL_MODES = ("Dynamics", "Simulation")
+ON_TRACK, AT_DEPTH = 1.5, 0.5  # m; errors count from where they have first been smaller, on each path
+NEXT_STATES = (imc.PlanControlState.State.READY, imc.PlanControlState.State.BLOCKED)
+Followed = imc.PathControlState.Flags
+
+
+@dataclass
+class Leg:
+    """One maneuver of a flight: its time (s), distance over ground (m), and worst errors (m), NaN where it has none."""
+
+    name: str
+    began: float
+    seconds: float = 0.0
+    distance: float = 0.0
+    cross_track: float = math.nan
+    depth_error: float = math.nan
+
+
+@dataclass
+class Report:
+    """How a mission went: `outcome` is SUCCESS, FAILURE or TIMEOUT, `reason` the words of the plan engine.
+
+    `seconds` and `distance` (m, over ground) count from the first maneuver, `deepest` is in m. Errors of a leg count
+    from where it has first been followed within 1.5 m across, 0.5 m in depth.
+    """
+
+    outcome: str = LATE
+    reason: str = "no answer of the plan engine"
+    deepest: float = 0.0
+    legs: list[Leg] = field(default_factory=list[Leg])
+    states: list[str] = field(default_factory=list[str])
+
+    @property
+    def completed(self) -> bool:
+        return self.outcome == COMPLETED
+
+    @property
+    def seconds(self) -> float:
+        return sum(leg.seconds for leg in self.legs)
+
+    @property
+    def distance(self) -> float:
+        return sum(leg.distance for leg in self.legs)
+
+    @property
+    def cross_track(self) -> float:
+        """The worst of all legs (m), NaN where no leg was straight."""
+        return max((leg.cross_track for leg in self.legs if not math.isnan(leg.cross_track)), default=math.nan)
+
+    @property
+    def depth_error(self) -> float:
+        """The worst of all legs (m), NaN where no leg had reached its depth."""
+        return max((leg.depth_error for leg in self.legs if not math.isnan(leg.depth_error)), default=math.nan)
+
+    @property
+    def maneuvers(self) -> list[str]:
+        """The names of the maneuvers in the order in which they were executed."""
+        return [leg.name for leg in self.legs]
+
+
+class Mission:
+    """Starts a plan on a vehicle as soon as it is ready, follows it, and stops the vehicle when it is over.
+
+    `patience` (s) is how long the vehicle may take to be ready. `watch` is called with each PlanControlState.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        plan: imc.PlanSpecification,
+        *,
+        calibrate: bool = False,
+        patience: float = 120.0,
+        watch: Callable[[imc.PlanControlState], object] | None = None,
+    ):
+        self.report = Report()
+        self._vehicle = vehicle
+        self._plan = plan
+        self._flags = imc.PlanControl.Flags.CALIBRATE if calibrate else 0
+        self._patience = patience
+        self._watch = watch
+        self._position: tuple[float, float] | None = None
+        self._errors: dict[str, tuple[int, bool]] = {}
+        self._trouble = ""
+        self._is_flying = False
+        vehicle.tap(imc.PlanControlState, self._follow)
+        vehicle.tap(imc.PathControlState, self._compare)
+        vehicle.tap(imc.EstimatedState, self._move)
+        vehicle.tap(imc.EntityMonitoringState, self._note_trouble)
+
+    def fly(self, limit: float) -> Report:
+        """Run the vehicle until the plan is over, at most `limit` seconds of its time, and close it."""
+        vehicle = self._vehicle
+        vehicle.start()
+        vehicle.kernel.soon(vehicle.daemon.run, self._command)
+        try:
+            vehicle.run(limit)
+        finally:
+            vehicle.close()
+        return self.report
+
+    async def _command(self, script: Script) -> None:
+        inbox = script.listen(imc.PlanControl, imc.PlanControlState)
+        ready = imc.PlanControlState.State.READY
+        calm = imc.VehicleState.OpMode.SERVICE
+        try:
+            await script.hear(imc.VehicleState, where=lambda m: m.op_mode == calm, timeout=self._patience)
+            await script.hear(imc.PlanControlState, where=lambda m: m.state == ready, timeout=self._patience)
+        except TimeoutError:
+            trouble = f": {self._trouble}" if self._trouble else ""
+            self._end(FAILED, f"vehicle not ready within {self._patience:g} s{trouble}")
+            return
+        self.report.reason = "plan is not over"
+        request = imc.PlanControl(plan_id=self._plan.plan_id, flags=self._flags, arg=self._plan)
+        script.publish(request.replace(dst=self._vehicle.system, request_id=1))
+        began, answer = False, ""
+        while True:
+            message = await inbox.next()
+            if isinstance(message, imc.PlanControl):
+                if message.type == imc.PlanControl.Type.FAILURE:
+                    self._end(FAILED, message.info)
+                    return
+                answer = message.info if message.type == imc.PlanControl.Type.SUCCESS else answer
+            elif isinstance(message, imc.PlanControlState):
+                began = began or message.state == imc.PlanControlState.State.EXECUTING
+                if began and message.state in NEXT_STATES:
+                    done = message.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
+                    self._end(COMPLETED if done else FAILED, answer if done else "plan was stopped")
+                    return
+
+    def _end(self, outcome: str, reason: str) -> None:
+        self.report.outcome, self.report.reason = outcome, reason
+        self._vehicle.stop()
+
+    def _follow(self, state: imc.PlanControlState) -> None:
+        legs, names = self.report.legs, imc.PlanControlState.State
+        name = names(state.state).name if state.state <= max(names) else str(state.state)
+        if self.report.states[-1:] != [name]:
+            self.report.states.append(name)
+        if legs and self._is_flying:
+            legs[-1].seconds = state.timestamp - legs[-1].began
+        self._is_flying = state.state == names.EXECUTING
+        if self._is_flying and (not legs or legs[-1].name != state.man_id):
+            legs.append(Leg(state.man_id, state.timestamp))
+        if self._watch is not None:
+            self._watch(state)
+
+    def _compare(self, path: imc.PathControlState) -> None:
+        if not self._is_flying or not self.report.legs:
+            return
+        leg = self.report.legs[-1]
+        if not path.flags & (Followed.LOITERING | Followed.NEAR) and path.lradius == 0.0:
+            leg.cross_track = self._worst("across", path.path_ref, abs(path.y), ON_TRACK, leg.cross_track)
+        if not path.flags & Followed.NO_Z:
+            leg.depth_error = self._worst("depth", path.path_ref, abs(path.z), AT_DEPTH, leg.depth_error)
+
+    def _worst(self, kind: str, path_ref: int, error: float, small: float, before: float) -> float:
+        """The larger of two errors, once this one has been small on its path."""
+        reference, settled = self._errors.get(kind, (-1, False))
+        settled = error <= small or (settled and reference == path_ref)
+        self._errors[kind] = path_ref, settled
+        if not settled:
+            return before
+        return error if math.isnan(before) else max(before, error)
+
+    def _move(self, state: imc.EstimatedState) -> None:
+        if state.src != self._vehicle.system:
+            return
+        position = absolute(state)[:2]
+        if self._is_flying and self._position is not None and self.report.legs:
+            north, east, _ = displacement(*self._position, 0.0, *position, 0.0)
+            self.report.legs[-1].distance += math.hypot(north, east)
+            self.report.deepest = max(self.report.deepest, state.depth)
+        self._position = position
+
+    def _note_trouble(self, state: imc.EntityMonitoringState) -> None:
+        names = ", ".join(name for name in (state.cnames, state.enames) if name)
+        self._trouble = " - ".join(text for text in (names, state.last_error) if text) if names else ""
+
+
+def prepare(
+    profile: str,
+    modes: Sequence[str] = (),
+    *,
+    config_dir: Sequence[Path] = (),
+    overrides: Sequence[str] = (),
+    clock: str = "virtual",
+    seed: int | None = None,
+    log_root: Path = Path("log"),
+    state_folder: Path = Path("db"),
+) -> Build:
+    """The vehicle of a profile for a mission; without `modes` those that simulate it with all it has.
+
+    Raises ProfileError for what is wrong with the profile.
+    """
+    loaded = load_profile(profile, tuple(config_dir), overrides=tuple(overrides))
+    usual = [mode for mode in USUAL_MODES if mode in loaded.modes][:1]
+    return build(
+        loaded,
+        loaded.select(list(modes) or usual),
+        clock=parse_clock(clock, loaded.start_time_ns),
+        seed=seed,
+        log_root=log_root,
+        state_folder=state_folder,
+    )
