@@ -131,13 +131,15 @@ class PathFollower(Task):
         if self._waiting is not None:
             path, self._waiting = self._waiting, None
             self._follow(path, state)
-        if self._path is None or state.timestamp - self._cycled < 1.0 / self.control_frequency - EARLY:
+        if self._path is None:
             return
-        self._cycled = state.timestamp
-        if before is not None and not (before.lat == state.lat and before.lon == state.lon):
+        if before is not None and (before.lat, before.lon) != (state.lat, state.lon):
             self._place(self._path, state)
-        self._notice_jump(before, state)
-        self._cycle(self._path, state)
+        elif before is not None:
+            self._notice_jump(math.hypot(state.x - before.x, state.y - before.y))
+        if state.timestamp - self._cycled >= 1.0 / self.control_frequency - EARLY:
+            self._cycled = state.timestamp
+            self._cycle(self._path, state)
 
     def _follow(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
         start_lat, start_lon = self._start_of(path, state)
@@ -194,10 +196,7 @@ class PathFollower(Task):
             self.publish(imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
         self.publish(imc.DesiredSpeed(value=path.speed, speed_units=path.speed_units))
 
-    def _notice_jump(self, before: imc.EstimatedState | None, state: imc.EstimatedState) -> None:
-        if before is None or not (before.lat == state.lat and before.lon == state.lon):
-            return
-        jump = math.hypot(state.x - before.x, state.y - before.y)
+    def _notice_jump(self, jump: float) -> None:
         if jump > self.position_jump:
             self._divergence.restart(self.now + jump / self.jump_factor)
 
