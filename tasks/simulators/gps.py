@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 import imc
 from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param, periodic
-from tasks.simulators.attitude import rotation, to_ned
+from tasks.simulators.attitude import rotation, to_body, to_ned
 
 SLOWEST = 0.05  # m/s, of a course
 ALL_VALID = 0x1FF  # the nine flags of GpsFix.Validity
@@ -26,6 +26,10 @@ class GPS(Task):
     number_of_satellites: int = param(
         8, "1", "Satellites of a fix.", name="Number of Satellites", minimum=0, maximum=255
     )
+    report_ground_velocity: bool = param(
+        False, "", "Whether GroundVelocity goes with each fix, as of a double antenna."
+    )
+    report_yaw: bool = param(False, "", "Whether EulerAngles with the true heading go with each fix.")
     initial_position: list[float] = param(
         [], "°", "Latitude and longitude that are published at start as a manual fix; none if empty.", size=(0, 2)
     )
@@ -45,7 +49,7 @@ class GPS(Task):
 
     @consume
     def follow(self, truth: imc.SimulatedState) -> None:
-        motion = truth.u + truth.v + truth.w + truth.svx + truth.svy
+        motion = truth.u + truth.v + truth.w + truth.svx + truth.svy + truth.svz
         finite = math.isfinite(truth.x + truth.y + truth.z + truth.phi + truth.theta + truth.psi + motion)
         self._truth = truth if finite else None
         if not finite:
@@ -65,8 +69,9 @@ class GPS(Task):
             self.set_entity_state(State.NORMAL, "no fix under water")
             return
         lat, lon, height = coordinates.displace(truth.lat, truth.lon, truth.height, truth.x, truth.y, truth.z)
-        north, east, _ = to_ned(rotation(truth.phi, truth.theta, truth.psi), (truth.u, truth.v, truth.w))
-        north, east = north + truth.svx, east + truth.svy
+        attitude = rotation(truth.phi, truth.theta, truth.psi)
+        north, east, down = to_ned(attitude, (truth.u, truth.v, truth.w))
+        north, east, down = north + truth.svx, east + truth.svy, down + truth.svz
         speed = math.hypot(north, east)
         fix = imc.GpsFix(
             validity=ALL_VALID,
@@ -81,6 +86,11 @@ class GPS(Task):
             hacc=self.hacc,
         )
         self._publish(fix)
+        if self.report_ground_velocity:
+            velocity = to_body(attitude, (north, east, down))
+            self.publish(imc.GroundVelocity(validity=0x7, x=velocity[0], y=velocity[1], z=velocity[2]))
+        if self.report_yaw:
+            self.publish(imc.EulerAngles(time=self.now, psi=truth.psi, psi_magnetic=truth.psi))
         self.set_entity_state(State.NORMAL, "active")
 
     def _publish(self, fix: imc.GpsFix) -> None:

@@ -41,6 +41,15 @@ def test_speed_and_course_are_over_ground():
     assert (fix.sog, fix.cog) == pytest.approx((0.01414, 2.0), rel=1e-3)
 
 
+def test_velocity_and_heading_on_demand():
+    truth = at(0.5, 0.05, u=1.0, w=0.1, psi=0.5 * math.pi, svx=0.5)
+    run = simulate(GPS, feed=[truth], seconds=1.5, report_ground_velocity=True, report_yaw=True)
+    (velocity,), (angles,) = run.of(imc.GroundVelocity), run.of(imc.EulerAngles)
+    assert (velocity.validity, velocity.x, velocity.y, velocity.z) == pytest.approx((7, 1.0, -0.5, 0.1), abs=1e-6)
+    assert (angles.psi, angles.phi) == pytest.approx((0.5 * math.pi, 0.0))
+    assert simulate(GPS, feed=[truth], seconds=1.5).of(imc.GroundVelocity) == []
+
+
 def test_under_water_it_gets_worse_and_recovers():
     feed = [at(0.5, 0.0), at(1.5, 0.21), at(4.5, 0.19)]
     fixes = simulate(GPS, feed=feed, seconds=5.5).of(imc.GpsFix)
