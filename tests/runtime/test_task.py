@@ -159,7 +159,7 @@ class Captain(Task):
     """Runs the scripts that it is given."""
 
     def run_all(self, *scripts):
-        self.scripts = [self.run(script) for script in scripts]
+        self.orders = [self.run(script) for script in scripts]
 
 
 def captain(*scripts):
@@ -186,7 +186,7 @@ def test_a_script_that_cancels_itself_ends_where_it_waits_next():
 
     run = simulate(captain(mission), seconds=5.0)
     assert steps == ["on", "ended"]
-    assert run.task.scripts[0].done
+    assert run.task.orders[0].done
 
 
 def test_an_error_in_where_is_raised_where_the_script_waits():
@@ -202,7 +202,7 @@ def test_an_error_in_where_is_raised_where_the_script_waits():
         await script.hear(imc.Depth, where=vague)
 
     feed = [imc.Depth(value=1.0, timestamp=1.0)]
-    assert simulate(captain(careful), feed).task.scripts[0].result == "caught"
+    assert simulate(captain(careful), feed).task.orders[0].result == "caught"
     with pytest.raises(ValueError, match="what is 1") as caught:
         simulate(captain(careless), feed)
     assert "Nemo" in caught.value.__notes__[0]
