@@ -99,7 +99,7 @@ class Engine(Task):
         if vehicle.op_mode in (Mode.ERROR, Mode.BOOT, Mode.EXTERNAL):
             if flight is not None:
                 errors = f"vehicle errors: {vehicle.error_ents}" if vehicle.error_count else vehicle.last_error
-                self._fail(flight, errors or f"vehicle is in {Mode(vehicle.op_mode).name} mode", command=False)
+                self._fail(flight, errors or f"vehicle is in {Mode(vehicle.op_mode).name} mode", lost=True)
             self._enter(Phase.BLOCKED)
         elif flight is None:
             calibrating = vehicle.op_mode == Mode.CALIBRATION
@@ -112,7 +112,7 @@ class Engine(Task):
     def tick(self) -> None:
         if self.now - self._vehicle_heard > PATIENCE:
             if self._flight is not None:
-                self._fail(self._flight, "no state of the vehicle", command=False)
+                self._fail(self._flight, "no state of the vehicle", lost=True)
             self._enter(Phase.BLOCKED)
         if self._flight is not None:
             self._flight.foresee(self._vehicle, self.now)
@@ -294,13 +294,14 @@ class Engine(Task):
                     flight.commanding = False
                     return
 
-    def _fail(self, flight: Flight, reason: str, *, command: bool = True) -> None:
-        if command and flight.actions is not None:
+    def _fail(self, flight: Flight, reason: str, *, command: bool = True, lost: bool = False) -> None:
+        """The plan is over. The vehicle is told to stop with `command`; it is not at our command where it is `lost`."""
+        if command and not lost and flight.actions is not None:
             self._command(flight, Command.STOP_MANEUVER)
         self._end(flight, Outcome.FAILURE)
         self.log.error(reason)
         self._answer(flight.request, Type.FAILURE, reason, flight.statistics)
-        self._enter(Phase.READY)
+        self._enter(Phase.BLOCKED if lost else Phase.READY)
 
     def _end(self, flight: Flight, outcome: Outcome) -> None:
         """End actions, statistics and the log of a plan that is over."""

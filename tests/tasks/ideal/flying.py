@@ -29,6 +29,7 @@ from tasks.supervisors.vehicle import Vehicle
 
 CCU = 0x4000
 OWN = 0x001A
+BROADCAST = 0xFFF0
 START = 2.0  # s
 LAT, LON = 0.7188138702989088, -0.15195185535150277
 MANEUVERS = (Goto, Idle, StationKeeping, Loiter, FollowPath, PopUp, YoYo, Rows, RowsCoverage, Elevator, Launch)
@@ -110,3 +111,10 @@ def track(run):
     """North, east, depth (m) and time (s from the start of the run) of the vehicle, once a second."""
     states = run.of(imc.EstimatedState)[::20]
     return [(m.x, m.y, m.depth, m.timestamp - run.vehicle.start_time) for m in states]
+
+
+def last(run):
+    """The last state of the plan and its outcome."""
+    state = run.of(imc.PlanControlState)[-1]
+    outcome = imc.PlanControlState.LastOutcome(state.last_outcome)
+    return imc.PlanControlState.State(state.state).name, outcome.name
