@@ -18,6 +18,9 @@ from runtime.task import Task
 from runtime.vehicle import Vehicle, summary
 
 
+SIMULATED = {"Simulation", "Dynamics"}
+
+
 @dataclass
 class Build:
     """A vehicle, and the enabled sections that were left out of it by reason."""
@@ -51,7 +54,7 @@ def build(
     Raises ProfileError naming file and line of what cannot be.
     """
     if keep_going is None:
-        keep_going = not (isinstance(clock, VirtualClock) or "Simulation" in selected)
+        keep_going = not (isinstance(clock, VirtualClock) or SIMULATED & set(selected))
     seed = profile.seed if seed is None else seed
     profile.override(f"General:Seed={seed}")
     profile.override(f"General:Selected={', '.join(sorted(selected))}")
