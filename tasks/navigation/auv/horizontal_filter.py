@@ -63,6 +63,14 @@ class HorizontalFilter:
             rows[i][i] += dt * self._process[i]
         self.p = rows
 
+    def drive(self, change: float) -> None:
+        """Let surge follow a change of the motor's speed (rpm) at once."""
+        self.x[U] += change * self.x[K]
+        p = self.p
+        p[U] = [a + change * b for a, b in zip(p[U], p[K], strict=True)]
+        for row in p:
+            row[U] += change * row[K]
+
     def update(self, innovation: float, variance: float, *parts: tuple[int, float]) -> None:
         """Take a measurement: what it says beyond the estimate, its variance, and its partial derivatives by state."""
         p = self.p

@@ -20,11 +20,10 @@ class Sensors(Task):
     dvl: str = param("DVL", "", "Entity of velocities.", name="Entity Label - DVL")
     depth_sensor: str = param("Depth Sensor", "", "Entity of depth.", name="Entity Label - Depth")
     altimeter: str = param(
-        "Altimeter",
-        "",
-        "Entity of the distance to the bottom.",
-        name="Entity Label - Altitude - Simulation",
-        aliases=("Entity Label - Altitude - Hardware",),
+        "Altimeter", "", "Entity of the distance to the bottom.", name="Entity Label - Altitude - Simulation"
+    )
+    true_altimeter: str = param(
+        "", "", "The same, where the vehicle has such an entity.", name="Entity Label - Altitude - Hardware"
     )
     altitude_gain: float = param(0.2, "1", "Share of a new distance.", name="Altitude EMA gain", minimum=0, maximum=1)
     altitude_compensation: bool = param(
@@ -61,6 +60,8 @@ class Sensors(Task):
     def start(self) -> None:
         self.euler, self.rates, self.depth = Mean(), Mean(), Mean()
         self.ground, self.water = Mean(), Mean()
+        true = self.true_altimeter
+        self._sounder = true if true and self.vehicle.entities.find(true) is not None else self.altimeter
         self.received: imc.GpsFix | None = None
         self.manual = imc.GpsFix()
         self.rpm = 0
@@ -86,7 +87,7 @@ class Sensors(Task):
 
     @consume
     def sound(self, distance: imc.Distance) -> None:
-        if distance.validity != imc.Distance.Validity.VALID or not self._is_from(distance, self.altimeter):
+        if distance.validity != imc.Distance.Validity.VALID or not self._is_from(distance, self._sounder):
             return
         if math.isfinite(distance.value) and distance.value >= 0.0:
             phi, theta, _ = self.euler.value

@@ -75,7 +75,7 @@ class Navigation(Sensors):
         self._vertical = DepthFilter(VERTICAL_ACCELERATION)
         self._position: Position | None = None
         self._converged = False
-        self._fixed = -math.inf
+        self._driven = 0
         self._stream: Vector | None = None
         self.set_entity_state(State.BOOT, "waiting for GPS fix")
 
@@ -116,7 +116,6 @@ class Navigation(Sensors):
         )
         variance = fix_variance(fix, self.gps_variances)
         self._position = Position(fix, self._vertical.depth, self.euler.value[2], variance, self.farthest, state)
-        self._fixed = self.now
 
     def _move(self, position: Position, dt: float, new_attitude: bool, new_rates: bool) -> None:
         phi, theta, psi = self.euler.value
@@ -154,15 +153,17 @@ class Navigation(Sensors):
             self._vertical.measure_rate(sinking, along)
         deaf = self.now - max(self.ground.last, self.water.last) > self.dvl_timeout
         if self.now - self.revolved <= self.dvl_timeout and (self.rpm or deaf):
+            if deaf:
+                state.drive(float(self.rpm - self._driven))
             u = state.x[K] * self.rpm + stream[0]
             state.update(u - state.x[U], MODEL_VARIANCE, (U, 1.0), (K, -float(self.rpm)))
+        self._driven = self.rpm
         if deaf:
             state.update(stream[1] - state.x[V], MODEL_VARIANCE, (V, 1.0))
 
     def _correct(self, position: Position, fix: imc.GpsFix) -> None:
         north, east, _ = to_ned(self.euler.value, (0.0, 0.0, -self.gps_arm))
         deaf = self.now - max(self.ground.last, self.water.last) > self.dvl_timeout
-        self._fixed = self.now
         if not position.correct(fix, fix_variance(fix, self.gps_variances), (north, east), deaf):
             self.log.warning("fixes contradict the position, which begins anew with theirs")
 

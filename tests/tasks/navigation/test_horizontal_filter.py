@@ -124,6 +124,20 @@ def test_updates_agree_with_matrices():
     assert np.array(state.p) == pytest.approx(covariance - np.outer(gain, h @ covariance), abs=1e-6)
 
 
+def test_the_motor_moves_surge_by_the_speed_per_rpm():
+    """The same as with the matrix of the motion."""
+    random = np.random.default_rng(3)
+    state = HorizontalFilter(INITIAL, PROCESS, 1.0e-3)
+    root = random.normal(size=(SIZE, SIZE))
+    covariance = root @ root.T
+    state.p = covariance.tolist()
+    state.drive(400.0)
+    motion = np.eye(SIZE)
+    motion[U, K] = 400.0
+    assert state.x[U] == pytest.approx(0.4)
+    assert np.array(state.p) == pytest.approx(motion @ covariance @ motion.T)
+
+
 def test_it_stays_sound_for_hours():
     """Ten thousand steps with every measurement: no variance becomes negative, no covariance asymmetric."""
     state = HorizontalFilter(INITIAL, PROCESS, 1.0e-3)
