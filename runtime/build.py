@@ -17,7 +17,6 @@ from runtime.profile import Profile, default_label
 from runtime.task import Task
 from runtime.vehicle import Vehicle, summary
 
-
 SIMULATED = {"Simulation", "Dynamics"}
 
 
