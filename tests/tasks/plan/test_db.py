@@ -1,0 +1,168 @@
+"""The plan database: digests as consoles compute them, and the documented reply to each mistake."""
+
+import sqlite3
+from hashlib import md5
+
+import pytest
+from flying import CCU, OWN, goto, plan_of, recorded
+
+import imc
+from runtime.clock import WallClock
+from runtime.testing import simulate
+from tasks.plan.db import DB
+from tasks.plan.store import Change, PlanStore, fields_of
+
+Op = imc.PlanDB.Op
+Type = imc.PlanDB.Type
+A, B = plan_of(goto(1, 0), name="a"), plan_of(goto(2, 0), goto(3, 0), name="b")
+
+
+def ask(op, plan_id="", arg=None, at=1.0, **fields):
+    fields = {"src": CCU, "src_ent": 3, "dst": OWN, "request_id": 77, **fields}
+    return imc.PlanDB(timestamp=at, op=op, plan_id=plan_id, arg=arg, **fields)
+
+
+def served(*requests, **options):
+    """The replies to requests, without the progress."""
+    run = simulate(DB, requests, seconds=20, **options)
+    return [m for m in run.of(imc.PlanDB) if m.op != Op.BOOT and m.type != Type.IN_PROGRESS]
+
+
+def told(replies):
+    return [(Type(m.type).name, m.info) for m in replies]
+
+
+def test_set_tells_the_digest_of_the_fields():
+    plan = recorded()
+    run = simulate(DB, [ask(Op.SET, plan.plan_id, plan)], seconds=3)
+    progress, reply = [m for m in run.of(imc.PlanDB) if m.op == Op.SET]
+    assert (progress.type, progress.info, progress.arg) == (Type.IN_PROGRESS, "in progress", None)
+    assert (reply.type, reply.info) == (Type.SUCCESS, "OK (new entry)")
+    assert {(m.dst, m.dst_ent, m.request_id, m.plan_id) for m in (progress, reply)} == {(CCU, 3, 77, plan.plan_id)}
+    payload = imc.encode(plan)[20:-2]
+    info = reply.arg
+    assert (info.md5, info.plan_size) == (md5(payload).digest(), len(payload))
+    assert (info.change_sid, info.change_sname, info.change_time) == (CCU, "0x4000", reply.timestamp)
+
+
+def test_what_was_set_comes_back_to_the_byte():
+    plan = recorded()
+    _, got, info = served(ask(Op.SET, plan.plan_id, plan), ask(Op.GET, plan.plan_id), ask(Op.GET_INFO, plan.plan_id))
+    assert fields_of(got.arg) == fields_of(plan)
+    assert info.arg.md5 == md5(fields_of(plan)).digest()
+
+
+@pytest.mark.parametrize("op", [Op.GET_STATE, Op.GET_DSTATE])
+def test_the_state_has_the_digest_of_all_digests(op):
+    *_, reply = served(ask(Op.SET, "b", B), ask(Op.SET, "a", A, at=2.0), ask(op, at=3.0))
+    state = reply.arg
+    assert (reply.op, state.plan_count, state.plan_size) == (op, 2, len(fields_of(A)) + len(fields_of(B)))
+    assert [info.plan_id for info in state.plans_info] == ["a", "b"]
+    assert state.md5 == md5(b"".join(md5(fields_of(plan)).digest() for plan in (A, B))).digest()
+    assert state.change_time == pytest.approx(1_767_225_602.0)
+
+
+def test_the_state_of_nothing():
+    (reply,) = served(ask(Op.GET_STATE))
+    assert (reply.arg.plan_count, reply.arg.plans_info, reply.arg.md5) == (0, (), md5(b"").digest())
+
+
+@pytest.mark.parametrize(
+    ("request_", "reason"),
+    [
+        (ask(Op.SET, "", A), "undefined plan id"),
+        (ask(Op.SET, "a"), "no plan specification given"),
+        (ask(Op.SET, "a", imc.Goto()), "no plan specification given"),
+        (ask(Op.SET, "a", B), "plan id mismatch"),
+        (ask(Op.GET, "x"), "undefined plan"),
+        (ask(Op.GET_INFO, "x"), "undefined plan"),
+        (ask(Op.GET, ""), "undefined plan"),
+        (ask(Op.DEL, "x"), "undefined plan"),
+        (ask(99, "a"), "no such operation: 99"),
+    ],
+)
+def test_mistakes_change_nothing(request_, reason):
+    replies = served(ask(Op.SET, "a", A), request_, ask(Op.GET_STATE))
+    assert told(replies)[1:] == [("FAILURE", reason), ("SUCCESS", "OK")]
+    assert (replies[1].request_id, replies[1].dst, replies[1].arg) == (77, CCU, None)
+    assert replies[2].arg.md5 == md5(md5(fields_of(A)).digest()).digest()
+
+
+def test_a_second_set_updates_and_the_same_request_twice_is_harmless():
+    newer = plan_of(goto(9, 9), name="a")
+    replies = served(ask(Op.SET, "a", A), ask(Op.SET, "a", newer), ask(Op.SET, "a", newer), ask(Op.GET_STATE))
+    assert [info for _, info in told(replies)] == ["OK (new entry)", "OK (updated)", "OK (updated)", "OK"]
+    assert replies[-1].arg.plan_count == 1
+
+
+def test_delete_and_clear():
+    replies = served(
+        ask(Op.SET, "a", A),
+        ask(Op.SET, "b", B),
+        ask(Op.DEL, "a"),
+        ask(Op.GET, "a"),
+        ask(Op.CLEAR, "b"),
+        ask(Op.GET_STATE),
+    )
+    assert told(replies)[2:] == [("SUCCESS", "OK"), ("FAILURE", "undefined plan"), ("SUCCESS", "OK"), ("SUCCESS", "OK")]
+    assert replies[4].plan_id == ""
+    assert replies[5].arg.plan_count == 0
+
+
+def test_what_is_for_others_and_replies_are_ignored():
+    assert served(ask(Op.GET_STATE, dst=0x001B), ask(Op.GET_STATE, type=Type.SUCCESS)) == []
+
+
+def test_a_plan_that_is_started_with_its_specification_is_kept():
+    start = imc.PlanControl(timestamp=1.0, src=CCU, dst=OWN, plan_id="a", arg=A)
+    other = start.replace(plan_id="z")
+    kept, state = served(start, other, ask(Op.GET_STATE, at=2.0))
+    assert (kept.op, kept.type, kept.dst, kept.plan_id) == (Op.SET, Type.SUCCESS, 0xFFFF, "a")
+    assert [info.plan_id for info in state.arg.plans_info] == ["a"]
+
+
+def test_too_many_plans_for_a_message_are_counted():
+    sets = [ask(Op.SET, f"{i:0200d}", imc.PlanSpecification(plan_id=f"{i:0200d}")) for i in range(300)]
+    *_, reply = served(*sets, ask(Op.GET_STATE, at=2.0))
+    assert (reply.arg.plan_count, reply.arg.plans_info) == (300, ())
+
+
+def test_virtual_runs_begin_without_plans_and_a_file_keeps_them(tmp_path):
+    path = tmp_path / "Plan.db"
+    store = PlanStore(path)
+    store.set(A, Change(1.0, 2, "x"))
+    store.close()
+    again = PlanStore(path)
+    stored = again.get("a")
+    assert stored is not None
+    assert (stored.change, stored.specification().plan_id) == (Change(1.0, 2, "x"), "a")
+    again.close()
+
+
+def test_a_damaged_file_is_put_aside(tmp_path):
+    class Files(DB):
+        """With a file that is none of ours."""
+
+        def start(self) -> None:
+            folder = self.vehicle.state_folder / self.system_name
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / "Plan.db").write_bytes(b"no database at all" * 100)
+            super().start()
+            assert (folder / "Plan.damaged").exists()
+
+    run = simulate(Files, [ask(Op.SET, "a", A)], seconds=3, storage="File")
+    assert any("put aside as Plan.damaged" in text for text in run.log)
+    assert run.of(imc.PlanDB)[-1].info == "OK (new entry)"
+
+
+def test_a_wall_clock_uses_the_file():
+    class Look(DB):
+        """Says where its plans are."""
+
+        def stop(self) -> None:
+            file = self.vehicle.state_folder / self.system_name / "Plan.db"
+            Look.found = file.exists() and sqlite3.connect(file).execute("SELECT COUNT(*) FROM Plan").fetchone()[0] == 0
+            super().stop()
+
+    simulate(Look, seconds=0.05, clock=WallClock())
+    assert Look.found

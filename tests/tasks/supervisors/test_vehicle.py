@@ -1,0 +1,174 @@
+"""The mode machine."""
+
+import pytest
+from flying import CCU, OWN, changes
+
+import imc
+from runtime import Task, consume
+from runtime.testing import simulate
+from tasks.supervisors.vehicle import Vehicle
+
+Command = imc.VehicleCommand.Command
+Phase = imc.ManeuverControlState.State
+CALM = imc.EntityMonitoringState(mcount=1, mnames="Daemon")
+SICK = CALM.replace(ccount=1, cnames="GPS", last_error="GPS: no fix")
+BOOTING = CALM.replace(ecount=1, enames="GPS")
+
+
+class Puppet(Task):
+    """Answers as a maneuver does; done after 3 s where it is an IdleManeuver with a duration."""
+
+    def start(self):
+        self.running = False
+
+    @consume
+    def begin(self, maneuver: imc.Goto | imc.IdleManeuver) -> None:
+        self.running = True
+        self.publish(imc.ManeuverControlState(state=Phase.EXECUTING, eta=9))
+        if isinstance(maneuver, imc.Goto) and maneuver.timeout:
+            self.after(3.0, self.publish, imc.ManeuverControlState(state=maneuver.timeout, info="why"))
+
+    @consume
+    def halt(self, _: imc.StopManeuver) -> None:
+        if self.running:
+            self.running = False
+            self.publish(imc.ManeuverControlState(state=Phase.STOPPED))
+
+
+def order(command, at=2.0, maneuver=None, **fields):
+    fields = {"src": CCU, "src_ent": 5, "request_id": 12, **fields}
+    return imc.VehicleCommand(timestamp=at, command=command, maneuver=maneuver, **fields)
+
+
+def watched(*feed, seconds=10, calm=True, tasks=(Puppet,), **parameters):
+    """A run of the supervisor; the monitor says each second that all is well, where nothing else is fed."""
+    reports = [CALM.replace(timestamp=float(t)) for t in range(int(seconds))] if calm else []
+    return simulate([(Vehicle, parameters), *tasks], [*reports, *feed], seconds=seconds)
+
+
+def modes(run):
+    return changes(imc.VehicleState.OpMode(m.op_mode).name for m in run.of(imc.VehicleState))
+
+
+def answers(run):
+    return [(imc.VehicleCommand.Type(m.type).name, m.info) for m in run.of(imc.VehicleCommand)]
+
+
+def test_a_vehicle_boots_and_reports_twice_a_second():
+    run = watched(seconds=10, calm=False)
+    assert modes(run) == ["BOOT"]
+    assert len(run.of(imc.VehicleState)) == 20
+    state = run.of(imc.VehicleState)[0]
+    assert (state.maneuver_type, state.maneuver_stime, state.maneuver_eta) == (0xFFFF, -1.0, 0xFFFF)
+    assert (state.last_error, state.last_error_time, state.control_loops) == ("", -1.0, 0)
+
+
+def test_entities_decide_between_boot_error_and_service():
+    feed = [BOOTING.replace(timestamp=1.0), SICK.replace(timestamp=2.0), CALM.replace(timestamp=3.0)]
+    assert modes(watched(*feed, calm=False)) == ["BOOT", "ERROR", "SERVICE"]
+    later = [CALM.replace(timestamp=1.0), SICK.replace(timestamp=2.0), CALM.replace(timestamp=3.0)]
+    run = watched(*later, calm=False)
+    assert modes(run) == ["BOOT", "SERVICE", "ERROR", "SERVICE"]
+    errors = [(m.error_count, m.error_ents) for m in run.of(imc.VehicleState) if m.op_mode == 2]
+    assert set(errors) == {(1, "GPS")}
+    assert run.of(imc.VehicleState)[-1].last_error == "GPS: no fix"
+
+
+def test_a_maneuver_is_begun_and_reported():
+    run = watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto(timeout=1)), seconds=12)
+    assert modes(run) == ["BOOT", "SERVICE", "MANEUVER", "SERVICE"]
+    (reply,) = run.of(imc.VehicleCommand)
+    assert (reply.type, reply.info, reply.request_id) == (imc.VehicleCommand.Type.SUCCESS, "Goto maneuver started", 12)
+    assert (reply.dst, reply.dst_ent) == (CCU, 5)
+    during = [m for m in run.of(imc.VehicleState) if m.op_mode == 3]
+    assert {m.maneuver_type for m in during} == {imc.Goto.ID}
+    assert changes(m.maneuver_eta for m in during) == [0xFFFF, 9, 0]
+    assert changes(m.flags for m in during) == [0, imc.VehicleState.Flags.MANEUVER_DONE]
+    assert run.of(imc.VehicleState)[-1].last_error == "maneuver request timeout"
+
+
+def test_the_next_maneuver_stops_the_last():
+    feed = [order(0, maneuver=imc.Goto()), order(0, 4.0, maneuver=imc.Goto(speed=2.0))]
+    run = watched(*feed)
+    sent = [type(m).__name__ for m in run.messages if isinstance(m, imc.Goto | imc.StopManeuver)]
+    assert sent == ["Goto", "StopManeuver", "Goto"]
+    assert modes(run) == ["BOOT", "SERVICE", "MANEUVER"]
+
+
+def test_a_maneuver_that_fails():
+    run = watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto(timeout=Phase.ERROR)))
+    assert modes(run)[-1] == "SERVICE"
+    assert run.of(imc.VehicleState)[-1].last_error == "Goto maneuver error: why"
+    assert run.of(imc.IdleManeuver)
+
+
+def test_a_maneuver_that_nobody_executes():
+    run = watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto()), tasks=())
+    assert modes(run)[-1] == "SERVICE"
+    assert "no maneuver answers Goto within 1 s" in run.log
+    assert run.of(imc.VehicleState)[-1].last_error == "Goto maneuver error: no task executes it"
+
+
+def test_stop_idles():
+    run = watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto()), order(Command.STOP_MANEUVER, 4.0))
+    assert answers(run)[-1] == ("SUCCESS", "OK")
+    assert modes(run)[-1] == "SERVICE"
+    assert [type(m).__name__ for m in run.messages if isinstance(m, imc.StopManeuver | imc.IdleManeuver)] == [
+        "StopManeuver",
+        "IdleManeuver",
+    ]
+
+
+def test_bad_commands():
+    run = watched(order(Command.EXEC_MANEUVER), order(9, 3.0), order(0, 4.0, maneuver=imc.Goto(), dst=0x1B))
+    assert answers(run) == [("FAILURE", "no maneuver given"), ("FAILURE", "no such command: 9")]
+    assert modes(run)[-1] == "SERVICE"
+
+
+def test_calibration_begins_ends_and_times_out():
+    run = watched(order(Command.START_CALIBRATION, calib_time=4), order(Command.STOP_CALIBRATION, 6.0))
+    assert modes(run) == ["BOOT", "SERVICE", "CALIBRATION", "SERVICE"]
+    assert [m.duration for m in run.of(imc.Calibration)] == [4]
+    run = watched(order(Command.START_CALIBRATION, calib_time=4), seconds=40)
+    (ended,) = {m.last_error_time for m in run.of(imc.VehicleState)} - {-1.0}
+    assert ended - run.vehicle.start_time == pytest.approx(2.0 + 22.5)
+
+
+def test_calibration_ignores_errors():
+    run = watched(order(Command.START_CALIBRATION), SICK.replace(timestamp=3.5), seconds=4)
+    assert modes(run)[-1] == "CALIBRATION"
+
+
+@pytest.mark.parametrize(("dst", "expected"), [(OWN, "ERROR"), (0xFFFF, None), (0x1B, None)])
+def test_an_abort_is_for_one_vehicle(dst, expected):
+    run = watched(order(0, maneuver=imc.Goto()), imc.Abort(timestamp=4.5, src=CCU, src_ent=7, dst=dst), seconds=8)
+    assert (modes(run)[3:4] == ["ERROR"]) is (expected is not None)
+    assert len(run.of(imc.Aborted)) == (1 if expected else 0)
+    if expected:
+        assert modes(run)[-1] == "SERVICE"
+        assert run.of(imc.VehicleState)[-1].last_error == "got abort request from system 0x4000 - 16384 @ 7"
+
+
+def test_loops_without_a_maneuver_are_disabled():
+    loops = imc.ControlLoops(timestamp=2.0, enable=1, mask=imc.CLoopsMask.YAW, scope_ref=7)
+    run = watched(loops)
+    (disabled,) = run.of(imc.ControlLoops)
+    assert (disabled.enable, disabled.mask, disabled.scope_ref) == (0, 0xFFFFFFFF, 8)
+    assert run.of(imc.VehicleState)[-1].control_loops == 0
+
+
+def test_loops_without_a_maneuver_may_be_allowed():
+    on = imc.ControlLoops(timestamp=2.0, enable=1, mask=imc.CLoopsMask.YAW, scope_ref=7)
+    off, old = on.replace(timestamp=7.0, enable=0), on.replace(timestamp=8.0, scope_ref=6)
+    run = watched(on, order(0, 6.0, maneuver=imc.Goto()), off, old, seconds=12, allows_external_control=True)
+    assert modes(run) == ["BOOT", "SERVICE", "EXTERNAL", "SERVICE"]
+    assert answers(run) == [("FAILURE", "cannot start a maneuver in EXTERNAL mode")]
+
+
+def test_vital_entities_count_even_where_a_plan_ignores_errors():
+    ignoring = imc.PlanControl(timestamp=1.0, src=CCU, dst=OWN, flags=imc.PlanControl.Flags.IGNORE_ERRORS)
+    go = order(0, maneuver=imc.Goto())
+    run = watched(ignoring, go, SICK.replace(timestamp=5.5), seconds=6)
+    assert modes(run)[-1] == "MANEUVER"
+    run = watched(ignoring, go, SICK.replace(timestamp=5.5), seconds=6, vital_entities=["GPS"])
+    assert modes(run)[-1] == "ERROR"
