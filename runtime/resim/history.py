@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import imc
@@ -11,7 +11,7 @@ from runtime.clock import SECOND, nanoseconds
 GRAINS = tuple(10**power for power in range(9, 0, -1))
 REMEMBERED = 32
 LATEST = 1e10  # s since 1970
-MOST_OTHERS = 1000
+MOST_WAITING = 1000
 
 
 class Entry(NamedTuple):
@@ -43,6 +43,11 @@ class Instants:
             self._recent.appendleft(self._last[1])
         return self._last[1]
 
+    def is_tick(self, instant: int, rates: Iterable[float]) -> bool:
+        """Whether one of these rates (Hz) ticks then."""
+        counts = ((round((instant - self._start) * rate / SECOND), rate) for rate in rates if rate > 0.0)
+        return any(self._start + round(count * SECOND / rate) == instant for count, rate in counts)
+
     def _find(self, time: float) -> int:
         near = nanoseconds(time)
         for rate in self._rates:
@@ -62,15 +67,27 @@ class History:
     """A log as the tasks that run again meet it: `own` says which packets are theirs.
 
     Time is that of the owner's packets and never goes back: a measurement that is older than what was said before it
-    was published at that moment.
+    was published at that moment. One of a message that is known to be `late` (id and entity) between two moments is of
+    the second if its task, which ticks at `rates` (Hz, by entity), ticks only then.
     """
 
-    def __init__(self, log: imc.Log, owner: int, instants: Instants, own: Callable[[imc.Header], bool], start: int):
+    def __init__(
+        self,
+        log: imc.Log,
+        owner: int,
+        instants: Instants,
+        own: Callable[[imc.Header], bool],
+        start: int,
+        late: Collection[tuple[int, int]] = (),
+        rates: Mapping[int, Collection[float]] | None = None,
+    ):
         self._packets = log.packets()
         self._owner = owner
         self._instants = instants
         self._own = own
         self._latest = start
+        self._late = late
+        self._rates = rates or {}
         self._ahead: deque[Entry] = deque()
         self._timed: deque[Entry] = deque()
 
@@ -107,29 +124,43 @@ class History:
 
     def _read(self) -> Entry | None:
         if not self._timed:
-            others: list[tuple[imc.Header, bytes]] = []
+            waiting: list[tuple[imc.Header, bytes]] = []
             for _, packet in self._packets:
                 header = imc.header(packet)
+                waiting.append((header, packet))
                 if header.src == self._owner and 0.0 <= header.timestamp < LATEST:
-                    self._date(others, max(self._latest, self._instants.of(header.timestamp)))
-                    self._timed.append(Entry(self._latest, header, packet, self._own(header)))
+                    instant = self._instants.of(header.timestamp)
+                    if instant > self._latest or not self._may_be_late(header):
+                        self._date(waiting, max(self._latest, instant))
+                        break
+                if len(waiting) == MOST_WAITING:
                     break
-                others.append((header, packet))
-                if len(others) == MOST_OTHERS:
-                    break
-            if not self._timed:
-                self._date(others, self._latest)
+            if waiting:
+                self._date(waiting, self._latest)
         return self._timed.popleft() if self._timed else None
 
-    def _date(self, others: list[tuple[imc.Header, bytes]], following: int) -> None:
-        """Others were heard when they say, if that is between what the owner said before and after."""
-        for header, packet in others:
-            said = self._instants.of(header.timestamp) if 0.0 <= header.timestamp < LATEST else 0
-            if self._latest <= said <= following:
-                self._latest = said
+    def _may_be_late(self, header: imc.Header) -> bool:
+        return (header.id, header.src_ent) in self._late and header.src_ent in self._rates
+
+    def _date(self, waiting: list[tuple[imc.Header, bytes]], following: int) -> None:
+        """Give their moments to packets of which the last one's is `following`.
+
+        Others were heard when they say, if that is between what the owner said before and after.
+        """
+        for header, packet in waiting:
+            if header.src != self._owner:
+                said = self._instants.of(header.timestamp) if 0.0 <= header.timestamp < LATEST else 0
+                if self._latest <= said <= following:
+                    self._latest = said
+            elif self._may_be_late(header):
+                rates = self._rates[header.src_ent]
+                if self._instants.is_tick(following, rates) and not self._instants.is_tick(self._latest, rates):
+                    self._latest = following
             self._timed.append(Entry(self._latest, header, packet, self._own(header)))
-        others.clear()
+        waiting.clear()
+        last = self._timed.pop()
         self._latest = following
+        self._timed.append(last._replace(time=following))
 
 
 def spoken_by(owner: int, entities: Collection[int]) -> Callable[[imc.Header], bool]:

@@ -16,6 +16,7 @@ CLOSING = frozenset({imc.LoggingControl.ID, imc.QueryEntityInfo.ID, imc.EntityIn
 class Outline:
     """A log in outline; times are s since 1970 UTC, of the owner's clock.
 
+    late: message id and entity of what carries the time of an earlier moment, such as that of a measurement.
     closed: the log ends in order. lived: something happened in the moment of its end. counts: packets by message id.
     """
 
@@ -27,6 +28,7 @@ class Outline:
     lived: bool = False
     counts: Counter[int] = field(default_factory=Counter[int])
     speakers: Counter[tuple[int, int]] = field(default_factory=Counter[tuple[int, int]])
+    late: set[tuple[int, int]] = field(default_factory=set[tuple[int, int]])
     names: Names = field(default_factory=Names)
 
     @property
@@ -51,6 +53,8 @@ def outline(log: imc.Log) -> Outline | None:
         found.speakers[head.id, head.src_ent] += 1
         if math.isfinite(head.timestamp):
             found.begin = head.timestamp if math.isnan(found.begin) else found.begin
+            if head.timestamp < found.end:
+                found.late.add((head.id, head.src_ent))
             if not head.timestamp <= found.end:
                 found.end, found.lived = head.timestamp, False
             found.lived |= head.timestamp == found.end and head.id not in CLOSING

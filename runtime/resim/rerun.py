@@ -100,9 +100,12 @@ def resimulate(
         moment = LastMoment(comparison, about.end if about.closed else math.inf)
         bus.heard, bus.said = moment.log_has, moment.task_says
         bus.daemon, bus.cut_short = vehicle.daemon, not about.closed
+        for label, entity in about.labels.items():
+            vehicle.entities.hear(about.owner, entity, label)
         with _written(out, log, loaded) as bus.seen:
-            rates = Instants(start, _rates(loaded))
-            bus.follow(History(log, about.owner, rates, own, start), log.schema, own)
+            rates = Instants(start, (rate for _, rate in _rates(loaded)))
+            of_entity = _rates_by_entity(loaded, about) if virtual else {}
+            bus.follow(History(log, about.owner, rates, own, start, about.late, of_entity), log.schema, own)
             try:
                 vehicle.start()
                 end = rates.of(about.end)
@@ -161,8 +164,17 @@ def _check(section: str) -> None:
         raise ResimulationError(f"{section} talks to the outside, of which a log does not tell")
 
 
-def _rates(profile: Profile) -> Iterator[float]:
-    """The rates at which the tasks of the profile tick."""
+def _rates_by_entity(profile: Profile, about: Outline) -> dict[int, set[float]]:
+    found: dict[int, set[float]] = {}
+    for section, rate in _rates(profile):
+        label = profile.config.value(section, "Entity Label", default_label(section))
+        if label in about.labels:
+            found.setdefault(about.labels[label], set()).add(rate)
+    return found
+
+
+def _rates(profile: Profile) -> Iterator[tuple[str, float]]:
+    """The rates at which the tasks of the profile tick, with their sections."""
     for name in profile.config.sections:
         try:
             cls = find_task(name)
@@ -170,13 +182,13 @@ def _rates(profile: Profile) -> Iterator[float]:
             continue
         for ticking in tickers(cls) if cls is not None else ():
             if not isinstance(ticking.rate, str):
-                yield ticking.rate
+                yield name, ticking.rate
                 continue
             for parameter in cls.parameters().values() if cls is not None else ():
                 if parameter.attribute == ticking.rate:
                     text = profile.options(name).get(parameter.name)
                     with contextlib.suppress(ValueError):
-                        yield float(parameter.parse(text) if text else parameter.default)
+                        yield name, float(parameter.parse(text) if text else parameter.default)
 
 
 def _reservations(

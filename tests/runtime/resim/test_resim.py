@@ -24,10 +24,12 @@ CAMERA = "Simulators.MUGDetectionCamera"
 STOCK = ["Simulators.DepthSensor", "Simulators.EstimatedState", "Simulators.GPS", "Simulators.IMU/AHRS", CAMERA]
 
 
-def run(folder: Path, profile: str | Path, seconds: float, *feed: tuple[float, imc.Message], seed: int = 1) -> imc.Log:
+def run(
+    folder: Path, profile: str | Path, seconds: float, *feed: tuple[float, imc.Message], mode: str = "Simulation"
+) -> imc.Log:
     """The log of a virtual run, in which an operator says the messages of `feed` at their times."""
     loaded = load_profile(profile)
-    made = build(loaded, {"Simulation"}, clock=VirtualClock(loaded.start_time_ns), seed=seed, log_root=folder)
+    made = build(loaded, {mode}, clock=VirtualClock(loaded.start_time_ns), seed=1, log_root=folder)
     for time, message in feed:
         said = message.replace(timestamp=loaded.start_time + time, src=0x4001, dst=made.vehicle.system)
         made.vehicle.kernel.after(time, made.vehicle.bus.publish, said, imc.encode(said), None)
@@ -65,6 +67,14 @@ def test_every_task_says_again_what_is_in_the_log(log: imc.Log, sections: list[s
     assert set(done.labels.values()) == set(labels.values())
     owned = [p for _, p in log.packets() if imc.header(p).src_ent in done.labels]
     assert said == len(owned) > 30
+
+
+def test_late_measurements_and_labels_of_others_are_what_they_were(tmp_path: Path) -> None:
+    log = run(tmp_path, "lauv-noptilus-1", 11.0, mode="Dynamics")
+    for section in ("Navigation.AUV.Navigation", "Monitors.FuelLevel", "Monitors.Entities"):
+        done = resimulate(log, [section])
+        assert done.comparison.first is None
+        assert len(done.comparison.tallies) > 2
 
 
 def test_the_log_of_the_re_simulation_is_the_log(log: imc.Log, tmp_path: Path) -> None:
