@@ -140,7 +140,8 @@ class Engine(Task):
     def _start(self, request: imc.PlanControl) -> None:
         flight = self._flight
         if flight is not None and flight.is_repeated(request, self.now):
-            self._answer(flight.request, Type.SUCCESS, flight.info, flight.statistics)
+            if flight.info:
+                self._answer(flight.request, Type.SUCCESS, flight.info, flight.statistics)
         elif self._phase is Phase.BLOCKED:
             mode = "unknown" if self._vehicle is None else Mode(self._vehicle.op_mode).name
             self._refuse(request, f"cannot start a plan: vehicle mode is {mode}")
@@ -149,7 +150,7 @@ class Engine(Task):
         else:
             if flight is not None:
                 self.log.warning(f"switching to {request.plan_id}")
-                self._end(flight, Outcome.FAILURE)
+                self._give_up(flight, "another plan is started")
             self._flight = flight = Flight(request, self.now)
             self._enter(Phase.INITIALIZING)
             flight.script = self.run(self._fly, flight)
@@ -160,7 +161,7 @@ class Engine(Task):
             self._refuse(request, "no plan is running, request ignored")
             return
         self._command(flight, Command.STOP_MANEUVER)
-        self._end(flight, Outcome.FAILURE)
+        self._give_up(flight, "plan was stopped")
         self._answer(request, Type.SUCCESS, "OK", plan_id=self._plan_id)
         self._enter(Phase.READY)
 
@@ -302,6 +303,12 @@ class Engine(Task):
         self.log.error(reason)
         self._answer(flight.request, Type.FAILURE, reason, flight.statistics)
         self._enter(Phase.BLOCKED if lost else Phase.READY)
+
+    def _give_up(self, flight: Flight, reason: str) -> None:
+        """End a plan at the request of a console; who asked for it gets a reply where there was none yet."""
+        self._end(flight, Outcome.FAILURE)
+        if not flight.info:
+            self._refuse(flight.request, reason)
 
     def _end(self, flight: Flight, outcome: Outcome) -> None:
         """End actions, statistics and the log of a plan that is over."""

@@ -34,7 +34,7 @@ class Flight:
     def is_repeated(self, request: imc.PlanControl, now: float) -> bool:
         """Whether a request came twice on its way: the plan that it started goes on."""
         same = request.replace(timestamp=self.request.timestamp) == self.request
-        return same and bool(self.info) and now - self.began < REPEATED
+        return same and now - self.began < REPEATED
 
     def enter(self, node: Node, now: float) -> None:
         """A maneuver begins."""
