@@ -8,6 +8,7 @@ import imc
 from tasks.plan.conditions import Condition, parse_condition
 
 FINISH = "_done_"
+UNITS = (imc.ZUnits, imc.SpeedUnits)
 Actions = tuple[imc.Message | None, ...]
 
 
@@ -110,6 +111,8 @@ def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:
         value = getattr(maneuver, item.name)
         if isinstance(value, float) and not math.isfinite(value):
             raise PlanError(f"{name}: {item.name} is not a number")
+        if item.enum in UNITS and value not in set(item.enum):
+            raise PlanError(f"{name}: {item.name} {value} is not known")
     points: Iterable[object] = getattr(maneuver, "points", ())
     for number, point in enumerate(points):
         if not isinstance(point, imc.PathPoint) or not all(map(math.isfinite, (point.x, point.y, point.z))):

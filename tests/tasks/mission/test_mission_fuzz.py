@@ -1,6 +1,7 @@
 """Missions out of strategies, good and bad: what must hold for all of them, and what has once been wrong with some."""
 
-from flying import control, plan_of, replies, start
+import pytest
+from flying import control, goto, plan_of, replies, start
 from hypothesis import HealthCheck, given, settings
 from missions import Happening, check, happen, happenings
 
@@ -39,4 +40,12 @@ def test_a_start_that_comes_twice_at_once_is_one():
     mission = Happening((start(IDLE), start(IDLE)))
     run = happen(mission)
     assert [info for _, info in replies(run)][:3] == ["plan loaded", "m0: executing maneuver", "plan completed"]
+    check(mission, run)
+
+
+@pytest.mark.parametrize("field", ["speed_units", "z_units"])
+def test_units_that_nobody_knows_are_refused(field):
+    mission = Happening((start(plan_of(goto(10, 0).replace(**{field: 9}))),))
+    run = happen(mission)
+    assert replies(run)[0] == ("FAILURE", f"m0: {field} 9 is not known")
     check(mission, run)
