@@ -6,6 +6,7 @@
 import argparse
 import gzip
 import hashlib
+import itertools
 import math
 import multiprocessing
 import os
@@ -67,7 +68,7 @@ def gaps() -> float:
         vehicle.tap(imc.SimulatedState, lambda state: times.append(state.timestamp))
         vehicle.run(60.0)
         vehicle.close()
-    return max(later - before for before, later in zip(times, times[1:], strict=False))
+    return max(later - before for before, later in itertools.pairwise(times))
 
 
 def burn() -> None:
@@ -103,12 +104,14 @@ if __name__ == "__main__":
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
     alone, rate = together(1, arguments.seconds)
     print(
-        f"full task graph, all logged: {alone:.4f} CPU s per simulated second ({1 / alone:.0f}x) at {rate:.0f} messages/s"
+        f"full task graph, all logged: {alone:.4f} CPU s per simulated second ({1 / alone:.0f}x) "
+        f"at {rate:.0f} messages/s"
     )
     each, _ = together(arguments.vehicles, arguments.seconds / 10.0)
     single, _ = together(1, arguments.seconds / 10.0)
     print(
-        f"{arguments.vehicles} vehicles in one process, in turn: {each:.4f} CPU s each, {each / single:.2f} of a single one"
+        f"{arguments.vehicles} vehicles in one process, in turn: {each:.4f} CPU s each, "
+        f"{each / single:.2f} of a single one"
     )
     print(f"longest gap of the true state: {gaps() * 1e3:.0f} ms")
     sameness(arguments.runs)
