@@ -1,0 +1,92 @@
+"""Makes plans from templates, on request."""
+
+import imc
+from imc.coordinates import absolute
+from runtime import Script, State, Task, consume, param
+from tasks.plan.templates import Position, TemplateError, Usual, generate
+
+Op = imc.PlanGeneration.Op
+Command = imc.PlanGeneration.Cmd
+NOBODY, BROADCAST = 0xFFFF, 0xFFF0
+PATIENCE = 1.0  # s for the database
+MOST_PEERS = 1000
+
+
+class Generator(Task):
+    """Stores the plan of a template in the database and, where it is asked to, starts it."""
+
+    dive_depth: float = param(2.0, "m", "Depth of the template dive.", minimum=0, name="Dive depth")
+    dive_seconds: int = param(300, "s", "Duration of the template dive.", minimum=0, maximum=65535, name="Dive seconds")
+    loiter_radius: float = param(10.0, "m", "Radius of circles and stations.", minimum=1, name="Loiter radius")
+    rpm_speed: float = param(1000.0, "rpm", "Speed of the propeller.", minimum=1, name="RPM Speed")
+    traveling_depth: float = param(1.0, "m", "Depth on the way.", minimum=0, name="Traveling depth")
+    generate_at_boot: str = param("", "", "Template to be stored at the start, none where it is empty.")
+
+    def start(self) -> None:
+        self._state: imc.EstimatedState | None = None
+        self._peers: dict[int, Position] = {}
+        self._requests = 0
+        self.set_entity_state(State.NORMAL, "active")
+        if self.generate_at_boot:
+            self._obey(imc.PlanGeneration(plan_id=self.generate_at_boot, dst=self.system))
+
+    @consume
+    def locate(self, state: imc.EstimatedState) -> None:
+        self._state = state
+
+    @consume(others=True)
+    def meet(self, announce: imc.Announce) -> None:
+        if announce.src in self._peers or len(self._peers) < MOST_PEERS:
+            self._peers[announce.src] = announce.lat, announce.lon
+
+    @consume(others=True)
+    def obey(self, request: imc.PlanGeneration) -> None:
+        if request.op == Op.REQUEST and request.dst in (self.system, NOBODY, BROADCAST):
+            self._obey(request)
+
+    def _obey(self, request: imc.PlanGeneration) -> None:
+        pairs = (pair.partition("=") for pair in request.params.split(";") if pair.strip())
+        params = {name.strip(): value.strip() for name, _, value in pairs}
+        usual = Usual(self.traveling_depth, self.dive_depth, self.dive_seconds, self.loiter_radius, self.rpm_speed)
+        here = absolute(self._state)[:2] if self._state is not None else None
+        try:
+            plan = generate(request.plan_id, params, here, self._peers.get(request.src), usual)
+        except TemplateError as error:
+            self._fail(request, str(error))
+        else:
+            self.run(self._store, request, plan, params.get("calibrate") != "false")
+
+    async def _store(
+        self, script: Script, request: imc.PlanGeneration, plan: imc.PlanSpecification, calibrate: bool
+    ) -> None:
+        self._requests += 1
+        number = self._requests & 0xFFFF
+        put = imc.PlanDB(op=imc.PlanDB.Op.SET, request_id=number, plan_id=plan.plan_id, arg=plan, dst=self.system)
+        self.publish(put)
+        kinds = imc.PlanDB.Type
+        try:
+            answer = await script.hear(
+                imc.PlanDB,
+                where=lambda m: (
+                    m.request_id == number and m.dst_ent == self.entity.id and m.type in (kinds.SUCCESS, kinds.FAILURE)
+                ),
+                timeout=PATIENCE,
+            )
+        except TimeoutError:
+            self._fail(request, "no answer of the plan database")
+            return
+        if answer.type == kinds.FAILURE:
+            self._fail(request, answer.info)
+            return
+        if request.cmd == Command.EXECUTE:
+            flags = imc.PlanControl.Flags.CALIBRATE if calibrate else 0
+            start = imc.PlanControl(plan_id=plan.plan_id, request_id=number, flags=flags, dst=self.system)
+            self.publish(start)
+        self._reply(request, Op.SUCCESS, "")
+
+    def _fail(self, request: imc.PlanGeneration, reason: str) -> None:
+        self.log.error(f"{request.plan_id}: {reason}")
+        self._reply(request, Op.ERROR, f"error={reason}")
+
+    def _reply(self, request: imc.PlanGeneration, op: Op, params: str) -> None:
+        self.reply(request, imc.PlanGeneration(cmd=request.cmd, op=op, plan_id=request.plan_id, params=params))

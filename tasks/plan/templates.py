@@ -1,0 +1,83 @@
+"""Plans of one maneuver, made where they are needed."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import imc
+
+Position = tuple[float, float]  # latitude, longitude (rad)
+DEPTH = imc.ZUnits.DEPTH
+RPM = imc.SpeedUnits.RPM
+
+
+class TemplateError(ValueError):
+    """A template is unknown, or lacks something."""
+
+
+@dataclass(frozen=True)
+class Usual:
+    """What a template takes where its parameters say nothing: depths and radius in m, time in s, speed in rpm."""
+
+    travel_depth: float
+    dive_depth: float
+    dive_seconds: int
+    radius: float
+    rpm: float
+
+
+def generate(
+    name: str, params: Mapping[str, str], here: Position | None, asker: Position | None, usual: Usual
+) -> imc.PlanSpecification:
+    """The plan of a template: go, sk, come_near, dive, surface, dislodge.
+
+    `here` is the vehicle's position, `asker` that of who asks. Positions in `params` are in degrees. Raises
+    TemplateError.
+    """
+    speed: dict[str, Any] = {"speed": _number(params, "rpm", usual.rpm), "speed_units": RPM}
+    depth: dict[str, Any] = {"z": _number(params, "depth", usual.travel_depth), "z_units": DEPTH}
+    radius = _number(params, "radius", usual.radius)
+    seconds = round(min(65535.0, max(0.0, _number(params, "duration", usual.dive_seconds))))
+    if name == "go":
+        lat, lon = _place(params, here)
+        maneuver: imc.Message = imc.Goto(lat=lat, lon=lon, **depth, **speed)
+    elif name in ("sk", "come_near"):
+        lat, lon = _place(params, asker if name == "come_near" else here)
+        surface: dict[str, Any] = {"z": _number(params, "depth", 0.0), "z_units": DEPTH}
+        maneuver = imc.StationKeeping(lat=lat, lon=lon, radius=radius, **surface, **speed)
+    elif name == "dive":
+        lat, lon = _place(params, here)
+        deep: dict[str, Any] = {"z": _number(params, "depth", usual.dive_depth), "z_units": DEPTH}
+        maneuver = imc.Loiter(lat=lat, lon=lon, radius=radius, duration=seconds, **deep, **speed)
+    elif name == "surface":
+        lat, lon = _place({}, here)
+        flags = imc.Elevator.Flags.CURR_POS
+        maneuver = imc.Elevator(lat=lat, lon=lon, end_z=0.0, end_z_units=DEPTH, radius=radius, flags=flags, **speed)
+    elif name == "dislodge":
+        maneuver = imc.Dislodge(rpm=_number(params, "rpm", usual.rpm))
+    else:
+        raise TemplateError("Given plan id was not understood.")
+    only = imc.PlanManeuver(maneuver_id=name, data=maneuver)
+    return imc.PlanSpecification(plan_id=name, start_man_id=name, maneuvers=(only,))
+
+
+def _place(params: Mapping[str, str], otherwise: Position | None) -> Position:
+    if "lat" in params or "lon" in params:
+        lat, lon = _number(params, "lat", math.nan), _number(params, "lon", math.nan)
+        if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
+            raise TemplateError("lat and lon are not a position in degrees")
+        return math.radians(lat), math.radians(lon)
+    if otherwise is None:
+        raise TemplateError("position is unknown")
+    return otherwise
+
+
+def _number(params: Mapping[str, str], name: str, default: float) -> float:
+    try:
+        value = float(params.get(name, default))
+    except ValueError:
+        value = math.inf
+    if name in params and not math.isfinite(value):
+        raise TemplateError(f"{name} is not a number")
+    return value
