@@ -13,7 +13,7 @@ from runtime.entities import EntityError, allot
 from runtime.kernel import Kernel
 from runtime.parameters import ParameterError
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
-from runtime.profile import Profile, default_label
+from runtime.profile import ENTITY_IDS, Profile, default_label
 from runtime.task import Task
 from runtime.vehicle import Vehicle, summary
 
@@ -48,8 +48,8 @@ def build(
 
     `keep_going` is whether a task that fails is restarted (True) or ends the run (False); by default it ends a
     simulation and is restarted otherwise. `seed` is by default the profile's; the effective configuration, which is
-    in every log, has it and the modes. `only` are sections to take in place of those that are enabled; `bus` makes the
-    bus, and `entity_ids` gives labels their ids, in place of those that follow from the profile.
+    in every log, has it, the modes and the ids of entities. `only` are sections to take in place of those that are
+    enabled; `bus` makes the bus; `entity_ids` gives labels their ids, in place of those that follow from the profile.
     Raises ProfileError naming file and line of what cannot be.
     """
     if keep_going is None:
@@ -57,6 +57,10 @@ def build(
     seed = profile.seed if seed is None else seed
     profile.override(f"General:Seed={seed}")
     profile.override(f"General:Selected={', '.join(sorted(selected))}")
+    if entity_ids is None:
+        entity_ids = allot(_labels(profile), profile.entity_ids)
+        for label, number in entity_ids.items():
+            profile.override(f"{ENTITY_IDS}:{label}={number}")
     vehicle = Vehicle(
         profile.vehicle,
         profile.system,
@@ -68,7 +72,7 @@ def build(
         log_root=log_root,
         state_folder=state_folder,
         bus=bus,
-        entity_ids=allot(_labels(profile)) if entity_ids is None else entity_ids,
+        entity_ids=entity_ids,
     )
     made, problems = Build(vehicle), list[Problem]()
     for section in profile.config.sorted_sections():

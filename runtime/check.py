@@ -70,7 +70,7 @@ class _Checker:
     def _check_general(self) -> None:
         problem = self._profile.vehicle_problem()
         self.problems += [problem] if problem else []
-        for value in ("bus", "start_time_ns", "seed"):
+        for value in ("bus", "start_time_ns", "seed", "entity_ids"):
             try:
                 getattr(self._profile, value)
             except ProfileError as error:

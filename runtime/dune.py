@@ -4,6 +4,7 @@ DATA_SECTIONS = (
     "General",
     "IMC Addresses",
     "Profiles",
+    "Entity Ids",
     "Zenoh",
     "Bathymetry",
     "Evologics Addresses",

@@ -95,11 +95,11 @@ class Entities:
         return next_free(label, {*self._by_id, *self._known.values()})
 
 
-def allot(labels: Iterable[str]) -> dict[str, int]:
-    """An id for each label, the first come first served; labels beyond the 254 that there can be get none."""
-    ids: dict[str, int] = {}
+def allot(labels: Iterable[str], known: Mapping[str, int]) -> dict[str, int]:
+    """An id for each label: the known one, else first come, first served; those beyond the 254 that can be get none."""
+    ids = dict(known)
     for label in dict.fromkeys(labels):
-        if len(ids) < LARGEST_ENTITY and label != "Daemon":
+        if label not in ids and len(ids) < LARGEST_ENTITY and label != "Daemon":
             ids[label] = next_free(label, set(ids.values()))
     return ids
 

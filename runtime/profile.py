@@ -23,6 +23,7 @@ BUILT_IN = {
 BUSES = ("inprocess", "zenoh")
 START_TIME = "2026-01-01T00:00:00Z"
 UNKNOWN_SYSTEM = 0xFFFF
+ENTITY_IDS = "Entity Ids"
 
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
@@ -129,6 +130,17 @@ class Profile:
         if not text.isdecimal():
             raise self._error("General", "Seed", f"{quoted(text)} is not a seed", "write a whole number, 0 or more")
         return int(text)
+
+    @property
+    def entity_ids(self) -> dict[str, int]:
+        """The ids of entities that the section [Entity Ids] gives, as that of a log does. Raises ProfileError."""
+        found: dict[str, int] = {}
+        for option in self.config.options(ENTITY_IDS):
+            if not option.value.isdecimal() or not 1 <= int(option.value) <= 254 or int(option.value) in found.values():
+                text = f"{quoted(option.value)} cannot be the id of {quoted(option.name)}"
+                raise self._error(ENTITY_IDS, option.name, text, "a number from 1 to 254 that no other entity has")
+            found[option.name] = int(option.value)
+        return found
 
     @property
     def modes(self) -> dict[str, str]:

@@ -101,6 +101,19 @@ def test_processes_of_a_vehicle_agree_on_ids_and_a_later_task_changes_none(tmp_p
     vehicle.close()
 
 
+def test_the_effective_configuration_gives_the_same_ids_again(tmp_path):
+    text = "".join(f"[Simulators.GPS/{n}]\nEnabled=Always\n" for n in reversed(range(60)))
+    vehicle = made(tmp_path, text).vehicle
+    ids = {entity.label: entity.id for entity in vehicle.entities}
+    (tmp_path / "again.ini").write_text(vehicle.profile.dump())
+    vehicle.close()
+    profile = load_profile(tmp_path / "again.ini")
+    again = build(profile, ["Simulation"], clock=VirtualClock(0), log_root=tmp_path).vehicle
+    assert {entity.label: entity.id for entity in again.entities} == ids
+    again.close()
+    assert "cannot be the id of 'GPS'" in refused(tmp_path, "[Entity Ids]\nGPS = 300\n")
+
+
 def test_saved_parameters_are_read_back_by_the_next_run(tmp_path):
     text = "[Simulators.GPS]\nEnabled=Always\nEntity Label=GPS\n"
     vehicle = made(tmp_path, text, state_folder=tmp_path / "db").vehicle
