@@ -30,6 +30,7 @@ SECTIONS = {
 }
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 BEGIN = 15.0  # s
+DEEP = ("Control.Path.VectorField:Bottom Track -- Enabled=false",)
 
 
 @dataclass
@@ -58,7 +59,7 @@ def path(ref, north, east, z, **fields):
     return imc.DesiredPath(path_ref=ref, end_lat=lat, end_lon=lon, end_z=z, **fields)
 
 
-def fly(tmp_path, paths, seconds, *, seed=0, settings=()):
+def fly(tmp_path, paths, seconds, *, seed=0, settings=DEEP):
     """Follow each path when the one before is ended. The samples of each second, and all messages."""
     profile = load_profile("lauv-noptilus-1", [own_etc()])
     for setting in settings:
@@ -161,7 +162,7 @@ def test_fins_and_thruster_stay_within_their_limits(mission):
 
 
 def test_a_current_from_the_side_is_held_against(tmp_path):
-    current = ["Simulators.StreamVelocity:Default Speed East=0.3"]
+    current = [*DEEP, "Simulators.StreamVelocity:Default Speed East=0.3"]
     samples, messages = fly(tmp_path, [path(1, 200.0, 0.0, 3.0)], 90.0, seed=3, settings=current)
     settled = between(samples, 60.0, 90.0)
     assert rms(s.east - samples[0].east for s in settled) < 3.0
@@ -173,7 +174,7 @@ def test_a_current_from_the_side_is_held_against(tmp_path):
 
 def test_without_velocities_over_ground_the_error_is_still_what_it_says(tmp_path):
     """The speed follows from the motor, which says less."""
-    lost = ["Simulators.DVL:Invalid Reading Probability=100"]
+    lost = [*DEEP, "Simulators.DVL:Invalid Reading Probability=100"]
     samples, _ = fly(tmp_path, [path(1, 200.0, 0.0, 3.0)], 90.0, seed=4, settings=lost)
     assert all(s.distance < 12.0 for s in samples)
     assert samples[-1].variance_north > 1.0
@@ -186,3 +187,12 @@ def test_a_circle_is_kept(tmp_path):
     assert loitering
     settled = between(samples, 90.0, 150.0)
     assert rms(math.dist((s.north, s.east), (60.0, 0.0)) - 20.0 for s in settled) < 1.5
+
+
+def test_the_bottom_is_kept_away_from(tmp_path):
+    """Five metres are wanted where the water has less."""
+    samples, messages = fly(tmp_path, [path(1, 60.0, 15.0, 5.0)], 60.0, seed=6, settings=())
+    altitudes = [m.alt for m in messages if isinstance(m, imc.EstimatedState) and m.alt >= 0.0]
+    assert min(altitudes) > 1.2
+    assert all(abs(alt - 2.5) < 0.6 for alt in altitudes[-200:])
+    assert samples[-1].depth > 1.0

@@ -42,7 +42,7 @@ class Attitude(Task):
     altitude_weights: list[float] = param(
         [], "1", "Weights of the filter of altitude, latest sample last.", name="Altitude Control -- Filter Weights"
     )
-    altitude_gains: list[float] = param([2.0, 0.01, 4.0], "°/m", "P, I, D.", name="Altitude PID Gains", size=3)
+    altitude_gains: list[float] = param([2.0, 0.01, 4.0], "rad/m", "P, I, D.", name="Altitude PID Gains", size=3)
     altitude_integral_limit: float = param(6.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
     altitude_reference_margin: float = param(0.2, "m", "Distance that is kept from the minimum altitude.", minimum=0)
     altitude_timeout: float = param(60.0, "s", "How long altitude may be unknown.", minimum=0)
@@ -71,8 +71,7 @@ class Attitude(Task):
         self._heading = pid(self.heading_gains, self.heading_integral_limit, rate)
         self._heading_rate = pid(self.heading_rate_gains, self.heading_rate_integral_limit, fin)
         self._depth = pid(self.depth_gains, self.depth_integral_limit, steepest)
-        degrees = [math.radians(gain) for gain in self.altitude_gains]
-        self._altitude = pid(degrees, self.altitude_integral_limit, steepest)
+        self._altitude = pid(self.altitude_gains, self.altitude_integral_limit, steepest)
         self._pitch = pid(self.pitch_gains, self.pitch_integral_limit, self.maximum_pitch_actuation)
         self._roll = pid(self.roll_gains, self.roll_integral_limit, fin)
         self._pids = self._heading, self._heading_rate, self._depth, self._altitude, self._pitch, self._roll

@@ -7,6 +7,7 @@ import imc
 from imc.coordinates import displace, displacement
 from runtime import ParameterError, State, Task, consume, param
 from tasks.control.loops import EnabledLoops
+from tasks.control.path.bottom import BottomGuard
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
 from tasks.control.path.track import Point, Progress, Track, bearing, progress
 from tasks.control.pid import wrap
@@ -58,6 +59,14 @@ class PathFollower(Task):
     cross_uncertainty: float = param(
         1.0, "1", "Share of the uncertainty that is allowed besides.", name="Cross-track -- Nav. Unc. Factor", minimum=0
     )
+
+    watch_bottom: bool = param(
+        False,
+        "",
+        "Keep an altitude where the depth of a path is too near to the bottom.",
+        name="Bottom Track -- Enabled",
+    )
+    lowest: float = param(2.5, "m", "That altitude.", name="Bottom Track -- Admissible Altitude", minimum=0)
 
     def along(self, where: Progress, bearing: float) -> float:
         """The course (rad) along a track of a `bearing` (rad)."""
@@ -162,6 +171,7 @@ class PathFollower(Task):
         self._path, self._near, self._ended = path, False, -math.inf
         self._reported = self._cycled = -math.inf
         self._divergence.restart(self.now)
+        self._bottom = BottomGuard(self.lowest)
         self._enable_for(path)
         self.set_entity_state(State.NORMAL, "active")
 
@@ -226,6 +236,9 @@ class PathFollower(Task):
             self._reported = state.timestamp
             self._report(path, state, where, wrap(target - course), eta)
         self._supervise(where, target)
+        if self.watch_bottom and self._enabled & Loops.DEPTH and self._bottom.watch(path.end_z, state.depth, state.alt):
+            avoids = imc.DesiredZ(value=self.lowest, z_units=imc.ZUnits.ALTITUDE)
+            self.publish(avoids if self._bottom.active else imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
 
     def _report(
         self, path: imc.DesiredPath, state: imc.EstimatedState, where: Progress, error: float, eta: float

@@ -10,6 +10,7 @@ import imc
 from tasks.control.auv.fins import allocate, torques
 from tasks.control.auv.vertical import AltitudeReference
 from tasks.control.loops import EnabledLoops
+from tasks.control.path.bottom import BottomGuard
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
 from tasks.control.path.track import Track, progress
 from tasks.control.pid import PID
@@ -128,6 +129,22 @@ def test_too_far_from_the_track_for_too_long_is_a_divergence_but_not_within_the_
     assert found.index("cross-track divergence error") == 30
     watch.restart(0.0)
     assert not any(watch.error(float(t), at(y=-30.0), 0.0, 10.0) for t in range(100))
+
+
+def test_a_bottom_that_rises_is_avoided_until_it_falls():
+    guard = BottomGuard(2.5)
+    assert not guard.watch(3.0, 3.0, 4.0)
+    assert guard.watch(3.0, 3.0, 2.4)
+    assert guard.active
+    assert not guard.watch(3.0, 2.0, 2.5)
+    assert not guard.watch(3.0, 2.0, -1.0)
+    assert not guard.watch(3.0, 2.9, 2.7)
+    assert guard.watch(3.0, 2.9, 3.2)
+    assert not guard.active
+
+
+def test_the_surface_is_never_too_deep():
+    assert not BottomGuard(2.5).watch(0.0, 0.1, 1.0)
 
 
 def test_an_altitude_becomes_a_depth_and_is_kept_where_it_is_lost():

@@ -247,3 +247,11 @@ def test_the_reference_of_the_state_may_move(seconds):
     track = path(100.0, 0.0, flags=Flags.START, start_lat=LAT, start_lon=LON)
     found = headings(follow([enable(), track, *before, *after]))
     assert found[-1] == pytest.approx(found[0], abs=1e-4)
+
+
+def test_an_altitude_is_kept_where_the_depth_is_too_near_to_the_bottom():
+    feed = [enable(), path(900.0, 0.0), *still(1.0, depth=3.0, alt=5.0), *still(1.0, start=1.2, depth=3.0, alt=2.0)]
+    feed += still(1.0, start=2.2, depth=3.0, alt=6.0)
+    found = [(m.value, m.z_units) for m in follow(feed, watch_bottom=True).of(imc.DesiredZ)]
+    assert found == [(3.0, DEPTH), (2.5, ALTITUDE), (3.0, DEPTH)]
+    assert len(follow(feed).of(imc.DesiredZ)) == 1
