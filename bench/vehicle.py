@@ -39,7 +39,7 @@ def swim(folder: Path, seconds: float, *more: str, hash_seed: str = "0") -> tupl
     command = [sys.executable, "-m", "runtime.cli", "run", PROFILE, "-p", "Simulation", "--clock", "virtual"]
     command += ["--for", f"{seconds}s", "--seed", "1", "--log-dir", str(folder / "log"), *more]
     environment = {**os.environ, "PYTHONHASHSEED": hash_seed}
-    subprocess.run(command, check=True, cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    subprocess.run(command, check=True, cwd=folder, env=environment, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return used, next((folder / "log").glob("*/*/*/Data.lsf.gz"))
@@ -70,7 +70,9 @@ def memory(hours: float) -> None:
     script = (
         "import resource, sys\n"
         "from pathlib import Path\n"
-        "from runtime.build import build\nfrom runtime.clock import VirtualClock\nfrom runtime.profile import load_profile\n"
+        "from runtime.build import build\n"
+        "from runtime.clock import VirtualClock\n"
+        "from runtime.profile import load_profile\n"
         f"profile = load_profile({PROFILE!r})\n"
         "made = build(profile, {'Simulation'}, clock=VirtualClock(profile.start_time_ns), log_root=Path(sys.argv[1]))\n"
         "made.vehicle.start()\n"

@@ -165,7 +165,7 @@ def _is_ours(timer: Timer) -> bool:
 
 
 def _task_state(task: Task, writer: Writer) -> TaskState:
-    if task.scripts:
+    if task.running_scripts:
         raise SnapshotError(f"{task.name} runs a script, which no snapshot takes")
     skipped = BELONGINGS.union(task.transient)
     state = {name: value for name, value in vars(task).items() if name not in skipped}

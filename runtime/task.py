@@ -206,7 +206,7 @@ class Task:
         return self._tickers
 
     @property
-    def scripts(self) -> list[Script]:
+    def running_scripts(self) -> list[Script]:
         """The scripts that run."""
         return [script for script in self._scripts if not script.done]
 
