@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import imc
 from runtime import Script, State, Task, consume, param, periodic
-from runtime.bus import Subscription
 from runtime.script import Inbox
 from tasks.plan.actions import PlanActions
 from tasks.plan.flight import UNKNOWN, Flight
-from tasks.plan.graph import FINISH, Graph, Node, PlanError
+from tasks.plan.graph import FINISH, Node, PlanError
 from tasks.plan.outlook import Outlook
 from tasks.plan.preflight import Preflight
+from tasks.plan.requests import PATIENCE, Latest, Requests
 
 Op = imc.PlanControl.Op
 Type = imc.PlanControl.Type
@@ -21,8 +21,6 @@ Command = imc.VehicleCommand.Command
 Mode = imc.VehicleState.OpMode
 BROADCAST = 0xFFF0
 NOTHING = 0xFFFF
-PATIENCE = 2.5  # s for the supervisor, and for its state
-DATABASE_PATIENCE = 1.0  # s
 
 
 class Engine(Task):
@@ -53,11 +51,10 @@ class Engine(Task):
         self._phase, self._outcome = Phase.READY, Outcome.NONE
         self._plan_id = ""
         self._flight: Flight | None = None
-        self._requests = 0
+        self._requests = Requests(self)
         self._supported: set[int] = set()
         self._leads: dict[int, float] = {}
-        self._latest: dict[type[imc.Message], imc.Message] = {}
-        self._watched: list[Subscription] = []
+        self._latest = Latest()
         self._position: imc.EstimatedState | None = None
         self._fuel: float | None = None
         self._vehicle: imc.VehicleState | None = None
@@ -160,7 +157,7 @@ class Engine(Task):
         if flight is None:
             self._refuse(request, "no plan is running, request ignored")
             return
-        self._command(flight, Command.STOP_MANEUVER)
+        self._requests.command(Command.STOP_MANEUVER)
         self._give_up(flight, "plan was stopped")
         self._answer(request, Type.SUCCESS, "OK", plan_id=self._plan_id)
         self._enter(Phase.READY)
@@ -199,16 +196,16 @@ class Engine(Task):
             self.publish(graph.plan.replace(src=self.system, src_ent=self.entity.id, timestamp=-1.0))
             self.publish(imc.LoggingControl(op=imc.LoggingControl.Op.REQUEST_START, name=self._plan_id))
             self._succeed(flight, "plan loaded")
-            self._watch(graph)
+            self._latest.watch(self._bus, graph.kinds, self)
             flight.actions.begin()
             if outlook.calibration:
-                self._command(flight, Command.START_CALIBRATION, calib_time=math.ceil(outlook.calibration))
-                await self._reply(inbox, flight)
+                duration = math.ceil(outlook.calibration)
+                await self._demand(inbox, flight, Command.START_CALIBRATION, calib_time=duration)
                 await script.sleep(outlook.calibration)
             name = graph.start
             while name != FINISH:
                 name = await self._execute(inbox, flight, graph.nodes[name])
-            self._command(flight, Command.STOP_MANEUVER)
+            self._requests.command(Command.STOP_MANEUVER)
             self._end(flight, Outcome.SUCCESS)
             self._succeed(flight, "plan completed")
             self._enter(Phase.READY)
@@ -218,14 +215,13 @@ class Engine(Task):
     async def _execute(self, inbox: Inbox, flight: Flight, node: Node) -> str:
         """One maneuver, until a transition leads on; the name of the next."""
         flight.enter(node, self.now)
-        self._command(flight, Command.EXEC_MANEUVER, maneuver=node.maneuver)
         if self._phase is Phase.INITIALIZING:
             self._enter(Phase.EXECUTING)
             self._succeed(flight, f"{node.name}: executing maneuver")
         else:
             self._tell()
         self.log.info(f"{node.name}: executing maneuver")
-        await self._reply(inbox, flight)
+        await self._demand(inbox, flight, Command.EXEC_MANEUVER, maneuver=node.maneuver)
         name: str | None = None
         while name is None:
             event = await inbox.next()
@@ -250,6 +246,7 @@ class Engine(Task):
         return self._preflight.check(plan, self._supported, self._position, fuel, self.now)
 
     async def _plan(self, script: Script, request: imc.PlanControl) -> imc.PlanSpecification:
+        """What a request has with it, a plan or one maneuver, or names. Raises PlanError."""
         if isinstance(request.arg, imc.PlanSpecification):
             return request.arg
         if request.arg is not None:
@@ -258,47 +255,19 @@ class Engine(Task):
             return imc.PlanSpecification(plan_id=request.plan_id or name, start_man_id=name, maneuvers=(quick,))
         if not request.plan_id:
             raise PlanError("undefined plan id")
-        self._requests += 1
-        number = self._requests & 0xFFFF
-        ask = imc.PlanDB(op=imc.PlanDB.Op.GET, request_id=number, plan_id=request.plan_id, dst=self.system)
-        self.publish(ask)
-        try:
-            reply = await script.hear(
-                imc.PlanDB,
-                where=lambda m: m.type != imc.PlanDB.Type.REQUEST and m.op == ask.op and m.request_id == number,
-                timeout=DATABASE_PATIENCE,
-            )
-        except TimeoutError:
-            raise PlanError("failed loading from DB: no answer") from None
-        if isinstance(reply.arg, imc.PlanSpecification):
-            return reply.arg
-        raise PlanError(reply.info if reply.info == "undefined plan" else f"failed loading from DB: {reply.info}")
+        return await self._requests.plan(script, request.plan_id)
 
-    def _command(self, flight: Flight, command: Command, **fields: object) -> None:
-        self._requests += 1
+    async def _demand(self, inbox: Inbox, flight: Flight, command: Command, **fields: object) -> None:
+        """Command the vehicle, and wait until it obeys."""
         flight.commanding = True
-        request_id = self._requests & 0xFFFF
-        self.publish(imc.VehicleCommand(command=command, request_id=request_id).replace(**fields))
-
-    async def _reply(self, inbox: Inbox, flight: Flight) -> None:
-        """Wait for the supervisor's answer to the last command. Raises PlanError for a refusal, and for none."""
-        deadline = self.now + PATIENCE
-        while True:
-            try:
-                reply = await inbox.next(max(0.0, deadline - self.now))
-            except TimeoutError:
-                raise PlanError("vehicle command timeout") from None
-            if isinstance(reply, imc.VehicleCommand) and reply.request_id == self._requests & 0xFFFF:
-                if reply.type == imc.VehicleCommand.Type.FAILURE:
-                    raise PlanError(reply.info)
-                if reply.type == imc.VehicleCommand.Type.SUCCESS:
-                    flight.commanding = False
-                    return
+        self._requests.command(command, **fields)
+        await self._requests.obeyed(inbox)
+        flight.commanding = False
 
     def _fail(self, flight: Flight, reason: str, *, command: bool = True, lost: bool = False) -> None:
         """The plan is over. The vehicle is told to stop with `command`; it is not at our command where it is `lost`."""
         if command and not lost and flight.actions is not None:
-            self._command(flight, Command.STOP_MANEUVER)
+            self._requests.command(Command.STOP_MANEUVER)
         self._end(flight, Outcome.FAILURE)
         self.log.error(reason)
         self._answer(flight.request, Type.FAILURE, reason, flight.statistics)
@@ -315,7 +284,7 @@ class Engine(Task):
         self._flight, self._outcome = None, outcome
         if flight.script is not None:
             flight.script.cancel()
-        self._watch(None)
+        self._latest.watch(self._bus, (), self)
         if flight.actions is None:
             return
         if outcome is Outcome.FAILURE:
@@ -323,19 +292,6 @@ class Engine(Task):
         flight.actions.end()
         self.publish(flight.result(self._plan_id, self.now))
         self.publish(imc.LoggingControl(op=imc.LoggingControl.Op.REQUEST_START))
-
-    def _watch(self, graph: Graph | None) -> None:
-        """Keep the latest of each message that the conditions of a plan look at."""
-        for subscription in self._watched:
-            self._bus.remove(subscription)
-        self._latest.clear()
-        kinds = sorted(graph.kinds if graph else (), key=lambda kind: kind.ID)
-        self._watched = [Subscription(kind, self._note, self) for kind in kinds]
-        for subscription in self._watched:
-            self._bus.subscribe(subscription)
-
-    def _note(self, message: imc.Message) -> None:
-        self._latest[type(message)] = message
 
     def _lead(self, label: str) -> float:
         entity = self.vehicle.entities.find(label)

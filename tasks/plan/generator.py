@@ -64,12 +64,15 @@ class Generator(Task):
         put = imc.PlanDB(op=imc.PlanDB.Op.SET, request_id=number, plan_id=plan.plan_id, arg=plan, dst=self.system)
         self.publish(put)
         kinds = imc.PlanDB.Type
+
+        def ours(answer: imc.PlanDB) -> bool:
+            addressed = (answer.dst, answer.dst_ent) == (self.system, self.entity.id)
+            return addressed and answer.request_id == number and answer.type in (kinds.SUCCESS, kinds.FAILURE)
+
         try:
             answer = await script.hear(
                 imc.PlanDB,
-                where=lambda m: (
-                    m.request_id == number and m.dst_ent == self.entity.id and m.type in (kinds.SUCCESS, kinds.FAILURE)
-                ),
+                where=ours,
                 timeout=PATIENCE,
             )
         except TimeoutError:

@@ -1,0 +1,79 @@
+"""What the plan engine asks of others: commands of the supervisor, plans of the database, numbers of the bus."""
+
+from collections.abc import Iterable
+
+import imc
+from runtime import Script, Task
+from runtime.bus import Bus, Subscription
+from runtime.script import Inbox
+from tasks.plan.graph import PlanError
+
+PATIENCE = 2.5  # s for the supervisor
+DATABASE_PATIENCE = 1.0  # s
+
+
+class Requests:
+    """Numbers the requests of a task, so that each finds its own answer."""
+
+    def __init__(self, task: Task):
+        self._task = task
+        self._count = 0
+        self._command = 0
+
+    def command(self, command: imc.VehicleCommand.Command, **fields: object) -> None:
+        """Send a command to the supervisor."""
+        self._command = self._next()
+        request = imc.VehicleCommand(command=command, request_id=self._command)
+        self._task.publish(request.replace(**fields))
+
+    async def obeyed(self, inbox: Inbox) -> None:
+        """Wait for the answer to the last command. Raises PlanError for a refusal, and for none."""
+        deadline = self._task.now + PATIENCE
+        while True:
+            try:
+                answer = await inbox.next(max(0.0, deadline - self._task.now))
+            except TimeoutError:
+                raise PlanError("vehicle command timeout") from None
+            if not isinstance(answer, imc.VehicleCommand) or answer.request_id != self._command:
+                continue
+            if answer.type == imc.VehicleCommand.Type.FAILURE:
+                raise PlanError(answer.info)
+            if answer.type == imc.VehicleCommand.Type.SUCCESS:
+                return
+
+    async def plan(self, script: Script, plan_id: str) -> imc.PlanSpecification:
+        """A plan of the database. Raises PlanError where there is none."""
+        task, number, op = self._task, self._next(), imc.PlanDB.Op.GET
+        task.publish(imc.PlanDB(op=op, request_id=number, plan_id=plan_id, dst=task.system))
+
+        def ours(answer: imc.PlanDB) -> bool:
+            addressed = (answer.dst, answer.dst_ent) == (task.system, task.entity.id)
+            return addressed and answer.request_id == number and answer.type != imc.PlanDB.Type.REQUEST
+
+        try:
+            answer = await script.hear(imc.PlanDB, where=ours, timeout=DATABASE_PATIENCE)
+        except TimeoutError:
+            raise PlanError("failed loading from DB: no answer") from None
+        if isinstance(answer.arg, imc.PlanSpecification):
+            return answer.arg
+        raise PlanError(answer.info if answer.info == "undefined plan" else f"failed loading from DB: {answer.info}")
+
+    def _next(self) -> int:
+        self._count = (self._count + 1) & 0xFFFF
+        return self._count
+
+
+class Latest(dict[type[imc.Message], imc.Message]):
+    """The latest message of each type that is watched."""
+
+    def watch(self, bus: Bus, kinds: Iterable[type[imc.Message]], owner: Task) -> None:
+        """Forget all, and watch these from now on."""
+        for subscription in getattr(self, "_subscriptions", ()):
+            bus.remove(subscription)
+        self.clear()
+        self._subscriptions = [Subscription(kind, self._keep, owner) for kind in sorted(kinds, key=lambda k: k.ID)]
+        for subscription in self._subscriptions:
+            bus.subscribe(subscription)
+
+    def _keep(self, message: imc.Message) -> None:
+        self[type(message)] = message
