@@ -17,20 +17,8 @@ FILE = Path(__file__).with_name("golden.txt")
 
 def run() -> str:
     with tempfile.TemporaryDirectory() as folder:
-        command = [
-            "run",
-            "lauv-noptilus-1",
-            "-p",
-            "Simulation",
-            "--clock",
-            "virtual",
-            "--for",
-            "60s",
-            "--seed",
-            "1",
-            "--log-dir",
-            "log",
-        ]
+        command = ["run", "lauv-noptilus-1", "-p", "Simulation", "--clock", "virtual", "--for", "60s"]
+        command += ["--seed", "1", "--log-dir", "log"]
         subprocess.run([sys.executable, "-m", "runtime.cli", *command], check=True, cwd=folder, capture_output=True)
         (log,) = Path(folder).glob("log/*/*/*/Data.lsf.gz")
         return hashlib.sha256(gzip.decompress(log.read_bytes())).hexdigest()

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 class Frame:
     """One picture.
 
-    `time` is the moment of exposure in seconds since 1970 UTC, `camera` the entity label of the camera, `index` counts its
-    frames from 0. `image` is RGBA, uint8, (height, width, 4), row 0 on top; it is made read-only, since all receivers look
-    at the same array. `info` carries figures beside the picture, each in SI units. Raises ValueError for another array.
+    `time` is the moment of exposure in seconds since 1970 UTC, `camera` the entity label of the camera, `index` counts
+    its frames from 0. `image` is RGBA, uint8, (height, width, 4), row 0 on top; it is made read-only, since all
+    receivers look at the same array. `info` carries figures beside the picture, each in SI units. Raises ValueError for
+    another array.
     """
 
     time: float
