@@ -37,6 +37,14 @@ class Starter:
         self._queue.append(imc.StopManeuver())
         self._next()
 
+    def is_stray(self, report: imc.ManeuverControlState) -> bool:
+        """Whether a maneuver reports that was not begun here."""
+        return report.state == Phase.EXECUTING and self._pending is None and not self._running
+
+    def adopt(self) -> None:
+        """Take a maneuver for one that was begun here, so that it is stopped before the next."""
+        self._running = True
+
     def heard(self, report: imc.ManeuverControlState) -> bool:
         """Whether the report is of the maneuver that was begun last, and not of one that is being stopped."""
         if report.state == Phase.EXECUTING:

@@ -120,7 +120,12 @@ class Vehicle(Task):
 
     @consume
     def follow(self, report: imc.ManeuverControlState) -> None:
-        """Take over what the maneuver says of itself."""
+        """Take over what the maneuver says of itself; stop one that runs on from before a restart of this task."""
+        if self._mode in (Mode.BOOT, Mode.SERVICE, Mode.ERROR) and self._starter.is_stray(report):
+            self.log.error("a maneuver runs that was not begun here; stopping it")
+            self._starter.adopt()
+            self._reset(self._mode)
+            return
         if not self._starter.heard(report) or self._mode not in (Mode.MANEUVER, Mode.CALIBRATION):
             return
         if report.state == Phase.EXECUTING:

@@ -4,22 +4,47 @@ import pytest
 from flying import control, goto, plan_of, replies, start
 from hypothesis import HealthCheck, given, settings
 from missions import Happening, check, happen, happenings
+from sailing import Sailing, check_voyage, sail, sailings
 
 import imc
 
 Op = imc.PlanControl.Op
 IDLE = plan_of(imc.IdleManeuver(duration=2))
-SOME = settings(
-    max_examples=40, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
-)
+DIVE = plan_of(goto(60, 0, 5.0), goto(60, 60, 5.0))
+QUIET = {"derandomize": True, "database": None, "deadline": None, "suppress_health_check": list(HealthCheck)}
 
 
-@SOME
+@settings(max_examples=40, **QUIET)
 @given(happenings())
 def test_missions_of_an_ideal_vehicle(mission):
     run = happen(mission)
     check(mission, run)
     assert happen(mission).packets == run.packets
+
+
+@settings(max_examples=3, **QUIET)
+@given(sailings())
+def test_missions_of_a_vehicle_with_dynamics(sailing):
+    check_voyage(sailing, sail(sailing))
+
+
+def test_equal_voyages_are_equal():
+    sailing = Sailing(DIVE, "Simulators.DVL", 20.0, 0.3, -0.2, abort_at=30.0, until=40.0)
+    assert sail(sailing).packets == sail(sailing).packets
+
+
+def test_a_supervisor_that_restarts_stops_the_maneuver():
+    sailing = Sailing(DIVE, "Supervisors.Vehicle", 30.0, abort_at=100.0)
+    voyage = sail(sailing)
+    check_voyage(sailing, voyage)
+    assert voyage.replies[-1] == "vehicle is in BOOT mode"
+    assert {mode for time, mode in voyage.modes if 35.0 < time < 100.0} == {imc.VehicleState.OpMode.SERVICE}
+    assert next(depth for time, depth in voyage.depths if time > 90.0) < 0.5
+
+
+def test_a_vehicle_that_loses_its_attitude_comes_up():
+    sailing = Sailing(DIVE, "Simulators.IMU/AHRS", 40.0)
+    check_voyage(sailing, sail(sailing))
 
 
 def test_a_start_that_another_replaces_at_once_is_answered():
