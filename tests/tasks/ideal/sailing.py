@@ -44,7 +44,7 @@ class Sailing:
 
 @dataclass
 class Voyage:
-    """What came of it: time (s) and depth (m), time and mode of the vehicle, replies, packets, tasks that have failed."""
+    """What came of it: time (s) and depth (m), time and mode of the vehicle, replies, packets, failed tasks."""
 
     depths: list[tuple[float, float]] = field(default_factory=list[tuple[float, float]])
     modes: list[tuple[float, int]] = field(default_factory=list[tuple[float, int]])
