@@ -16,6 +16,7 @@ from runtime.vehicle import Vehicle
 COMPLETED, FAILED, LATE = "SUCCESS", "FAILURE", "TIMEOUT"
 USUAL_MODES = ("Dynamics", "Simulation")
 ON_TRACK, AT_DEPTH = 1.5, 0.5  # m; errors count from where they have first been smaller, on each path
+ON_COURSE = math.radians(15.0)
 NEXT_STATES = (imc.PlanControlState.State.READY, imc.PlanControlState.State.BLOCKED)
 Followed = imc.PathControlState.Flags
 
@@ -37,7 +38,7 @@ class Report:
     """How a mission went: `outcome` is SUCCESS, FAILURE or TIMEOUT, `reason` the words of the plan engine.
 
     `seconds` and `distance` (m, over ground) count from the first maneuver, `deepest` is in m. Errors of a leg count
-    from where it has first been followed within 1.5 m across, 0.5 m in depth.
+    from where it has first been followed: within 1.5 m and 15° across, 0.5 m in depth.
     """
 
     outcome: str = LATE
@@ -166,14 +167,15 @@ class Mission:
             return
         leg = self.report.legs[-1]
         if not path.flags & (Followed.LOITERING | Followed.NEAR) and path.lradius == 0.0:
-            leg.cross_track = self._worst("across", path.path_ref, abs(path.y), ON_TRACK, leg.cross_track)
+            on_track = abs(path.y) <= ON_TRACK and abs(path.course_error) <= ON_COURSE
+            leg.cross_track = self._worst("across", path.path_ref, abs(path.y), on_track, leg.cross_track)
         if not path.flags & Followed.NO_Z:
-            leg.depth_error = self._worst("depth", path.path_ref, abs(path.z), AT_DEPTH, leg.depth_error)
+            leg.depth_error = self._worst("depth", path.path_ref, abs(path.z), abs(path.z) <= AT_DEPTH, leg.depth_error)
 
-    def _worst(self, kind: str, path_ref: int, error: float, small: float, before: float) -> float:
+    def _worst(self, kind: str, path_ref: int, error: float, small: bool, before: float) -> float:
         """The larger of two errors, once this one has been small on its path."""
         reference, settled = self._errors.get(kind, (-1, False))
-        settled = error <= small or (settled and reference == path_ref)
+        settled = small or (settled and reference == path_ref)
         self._errors[kind] = path_ref, settled
         if not settled:
             return before
