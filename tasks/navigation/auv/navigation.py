@@ -13,6 +13,7 @@ from tasks.navigation.auv.position import Position, fix_variance
 VERTICAL_ACCELERATION = 0.1  # m/s², over a second
 MODEL_VARIANCE = 2.0  # (m/s)² of the speed that follows from rpm, for samples as correlated as those 50 ms apart
 STREAM_GAIN = 0.1
+FRESH = 0.5  # s: how old a measured heave may be
 STEEPEST = 0.1  # cosine of pitch; there are no Euler rates beyond
 
 
@@ -121,7 +122,8 @@ class Navigation(Sensors):
         phi, theta, psi = self.euler.value
         state = position.filter
         along, across, heading, turning = self.measurement[:4]
-        state.predict(dt, phi, theta, self._heave)
+        measured = self.now - self.ground.last < FRESH
+        state.predict(dt, phi, theta, self.ground.value[2] if measured else self._heave)
         if new_attitude:
             innovation = wrap(psi - state.x[PSI] - state.x[PSI_BIAS])
             state.update(innovation, heading, (PSI, 1.0), (PSI_BIAS, 1.0))
