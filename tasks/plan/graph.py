@@ -79,8 +79,8 @@ def parse(plan: imc.PlanSpecification, supported: Collection[int], deepest: floa
     for item in plan.transitions:
         if not isinstance(item, imc.PlanTransition):
             raise PlanError(f"{plan.plan_id}: {_name(item)} is not a PlanTransition")
-        for name in (item.source_man, item.dest_man):
-            if name not in nodes and not (name == FINISH and name == item.dest_man):
+        for name, allowed in ((item.source_man, nodes), (item.dest_man, {FINISH, *nodes})):
+            if name not in allowed:
                 raise PlanError(f"invalid maneuver id '{name}'")
         try:
             condition = parse_condition(item.conditions)

@@ -74,3 +74,10 @@ def test_units_that_nobody_knows_are_refused(field):
     run = happen(mission)
     assert replies(run)[0] == ("FAILURE", f"m0: {field} 9 is not known")
     check(mission, run)
+
+
+def test_a_transition_from_the_end_is_refused():
+    mission = Happening((start(plan_of(goto(10, 0), transitions=[("_done_", "_done_", "")])),))
+    run = happen(mission)
+    assert replies(run)[0] == ("FAILURE", "invalid maneuver id '_done_'")
+    check(mission, run)
