@@ -79,9 +79,10 @@ def parse(plan: imc.PlanSpecification, supported: Collection[int], deepest: floa
     for item in plan.transitions:
         if not isinstance(item, imc.PlanTransition):
             raise PlanError(f"{plan.plan_id}: {_name(item)} is not a PlanTransition")
-        for name, allowed in ((item.source_man, nodes), (item.dest_man, {FINISH, *nodes})):
-            if name not in allowed:
-                raise PlanError(f"invalid maneuver id '{name}'")
+        if item.source_man not in nodes:
+            raise PlanError(f"invalid maneuver id '{item.source_man}'")
+        if item.dest_man not in nodes and item.dest_man != FINISH:
+            raise PlanError(f"invalid maneuver id '{item.dest_man}'")
         try:
             condition = parse_condition(item.conditions)
         except ValueError as error:
