@@ -29,6 +29,9 @@ class PopUp(Maneuver):
     minimum_distance: float = param(3.0, "m", "A fix so near the estimate confirms it.", minimum=0)
     minimum_satellites: int = param(8, "1", "A good fix has so many satellites.", minimum=0, maximum=255)
 
+    slowest: float = param(0.1, "m/s", "Smallest vertical speed.", name="VMonitor -- Minimum Speed", minimum=0)
+    patience: float = param(20.0, "s", "Time over which it is measured.", name="VMonitor -- Timeout", minimum=1)
+
     async def execute(self, popup: imc.PopUp) -> None:
         leg = Leg.of(popup)
         radius = max(popup.radius, self.elevator_radius)
@@ -37,7 +40,7 @@ class PopUp(Maneuver):
             await self.follow(leg, after=popup.duration)
         surface = leg._replace(z=0.0, z_units=imc.ZUnits.DEPTH)
         loiter = PathFlags.LOITER_CURR if here else 0
-        await spiral(self, surface, radius, flags=loiter, after=popup.duration)
+        await self._spiral(surface, radius, loiter, popup.duration)
         self.control(0)
         medium = None
         while medium != Water:
@@ -50,7 +53,10 @@ class PopUp(Maneuver):
         else:
             await self._until(self.now + popup.duration if popup.duration else math.inf, any_fix=True)
         self.control(Loops.PATH)
-        await spiral(self, leg, radius, flags=PathFlags.LOITER_CURR if here else 0)
+        await self._spiral(leg, radius, loiter)
+
+    async def _spiral(self, leg: Leg, radius: float, flags: int, after: float = 0.0) -> None:
+        await spiral(self, leg, radius, flags=flags, after=after, slowest=self.slowest, patience=self.patience)
 
     async def _until(self, end: float, *, any_fix: bool) -> None:
         """Drift until `end`, or with `any_fix` until a fix confirms where the vehicle is."""

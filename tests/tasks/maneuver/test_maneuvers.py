@@ -3,10 +3,13 @@
 import math
 
 import pytest
-from flying import CCU, DEPTH, OWN, START, fly, place, plan_of, replies, start, track
+from flying import BOARD, CCU, DEPTH, OWN, START, fly, place, plan_of, replies, start, track
+from ideal_vehicle import IdealVehicle
 
 import imc
 from imc import patterns
+from runtime import periodic
+from runtime.testing import simulate
 
 DONE = ("SUCCESS", "plan completed")
 Medium = imc.VehicleMedium.Medium
@@ -144,6 +147,21 @@ def test_popup_surfaces_and_dives_again():
     up = [t for d, t in depths if d < 0.35 and t > 40]
     assert up[-1] - up[0] >= 19
     assert max(d for d, t in depths if t > up[-1]) == pytest.approx(5.7, abs=0.4)
+
+
+def test_popup_above_a_shallow_bottom_fails():
+    class Bottom(IdealVehicle):
+        """Cannot go deeper than 3 m."""
+
+        @periodic(20.0)
+        def move(self):
+            self.depth = min(self.depth, 3.0)
+            super().move()
+
+    popup = imc.PopUp(**at(40, 0, 8), duration=5, radius=15, flags=imc.PopUp.Flags.WAIT_AT_SURFACE)
+    feed = [start(plan_of(popup)), *(imc.VehicleMedium(timestamp=float(t), medium=Medium.WATER) for t in range(150))]
+    run = simulate([*BOARD, Bottom], feed, seconds=150)
+    assert replies(run)[-1] == ("FAILURE", "PopUp maneuver error: vertical speed is below 0.1 m/s")
 
 
 def test_popup_waits_for_a_good_fix():
