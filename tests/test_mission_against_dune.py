@@ -71,5 +71,5 @@ def test_the_depth_is_that_of_dune_at_the_surface(ours, dune, leg):
 @pytest.mark.parametrize("leg", SHALLOW)
 def test_the_depth_is_that_of_dune_above_the_bottom(ours, dune, leg):
     apart = np.abs(bench.depths_apart(ours, dune, leg))
-    assert math.sqrt((apart**2).mean()) < 0.3
-    assert (apart < 0.5).mean() > 0.85  # not where the bottom falls away at the end of Goto2
+    assert math.sqrt((apart**2).mean()) < 0.25
+    assert apart.max() < 0.5
