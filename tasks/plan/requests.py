@@ -28,13 +28,15 @@ class Requests:
 
     async def obeyed(self, inbox: Inbox) -> None:
         """Wait for the answer to the last command. Raises PlanError for a refusal, and for none."""
-        deadline = self._task.now + PATIENCE
+        task, deadline = self._task, self._task.now + PATIENCE
         while True:
             try:
-                answer = await inbox.next(max(0.0, deadline - self._task.now))
+                answer = await inbox.next(max(0.0, deadline - task.now))
             except TimeoutError:
                 raise PlanError("vehicle command timeout") from None
             if not isinstance(answer, imc.VehicleCommand) or answer.request_id != self._command:
+                continue
+            if (answer.dst, answer.dst_ent) != (task.system, task.entity.id):
                 continue
             if answer.type == imc.VehicleCommand.Type.FAILURE:
                 raise PlanError(answer.info)

@@ -1,7 +1,7 @@
 """Missions out of strategies, good and bad: what must hold for all of them, and what has once been wrong with some."""
 
 import pytest
-from flying import control, goto, plan_of, replies, start
+from flying import CCU, OWN, control, goto, plan_of, replies, start
 from hypothesis import HealthCheck, given, settings
 from missions import Happening, check, happen, happenings
 from sailing import Sailing, check_voyage, sail, sailings
@@ -80,4 +80,12 @@ def test_a_transition_from_the_end_is_refused():
     mission = Happening((start(plan_of(goto(10, 0), transitions=[("_done_", "_done_", "")])),))
     run = happen(mission)
     assert replies(run)[0] == ("FAILURE", "invalid maneuver id '_done_'")
+    check(mission, run)
+
+
+def test_the_engine_does_not_take_answers_that_are_for_others():
+    foreign = imc.VehicleCommand(timestamp=3.0, src=CCU, dst=OWN, request_id=2)
+    mission = Happening((start(IDLE, flags=imc.PlanControl.Flags.CALIBRATE), foreign))
+    run = happen(mission)
+    assert [info for _, info in replies(run)][:3] == ["plan loaded", "m0: executing maneuver", "plan completed"]
     check(mission, run)
