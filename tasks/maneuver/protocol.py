@@ -196,6 +196,7 @@ class Maneuver(Task):
     async def _perform(self, script: Script, maneuver: imc.Message) -> None:
         self._inbox = self._listen(script)
         try:
+            _require_numbers(maneuver)
             if self.loops is not None:
                 self.control(self.loops)
             await self.execute(maneuver)
@@ -221,3 +222,10 @@ class Maneuver(Task):
 
     def _say(self, phase: Phase, eta: int = 0, info: str = "") -> None:
         self.publish(imc.ManeuverControlState(state=phase, eta=eta, info=info))
+
+
+def _require_numbers(maneuver: imc.Message) -> None:
+    for item in imc.fields(type(maneuver)):
+        value = getattr(maneuver, item.name)
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ManeuverError(f"{item.name} is not a number")

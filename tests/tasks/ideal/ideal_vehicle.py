@@ -42,6 +42,10 @@ class IdealVehicle(Task):
 
     @consume
     def follow(self, path: imc.DesiredPath) -> None:
+        if not all(map(math.isfinite, (path.end_lat, path.end_lon, path.end_z, path.speed, path.lradius))):
+            return
+        if path.speed_units not in tuple(imc.SpeedUnits):
+            return
         north, east, _ = displacement(self.start_lat, self.start_lon, 0.0, path.end_lat, path.end_lon, 0.0)
         here = path.flags & Flags.LOITER_CURR and path.lradius > 0.0
         self.target = (self.north, self.east) if here else (north, east)

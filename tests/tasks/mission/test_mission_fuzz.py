@@ -1,5 +1,7 @@
 """Missions out of strategies, good and bad: what must hold for all of them, and what has once been wrong with some."""
 
+import math
+
 import pytest
 from flying import CCU, OWN, control, goto, plan_of, replies, start
 from hypothesis import HealthCheck, given, settings
@@ -88,4 +90,14 @@ def test_the_engine_does_not_take_answers_that_are_for_others():
     mission = Happening((start(IDLE, flags=imc.PlanControl.Flags.CALIBRATE), foreign))
     run = happen(mission)
     assert [info for _, info in replies(run)][:3] == ["plan loaded", "m0: executing maneuver", "plan completed"]
+    check(mission, run)
+
+
+@pytest.mark.parametrize("kind", [imc.Goto, imc.StationKeeping, imc.Loiter])
+def test_a_command_to_go_nowhere_is_an_error_of_the_maneuver(kind):
+    nowhere = imc.VehicleCommand(timestamp=3.0, src=CCU, dst=OWN, maneuver=kind(lat=math.inf, speed=1.0))
+    mission = Happening((nowhere,))
+    run = happen(mission)
+    failed = imc.ManeuverControlState.State.ERROR
+    assert [m.info for m in run.of(imc.ManeuverControlState) if m.state == failed] == ["lat is not a number"]
     check(mission, run)
