@@ -134,7 +134,7 @@ def test_an_empty_text_is_the_default_and_nobody_shares_it():
 
 def test_a_peer_that_pushes_for_ever_costs_no_memory():
     feed = [imc.PushEntityParameters(name="Valve", timestamp=1.0) for _ in range(1000)]
-    assert len(simulate(Valve, feed, seconds=2.0).task.parameter_set._pushed) < 100
+    assert len(simulate(Valve, feed, seconds=2.0).task.parameter_set.pushed) < 100
 
 
 def test_a_list_of_entities_with_numbers_that_are_none_is_met_with_calm():
