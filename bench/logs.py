@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from time import perf_counter
 
@@ -19,6 +20,7 @@ from imcpy.lsf import LSFReader
 from make_log import make
 
 import imc
+from imc.lsf import BLOCK, LsfWriter
 
 Run = Callable[[Path], object]
 
@@ -83,6 +85,26 @@ def their_field(path: Path) -> float:
     return sum(message.depth for message in LSFReader.read(str(path), types=[imcpy.EstimatedState]))
 
 
+def our_index_threaded(path: Path) -> int:
+    forget(path)
+    with ThreadPoolExecutor(2) as threads:
+        return len(imc.Log(path, spread=threads.map))
+
+
+def our_field_threaded(path: Path) -> float:
+    with ThreadPoolExecutor(2) as threads:
+        return float(imc.Log(path, spread=threads.map)["EstimatedState"]["depth"].sum())
+
+
+def pack(plain: Path, packed: Path) -> None:
+    """Write a log as Shoal logs it."""
+    writer = LsfWriter(packed)
+    with plain.open("rb") as file:
+        while block := file.read(BLOCK):
+            writer.write(block)
+    writer.close()
+
+
 def seconds(run: Run, path: Path) -> float:
     """The time that it takes in a new process, without imports and without reading the definitions."""
     command = [sys.executable, __file__, "--time", run.__name__, str(path)]
@@ -133,6 +155,19 @@ def main() -> None:
         end = perf_counter()
         print(f"gzip, 105 MB unpacked: first index {middle - begin:.2f} s, one type then {end - middle:.2f} s")
         forget(packed)
+        packed.unlink()
+
+        make(path, 300, arguments.seed)
+        pack(path, packed)
+        for name, index, field in (
+            ("in order", our_index, our_field),
+            ("2 threads", our_index_threaded, our_field_threaded),
+        ):
+            first = min(seconds(index, packed) for _ in range(rounds))
+            then = min(seconds(field, packed) for _ in range(rounds))
+            print(f"gzip, 300 MB unpacked {name}: first index {first:.2f} s, one type then {then:.2f} s", flush=True)
+        forget(packed)
+        forget(path)
 
         if arguments.large:
             make(path, 1000, arguments.seed)

@@ -11,6 +11,7 @@ from fastcrc import crc32
 
 from imc.log_bytes import Members, Progress, chunks
 from imc.log_index import LogIndex, TypeIndex, build
+from imc.members_ahead import Spread
 from imc.packet_scan import OVERHEAD, scan
 from imc.stream import Loss
 
@@ -61,7 +62,9 @@ def stamp_of(path: Path) -> Stamp:
     return Stamp(state.st_size, state.st_mtime_ns, digest.digest())
 
 
-def index_of(path: Path, sync: int, crc: bool, kept: bool, progress: Progress | None = None) -> LogIndex:
+def index_of(
+    path: Path, sync: int, crc: bool, kept: bool, progress: Progress | None = None, spread: Spread | None = None
+) -> LogIndex:
     """The index of a log: the one on disk if it is of the log's present state, else a new one, which `kept` writes.
 
     Raises OSError where the log cannot be read.
@@ -75,7 +78,7 @@ def index_of(path: Path, sync: int, crc: bool, kept: bool, progress: Progress | 
         def lose(offset: int, length: int, reason: str) -> None:
             losses[offset, reason] = Loss(offset, length, reason)
 
-        types = build(scan(chunks(path, lose, members, progress), sync, lose, crc))
+        types = build(scan(chunks(path, lose, members, progress, spread), sync, lose, crc))
         index = LogIndex(types, sorted(losses.values()), members, crc)
         if kept and stamp_of(path) == stamp:
             save(path, index, stamp, sync)

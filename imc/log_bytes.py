@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol, Self
 
-from imc.members import COMPRESSIONS, Compression, Piece, unpack
+from imc.members import COMPRESSIONS, Compression, Piece
+from imc.members_ahead import Spread, unpack_ahead
 from imc.packet_scan import PIECE, Lose
 
 MEMORY = 1 << 24
@@ -36,13 +37,22 @@ def compression_of(path: Path) -> Compression | None:
     return next((form for form in COMPRESSIONS.values() if form.suffix == path.suffix), None)
 
 
-def chunks(path: Path, lose: Lose, members: Members | None = None, progress: Progress | None = None) -> Iterator[bytes]:
-    """All bytes of a log. Damage to members goes to `lose`; where they begin is added to `members`."""
+def chunks(
+    path: Path,
+    lose: Lose,
+    members: Members | None = None,
+    progress: Progress | None = None,
+    spread: Spread | None = None,
+) -> Iterator[bytes]:
+    """All bytes of a log. Damage to members goes to `lose`; where they begin is added to `members`.
+
+    spread: unpacks stretches of the file ahead.
+    """
     form = compression_of(path)
     with path.open("rb") as file:
         size = max(1, file.seek(0, os.SEEK_END))
         file.seek(0)
-        for chunk in _plain_chunks(file) if form is None else _unpacked_chunks(file, form, lose, members):
+        for chunk in _plain_chunks(file) if form is None else _unpacked_chunks(file, form, lose, members, spread):
             yield chunk
             if progress:
                 progress(min(1.0, file.tell() / size))
@@ -53,9 +63,11 @@ def _plain_chunks(file: BinaryIO) -> Iterator[bytes]:
         yield chunk
 
 
-def _unpacked_chunks(file: BinaryIO, form: Compression, lose: Lose, members: Members | None) -> Iterator[bytes]:
+def _unpacked_chunks(
+    file: BinaryIO, form: Compression, lose: Lose, members: Members | None, spread: Spread | None
+) -> Iterator[bytes]:
     offset, member = 0, -1
-    for piece in unpack(file, form):
+    for piece in unpack_ahead(file, form, 0, spread):
         if piece.member != member:
             member = piece.member
             if members is not None and (not members or offset - members[-1][1] >= MEMBER_STEP):
@@ -66,11 +78,11 @@ def _unpacked_chunks(file: BinaryIO, form: Compression, lose: Lose, members: Mem
         yield piece.data
 
 
-def open_reader(path: Path, members: Members) -> Reader:
+def open_reader(path: Path, members: Members, spread: Spread | None = None) -> Reader:
     """A reader of parts of a log; `members` as `chunks` gave them. Raises OSError."""
     form = compression_of(path)
     file = path.open("rb")
-    return _Plain(file) if form is None else _Packed(file, form, members)
+    return _Plain(file) if form is None else _Packed(file, form, members, spread)
 
 
 class _Plain:
@@ -98,8 +110,9 @@ class _Packed:
     It remembers the latest MEMORY bytes, as most logs are nearly in order of time.
     """
 
-    def __init__(self, file: BinaryIO, form: Compression, members: Members):
+    def __init__(self, file: BinaryIO, form: Compression, members: Members, spread: Spread | None):
         self._file = file
+        self._spread = spread
         self._form = form
         self._packed = [packed for packed, _ in members]
         self._unpacked = [unpacked for _, unpacked in members]
@@ -112,7 +125,8 @@ class _Packed:
         nearest = bisect_right(self._unpacked, begin) - 1
         known = self._unpacked[nearest] if nearest >= 0 else 0
         if not self._starts or begin < self._starts[0] or known > self._end:
-            self._pieces = unpack(self._file, self._form, self._packed[nearest] if nearest >= 0 else 0)
+            packed = self._packed[nearest] if nearest >= 0 else 0
+            self._pieces = unpack_ahead(self._file, self._form, packed, self._spread)
             self._starts, self._blocks, self._end = [], [], known
         while self._end < end and (piece := next(self._pieces, None)):
             if piece.data:

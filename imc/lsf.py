@@ -3,7 +3,7 @@
 import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 from fastcrc.crc16 import arc
 
@@ -14,11 +14,12 @@ from imc.log_bytes import Progress, chunks, open_reader
 from imc.log_folder import find_log, find_schema
 from imc.log_index import LogIndex, Places
 from imc.lsf_writer import BLOCK, LsfWriter
+from imc.members_ahead import Spread
 from imc.message import Message
-from imc.packet_scan import Batch, scan
+from imc.packet_scan import Batch, packet_id, scan
 from imc.positions import positions
 from imc.schema import Schema
-from imc.selection import Conditions, Objects, Where, entity_labels, select
+from imc.selection import Conditions, Objects, Where, entity_labels, having, select
 from imc.stream import Loss
 
 if TYPE_CHECKING:
@@ -29,7 +30,6 @@ WORTH_KEEPING = 1 << 22  # bytes of a log whose index is written to disk
 SORTED_TOGETHER = 1 << 15  # packets in memory while they are put in order of time
 
 Kind = type[Message] | str
-T = TypeVar("T")
 
 __all__ = ["BLOCK", "Log", "LsfWriter", "packet_id"]
 
@@ -55,15 +55,24 @@ class Log:
     What was damaged is skipped and stands in `losses` once it has been read over; every packet around it is found.
     A packet counts where its CRC is right, with crc=False also where another one follows it at once. Raises
     FileNotFoundError where there is no log, SchemaError for a bad IMC.xml.
+
+    With spread=executor.map, of a ThreadPoolExecutor, the members of a .gz are unpacked by its threads, some MiB ahead.
     """
 
     def __init__(
-        self, path: str | os.PathLike[str], schema: Schema | None = None, *, crc: bool = True, keep_index: bool = True
+        self,
+        path: str | os.PathLike[str],
+        schema: Schema | None = None,
+        *,
+        crc: bool = True,
+        keep_index: bool = True,
+        spread: Spread | None = None,
     ):
         self.path = find_log(Path(path))
         self.schema, self.schema_source = (schema, None) if schema else find_schema(self.path)
         self._crc = crc
         self._keep_index = keep_index
+        self.spread = spread
         self._losses: dict[tuple[int, str], Loss] = {}
         self._indexed: tuple[tuple[int, int], LogIndex] | None = None
         self._whole: dict[int, NDArray[np.bool_]] = {}
@@ -96,7 +105,7 @@ class Log:
 
     def batches(self) -> Iterator[Batch]:
         """The packets in the order of the file, many at a time, as arrays of their places and headers."""
-        return scan(chunks(self.path, self._lose), self.schema.sync, self._lose, self._crc)
+        return scan(chunks(self.path, self._lose, spread=self.spread), self.schema.sync, self._lose, self._crc)
 
     def packets(self) -> Iterator[tuple[int, bytes]]:
         """Offset in the unpacked stream, and bytes, of each packet."""
@@ -115,7 +124,7 @@ class Log:
         import numpy as np
 
         index, conditions = self.index(), self._meaning(where)
-        with open_reader(self.path, index.members) as reader:
+        with open_reader(self.path, index.members, self.spread) as reader:
             places = select(index.places(self._ids(kinds)), conditions, reader)
             times = [np.empty(0), *(batch.times() for batch in places.batches(reader))]
             order = np.argsort(np.concatenate(times), kind="stable")
@@ -141,7 +150,7 @@ class Log:
         known = self.schema.types_by_id
         names = [_name(kind) for kind in kinds] or [known[n].abbrev for n in self.index().counts() if n in known]
         tables = [self._table(name) for name in names]
-        with open_reader(self.path, self.index().members) as reader:
+        with open_reader(self.path, self.index().members, self.spread) as reader:
             fill_together(tables, reader)
         self._whole |= {table.kind.id: table.whole for table in tables}
         return {table.kind.abbrev: table.result() for table in tables}
@@ -197,7 +206,7 @@ class Log:
             self._whole.clear()
             self._names.clear()
             kept = self._keep_index and now[0] >= WORTH_KEEPING
-            self._indexed = now, index_of(self.path, self.schema.sync, self._crc, kept, progress)
+            self._indexed = now, index_of(self.path, self.schema.sync, self._crc, kept, progress, self.spread)
             for loss in self._indexed[1].losses:
                 self._lose(*loss)
         return self._indexed[1]
@@ -216,7 +225,7 @@ class Log:
         import numpy as np
 
         if ids and (index := self._index_at_hand()):
-            with open_reader(self.path, index.members) as reader:
+            with open_reader(self.path, index.members, self.spread) as reader:
                 yield from index.places(ids).batches(reader)
             return
         for batch in self.batches():
@@ -257,7 +266,7 @@ class Log:
 
     def _rows(self, kind: Kind) -> "NDArray[Any]":
         table = self._table(kind)
-        with open_reader(self.path, self.index().members) as reader:
+        with open_reader(self.path, self.index().members, self.spread) as reader:
             rows = table.read(reader)
         self._whole[table.kind.id] = table.whole
         return rows
@@ -270,7 +279,7 @@ class Log:
             if found.id not in self._whole:
                 self._rows(kind)
             places = places.having(self._whole[found.id])
-        with open_reader(self.path, index.members) as reader:
+        with open_reader(self.path, index.members, self.spread) as reader:
             return select(places, where, reader)
 
     def _meaning(self, where: Conditions) -> Where:
@@ -278,23 +287,11 @@ class Log:
         src, entity = where.get("src"), where.get("entity")
         sources, entities = None, None
         if src is not None:
-            sources = frozenset((src,) if isinstance(src, int) else _having(self.systems, src))
+            sources = frozenset((src,) if isinstance(src, int) else having(self.systems, src))
         if entity is not None:
-            entities = frozenset(((None, entity),) if isinstance(entity, int) else _having(self.entities, entity))
+            entities = frozenset(((None, entity),) if isinstance(entity, int) else having(self.entities, entity))
         return Where(where.get("start"), where.get("end"), sources, entities)
-
-
-def packet_id(packet: bytes) -> int:
-    """The message id of a packet in either byte order."""
-    return int.from_bytes(packet[2:4], "little" if packet[0] == 0x54 else "big")
 
 
 def _name(kind: Kind) -> str:
     return kind if isinstance(kind, str) else kind.__name__
-
-
-def _having(names: dict[T, str], name: str) -> list[T]:
-    found = [key for key, value in names.items() if value == name]
-    if not found:
-        raise KeyError(name)
-    return found

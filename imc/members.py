@@ -1,11 +1,12 @@
 """Compressed files as a row of members, each complete in itself: packed one by one, and unpacked around damage."""
 
 import bz2
+import math
 import os
 import re
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
@@ -45,10 +46,13 @@ class Piece(NamedTuple):
     damage: str
 
 
-def unpack(file: BinaryIO, form: Compression, begin: int = 0) -> Iterator[Piece]:
-    """What the members from the one at `begin` hold; behind damage it goes on with the next member that unpacks."""
+def unpack(file: BinaryIO, form: Compression, begin: int = 0, stop: float = math.inf) -> Generator[Piece, None, int]:
+    """What the members from the one at `begin` hold; behind damage it goes on with the next member that unpacks.
+
+    It ends with the file, or before a member at `stop` or behind it that follows a good one; returns where that is.
+    """
     end, searching = file.seek(0, os.SEEK_END), False
-    while begin < end:
+    while begin < end and (searching or begin < stop):
         unpacker, position, produced, damage = form.unpacker(), begin, 0, ""
         file.seek(begin)
         while not unpacker.eof and not damage:
@@ -65,8 +69,10 @@ def unpack(file: BinaryIO, form: Compression, begin: int = 0) -> Iterator[Piece]
             begin, searching = position - len(unpacker.unused_data), False
             continue
         if not searching or produced > 1024:
-            yield Piece(begin, b"", f"member at byte {begin} of {Path(file.name).name}: {damage}")
+            name = Path(getattr(file, "name", "")).name
+            yield Piece(begin, b"", f"member at byte {begin} of {name}: {damage}")
         begin, searching = _next_member(file, form, begin + 1), True
+    return begin
 
 
 def _salvage(file: BinaryIO, form: Compression, begin: int, position: int, packed: bytes) -> bytes:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, TypeVar, overload
 from weakref import finalize
 
 from imc.log_bytes import Members, Reader, open_reader
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 UNKNOWN_ENTITY = 0xFF
 NEAR = 64  # messages that are read together
+
+T = TypeVar("T")
 
 
 class Conditions(TypedDict, total=False):
@@ -131,6 +133,14 @@ def select(places: Places, where: Where, reader: Reader) -> Places:
     if where.everything or not places.offsets.size:
         return places
     return places.having(np.concatenate([where.of_batch(batch) for batch in places.batches(reader)]))
+
+
+def having(names: dict[T, str], name: str) -> list[T]:
+    """The keys that have this name. Raises KeyError."""
+    found = [key for key, value in names.items() if value == name]
+    if not found:
+        raise KeyError(name)
+    return found
 
 
 def entity_labels(messages: Iterable[Message]) -> Iterator[tuple[tuple[int, int], str]]:

@@ -7,7 +7,7 @@ import click
 
 import imc
 from runtime.cli.duration import parse_duration
-from runtime.cli.log_open import LOG, check_found, progress, refusals
+from runtime.cli.log_open import LOG, check_found, open_log, progress, refusals
 from runtime.logs.cut import choose
 from runtime.logs.cut import cut as cut_log
 from runtime.logs.merge import merge as merge_logs
@@ -40,7 +40,7 @@ def cut(
 ) -> None:
     """Write a part of LOG to the new folder OUT; packets stay as they are, byte for byte."""
     with refusals():
-        opened = imc.Log(log)
+        opened = open_log(log)
         with progress(opened.path) as tell:
             summary = summarize(opened, tell)
         check_found(opened, summary.packets)
@@ -64,7 +64,7 @@ def cut(
 def merge(logs: tuple[Path, ...], out: Path, copies: bool) -> None:
     """Write the messages of all LOGS to the new folder OUT, in order of time."""
     with refusals():
-        opened = [imc.Log(path) for path in logs]
+        opened = [open_log(path) for path in logs]
         with progress(opened[0].path, "merging") as tell:
             merged = merge_logs(opened, out, copies, tell)
     left = f", without {number(merged.copies, 'copy', 'copies')}" if merged.copies else ""

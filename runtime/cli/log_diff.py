@@ -6,8 +6,7 @@ from typing import Any
 
 import click
 
-import imc
-from runtime.cli.log_open import LOG, make_console, make_table, progress, refusals
+from runtime.cli.log_open import LOG, make_console, make_table, open_log, progress, refusals
 from runtime.logs.diff import Difference, FieldDifference, Place, compare, differing
 from runtime.logs.words import moment, number
 from runtime.problem import printable
@@ -23,7 +22,7 @@ def diff(a: Path, b: Path) -> None:
     """Say in plain words where the logs A and B part. Exit status 0: equal, 1: different, 2: trouble."""
     try:
         with refusals():
-            logs = imc.Log(a), imc.Log(b)
+            logs = open_log(a), open_log(b)
             with progress(logs[0].path) as tell:
                 found = compare(*logs, tell)
     except click.ClickException as error:

@@ -9,7 +9,7 @@ import click
 
 import imc
 from runtime.cli.log_change import TIMES, read_time, split_words
-from runtime.cli.log_open import LOG, check_found, progress, refusals
+from runtime.cli.log_open import LOG, check_found, open_log, progress, refusals
 from runtime.logs.cut import choose
 from runtime.logs.output import new_file, new_folder
 from runtime.logs.source import Progress, Source
@@ -56,7 +56,7 @@ def export(
     with refusals():
         with _extra("analysis"):
             write = _writer(form, raw, images)
-        opened = imc.Log(log)
+        opened = open_log(log)
         out = out or Path(f"{_name(opened.path)}{'.mcap' if form == 'mcap' else f'-{form}'}")
         with progress(opened.path) as tell:
             summary = summarize(opened, tell)

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import click
 
-import imc
-from runtime.cli.log_open import LOG, check_found, make_console, make_table, progress, refusals
+from runtime.cli.log_open import LOG, check_found, make_console, make_table, open_log, progress, refusals
 from runtime.logs.folders import logs_below
 from runtime.logs.summary import Summary, Tally, summarize
 from runtime.logs.words import moment, number, rate, size, span
@@ -20,7 +19,7 @@ MOST_LINES = 20  # of damage
 def info(log: Path, entities: bool) -> None:
     """Say what is in LOG, a folder or a Data.lsf: who, when, what, how often, and what is damaged."""
     with refusals():
-        opened = imc.Log(log)
+        opened = open_log(log)
         with progress(opened.path) as tell:
             summary = summarize(opened, tell)
         check_found(opened, summary.packets)

@@ -1,6 +1,8 @@
 """What the commands of `shoal log` have in common: opening logs, showing how far it is, refusing in words."""
 
+import os
 from collections.abc import Callable, Generator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -28,6 +30,11 @@ def refusals() -> Generator[None]:
         raise click.ClickException(printable(str(error))) from None
     except OSError as error:
         raise click.ClickException(printable(f"{error.filename}: {error.strerror or error}")) from None
+
+
+def open_log(path: Path) -> imc.Log:
+    """A log that is unpacked on all processors. Raises what imc.Log does."""
+    return imc.Log(path, spread=ThreadPoolExecutor(os.cpu_count()).map)
 
 
 def check_found(log: imc.Log, packets: int) -> None:

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import click
 
-import imc
-from runtime.cli.log_open import LOG, progress, refusals
+from runtime.cli.log_open import LOG, open_log, progress, refusals
 from runtime.logs.report import report as draw
 from runtime.logs.words import size
 from runtime.problem import printable
@@ -17,7 +16,7 @@ from runtime.problem import printable
 def report(log: Path, out: Path | None) -> None:
     """Draw LOG as one HTML page that needs nothing else, for people who would rather look than read."""
     with refusals():
-        opened = imc.Log(log)
+        opened = open_log(log)
         with progress(opened.path) as tell:
             text = draw(opened, tell)
         out = out or opened.path.parent / "report.html"

@@ -44,7 +44,7 @@ def blocks(log: imc.Log, losses: list[imc.Loss], progress: Progress | None = Non
     def lose(offset: int, length: int, reason: str) -> None:
         found[offset, reason] = imc.Loss(offset, length, reason)
 
-    for batch in scan(chunks(log.path, lose, progress=progress), log.schema.sync, lose):
+    for batch in scan(chunks(log.path, lose, progress=progress, spread=log.spread), log.schema.sync, lose):
         heads = at_each(batch.data, batch.starts, HEADER)
         if batch.big.any():
             heads[batch.big] = at_each(batch.data, batch.starts[batch.big], HEADER.newbyteorder(">")).astype(HEADER)

@@ -17,7 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import imc
-from imc import index_file, log_bytes, lsf, members, neptus_index
+from imc import index_file, log_bytes, lsf, members, members_ahead, neptus_index
 from imc.lsf import Log, LsfWriter
 
 LOGS = Path(__file__).parent.parent / "data" / "logs"
@@ -214,11 +214,11 @@ def test_members_that_are_not_needed_are_not_unpacked(tmp_path: Path, monkeypatc
     unpacked: set[int] = set()
 
     def noted(*arguments: Any) -> Iterator[members.Piece]:
-        for piece in members.unpack(*arguments):
+        for piece in members_ahead.unpack_ahead(*arguments):
             unpacked.add(piece.member)
             yield piece
 
-    monkeypatch.setattr(log_bytes, "unpack", noted)
+    monkeypatch.setattr(log_bytes, "unpack_ahead", noted)
     log = Log(path)
     assert log["PlanControl"]["timestamp"].tolist() == [1000.0, 25000.0]
     assert len(log.index().members) == 16
