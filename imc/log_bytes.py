@@ -3,6 +3,7 @@
 import os
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
+from io import BufferedReader
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol, Self
 
@@ -86,7 +87,7 @@ def open_reader(path: Path, members: Members, spread: Spread | None = None) -> R
 
 
 class _Plain:
-    def __init__(self, file: BinaryIO):
+    def __init__(self, file: BufferedReader):
         self._file = file
         self._buffer = bytearray()
 
@@ -95,7 +96,7 @@ class _Plain:
             self._buffer = bytearray(end - begin)
         self._file.seek(begin)
         view = memoryview(self._buffer)[: end - begin]
-        return view[: self._file.readinto(view)]  # type: ignore[attr-defined]
+        return view[: self._file.readinto(view)]
 
     def __enter__(self) -> Self:
         return self

@@ -96,9 +96,9 @@ def interpolate(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
 
 def _corners(maneuver: imc.Message) -> list[Position]:
     """Where a maneuver goes; empty for one that goes nowhere. Raises ValueError for rows that are none."""
-    if not hasattr(maneuver, "lat"):
+    lat, lon = getattr(maneuver, "lat", None), getattr(maneuver, "lon", None)
+    if lat is None or lon is None:
         return []
-    lat, lon = float(getattr(maneuver, "lat")), float(getattr(maneuver, "lon"))  # noqa: B009
     offsets: Iterable[tuple[float, float]] = [(0.0, 0.0)]
     if isinstance(maneuver, imc.FollowPath):
         offsets = [(point.x, point.y) for point in maneuver.points if isinstance(point, imc.PathPoint)]

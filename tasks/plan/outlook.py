@@ -74,7 +74,7 @@ def objections(outlook: Outlook, longest_leg: float, energy: float | None) -> It
         maneuver, e = node.maneuver, outlook.estimates.get(name)
         if e is not None and e.longest > longest_leg:
             yield f"{name}: a leg of {e.longest / 1000.0:.1f} km is longer than {longest_leg / 1000.0:g} km"
-        if hasattr(maneuver, "speed") and getattr(maneuver, "speed") <= 0.0:  # noqa: B009
+        if getattr(maneuver, "speed", 1.0) <= 0.0:
             yield f"{name}: speed must be above 0"
         if isinstance(maneuver, imc.YoYo) and not (maneuver.amplitude > 0.0 and maneuver.pitch > 0.0):
             yield f"{name}: amplitude and pitch must be above 0"
