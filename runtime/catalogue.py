@@ -14,7 +14,7 @@ LIBRARIES = {"zenoh": "zenoh", "mavlink": "pymavlink", "vision": "PIL"}
 
 
 class TaskImportError(ImportError):
-    """A module that a section names exists and cannot be imported."""
+    """A module that a section names exists and cannot be imported, or its task is not declared as tasks are."""
 
 
 @cache
@@ -33,7 +33,7 @@ def own_tasks() -> dict[str, str]:
 def find_task(section: str) -> type[Task] | None:
     """The class of a section such as "Simulators.IMU/AHRS" or "my_tasks.Whistle"; None where there is none.
 
-    Raises TaskImportError where its module fails to import.
+    Raises TaskImportError where its module fails to import, or a parameter of it is not what parameters can be.
     """
     name = section.partition("/")[0]
     path, _, cls_name = name.rpartition(".")
@@ -45,17 +45,30 @@ def find_task(section: str) -> type[Task] | None:
         found = getattr(importlib.import_module(module), cls_name, None) if module else None
     except (Exception, SystemExit) as error:
         raise TaskImportError(f"{section}: module {module or users} cannot be imported: {error!r}") from error
-    return found if isinstance(found, type) and issubclass(found, Task) and found is not Task else None
+    if not (isinstance(found, type) and issubclass(found, Task) and found is not Task):
+        return None
+    _check_declaration(section, found)
+    return found
 
 
-def all_tasks() -> dict[str, type[Task]]:
-    """Shoal's own tasks by section name."""
+def all_tasks(broken: list[TaskImportError] | None = None) -> dict[str, type[Task]]:
+    """The tasks in Shoal's own folders by section name.
+
+    What cannot be imported there is added to `broken`; without it TaskImportError is raised.
+    """
     found: dict[str, type[Task]] = {}
     for module in own_tasks().values():
         wanted = module.rpartition(".")[2].replace("_", "")
-        for name, value in vars(importlib.import_module(module)).items():
-            if isinstance(value, type) and issubclass(value, Task) and name.lower() == wanted:
-                found[f"{section_group(module)}.{name}"] = value
+        group = section_group(module)
+        try:
+            for name, value in _members(group, module).items():
+                if isinstance(value, type) and issubclass(value, Task) and name.lower() == wanted:
+                    _check_declaration(f"{group}.{name}", value)
+                    found[f"{group}.{name}"] = value
+        except TaskImportError as error:
+            if broken is None:
+                raise
+            broken.append(error)
     return dict(sorted(found.items()))
 
 
@@ -71,6 +84,20 @@ def missing_extra(cls: type[Task]) -> str:
     """The extra that a task needs and that is not installed, else an empty text."""
     library = LIBRARIES.get(cls.requires)
     return cls.requires if library and importlib.util.find_spec(library) is None else ""
+
+
+def _members(group: str, module: str) -> dict[str, object]:
+    try:
+        return vars(importlib.import_module(module))
+    except (Exception, SystemExit) as error:
+        raise TaskImportError(f"{group}: module {module} cannot be imported: {error!r}") from error
+
+
+def _check_declaration(section: str, cls: type[Task]) -> None:
+    try:
+        cls.parameters()
+    except Exception as error:
+        raise TaskImportError(f"{section} is not declared as a task is: {error}") from error
 
 
 def _modules(folder: Path, package: str) -> Iterator[str]:

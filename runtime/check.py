@@ -224,6 +224,8 @@ class _Checker:
         for octal in filter(_OCTAL.fullmatch, words if parameter.type is int else []):
             text = f"{where}: {octal} begins with 0 and is read as octal: {int(octal, 8)}"
             self._say("warning", option.origin, text, "write it without the 0")
+        for doubt in parameter.doubts(text):
+            self._say("warning", option.origin, f"{where}: {doubt}")
         if parameter.is_list and parameter.type is str and option.value and "" in words:
             self._say("warning", option.origin, f"{where}: an item of the list is empty", "take the extra comma out")
 

@@ -1,12 +1,13 @@
 """What each value of a section is, means, and who set it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from runtime import dune
 from runtime.check import find_parameter
 from runtime.config import Option
 from runtime.parameters import Parameter
-from runtime.problem import Origin, Problem, ProfileError, suggestion
+from runtime.problem import Origin, Problem, ProfileError, nearest, quoted, suggestion
 from runtime.profile import Profile
 from runtime.task import Task
 
@@ -33,7 +34,9 @@ class Row:
 
 
 def explain(profile: Profile, section: str, task: type[Task] | None = None) -> list[Row]:
-    """The options of a section: those of its task in the order of declaration, then the others.
+    """The options of a section: those of its task in the order of declaration, then the unknown ones.
+
+    An unknown option is called so, with the nearest valid name; data sections may have any option.
 
     Raises ProfileError where the profile has no such section and no task is given.
     """
@@ -51,10 +54,24 @@ def explain(profile: Profile, section: str, task: type[Task] | None = None) -> l
         rows.append(_parameter_row(set_as, options.pop(set_as, None), parameter))
     for name, option in options.items():
         unit, meaning = dune.GENERAL.get(name, ("", "")) if section == "General" else ("", "")
-        if task and find_parameter(parameters, name) is None:
-            meaning = "Not a parameter of this task."
+        if task:
+            meaning = _unknown(name, parameters)
+        elif section == "General" and name not in dune.GENERAL:
+            near = nearest(name, dune.GENERAL)
+            meaning = "unknown" + (f"; did you mean {quoted(near)}?" if near else " to Shoal")
         rows.append(_row(name, option, unit, meaning, ""))
     return rows
+
+
+def _unknown(name: str, parameters: Mapping[str, Parameter]) -> str:
+    """What to say of an option that is not shown with a parameter."""
+    parameter = find_parameter(parameters, name)
+    if parameter is not None:
+        return f"another name of {quoted(parameter.name)}, which is set already"
+    if name in dune.EVERY_TASK:
+        return "no effect in Shoal"
+    near = nearest(name, ["Enabled", *parameters, *(alias for p in parameters.values() for alias in p.aliases)])
+    return "unknown: no parameter of this task" + (f"; did you mean {quoted(near)}?" if near else "")
 
 
 def _parameter_row(name: str, option: Option | None, parameter: Parameter) -> Row:

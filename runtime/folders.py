@@ -28,11 +28,11 @@ def search_path(config_dirs: Iterable[str | Path] = ()) -> list[Path]:
 
 
 def available(config_dirs: Iterable[str | Path] = ()) -> dict[str, Path]:
-    """The profiles by name."""
+    """The profiles by name: files, not folders of that name."""
     found: dict[str, Path] = {}
     for folder in search_path(config_dirs):
         for path in sorted(folder.glob("*.ini")):
-            if not path.name.endswith("-saved.ini"):
+            if path.is_file() and not path.name.endswith("-saved.ini"):
                 found.setdefault(path.stem, path)
     return found
 

@@ -1,10 +1,11 @@
-"""Reads an ini file and the files that it includes, as DUNE does, and says what DUNE keeps silent about."""
+"""Reads an ini file and the files that it includes, as DUNE does, and says what DUNE keeps silent about; writes one."""
 
 import os
 import stat
+from collections.abc import Mapping
 from pathlib import Path
 
-from runtime.config import BLANKS, LONGEST_LINE, Config
+from runtime.config import BLANKS, LONGEST_LINE, Config, write
 from runtime.grammar import Lines
 from runtime.problem import Origin, Problem
 
@@ -29,6 +30,27 @@ def parse(path: str | Path, config: Config | None = None, shared: Path | None = 
     except (OSError, ValueError) as error:
         reader.report(Problem("error", path, 0, f"the file cannot be read: {_reason(error)}"))
     return config
+
+
+def write_sections(path: Path, sections: Mapping[str, Mapping[str, str]]) -> None:
+    """Replace a file as a whole by these texts: a crash, also of the computer, leaves the old or the new one.
+
+    Raises OSError, and ValueError where the grammar cannot carry a name or a text.
+    """
+    data = write(sections).encode("utf-8", errors="surrogateescape")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draft = path.with_suffix(".new")
+    with draft.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    draft.replace(path)
+    if os.name == "posix":
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
 
 
 def read_sections(path: str | Path) -> dict[str, dict[str, str]]:

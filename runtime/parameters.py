@@ -65,7 +65,8 @@ class Parameter:
     """What a parameter is: name in the ini, type, default, unit, sentence and limits.
 
     `type` is bool, int, float or str; with `is_list` a list of them. `size` is the allowed number of items of a list.
-    `scope` and `visibility` are IMC's: when it may change, and who is shown it.
+    `scope` and `visibility` are IMC's: when it may change, and who is shown it. `usable` raises ValueError for an item
+    of text that is accepted and can have no effect.
     """
 
     default: Any
@@ -83,6 +84,7 @@ class Parameter:
     visibility: Visibility = "developer"
     scope: Scope = "global"
     editable: bool = True
+    usable: Callable[[str], object] | None = None
 
     def __get__(self, instance: object, owner: object = None) -> Any:
         return self
@@ -114,6 +116,17 @@ class Parameter:
             if match and word.strip()[match.end() :]:
                 return word.strip()[match.end() :]
         return ""
+
+    def doubts(self, text: str) -> list[str]:
+        """Why items of `text` can have no effect."""
+        found: list[str] = []
+        for word in filter(None, map(str.strip, text.split(",") if self.is_list else [text])):
+            try:
+                if self.usable is not None:
+                    self.usable(word)
+            except ValueError as error:
+                found.append(str(error))
+        return found
 
     def check(self, value: Any) -> Any:
         """`value`, if it is of the type and within the limits. Raises ValueError with the reason."""
@@ -181,11 +194,13 @@ def param(
     visibility: Visibility = "developer",
     scope: Scope = "global",
     editable: bool = True,
+    usable: Callable[[str], object] | None = None,
 ) -> Any:
     """Declares a parameter of a task; its type is the attribute's annotation.
 
     Its ini name is the attribute's in title case unless `name` gives another; `aliases` are accepted as well.
-    `unit` is empty for texts, booleans and choices. `size` bounds the number of items of a list.
+    `unit` is empty for texts, booleans and choices. `size` bounds the number of items of a list. `usable` raises
+    ValueError for a text, or an item of a list, that can have no effect, so that `shoal check` warns of it.
     """
     return Parameter(
         default,
@@ -200,6 +215,7 @@ def param(
         visibility=visibility,
         scope=scope,
         editable=editable,
+        usable=usable,
     )
 
 

@@ -12,11 +12,10 @@ import imc
 from runtime.activation import Activation
 from runtime.bus import Bus, Subscription
 from runtime.clock import VirtualClock, WallClock
-from runtime.config import write
 from runtime.daemon import Daemon
 from runtime.entities import Entities, State, Systems
 from runtime.handlers import consumers, rate_of, tickers
-from runtime.ini import read_sections
+from runtime.ini import read_sections, write_sections
 from runtime.kernel import SECOND, Kernel
 from runtime.parameters import ParameterError
 from runtime.profile import default_label
@@ -203,8 +202,7 @@ class Vehicle:
     def save_parameters(self, task: Task) -> Path:
         """Add the parameters of a task that differ from the profile to the file of saved ones; returns its path.
 
-        The file is replaced as a whole, so a crash leaves the old or the new one. Raises OSError, and ValueError for a
-        text that an ini file cannot carry.
+        Raises OSError, and ValueError for a text that an ini file cannot carry.
         """
         path = self.state_folder / f"{self.name}-saved.ini"
         saved = read_sections(path)
@@ -213,10 +211,7 @@ class Vehicle:
             text = task.parameter_set.text(parameter)
             if parameter.name in section or text != self._original[task.name][parameter.name]:
                 section[parameter.name] = text
-        path.parent.mkdir(parents=True, exist_ok=True)
-        draft = path.with_suffix(".new")
-        draft.write_text(write(saved), encoding="utf-8", errors="surrogateescape")
-        draft.replace(path)
+        write_sections(path, saved)
         return path
 
     def _assign(self, task: Task, name: str, text: str) -> None:

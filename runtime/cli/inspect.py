@@ -49,11 +49,16 @@ def check(
     """Look for mistakes in PROFILEs, all that are found by default. Exit status 1 where there are errors."""
     console = Console(highlight=False, soft_wrap=True)
     counts: Counter[str] = Counter()
+    broken: list[TaskImportError] = []
+    known = all_tasks(broken)
+    for error in broken:
+        counts["error"] += 1
+        console.print(f"error: {error}", style=STYLES["error"], markup=False)
     for name in names or sorted(available(config_dir)):
         try:
             profile = load_profile(name, config_dir, overrides=overrides, strict=False)
             selected = profile.select(profiles) if profiles else None
-            problems = find_problems(profile, all_tasks(), selected, find_task)
+            problems = find_problems(profile, known, selected, find_task)
             if not any(problem.severity == "error" for problem in problems):
                 problems += _misfits(profile, [{mode} for mode in profile.modes] if selected is None else [selected])
         except ProfileError as error:
@@ -109,12 +114,15 @@ def explain(
             return
         table = _table("section", "enabled in", "task", "set in")
         for found in loaded.config.sorted_sections():
-            cls = _find_task(found.name)
+            try:
+                cls = find_task(found.name)
+                what = _sentence(cls) if cls else "not in Shoal" if "Enabled" in found.options else "data"
+            except TaskImportError as error:
+                cls, what = Task, str(error)
             if selected and (cls is None or not loaded.enabled(found.name, selected)):
                 continue
-            what = _sentence(cls) if cls else "not in Shoal" if "Enabled" in found.options else "data"
             origin = _short(found.origin, loaded)
-            table.add_row(printable(found.name), printable(found.value("Enabled")), what, origin)
+            table.add_row(*map(printable, (found.name, found.value("Enabled"), what, origin)))
         console.print(table)
     except ProfileError as error:
         raise click.ClickException(str(error)) from None
@@ -159,7 +167,10 @@ def _find_task(section: str) -> type[Task] | None:
 @click.argument("name", required=False)
 def tasks(name: str | None) -> None:
     """List Shoal's tasks, or the parameters of the task NAME, which may be one of your own."""
-    console, known = _console(), all_tasks()
+    broken: list[TaskImportError] = []
+    console, known = _console(), all_tasks(broken)
+    for error in broken:
+        click.echo(f"Error: {error}", err=True)
     if name is not None:
         if name not in known and (own := _find_task(name)) is not None:
             known[name] = own
@@ -171,6 +182,8 @@ def tasks(name: str | None) -> None:
         need = f" [yellow](needs pip install 'shoal\\[{extra}]')[/]" if extra else ""
         table.add_row(section, _sentence(cls) + need)
     console.print(table)
+    if broken:
+        sys.exit(1)
 
 
 @click.command()

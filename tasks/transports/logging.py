@@ -9,6 +9,7 @@ from pathlib import Path
 import imc
 from imc.members import COMPRESSIONS
 from runtime import Entity, State, Task, consume, param
+from runtime.problem import nearest, quoted
 from tasks.transports.log_folder import LogFolder, definitions
 
 MIB = 1 << 20
@@ -17,6 +18,15 @@ LONGEST_LABEL = 100  # bytes
 BROADCAST = (0xFFFF, 0xFFF0)
 
 Op = imc.LoggingControl.Op
+
+
+def message_named(name: str) -> type[imc.Message]:
+    """The message of a name. Raises ValueError where there is none, with the nearest."""
+    schema = imc.builtin()
+    if name in schema:
+        return schema[name]
+    near = nearest(name, (cls.__name__ for cls in imc.messages.BY_ID.values()))
+    raise ValueError(f"there is no message {quoted(name)}" + (f"; did you mean {near}?" if near else ""))
 
 
 class Logging(Task):
@@ -38,7 +48,7 @@ class Logging(Task):
     lsf_volume_size: int = param(
         0, "MiB", "Size of Data.lsf on disk at which another log begins; 0 is never.", name="LSF Volume Size", minimum=0
     )
-    transports: list[str] = param([], "", "Names of the messages to record; empty records all.")
+    transports: list[str] = param([], "", "Names of the messages to record; empty records all.", usable=message_named)
     loopback_internal_messages: bool = param(True, "", "Record what this task itself says.", editable=False)
 
     transient = ("_folder", "_schema")

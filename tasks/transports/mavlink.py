@@ -30,7 +30,11 @@ class MAVLink(Task):
     requires = "mavlink"
 
     links: list[str] = param(
-        LINKS, "", "UDP links, SCHEME:ADDRESS:PORT:FLAVOUR; udpout calls a station, udpin waits.", editable=False
+        LINKS,
+        "",
+        "UDP links, SCHEME:ADDRESS:PORT:FLAVOUR; udpout calls a station, udpin waits.",
+        editable=False,
+        usable=parse_route,
     )
     system_id: int = param(
         0, "1", "MAVLink system id; 0 takes it from the IMC id.", minimum=0, maximum=SYSTEMS, editable=False

@@ -54,5 +54,25 @@ def test_nothing_else_is_found(fleet, section):
     assert catalogue.find_task(section) is None
 
 
+def test_a_module_that_fails_is_one_named_problem(fleet, tmp_path):
+    (tmp_path / "fleet/transports/tcp.py").write_text("raise KeyError('boom')\n")
+    catalogue.own_tasks.cache_clear()
+    broken: list[catalogue.TaskImportError] = []
+    assert "Transports.UDP" in catalogue.all_tasks(broken)
+    assert [str(error) for error in broken] == [
+        "Transports: module fleet.transports.tcp cannot be imported: KeyError('boom')"
+    ]
+    with pytest.raises(catalogue.TaskImportError, match=r"fleet\.transports\.tcp"):
+        catalogue.all_tasks()
+
+
+def test_a_task_whose_declaration_is_wrong_is_named(tmp_path, monkeypatch):
+    text = TASK.format(name="Whistle").replace("import Task", "import Task, param")
+    (tmp_path / "odd_whistles.py").write_text(text + "    pitch: dict = param({}, 'Hz', 'Pitch.')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(catalogue.TaskImportError, match=r"^odd_whistles\.Whistle .* a parameter is a bool, int"):
+        catalogue.find_task("odd_whistles.Whistle")
+
+
 def test_all_tasks_have_the_names_of_their_sections(fleet):
     assert list(catalogue.all_tasks()) == ["Control.AUV.Attitude", "Maneuver.VehicleFormation.Swarm", "Transports.UDP"]

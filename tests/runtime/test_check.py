@@ -215,7 +215,7 @@ def test_explain_says_value_unit_meaning_and_origin() -> None:
     assert rows["Model"].origin == "command line"
     assert rows["Execution Frequency"].parameter is Swimmer.parameters()["Rate"]
     assert "Rate" not in rows
-    assert rows["Active"].meaning == "Not a parameter of this task."
+    assert rows["Active"].meaning == "no effect in Shoal"
 
 
 def test_explain_says_what_made_a_list_and_what_was_overwritten() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from runtime.config import Config, write
-from runtime.ini import parse, read_sections
+from runtime.ini import parse, read_sections, write_sections
 
 
 def read(folder: Path, text: str | bytes, **others: str) -> Config:
@@ -222,3 +222,14 @@ def test_what_the_grammar_cannot_say_is_refused(section: str, option: str, value
 
 def test_no_file_has_no_sections(tmp_path: Path) -> None:
     assert read_sections(tmp_path / "no.ini") == {}
+
+
+def test_a_written_file_replaces_the_old_one_as_a_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, synced = tmp_path / "db/auv-saved.ini", list[int]()
+    monkeypatch.setattr(os, "fsync", synced.append)
+    write_sections(path, {"A": {"X": "1"}})
+    assert len(synced) == 2, "the file and its folder"
+    with pytest.raises(ValueError):
+        write_sections(path, {"]": {"X": "2"}})
+    assert read_sections(path) == {"A": {"X": "1"}}
+    assert [file.name for file in path.parent.iterdir()] == ["auv-saved.ini"]

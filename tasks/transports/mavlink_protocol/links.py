@@ -6,12 +6,14 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from runtime.problem import suggestion
 from tasks.transports.mavlink_protocol.frames import LONGEST_DATAGRAM
 from tasks.transports.mavlink_protocol.modes import FLAVOURS, Flavour
 from tasks.transports.mavlink_protocol.session import Session
 
 Address = tuple[str, int]
 AT_ONCE = 32
+SCHEMES = ("udpout", "udpin")
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +29,9 @@ class Route:
 def parse_route(text: str) -> Route:
     """The link that "udpout:127.0.0.1:14550:ardupilot" means. Raises ValueError with the reason."""
     parts = text.strip().split(":")
-    if len(parts) != 4 or parts[0] not in ("udpout", "udpin"):
+    if len(parts) == 4 and parts[0] not in SCHEMES:
+        raise ValueError(f"{text!r}: {parts[0]!r} is not a scheme; {suggestion(parts[0], SCHEMES)}")
+    if len(parts) != 4:
         raise ValueError(f"{text!r} is not udpout:ADDRESS:PORT:FLAVOUR or udpin:ADDRESS:PORT:FLAVOUR")
     scheme, host, port, flavour = parts
     host = "127.0.0.1" if host == "localhost" else host
@@ -38,7 +42,7 @@ def parse_route(text: str) -> Route:
     if not (port.isascii() and port.isdecimal() and 0 < int(port) < 65536):
         raise ValueError(f"{text!r}: {port!r} is not a port (1 to 65535)")
     if flavour not in FLAVOURS:
-        raise ValueError(f"{text!r}: {flavour!r} is not a flavour ({', '.join(FLAVOURS)})")
+        raise ValueError(f"{text!r}: {flavour!r} is not a flavour; {suggestion(flavour, FLAVOURS)}")
     return Route(text.strip(), scheme == "udpin", (host, int(port)), FLAVOURS[flavour])
 
 

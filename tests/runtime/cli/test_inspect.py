@@ -59,12 +59,52 @@ def test_a_module_that_cannot_be_imported_is_named_with_its_line(shoal, tmp_path
     assert "mine.ini:4: error" in result.output
 
 
+def test_a_task_that_is_declared_wrong_is_one_problem_with_its_line(shoal, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "odd_drums.py").write_text(
+        "from runtime import Task, param\n\n\nclass Drum(Task):\n    beat: float = param('a', 'Hz', 'Beat.')\n"
+    )
+    (tmp_path / "mine.ini").write_text("[General]\nVehicle = mine\n\n[odd_drums.Drum]\nEnabled = Always\n")
+    result = shoal("check", "mine")
+    assert result.exit_code == 1
+    assert "mine.ini:4: error: [odd_drums.Drum]: odd_drums.Drum is not declared as a task is" in result.output
+    listing = shoal("explain", "mine")
+    assert (listing.exit_code, "not declared as a task is" in listing.output) == (0, True)
+    alone = shoal("tasks", "odd_drums.Drum")
+    assert (alone.exit_code, alone.output.count("\n")) == (1, 1)
+
+
+def test_check_looks_into_texts_that_name_links_and_messages(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text(
+        "[Require lauv-noptilus-1.ini]\n[Transports.Logging]\nTransports = EstimatedStat, GpsFix\n"
+        "[Transports.MAVLink]\nLinks = udpin:127.0.0.1:14550:px5, udpout:127.0.0.1:14540:px4\n"
+    )
+    result = shoal("check", "mine", "-p", "Kinematic")
+    assert "mine.ini:3: warning: [Transports.Logging] Transports: there is no message 'EstimatedStat'" in result.output
+    assert "did you mean EstimatedState?" in result.output
+    assert "mine.ini:5: warning: [Transports.MAVLink] Links: 'udpin:127.0.0.1:14550:px5': 'px5'" in result.output
+    assert "did you mean 'px4'?" in result.output
+
+
+def test_a_folder_is_no_profile(shoal, tmp_path):
+    (tmp_path / "boat.ini").mkdir()
+    assert "boat" not in shoal("check").output
+
+
+def test_explain_calls_unknown_options_so(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text("[General]\nVehicel = mine\n[Simulators.GPS]\nHDPO = 1\nZzz = 2\n")
+    rows = {line.split()[0]: line for line in shoal("explain", "mine", "Simulators.GPS").output.splitlines()}
+    assert rows["HDPO"].rstrip().endswith("unknown: no parameter of this task; did you mean 'HDOP'?")
+    assert rows["Zzz"].rstrip().endswith("unknown: no parameter of this task")
+    assert "unknown; did you mean 'Vehicle'?" in shoal("explain", "mine", "General").output
+
+
 def test_explain_says_who_set_what(shoal):
     section = "Simulators.EstimatedState"
     text = shoal("explain", "lauv-noptilus-1", section, "--set", f"{section}:Depth=5").output
     row = next(line for line in text.splitlines() if line.startswith("Depth "))
     assert row.split()[1:3] == ["5", "m"]
-    assert "command line (over etc/auv/simulation.ini:" in row
+    assert "command line (over etc/auv/kinematic.ini:" in row
     assert "Simulators.GPS" in shoal("explain", "lauv-noptilus-1").output
 
 
