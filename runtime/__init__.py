@@ -4,10 +4,10 @@ from runtime.activation import ActivationError
 from runtime.entities import Entity, State
 from runtime.frame import Frame
 from runtime.handlers import consume, periodic
-from runtime.kernel import Timer
 from runtime.parameters import ParameterError, param
 from runtime.script import Script
 from runtime.task import Task
+from runtime.timer import Timer
 
 __all__ = [
     "ActivationError",

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from types import UnionType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints, overload
 
-from runtime.kernel import SECOND, Timer
+from runtime.kernel import SECOND
 from runtime.parameters import ParameterError
+from runtime.timer import Timer
 
 if TYPE_CHECKING:
     from runtime.task import Task

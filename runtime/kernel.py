@@ -1,20 +1,21 @@
 """One queue of events, ordered by time, then by arrival, and the clock that it runs on."""
 
-import functools
 import heapq
 import logging
 import selectors
 import socket
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 from runtime.clock import VirtualClock, WallClock
+from runtime.timer import Readable, Timer, owner_of
 
 SECOND = 1_000_000_000
 LIVELOCK_EVENTS = 100_000
 LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock a long queue is a livelock only after this time
+SUSPECTS = 1000  # events; on a wall clock those who have no part in a livelock have a few of them
 POLL_EVENTS = 64  # on a virtual clock sockets are looked at once in so many events
 POLL_PERIOD = SECOND // 1000  # on a wall clock at least so often, however long the queue
 LONGEST_WAIT = 3600.0  # s; epoll takes no more than 24 days
@@ -23,38 +24,12 @@ FEW_TIMERS = 1000  # cancelled ones among so few do no harm
 logger = logging.getLogger("shoal.kernel")
 
 
-class Readable(Protocol):
-    """What the kernel can wait for: a socket, or anything with a file descriptor."""
-
-    def fileno(self) -> int: ...
-
-
 class LivelockError(RuntimeError):
-    """Events follow each other without time passing."""
+    """Events follow each other without time passing; `owner` has the last of them, or most."""
 
-
-def owner_of(function: Callable[..., object]) -> object:
-    """The object whose method `function` is, or `function` itself: what reports name."""
-    while isinstance(function, functools.partial):
-        function = function.func
-    return getattr(function, "__self__", function)
-
-
-class Timer:
-    """A call that is due at a time, or whenever a source can be read; after `cancel()` it does not happen."""
-
-    __slots__ = ("args", "function", "owner", "queued", "time")
-
-    def __init__(self, at: int, function: Callable[..., object], args: tuple[Any, ...]):
-        self.time = at
-        self.owner = owner_of(function)
-        self.function: Callable[..., object] | None = function
-        self.args = args
-        self.queued = False
-
-    def cancel(self) -> None:
-        self.function = None
-        self.args = ()
+    def __init__(self, events: int, owner: object, share: str):
+        super().__init__(f"{events} events without time passing, {share} of them in {owner}")
+        self.owner = owner
 
 
 class Kernel:
@@ -65,7 +40,7 @@ class Kernel:
 
     `on_error(owner, exception)` is asked when a call raises: it either deals with it or raises, which ends the run.
     `slow` is the time in seconds after which a call is reported through `on_slow(owner, seconds)`, on a wall clock.
-    A virtual clock that stands still for too many events is a livelock, and so is a queue that never empties.
+    A virtual clock that stands still for `livelock_events` is a livelock, and so is a queue that never empties.
     """
 
     def __init__(self, clock: WallClock | VirtualClock, *, slow: float = 0.1):
@@ -73,6 +48,7 @@ class Kernel:
         self.slow_ns = int(slow * SECOND)
         self.now_ns = clock.read()
         self.events = 0
+        self.livelock_events = LIVELOCK_EVENTS
         self.on_error: Callable[[object, Exception], None] = _raise
         self.on_slow: Callable[[object, float], None] = _warn_slow
         self._due: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
@@ -90,6 +66,7 @@ class Kernel:
         self._poll_next = 0
         self._busy = 0
         self._idle_at = self.now_ns
+        self._suspects: list[object] = []
 
     @property
     def virtual(self) -> bool:
@@ -189,7 +166,7 @@ class Kernel:
     def drain(self) -> None:
         """Run what is due now, and what that makes due, without waiting."""
         self._stopping = False
-        for _ in range(LIVELOCK_EVENTS):
+        for _ in range(self.livelock_events):
             if not self._due:
                 break
             function, args = self._due.popleft()
@@ -210,8 +187,8 @@ class Kernel:
                     kernel_error(self._owner(function, args), error)
                 self.events += 1
                 self._busy += 1
-                if self._busy > LIVELOCK_EVENTS:
-                    raise LivelockError(self._livelock(self._owner(function, args)))
+                if self._busy > self.livelock_events:
+                    raise LivelockError(self.livelock_events, self._owner(function, args), "the last")
             return
         while batch and not self._stopping:
             function, args = due.popleft()
@@ -227,10 +204,8 @@ class Kernel:
             self.events += 1
             self._busy += 1
             batch -= 1
-            if self._busy > LIVELOCK_EVENTS and self.now_ns - self._idle_at > LIVELOCK_PATIENCE:
-                self._busy, self._idle_at = 0, self.now_ns
-                owner = self._owner(function, args)
-                kernel_error(owner, LivelockError(self._livelock(owner)))
+            if self._busy > self.livelock_events and self.now_ns - self._idle_at > LIVELOCK_PATIENCE:
+                self._suspect(self._owner(function, args))
 
     def _advance(self, until: int | None) -> bool:
         """Wait for the next moment at which something is due and gather it; False at the end of the run."""
@@ -256,6 +231,7 @@ class Kernel:
                 return False
             if not self._due:
                 self._busy, self._idle_at = 0, now
+                self._suspects.clear()
                 wake = later[0][0] if later else None
                 if until is not None:
                     wake = until if wake is None else min(wake, until)
@@ -270,8 +246,16 @@ class Kernel:
             self._due.append((self._fire, (timer,)))
         return True
 
-    def _livelock(self, owner: object) -> str:
-        return f"{LIVELOCK_EVENTS} events without time passing, the last of them in {owner}"
+    def _suspect(self, owner: object) -> None:
+        """Report a livelock in the name of who has most events, once there are enough of them to tell."""
+        self._suspects.append(owner)
+        if len(self._suspects) < SUSPECTS:
+            return
+        ((most, _),) = Counter(map(id, self._suspects)).most_common(1)
+        owner = next(suspect for suspect in self._suspects if id(suspect) == most)
+        self._suspects.clear()
+        self._busy, self._idle_at = 0, self.now_ns
+        self.on_error(owner, LivelockError(self.livelock_events, owner, "most"))
 
     def _poll(self, timeout: float | None) -> None:
         for key, _ in self._selector.select(timeout):

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import imc
 from runtime.bus import Bus, Subscription
-from runtime.kernel import SECOND, Timer
+from runtime.kernel import SECOND
+from runtime.timer import Timer
 
 if TYPE_CHECKING:
     from runtime.task import Task

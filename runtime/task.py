@@ -11,10 +11,11 @@ from runtime.bus import Subscription
 from runtime.clock import nanoseconds
 from runtime.entities import Entity, State
 from runtime.handlers import Consumer, Ticker, consumers, tickers
-from runtime.kernel import SECOND, Readable, Timer
+from runtime.kernel import SECOND
 from runtime.logbook import Logbook, cut
 from runtime.parameters import Parameter, ParameterSet, Scope, declared, param
 from runtime.script import Script
+from runtime.timer import Readable, Timer
 
 if TYPE_CHECKING:
     from numpy.random import Generator

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import imc
 from runtime import Task
-from runtime.kernel import Timer
+from runtime.timer import Timer
 
 Phase = imc.ManeuverControlState.State
 

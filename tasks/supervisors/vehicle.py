@@ -2,8 +2,8 @@
 
 import imc
 from runtime import State, Task, consume, param, periodic
-from runtime.kernel import Timer
 from runtime.task import UNKNOWN_SYSTEM
+from runtime.timer import Timer
 from tasks.supervisors.starter import Starter
 
 Mode = imc.VehicleState.OpMode

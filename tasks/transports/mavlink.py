@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator
 
 import imc
 from runtime import State, Task, consume, param, periodic
-from runtime.kernel import Timer
 from runtime.parameters import ParameterError
+from runtime.timer import Timer
 from tasks.transports.mavlink_protocol import dialect, text
 from tasks.transports.mavlink_protocol.autopilot import Autopilot
 from tasks.transports.mavlink_protocol.frames import Received, split

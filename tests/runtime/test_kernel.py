@@ -113,6 +113,28 @@ def test_livelock_on_a_wall_clock_is_reported_and_sockets_are_still_served(wall,
     right.close()
 
 
+def test_livelock_on_a_wall_clock_blames_who_has_most_events(wall, monkeypatch):
+    monkeypatch.setattr("runtime.kernel.LIVELOCK_PATIENCE", 0)
+    wall.livelock_events = 2000
+    blamed = []
+
+    class Chatterbox:
+        def talk(self):
+            wall.soon(self.talk)
+
+    class Bystander:
+        def tick(self):
+            wall.after(1e-4, self.tick)
+
+    chatterbox, bystanders = Chatterbox(), [Bystander() for _ in range(20)]
+    wall.on_error = lambda owner, error: (blamed.append((owner, error.owner)), wall.stop())
+    wall.soon(chatterbox.talk)
+    for bystander in bystanders:
+        wall.soon(bystander.tick)
+    wall.run(until=wall.now_ns + 30 * SECOND)
+    assert blamed == [(chatterbox, chatterbox)]
+
+
 def test_an_error_goes_to_on_error_with_its_owner_and_the_others_run(kernel):
     class Faulty:
         def fail(self):

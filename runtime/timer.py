@@ -1,0 +1,35 @@
+"""A call that is due at a time or when a source can be read, and whose it is."""
+
+import functools
+from collections.abc import Callable
+from typing import Any, Protocol
+
+
+class Readable(Protocol):
+    """What the kernel can wait for: a socket, or anything with a file descriptor."""
+
+    def fileno(self) -> int: ...
+
+
+def owner_of(function: Callable[..., object]) -> object:
+    """The object whose method `function` is, or `function` itself: what reports name."""
+    while isinstance(function, functools.partial):
+        function = function.func
+    return getattr(function, "__self__", function)
+
+
+class Timer:
+    """A call that is due at a time, or whenever a source can be read; after `cancel()` it does not happen."""
+
+    __slots__ = ("args", "function", "owner", "queued", "time")
+
+    def __init__(self, at: int, function: Callable[..., object], args: tuple[Any, ...]):
+        self.time = at
+        self.owner = owner_of(function)
+        self.function: Callable[..., object] | None = function
+        self.args = args
+        self.queued = False
+
+    def cancel(self) -> None:
+        self.function = None
+        self.args = ()
