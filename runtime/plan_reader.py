@@ -94,9 +94,12 @@ class PlanReader:
             if key not in infos:
                 self._fail(where, f"{cls.__name__} has no {key}")
         try:
-            imc.encode(imc.from_dict(values))
+            made = imc.from_dict(values)
+            imc.encode(made)
         except (imc.DecodeError, imc.EncodeError) as error:
             self._fail(where, f"{cls.__name__}: {error}")
+        if {"lat", "lon"} <= set(infos) and not {"lat", "lon"} <= set(values) and not _is_where_it_begins(made):
+            self._fail(where, f"{cls.__name__} needs a position: at, or north and east of the plan's origin")
         return values
 
     def _target(self, nodes: Node) -> Node:
@@ -186,6 +189,11 @@ class PlanReader:
     def _fail(self, node: Any, reason: str) -> NoReturn:
         line = node.start_mark.line + 1 if node is not None else 1
         raise PlanFileError(f"{self._name}:{line}: {reason}")
+
+
+def _is_where_it_begins(maneuver: imc.Message) -> bool:
+    """Whether a maneuver is to be done where the vehicle is then."""
+    return isinstance(maneuver, imc.Elevator | imc.PopUp) and bool(maneuver.flags & imc.Elevator.Flags.CURR_POS)
 
 
 def _points(value: object) -> list[Node]:

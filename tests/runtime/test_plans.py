@@ -26,7 +26,7 @@ maneuvers:
     on_start: {Sidescan: {Active: true, Range: 30}}
   - rows: {at: "41.185°, -8.7°", width: 40, length: 60, hstep: 20, bearing: 30°, flags: [SQUARE_CURVE, CURVE_RIGHT]}
     then: end
-  - station_keeping: {radius: 15, duration: 30, altitude: 4 m, speed: 1200 rpm}
+  - station_keeping: {north: 0, radius: 15, duration: 30, altitude: 4 m, speed: 1200 rpm}
     id: SK
 """
 
@@ -107,6 +107,10 @@ def test_degrees_are_exact(angle):
         ("plan: x\nmaneuvers:\n  - gotoo: {}", "f.yaml:3: there is no maneuver 'gotoo'"),
         ("plan: x\nmaneuvers:\n  - goto: {at: 3}", "f.yaml:3: 3 is not a latitude and a longitude"),
         ("maneuvers:\n  - goto: {at: [41, -8]}", "f.yaml:2: .* write the unit"),
+        ("maneuvers:\n  - idle:\n  - station_keeping: {depth: 3}", "f.yaml:3: StationKeeping needs a position: at, or"),
+        ("maneuvers:\n  - goto:", "f.yaml:2: Goto needs a position"),
+        ("maneuvers:\n  - loiter: {lat: 41°}", "f.yaml:2: Loiter needs a position"),
+        ("maneuvers:\n  - pop_up: {flags: [WAIT_AT_SURFACE]}", "f.yaml:2: PopUp needs a position"),
         ("maneuvers:\n  - goto: {north: 3}", "f.yaml:2: north and east need an origin"),
         ("maneuvers:\n  - goto: {speed: 3 kn}", "f.yaml:2: '3 kn' is not a number with a unit"),
         ("maneuvers:\n  - goto: {depth: 3°}", "f.yaml:2: '3°' should be in m"),
@@ -129,6 +133,11 @@ def test_degrees_are_exact(angle):
 def test_mistakes_are_named_with_their_line(text, reason):
     with pytest.raises(PlanFileError, match=reason):
         parse_plan(text, "f.yaml")
+
+
+@pytest.mark.parametrize("maneuver", ["elevator: {flags: [CURR_POS]}", "pop_up: {flags: [CURR_POS]}", "idle:"])
+def test_maneuvers_that_are_done_anywhere_need_no_position(maneuver):
+    assert parse_plan(f"maneuvers:\n  - {maneuver}").maneuvers
 
 
 def test_a_plan_too_long_for_a_message_is_refused():
