@@ -88,7 +88,7 @@ def simulators(seconds: float) -> None:
             if section != "Transports.Logging" and "Enabled" in profile.config.sections[section].options:
                 profile.override(f"{section}:Enabled=Never")
         with tempfile.TemporaryDirectory() as folder:
-            made = build(profile, {"Dynamics"}, clock=VirtualClock(profile.start_time_ns), log_root=Path(folder))
+            made = build(profile, {"Simulation"}, clock=VirtualClock(profile.start_time_ns), log_root=Path(folder))
             made.vehicle.start()
             made.vehicle.run(5.0)
             began, delivered = time.process_time(), made.vehicle.bus.delivered

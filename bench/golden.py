@@ -20,8 +20,8 @@ def run() -> str:
         command = ["run", "lauv-noptilus-1", "-p", "Simulation", "--clock", "virtual", "--for", "60s"]
         command += ["--seed", "1", "--log-dir", "log"]
         subprocess.run([sys.executable, "-m", "runtime.cli", *command], check=True, cwd=folder, capture_output=True)
-        (log,) = Path(folder).glob("log/*/*/*/Data.lsf.gz")
-        return hashlib.sha256(gzip.decompress(log.read_bytes())).hexdigest()
+        logs = sorted(Path(folder).glob("log/*/*/*/Data.lsf.gz"))
+        return hashlib.sha256(b"".join(gzip.decompress(log.read_bytes()) for log in logs)).hexdigest()
 
 
 def main() -> int:

@@ -75,7 +75,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         path = arguments.log
         if path is None:
-            command = ["run", "lauv-noptilus-1", "-p", "Simulation", "--clock", "virtual", "--seed", "1"]
+            command = ["run", "lauv-noptilus-1", "-p", "Kinematic", "--clock", "virtual", "--seed", "1"]
             command += ["--log-dir", "log", "--for", f"{arguments.seconds}s"]
             subprocess.run(
                 [sys.executable, "-m", "runtime.cli", *command],

@@ -17,7 +17,7 @@ from runtime.profile import ENTITY_IDS, Profile, default_label
 from runtime.task import Task
 from runtime.vehicle import Vehicle, summary
 
-SIMULATED = {"Simulation", "Dynamics"}
+SIMULATED = {"Simulation", "Kinematic"}
 
 
 @dataclass

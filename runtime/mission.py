@@ -14,7 +14,8 @@ from runtime.script import Script
 from runtime.vehicle import Vehicle
 
 COMPLETED, FAILED, LATE = "SUCCESS", "FAILURE", "TIMEOUT"
-USUAL_MODES = ("Dynamics", "Simulation")
+USUAL_MODES = ("Simulation", "Kinematic")
+AUTOSTART = "Plan.Autostart"
 ON_TRACK, AT_DEPTH = 1.5, 0.5  # m; errors count from where they have first been smaller, on each path
 ON_COURSE = math.radians(15.0)
 NEXT_STATES = (imc.PlanControlState.State.READY, imc.PlanControlState.State.BLOCKED)
@@ -207,12 +208,16 @@ def prepare(
     log_root: Path = Path("log"),
     state_folder: Path = Path("db"),
 ) -> Build:
-    """The vehicle of a profile for a mission; without `modes` those that simulate it with all it has.
+    """The vehicle of a profile for a mission, which begins no plan by itself.
+
+    Without `modes` those that simulate it with all it has.
 
     Raises ProfileError for what is wrong with the profile.
     """
     loaded = load_profile(profile, tuple(config_dir), overrides=tuple(overrides))
     usual = [mode for mode in USUAL_MODES if mode in loaded.modes][:1]
+    if AUTOSTART in loaded.config.sections:
+        loaded.override(f"{AUTOSTART}:Enabled=Never")
     return build(
         loaded,
         loaded.select(list(modes) or usual),

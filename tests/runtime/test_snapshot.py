@@ -25,7 +25,7 @@ LENGTH = 6.0
 MIXER = "tests.runtime.resim.interplay.Mixer"
 
 
-def vehicle_of(profile: str | Path, root: Path, time: int | None = None, modes: str = "Simulation") -> Vehicle:
+def vehicle_of(profile: str | Path, root: Path, time: int | None = None, modes: str = "Kinematic") -> Vehicle:
     loaded = load_profile(profile)
     clock = VirtualClock(loaded.start_time_ns if time is None else time)
     return build(loaded, set(modes.split(",")), clock=clock, seed=1, log_root=root).vehicle
@@ -49,7 +49,7 @@ def run_to(vehicle: Vehicle, seconds: float) -> None:
 
 
 def whole(
-    profile: str | Path, root: Path, *times: float, modes: str = "Simulation", length: float = LENGTH
+    profile: str | Path, root: Path, *times: float, modes: str = "Kinematic", length: float = LENGTH
 ) -> list[bytes]:
     """Run, with snapshots at these times; returns them."""
     vehicle = vehicle_of(profile, root, modes=modes)
@@ -64,7 +64,7 @@ def whole(
 
 
 def go_on(
-    profile: str | Path, root: Path, snapshot: bytes, modes: str = "Simulation", length: float = LENGTH
+    profile: str | Path, root: Path, snapshot: bytes, modes: str = "Kinematic", length: float = LENGTH
 ) -> list[bytes]:
     """The packets from the snapshot on, without those that begin every log."""
     state = load(snapshot)
@@ -103,7 +103,7 @@ def test_the_stock_vehicle_goes_on_with_the_same_bytes(
 
 
 def test_a_camera_that_is_about_to_deliver_goes_on(tmp_path: Path) -> None:
-    modes = "Simulation,Camera"
+    modes = "Kinematic,Camera"
     overrides = "[Require lauv-noptilus-1.ini]\n[Vision.FisheyeCamera]\nSize = 64\nFace Size = 32\n"
     (tmp_path / "small.ini").write_text(overrides)
     (snapshot,) = whole(tmp_path / "small.ini", tmp_path / "a", 3.03, modes=modes)

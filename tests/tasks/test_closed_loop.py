@@ -16,7 +16,7 @@ SECTIONS = {
     "Simulators.VSIM",
     "Simulators.Servos",
     "Simulators.Motor",
-    "Simulators.GPS/Dynamics",
+    "Simulators.GPS",
     "Simulators.IMU/AHRS",
     "Simulators.DepthSensor",
     "Simulators.DVL",
@@ -65,7 +65,7 @@ def fly(tmp_path, paths, seconds, *, seed=0, settings=DEEP):
     for setting in settings:
         profile.override(setting)
     clock = VirtualClock(profile.start_time_ns)
-    made = build(profile, ["Dynamics"], clock=clock, seed=seed, log_root=tmp_path, only=SECTIONS)
+    made = build(profile, ["Simulation"], clock=clock, seed=seed, log_root=tmp_path, only=SECTIONS)
     vehicle, messages = made.vehicle, []
     assert {task.name for task in vehicle.tasks} >= SECTIONS
     vehicle.tap(imc.Message, messages.append)

@@ -17,7 +17,7 @@ COMMANDS = ("info", "ls", "cut", "merge", "diff", "report", "doctor", "export", 
 def recorded(tmp_path_factory):
     """A log of ten seconds of a simulated vehicle."""
     root = tmp_path_factory.mktemp("logs")
-    arguments = ["run", "lauv-noptilus-1", "-p", "Simulation", "--clock", "virtual", "--for", "10s"]
+    arguments = ["run", "lauv-noptilus-1", "-p", "Kinematic", "--clock", "virtual", "--for", "10s"]
     result = CliRunner().invoke(main, [*arguments, "--log-dir", str(root)])
     assert result.exit_code == 0, result.output
     return root / "lauv-noptilus-1" / "20260101" / "000000"

@@ -9,7 +9,7 @@ import pytest
 import imc
 
 SHOAL = [sys.executable, "-m", "runtime.cli"]
-VIRTUAL = ["run", "lauv-noptilus-1", "-p", "Simulation", "--clock", "virtual", "--for", "8s", "--seed", "4"]
+VIRTUAL = ["run", "lauv-noptilus-1", "-p", "Kinematic", "--clock", "virtual", "--for", "8s", "--seed", "4"]
 
 
 def shoal(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
@@ -74,9 +74,9 @@ def test_rewinding_with_a_change(log: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ("Simulators.GPS:HACK=1", "Simulators.GPS has no such parameter"),
+        ("Simulators.GPS/Kinematic:HACK=1", "Simulators.GPS/Kinematic has no such parameter"),
         ("Simulators.GPX:HACC=1", "the vehicle has no task 'Simulators.GPX'"),
-        ("Simulators.GPS:HACC=many", "many"),
+        ("Simulators.GPS/Kinematic:HACC=many", "many"),
     ],
 )
 def test_what_cannot_be_changed_is_refused(log: Path, tmp_path: Path, change: str, reason: str) -> None:
@@ -93,6 +93,6 @@ def test_a_log_of_dune_cannot_be_rewound(tmp_path: Path) -> None:
 
 
 def test_only_a_virtual_run_is_saved(tmp_path: Path) -> None:
-    done = shoal(tmp_path, "run", "lauv-noptilus-1", "-p", "Simulation", "--snapshot-every", "3s", "--for", "1s")
+    done = shoal(tmp_path, "run", "lauv-noptilus-1", "-p", "Kinematic", "--snapshot-every", "3s", "--for", "1s")
     assert done.returncode == 2
     assert "only a virtual run can be saved" in done.stderr

@@ -16,7 +16,7 @@ import pytest
 import imc
 
 SHOAL = [sys.executable, "-m", "runtime.cli"]
-VIRTUAL = ["run", "lauv-noptilus-1", "-p", "Simulation", "--clock", "virtual"]
+VIRTUAL = ["run", "lauv-noptilus-1", "-p", "Kinematic", "--clock", "virtual"]
 QUIET = ["--set", "Transports.MAVLink:Enabled=Never"]
 
 FAULTY = '''"""Faulty: fails at a depth."""
@@ -252,13 +252,16 @@ def test_a_locale_without_unicode_only_loses_signs(tmp_path, arguments):
 
 def test_saved_parameters_come_back_and_leave_virtual_runs_alone(tmp_path):
     (tmp_path / "db").mkdir()
-    (tmp_path / "db" / "lauv-noptilus-1-saved.ini").write_text("[Simulators.GPS]\nExecution Frequency = 5\n")
+    (tmp_path / "db" / "lauv-noptilus-1-saved.ini").write_text("[Simulators.GPS/Kinematic]\nExecution Frequency = 5\n")
     fixes = []
     for clock in ("5x", "virtual"):
-        run = ["run", "lauv-noptilus-1", "-p", "Simulation", "--clock", clock, "--for", "10s", "--log-dir", clock]
+        run = ["run", "lauv-noptilus-1", "-p", "Kinematic", "--clock", clock, "--for", "10s", "--log-dir", clock]
         done = shoal(*run, *QUIET, cwd=tmp_path)
         assert ("with the parameters saved in db/lauv-noptilus-1-saved.ini" in done.stderr) == (clock != "virtual")
         fixes.append(imc.Log(next((tmp_path / clock).glob("*/*/*"))).counts()["GpsFix"])
     assert fixes[0] > 20
     assert fixes[1] in (9, 10)
-    assert "lauv-noptilus-1-saved.ini:2" in shoal("explain", "lauv-noptilus-1", "Simulators.GPS", cwd=tmp_path).stdout
+    assert (
+        "lauv-noptilus-1-saved.ini:2"
+        in shoal("explain", "lauv-noptilus-1", "Simulators.GPS/Kinematic", cwd=tmp_path).stdout
+    )

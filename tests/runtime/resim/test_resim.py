@@ -21,11 +21,17 @@ from runtime.resim.history import Instants
 LOGS = Path(__file__).parents[2] / "data" / "logs"
 MIXER = "tests.runtime.resim.interplay.Mixer"
 CAMERA = "Simulators.MUGDetectionCamera"
-STOCK = ["Simulators.DepthSensor", "Simulators.EstimatedState", "Simulators.GPS", "Simulators.IMU/AHRS", CAMERA]
+STOCK = [
+    "Simulators.DepthSensor",
+    "Simulators.EstimatedState",
+    "Simulators.GPS/Kinematic",
+    "Simulators.IMU/AHRS",
+    CAMERA,
+]
 
 
 def run(
-    folder: Path, profile: str | Path, seconds: float, *feed: tuple[float, imc.Message], mode: str = "Simulation"
+    folder: Path, profile: str | Path, seconds: float, *feed: tuple[float, imc.Message], mode: str = "Kinematic"
 ) -> imc.Log:
     """The log of a virtual run, in which an operator says the messages of `feed` at their times."""
     loaded = load_profile(profile)
@@ -36,8 +42,7 @@ def run(
     made.vehicle.start()
     made.vehicle.run(seconds)
     made.vehicle.close()
-    (path,) = folder.glob("*/*/*")
-    return imc.Log(path)
+    return imc.Log(max(folder.glob("*/*/*")))
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +75,8 @@ def test_every_task_says_again_what_is_in_the_log(log: imc.Log, sections: list[s
 
 
 def test_late_measurements_and_labels_of_others_are_what_they_were(tmp_path: Path) -> None:
-    log = run(tmp_path, "lauv-noptilus-1", 11.0, mode="Dynamics")
+    (tmp_path / "idle.ini").write_text("[Require lauv-noptilus-1.ini]\n[Plan.Autostart]\nEnabled = Never\n")
+    log = run(tmp_path / "log", tmp_path / "idle.ini", 11.0, mode="Simulation")
     for section in ("Navigation.AUV.Navigation", "Monitors.FuelLevel", "Monitors.Entities"):
         done = resimulate(log, [section])
         assert done.comparison.first is None
@@ -78,7 +84,7 @@ def test_late_measurements_and_labels_of_others_are_what_they_were(tmp_path: Pat
 
 
 def test_the_log_of_the_re_simulation_is_the_log(log: imc.Log, tmp_path: Path) -> None:
-    resimulate(log, [CAMERA, "Simulators.GPS"], out=tmp_path / "out")
+    resimulate(log, [CAMERA, "Simulators.GPS/Kinematic"], out=tmp_path / "out")
     again = tmp_path / "out"
     assert list(imc.Log(again).packets()) == list(log.packets())
     assert (again / "Config.ini").read_bytes() == (log.path.parent / "Config.ini").read_bytes()
@@ -136,7 +142,7 @@ def test_what_if(log: imc.Log) -> None:
 
 
 def test_what_if_tells_the_differences_of_fields(log: imc.Log) -> None:
-    done = resimulate(log, ["GPS"], overrides=["Simulators.GPS:HACC=5"])
+    done = resimulate(log, ["GPS"], overrides=["Simulators.GPS/Kinematic:HACC=5"])
     (tally,) = [t for (_, kind), t in done.comparison.tallies.items() if kind == imc.GpsFix.ID]
     changed = {name: figures for name, figures in tally.fields.items() if figures.changed}
     assert list(changed) == ["hacc"]

@@ -16,7 +16,7 @@ DEEPEST, OVERSHOOT, SURFACE = 5.0, 1.0, 0.5  # m
 BLIND = 3.0  # m that a vehicle passes the limit by when it does not know its attitude
 RISING = 0.2  # m in 20 s
 SILENT = (
-    "", "", "Simulators.DVL", "Simulators.DepthSensor", "Simulators.IMU/AHRS", "Simulators.GPS/Dynamics",
+    "", "", "Simulators.DVL", "Simulators.DepthSensor", "Simulators.IMU/AHRS", "Simulators.GPS",
     "Simulators.Servos", "Simulators.Motor", "Navigation.AUV.Navigation", "Control.AUV.Attitude", "Control.AUV.Speed",
     "Control.AUV.Allocator", "Control.Path.VectorField", "Maneuver.Goto", "Maneuver.YoYo", "Plan.Engine",
     "Supervisors.Vehicle", "Monitors.Entities",

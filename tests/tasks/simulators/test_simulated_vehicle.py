@@ -16,13 +16,14 @@ from runtime.vehicle import Vehicle
 PROFILE = """
 [Require auv/basic.ini]
 [Require auv/simulation.ini]
-[Require auv/dynamics.ini]
 [General]
 Vehicle = lauv-test
 [Transports.Logging]
 Enabled = Always
 [Simulators.StreamVelocity]
 Default Speed East = 0.2
+[Plan.Autostart]
+Enabled = Never
 """
 LENGTH = 20.0
 ABOUT_LOGS = imc.EntityInfo | imc.LoggingControl
@@ -34,7 +35,7 @@ def vehicle(folder: Path, start: int | None = None) -> Vehicle:
     path.write_text(PROFILE)
     profile = load_profile(path)
     clock = VirtualClock(profile.start_time_ns if start is None else start)
-    return build(profile, {"Dynamics"}, clock=clock, seed=1, log_root=folder).vehicle
+    return build(profile, {"Simulation"}, clock=clock, seed=1, log_root=folder).vehicle
 
 
 def swim_to(made: Vehicle, begin: float, end: float) -> None:

@@ -1,0 +1,50 @@
+"""Has a vehicle begin by itself."""
+
+import imc
+from runtime import State, Task, consume, param
+
+Op = imc.PlanGeneration.Op
+Phase = imc.PlanControlState.State
+CALM = imc.VehicleState.OpMode.SERVICE
+
+
+class Autostart(Task):
+    """Starts the plan of a template once, as soon as the vehicle can; not where somebody else was quicker."""
+
+    template: str = param("sk", "", "Template of Plan.Generator.")
+    values: list[str] = param([], "", "What the template takes: depth=2, radius=15; lat and lon in degrees.")
+
+    def start(self) -> None:
+        self._calm = False
+        self._asked = False
+        self.set_entity_state(State.NORMAL, "waiting for the vehicle")
+
+    @consume
+    def follow(self, vehicle: imc.VehicleState) -> None:
+        self._calm = vehicle.op_mode == CALM
+
+    @consume
+    def begin(self, plan: imc.PlanControlState) -> None:
+        if self._asked or plan.state == Phase.BLOCKED or (plan.state == Phase.READY and not self._calm):
+            return
+        self._asked = True
+        if plan.state != Phase.READY:
+            self.set_entity_state(State.NORMAL, "another plan was started")
+            return
+        self.publish(
+            imc.PlanGeneration(
+                cmd=imc.PlanGeneration.Cmd.EXECUTE,
+                plan_id=self.template,
+                params=";".join(self.values),
+                dst=self.system,
+            )
+        )
+
+    @consume
+    def note(self, answer: imc.PlanGeneration) -> None:
+        if (answer.dst, answer.dst_ent) != (self.system, self.entity.id) or answer.op == Op.REQUEST:
+            return
+        if answer.op == Op.SUCCESS:
+            self.set_entity_state(State.NORMAL, f"asked for {answer.plan_id}")
+        else:
+            self.set_entity_state(State.FAULT, f"{answer.plan_id}: {answer.params}")
