@@ -13,7 +13,7 @@ ALL_VALID = 0x1FF  # the nine flags of GpsFix.Validity
 
 
 class GPS(Task):
-    """Reports the true position, speed and course over ground while the antenna is out of the water.
+    """Reports position, speed and course over ground while the antenna is out of the water: true, but for noise.
 
     Slower than 0.05 m/s the course is the heading. Below `Activation Depth` nothing is valid, and the dilution and
     accuracy grow by one in a second.
@@ -26,6 +26,10 @@ class GPS(Task):
     number_of_satellites: int = param(
         8, "1", "Satellites of a fix.", name="Number of Satellites", minimum=0, maximum=255
     )
+    position_noise: float = param(
+        0.0, "m", "White noise of north and east, each.", name="Standard Deviation - Position", minimum=0
+    )
+    height_noise: float = param(0.0, "m", "White noise of the height.", name="Standard Deviation - Height", minimum=0)
     report_ground_velocity: bool = param(
         False, "", "Whether GroundVelocity goes with each fix, as of a double antenna."
     )
@@ -68,7 +72,11 @@ class GPS(Task):
             self._publish(lost)
             self.set_entity_state(State.NORMAL, "no fix under water")
             return
-        lat, lon, height = coordinates.displace(truth.lat, truth.lon, truth.height, truth.x, truth.y, truth.z)
+        x, y, z = truth.x, truth.y, truth.z
+        if self.position_noise or self.height_noise:
+            dx, dy, dz = self.random.standard_normal(3).tolist()
+            x, y, z = x + self.position_noise * dx, y + self.position_noise * dy, z + self.height_noise * dz
+        lat, lon, height = coordinates.displace(truth.lat, truth.lon, truth.height, x, y, z)
         attitude = rotation(truth.phi, truth.theta, truth.psi)
         north, east, down = to_ned(attitude, (truth.u, truth.v, truth.w))
         north, east, down = north + truth.svx, east + truth.svy, down + truth.svz

@@ -1,0 +1,50 @@
+"""Simulates a barometer."""
+
+import math
+
+import imc
+from runtime import State, Task, consume, param, periodic
+
+SEA_LEVEL_TEMPERATURE = 288.15  # K
+LAPSE_RATE = 0.0065  # K/m
+EXPONENT = 5.25588
+
+
+def pressure_at(height: float, sea_level: float) -> float:
+    """Pressure at a height above the sea (m), in the unit of that at sea level; ISO 2533:1975, below 11 km."""
+    return sea_level * (1.0 - LAPSE_RATE * min(height, 11000.0) / SEA_LEVEL_TEMPERATURE) ** EXPONENT
+
+
+class Barometer(Task):
+    """Measures the pressure of the standard atmosphere, with white noise and a drift that wanders with the weather."""
+
+    execution_frequency: float = param(20.0, "Hz", "Rate of Pressure.", minimum=0.1, maximum=1000)
+    sea_level_pressure: float = param(1013.25, "hPa", "Pressure at height 0.", minimum=800, maximum=1100)
+    standard_deviation: float = param(0.012, "hPa", "White noise; 0.012 hPa are 0.1 m.", minimum=0)
+    drift: float = param(0.06, "hPa", "Standard deviation of the drift, a Gauss-Markov process.", minimum=0)
+    drift_time_constant: float = param(600.0, "s", "Time constant of the drift.", minimum=1)
+
+    def start(self) -> None:
+        self._truth: imc.SimulatedState | None = None
+        self._wander = self.random.standard_normal()
+        self.set_entity_state(State.BOOT, "waiting for SimulatedState")
+
+    @consume
+    def follow(self, truth: imc.SimulatedState) -> None:
+        finite = math.isfinite(truth.z + truth.height)
+        self._truth = truth if finite else None
+        if not finite:
+            self.set_entity_state(State.FAULT, "SimulatedState is not finite")
+
+    @periodic("execution_frequency")
+    def measure(self) -> None:
+        keep = math.exp(-1.0 / (self.execution_frequency * self.drift_time_constant))
+        fresh, noise = self.random.standard_normal(2).tolist()
+        self._wander = keep * self._wander + math.sqrt(1.0 - keep * keep) * fresh
+        truth = self._truth
+        if truth is None:
+            return
+        true = pressure_at(truth.height - truth.z, self.sea_level_pressure)
+        value = true + self.standard_deviation * noise + self.drift * self._wander
+        self.publish(imc.Pressure(timestamp=truth.timestamp, value=value), keep_time=True)
+        self.set_entity_state(State.NORMAL, "active")

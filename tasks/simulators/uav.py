@@ -1,0 +1,148 @@
+"""Simulates a multirotor: where its rotors, its tilt and the wind take it."""
+
+import math
+
+import imc
+from runtime import State, Task, consume, param, periodic
+from tasks.simulators.multirotor import Airframe, Multirotor
+
+MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
+HARDEST_TOUCHDOWN = 2.0  # m/s
+
+
+class UAV(Task):
+    """Moves a multirotor as it is commanded and publishes the truth.
+
+    DesiredRoll, DesiredPitch and DesiredHeadingRate are followed by the attitude controller that is part of it;
+    SetThrusterActuation 0 is the speed of all rotors. It stands on flat ground where the first manual GpsFix says; a
+    later one moves it over ground. In SimulatedState, u, v, w are velocities through the air, svx, svy, svz the wind,
+    and z is 0 on the ground.
+    """
+
+    execution_frequency: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=50, maximum=1000, editable=False)
+    initial_heading: float = param(0.0, "°", "Heading at the start, true north.", minimum=-360, maximum=360)
+    ground_height: float = param(
+        0.0, "m", "Height of the ground above the ellipsoid.", minimum=-500, maximum=9000, editable=False
+    )
+    mass: float = param(3.0, "kg", "Mass.", minimum=0.01, editable=False)
+    maximum_thrust: float = param(60.0, "N", "Thrust of all rotors at full speed.", minimum=0.1, editable=False)
+    rotor_time_constant: float = param(0.05, "s", "Lag of the rotors' speed.", minimum=1e-3, editable=False)
+    tilt_bandwidth: float = param(
+        12.0, "rad/s", "Natural frequency of roll and pitch.", minimum=0.1, maximum=25, editable=False
+    )
+    tilt_damping: float = param(0.8, "1", "Damping ratio of roll and pitch.", minimum=0.1, maximum=1.5, editable=False)
+    maximum_tilt: float = param(45.0, "°", "Largest roll and pitch.", minimum=1, maximum=60, editable=False)
+    heading_rate_time_constant: float = param(0.2, "s", "Lag of the heading rate.", minimum=1e-3, editable=False)
+    maximum_heading_rate: float = param(120.0, "°/s", "Largest heading rate.", minimum=1, editable=False)
+    linear_drag: float = param(0.35, "N s/m", "Drag of the rotors.", minimum=0, editable=False)
+    quadratic_drag: float = param(0.02, "N s²/m²", "Drag of the body.", minimum=0, editable=False)
+    wind_source: str = param(
+        "Wind Simulator",
+        "",
+        "Entity whose EstimatedStreamVelocity is the wind.",
+        name="Entity Label - Stream Velocity Source",
+    )
+
+    def start(self) -> None:
+        self.craft = Multirotor(
+            Airframe(
+                mass=self.mass,
+                thrust=self.maximum_thrust,
+                rotor_lag=self.rotor_time_constant,
+                bandwidth=self.tilt_bandwidth,
+                damping=self.tilt_damping,
+                tilt=math.radians(self.maximum_tilt),
+                yaw_lag=self.heading_rate_time_constant,
+                yaw_rate=math.radians(self.maximum_heading_rate),
+                linear_drag=self.linear_drag,
+                quadratic_drag=self.quadratic_drag,
+            )
+        )
+        self.craft.psi = math.radians(self.initial_heading)
+        if self.craft.airframe.hover >= 1.0:
+            self.log.warning("the rotors do not carry the weight")
+        self._origin: imc.GpsFix | None = None
+        self._period = 1.0 / self.execution_frequency
+        self._unknown: set[str] = set()
+        self.set_entity_state(State.BOOT, "waiting for the start position")
+
+    @consume(others=True)
+    def place(self, fix: imc.GpsFix) -> None:
+        if fix.type != MANUAL_INPUT or (fix.src != self.system and fix.dst != self.system):
+            return
+        if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi):
+            self.log.warning(f"a manual fix is nowhere on earth: {fix.lat}, {fix.lon} rad")
+            return
+        self.craft.x = self.craft.y = 0.0
+        self._origin = fix
+        self.set_entity_state(State.NORMAL, "active")
+
+    @consume
+    def roll(self, desired: imc.DesiredRoll) -> None:
+        if self._accepts("roll", desired.value):
+            self.craft.roll(desired.value)
+
+    @consume
+    def pitch(self, desired: imc.DesiredPitch) -> None:
+        if self._accepts("pitch", desired.value):
+            self.craft.pitch(desired.value)
+
+    @consume
+    def turn(self, desired: imc.DesiredHeadingRate) -> None:
+        if self._accepts("heading rate", desired.value):
+            self.craft.turn(desired.value)
+
+    @consume
+    def drive(self, actuation: imc.SetThrusterActuation) -> None:
+        if actuation.id == 0 and self._accepts("rotor speed", actuation.value):
+            self.craft.drive(actuation.value)
+
+    @consume
+    def blow(self, wind: imc.EstimatedStreamVelocity) -> None:
+        source = self.vehicle.entities.find(self.wind_source)
+        velocity = wind.x, wind.y, wind.z
+        if source is not None and wind.src_ent == source.id and all(map(math.isfinite, velocity)):
+            self.craft.wind = velocity
+
+    @periodic("execution_frequency")
+    def move(self) -> None:
+        origin, craft = self._origin, self.craft
+        if origin is None:
+            return
+        flew = not craft.on_ground
+        craft.step(self._period)
+        if flew and craft.on_ground:
+            say = self.log.error if craft.impact > HARDEST_TOUCHDOWN else self.log.info
+            say(f"touchdown at {craft.impact:.1f} m/s")
+        u, v, w = craft.air_velocity
+        svx, svy, svz = craft.wind
+        self.publish(
+            imc.SimulatedState(
+                lat=origin.lat,
+                lon=origin.lon,
+                height=self.ground_height,
+                x=craft.x,
+                y=craft.y,
+                z=craft.z,
+                phi=craft.phi,
+                theta=craft.theta,
+                psi=craft.psi,
+                u=u,
+                v=v,
+                w=w,
+                p=craft.p,
+                q=craft.q,
+                r=craft.r,
+                svx=svx,
+                svy=svy,
+                svz=svz,
+            )
+        )
+
+    def _accepts(self, what: str, value: float) -> bool:
+        if math.isfinite(value):
+            return True
+        if what not in self._unknown:
+            self._unknown.add(what)
+            self.log.warning(f"a command for the {what} has no effect: {value} is no number")
+        return False
