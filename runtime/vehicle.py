@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import imc
 from runtime.activation import Activation
@@ -15,10 +15,9 @@ from runtime.clock import VirtualClock, WallClock
 from runtime.daemon import Daemon
 from runtime.entities import Entities, State, Systems
 from runtime.handlers import consumers, rate_of, tickers
-from runtime.ini import read_sections, write_sections
 from runtime.kernel import SECOND, Kernel
-from runtime.parameters import ParameterError
 from runtime.profile import default_label
+from runtime.settings import Changes, Settings, assign, give
 from runtime.task import Task
 
 LONGEST_BACKOFF = 60.0
@@ -26,22 +25,6 @@ HEALTHY_AFTER = 60.0
 STARTING_PATIENCE = 5 * SECOND
 
 logger = logging.getLogger("shoal.vehicle")
-
-
-class Settings(Protocol):
-    """The profile as a vehicle in operation needs it."""
-
-    def value(self, section: str, option: str, default: str = "") -> str:
-        """The text of an option of any section, `default` where it is missing or empty."""
-        ...
-
-    def dump(self) -> str:
-        """The effective configuration, as an ini file."""
-        ...
-
-    def override(self, assignment: str) -> None:
-        """Take "Section:Option=value" into the effective configuration."""
-        ...
 
 
 class Vehicle:
@@ -84,9 +67,8 @@ class Vehicle:
         self.activations: dict[str, Activation] = {}
         self.exit_status = 0
         self._tasks: dict[str, Task] = {}
-        self._original: dict[str, dict[str, str]] = {}
+        self._changes = Changes(profile)
         self.running: set[str] = set()
-        self._effective: dict[str, dict[str, str]] = {}
         self.failures: dict[str, tuple[int, int]] = {}
         self._error: Exception | None = None
         self._closing = False
@@ -127,12 +109,10 @@ class Vehicle:
         try:
             task = cls(self, section, entity)
             task.entity_label = label
-            for name, text in options.items():
-                self._assign(task, name, text)
-            for attribute, value in values.items():
-                self._give(task, attribute, value)
+            assign(task, options)
+            give(task, values)
             entity.activation_time, entity.deactivation_time = task.activation_time, task.deactivation_time
-            self._original[section] = {p.name: task.parameter_set.text(p) for p in cls.parameters().values()}
+            self._changes.begin(task)
             task.configure()
             for ticking in tickers(cls):
                 rate_of(task, ticking.rate)
@@ -192,45 +172,13 @@ class Vehicle:
 
     def remember(self, task: Task) -> None:
         """Take the task's changed parameters into the effective configuration."""
-        known = self._effective.setdefault(task.name, dict(self._original[task.name]))
-        for parameter in task.parameters().values():
-            text = task.parameter_set.text(parameter)
-            if text != known[parameter.name]:
-                self.profile.override(f"{task.name}:{parameter.name}={text}")
-                known[parameter.name] = text
+        self._changes.remember(task)
 
     def save_parameters(self, task: Task) -> Path:
-        """Add the parameters of a task that differ from the profile to the file of saved ones; returns its path.
-
-        Raises OSError, and ValueError for a text that an ini file cannot carry.
-        """
+        """Save the parameters of a task that differ from the profile; returns the path. Raises OSError, ValueError."""
         path = self.state_folder / f"{self.name}-saved.ini"
-        saved = read_sections(path)
-        section = saved.setdefault(task.name, {})
-        for parameter in task.parameters().values():
-            text = task.parameter_set.text(parameter)
-            if parameter.name in section or text != self._original[task.name][parameter.name]:
-                section[parameter.name] = text
-        write_sections(path, saved)
+        self._changes.save(task, path)
         return path
-
-    def _assign(self, task: Task, name: str, text: str) -> None:
-        parameter = task.parameter_set.find(name)
-        if parameter is None:
-            return
-        try:
-            task.parameter_set.set(parameter, parameter.parse(text))
-        except ValueError as error:
-            raise ParameterError(name, str(error)) from None
-
-    def _give(self, task: Task, attribute: str, value: Any) -> None:
-        parameter = next((p for p in task.parameters().values() if p.attribute == attribute), None)
-        if parameter is None:
-            raise ParameterError(attribute, f"{task.name} has no such parameter")
-        try:
-            task.parameter_set.set(parameter, parameter.check(value))
-        except ValueError as error:
-            raise ParameterError(parameter.name, str(error)) from None
 
     def _start(self, task: Task) -> None:
         self.running.add(task.name)
