@@ -17,15 +17,18 @@ from runtime.logs.summary import summarize
 from runtime.logs.words import number
 from runtime.problem import printable
 
-FORMATS = ("mcap", "parquet", "csv", "llf")
+ENDINGS = {"mcap": ".mcap", "netcdf": ".nc", "parquet": "-parquet", "csv": "-csv", "llf": "-llf"}
+FORMATS = tuple(ENDINGS)
+FILES = ("mcap", "netcdf")
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 MOST_LINES = 20
 
 
 @click.command(
     epilog="MCAP: one topic per system, message and entity, which Foxglove, PlotJuggler and ROS 2 tools show, and the "
-    "packets themselves, so that `shoal log import` makes the same log of it again. Parquet, CSV, LLF: a folder with "
-    "one file per message type. MCAP and Parquet need the extra shoal[analysis]."
+    "packets themselves, so that `shoal log import` makes the same log of it again. NetCDF: one file, one group per "
+    "message type, CF conventions. Parquet, CSV, LLF: a folder with one file per message type. MCAP, NetCDF and "
+    "Parquet need the extra shoal[analysis]."
 )
 @click.argument("log", type=LOG)
 @click.argument("out", type=LOG, required=False)
@@ -51,20 +54,20 @@ def export(
     images: bool,
     force: bool,
 ) -> None:
-    """Write LOG to OUT as MCAP, Parquet, CSV or LLF; OUT is named after the log by default."""
-    form = form or (out.suffix[1:].lower() if out and out.suffix[1:].lower() in FORMATS else "mcap")
+    """Write LOG to OUT as MCAP, NetCDF, Parquet, CSV or LLF; OUT is named after the log by default."""
+    form = form or (_format_of(out) if out else "mcap")
     with refusals():
         with _extra("analysis"):
             write = _writer(form, raw, images)
         opened = open_log(log)
-        out = out or Path(f"{_name(opened.path)}{'.mcap' if form == 'mcap' else f'-{form}'}")
+        out = out or Path(_name(opened.path) + ENDINGS[form])
         with progress(opened.path) as tell:
             summary = summarize(opened, tell)
         check_found(opened, summary.packets)
         start, stop = (read_time(text, summary.start, summary.end) for text in (begin, end))
         words = split_words(messages), split_words(systems), split_words(entities)
         source = Source(opened, summary, choose(summary, start, stop, *words))
-        with _named(out), (new_file if form == "mcap" else new_folder)(out, force) as part:
+        with _named(out), (new_file if form in FILES else new_folder)(out, force) as part:
             with progress(opened.path, "exporting") as tell:
                 written = write(source, part, tell)
             if source.packets == 0:
@@ -104,6 +107,12 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
         click.echo(printable(f"warning: {warning}"), err=True)
 
 
+def _format_of(out: Path) -> str:
+    """The format that the ending of a name says, else MCAP."""
+    ending = out.suffix[1:].lower()
+    return "netcdf" if ending == "nc" else ending if ending in FORMATS else "mcap"
+
+
 def _writer(form: str, raw: bool, images: bool) -> Callable[[Source, Path, Progress], int]:
     # The libraries of a format are loaded only where it is wanted.
     match form:
@@ -115,6 +124,10 @@ def _writer(form: str, raw: bool, images: bool) -> Callable[[Source, Path, Progr
             from runtime.logs.parquet import export_parquet
 
             return export_parquet
+        case "netcdf":
+            from runtime.logs.netcdf import export_netcdf
+
+            return export_netcdf
         case "csv":
             from runtime.logs.csv import export_csv
 

@@ -36,7 +36,7 @@ def rpms(make_log):
 
 @pytest.mark.parametrize(
     ("form", "made"),
-    [("mcap", "log.mcap"), ("parquet", "log-parquet"), ("csv", "log-csv"), ("llf", "log-llf")],
+    [("mcap", "log.mcap"), ("netcdf", "log.nc"), ("parquet", "log-parquet"), ("csv", "log-csv"), ("llf", "log-llf")],
 )
 def test_every_format_has_a_name_of_its_own(shoal, rpms, form, made, tmp_path):
     code, said = shoal("export", rpms, "--format", form)
@@ -57,6 +57,8 @@ def test_a_log_goes_out_and_comes_back(shoal, tmp_path):
 def test_the_ending_of_the_name_says_the_format(shoal, rpms, tmp_path):
     assert shoal("export", rpms, "a.csv")[0] == 0
     assert (tmp_path / "a.csv" / "Rpm.csv").is_file()
+    assert shoal("export", rpms, "a.nc")[0] == 0
+    assert (tmp_path / "a.nc").read_bytes().startswith(b"\x89HDF")
 
 
 def test_a_part_is_chosen(shoal, rpms, tmp_path):
@@ -93,7 +95,7 @@ def test_what_exists_is_replaced_only_by_force(shoal, rpms, tmp_path):
     assert len(imc.Log(rpms)) == 100
 
 
-@pytest.mark.parametrize("form", ["mcap", "parquet", "csv", "llf"])
+@pytest.mark.parametrize("form", ["mcap", "netcdf", "parquet", "csv", "llf"])
 def test_a_full_disk_leaves_nothing_behind(shoal, tmp_path, form):
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (3000, before[1]))
@@ -133,11 +135,11 @@ def test_a_tlog_is_imported_under_a_name(shoal, tmp_path):
 
 
 def test_a_missing_extra_is_named(shoal, rpms, monkeypatch):
-    for module in ("mcap", "pyarrow", "zstandard"):
+    for module in ("mcap", "pyarrow", "zstandard", "netCDF4"):
         monkeypatch.setitem(sys.modules, module, None)
-    for module in ("runtime.logs.mcap", "runtime.logs.mcap_file", "runtime.logs.parquet"):
+    for module in ("runtime.logs.mcap", "runtime.logs.mcap_file", "runtime.logs.parquet", "runtime.logs.netcdf"):
         monkeypatch.delitem(sys.modules, module, raising=False)
-    for form in ("mcap", "parquet"):
+    for form in ("mcap", "parquet", "netcdf"):
         code, said = shoal("export", rpms, "-f", form)
         assert (code, "pip install 'shoal[analysis]'" in said) == (1, True), said
     assert shoal("export", rpms, "-f", "csv")[0] == 0
