@@ -24,7 +24,10 @@ def test_every_message_and_field_has_what_is_read_of_it() -> None:
         assert "name" in field.attrib
         assert field.attrib["type"] in types
         for limit in {"min", "max"} & set(field.attrib):
-            float(field.attrib[limit])
+            if "int" in field.attrib["type"]:  # parsed as a long
+                int(field.attrib[limit], 16 if "x" in field.attrib[limit] else 10)
+            else:
+                float(field.attrib[limit])
 
 
 def test_every_value_is_a_number_with_a_name() -> None:
