@@ -65,7 +65,7 @@ class Enumeration(msgspec.Struct, frozen=True):
     values: tuple[Value, ...]
 
 
-class Field(msgspec.Struct, frozen=True, kw_only=True):
+class Field(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """One field of a message, in the protocol's own words (units as written, limits in that unit)."""
 
     abbrev: str
@@ -98,7 +98,7 @@ class Field(msgspec.Struct, frozen=True, kw_only=True):
         return self.unit == "Bitfield"
 
 
-class MessageType(msgspec.Struct, frozen=True, kw_only=True):
+class MessageType(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """One message of the protocol."""
 
     id: int

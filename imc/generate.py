@@ -1,14 +1,17 @@
-"""Writes imc/messages.py from the definitions: `python -m imc.generate`, or `--check` to see whether it is current."""
+"""Writes what follows from the definitions: `python -m imc.generate`, or `--check` to see whether it is current."""
 
 import sys
 from pathlib import Path
 
+import msgspec
+
 from imc.classes import DEFAULTS
 from imc.definition import WIRE_CODES, Field, MessageType, Value
 from imc.schema import Schema
-from imc.schema_files import builtin
+from imc.schema_dump import dump
+from imc.schema_files import MERGED, definitions, digest
 
-TARGET = Path(__file__).with_name("messages.py")
+MESSAGES = Path(__file__).with_name("messages.py")
 
 _HEAD = '''"""The messages of IMC {version} and of Shoal: written by `python -m imc.generate` from imc/definitions."""
 
@@ -78,16 +81,23 @@ def _field(field: Field, schema: Schema) -> str:
     return f"    {field.attribute}: {annotation} = {default!r}  # {', '.join(notes)}\n".replace("''", '""')
 
 
+def merged(schema: Schema) -> str:
+    """The text of merged.json: `imc.schema_files.Merged`, a line for each message."""
+    head = msgspec.json.encode(msgspec.structs.replace(schema, messages=())).decode().removesuffix("}")
+    messages = ",\n".join(msgspec.json.encode(message).decode() for message in schema.messages)
+    return f'{{"xml":"{digest(dump(schema))}","schema":{head},"messages":[\n{messages}\n]}}}}\n'
+
+
 def main(arguments: list[str]) -> int:
-    """Writes the file; with --check only compares it, 1 if it is not current."""
-    text = source(builtin())
-    if "--check" in arguments:
-        current = TARGET.read_text(encoding="utf-8") == text
-        if not current:
-            print(f"{TARGET} is not current: run `python -m imc.generate`", file=sys.stderr)
-        return 0 if current else 1
-    TARGET.write_text(text, encoding="utf-8")
-    return 0
+    """Writes the files; with --check only compares them, 1 if one is not current."""
+    schema, stale = definitions(), 0
+    for path, text in ((MESSAGES, source(schema)), (MERGED, merged(schema))):
+        if "--check" not in arguments:
+            path.write_text(text, encoding="utf-8")
+        elif not path.exists() or path.read_text(encoding="utf-8") != text:
+            print(f"{path} is not current: run `python -m imc.generate`", file=sys.stderr)
+            stale = 1
+    return stale
 
 
 if __name__ == "__main__":

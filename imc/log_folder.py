@@ -6,7 +6,7 @@ from pathlib import Path
 from imc.definition import MessageType
 from imc.members import COMPRESSIONS
 from imc.schema import Schema
-from imc.schema_files import builtin, load
+from imc.schema_files import builtin, load_beside
 
 SUFFIXES = (".lsf", *(".lsf" + form.suffix for form in COMPRESSIONS.values()))
 NAMES = ("Data.lsf", "Data.lsf.gz", "Data.lsf.bz2", "Data.lsf.z")
@@ -31,7 +31,7 @@ def find_log(path: Path) -> Path:
 def find_schema(log: Path) -> tuple[Schema, Path | None]:
     """The schema beside a log, and in which file; the built-in one and None where there is none. Raises SchemaError."""
     source = next((path for path in (log.parent / name for name in SCHEMA_NAMES) if path.is_file()), None)
-    return (_familiar(load(source)), source) if source else (builtin(), None)
+    return (_familiar(load_beside(source)), source) if source else (builtin(), None)
 
 
 def _familiar(schema: Schema) -> Schema:

@@ -15,7 +15,7 @@ from imc.message import Message
 T = TypeVar("T", Named, Enumeration)
 
 
-class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True):
+class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults=True):
     """Definitions of messages. Two schemas with the same definitions are equal; none affects another."""
 
     name: str

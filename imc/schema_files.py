@@ -7,6 +7,8 @@ from functools import cache
 from os import PathLike
 from pathlib import Path
 
+import msgspec
+
 from imc.errors import SchemaError
 from imc.field_info import FieldInfo
 from imc.message import Message, Unknown
@@ -15,7 +17,16 @@ from imc.schema import Schema
 
 _DEFINITIONS = Path(__file__).with_name("definitions")
 _BASE, _OVERLAY = _DEFINITIONS / "imc-5.4.31.yaml", _DEFINITIONS / "shoal.yaml"
+MERGED = _DEFINITIONS / "merged.json"
 _LARGEST = 1 << 24
+
+
+class Merged(msgspec.Struct):
+    """Definitions as they come out of the YAML files, in a form that is read fast."""
+
+    xml: str
+    """The digest of what `dump` makes of them."""
+    schema: Schema
 
 
 def load(path: str | PathLike[str], over: Schema | None = None) -> Schema:
@@ -23,10 +34,26 @@ def load(path: str | PathLike[str], over: Schema | None = None) -> Schema:
 
     The content tells which form it is; 16 MiB at most. Raises SchemaError naming file:line, OSError.
     """
-    file = str(path)
+    return _read(_content(path), str(path), over)
+
+
+def load_beside(path: str | PathLike[str]) -> Schema:
+    """As `load`, but at once the built-in definitions where the file has what `dump` makes of them."""
+    data = _content(path)
+    return builtin() if digest(data) == _merged().xml else _read(data, str(path), None)
+
+
+def digest(data: bytes) -> str:
+    """What tells an IMC.xml from any other."""
+    import hashlib
+
+    return hashlib.blake2b(data, digest_size=16).hexdigest()
+
+
+def _content(path: str | PathLike[str]) -> bytes:
     with open(path, "rb") as opened:
         data = opened.read(_LARGEST + 1)
-    return _read(_unpacked(data, file), file, over)
+    return _unpacked(data, str(path))
 
 
 def _read(data: bytes, file: str, over: Schema | None) -> Schema:
@@ -63,9 +90,19 @@ def _unpacked(data: bytes, file: str) -> bytes:
 @cache
 def builtin() -> Schema:
     """The schema of the classes in `imc.messages`: IMC and what Shoal adds to it."""
-    schema = load(_OVERLAY, over=load(_BASE))
+    schema = _merged().schema
     schema.adopt(BY_ID)
     return schema
+
+
+def definitions() -> Schema:
+    """The same, read from the YAML files in which it is written."""
+    return load(_OVERLAY, over=load(_BASE))
+
+
+@cache
+def _merged() -> Merged:
+    return msgspec.json.decode(MERGED.read_bytes(), type=Merged)
 
 
 def fields(cls: type[Message]) -> tuple[FieldInfo, ...]:

@@ -9,6 +9,7 @@ import pytest
 
 import imc
 from imc.generate import main, source
+from imc.schema_files import definitions, load_beside
 
 PACKAGE = Path(imc.__file__).parent
 PUBLIC = PACKAGE / "definitions" / "imc-5.4.31.yaml"
@@ -45,18 +46,33 @@ def write(folder: Path, text: str, name: str = "own.yaml") -> Path:
     return path
 
 
-def test_generated_messages_are_current() -> None:
+def test_generated_files_are_current() -> None:
     assert main(["--check"]) == 0
-    assert (PACKAGE / "messages.py").read_text(encoding="utf-8") == source(imc.builtin())
+    assert (PACKAGE / "messages.py").read_text(encoding="utf-8") == source(definitions())
+    assert imc.builtin() == definitions()
 
 
-def test_check_notices_an_edited_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    edited = tmp_path / "messages.py"
-    edited.write_text(source(imc.builtin()).replace("float", "int", 1), encoding="utf-8")
-    monkeypatch.setattr("imc.generate.TARGET", edited)
+@pytest.mark.parametrize(
+    ("name", "file", "old"), [("MESSAGES", "messages.py", "float"), ("MERGED", "merged.json", "rad")]
+)
+def test_check_notices_an_edited_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name, file, old) -> None:
+    (current,) = PACKAGE.rglob(file)
+    edited = tmp_path / file
+    edited.write_text(current.read_text(encoding="utf-8").replace(old, "int", 1), encoding="utf-8")
+    monkeypatch.setattr(f"imc.generate.{name}", edited)
     assert main(["--check"]) == 1
     assert main([]) == 0
     assert main(["--check"]) == 0
+    assert edited.read_bytes() == current.read_bytes()
+
+
+def test_definitions_that_are_the_built_in_ones_are_not_read_twice(tmp_path: Path) -> None:
+    ours = imc.dump(imc.builtin())
+    (tmp_path / "IMC.xml.gz").write_bytes(gzip.compress(ours))
+    assert load_beside(tmp_path / "IMC.xml.gz") is imc.builtin()
+    assert imc.load(tmp_path / "IMC.xml.gz") == imc.builtin()
+    (tmp_path / "IMC.xml").write_bytes(ours.replace(b'unit="rad"', b'unit="mrad"', 1))
+    assert load_beside(tmp_path / "IMC.xml") != imc.builtin()
 
 
 def test_built_in_schema() -> None:
