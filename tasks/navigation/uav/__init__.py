@@ -1,0 +1,1 @@
+"""Navigation of an unmanned aerial vehicle."""

@@ -1,0 +1,223 @@
+"""Estimates where an aerial vehicle is from GPS, inertial sensors and a barometer."""
+
+import math
+
+import imc
+from imc.coordinates import displacement
+from runtime import State, Task, consume, param, periodic
+from tasks.navigation.auv.angles import Vector, to_body, to_ned, wrap
+from tasks.navigation.auv.averages import Mean
+from tasks.navigation.uav.inertial_filter import InertialFilter
+
+GRAVITY = 9.80665
+NO_DEPTH = -1.0
+CONTRADICTION = 30.0  # squared Mahalanobis distance of a fix that the filter cannot explain
+CONTRADICTIONS = 5  # of them in a row, and the filter is believed no longer
+ATTITUDE_VARIANCE, RATE_VARIANCE = 1e-6, 1e-5  # rad², (rad/s)²
+INITIAL_VELOCITY, INITIAL_BIAS = 0.01, 0.01  # variances of one that stands, (m/s)², (m/s²)²
+
+
+def height_of(pressure: float) -> float:
+    """Height (m) in the standard atmosphere above that of 1013.25 hPa, of a pressure (hPa); ISO 2533:1975."""
+    return 288.15 / 0.0065 * (1.0 - (pressure / 1013.25) ** (1.0 / 5.25588))
+
+
+class Navigation(Task):
+    """Publishes EstimatedState and NavigationUncertainty.
+
+    Attitude is that of the reference system; positions and velocities are those of Kalman filters that accelerations
+    drive, fixes correct horizontally, and the barometer vertically. It begins while the vehicle stands: the reference
+    is the mean of the first fixes. `alt` is the height above it, as there is no altimeter, and there is no depth.
+    """
+
+    execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
+    ahrs: str = param("AHRS", "", "Entity of attitude, rates and acceleration.", name="Entity Label - AHRS")
+    barometer: str = param("Barometer", "", "Entity of pressure.", name="Entity Label - Barometer")
+    initial_fixes: int = param(10, "1", "Fixes whose mean is the reference.", minimum=1, maximum=1000)
+    largest_hacc: float = param(10.0, "m", "Largest accuracy of a fix.", name="GPS Maximum HACC", minimum=0)
+    pressure_noise: float = param(0.15, "m", "Standard deviation of barometric heights.", minimum=1e-3)
+    pressure_drift: float = param(
+        0.3, "m", "Standard deviation of their slow error, which nothing corrects.", minimum=0
+    )
+    acceleration_noise: float = param(0.06, "m/s²/√Hz", "Noise of accelerations.", minimum=1e-6)
+    bias_walk: float = param(0.002, "m/s³/√Hz", "Walk of their bias.", minimum=0)
+    gps_timeout: float = param(5.0, "s", "Time without a fix that is an error.", name="GPS timeout", minimum=0.1)
+    euler_timeout: float = param(
+        1.0, "s", "Time without attitude that ends the estimate.", name="Euler timeout", minimum=0.05
+    )
+    pressure_timeout: float = param(
+        2.0, "s", "Time without pressure that is an error.", name="Pressure timeout", minimum=0.1
+    )
+
+    def start(self) -> None:
+        self._angles: Vector | None = None
+        self._rates: Vector = (0.0, 0.0, 0.0)
+        self._acceleration, self._height = Mean(), Mean()
+        self._fix: imc.GpsFix | None = None
+        self._fixed = self._oriented = -math.inf
+        self._first: list[imc.GpsFix] = []
+        self._reference: imc.GpsFix | None = None
+        self._ground = 0.0
+        self._contradictions = 0
+        self._stepped = self.now
+        self.set_entity_state(State.BOOT, "waiting for GPS fix")
+
+    @consume
+    def orient(self, angles: imc.EulerAngles) -> None:
+        if self._is_from(angles, self.ahrs) and math.isfinite(angles.phi + angles.theta + angles.psi):
+            self._angles, self._oriented = (angles.phi, angles.theta, wrap(angles.psi)), self.now
+
+    @consume
+    def turn(self, rates: imc.AngularVelocity) -> None:
+        if self._is_from(rates, self.ahrs) and math.isfinite(rates.x + rates.y + rates.z):
+            self._rates = rates.x, rates.y, rates.z
+
+    @consume
+    def accelerate(self, force: imc.Acceleration) -> None:
+        """Take a specific force."""
+        finite = math.isfinite(force.x + force.y + force.z)
+        if finite and self._angles is not None and self._is_from(force, self.ahrs):
+            north, east, down = to_ned(self._angles, (force.x, force.y, force.z))
+            self._acceleration.add(self.now, north, east, down + GRAVITY)
+
+    @consume
+    def press(self, pressure: imc.Pressure) -> None:
+        if self._is_from(pressure, self.barometer) and 0.0 < pressure.value < 2000.0:
+            self._height.add(self.now, height_of(pressure.value))
+
+    @consume
+    def fix(self, fix: imc.GpsFix) -> None:
+        if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
+            return
+        reason = imc.GpsFixRejection.Reason
+        if not fix.validity & imc.GpsFix.Validity.VALID_POS:
+            self.publish(imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason.INVALID))
+        elif not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and fix.hacc <= self.largest_hacc):
+            self.publish(imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason.ABOVE_MAX_HACC))
+        else:
+            self._fix, self._fixed = fix, self.now
+
+    @periodic("execution_frequency")
+    def estimate(self) -> None:
+        dt, self._stepped = self.now - self._stepped, self.now
+        fix, self._fix = self._fix, None
+        if self._reference is None:
+            self._prepare(fix)
+        elif self._angles is not None and self.now - self._oriented <= self.euler_timeout:
+            self._move(self._reference, dt, fix)
+            self._publish(self._reference, self._angles)
+        self._judge()
+
+    def _prepare(self, fix: imc.GpsFix | None) -> None:
+        if fix is not None:
+            self._first.append(fix)
+        if len(self._first) < self.initial_fixes or self._angles is None or not self._height.take():
+            return
+        count = len(self._first)
+        lat, lon, height = (sum(getattr(f, name) for f in self._first) / count for name in ("lat", "lon", "height"))
+        self._reference = imc.GpsFix(lat=lat, lon=lon, height=height)
+        self._ground = self._height.value[0]
+        initial = INITIAL_VELOCITY, INITIAL_BIAS
+        noise, walk = self.acceleration_noise, self.bias_walk
+        self._over_ground = InertialFilter(2, noise, walk, (_variance(self._first[-1]) / count, *initial))
+        self._down = InertialFilter(1, noise, walk, (self.pressure_noise**2, *initial))
+        self._acceleration.take()
+
+    def _move(self, reference: imc.GpsFix, dt: float, fix: imc.GpsFix | None) -> None:
+        if not self._acceleration.take():
+            self._acceleration.value = 0.0, 0.0, 0.0
+        north, east, down = self._acceleration.value
+        self._over_ground.predict(dt, (north, east))
+        self._down.predict(dt, (down,))
+        if self._height.take():
+            self._down.correct((self._ground - self._height.value[0],), self.pressure_noise**2)
+        if fix is not None:
+            self._correct(reference, fix)
+
+    def _correct(self, reference: imc.GpsFix, fix: imc.GpsFix) -> None:
+        lat, lon, height = reference.lat, reference.lon, reference.height
+        north, east, _ = displacement(lat, lon, height, fix.lat, fix.lon, height)
+        variance, horizontal, age = _variance(fix), self._over_ground, self.now - self._fixed
+        vn, ve = horizontal.velocity
+        north, east = north + age * vn, east + age * ve
+        if horizontal.surprise((north, east), variance) <= CONTRADICTION:
+            self._contradictions = 0
+            horizontal.correct((north, east), variance)
+            return
+        self._contradictions += 1
+        if self._contradictions >= CONTRADICTIONS:
+            self._contradictions = 0
+            horizontal.settle((north, east), variance)
+            self.log.warning("fixes contradict the position, which begins anew with theirs")
+
+    def _publish(self, reference: imc.GpsFix, angles: Vector) -> None:
+        phi, theta, psi = angles
+        (north, east), (vn, ve) = self._over_ground.position, self._over_ground.velocity
+        down, vd = self._down.position[0], self._down.velocity[0]
+        u, v, w = to_body(angles, (vn, ve, vd))
+        p, q, r = self._rates
+        self.publish(
+            imc.EstimatedState(
+                lat=reference.lat,
+                lon=reference.lon,
+                height=reference.height,
+                x=north,
+                y=east,
+                z=down,
+                phi=wrap(phi),
+                theta=theta,
+                psi=psi,
+                u=u,
+                v=v,
+                w=w,
+                vx=vn,
+                vy=ve,
+                vz=vd,
+                p=p,
+                q=q,
+                r=r,
+                depth=NO_DEPTH,
+                alt=max(0.0, -down),
+            )
+        )
+        position, speed, _ = self._over_ground.variances
+        vertical, climb, _ = self._down.variances
+        self.publish(
+            imc.NavigationUncertainty(
+                x=position,
+                y=position,
+                z=vertical + self.pressure_drift**2,
+                phi=ATTITUDE_VARIANCE,
+                theta=ATTITUDE_VARIANCE,
+                psi=ATTITUDE_VARIANCE,
+                p=RATE_VARIANCE,
+                q=RATE_VARIANCE,
+                r=RATE_VARIANCE,
+                u=speed,
+                v=speed,
+                w=climb,
+            )
+        )
+
+    def _judge(self) -> None:
+        """Say how it goes."""
+        now = self.now
+        if self._reference is None:
+            missing = "GPS fix" if len(self._first) < self.initial_fixes else "attitude and pressure"
+            self.set_entity_state(State.BOOT, f"waiting for {missing}")
+        elif now - self._oriented > self.euler_timeout:
+            self.set_entity_state(State.ERROR, "attitude is missing")
+        elif now - self._height.last > self.pressure_timeout:
+            self.set_entity_state(State.ERROR, "pressure is missing")
+        elif now - self._fixed > self.gps_timeout:
+            self.set_entity_state(State.ERROR, "GPS fixes are missing")
+        else:
+            self.set_entity_state(State.NORMAL, "active")
+
+    def _is_from(self, message: imc.Message, label: str) -> bool:
+        return not label or self.vehicle.entities.label(message.src, message.src_ent) == label
+
+
+def _variance(fix: imc.GpsFix) -> float:
+    """Variance (m²) of each horizontal coordinate of a fix; `hacc` is the root mean square of the horizontal error."""
+    return max(1e-4, 0.5 * fix.hacc**2)

@@ -1,0 +1,161 @@
+"""Navigation of an aerial vehicle: with sensors that are fed by hand, and with simulated ones over seeds."""
+
+import math
+
+import numpy as np
+import pytest
+
+import imc
+from imc.coordinates import displacement
+from runtime import State
+from runtime.testing import simulate
+from tasks.navigation.uav.inertial_filter import InertialFilter
+from tasks.navigation.uav.navigation import GRAVITY, Navigation, height_of
+from tasks.simulators.barometer import Barometer
+from tasks.simulators.gps import GPS
+from tasks.simulators.imu import IMU
+from tasks.simulators.multirotor import Airframe
+from tasks.simulators.uav import UAV
+
+LAT, LON = math.radians(41.185), math.radians(-8.7062)
+FIX = imc.GpsFix(validity=0x1FF, lat=LAT, lon=LON, height=60.0, hacc=0.85, type=imc.GpsFix.Type.STANDALONE)
+ANY = {"ahrs": "", "barometer": ""}
+
+
+def sensors(seconds, *, fix=FIX, attitude=True, pressure=1000.0, force=(0.0, 0.0, -GRAVITY), start=0.0):
+    for tick in range(round(start * 20), round((start + seconds) * 20)):
+        time = tick * 0.05 + 0.01
+        if attitude:
+            yield imc.EulerAngles(timestamp=time, psi=1.0)
+            yield imc.AngularVelocity(timestamp=time, z=0.1)
+            yield imc.Acceleration(timestamp=time, x=force[0], y=force[1], z=force[2])
+        if pressure is not None:
+            yield imc.Pressure(timestamp=time, value=pressure)
+        if fix is not None and tick % 4 == 0:
+            yield fix.replace(timestamp=time)
+
+
+def test_it_begins_with_the_mean_of_the_first_fixes():
+    run = simulate(Navigation, feed=sensors(3.0), **ANY)
+    last = run.of(imc.EstimatedState)[-1]
+    assert (last.lat, last.lon, last.height) == (pytest.approx(LAT, abs=1e-12), pytest.approx(LON, abs=1e-12), 60.0)
+    assert (last.x, last.y, last.z) == pytest.approx((0.0, 0.0, 0.0), abs=1e-3)
+    assert (last.psi, last.r, last.depth) == pytest.approx((1.0, 0.1, -1.0))
+    assert run.of(imc.EstimatedState)[0].timestamp - run.vehicle.start_time > 1.7
+    assert run.task.entity.state is State.NORMAL
+
+
+@pytest.mark.parametrize(
+    ("missing", "description"),
+    [({"fix": None}, "waiting for GPS fix"), ({"attitude": False}, "waiting for attitude and pressure")],
+)
+def test_it_waits_and_says_for_what(missing, description):
+    run = simulate(Navigation, feed=sensors(4.0, **missing), **ANY)
+    assert run.of(imc.EstimatedState) == []
+    assert (run.task.entity.state, run.task.entity.description) == (State.BOOT, description)
+
+
+@pytest.mark.parametrize(
+    ("missing", "seconds", "description"),
+    [
+        ({"fix": None}, 6.0, "GPS fixes are missing"),
+        ({"pressure": None}, 3.0, "pressure is missing"),
+        ({"attitude": False}, 2.0, "attitude is missing"),
+    ],
+)
+def test_a_sensor_that_falls_silent_is_an_error(missing, seconds, description):
+    run = simulate(Navigation, feed=[*sensors(3.0), *sensors(seconds, start=3.0, **missing)], **ANY)
+    assert (run.task.entity.state, run.task.entity.description) == (State.ERROR, description)
+    if "attitude" in missing:
+        assert run.of(imc.EstimatedState)[-1].timestamp - run.vehicle.start_time < 4.1
+
+
+def test_accelerations_move_it_between_fixes():
+    thrust = [*sensors(3.0), *sensors(2.0, start=3.0, fix=None, force=(1.0, 0.0, -GRAVITY))]
+    last = simulate(Navigation, feed=thrust, **ANY).of(imc.EstimatedState)[-1]
+    assert (last.u, last.v) == pytest.approx((2.0, 0.0), abs=0.1)
+    assert (last.vx, last.vy) == pytest.approx((2.0 * math.cos(1.0), 2.0 * math.sin(1.0)), abs=0.1)
+    assert math.hypot(last.x, last.y) == pytest.approx(2.0, abs=0.2)
+
+
+def test_a_lower_pressure_is_a_height():
+    assert height_of(1013.25) == 0.0
+    assert height_of(898.74) == pytest.approx(1000.0, abs=0.2)
+    feed = [*sensors(3.0), *sensors(30.0, start=3.0, pressure=998.8)]
+    last = simulate(Navigation, feed=feed, **ANY).of(imc.EstimatedState)[-1]
+    assert last.z == pytest.approx(height_of(1000.0) - height_of(998.8), abs=0.1)
+    assert last.alt == pytest.approx(-last.z)
+
+
+def test_fixes_that_contradict_are_believed_when_they_go_on():
+    def run(count):
+        far = FIX.replace(lat=LAT + 1e-5)
+        return simulate(Navigation, feed=[*sensors(3.0), *sensors(0.2 * count, start=3.0, fix=far)], **ANY)
+
+    assert run(3).of(imc.EstimatedState)[-1].x == pytest.approx(0.0, abs=0.1)
+    moved = run(6)
+    assert moved.of(imc.EstimatedState)[-1].x == pytest.approx(63.6, abs=0.5)
+    assert any("begins anew" in text for text in moved.log)
+
+
+def test_fixes_that_are_none_are_refused_and_it_is_said():
+    odd = [FIX.replace(timestamp=2.5, validity=0), FIX.replace(timestamp=2.6, hacc=50.0)]
+    odd += [FIX.replace(timestamp=2.7, lat=math.nan)]
+    run = simulate(Navigation, feed=[*sensors(2.4), *odd], **ANY)
+    assert len(run.of(imc.GpsFixRejection)) == 3
+    assert run.of(imc.EstimatedState)[-1].x == pytest.approx(0.0, abs=0.1)
+
+
+def test_samples_that_are_no_numbers_change_nothing():
+    nan = math.nan
+    odd = [imc.EulerAngles(phi=nan), imc.AngularVelocity(x=nan), imc.Acceleration(y=nan), imc.Pressure(value=nan)]
+    feed = [*sensors(3.0), *(message.replace(timestamp=3.0) for message in odd)]
+    last = simulate(Navigation, feed=feed, seconds=3.2, **ANY).of(imc.EstimatedState)[-1]
+    assert all(math.isfinite(value) for value in last.to_dict().values() if isinstance(value, float))
+
+
+def test_the_filter_is_the_textbook_one():
+    f = InertialFilter(1, 0.3, 0.05, (2.0, 1.0, 0.5))
+    p, x = np.diag([2.0, 1.0, 0.5]), np.zeros(3)
+    for step in range(50):
+        dt, a = 0.07, 0.1 * step
+        transition = np.array([[1, dt, -dt * dt / 2], [0, 1, -dt], [0, 0, 1]])
+        q = 0.09 * dt
+        noise = np.array([[q * dt * dt / 3, q * dt / 2, 0], [q * dt / 2, q, 0], [0, 0, 0.0025 * dt]])
+        x = transition @ x + np.array([dt * dt / 2, dt, 0]) * a
+        p = transition @ p @ transition.T + noise
+        f.predict(dt, [a])
+        if step % 3 == 0:
+            gain = p[:, 0] / (p[0, 0] + 0.7)
+            x, p = x + gain * (1.0 - x[0]), p - np.outer(gain, p[0])
+            f.correct([1.0], 0.7)
+    assert (f.position[0], f.velocity[0], f.bias[0]) == pytest.approx(tuple(x))
+    assert f.variances == pytest.approx((p[0, 0], p[1, 1], p[2, 2]))
+
+
+def flight(seed):
+    """Squared errors of north, east, down over their variances, in a flight to and fro."""
+    hover, rng = Airframe().hover, np.random.default_rng(seed)
+    feed = [imc.SetThrusterActuation(timestamp=6.0, value=1.05 * hover)]
+    for time in range(9, 50, 2):
+        roll, pitch = rng.uniform(-0.2, 0.2, 2).tolist()
+        rotors = hover / math.sqrt(math.cos(roll) * math.cos(pitch))
+        feed += [imc.DesiredRoll(timestamp=time, value=roll), imc.DesiredPitch(timestamp=time, value=pitch)]
+        feed += [imc.SetThrusterActuation(timestamp=time, value=rotors)]
+    receiver = {"position_noise": 0.6, "height_noise": 1.2, "initial_position": [41.185, -8.7062], "hacc": 0.85}
+    gps, imu = (GPS, receiver | {"execution_frequency": 5.0}), (IMU, {"sampling_rate": 50.0})
+    run = simulate([UAV, gps, imu, Barometer, (Navigation, ANY)], feed=feed, seconds=50.0, seed=seed)
+    truth = {round(m.timestamp, 2): m for m in run.of(imc.SimulatedState)}
+    found = []
+    for state, sigma in zip(run.of(imc.EstimatedState), run.of(imc.NavigationUncertainty), strict=True):
+        true = truth[round(state.timestamp, 2)]
+        north, east, _ = displacement(true.lat, true.lon, 0.0, state.lat, state.lon, 0.0)
+        error = state.x + north - true.x, state.y + east - true.y, state.z - true.z
+        found.append([e * e / s for e, s in zip(error, (sigma.x, sigma.y, sigma.z), strict=True)])
+    return np.mean(found[200:], axis=0)
+
+
+def test_errors_are_as_large_as_it_says():
+    north, east, down = np.mean([flight(seed) for seed in range(6)], axis=0)
+    assert 0.6 < 0.5 * (north + east) < 1.4
+    assert down < 1.5
