@@ -1,4 +1,4 @@
-"""Simulates a motor's tachometer."""
+"""Simulates a motor's tachometer, and the watchdog of its controller."""
 
 import math
 from collections import deque
@@ -12,7 +12,10 @@ SLOWEST = 30  # rpm
 
 
 class Motor(Task):
-    """Measures the speed that follows from the actuation: rpm = offset + factor a, averaged over five samples."""
+    """Measures the speed that follows from the actuation: rpm = offset + factor a, averaged over five samples.
+
+    Who drives a motor repeats it: an actuation that nobody repeats for `Command Timeout` becomes 0, which is published.
+    """
 
     execution_frequency: float = param(20.0, "Hz", "Rate of Rpm.", minimum=1, maximum=100)
     thruster_id: int = param(0, "1", "Thruster that the motor turns.", minimum=0, maximum=255)
@@ -20,8 +23,13 @@ class Motor(Task):
         [9.55, 2450.4], "rpm", "Offset and factor of the speed.", name="Thruster Act to RPM Factor", size=2
     )
 
+    command_timeout: float = param(
+        2.0, "s", "Age at which an actuation counts no more; 0 for never.", minimum=0, maximum=3600
+    )
+
     def start(self) -> None:
         self._actuation = 0.0
+        self._commanded = self.now
         self._speeds = deque([0] * AVERAGED, AVERAGED)
         self.set_entity_state(State.NORMAL, "active")
 
@@ -29,9 +37,14 @@ class Motor(Task):
     def drive(self, actuation: imc.SetThrusterActuation) -> None:
         if actuation.id == self.thruster_id and math.isfinite(actuation.value):
             self._actuation = max(-1.0, min(1.0, actuation.value))
+            self._commanded = self.now
 
     @periodic("execution_frequency")
     def measure(self) -> None:
+        if self._actuation and self.command_timeout and self.now - self._commanded > self.command_timeout:
+            self.log.error(f"no actuation for {self.command_timeout:g} s; the motor stops")
+            self._actuation = 0.0
+            self.publish(imc.SetThrusterActuation(id=self.thruster_id, value=0.0))
         offset, factor = self.thruster_act_to_rpm_factor
         share = self._actuation
         self._speeds.append(int(math.copysign(offset, share) + factor * share) if abs(share) >= DEAD_BAND else 0)

@@ -11,8 +11,8 @@ ROUNDING = 1e-7  # rad
 class Servos(Task):
     """Turns servos to where SetServoPosition says, no faster than they can; publishes ServoPosition as they move.
 
-    A servo reports when it arrives, at `Update Rate` on its way, and once a second whatever it does. A fault, where one
-    is wanted, stops them all.
+    A servo reports when it arrives, at `Update Rate` on its way, and once a second whatever it does. One that nobody
+    commands for `Command Timeout` goes back to the middle. A fault, where one is wanted, stops them all.
     """
 
     number_of_servos: int = param(4, "1", "Number of servos.", minimum=1, maximum=255, editable=False)
@@ -20,6 +20,9 @@ class Servos(Task):
     enable_rotation_rate: bool = param(True, "", "Whether servos need time to turn.")
     maximum_rate: float = param(333.3, "°/s", "Fastest turn.", minimum=1)
     update_rate: float = param(50.0, "Hz", "Rate of ServoPosition of a servo that turns.", minimum=1, maximum=1000)
+    command_timeout: float = param(
+        2.0, "s", "Age at which a position counts no more; 0 for never.", minimum=0, maximum=3600
+    )
     generate_faults: bool = param(False, "", "Whether the servos get stuck.")
     fault_time: float = param(10.0, "s", "Time from the start to the fault.", minimum=0)
 
@@ -27,6 +30,7 @@ class Servos(Task):
         count = self.number_of_servos
         self._position, self._target = [0.0] * count, [0.0] * count
         self._since = [self.now_ns] * count
+        self._commanded = [self.now] * count
         self._moving = [False] * count
         self._stuck = False
         if self.generate_faults:
@@ -39,16 +43,24 @@ class Servos(Task):
         if servo >= self.number_of_servos or not math.isfinite(wish.value) or self._stuck:
             return
         limit = math.radians(self.maximum_angle)
-        self._advance(servo)
-        self._target[servo] = max(-limit, min(limit, wish.value))
-        if not self._moving[servo]:
-            self._go_on(servo)
+        self._commanded[servo] = self.now
+        self._aim(servo, max(-limit, min(limit, wish.value)))
 
     @periodic(1.0)
     def report(self) -> None:
         for servo in range(self.number_of_servos):
+            stale = self.command_timeout and self.now - self._commanded[servo] > self.command_timeout
+            if stale and self._target[servo] and not self._stuck:
+                self.log.error(f"no position for servo {servo} in {self.command_timeout:g} s; it goes to the middle")
+                self._aim(servo, 0.0)
             self._advance(servo)
             self._publish(servo)
+
+    def _aim(self, servo: int, target: float) -> None:
+        self._advance(servo)
+        self._target[servo] = target
+        if not self._moving[servo]:
+            self._go_on(servo)
 
     def _advance(self, servo: int) -> None:
         """Turn a servo for the time since it was last turned."""

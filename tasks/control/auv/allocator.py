@@ -13,7 +13,8 @@ LONGEST_STEP = 1.0  # s
 class Allocator(Task):
     """Turns DesiredControl into the positions of four fins, while the loop TORQUE is enabled.
 
-    Fins are 0 below, 1 at port, 2 at starboard, 3 above. A brake crosses them; roll and pitch have what is left.
+    Fins are 0 below, 1 at port, 2 at starboard, 3 above. A brake crosses them; roll and pitch have what is left. The
+    end of the task, also by a failure, leaves them in the middle.
     """
 
     effect_k: float = param(0.25, "N m/rad", "Roll torque of a fin.", name="Fin effect K", minimum=1e-6)
@@ -34,6 +35,10 @@ class Allocator(Task):
         self._moved = -math.inf
         self._braking = False
         self.set_entity_state(State.NORMAL, "idle")
+
+    def stop(self) -> None:
+        for number in range(4):
+            self.publish(imc.SetServoPosition(id=number, value=0.0))
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:

@@ -16,7 +16,8 @@ class Speed(Task):
     """Turns DesiredSpeed into thrust, while the loop SPEED is enabled.
 
     A speed in m/s becomes a rotation rate by feed-forward and an integral of the error, which is limited and works
-    on while the rate is ramped, as on the LAUV. One thrust command follows each Rpm. Brake and Abort stop the thruster.
+    on while the rate is ramped, as on the LAUV. One thrust command follows each Rpm. Brake, Abort and the end of the
+    task, also by a failure, stop the thruster.
     """
 
     hardware_control: bool = param(
@@ -55,6 +56,9 @@ class Speed(Task):
         self._braking = False
         self._rest()
         self.set_entity_state(State.NORMAL, "idle")
+
+    def stop(self) -> None:
+        self.publish(imc.SetThrusterActuation(id=0, value=0.0))
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import imc
-from runtime import State
+from runtime import State, Task, consume
 from runtime.testing import simulate
 from tasks.control.auv.allocator import Allocator
 from tasks.control.auv.attitude import Attitude
@@ -247,3 +247,42 @@ def test_the_rate_is_controlled_where_the_motor_does_not():
     _, found = thrust(1000.0, imc.SpeedUnits.RPM, seconds=5.0, hardware_control=False)
     assert found[0] == pytest.approx(0.39, abs=0.01)
     assert found[-1] == 1.0
+
+
+class Unsound(Speed):
+    """Fails at the second braking."""
+
+    @consume
+    def brake(self, brake: imc.Brake) -> None:
+        if brake.op == imc.Brake.Op.REVERT:
+            raise RuntimeError("unsound")
+
+
+def test_a_controller_that_fails_stops_the_thruster():
+    feed = [enable(Loops.SPEED), imc.DesiredSpeed(timestamp=0.15, value=50.0, speed_units=imc.SpeedUnits.PERCENTAGE)]
+    feed += [imc.Rpm(timestamp=0.2 + 0.05 * k) for k in range(20)]
+    run = simulate(Unsound, [*feed, imc.Brake(timestamp=1.5, op=imc.Brake.Op.REVERT)], seconds=5.0, keep_going=True)
+    found = [(round(m.timestamp - run.vehicle.start_time, 2), m.value) for m in run.of(imc.SetThrusterActuation)]
+    assert found[19:21] == [(1.15, 0.5), (1.5, 0.0)]
+    assert {value for _, value in found[20:]} == {0.0}
+
+
+class Recorder(Task):
+    """Hears all, so that what is said last is delivered."""
+
+    @consume
+    def hear(self, message: imc.Message) -> None:
+        pass
+
+
+@pytest.mark.parametrize(("task", "kind"), [(Speed, imc.SetThrusterActuation), (Allocator, imc.SetServoPosition)])
+def test_the_end_of_a_controller_leaves_its_actuators_neutral(task, kind):
+    feed = [
+        enable(Loops.SPEED | Loops.TORQUE),
+        imc.DesiredSpeed(timestamp=0.15, value=50.0, speed_units=imc.SpeedUnits.PERCENTAGE),
+        imc.Rpm(timestamp=0.2),
+        torque(0.2, n=0.1, m=0.2),
+    ]
+    moves = simulate([task, Recorder], feed, seconds=1.0).of(kind)
+    assert moves[0].value != 0.0
+    assert {m.value for m in moves[-4:] if m.timestamp == moves[-1].timestamp} == {0.0}

@@ -157,3 +157,23 @@ def test_a_current_that_varies():
     assert lagged == pytest.approx(math.exp(-1.0), abs=0.15)
     again = simulate(StreamVelocity, seconds=100.0, seed=3, standard_deviation=0.2, **options)
     assert [m.y for m in again.of(imc.EstimatedStreamVelocity)] == east[:100].tolist()
+
+
+def test_a_motor_that_nobody_drives_any_more_stops_and_says_so():
+    pushes = [imc.SetThrusterActuation(timestamp=0.05 * k, value=0.5) for k in range(60)]
+    run = simulate(Motor, pushes, seconds=8.0)
+    ((stopped, thruster, value),) = [
+        (m.timestamp - run.vehicle.start_time, m.id, m.value) for m in run.of(imc.SetThrusterActuation)
+    ]
+    assert (round(stopped - 2.95, 2), thruster, value) == (2.05, 0, 0.0)
+    speeds = [m.value for m in run.of(imc.Rpm)]
+    assert (speeds[95], speeds[-1]) == (1234, 0)
+    assert run.log == ["no actuation for 2 s; the motor stops"]
+    assert simulate(Motor, pushes, seconds=8.0, command_timeout=0.0).of(imc.Rpm)[-1].value == 1234
+
+
+def test_servos_that_nobody_commands_any_more_go_to_the_middle():
+    run = simulate(Servos, [wish(0.5, 20.0), wish(0.5, 10.0, 1), wish(2.5, 10.0, 1)], seconds=3.9)
+    assert (track(run, 0)[-1][1], track(run, 1)[-1][1]) == (0.0, 10.0)
+    assert run.log == ["no position for servo 0 in 2 s; it goes to the middle"]
+    assert track(simulate(Servos, [wish(0.5, 20.0)], seconds=8.0, command_timeout=0.0))[-1][1] == 20.0

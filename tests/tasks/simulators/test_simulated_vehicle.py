@@ -22,6 +22,10 @@ Vehicle = lauv-test
 Enabled = Always
 [Simulators.StreamVelocity]
 Default Speed East = 0.2
+[Simulators.Motor]
+Command Timeout = 0
+[Simulators.Servos]
+Command Timeout = 0
 [Plan.Autostart]
 Enabled = Never
 """
