@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import imc
 from runtime.clock import SECOND, nanoseconds
+from runtime.resim.run import Run
 
 GRAINS = tuple(10**power for power in range(9, 0, -1))
 REMEMBERED = 32
@@ -73,7 +74,7 @@ class History:
 
     def __init__(
         self,
-        log: imc.Log,
+        log: imc.Log | Run,
         owner: int,
         instants: Instants,
         own: Callable[[imc.Header], bool],

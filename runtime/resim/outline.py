@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import imc
 from runtime.logs.names import Names
+from runtime.resim.run import Run
 
 Op = imc.LoggingControl.Op
 CLOSING = frozenset({imc.LoggingControl.ID, imc.QueryEntityInfo.ID, imc.EntityInfo.ID})
@@ -37,8 +38,8 @@ class Outline:
         return {label: entity for (system, entity), label in self.names.labels.items() if system == self.owner}
 
 
-def outline(log: imc.Log) -> Outline | None:
-    """Read a log over; None for one without messages."""
+def outline(log: imc.Log | Run) -> Outline | None:
+    """Read a log, or those of a run, over; None for one without messages."""
     found: Outline | None = None
     naming = {imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID}
     for _, packet in log.packets():
@@ -62,14 +63,14 @@ def outline(log: imc.Log) -> Outline | None:
     return found
 
 
-def _learn(found: Outline, log: imc.Log, packet: bytes) -> None:
+def _learn(found: Outline, log: imc.Log | Run, packet: bytes) -> None:
     try:
         found.names.learn(log.schema.decode(packet))
     except imc.DecodeError:
         return
 
 
-def _is_stop(log: imc.Log, packet: bytes) -> bool:
+def _is_stop(log: imc.Log | Run, packet: bytes) -> bool:
     try:
         return getattr(log.schema.decode(packet), "op", None) == Op.STOPPED
     except imc.DecodeError:

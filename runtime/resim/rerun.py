@@ -22,10 +22,10 @@ from runtime.resim.comparison import Comparison, LastMoment
 from runtime.resim.history import History, Instants, spoken_by
 from runtime.resim.logged_bus import LoggedBus
 from runtime.resim.outline import Outline, outline
+from runtime.resim.run import CONFIGURATION, Run, run_of
 from runtime.task import Task
 
 TOLERANCE = 0.5  # s, between a message of a log made on a wall clock and its like
-CONFIGURATION = "Config.ini"
 
 
 class ResimulationError(ValueError):
@@ -58,13 +58,17 @@ def resimulate(
 ) -> Resimulation:
     """Run the tasks of these sections on the rest of the log, with `overrides` ("Section:Option=value").
 
-    The parameters are those of the log's Config.ini, or of `profile`. `out` becomes a log of what then is on the bus.
+    They begin with the run, whose earlier logs are read as well. The parameters are those of its Config.ini, or of
+    `profile`. `out` becomes a log of what then is on the bus.
     Raises ResimulationError, ProfileError, FileExistsError, OSError, and what the tasks raise.
     """
-    about = outline(log)
+    run = run_of(log)
+    about = outline(run)
     if about is None:
         raise ResimulationError(f"{log.path}: the log has no messages")
-    loaded, notes = _profile(log, about, profile)
+    loaded, notes = _profile(run.logs[0], about, profile)
+    if before := ", ".join(earlier.path.parent.name for earlier in run.logs[:-1]):
+        notes.append(f"from the start of the run, with the logs before this one: {before}")
     sections = [_section(loaded, name) for name in tasks]
     for section in sections:
         _check(section)
@@ -105,7 +109,7 @@ def resimulate(
         with _written(out, log, loaded) as bus.seen:
             rates = Instants(start, (rate for _, rate in _rates(loaded)))
             of_entity = _rates_by_entity(loaded, about) if virtual else {}
-            bus.follow(History(log, about.owner, rates, own, start, about.late, of_entity), log.schema, own)
+            bus.follow(History(run, about.owner, rates, own, start, about.late, of_entity), log.schema, own)
             try:
                 vehicle.start()
                 end = rates.of(about.end)
@@ -116,7 +120,7 @@ def resimulate(
         if not moment.settle(about.lived and not overrides):
             notes.append("the run was stopped within its last moment, which is not compared")
         comparison.finish()
-    notes += _reservations(log, about, loaded, again, chosen, virtual, bus.malformed_in_log)
+    notes += _reservations(run, about, loaded, again, chosen, virtual, bus.malformed_in_log)
     return Resimulation(log, sections, comparison, virtual and not overrides, start / SECOND, notes, chosen)
 
 
@@ -192,7 +196,7 @@ def _rates(profile: Profile) -> Iterator[tuple[str, float]]:
 
 
 def _reservations(
-    log: imc.Log,
+    run: Run,
     about: Outline,
     profile: Profile,
     tasks: Sequence[Task],
@@ -209,13 +213,14 @@ def _reservations(
             yield "made on a wall clock: ticks, delays and what came first are as that computer had them"
     if not about.closed:
         yield "the log does not end in order: it may lack what was said last"
-    if log.losses:
-        yield f"the log has {len(log.losses)} damaged places: what the tasks heard there is unknown"
+    if damaged := sum(len(log.losses) for log in run.logs):
+        yield f"the log has {damaged} damaged places: what the tasks heard there is unknown"
     if malformed:
         yield f"{malformed} messages of the log are malformed, and nobody hears them"
     if left_out := profile.config.value("Transports.Logging", "Transports"):
         yield f"the log has only the messages that were chosen for it: {left_out}"
-    present = {number: log.schema.by_id(number) for number in about.counts if number in log.schema.types_by_id}
+    schema = run.schema
+    present = {number: schema.by_id(number) for number in about.counts if number in schema.types_by_id}
     for task in tasks:
         for consumer in consumers(type(task)):
             wanted = cast(type[object], consumer.type)

@@ -83,6 +83,22 @@ def test_late_measurements_and_labels_of_others_are_what_they_were(tmp_path: Pat
         assert len(done.comparison.tallies) > 2
 
 
+def test_the_log_of_a_plan_begins_with_its_run(tmp_path: Path) -> None:
+    log = run(tmp_path, "lauv-noptilus-1", 9.0, mode="Simulation")
+    assert log.path.parent.name == "000005_dive"
+    for section in ("Plan.Engine", "Maneuver.Loiter", "Navigation.AUV.Navigation", CAMERA):
+        done = resimulate(log, [section])
+        assert done.exact
+        assert done.comparison.bytes == 0
+        assert done.comparison.first is None
+        assert sum(tally.equal for tally in done.comparison.tallies.values()) > 15
+        assert "from the start of the run, with the logs before this one: 000000" in done.notes
+    (log.path.parent.parent / "000000" / "Data.lsf.gz").unlink()
+    done = resimulate(log, [CAMERA])
+    assert not done.exact
+    assert done.notes[0].startswith("the log begins 5.1 s after the vehicle")
+
+
 def test_the_log_of_the_re_simulation_is_the_log(log: imc.Log, tmp_path: Path) -> None:
     resimulate(log, [CAMERA, "Simulators.GPS/Kinematic"], out=tmp_path / "out")
     again = tmp_path / "out"

@@ -1,0 +1,74 @@
+"""The logs of one run of a vehicle, which begins a new one with each plan."""
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import imc
+from runtime.problem import ProfileError
+from runtime.profile import Profile, load_profile
+
+CONFIGURATION = "Config.ini"
+IDENTITY = ("Vehicle", "Seed", "Selected", "Start Time")
+
+
+class Run:
+    """Logs, one after the other, as if they were one: nothing that was on the bus lies between them."""
+
+    def __init__(self, logs: Sequence[imc.Log]):
+        self.logs = logs
+        self.path = logs[-1].path
+        self.schema = logs[-1].schema
+
+    def packets(self) -> Iterator[tuple[int, bytes]]:
+        """Offset in its log, and bytes, of each packet."""
+        for log in self.logs:
+            yield from log.packets()
+
+
+def run_of(log: imc.Log) -> Run:
+    """The logs of a virtual run up to this one, where all are beside it; else this one alone.
+
+    Each ends in order at the moment at which the next begins, with the same vehicle, seed and modes.
+    """
+    profile = _profile(log.path.parent)
+    if profile is None:
+        return Run([log])
+    logs, begin = [log], _begin(log)
+    earlier = sorted(folder for folder in log.path.parent.parent.iterdir() if folder < log.path.parent)
+    while begin != profile.start_time and earlier:
+        folder = earlier.pop()
+        if _identity(_profile(folder)) == _identity(profile):
+            with suppress(OSError, imc.SchemaError):
+                before = imc.Log(folder)
+                if _end(before) == begin:
+                    logs.insert(0, before)
+                    begin = _begin(before)
+    return Run(logs if begin == profile.start_time else [log])
+
+
+def _profile(folder: Path) -> Profile | None:
+    try:
+        return load_profile(folder / CONFIGURATION, strict=False) if (folder / CONFIGURATION).is_file() else None
+    except ProfileError:
+        return None
+
+
+def _identity(profile: Profile | None) -> list[str]:
+    return [] if profile is None else [profile.config.value("General", option) for option in IDENTITY]
+
+
+def _begin(log: imc.Log) -> float:
+    return next((imc.header(packet).timestamp for _, packet in log.packets()), math.nan)
+
+
+def _end(log: imc.Log) -> float:
+    """When it ended in order; NaN where it did not."""
+    last = b""
+    for _, packet in log.packets():
+        last = packet
+    if not last or imc.header(last).id != imc.LoggingControl.ID:
+        return math.nan
+    stopped = getattr(log.schema.decode(last), "op", None) == imc.LoggingControl.Op.STOPPED
+    return imc.header(last).timestamp if stopped else math.nan
