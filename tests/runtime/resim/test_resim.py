@@ -96,7 +96,7 @@ def test_the_log_of_a_plan_begins_with_its_run(tmp_path: Path) -> None:
     (log.path.parent.parent / "000000" / "Data.lsf.gz").unlink()
     done = resimulate(log, [CAMERA])
     assert not done.exact
-    assert done.notes[0].startswith("the log begins 5.1 s after the vehicle")
+    assert done.notes[0].startswith("the log begins 5.0 s after the vehicle")
 
 
 def test_the_log_of_the_re_simulation_is_the_log(log: imc.Log, tmp_path: Path) -> None:
