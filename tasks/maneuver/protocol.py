@@ -7,7 +7,7 @@ from typing import Any, ClassVar, NamedTuple, get_type_hints
 
 import imc
 from imc.coordinates import absolute, displacement
-from runtime import Script, State, Task, consume
+from runtime import Script, State, Task, consume, periodic
 from runtime.bus import Subscription
 from runtime.script import Inbox
 
@@ -17,6 +17,7 @@ PathFlags = imc.DesiredPath.Flags
 PathState = imc.PathControlState.Flags
 ALL_LOOPS = 0xFFFFFFFF
 UNKNOWN_ETA = 0xFFFF
+SILENCE = 1.5  # s after which a maneuver repeats that it goes on
 
 
 class ManeuverError(RuntimeError):
@@ -79,6 +80,7 @@ class Maneuver(Task):
     def start(self) -> None:
         self._script: Script | None = None
         self._scope = self._path_ref = self._enabled = 0
+        self._said, self._said_at = imc.ManeuverControlState(state=Phase.STOPPED), self.now
         self.publish(imc.RegisterManeuver(mid=self.kind().ID))
         self.set_entity_state(State.NORMAL, "idle")
 
@@ -88,6 +90,12 @@ class Maneuver(Task):
             self._script.cancel()
             self.set_entity_state(State.NORMAL, "idle")
             self._say(Phase.STOPPED)
+
+    @periodic(1.0)
+    def go_on(self) -> None:
+        """Repeat that the maneuver goes on where it has nothing new to say: silence counts as a failure."""
+        if self._said.state == Phase.EXECUTING and self.now - self._said_at >= SILENCE:
+            self._say(Phase.EXECUTING, self._said.eta, self._said.info)
 
     @consume
     def watch_loops(self, loops: imc.ControlLoops) -> None:
@@ -221,7 +229,8 @@ class Maneuver(Task):
         self.publish(imc.ControlLoops(enable=enable, mask=mask, scope_ref=self._scope))
 
     def _say(self, phase: Phase, eta: int = 0, info: str = "") -> None:
-        self.publish(imc.ManeuverControlState(state=phase, eta=eta, info=info))
+        self._said, self._said_at = imc.ManeuverControlState(state=phase, eta=eta, info=info), self.now
+        self.publish(self._said)
 
 
 def _require_numbers(maneuver: imc.Message) -> None:

@@ -45,6 +45,10 @@ class Starter:
         """Take a maneuver for one that was begun here, so that it is stopped before the next."""
         self._running = True
 
+    def lose(self) -> None:
+        """What was begun here runs no more, and needs not be stopped."""
+        self._running = False
+
     def heard(self, report: imc.ManeuverControlState) -> bool:
         """Whether the report is of the maneuver that was begun last, and not of one that is being stopped."""
         if report.state == Phase.EXECUTING:

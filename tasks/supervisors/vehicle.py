@@ -21,12 +21,16 @@ ROBUST = (Mode.BOOT, Mode.CALIBRATION, Mode.ERROR)  # entity errors change nothi
 class Vehicle(Task):
     """Decides in which mode the vehicle is, and begins and stops maneuvers on behalf of who commands it.
 
-    VehicleState is published at its rate and with every change. A maneuver that no task answers for ends in an error.
+    VehicleState is published at its rate and with every change. A maneuver that no task answers for, whose task fails,
+    or that says nothing for a time ends in an error.
     """
 
     execution_frequency: float = param(2.0, "Hz", "Rate of VehicleState.", minimum=0.1, maximum=100)
     allows_external_control: bool = param(False, "", "Control loops may be enabled without a maneuver.")
     maneuver_handling_timeout: float = param(1.0, "s", "Time for a maneuver to answer.", minimum=0.1)
+    maneuver_report_timeout: float = param(
+        3.0, "s", "Silence after which a maneuver has failed; 0 for never.", minimum=0
+    )
     vital_entities: list[str] = param([], "", "Entities whose errors count even where a plan ignores errors.")
 
     def start(self) -> None:
@@ -37,6 +41,7 @@ class Vehicle(Task):
         self._ignore_errors = False
         self._last_error, self._last_error_time = "", -1.0
         self._waiting: Timer | None = None
+        self._executor, self._reported = NOBODY, self.now
         self._starter = Starter(self, self.maneuver_handling_timeout, self._unanswered)
         self.set_entity_state(State.NORMAL, "active")
 
@@ -51,6 +56,9 @@ class Vehicle(Task):
                 self._loops = 0
                 disable = imc.ControlLoops.Enable.DISABLE
                 self.publish(imc.ControlLoops(enable=disable, mask=ALL_LOOPS, scope_ref=self._scope))
+        silence = self.maneuver_report_timeout
+        if self._is_executing() and silence and self.now - self._reported > silence:
+            self._fail(f"no report for {silence:g} s")
         self._publish_state()
 
     @consume
@@ -67,6 +75,13 @@ class Vehicle(Task):
         elif self._errors and self._mode not in ROBUST and not self._ignores():
             self._note(entities.last_error or f"entity errors: {', '.join(self._errors)}")
             self._reset(Mode.ERROR)
+
+    @consume
+    def watch_executor(self, entity: imc.EntityState) -> None:
+        """A maneuver ends with its task, which begins anew without it."""
+        if entity.state == imc.EntityState.State.FAILURE and entity.src_ent == self._executor and self._is_executing():
+            self._starter.lose()
+            self._fail(f"its task has failed: {entity.description}")
 
     @consume
     def watch_loops(self, loops: imc.ControlLoops) -> None:
@@ -128,6 +143,7 @@ class Vehicle(Task):
             return
         if not self._starter.heard(report) or self._mode not in (Mode.MANEUVER, Mode.CALIBRATION):
             return
+        self._executor, self._reported = report.src_ent, self.now
         if report.state == Phase.EXECUTING:
             self._eta = report.eta
         elif report.state == Phase.DONE:
@@ -172,6 +188,11 @@ class Vehicle(Task):
         if self._waiting is not None:
             self._waiting.cancel()
         self._type, self._since, self._eta, self._done, self._waiting = NOBODY, -1.0, NOBODY, False, None
+        self._executor = NOBODY
+
+    def _is_executing(self) -> bool:
+        """Whether a maneuver has begun, and is not done."""
+        return self._mode in (Mode.MANEUVER, Mode.CALIBRATION) and self._executor != NOBODY and not self._done
 
     def _reset(self, mode: Mode) -> None:
         """Stop the maneuver and idle."""

@@ -1,14 +1,17 @@
 """The mode machine."""
 
+from itertools import pairwise
+
 import pytest
 from flying import CCU, OWN, changes
 
 import imc
-from runtime import Task, consume
+from runtime import Task, consume, periodic
 from runtime.testing import simulate
 from tasks.supervisors.vehicle import Vehicle
 
 Command = imc.VehicleCommand.Command
+Mode = imc.VehicleState.OpMode
 Phase = imc.ManeuverControlState.State
 CALM = imc.EntityMonitoringState(mcount=1, mnames="Daemon")
 SICK = CALM.replace(ccount=1, cnames="GPS", last_error="GPS: no fix")
@@ -16,17 +19,26 @@ BOOTING = CALM.replace(ecount=1, enames="GPS")
 
 
 class Puppet(Task):
-    """Answers as a maneuver does; done after 3 s where it is an IdleManeuver with a duration."""
+    """Answers as a maneuver does, and reports each second; in the end as the timeout of its Goto says, after 3 s."""
 
     def start(self):
         self.running = False
+
+    @periodic(1.0)
+    def report(self):
+        if self.running:
+            self.publish(imc.ManeuverControlState(state=Phase.EXECUTING, eta=9))
 
     @consume
     def begin(self, maneuver: imc.Goto | imc.IdleManeuver) -> None:
         self.running = True
         self.publish(imc.ManeuverControlState(state=Phase.EXECUTING, eta=9))
         if isinstance(maneuver, imc.Goto) and maneuver.timeout:
-            self.after(3.0, self.publish, imc.ManeuverControlState(state=maneuver.timeout, info="why"))
+            self.after(3.0, self.end, maneuver.timeout)
+
+    def end(self, state):
+        self.running = False
+        self.publish(imc.ManeuverControlState(state=state, info="why"))
 
     @consume
     def halt(self, _: imc.StopManeuver) -> None:
@@ -172,3 +184,65 @@ def test_vital_entities_count_even_where_a_plan_ignores_errors():
     assert modes(run)[-1] == "MANEUVER"
     run = watched(ignoring, go, SICK.replace(timestamp=5.5), seconds=6, vital_entities=["GPS"])
     assert modes(run)[-1] == "ERROR"
+
+
+class Faint(Puppet):
+    """Says nothing more after 4 s."""
+
+    @consume
+    def begin(self, maneuver: imc.Goto | imc.IdleManeuver) -> None:
+        super().begin(maneuver)
+        self.after(4.0, self.fall_silent)
+
+    def fall_silent(self) -> None:
+        self.running = False
+
+
+class Broken(Puppet):
+    """Fails 4 s after it has begun a Goto."""
+
+    @consume
+    def begin(self, maneuver: imc.Goto | imc.IdleManeuver) -> None:
+        super().begin(maneuver)
+        if isinstance(maneuver, imc.Goto):
+            self.after(4.0, self.fail)
+
+    def fail(self) -> None:
+        raise RuntimeError("no more")
+
+
+def left(run):
+    """When (s) the vehicle left the mode MANEUVER, and its last error."""
+    at, error = next(
+        (m.timestamp, m.last_error)
+        for before, m in pairwise(run.of(imc.VehicleState))
+        if before.op_mode == Mode.MANEUVER != m.op_mode
+    )
+    return at - run.vehicle.start_time, error
+
+
+def test_a_maneuver_that_falls_silent_has_failed():
+    run = watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto()), seconds=20, tasks=(Faint,))
+    at, error = left(run)
+    assert 8.0 < at <= 9.0, "begun at 2 s, heard last at 5 s"
+    assert error == "Goto maneuver error: no report for 3 s"
+    patient = watched(
+        order(Command.EXEC_MANEUVER, maneuver=imc.Goto()), seconds=20, tasks=(Faint,), maneuver_report_timeout=0.0
+    )
+    assert modes(patient)[-1] == "MANEUVER"
+
+
+def test_a_maneuver_whose_task_fails_is_noticed_at_once():
+    reports = [CALM.replace(timestamp=float(t)) for t in range(20)]
+    feed = [*reports, order(Command.EXEC_MANEUVER, maneuver=imc.Goto())]
+    run = simulate([Vehicle, Broken], feed, seconds=20, keep_going=True)
+    at, error = left(run)
+    assert at == pytest.approx(6.0, abs=0.01)
+    assert error == "Goto maneuver error: its task has failed: RuntimeError: no more"
+    assert modes(run)[-1] == "SERVICE"
+    assert not any("no maneuver answers StopManeuver" in text for text in run.log)
+
+
+def test_the_failure_of_another_entity_changes_nothing():
+    other = imc.EntityState(timestamp=4.0, src_ent=200, state=imc.EntityState.State.FAILURE)
+    assert modes(watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto()), other))[-1] == "MANEUVER"
