@@ -10,12 +10,14 @@ from runtime.clock import VirtualClock, WallClock
 from runtime.config import Option
 from runtime.dune import EVERY_TASK
 from runtime.entities import EntityError, allot
+from runtime.fleet import Fleet
 from runtime.kernel import Kernel
+from runtime.logbook import summary
 from runtime.parameters import ParameterError
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
 from runtime.profile import ENTITY_IDS, Profile, default_label
 from runtime.task import Task
-from runtime.vehicle import Vehicle, summary
+from runtime.vehicle import Vehicle
 
 SIMULATED = {"Simulation", "Kinematic"}
 
@@ -35,7 +37,8 @@ def build(
     profile: Profile,
     selected: Collection[str] = (),
     *,
-    clock: WallClock | VirtualClock,
+    clock: WallClock | VirtualClock | None = None,
+    fleet: Fleet | None = None,
     seed: int | None = None,
     keep_going: bool | None = None,
     log_root: Path = Path("log"),
@@ -44,16 +47,20 @@ def build(
     bus: Callable[[Kernel, int], Bus] = Bus,
     entity_ids: Mapping[str, int] | None = None,
 ) -> Build:
-    """The vehicle of a profile with the tasks that the selected modes enable.
+    """The vehicle of a profile with the tasks that the selected modes enable, on a clock or in a fleet.
 
+    In a fleet on a virtual clock the profile's Start Time is what its clock reads.
     `keep_going` is whether a task that fails is restarted (True) or ends the run (False); by default it ends a
     simulation and is restarted otherwise. `seed` is by default the profile's; the effective configuration, which is
     in every log, has it, the modes and the ids of entities. `only` are sections to take in place of those that are
     enabled; `bus` makes the bus; `entity_ids` gives labels their ids, in place of those that follow from the profile.
-    Raises ProfileError naming file and line of what cannot be.
+    Raises ProfileError naming file and line of what cannot be, FleetError for a name that is taken in the fleet.
     """
+    if fleet is not None and fleet.kernel.virtual and fleet.kernel.now_ns != profile.start_time_ns:
+        profile.start_at(fleet.kernel.now_ns)
     if keep_going is None:
-        keep_going = not (isinstance(clock, VirtualClock) or SIMULATED & set(selected))
+        virtual = isinstance(clock if fleet is None else fleet.kernel.clock, VirtualClock)
+        keep_going = not (virtual or SIMULATED & set(selected))
     seed = profile.seed if seed is None else seed
     profile.override(f"General:Seed={seed}")
     profile.override(f"General:Selected={', '.join(sorted(selected))}")
@@ -65,6 +72,7 @@ def build(
         profile.vehicle,
         profile.system,
         clock=clock,
+        fleet=fleet,
         profile=profile,
         systems=profile.systems,
         seed=seed,

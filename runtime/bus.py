@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import imc
 from runtime.kernel import Kernel
+from runtime.timer import owner_of
 
 MOST_WAITING = 8192  # packets of other processes, while the kernel is busy
 
@@ -72,6 +73,10 @@ class Bus:
     def owners(self) -> list[object]:
         """Who has subscribed, in order."""
         return list(dict.fromkeys(subscription.owner for subscription in self._subscriptions))
+
+    def knows(self, owner: object) -> bool:
+        """Whether messages go to `owner`, or to its methods."""
+        return any(s.owner is owner or owner_of(s.handler) is owner for s in self._subscriptions)
 
     def subscribe(self, subscription: Subscription) -> None:
         self._subscriptions.append(subscription)

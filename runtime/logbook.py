@@ -1,5 +1,7 @@
 """What a task has to say to people, as LogBookEntry messages."""
 
+import traceback
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from imc import LogBookEntry
@@ -41,3 +43,15 @@ class Logbook:
 def cut(text: str) -> str:
     """`text` as a message carries it: 1023 bytes of UTF-8 at most, ? for what is no character."""
     return text.encode(errors="replace")[:LONGEST].decode(errors="ignore")
+
+
+def words(error: Exception) -> str:
+    """The exception in one line."""
+    return traceback.format_exception_only(error)[0].strip()
+
+
+def summary(error: Exception) -> str:
+    """The exception and the innermost place in the code that raised it."""
+    frames = traceback.extract_tb(error.__traceback__, limit=-1)
+    where = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno} in {frames[-1].name})" if frames else ""
+    return f"{words(error)}{where}"

@@ -9,6 +9,7 @@ import imc
 from imc.coordinates import absolute, displacement
 from runtime.build import Build, build
 from runtime.clock import parse_clock
+from runtime.fleet import Fleet
 from runtime.profile import load_profile
 from runtime.script import Script
 from runtime.vehicle import Vehicle
@@ -106,47 +107,33 @@ class Mission:
         vehicle.tap(imc.EstimatedState, self._move)
         vehicle.tap(imc.EntityMonitoringState, self._note_trouble)
 
+    def begin(self) -> None:
+        """Start the vehicle, and the plan as soon as it is ready; whoever runs the vehicle flies it."""
+        self._vehicle.start()
+        self._vehicle.kernel.soon(self._vehicle.daemon.run, self._command)
+
     def fly(self, limit: float) -> Report:
         """Run the vehicle until the plan is over, at most `limit` seconds of its time, and close it."""
-        vehicle = self._vehicle
-        vehicle.start()
-        vehicle.kernel.soon(vehicle.daemon.run, self._command)
+        self.begin()
         try:
-            vehicle.run(limit)
+            self._vehicle.run(limit)
         finally:
-            vehicle.close()
+            self._vehicle.close()
         return self.report
 
-    async def _command(self, script: Script) -> None:
-        inbox = script.listen(imc.PlanControl, imc.PlanControlState)
-        ready = imc.PlanControlState.State.READY
-        calm = imc.VehicleState.OpMode.SERVICE
-        try:
-            await script.hear(imc.VehicleState, where=lambda m: m.op_mode == calm, timeout=self._patience)
-            await script.hear(imc.PlanControlState, where=lambda m: m.state == ready, timeout=self._patience)
-        except TimeoutError:
-            trouble = f": {self._trouble}" if self._trouble else ""
-            self._end(FAILED, f"vehicle not ready within {self._patience:g} s{trouble}")
+    def _give_up(self, reason: str) -> None:
+        self._end(FAILED, f"{reason}: {self._trouble}" if self._trouble else reason)
+
+    def _judge(self, answer: imc.PlanControl) -> None:
+        if self._is_over or answer.src != self._vehicle.system:
             return
-        self.report.reason = "plan is not over"
-        request = imc.PlanControl(plan_id=self._plan.plan_id, flags=self._flags, arg=self._plan)
-        script.publish(request.replace(dst=self._vehicle.system, request_id=1))
-        began, answer = False, ""
-        while True:
-            message = await inbox.next()
-            if isinstance(message, imc.PlanControl):
-                if message.type == imc.PlanControl.Type.FAILURE:
-                    self._end(FAILED, message.info)
-                    return
-                answer = message.info if message.type == imc.PlanControl.Type.SUCCESS else answer
-            elif isinstance(message, imc.PlanControlState):
-                began = began or message.state == imc.PlanControlState.State.EXECUTING
-                if began and message.state in NEXT_STATES:
-                    done = message.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
-                    self._end(COMPLETED if done else FAILED, answer if done else "plan was stopped")
-                    return
+        if answer.type == imc.PlanControl.Type.FAILURE:
+            self._end(FAILED, answer.info)
+        elif answer.type == imc.PlanControl.Type.SUCCESS:
+            self._answer = answer.info
 
     def _end(self, outcome: str, reason: str) -> None:
+        self._is_over = True
         self.report.outcome, self.report.reason = outcome, reason
         self._vehicle.stop()
 
@@ -204,24 +191,27 @@ def prepare(
     config_dir: Sequence[Path] = (),
     overrides: Sequence[str] = (),
     clock: str = "virtual",
+    vehicle: str = "",
+    fleet: Fleet | None = None,
     seed: int | None = None,
     log_root: Path = Path("log"),
     state_folder: Path = Path("db"),
 ) -> Build:
     """The vehicle of a profile for a mission, which begins no plan by itself.
 
-    Without `modes` those that simulate it with all it has.
-
-    Raises ProfileError for what is wrong with the profile.
+    Without `modes` those that simulate it with all it has. `vehicle` is its name, in place of the profile's; in a
+    `fleet` it has no clock of its own. Raises ProfileError for what is wrong with the profile, FleetError for a name
+    that is taken.
     """
-    loaded = load_profile(profile, tuple(config_dir), overrides=tuple(overrides))
+    loaded = load_profile(profile, tuple(config_dir), vehicle=vehicle, overrides=tuple(overrides))
     usual = [mode for mode in USUAL_MODES if mode in loaded.modes][:1]
     if AUTOSTART in loaded.config.sections:
         loaded.override(f"{AUTOSTART}:Enabled=Never")
     return build(
         loaded,
         loaded.select(list(modes) or usual),
-        clock=parse_clock(clock, loaded.start_time_ns),
+        clock=parse_clock(clock, loaded.start_time_ns) if fleet is None else None,
+        fleet=fleet,
         seed=seed,
         log_root=log_root,
         state_folder=state_folder,

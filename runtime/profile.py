@@ -123,6 +123,11 @@ class Profile:
         """When virtual time begins, in seconds since 1970 UTC. Raises ProfileError."""
         return self.start_time_ns / 1e9
 
+    def start_at(self, time_ns: int) -> None:
+        """Have virtual time begin at a time (ns since 1970 UTC), to the microsecond."""
+        time = _EPOCH + timedelta(microseconds=time_ns // 1000)
+        self.override(f"General:Start Time={time.isoformat()}")
+
     @property
     def seed(self) -> int:
         """Seed of all random numbers. Raises ProfileError."""

@@ -14,21 +14,23 @@ from runtime.bus import Bus, Subscription
 from runtime.clock import VirtualClock, WallClock
 from runtime.daemon import Daemon
 from runtime.entities import Entities, State, Systems
+from runtime.fleet import Fleet
 from runtime.handlers import consumers, rate_of, tickers
 from runtime.kernel import SECOND, Kernel
+from runtime.logbook import summary, words
 from runtime.profile import default_label
 from runtime.settings import Changes, Settings, assign, give
 from runtime.task import Task
 
 LONGEST_BACKOFF = 60.0
 HEALTHY_AFTER = 60.0
-STARTING_PATIENCE = 5 * SECOND
+STARTING_PATIENCE = 5.0  # s
 
 logger = logging.getLogger("shoal.vehicle")
 
 
 class Vehicle:
-    """One vehicle: add tasks, `start`, `run`, `close`.
+    """One vehicle: add tasks, `start`, `run`, `close`. It has a clock, and so a kernel, or shares that of a fleet.
 
     `keep_going` chooses what an exception of a task does: True restarts the task with back-off, as on a vehicle; False
     ends the run with it, as in simulation. `profile` is the effective configuration, `state_folder` keeps saved
@@ -40,7 +42,8 @@ class Vehicle:
         name: str,
         system: int,
         *,
-        clock: WallClock | VirtualClock,
+        clock: WallClock | VirtualClock | None = None,
+        fleet: Fleet | None = None,
         profile: Settings,
         systems: Mapping[str, int] | None = None,
         seed: int = 0,
@@ -58,9 +61,14 @@ class Vehicle:
         self.keep_going = keep_going
         self.log_root = log_root
         self.state_folder = state_folder
-        self.kernel = Kernel(clock)
-        self.kernel.on_error = self._failed
-        self.kernel.on_slow = self._slow
+        self.fleet = fleet
+        if fleet is not None and clock is None:
+            self.kernel = fleet.kernel
+        elif clock is not None and fleet is None:
+            self.kernel = Kernel(clock)
+            self.kernel.on_error, self.kernel.on_slow = self.failed, self.slow
+        else:
+            raise TypeError("a vehicle has either a clock or a fleet")
         self.start_time = self.kernel.now_ns / SECOND
         self.bus = bus(self.kernel, system)
         self.entities = Entities(system, entity_ids)
@@ -71,9 +79,14 @@ class Vehicle:
         self.running: set[str] = set()
         self.failures: dict[str, tuple[int, int]] = {}
         self._error: Exception | None = None
-        self._closing = False
+        self._told = False
+        self._starting = False
+        self.closing = False
+        self.stopped = False
         self.daemon = self.add(Daemon, "Daemon")
         self.bus.on_own = self._meet_twin
+        if fleet is not None:
+            fleet.join(self)
 
     @property
     def virtual(self) -> bool:
@@ -129,19 +142,27 @@ class Vehicle:
         """Connect all tasks, then start them in order; what they publish meanwhile waits until all are started."""
         for task in self.tasks:
             task.connect()
-        patience, self.kernel.slow_ns = self.kernel.slow_ns, STARTING_PATIENCE
+        self._starting = True
         for task in self.tasks:
             self._soon(self._start, task)
-        self.kernel.soon(self._started, patience)
+        self.kernel.soon(self._started)
 
     def run(self, seconds: float | None = None) -> None:
-        """Run for so many seconds of the vehicle's time, or until `stop`. Raises what `keep_going` does not cover."""
+        """Run for so many seconds of the vehicle's time, or until `stop`. Raises what `keep_going` does not cover.
+
+        In a fleet all its vehicles run.
+        """
+        if self.fleet is not None:
+            self.fleet.run(seconds)
+            return
+        self.stopped = False
         begin = max(self.kernel.now_ns, self.kernel.clock.read())  # much time may have passed since the construction
         self.kernel.run(None if seconds is None else begin + round(seconds * SECOND))
 
     def stop(self, status: int = 0) -> None:
-        """End the run, with a status for the command line."""
+        """End the run, with a status for the command line; in a fleet the others go on, and this one is closed."""
         self.exit_status = status
+        self.stopped = True
         self.kernel.stop()
 
     def close(self) -> None:
@@ -150,7 +171,7 @@ class Vehicle:
         An error keeps no other task from stopping. Where none has ended the run, the first is raised when all is done,
         unless `keep_going` is set.
         """
-        self._closing, before = True, self._error
+        self.closing = True
         recorders = [task for task in self.tasks if any(c.type is imc.Message for c in consumers(type(task)))]
         try:
             self.kernel.drain()
@@ -158,13 +179,24 @@ class Vehicle:
                 if task in recorders:
                     self.kernel.drain()
                 self._shut(task)
+            self.kernel.drain()
             self.bus.detach()
         finally:
             if "worker" in vars(self):
                 self.worker.shutdown(wait=True, cancel_futures=True)
-            self.kernel.close()
-        if self._error is not before and self._error is not None and not self.keep_going:
-            raise self._error
+            if self.fleet is None:
+                self.kernel.close()
+        try:
+            if self._error is not None and not self._told and not self.keep_going:
+                self._told = True
+                raise self._error
+        finally:
+            if self.fleet is not None:
+                self.fleet.leave(self)
+
+    def owns(self, owner: object) -> bool:
+        """Whether what makes a call is the vehicle, its bus, or what its bus delivers to."""
+        return owner is self or owner is self.bus or self.bus.knows(owner)
 
     def tap(self, kind: type, handler: Callable[..., object], *, packets: bool = False) -> None:
         """Call `handler` with each delivered message of a type, whoever sent it."""
@@ -204,8 +236,8 @@ class Vehicle:
                 "Give one of them another name (-V), or another bus"
             )
 
-    def _started(self, patience: int) -> None:
-        self.kernel.slow_ns = patience
+    def _started(self) -> None:
+        self._starting = False
         self.bus.resume()
 
     def _restart(self, task: Task) -> None:
@@ -233,15 +265,16 @@ class Vehicle:
         logger.error("%r while stopping: %s", owner, summary(error))
         self._error = self._error or error
 
-    def _failed(self, owner: object, error: Exception) -> None:
+    def failed(self, owner: object, error: Exception) -> None:
         """What the kernel does with an exception that a handler raised."""
-        if self._closing:
+        if self.closing or self.stopped:
             self._note(owner, error)
             return
         if not self.keep_going:
             if error is not self._error:
-                error.add_note(f"in {owner!r} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
-            self._error = error
+                place = f"{self.name}, {owner!r}" if self.fleet is not None else repr(owner)
+                error.add_note(f"in {place} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
+            self._error, self._told = error, True
             raise error
         if not isinstance(owner, Task):
             logger.error("%r: %s", owner, "".join(traceback.format_exception(error)))
@@ -253,21 +286,13 @@ class Vehicle:
         count = 0 if self.kernel.now_ns - since > HEALTHY_AFTER * SECOND else count
         delay = min(LONGEST_BACKOFF, 2.0 ** min(count, 10))
         self.failures[owner.name] = (count + 1, self.kernel.now_ns + round(delay * SECOND))
-        owner.set_entity_state(State.FAILURE, _words(error))
+        owner.set_entity_state(State.FAILURE, words(error))
         owner.log.error(f"{summary(error)}: restarting in {delay:g} s")
         self._soon(self._restart, owner, delay)
 
-    def _slow(self, owner: object, seconds: float) -> None:
+    def slow(self, owner: object, seconds: float) -> None:
+        """Say which task keeps the others waiting; some may, while they start."""
+        if self._starting and seconds < STARTING_PATIENCE:
+            return
         name = owner.name if isinstance(owner, Task) else repr(owner)
         self.daemon.log.warning(f"{name} took {seconds:.3f} s in one handler; heavy work belongs into offload()")
-
-
-def _words(error: Exception) -> str:
-    return traceback.format_exception_only(error)[0].strip()
-
-
-def summary(error: Exception) -> str:
-    """The exception and the innermost place in the code that raised it."""
-    frames = traceback.extract_tb(error.__traceback__, limit=-1)
-    where = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno} in {frames[-1].name})" if frames else ""
-    return f"{_words(error)}{where}"
