@@ -121,19 +121,36 @@ class Mission:
             self._vehicle.close()
         return self.report
 
-    def _give_up(self, reason: str) -> None:
-        self._end(FAILED, f"{reason}: {self._trouble}" if self._trouble else reason)
-
-    def _judge(self, answer: imc.PlanControl) -> None:
-        if self._is_over or answer.src != self._vehicle.system:
+    async def _command(self, script: Script) -> None:
+        inbox = script.listen(imc.PlanControl, imc.PlanControlState)
+        ready = imc.PlanControlState.State.READY
+        calm = imc.VehicleState.OpMode.SERVICE
+        try:
+            await script.hear(imc.VehicleState, where=lambda m: m.op_mode == calm, timeout=self._patience)
+            await script.hear(imc.PlanControlState, where=lambda m: m.state == ready, timeout=self._patience)
+        except TimeoutError:
+            trouble = f": {self._trouble}" if self._trouble else ""
+            self._end(FAILED, f"vehicle not ready within {self._patience:g} s{trouble}")
             return
-        if answer.type == imc.PlanControl.Type.FAILURE:
-            self._end(FAILED, answer.info)
-        elif answer.type == imc.PlanControl.Type.SUCCESS:
-            self._answer = answer.info
+        self.report.reason = "plan is not over"
+        request = imc.PlanControl(plan_id=self._plan.plan_id, flags=self._flags, arg=self._plan)
+        script.publish(request.replace(dst=self._vehicle.system, request_id=1))
+        began, answer = False, ""
+        while True:
+            message = await inbox.next()
+            if isinstance(message, imc.PlanControl):
+                if message.type == imc.PlanControl.Type.FAILURE:
+                    self._end(FAILED, message.info)
+                    return
+                answer = message.info if message.type == imc.PlanControl.Type.SUCCESS else answer
+            elif isinstance(message, imc.PlanControlState):
+                began = began or message.state == imc.PlanControlState.State.EXECUTING
+                if began and message.state in NEXT_STATES:
+                    done = message.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
+                    self._end(COMPLETED if done else FAILED, answer if done else "plan was stopped")
+                    return
 
     def _end(self, outcome: str, reason: str) -> None:
-        self._is_over = True
         self.report.outcome, self.report.reason = outcome, reason
         self._vehicle.stop()
 
