@@ -40,6 +40,7 @@ class Status:
         self.duration = duration
         self.state: imc.EstimatedState | None = None
         self.mode = ""
+        self.plan = ""
         self.detections = 0
         self.mug = ""
         self.folder = ""
@@ -55,6 +56,7 @@ class Status:
         vehicle.tap(imc.EstimatedMugState, self._see_mug)
         vehicle.tap(imc.LoggingControl, self._see_log)
         vehicle.tap(imc.VehicleState, self._see_mode)
+        vehicle.tap(imc.PlanControlState, self._see_plan)
         vehicle.tap(imc.LogBookEntry, self._write)
 
     @property
@@ -120,7 +122,7 @@ class Status:
         table.add_row("time", f"{_clock(self.now)}   {span}   {self._speed:.3g} x real time")
         table.add_row("vehicle", self._position())
         if self.mode:
-            table.add_row("mode", self.mode)
+            table.add_row("mode", Text("   ".join(filter(None, [self.mode, printable(self.plan)]))))
         table.add_row("entities", self._entities())
         table.add_row("detections", f"{self.detections}   {self.mug}")
         table.add_row("messages", f"{self.vehicle.bus.delivered}   {self._rate:.0f} per second of the vehicle")
@@ -180,6 +182,12 @@ class Status:
     def _see_mode(self, state: imc.VehicleState) -> None:
         if state.src == self.vehicle.system:
             self.mode = next((mode.name for mode in imc.VehicleState.OpMode if mode == state.op_mode), "unknown")
+
+    def _see_plan(self, state: imc.PlanControlState) -> None:
+        if state.src == self.vehicle.system:
+            flying = state.state == imc.PlanControlState.State.EXECUTING
+            progress = f", {state.plan_progress:.0f} %" if state.plan_progress >= 0.0 else ""
+            self.plan = f"plan {state.plan_id}, maneuver {state.man_id}{progress}" if flying else ""
 
     def _write(self, entry: imc.LogBookEntry) -> None:
         level, style = LEVELS.get(entry.type, ("INFO", ""))
