@@ -1,7 +1,7 @@
 """Where the packets of a log are, by type: small enough to keep all of it in memory and beside the log."""
 
 from collections.abc import Iterable, Iterator
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from imc.log_bytes import Members, Reader
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 WINDOW = 1 << 20  # bytes read at a time
 GAP = 1 << 16  # bytes between packets that are not read
+TOGETHER = 1 << 16  # packets that are sorted by type together
 
 
 class Places(NamedTuple):
@@ -101,27 +102,40 @@ def build(batches: Iterable[Batch]) -> dict[int, TypeIndex]:
     sizes: dict[int, list[NDArray[np.uint16]]] = {}
     bigs: dict[int, list[NDArray[np.uint8]]] = {}
     lasts: dict[int, int] = {}
-    for batch in batches:
-        ids = batch.heads.astype(np.uint16)
+    for places in _joined(batches):
+        ids = places.heads.astype(np.uint16)
         order = np.argsort(ids, kind="stable")
-        sorted_ids = ids[order]
-        begins = np.flatnonzero(np.diff(sorted_ids, prepend=-1))
-        for part in np.split(order, begins[1:]):
-            number = int(ids[part[0]])
-            offsets = batch.starts[part] + batch.base
-            step = offsets.copy()
-            step[0] -= lasts.get(number, 0)
-            step[1:] -= offsets[:-1]
+        sorted_ids, sorted_places = ids[order], places.having(order)
+        begins = np.flatnonzero(sorted_ids[1:] != sorted_ids[:-1]) + 1
+        all_sizes, all_bigs = (sorted_places.heads >> 16).astype(np.uint16), sorted_places.big.view(np.uint8)
+        for begin, end in pairwise([0, *begins.tolist(), ids.size]):
+            number = int(sorted_ids[begin])
+            offsets = sorted_places.offsets[begin:end]
+            step = np.diff(offsets, prepend=lasts.get(number, 0))
             lasts[number] = int(offsets[-1])
             steps.setdefault(number, []).append(step.astype(np.min_scalar_type(int(step.max()) | 0x100)))
-            sizes.setdefault(number, []).append((batch.heads[part] >> 16).astype(np.uint16))
-            bigs.setdefault(number, []).append(batch.big[part].view(np.uint8))
+            sizes.setdefault(number, []).append(all_sizes[begin:end])
+            bigs.setdefault(number, []).append(all_bigs[begin:end])
     types: dict[int, TypeIndex] = {}
     for number in list(steps):
         joined = np.concatenate(steps.pop(number))
         size, big = np.concatenate(sizes.pop(number)), np.concatenate(bigs.pop(number))
         types[number] = TypeIndex(joined.size, joined, _shortened(size), _shortened(big))
     return types
+
+
+def _joined(batches: Iterable[Batch]) -> Iterator[Places]:
+    """Where the packets are, those of several batches together."""
+    import numpy as np
+
+    waiting: list[Places] = []
+    for batch in chain(batches, [None]):
+        if batch is not None:
+            waiting.append(Places(batch.starts + batch.base, batch.heads, batch.big))
+        if waiting and (batch is None or sum(places.offsets.size for places in waiting) >= TOGETHER):
+            offsets, heads, bigs = zip(*waiting, strict=True)
+            yield Places(np.concatenate(offsets), np.concatenate(heads), np.concatenate(bigs))
+            waiting = []
 
 
 def _shortened(values: "NDArray[Any]") -> "NDArray[Any]":

@@ -86,6 +86,22 @@ def test_index_is_written_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert all_of(Log(path, crc=not crc)) != first
 
 
+@pytest.mark.parametrize("together", [1, 7, 100, 1 << 16])
+def test_packets_sorted_in_parts_are_where_they_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, together: int
+) -> None:
+    monkeypatch.setattr("imc.packet_scan.PIECE", 256)
+    monkeypatch.setattr("imc.log_index.TOGETHER", together)
+    log = Log(write_log(tmp_path / "Data.lsf"))
+    whole = [(packet, offset) for offset, packet in log.packets()]
+    places = log.index().places()
+    assert places.offsets.tolist() == [offset for _, offset in whole]
+    assert places.big.tolist() == [packet[0] == 0xFE for packet, _ in whole]
+    assert [int(end - begin) for begin, end in zip(places.offsets, places.ends, strict=True)] == [
+        len(packet) for packet, _ in whole
+    ]
+
+
 def test_checked_index_of_undamaged_log_serves_both(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "Data.lsf").write_bytes(b"".join(map(imc.encode, messages(60))))
     seen = reads(monkeypatch)
