@@ -2,7 +2,7 @@
 
 import logging
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -47,6 +47,7 @@ class Bus:
     `on_own` is told of each message of this vehicle that comes from another process.
     Everything that is delivered has been through the codec, so a receiver here sees what a receiver elsewhere would.
     Objects that are no messages (frames) are shared between tasks of this process and go nowhere else.
+    `witness` is told of each subscription as it begins.
     Counted: `delivered`; of what other processes send, `malformed` and, where it came too fast, `overrun`.
     """
 
@@ -55,6 +56,7 @@ class Bus:
         self.system = system
         self.delivered = 0
         self.on_own: Callable[[imc.Message], None] = lambda _: None
+        self.witness: Callable[[Subscription], None] | None = None
         self.malformed = 0
         self.overrun = 0
         self._waiting: deque[bytes] = deque()
@@ -69,16 +71,27 @@ class Bus:
         for message, packet, origin in kept:
             self._deliver(message, packet, origin)
 
+    def forget(self) -> None:
+        """Drop what has been kept, and deliver from now on."""
+        self._backlog = None
+
     @property
-    def owners(self) -> list[object]:
-        """Who has subscribed, in order."""
-        return list(dict.fromkeys(subscription.owner for subscription in self._subscriptions))
+    def subscriptions(self) -> list[Subscription]:
+        """All subscriptions, in the order in which they are served."""
+        return list(self._subscriptions)
+
+    def arrange(self, subscriptions: Iterable[Subscription]) -> None:
+        """Serve exactly these subscriptions, in this order."""
+        self._subscriptions = list(subscriptions)
+        self._routes.clear()
 
     def knows(self, owner: object) -> bool:
         """Whether messages go to `owner`, or to its methods."""
         return any(s.owner is owner or owner_of(s.handler) is owner for s in self._subscriptions)
 
     def subscribe(self, subscription: Subscription) -> None:
+        if self.witness is not None:
+            self.witness(subscription)
         self._subscriptions.append(subscription)
         self._routes.clear()
 

@@ -6,7 +6,7 @@ import selectors
 import socket
 import time
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from runtime.clock import VirtualClock, WallClock
@@ -51,6 +51,7 @@ class Kernel:
         self.livelock_events = LIVELOCK_EVENTS
         self.on_error: Callable[[object, Exception], None] = _raise
         self.on_slow: Callable[[object, float], None] = _warn_slow
+        self.witness: Callable[[Callable[..., object], tuple[Any, ...]], None] | None = None
         self._due: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self._later: list[tuple[int, int, Timer]] = []
         self._sweep_at = FEW_TIMERS
@@ -78,8 +79,26 @@ class Kernel:
         return not self._due
 
     def timers(self) -> list[Timer]:
-        """What is due later, in the order in which it will be called."""
-        return [timer for _, _, timer in sorted(self._later, key=lambda e: e[:2]) if timer.function is not None]
+        """The timers that are due, now or later, in the order in which they will be called."""
+        due = [args[0] for _, args in self._due if args and isinstance(args[0], Timer)]
+        later = [timer for _, _, timer in sorted(self._later, key=lambda e: e[:2])]
+        return [timer for timer in (*due, *later) if timer.function is not None]
+
+    def adopt(self, timers: Iterable[Timer]) -> None:
+        """Have these timers due and nothing else, in this order where the time is the same."""
+        self.clear()
+        for timer in timers:
+            self._arrivals += 1
+            heapq.heappush(self._later, (timer.time, self._arrivals, timer))
+
+    def take(self, owner: object) -> Timer | None:
+        """The next timer of `owner` that is due at the present moment; it is in the queue no more."""
+        self._gather()
+        for entry in self._due:
+            if self._owner(*entry) is owner and entry[1] and isinstance(timer := entry[1][0], Timer) and timer.function:
+                self._due.remove(entry)
+                return timer
+        return None
 
     def clear(self) -> None:
         """Forget all that is due, now or later."""
@@ -179,8 +198,11 @@ class Kernel:
         due, kernel_error = self._due, self.on_error
         batch = len(due)
         if self.clock.virtual:
+            witness = self.witness
             while due and not self._stopping:
                 function, args = due.popleft()
+                if witness is not None:
+                    witness(function, args)
                 try:
                     function(*args)
                 except Exception as error:
@@ -240,11 +262,15 @@ class Kernel:
                 self._poll_next = now + POLL_PERIOD
                 self._poll(0)
             self.now_ns = max(self.now_ns, clock.read())
-        now = self.now_ns
+        self._gather()
+        return True
+
+    def _gather(self) -> None:
+        """Move the timers that are due by now to what is called next."""
+        later, now = self._later, self.now_ns
         while later and later[0][0] <= now:
             timer = heapq.heappop(later)[2]
             self._due.append((self._fire, (timer,)))
-        return True
 
     def _suspect(self, owner: object) -> None:
         """Report a livelock in the name of who has most events, once there are enough of them to tell."""

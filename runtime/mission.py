@@ -10,8 +10,8 @@ from imc.coordinates import absolute, displacement
 from runtime.build import Build, build
 from runtime.clock import parse_clock
 from runtime.fleet import Fleet
+from runtime.plan_request import PlanRequest
 from runtime.profile import load_profile
-from runtime.script import Script
 from runtime.vehicle import Vehicle
 
 COMPLETED, FAILED, LATE = "SUCCESS", "FAILURE", "TIMEOUT"
@@ -94,14 +94,16 @@ class Mission:
     ):
         self.report = Report()
         self._vehicle = vehicle
-        self._plan = plan
-        self._flags = imc.PlanControl.Flags.CALIBRATE if calibrate else 0
-        self._patience = patience
+        flags = imc.PlanControl.Flags.CALIBRATE if calibrate else 0
+        request = imc.PlanControl(plan_id=plan.plan_id, flags=flags, arg=plan, dst=vehicle.system, request_id=1)
+        self._request = PlanRequest(vehicle, request, patience=patience, refused=self._give_up)
         self._watch = watch
         self._position: tuple[float, float] | None = None
         self._errors: dict[str, tuple[int, bool]] = {}
         self._trouble = ""
-        self._is_flying = False
+        self._answer = ""
+        self._is_flying = self._has_flown = self._is_over = False
+        vehicle.tap(imc.PlanControl, self._judge)
         vehicle.tap(imc.PlanControlState, self._follow)
         vehicle.tap(imc.PathControlState, self._compare)
         vehicle.tap(imc.EstimatedState, self._move)
@@ -110,7 +112,7 @@ class Mission:
     def begin(self) -> None:
         """Start the vehicle, and the plan as soon as it is ready; whoever runs the vehicle flies it."""
         self._vehicle.start()
-        self._vehicle.kernel.soon(self._vehicle.daemon.run, self._command)
+        self._request.begin()
 
     def fly(self, limit: float) -> Report:
         """Run the vehicle until the plan is over, at most `limit` seconds of its time, and close it."""
@@ -121,40 +123,25 @@ class Mission:
             self._vehicle.close()
         return self.report
 
-    async def _command(self, script: Script) -> None:
-        inbox = script.listen(imc.PlanControl, imc.PlanControlState)
-        ready = imc.PlanControlState.State.READY
-        calm = imc.VehicleState.OpMode.SERVICE
-        try:
-            await script.hear(imc.VehicleState, where=lambda m: m.op_mode == calm, timeout=self._patience)
-            await script.hear(imc.PlanControlState, where=lambda m: m.state == ready, timeout=self._patience)
-        except TimeoutError:
-            trouble = f": {self._trouble}" if self._trouble else ""
-            self._end(FAILED, f"vehicle not ready within {self._patience:g} s{trouble}")
+    def _give_up(self, reason: str) -> None:
+        self._end(FAILED, f"{reason}: {self._trouble}" if self._trouble else reason)
+
+    def _judge(self, answer: imc.PlanControl) -> None:
+        if self._is_over or answer.src != self._vehicle.system:
             return
-        self.report.reason = "plan is not over"
-        request = imc.PlanControl(plan_id=self._plan.plan_id, flags=self._flags, arg=self._plan)
-        script.publish(request.replace(dst=self._vehicle.system, request_id=1))
-        began, answer = False, ""
-        while True:
-            message = await inbox.next()
-            if isinstance(message, imc.PlanControl):
-                if message.type == imc.PlanControl.Type.FAILURE:
-                    self._end(FAILED, message.info)
-                    return
-                answer = message.info if message.type == imc.PlanControl.Type.SUCCESS else answer
-            elif isinstance(message, imc.PlanControlState):
-                began = began or message.state == imc.PlanControlState.State.EXECUTING
-                if began and message.state in NEXT_STATES:
-                    done = message.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
-                    self._end(COMPLETED if done else FAILED, answer if done else "plan was stopped")
-                    return
+        if answer.type == imc.PlanControl.Type.FAILURE:
+            self._end(FAILED, answer.info)
+        elif answer.type == imc.PlanControl.Type.SUCCESS:
+            self._answer = answer.info
 
     def _end(self, outcome: str, reason: str) -> None:
+        self._is_over = True
         self.report.outcome, self.report.reason = outcome, reason
         self._vehicle.stop()
 
     def _follow(self, state: imc.PlanControlState) -> None:
+        if state.src != self._vehicle.system:
+            return
         legs, names = self.report.legs, imc.PlanControlState.State
         name = names(state.state).name if state.state <= max(names) else str(state.state)
         if self.report.states[-1:] != [name]:
@@ -166,6 +153,15 @@ class Mission:
             legs.append(Leg(state.man_id, state.timestamp))
         if self._watch is not None:
             self._watch(state)
+        if self._request.given and not self._is_over:
+            self._look_for_end(state)
+
+    def _look_for_end(self, state: imc.PlanControlState) -> None:
+        self.report.reason = "plan is not over"
+        self._has_flown |= self._is_flying
+        if self._has_flown and state.state in NEXT_STATES:
+            done = state.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
+            self._end(COMPLETED if done else FAILED, self._answer if done else "plan was stopped")
 
     def _compare(self, path: imc.PathControlState) -> None:
         if not self._is_flying or not self.report.legs:

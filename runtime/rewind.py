@@ -55,6 +55,7 @@ def continued(snapshot: Snapshot, log_root: Path) -> Vehicle:
     try:
         restore(vehicle, snapshot)
     except BaseException:
+        vehicle.running.clear()
         vehicle.close()
         raise
     return vehicle

@@ -3,6 +3,7 @@
 import inspect
 from collections import deque
 from collections.abc import Callable, Coroutine, Generator
+from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import imc
@@ -14,6 +15,10 @@ if TYPE_CHECKING:
     from runtime.task import Task
 
 M = TypeVar("M", bound=imc.Message)
+
+
+async def _nothing(_: "Script") -> None:
+    """What a script does that is over."""
 
 
 class _Pause:
@@ -84,6 +89,23 @@ class Script:
         if not inspect.iscoroutine(self._coroutine):
             raise TypeError(f"{function!r} is no coroutine function: write async def")
         self._wake(0.0, None)
+
+    @classmethod
+    def ended(cls, task: "Task") -> "Script":
+        """A script of a task that is over."""
+        script = cls(task, task.vehicle.bus, _nothing)
+        script.cancel()
+        return script
+
+    @property
+    def waits(self) -> list[FrameType]:
+        """Where it waits: the frames of its coroutines, the outermost first."""
+        found: list[FrameType] = []
+        inner: Any = self._coroutine
+        while (frame := getattr(inner, "cr_frame", None)) is not None:
+            found.append(frame)
+            inner = inner.cr_await
+        return found
 
     @property
     def now(self) -> float:

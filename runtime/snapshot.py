@@ -1,237 +1,210 @@
 """Saves a virtual run between two moments, and goes on from there."""
 
-from collections.abc import Iterator
-from typing import Any, cast
+import zlib
+from typing import Any
 
 import msgspec
 
-from runtime.bus import Bus
-from runtime.entities import Entity
-from runtime.handlers import Ticker
-from runtime.kernel import Timer
-from runtime.logbook import Logbook
-from runtime.script import Script
-from runtime.snapshot_values import Reader, SnapshotError, Writer
+from runtime.journal import Journals, Past
+from runtime.likeness import likeness
+from runtime.relive import relive
+from runtime.snapshot_state import (
+    TaskState,
+    TimerState,
+    connect,
+    nothing,
+    reader_for,
+    restore_task,
+    restore_timer,
+    task_of,
+    task_state,
+    timer_state,
+    writer_for,
+)
+from runtime.snapshot_values import SnapshotError, Writer
 from runtime.task import Task
+from runtime.timer import Timer
 from runtime.vehicle import Vehicle
 
-FORMAT = "shoal snapshot 1"
-BELONGINGS = frozenset(
-    {
-        "vehicle",
-        "name",
-        "entity",
-        "system",
-        "system_name",
-        "log",
-        "parameter_set",
-        "_kernel",
-        "_bus",
-        "_tickers",
-        "_scripts",
-    }
-)
-"""What the vehicle gives a task: no state of its own."""
-
-
-class TimerState(msgspec.Struct, array_like=True):
-    """A call that is due: time (ns), and the plain forms of owner, function and arguments."""
-
-    time: int
-    owner: Any
-    function: Any
-    args: list[Any]
-
-
-class TaskState(msgspec.Struct, array_like=True):
-    """A task: its section and class, its attributes, its ticks, and remembered parameters."""
-
-    section: str
-    kind: str
-    attributes: list[tuple[str, Any]]
-    tickers: list[Any]
-    pushed: Any
+FORMAT = "shoal snapshot 2"
+ONLOOKERS = ("runtime.cli", "runtime.mission", "runtime.plan_request")
+"""Whose calls are not the vehicle's: they look on, or stand for who gives it orders."""
 
 
 class Snapshot(msgspec.Struct):
-    """A vehicle at a time (ns), between what was due before it and what is due at it."""
+    """A vehicle at a time (ns), between what was due before it and what is due at it.
 
-    format: str
+    A task is in `tasks`, or in `pasts` where it runs a script. hears: whose turn it is among all subscriptions.
+    """
+
     vehicle: str
     time: int
     start_time: float
     seed: int
     configuration: bytes
-    tasks: list[TaskState]
+    sections: list[str]
+    tasks: dict[str, TaskState]
+    pasts: dict[str, Past]
     timers: list[TimerState]
-    subscribed: list[str]
+    hears: list[str]
     running: list[str]
     entities: list[tuple[str, int, Any, str, bool]]
     heard: list[tuple[int, int, str]]
     activations: list[tuple[str, Any, str]]
 
 
-def save(vehicle: Vehicle) -> bytes:
+class Envelope(msgspec.Struct, array_like=True):
+    """What a file begins with: its format, and the checksum of a snapshot's msgpack."""
+
+    format: str
+    checksum: int
+    snapshot: bytes
+
+
+def save(vehicle: Vehicle, journals: Journals | None = None) -> bytes:
     """The state of a vehicle on a virtual clock, between two runs of its kernel.
 
-    Raises SnapshotError for what cannot be saved: it names the task and the attribute.
+    A task in the midst of a script needs `journals`, kept since before. Raises SnapshotError for what cannot be saved:
+    it names the task and the attribute.
     """
     if not vehicle.virtual or not vehicle.kernel.idle:
         raise SnapshotError("only a virtual run can be saved, and only between two moments")
     if vehicle.failures:
         raise SnapshotError(f"{', '.join(vehicle.failures)}: a task that failed cannot be saved")
     timers = [timer for timer in vehicle.kernel.timers() if _is_ours(timer)]
-    places = {id(timer): index for index, timer in enumerate(timers)}
-    writer = Writer(lambda value: _name(value, vehicle, places))
-    return msgspec.msgpack.encode(
-        Snapshot(
-            FORMAT,
-            vehicle.name,
-            vehicle.kernel.now_ns,
-            vehicle.start_time,
-            vehicle.seed,
-            vehicle.profile.dump().encode(errors="surrogateescape"),
-            [_task_state(task, writer) for task in vehicle.tasks],
-            [_timer_state(timer, writer) for timer in timers],
-            [owner.name for owner in vehicle.bus.owners if isinstance(owner, Task)],
-            sorted(vehicle.running),
-            [(e.label, e.id, writer.write(e.state, e.label), e.description, e.stateful) for e in vehicle.entities],
-            [(system, entity, label) for (system, entity), label in vehicle.entities.heard.items()],
-            [(name, writer.write(a.phase, name), a.error) for name, a in vehicle.activations.items()],
-        )
+    if any(isinstance(timer.owner, Task) and timer.owner.vehicle is not vehicle for timer in timers):
+        raise SnapshotError("several vehicles on one kernel cannot be saved")
+    writer = writer_for(vehicle, timers)
+    hears = [(task, s) for s in vehicle.bus.subscriptions if (task := task_of(s)) is not None]
+    plain = [task for task in vehicle.tasks if not task.running_scripts]
+    scripted = [task for task in vehicle.tasks if task.running_scripts]
+    snapshot = Snapshot(
+        vehicle.name,
+        vehicle.kernel.now_ns,
+        vehicle.start_time,
+        vehicle.seed,
+        vehicle.profile.dump().encode(errors="surrogateescape"),
+        [task.name for task in vehicle.tasks],
+        {task.name: task_state(task, [s for owner, s in hears if owner is task], writer) for task in plain},
+        {task.name: _past(task, timers, journals) for task in scripted},
+        [_timer_state(timer, scripted, writer) for timer in timers],
+        [task.name for task, _ in hears],
+        sorted(vehicle.running),
+        [(e.label, e.id, writer.write(e.state, e.label), e.description, e.stateful) for e in vehicle.entities],
+        [(system, entity, label) for (system, entity), label in vehicle.entities.heard.items()],
+        [(name, writer.write(a.phase, name), a.error) for name, a in vehicle.activations.items()],
     )
+    data = msgspec.msgpack.encode(snapshot)
+    return msgspec.msgpack.encode(Envelope(FORMAT, zlib.crc32(data), data))
 
 
 def load(data: bytes) -> Snapshot:
-    """What a snapshot says. Raises SnapshotError for what is none."""
+    """What a snapshot says. Raises SnapshotError for what is none, or is damaged."""
     try:
-        found = msgspec.msgpack.decode(data, type=Snapshot)
+        found = msgspec.msgpack.decode(data, type=Envelope)
+        if found.format != FORMAT:
+            raise SnapshotError(f"this is a {found.format!r}, not a {FORMAT!r}")
+        if zlib.crc32(found.snapshot) != found.checksum:
+            raise SnapshotError("this snapshot is damaged")
+        return msgspec.msgpack.decode(found.snapshot, type=Snapshot)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise SnapshotError(f"this is no snapshot: {error}") from None
-    if found.format != FORMAT:
-        raise SnapshotError(f"this is a {found.format!r}, not a {FORMAT!r}")
-    return found
 
 
-def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
+def restore(vehicle: Vehicle, snapshot: Snapshot, journals: Journals | None = None) -> None:
     """Bring a vehicle that is built and not started into the state of a snapshot; then it runs on.
 
-    Its clock is virtual and begins at the snapshot's time. Raises SnapshotError.
+    Its clock is virtual and begins at the snapshot's time. With `journals`, of this vehicle, it can be saved again.
+    Raises SnapshotError.
     """
     tasks = {task.name: task for task in vehicle.tasks}
-    if [state.section for state in snapshot.tasks] != list(tasks):
+    if snapshot.sections != list(tasks):
         raise SnapshotError(f"the vehicle has other tasks than the snapshot: {', '.join(tasks)}")
-    for name in snapshot.subscribed:
-        tasks[name].connect()
-    for task in vehicle.tasks:
-        task.begin_ticking()
-    vehicle.kernel.clear()
-    vehicle.bus.resume()
-    timers = [vehicle.kernel.at(state.time, _nothing) for state in snapshot.timers]
-    trusted = {type(task).__module__.partition(".")[0] for task in vehicle.tasks}
-    reader = Reader(lambda words: _find(words, vehicle, timers), trusted, (Task, Ticker, Bus))
     try:
-        for state in snapshot.tasks:
-            _restore_task(tasks[state.section], state, reader)
-        for timer, state in zip(timers, snapshot.timers, strict=True):
-            timer.owner = reader.read(state.owner)
-            timer.function = reader.read(state.function)
-            timer.args = tuple(reader.read(word) for word in state.args)
-        for label, number, phase, description, stateful in snapshot.entities:
-            entity = vehicle.entities.find(label)
-            if entity is None or entity.id != number:
-                raise SnapshotError(f"the vehicle has no entity {label!r} of id {number}")
-            entity.state, entity.description, entity.stateful = reader.read(phase), description, stateful
-        for name, phase, error in snapshot.activations:
-            vehicle.activations[name].phase, vehicle.activations[name].error = reader.read(phase), error
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+        _restore(vehicle, snapshot, journals)
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, StopIteration) as error:
         raise error if isinstance(error, SnapshotError) else SnapshotError(f"this is no snapshot: {error!r}") from error
+
+
+def _restore(vehicle: Vehicle, snapshot: Snapshot, journals: Journals | None) -> None:
+    kernel = vehicle.kernel
+    kernel.clear()
+    vehicle.start_time = snapshot.start_time
     for system, entity, label in snapshot.heard:
         vehicle.entities.hear(system, entity, label)
-    vehicle.start_time = snapshot.start_time
+    scripted = _relive(vehicle, snapshot.pasts, journals)
+    kernel.now_ns = snapshot.time
+    timers = [_timer(state, scripted) for state in snapshot.timers]
+    if any(scripted.values()):
+        raise SnapshotError("this is no snapshot: a timer is missing")
+    reader = reader_for(vehicle, timers)
+    for section, state in snapshot.tasks.items():
+        connect(vehicle.task(section), state, reader)
+        if state.tickers:
+            vehicle.task(section).begin_ticking()
+        restore_task(vehicle.task(section), state, reader)
+    for timer, state in zip(timers, snapshot.timers, strict=True):
+        if state.function is not None:
+            restore_timer(timer, state, reader)
+    kernel.adopt(timers)
+    _arrange(vehicle, snapshot.hears)
+    for label, number, phase, description, stateful in snapshot.entities:
+        entity = vehicle.entities.find(label)
+        if entity is None or entity.id != number:
+            raise SnapshotError(f"the vehicle has no entity {label!r} of id {number}")
+        entity.state, entity.description, entity.stateful = reader.read(phase), description, stateful
+    for name, phase, error in snapshot.activations:
+        vehicle.activations[name].phase, vehicle.activations[name].error = reader.read(phase), error
+    for section in snapshot.tasks:
+        vehicle.task(section).restored()
+    vehicle.bus.forget()
     vehicle.running.update(snapshot.running)
-    for task in vehicle.tasks:
-        task.restored()
 
 
-def _nothing() -> None:
-    """Stands in a timer until it has its function."""
+def _relive(vehicle: Vehicle, pasts: dict[str, Past], journals: Journals | None) -> dict[str, list[Timer]]:
+    """Bring back the tasks that run scripts; their timers."""
+    witness, timers = vehicle.bus.witness, dict[str, list[Timer]]()
+    for section, past in pasts.items():
+        task = vehicle.task(section)
+        timers[section], handlers = relive(task, past)
+        if journals is not None:
+            journals.take_over(task, past, handlers)
+    vehicle.bus.witness = witness
+    return timers
+
+
+def _past(task: Task, timers: list[Timer], journals: Journals | None) -> Past:
+    if journals is None:
+        raise SnapshotError(f"{task.name} runs a script, and no journals are kept")
+    return journals.of(task).saved(likeness(task, [timer for timer in timers if timer.owner is task]))
 
 
 def _is_ours(timer: Timer) -> bool:
     """Whether a call is the vehicle's; others are those of who looks on."""
-    module = type(timer.owner).__module__
-    return not module.startswith("runtime.cli")
+    return not type(timer.owner).__module__.startswith(ONLOOKERS)
 
 
-def _task_state(task: Task, writer: Writer) -> TaskState:
-    if task.running_scripts:
-        raise SnapshotError(f"{task.name} runs a script, which no snapshot takes")
-    skipped = BELONGINGS.union(task.transient)
-    state = {name: value for name, value in vars(task).items() if name not in skipped}
-    plain = [(name, writer.write(value, f"{task.name}: {name}")) for name, value in state.items()]
-    tickers = [writer.write(ticker.state(), task.name) for ticker in task.tickers]
-    kind = f"{type(task).__module__}:{type(task).__qualname__}"
-    return TaskState(task.name, kind, plain, tickers, writer.write(list(task.parameter_set.pushed), task.name))
+def _timer_state(timer: Timer, scripted: list[Task], writer: Writer) -> TimerState:
+    """A timer; without a function where its task has it again when it has lived through its journal."""
+    if isinstance(timer.owner, Task) and timer.owner in scripted:
+        return TimerState(timer.time, timer.owner.name, None, [])
+    return timer_state(timer, writer)
 
 
-def _timer_state(timer: Timer, writer: Writer) -> TimerState:
-    where = f"{timer.owner!r}: a call that is due"
-    owner, function = writer.write(timer.owner, where), writer.write(timer.function, where)
-    return TimerState(timer.time, owner, function, [writer.write(part, where) for part in timer.args])
+def _timer(state: TimerState, scripted: dict[str, list[Timer]]) -> Timer:
+    if state.function is not None:
+        return Timer(state.time, nothing, ())
+    timer = scripted[state.owner].pop(0)
+    if timer.time != state.time:
+        raise SnapshotError(f"this is no snapshot: {state.owner} has nothing to do then")
+    return timer
 
 
-def _restore_task(task: Task, state: TaskState, reader: Reader) -> None:
-    kind = f"{type(task).__module__}:{type(task).__qualname__}"
-    if kind != state.kind:
-        raise SnapshotError(f"{task.name} is a {kind} here, and a {state.kind} in the snapshot")
-    for name, value in state.attributes:
-        if name not in BELONGINGS:
-            setattr(task, name, reader.read(value))
-    for ticker, plain in zip(task.tickers, state.tickers, strict=True):
-        ticker.restore(*reader.read(plain))
-    task.parameter_set.pushed.extend(reader.read(state.pushed))
-
-
-def _name(value: object, vehicle: Vehicle, timers: dict[int, int]) -> list[Any] | None:
-    """What a value is called that belongs to the vehicle; None for a value of its own."""
-    if isinstance(value, Task):
-        return ["task", value.name]
-    if isinstance(value, Entity):
-        return ["entity", value.label]
-    if isinstance(value, Logbook):
-        return ["log", next(task.name for task in vehicle.tasks if task.log is value)]
-    if isinstance(value, Timer):
-        return ["timer", timers[id(value)]] if id(value) in timers else ["over"]
-    if isinstance(value, Ticker):
-        return next(["ticker", t.name, t.tickers.index(value)] for t in vehicle.tasks if value in t.tickers)
-    if isinstance(value, Script):
-        raise SnapshotError(f"{value.task.name} runs a script, which no snapshot takes")
-    return next(([name] for name, part in _parts(vehicle) if part is value), None)
-
-
-def _parts(vehicle: Vehicle) -> Iterator[tuple[str, object]]:
-    yield from (("vehicle", vehicle), ("kernel", vehicle.kernel), ("bus", vehicle.bus), ("entities", vehicle.entities))
-    yield from (("systems", vehicle.systems), ("profile", vehicle.profile))
-
-
-def _find(words: list[Any], vehicle: Vehicle, timers: list[Timer]) -> object:
-    match words:
-        case ["task", str(name)]:
-            return vehicle.task(name)
-        case ["entity", str(label)]:
-            return vehicle.entities.find(label)
-        case ["log", str(name)]:
-            return vehicle.task(name).log
-        case ["timer", int(index)]:
-            return timers[index]
-        case ["over"]:
-            over = Timer(0, _nothing, ())
-            over.cancel()
-            return over
-        case ["ticker", str(name), int(index)]:
-            return vehicle.task(name).tickers[index]
-        case [str(name)] if (part := dict(_parts(vehicle)).get(name)) is not None:
-            return part
-        case _:
-            raise SnapshotError(f"this is no snapshot: {cast(object, words[0])!r} is unknown")
+def _arrange(vehicle: Vehicle, turns: list[str]) -> None:
+    """Serve the subscriptions of all tasks in the order in which they were served, behind those of who looks on."""
+    others = [s for s in vehicle.bus.subscriptions if task_of(s) is None]
+    own = {task.name: [s for s in vehicle.bus.subscriptions if task_of(s) is task] for task in vehicle.tasks}
+    arranged = [own[name].pop(0) for name in turns]
+    if any(own.values()):
+        raise SnapshotError("this is no snapshot: a subscription is missing")
+    vehicle.bus.arrange([*others, *arranged])

@@ -14,6 +14,7 @@ import numpy as np
 
 LARGEST = 2**63
 OWN = frozenset({"imc", "runtime", "tasks"})
+CONTAINERS = (list, set, frozenset, deque)
 SEQUENCES: dict[type, str] = {list: "list", tuple: "tuple", set: "set", frozenset: "frozenset"}
 
 
@@ -85,9 +86,14 @@ class Writer:
         if isinstance(value, msgspec.Struct):
             names = value.__struct_fields__
             return ["struct", _path(kind, where), self._attributes(value, names, where)]
-        if kind.__module__.partition(".")[0] in sys.stdlib_module_names:
+        if issubclass(kind, dict):
+            return ["mapping", _path(kind, where), self._pairs(value.items(), where), self._of(value, where)]
+        if kind.__module__.partition(".")[0] in sys.stdlib_module_names or issubclass(kind, CONTAINERS):
             raise SnapshotError(f"{where} is a {kind.__name__}, which no snapshot takes")
-        return ["object", _path(kind, where), self._attributes(value, attributes(value), where)]
+        return ["object", _path(kind, where), self._of(value, where)]
+
+    def _of(self, value: Any, where: str) -> list[Any]:
+        return self._attributes(value, attributes(value), where)
 
     def _attributes(self, value: Any, names: Collection[str], where: str) -> list[Any]:
         return [[name, self.write(getattr(value, name), f"{where}.{name}")] for name in names]
@@ -135,6 +141,13 @@ class Reader:
             made = deque[Any](maxlen=words[0])
             self._seen[number] = made
             made.extend(self.read(item) for item in words[1])
+        elif kind == "mapping":
+            cls: Any = self._class(words[0], dict)
+            made = self._seen[number] = cls.__new__(cls)
+            for key, item in words[1]:
+                dict[Any, Any].__setitem__(made, self.read(key), self.read(item))
+            for name, item in words[2]:
+                object.__setattr__(made, name, self.read(item))
         elif kind == "object":
             made = object.__new__(self._class(words[0]))
             self._seen[number] = made

@@ -35,6 +35,7 @@ class Task:
     A class with `external` set talks to the outside and is left out of virtual runs; `requires` names the extra that
     has to be installed for it; `activation` is the scope of its parameter `Active`, empty for tasks without.
     `transient` names attributes that are no state and so in no snapshot: what `configure` or `restored` makes anew.
+    Snapshots are taken in the midst of scripts where these are async methods of the task's own class.
     """
 
     external: ClassVar[bool] = False
@@ -86,6 +87,9 @@ class Task:
 
     def stop(self) -> None:
         """Release them; called at the end, and before a restart."""
+
+    def saving(self) -> None:
+        """A snapshot is about to be taken: put into attributes what `restored` needs, and publish nothing."""
 
     def restored(self) -> None:
         """The state of a snapshot is back, in place of `start`: acquire resources, and publish nothing."""

@@ -4,6 +4,7 @@ import sqlite3
 
 import imc
 from runtime import State, Task, consume, param
+from runtime.snapshot_values import SnapshotError
 from tasks.plan.store import Change, PlanStore, Stored
 
 Op = imc.PlanDB.Op
@@ -28,11 +29,22 @@ class DB(Task):
         editable=False,
     )
 
+    transient = ("_store",)
+
     def start(self) -> None:
         self._tell_boot(Type.IN_PROGRESS, "initializing")
         self._store = self._open()
         self.set_entity_state(State.NORMAL, "active")
         self._tell_boot(Type.SUCCESS, "initialization complete")
+
+    def saving(self) -> None:
+        if not self._in_memory:
+            raise SnapshotError(f"{self.name} keeps its plans in a file, which no snapshot takes: Storage = Memory")
+        self._rows = self._store.rows()
+
+    def restored(self) -> None:
+        self._store = PlanStore(None)
+        self._store.fill(*self._rows)
 
     def stop(self) -> None:
         if hasattr(self, "_store"):
@@ -142,8 +154,12 @@ class DB(Task):
     def _tell_boot(self, kind: Type, info: str) -> None:
         self.publish(imc.PlanDB(type=kind, op=Op.BOOT, info=info, dst=self.system))
 
+    @property
+    def _in_memory(self) -> bool:
+        return self.storage == "Memory" or (self.storage == "Automatic" and self.vehicle.virtual)
+
     def _open(self) -> PlanStore:
-        if self.storage == "Memory" or (self.storage == "Automatic" and self.vehicle.virtual):
+        if self._in_memory:
             return PlanStore(None)
         path = self.vehicle.state_folder / self.system_name / "Plan.db"
         try:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import imc
 
+Row = tuple[str | bytes | float | None, ...]
 HEADER, FOOTER = 20, 2  # bytes around the fields in a packet
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS Plan (
@@ -118,6 +119,17 @@ class PlanStore:
             md5=digest,
             plans_info=tuple(plan.information() for plan in plans) if with_plans else (),
         )
+
+    def rows(self) -> tuple[list[Row], list[Row]]:
+        """All that is in the two tables, plans and the last change."""
+        plans = self._base.execute("SELECT * FROM Plan ORDER BY plan_id").fetchall()
+        return plans, self._base.execute("SELECT * FROM LastChange").fetchall()
+
+    def fill(self, plans: list[Row], changes: list[Row]) -> None:
+        """Take the rows of another store into this one, which is empty. Raises sqlite3.Error."""
+        with self._base:
+            self._base.executemany("INSERT INTO Plan VALUES (?, ?, ?, ?, ?, ?)", plans)
+            self._base.executemany("INSERT INTO LastChange VALUES (?, ?, ?)", changes)
 
     def _select(self, clause: str, *plan_id: str) -> Iterator[Stored]:
         query = f"SELECT plan_id, change_time, change_sid, change_sname, md5, data FROM Plan {clause}"
