@@ -1,11 +1,12 @@
 """Lets an operator steer."""
 
 import imc
+from imc.tuples import read_tuples, whole_number
 from tasks.maneuver.protocol import Loops, Maneuver
 
 
 class Teleoperation(Maneuver):
-    """Enables remote operation until TeleoperationDone, or the action Exit."""
+    """Enables remote operation until TeleoperationDone or the action Exit, of the src in `custom` where there is one."""
 
     loops = Loops.TELEOPERATION
     hears = ()
@@ -13,17 +14,12 @@ class Teleoperation(Maneuver):
 
     async def execute(self, teleoperation: imc.Teleoperation) -> None:
         self.report()
+        operator = whole_number(teleoperation.custom, "src")
         while True:
             event = await self.event()
-            if event.dst not in (self.system, 0xFFFF):
+            if event.dst not in (self.system, 0xFFFF) or operator not in (None, event.src):
                 continue
             if isinstance(event, imc.TeleoperationDone):
                 return
-            if isinstance(event, imc.RemoteActions) and _value(event.actions, "Exit") == "1":
+            if isinstance(event, imc.RemoteActions) and read_tuples(event.actions).get("Exit") == "1":
                 return
-
-
-def _value(actions: str, name: str) -> str:
-    """The value of a name in IMC's "Name=value;..."."""
-    pairs = (action.partition("=") for action in actions.split(";"))
-    return next((value.strip() for key, _, value in pairs if key.strip() == name), "")

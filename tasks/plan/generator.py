@@ -2,6 +2,7 @@
 
 import imc
 from imc.coordinates import absolute
+from imc.tuples import read_tuples
 from runtime import Script, State, Task, consume, param
 from tasks.plan.templates import Position, TemplateError, Usual, generate
 
@@ -45,8 +46,7 @@ class Generator(Task):
             self._obey(request)
 
     def _obey(self, request: imc.PlanGeneration) -> None:
-        pairs = (pair.partition("=") for pair in request.params.split(";") if pair.strip())
-        params = {name.strip(): value.strip() for name, _, value in pairs}
+        params = read_tuples(request.params)
         usual = Usual(self.traveling_depth, self.dive_depth, self.dive_seconds, self.loiter_radius, self.rpm_speed)
         here = absolute(self._state)[:2] if self._state is not None else None
         try:
