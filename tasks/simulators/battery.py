@@ -25,6 +25,9 @@ class Battery(Task):
     initial_level: float = param(100.0, "%", "Charge at the start.", minimum=0, maximum=100, editable=False)
     hotel_load: float = param(35.0, "W", "Power of everything but the thrusters.", minimum=0)
     full_speed: float = param(2500.0, "rpm", "Speed of a thruster at full actuation.", minimum=1)
+    number_of_thrusters: int = param(
+        1, "1", "Thrusters that draw the power of the profile's model together.", minimum=1, maximum=255
+    )
     voltage_curve: list[float] = param(
         [21.0, 24.0, 25.2, 25.9, 26.8, 29.0],
         "V",
@@ -93,7 +96,8 @@ class Battery(Task):
     def _propulsion(self, share: float) -> float:
         rpm, highest = abs(share) * self.full_speed, self._rpm[-1]
         power = _interpolate(self._rpm, self._watt, min(rpm, highest))
-        return power * (rpm / highest) ** 3 if rpm > highest else power
+        power = power * (rpm / highest) ** 3 if rpm > highest else power
+        return power / self.number_of_thrusters
 
     def _say(self) -> None:
         level = 100.0 * self._charge

@@ -1,4 +1,4 @@
-"""Simulates the vehicle: where its fins, thrusters and the water take it."""
+"""Simulates the vehicle: where its fins, thrusters, water and wind take it."""
 
 import math
 
@@ -6,16 +6,19 @@ import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from tasks.simulators.marine_dynamics import Craft
 from tasks.simulators.marine_model import ModelError, read_model
+from tasks.simulators.surface_dynamics import Boat
+from tasks.simulators.surface_model import SurfaceModel, is_boat, read_surface_model
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 
 
 class VSIM(Task):
-    """Moves an underwater vehicle in six degrees of freedom and publishes the truth.
+    """Moves an underwater vehicle in six degrees of freedom, or a boat in three, and publishes the truth.
 
-    The model is the section [VSIM/Model/<Vehicle Type>] of the profile. The vehicle enters the water, at rest, where
-    the first manual GpsFix says; a later one, of its own or addressed to it, moves it there as it is. In
-    SimulatedState, lat, lon and height are those of the fix, and u, v, w are velocities through the water.
+    The model is the section [VSIM/Model/<Vehicle Type>] of the profile, whose Type says which of both it is. The
+    vehicle enters the water, at rest, where the first manual GpsFix says; a later one, of its own or addressed to it,
+    moves it there as it is. In SimulatedState, lat, lon and height are those of the fix, and u, v, w are velocities
+    through the water. AbsoluteWind, from where it says, moves boats only.
     """
 
     execution_frequency: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=20, maximum=1000, editable=False)
@@ -32,13 +35,14 @@ class VSIM(Task):
 
     def configure(self) -> None:
         name = self.vehicle.profile.value("General", "Vehicle Type", "lauv")
+        value = self.vehicle.profile.value
         try:
-            self._model = read_model(self.vehicle.profile.value, name)
+            self._model = read_surface_model(value, name) if is_boat(value, name) else read_model(value, name)
         except ModelError as error:
             raise ParameterError("Vehicle Type", str(error)) from None
 
     def start(self) -> None:
-        self.craft = Craft(self._model)
+        self.craft = Boat(self._model) if isinstance(self._model, SurfaceModel) else Craft(self._model)
         self._origin: imc.GpsFix | None = None
         self._unknown: set[tuple[str, int]] = set()
         self._period = 1.0 / self.execution_frequency
@@ -59,12 +63,12 @@ class VSIM(Task):
 
     @consume
     def deflect(self, position: imc.ServoPosition) -> None:
-        if self._accepts("fin", position.id, position.value, len(self._model.fins)):
+        if self._accepts("fin", position.id, position.value, len(self.craft.deflections)):
             self.craft.deflect(position.id, position.value)
 
     @consume
     def drive(self, actuation: imc.SetThrusterActuation) -> None:
-        if self._accepts("thruster", actuation.id, actuation.value, len(self._model.engines)):
+        if self._accepts("thruster", actuation.id, actuation.value, len(self.craft.actuations)):
             self.craft.drive(actuation.id, actuation.value)
 
     @consume
@@ -73,6 +77,11 @@ class VSIM(Task):
         velocity = stream.x, stream.y, stream.z
         if source is not None and stream.src_ent == source.id and all(map(math.isfinite, velocity)):
             self.craft.stream = velocity
+
+    @consume
+    def blow(self, wind: imc.AbsoluteWind) -> None:
+        if isinstance(self.craft, Boat) and math.isfinite(wind.direction) and math.isfinite(wind.speed):
+            self.craft.wind = -wind.speed * math.cos(wind.direction), -wind.speed * math.sin(wind.direction)
 
     @periodic("execution_frequency")
     def move(self) -> None:
