@@ -7,7 +7,7 @@ import click
 from rich.padding import Padding
 from rich.text import Text
 
-from runtime.cli.log_open import LOG, make_console, progress, refusals
+from runtime.cli.log_open import LOG, all_processors, make_console, progress, refusals
 from runtime.logs import doctor as clinic
 from runtime.logs.words import number, span
 from runtime.problem import printable
@@ -22,7 +22,7 @@ def doctor(log: Path, repair: Path | None) -> None:
     """Look for what is wrong with LOG, and say what it means. Exit status 1 where there are errors or warnings."""
     with refusals():
         with progress(log) as tell:
-            examination = clinic.examine(log, tell)
+            examination = clinic.examine(log, tell, all_processors())
         console = make_console()
         order = list(STYLES)
         for finding in sorted(examination.findings, key=lambda finding: order.index(finding.severity)):

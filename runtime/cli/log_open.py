@@ -12,6 +12,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 
 import imc
+from imc.members_ahead import Spread
 from runtime.logs.names import UnknownName
 from runtime.problem import printable
 
@@ -34,7 +35,12 @@ def refusals() -> Generator[None]:
 
 def open_log(path: Path) -> imc.Log:
     """A log that is unpacked on all processors. Raises what imc.Log does."""
-    return imc.Log(path, spread=ThreadPoolExecutor(os.cpu_count()).map)
+    return imc.Log(path, spread=all_processors())
+
+
+def all_processors() -> Spread:
+    """Unpacks a log on all processors."""
+    return ThreadPoolExecutor(os.cpu_count()).map
 
 
 def check_found(log: imc.Log, packets: int) -> None:

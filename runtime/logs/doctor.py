@@ -7,6 +7,7 @@ from typing import Literal
 
 import imc
 from imc.log_bytes import Progress
+from imc.members_ahead import Spread
 from runtime.logs.gaps import Rhythms
 from runtime.logs.headers import Block
 from runtime.logs.layouts import Layouts
@@ -66,12 +67,12 @@ class _Marks:
         self.stopped = type(message).__name__ == "LoggingControl" and getattr(message, "op", None) == stop
 
 
-def examine(path: Path, progress: Progress | None = None) -> Examination:
-    """Read a log once and judge it. Raises FileNotFoundError, OSError."""
+def examine(path: Path, progress: Progress | None = None, spread: Spread | None = None) -> Examination:
+    """Read a log once and judge it; `spread` is that of imc.Log. Raises FileNotFoundError, OSError."""
     try:
-        log, findings = imc.Log(path), list[Finding]()
+        log, findings = imc.Log(path, spread=spread), list[Finding]()
     except imc.SchemaError as error:
-        log = imc.Log(path, schema=imc.builtin())
+        log = imc.Log(path, schema=imc.builtin(), spread=spread)
         text = f"the definitions beside the log are bad: {error}"
         findings = [Finding("error", text, meaning="Readers refuse them.", remedy="--repair writes the built-in ones.")]
     else:

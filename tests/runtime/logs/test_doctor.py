@@ -1,6 +1,7 @@
 """What is wrong with logs, and repaired ones."""
 
 import gzip
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -79,6 +80,19 @@ def test_a_cut_member_is_told(make_log, tmp_path):
     assert "warning: damage: cut compressed data: 1 place" in said(path.parent)
     repair(examine(path.parent), tmp_path / "clean")
     assert examine(tmp_path / "clean").healthy
+
+
+def test_several_threads_find_the_same(make_log, monkeypatch):
+    monkeypatch.setattr("imc.members_ahead.STRETCH", 500)
+    path = make_log(good(2000), block=500) / "Data.lsf.gz"
+    data = bytearray(path.read_bytes())
+    for place in (3000, 9000):
+        data[place] ^= 0x55
+    path.write_bytes(data)
+    with ThreadPoolExecutor(2) as threads:
+        examination = examine(path.parent, spread=threads.map)
+    assert not examination.healthy
+    assert examination.findings == examine(path.parent).findings
 
 
 @pytest.mark.parametrize(("content", "text"), [(b"", "the file is empty"), (b"x" * 99, "not one of its 99 bytes")])
