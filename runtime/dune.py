@@ -28,6 +28,7 @@ GENERAL = {
     "CPU Usage - Moving Average Samples": ("1", "Number of samples of the load's average."),
     "Absolute Maximum Depth": ("m", "Depth that the vehicle must not go beyond."),
     "Absolute Minimum Altitude": ("m", "Altitude that the vehicle must not go below."),
+    "Absolute Maximum Altitude": ("m", "Altitude that an aerial vehicle must not go above."),
     "Underwater Depth Threshold": ("m", "Depth from which on the vehicle is under water."),
     "Maximum Underwater RPMs": ("rpm", "Highest speed of the motor under water."),
     "Maximum Absolute Speed": ("m/s", "Highest speed of the vehicle."),

@@ -57,6 +57,8 @@ class Engine(Task):
         self._latest = Latest()
         self._position: imc.EstimatedState | None = None
         self._fuel: float | None = None
+        self._limits: imc.OperationalLimits | None = None
+        self._aloft = False
         self._vehicle: imc.VehicleState | None = None
         self._vehicle_heard = self.now
         self.set_entity_state(State.NORMAL, "active")
@@ -73,6 +75,14 @@ class Engine(Task):
     @consume
     def locate(self, state: imc.EstimatedState) -> None:
         self._position = state
+
+    @consume
+    def bound(self, limits: imc.OperationalLimits) -> None:
+        self._limits = limits
+
+    @consume
+    def feel(self, medium: imc.VehicleMedium) -> None:
+        self._aloft = medium.medium == imc.VehicleMedium.Medium.AIR
 
     @consume
     def gauge(self, fuel: imc.FuelLevel) -> None:
@@ -243,7 +253,7 @@ class Engine(Task):
         """The plan of a request, checked. Raises PlanError."""
         plan = await self._plan(script, request)
         fuel = self._fuel if self.fuel_prediction else None
-        return self._preflight.check(plan, self._supported, self._position, fuel, self.now)
+        return self._preflight.check(plan, self._supported, self._position, fuel, self.now, self._limits, self._aloft)
 
     async def _plan(self, script: Script, request: imc.PlanControl) -> imc.PlanSpecification:
         """What a request has with it, a plan or one maneuver, or names. Raises PlanError."""

@@ -13,6 +13,7 @@ from imc.patterns import rows, swath
 Position = tuple[float, float]  # latitude, longitude (rad)
 CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward speed
 CRUISE = 1.0  # m/s, of maneuvers that have no speed of their own
+LANDING = 0.5  # m/s, of the last metres above the ground
 
 
 @dataclass(frozen=True)
@@ -66,10 +67,11 @@ def estimate(maneuver: imc.Message, start: Position | None, train: Powertrain, n
     if isinstance(maneuver, imc.Teleoperation | imc.FollowReference):
         return Estimate(math.inf, end=start)
     stays = isinstance(maneuver, imc.Elevator | imc.PopUp) and maneuver.flags & imc.Elevator.Flags.CURR_POS
-    corners = ([start] if start else []) if stays else _corners(maneuver)
-    if not corners or speed <= 0.0:
+    stays = stays or isinstance(maneuver, imc.Takeoff) or (isinstance(maneuver, imc.Land) and not corners(maneuver))
+    stations = ([start] if start else []) if stays else corners(maneuver)
+    if not stations or speed <= 0.0:
         return Estimate(end=start)
-    legs = [_distance(*leg) for leg in pairwise(([start] if start else []) + corners)]
+    legs = [_distance(*leg) for leg in pairwise(([start] if start else []) + stations)]
     travel = sum(max(0.0, leg / speed - train.ahead) for leg in legs)
     waiting = 0.0
     if isinstance(maneuver, imc.StationKeeping | imc.Loiter):
@@ -81,10 +83,12 @@ def estimate(maneuver: imc.Message, start: Position | None, train: Powertrain, n
     elif isinstance(maneuver, imc.PopUp):
         travel += 2.0 * abs(maneuver.z) / (speed * CLIMB)
         waiting = duration
+    elif isinstance(maneuver, imc.Takeoff | imc.Land) and maneuver.z_units == imc.ZUnits.ALTITUDE:
+        travel += abs(maneuver.z) / (speed if isinstance(maneuver, imc.Takeoff) else LANDING)
     elif isinstance(maneuver, imc.ScheduledGoto):
         travel = max(travel, maneuver.arrival_time - now)
     moving = travel + (waiting if isinstance(maneuver, imc.Loiter) and math.isfinite(waiting) else 0.0)
-    return Estimate(travel + waiting, moving, speed, sum(legs), max(legs, default=0.0), corners[-1])
+    return Estimate(travel + waiting, moving, speed, sum(legs), max(legs, default=0.0), stations[-1])
 
 
 def interpolate(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
@@ -94,10 +98,12 @@ def interpolate(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
     return y0 + (x - x0) * (y1 - y0) / (x1 - x0) if x1 != x0 else y0
 
 
-def _corners(maneuver: imc.Message) -> list[Position]:
+def corners(maneuver: imc.Message) -> list[Position]:
     """Where a maneuver goes; empty for one that goes nowhere. Raises ValueError for rows that are none."""
     lat, lon = getattr(maneuver, "lat", None), getattr(maneuver, "lon", None)
-    if lat is None or lon is None:
+    if lat is None or lon is None or isinstance(maneuver, imc.Takeoff):
+        return []
+    if isinstance(maneuver, imc.Land) and (lat, lon) == (0.0, 0.0):
         return []
     offsets: Iterable[tuple[float, float]] = [(0.0, 0.0)]
     if isinstance(maneuver, imc.FollowPath):

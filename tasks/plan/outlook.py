@@ -64,7 +64,8 @@ def foresee(graph: Graph, start: Position | None, train: Powertrain, now: float)
             estimates[node.name], position = found, found.end
     finite = [e for e in estimates.values() if math.isfinite(e.seconds)]
     hotel = train.hotel * sum(e.seconds for e in finite)
-    motion = sum(e.moving * train.power(e.speed) for e in finite)
+    resting = max(0.0, train.power(0.0))
+    motion = sum(e.moving * train.power(e.speed) + max(0.0, e.seconds - e.moving) * resting for e in finite)
     return Outlook(graph, estimates, hotel + motion, hotel)
 
 

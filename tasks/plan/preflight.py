@@ -2,10 +2,12 @@
 
 import math
 from collections.abc import Callable, Collection
+from itertools import chain
 
 import imc
 from imc.coordinates import absolute
 from runtime.parameters import ParameterError
+from tasks.plan.bounds import Bounds, grounded, outside
 from tasks.plan.estimate import Powertrain
 from tasks.plan.graph import PlanError, parse
 from tasks.plan.outlook import Outlook, foresee, objections
@@ -22,6 +24,7 @@ class Preflight:
     def __init__(self, value: Value, hotel: float, longest_leg: float):
         usual = Powertrain()
         self.deepest = _number(value, "Absolute Maximum Depth", math.inf)
+        self._highest = _number(value, "Absolute Maximum Altitude", math.inf)
         self.capacity = 3600.0 * _number(value, "Battery Capacity", 0.0)  # J
         self._longest_leg = longest_leg
         self._train = Powertrain(
@@ -45,13 +48,21 @@ class Preflight:
         state: imc.EstimatedState | None,
         fuel: float | None,
         now: float,
+        limits: imc.OperationalLimits | None = None,
+        aloft: bool = False,
     ) -> Outlook:
-        """What a plan will take from where the vehicle is, with so much `fuel` (%). Raises PlanError against it."""
+        """What a plan will take from where the vehicle is, with so much `fuel` (%). Raises PlanError against it.
+
+        A vehicle that supports Takeoff flies; `aloft` says whether it does already.
+        """
         graph = parse(plan, supported, self.deepest)
         position = absolute(state)[:2] if state is not None else None
         outlook = foresee(graph, position, self._train, now)
         energy = self.capacity * fuel / 100.0 if fuel is not None and self.capacity else None
-        for reason in objections(outlook, self._longest_leg, energy):
+        ground = state.height - state.z - state.alt if state is not None and state.alt >= 0.0 else None
+        bounds = Bounds(limits, self._highest, ground, aloft)
+        flies = grounded(graph, bounds) if imc.Takeoff.ID in supported else ()
+        for reason in chain(flies, outside(graph, bounds), objections(outlook, self._longest_leg, energy)):
             raise PlanError(reason)
         return outlook
 

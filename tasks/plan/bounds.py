@@ -1,0 +1,83 @@
+"""What bounds a plan: the area and the altitude that are allowed, and that nothing flies without having taken off."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import imc
+from imc.coordinates import displacement
+from tasks.plan.estimate import corners
+from tasks.plan.graph import Graph
+
+Limit = imc.OpLimitsMask
+Units = imc.ZUnits
+ANYWHERE = imc.Takeoff | imc.IdleManeuver | imc.Land  # done on the ground as well
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Limits of the moment; `ground` is the height (m above the ellipsoid) of the ground, None where unknown."""
+
+    limits: imc.OperationalLimits | None = None
+    highest: float = math.inf
+    ground: float | None = None
+    aloft: bool = False
+
+    @property
+    def altitude(self) -> float:
+        """The highest altitude (m above ground)."""
+        limits = self.limits
+        set_ = limits is not None and limits.mask & Limit.MAX_ALT
+        return min(self.highest, limits.max_altitude) if limits is not None and set_ else self.highest
+
+
+def outside(graph: Graph, bounds: Bounds) -> Iterator[str]:
+    """Maneuvers that leave the area of the limits."""
+    area = bounds.limits
+    if area is None or not area.mask & Limit.AREA:
+        return
+    c, s = math.cos(area.orientation), math.sin(area.orientation)
+    for name, node in graph.nodes.items():
+        margin = getattr(node.maneuver, "radius", 0.0) if isinstance(node.maneuver, imc.Loiter) else 0.0
+        for lat, lon in corners(node.maneuver):
+            north, east, _ = displacement(area.lat, area.lon, 0.0, lat, lon, 0.0)
+            along, across = abs(c * north + s * east), abs(c * east - s * north)
+            if along + margin > 0.5 * area.length or across + margin > 0.5 * area.width:
+                yield f"{name}: is outside of the area of the operational limits"
+                break
+
+
+def grounded(graph: Graph, bounds: Bounds) -> Iterator[str]:
+    """What speaks against the plan of an aerial vehicle: depths, heights, speeds, and flying before a takeoff."""
+    for name, node in graph.nodes.items():
+        yield from (f"{name}: {reason}" for reason in _vertical(node.maneuver, bounds))
+    seen: set[tuple[str, bool]] = set()
+    waiting = [(graph.start, bounds.aloft)]
+    while waiting:
+        step = name, aloft = waiting.pop()
+        if step in seen or name not in graph.nodes:
+            continue
+        seen.add(step)
+        node = graph.nodes[name]
+        if not aloft and not isinstance(node.maneuver, ANYWHERE):
+            yield f"{name}: the vehicle is on the ground then, a Takeoff has to come first"
+            return
+        after = aloft if isinstance(node.maneuver, imc.IdleManeuver) else not isinstance(node.maneuver, imc.Land)
+        waiting += [(destination, after) for _, destination in node.transitions]
+
+
+def _vertical(maneuver: imc.Message, bounds: Bounds) -> Iterator[str]:
+    units, z = getattr(maneuver, "z_units", Units.NONE), getattr(maneuver, "z", 0.0)
+    points = [point.z for point in getattr(maneuver, "points", ()) if isinstance(point, imc.PathPoint)]
+    if getattr(maneuver, "speed_units", 0) != imc.SpeedUnits.METERS_PS:
+        yield "the speed of what flies is in m/s"
+    if units == Units.DEPTH:
+        yield "a depth is not for what flies"
+        return
+    above: float | None = z if units == Units.ALTITUDE else None
+    if units == Units.HEIGHT and bounds.ground is not None:
+        above = z - bounds.ground
+    if isinstance(maneuver, imc.Takeoff) and (units == Units.NONE or (above is not None and above <= 0.0)):
+        yield "takes off to no altitude or height above the ground"
+    if above is not None and (highest := above + max(points, default=0.0)) > bounds.altitude:
+        yield f"an altitude of {highest:.0f} m is above the limit of {bounds.altitude:.0f} m"
