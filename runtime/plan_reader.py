@@ -193,6 +193,8 @@ class PlanReader:
 
 def _is_where_it_begins(maneuver: imc.Message) -> bool:
     """Whether a maneuver is to be done where the vehicle is then."""
+    if isinstance(maneuver, imc.Takeoff | imc.Land):
+        return True
     return isinstance(maneuver, imc.Elevator | imc.PopUp) and bool(maneuver.flags & imc.Elevator.Flags.CURR_POS)
 
 

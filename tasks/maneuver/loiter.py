@@ -5,6 +5,7 @@ import math
 import imc
 from imc.coordinates import displace
 from runtime import param
+from tasks.maneuver.hover import hover
 from tasks.maneuver.protocol import Leg, Maneuver, PathFlags, PathState
 
 Form = imc.Loiter.Type
@@ -12,13 +13,20 @@ Direction = imc.Loiter.Direction
 
 
 class Loiter(Maneuver):
-    """Circles for a time, counted from the arrival on the circle; 0 for ever. Other forms than eights are circles."""
+    """Circles for a time, counted from the arrival on the circle; 0 for ever. Other forms than eights are circles.
+
+    What can hover does so where the form says it.
+    """
 
     hears = (imc.PathControlState, imc.EstimatedState)
 
     minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
+    hovers: bool = param(False, "", "Whether the vehicle can hover.", editable=False)
 
     async def execute(self, loiter: imc.Loiter) -> None:
+        if self.hovers and loiter.type == Form.HOVER:
+            await hover(self, Leg.of(loiter), loiter.duration)
+            return
         self._left = float(loiter.duration) or math.inf
         self._end = math.inf
         radius = max(loiter.radius, self.minimum_radius)

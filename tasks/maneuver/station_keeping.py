@@ -2,18 +2,24 @@
 
 import imc
 from runtime import param
-from tasks.maneuver.protocol import Leg, Maneuver
+from tasks.maneuver.hover import hover
+from tasks.maneuver.protocol import Leg, Loops, Maneuver
 from tasks.maneuver.station import keep_station
 
 
 class StationKeeping(Maneuver):
-    """Goes to a point, drifts there with all loops off, and goes back when it has left the circle."""
+    """Goes to a point, drifts there with all loops off, and goes back when it has left the circle; or hovers there."""
 
     loops = None
     hears = (imc.PathControlState, imc.EstimatedState)
     hears_others = (imc.ManeuverDone,)
 
     minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
+    hovers: bool = param(False, "", "Whether the vehicle can hover.", editable=False)
 
     async def execute(self, station: imc.StationKeeping) -> None:
+        if self.hovers:
+            self.control(Loops.PATH)
+            await hover(self, Leg.of(station), station.duration)
+            return
         await keep_station(self, Leg.of(station), max(station.radius, self.minimum_radius), station.duration)

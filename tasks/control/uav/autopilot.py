@@ -1,0 +1,253 @@
+"""Keeps a multirotor in the air: velocities become roll, pitch, heading rate and rotor speed."""
+
+import math
+from enum import Enum
+
+import imc
+from runtime import State, Task, consume, param, periodic
+from runtime.task import UNKNOWN_SYSTEM
+from tasks.control.loops import EnabledLoops
+from tasks.control.pid import PID, clamp, wrap
+from tasks.control.uav.vectors import GRAVITY, Vector, add, inclination, norm, shortened
+
+Loops = imc.CLoopsMask
+Mode = imc.VehicleState.OpMode
+UNCOMMANDED = (Mode.SERVICE, Mode.ERROR, Mode.BOOT)
+LONGEST_STEP = 1.0  # s
+RISES = 0.05  # m/s that have to be asked for to leave the ground
+STILL, UNLOADED, RESTS = 0.25, 0.75, 1.0  # m/s, share of the weight, s: what a touchdown is
+BLIND_THRUST, BLIND_DESCENT, BLIND_MARGIN = 0.98, 0.5, 20.0  # share of the weight, m/s, s
+
+
+class Phase(Enum):
+    """What it does; the value is what AutopilotMode says."""
+
+    GROUND = "GROUND"
+    FOLLOW = "GUIDED"
+    HOVER = "LOITER"
+    LAND = "LAND"
+    BLIND = "BLIND"
+
+
+class Autopilot(Task):
+    """Follows DesiredVelocity and DesiredHeading while the loop VELOCITY is enabled, and hovers in the air while not.
+
+    Rotors rest on the ground until a climb is asked for, and after a touchdown: when it is to descend, does not, and
+    the rotors carry less than three quarters of the weight for a second. It lands where it is by itself after an Abort,
+    when it hovers without a maneuver for `Idle Timeout`, and, whatever else is asked for, below `Landing Fuel Level`.
+    Without EstimatedState it descends level.
+    """
+
+    velocity_gains: list[float] = param([1.8, 0.5, 0.0], "1/s", "P, I, D.", name="Velocity PID Gains", size=3)
+    vertical_gains: list[float] = param([3.0, 1.5, 0.0], "1/s", "P, I, D.", name="Vertical PID Gains", size=3)
+    integral_limit: float = param(3.0, "m/s²", "Limit of both integrals.", minimum=0)
+    position_gain: float = param(0.8, "1/s", "Of position and height when it hovers.", minimum=0)
+    heading_gain: float = param(1.5, "1/s", "Of the heading.", minimum=0)
+    maximum_heading_rate: float = param(60.0, "°/s", "Largest heading rate.", minimum=1)
+    maximum_tilt: float = param(25.0, "°", "Largest angle of the mast.", minimum=1, maximum=45)
+    maximum_acceleration: float = param(2.5, "m/s²", "Fastest change of the velocity that is followed.", minimum=0.1)
+    maximum_speed: float = param(12.0, "m/s", "Highest speed over ground.", minimum=0.1)
+    maximum_climb_rate: float = param(3.0, "m/s", "Fastest climb.", minimum=0.1)
+    maximum_descent_rate: float = param(1.5, "m/s", "Fastest descent.", minimum=0.1)
+    landing_rate: float = param(0.5, "m/s", "Descent near the ground.", minimum=0.1)
+    landing_altitude: float = param(5.0, "m", "Altitude where it begins.", minimum=0)
+    hover_actuation: float = param(
+        0.7, "1", "Share of the full rotor speed that carries the weight.", minimum=0.1, maximum=1
+    )
+    reference_timeout: float = param(0.5, "s", "It hovers without a velocity for so long.", minimum=0.1)
+    state_timeout: float = param(0.5, "s", "It descends level without a state for so long.", minimum=0.1)
+    idle_timeout: float = param(60.0, "s", "It lands after so long without a maneuver; 0 for never.", minimum=0)
+    landing_fuel_level: float = param(10.0, "%", "It lands with less in the battery.", minimum=0, maximum=100)
+
+    def configure(self) -> None:
+        def pid(gains: list[float]) -> PID:
+            return PID(gains, limit=2.0 * GRAVITY, integral_limit=self.integral_limit)
+
+        self._north, self._east, self._down = (
+            pid(self.velocity_gains), pid(self.velocity_gains), pid(self.vertical_gains)
+        )  # fmt: skip
+
+    def start(self) -> None:
+        self._loops = EnabledLoops(Loops.VELOCITY)
+        self._phase = Phase.GROUND
+        self._state: imc.EstimatedState | None = None
+        self._stated = self._referred = -math.inf
+        self._reference: Vector = (0.0, 0.0, 0.0)
+        self._heading: float | None = None
+        self._landing = ""
+        self._mode: int = Mode.BOOT
+        self._fuel = math.inf
+        self._idle = self.now
+        self._rest()
+        self._tell()
+
+    @consume
+    def enable(self, loops: imc.ControlLoops) -> None:
+        if self._loops.hear(loops):
+            self._heading, self._referred = None, self.now if self._loops.mask else -math.inf
+            self._landing = "" if self._loops.mask else self._landing
+
+    @consume
+    def go(self, velocity: imc.DesiredVelocity) -> None:
+        """Take a velocity ahead, to starboard and down, level."""
+        if not self._loops.mask or self._state is None:
+            return
+        if not math.isfinite(velocity.u + velocity.v + velocity.w):
+            self.log.warning("a desired velocity is no number")
+            return
+        c, s = math.cos(self._state.psi), math.sin(self._state.psi)
+        self._reference = velocity.u * c - velocity.v * s, velocity.u * s + velocity.v * c, velocity.w
+        self._referred = self.now
+
+    @consume
+    def head(self, heading: imc.DesiredHeading) -> None:
+        if self._loops.mask and math.isfinite(heading.value):
+            self._heading = heading.value
+
+    @consume
+    def watch_mode(self, vehicle: imc.VehicleState) -> None:
+        self._mode = vehicle.op_mode
+
+    @consume
+    def gauge(self, fuel: imc.FuelLevel) -> None:
+        self._fuel = fuel.value
+
+    @consume(others=True)
+    def abort(self, abort: imc.Abort) -> None:
+        if abort.dst == self.system or (abort.dst == UNKNOWN_SYSTEM and abort.src == self.system):
+            self._loops.mask = 0
+            self._land("aborted")
+
+    @consume
+    def control(self, state: imc.EstimatedState) -> None:
+        if not math.isfinite(state.x + state.y + state.z + state.vx + state.vy + state.vz + state.psi):
+            return
+        dt, self._stated, self._state = self.now - self._stated, self.now, state
+        if self._phase is Phase.GROUND:
+            if self._follows and self._reference[2] < -RISES and self._fuel > self.landing_fuel_level:
+                self._landing = ""
+                self._enter(Phase.FOLLOW, state)
+                self._fly(state, 0.0)
+        else:
+            self._choose(state)
+            self._fly(state, dt if 0.0 < dt <= LONGEST_STEP else 0.0)
+
+    @periodic(10.0)
+    def watch_state(self) -> None:
+        """Notice that nothing says any more where it is."""
+        if self._phase is Phase.GROUND or self._state is None or self.now - self._stated <= self.state_timeout:
+            return
+        if self._phase is not Phase.BLIND:
+            self.log.error("the state is unknown: descending level")
+            self._enter(Phase.BLIND, self._state)
+        longest = BLIND_MARGIN + max(0.0, self._state.alt) / BLIND_DESCENT
+        if self.now - self._entered > longest:
+            self._enter(Phase.GROUND, self._state)
+        else:
+            self._command(0.0, 0.0, 0.0, BLIND_THRUST * (GRAVITY - self._down.i))
+
+    @periodic(1.0)
+    def tell(self) -> None:
+        self._tell()
+
+    @property
+    def _follows(self) -> bool:
+        return bool(self._loops.mask) and self.now - self._referred <= self.reference_timeout
+
+    def _choose(self, state: imc.EstimatedState) -> None:
+        """What to do now, in the air."""
+        if self._fuel < self.landing_fuel_level:
+            self._land("the battery is empty")
+        elif self._phase is not Phase.HOVER or self._loops.mask or self._mode not in UNCOMMANDED:
+            self._idle = self.now
+        elif self.idle_timeout and self.now - self._idle > self.idle_timeout:
+            self._land("nothing to do")
+        phase = Phase.LAND if self._landing else Phase.FOLLOW if self._follows else Phase.HOVER
+        if phase is not self._phase:
+            self._enter(phase, state)
+        if phase is Phase.HOVER and self._loops.mask:
+            self.set_entity_state(State.ERROR, "timed out while waiting for velocity")
+        elif self._phase is not Phase.BLIND:
+            self.set_entity_state(State.NORMAL, self._landing or phase.name.lower())
+
+    def _land(self, reason: str) -> None:
+        if not self._landing and self._phase is not Phase.GROUND:
+            self.log.warning(f"landing: {reason}")
+            self._landing = f"landing: {reason}"
+
+    def _enter(self, phase: Phase, state: imc.EstimatedState) -> None:
+        if Phase.GROUND in (phase, self._phase):
+            self._rest()
+        velocity = state.vx, state.vy, state.vz
+        seconds = 0.5 * norm(velocity) / self.maximum_acceleration + 0.3
+        self._hold = add((state.x, state.y, state.z), velocity, seconds)
+        self._kept = state.psi
+        self._phase, self._entered = phase, self.now
+        if phase is Phase.GROUND:
+            self._landing = ""
+            self.publish(imc.SetThrusterActuation(id=0, value=0.0))
+            self.set_entity_state(State.NORMAL, "on the ground")
+        elif phase is Phase.BLIND:
+            self.set_entity_state(State.ERROR, "the state is unknown: descending level")
+        self._tell()
+
+    def _rest(self) -> None:
+        for law in (self._north, self._east, self._down):
+            law.reset()
+        self._ramped: Vector = (0.0, 0.0, 0.0)
+        self._share = 0.0
+        self._unloaded = math.inf
+        self._entered = self.now
+        self._hold: Vector = (0.0, 0.0, 0.0)
+        self._kept = 0.0
+
+    def _wanted(self, state: imc.EstimatedState) -> Vector:
+        """The velocity that is wanted now (m/s north, east, down)."""
+        if self._phase is Phase.FOLLOW:
+            wanted = self._reference
+        else:
+            k, hold = self.position_gain, self._hold
+            wanted = k * (hold[0] - state.x), k * (hold[1] - state.y), k * (hold[2] - state.z)
+            if self._phase is Phase.LAND:
+                low = state.alt < self.landing_altitude
+                wanted = wanted[0], wanted[1], self.landing_rate if low else self.maximum_descent_rate
+        return shortened(wanted, self.maximum_speed, self.maximum_climb_rate, self.maximum_descent_rate)
+
+    def _fly(self, state: imc.EstimatedState, dt: float) -> None:
+        wanted, before = self._wanted(state), self._ramped
+        change = add(wanted, before, -1.0)
+        length, longest = norm(change), self.maximum_acceleration * dt
+        self._ramped = wanted if length <= longest else add(before, change, longest / length)
+        ahead = add(self._ramped, before, -1.0)
+        error = add(self._ramped, (state.vx, state.vy, state.vz), -1.0)
+        rate = 1.0 / dt if dt else 0.0
+        laws = self._north, self._east, self._down
+        n, e, d = (law.step(dt, e, 0.0) + rate * step for law, e, step in zip(laws, error, ahead, strict=True))
+        roll, pitch, thrust = inclination((n, e, d), state.psi, math.radians(self.maximum_tilt))
+        heading = self._heading if self._phase is Phase.FOLLOW and self._heading is not None else self._kept
+        turning = clamp(self.heading_gain * wrap(heading - state.psi), math.radians(self.maximum_heading_rate))
+        self._command(roll, pitch, turning, thrust)
+        self._feel_ground(state, wanted[2], thrust)
+
+    def _feel_ground(self, state: imc.EstimatedState, descent: float, thrust: float) -> None:
+        """Notice a touchdown."""
+        rests = descent > RISES and abs(state.vz) < STILL and thrust < UNLOADED * GRAVITY
+        self._unloaded = min(self._unloaded, self.now) if rests else math.inf
+        if self.now - self._unloaded >= RESTS:
+            self._enter(Phase.GROUND, state)
+
+    def _command(self, roll: float, pitch: float, turning: float, thrust: float) -> None:
+        """Command angles (rad), a heading rate (rad/s) and a specific thrust (m/s²)."""
+        self._share = max(0.0, min(1.0, self.hover_actuation * math.sqrt(thrust / GRAVITY)))
+        self.publish(imc.DesiredRoll(value=roll))
+        self.publish(imc.DesiredPitch(value=pitch))
+        self.publish(imc.DesiredHeadingRate(value=turning))
+        self.publish(imc.SetThrusterActuation(id=0, value=self._share))
+
+    def _tell(self) -> None:
+        rests, states = self._phase is Phase.GROUND, imc.ArmingState.State
+        self.publish(imc.ArmingState(state=states.DISARMED if rests else states.ARMED))
+        self.publish(imc.AutopilotMode(autonomy=imc.AutopilotMode.Autonomy.AUTO, mode=self._phase.value))
+        self.publish(imc.Throttle(value=100.0 * self._share))
+        if rests:
+            self.set_entity_state(State.NORMAL, "on the ground")

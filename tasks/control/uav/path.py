@@ -1,0 +1,287 @@
+"""Leads a multirotor along lines and circles in space."""
+
+import math
+
+import imc
+from imc.coordinates import displacement
+from runtime import ParameterError, State, Task, consume, param
+from tasks.control.loops import EnabledLoops
+from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
+from tasks.control.path.track import Progress
+from tasks.control.pid import wrap
+from tasks.control.uav.guidance import Circle, Line, Pace
+from tasks.control.uav.vectors import Vector
+
+Flags = imc.DesiredPath.Flags
+Reached = imc.PathControlState.Flags
+Loops = imc.CLoopsMask
+Units = imc.ZUnits
+KEPT_FLAGS = Flags.NO_Z | Flags["_3DTRACK"] | Flags.CCLOCKW
+WANTED = int(Loops.VELOCITY | Loops.YAW)
+LONGEST = 25000.0  # m
+UNKNOWN_ETA = 0xFFFF
+HEADS = 2.0  # m; along a shorter line the heading is kept
+ON_CIRCLE = 2.0  # m
+SLOWEST = 0.2  # m/s of an arrival, and of a course
+EARLY = 1e-3  # s: how much too early a report may come
+
+
+class Path(Task):
+    """Follows DesiredPath while the loop PATH is enabled: publishes DesiredVelocity and DesiredHeading.
+
+    A path is a straight line in space from where the last one ended to its end, where the vehicle stops; with a
+    loitering radius it is a circle. `u`, `v`, `w` of DesiredVelocity are m/s ahead, to starboard and down, level. It
+    leads to heights and altitudes, not to depths. On the ground only a path with the flag TAKEOFF is followed, straight
+    up; the flag LAND leads down at its end. Without progress it is in ERROR.
+    """
+
+    report_frequency: float = param(
+        1.0, "Hz", "Rate of PathControlState.", name="State Report Frequency", minimum=0.1, maximum=100
+    )
+    near_radius: float = param(1.5, "m", "Nearer to its end, a path is done.", name="Radius To Endpoint", minimum=0.1)
+    gain: float = param(0.8, "1/s", "Speed towards a path over the distance from it.", minimum=0.05, maximum=5)
+    maximum_speed: float = param(10.0, "m/s", "Highest speed over ground.", minimum=0.1)
+    maximum_climb_rate: float = param(2.5, "m/s", "Fastest climb.", minimum=0.1)
+    maximum_descent_rate: float = param(1.5, "m/s", "Fastest descent.", minimum=0.1)
+    maximum_acceleration: float = param(2.0, "m/s²", "Of braking and turning.", minimum=0.1)
+    landing_rate: float = param(0.5, "m/s", "Descent near the ground.", minimum=0.05)
+    landing_altitude: float = param(5.0, "m", "Altitude where it begins.", minimum=0)
+    altitude_margin: float = param(0.5, "m", "Distance that is kept from the limits of altitude.", minimum=0)
+    watch_along: bool = param(True, "", "Watch the progress.", name="Along-track -- Monitor")
+    along_period: float = param(20.0, "s", "Period of it.", name="Along-track -- Check Period", minimum=1)
+    along_speed: float = param(0.05, "m/s", "Least progress.", name="Along-track -- Minimum Speed", minimum=0)
+    watch_cross: bool = param(True, "", "Watch the distance from the line.", name="Cross-track -- Monitor")
+    cross_distance: float = param(15.0, "m", "Largest distance.", name="Cross-track -- Distance Limit", minimum=0)
+    cross_time: float = param(10.0, "s", "How long it may be larger.", name="Cross-track -- Time Limit", minimum=0)
+
+    def configure(self) -> None:
+        text = self.vehicle.profile.value("General", "Absolute Maximum Altitude")
+        try:
+            self._absolute = float(text) if text else math.inf
+        except ValueError:
+            raise ParameterError("Absolute Maximum Altitude", f"[General] has {text!r}, which is no number") from None
+        self._limits = 0.0, self._absolute, math.inf
+        self._divergence = Divergence(
+            AlongTrack(self.along_period, self.along_speed, 0.0) if self.watch_along else None,
+            CrossTrack(self.cross_distance, self.cross_time) if self.watch_cross else None,
+        )
+
+    def start(self) -> None:
+        self._loops = EnabledLoops(Loops.PATH)
+        self._enabled = self._stands = self._landing = self._loitering = self._near = False
+        self._waiting: imc.DesiredPath | None = None
+        self._path: imc.DesiredPath | None = None
+        self._state: imc.EstimatedState | None = None
+        self._reported = -math.inf
+        self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def enable(self, loops: imc.ControlLoops) -> None:
+        if not self._loops.hear(loops):
+            return
+        if not self._loops.mask:
+            if loops.mask != Loops.ALL and self._enabled:
+                self._switch(imc.ControlLoops.Enable.DISABLE)
+            self._enabled = False
+            self._path = self._waiting = None
+        self.set_entity_state(State.NORMAL, "enabled" if self._loops.mask else "idle")
+
+    @consume
+    def limit(self, limits: imc.OperationalLimits) -> None:
+        """Take limits of altitude and speed, no higher than the vehicle's own."""
+        mask, bits = limits.mask, imc.OpLimitsMask
+        lowest = limits.min_altitude if mask & bits.MIN_ALT else 0.0
+        highest = limits.max_altitude if mask & bits.MAX_ALT else math.inf
+        speed = limits.max_speed if mask & bits.MAX_SPEED else math.inf
+        if all(value >= 0.0 for value in (lowest, highest, speed)):
+            self._limits = lowest, min(highest, self._absolute), speed
+
+    @consume
+    def stand(self, arming: imc.ArmingState) -> None:
+        """A vehicle whose motors rest is on the ground."""
+        self._stands = arming.state == imc.ArmingState.State.DISARMED
+
+    @consume
+    def begin(self, path: imc.DesiredPath) -> None:
+        """Take a path, at the next state."""
+        if not self._loops.mask:
+            return
+        numbers = path.end_lat, path.end_lon, path.end_z, path.speed, path.lradius, path.start_lat, path.start_lon
+        if not all(map(math.isfinite, numbers)) or abs(path.end_lat) > 0.5 * math.pi or abs(path.end_lon) > math.pi:
+            self._fail("the desired path is nowhere")
+        elif path.end_z_units == Units.DEPTH and not path.flags & Flags.NO_Z:
+            self._fail("a depth is not for what flies")
+        elif path.speed_units != imc.SpeedUnits.METERS_PS:
+            self._fail("the speed of what flies is in m/s")
+        elif self._state is None:
+            self._waiting = path
+        else:
+            self._follow(path, self._state)
+
+    @consume
+    def steer(self, state: imc.EstimatedState) -> None:
+        before, self._state = self._state, state
+        if self._waiting is not None:
+            path, self._waiting = self._waiting, None
+            self._follow(path, state)
+        if self._path is None:
+            return
+        if before is not None and (before.lat, before.lon, before.height) != (state.lat, state.lon, state.height):
+            self._fail("the reference of the position has moved")
+        elif self._stands and not self._path.flags & (Flags.TAKEOFF | Flags.LAND):
+            self._fail("on the ground: take off first")
+        else:
+            self._cycle(self._path, state)
+
+    def _follow(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
+        at = state.x, state.y, state.z
+        resumes = self._path is not None and self._near and not self._loitering and not path.flags & Flags.DIRECT
+        start = self._line.end if resumes and math.dist(self._line.end, at) < 3.0 * self.near_radius else at
+        if path.flags & Flags.START:
+            start = (*self._over_ground(state, path.start_lat, path.start_lon), start[2])
+        here = path.flags & Flags.TAKEOFF or (path.flags & Flags.LOITER_CURR and path.lradius > 0.0)
+        north, east = at[:2] if here else self._over_ground(state, path.end_lat, path.end_lon)
+        end = north, east, self._down(path, state)
+        if math.dist(start, end) > LONGEST:
+            self._fail(f"the desired path is longer than {LONGEST / 1000:g} km")
+            return
+        self._line = Line(start, end)
+        self._circle = None
+        if path.lradius > 0.0:
+            self._circle = Circle(end, path.lradius, -1 if path.flags & Flags.CCLOCKW else 1)
+        self._path, self._near, self._loitering, self._landing = path, False, False, False
+        self._heading = state.psi
+        self._reported = -math.inf
+        self._divergence.restart(self.now)
+        if not self._enabled:
+            self._enabled = True
+            self._switch(imc.ControlLoops.Enable.ENABLE)
+        self.publish(imc.DesiredSpeed(value=path.speed, speed_units=path.speed_units))
+        self.set_entity_state(State.NORMAL, "active")
+
+    def _over_ground(self, state: imc.EstimatedState, lat: float, lon: float) -> tuple[float, float]:
+        return displacement(state.lat, state.lon, 0.0, lat, lon, 0.0)[:2]
+
+    def _down(self, path: imc.DesiredPath, state: imc.EstimatedState) -> float:
+        """The end of a path, m below the reference, within the limits; it is said where that is."""
+        lowest, highest, _ = self._limits
+        ground = state.z + max(0.0, state.alt)
+        if path.flags & Flags.NO_Z or path.end_z_units == Units.NONE:
+            return state.z
+        down = state.height - path.end_z if path.end_z_units == Units.HEIGHT else ground - path.end_z
+        limited = max(down, ground - max(0.0, highest - self.altitude_margin))
+        if lowest and not path.flags & Flags.LAND:
+            limited = min(limited, ground - lowest - self.altitude_margin)
+        value = path.end_z + (down - limited if limited != down else 0.0)
+        self.publish(imc.DesiredZ(value=value, z_units=path.end_z_units))
+        return limited
+
+    def _cycle(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
+        at = state.x, state.y, state.z
+        speed = max(0.0, min(path.speed, self.maximum_speed, self._limits[2]))
+        pace = Pace(speed, min(self.maximum_climb_rate, speed), self.maximum_descent_rate,
+                    self.maximum_acceleration, self.gain)  # fmt: skip
+        if self._circle is not None:
+            wanted = self._around(self._circle, at, pace)
+        else:
+            wanted = self._along(path, state, at, pace)
+        c, s = math.cos(state.psi), math.sin(state.psi)
+        ahead, starboard = wanted[0] * c + wanted[1] * s, wanted[1] * c - wanted[0] * s
+        axes = imc.DesiredVelocity.Flags
+        self.publish(imc.DesiredVelocity(u=ahead, v=starboard, w=wanted[2], flags=axes.SURGE | axes.SWAY | axes.HEAVE))
+        self.publish(imc.DesiredHeading(value=self._heading))
+        where = self._progress(at, state)
+        if state.timestamp - self._reported >= 1.0 / self.report_frequency - EARLY:
+            self._reported = state.timestamp
+            self._report(path, state, where, pace)
+        if not self._near and not self._loitering:
+            error = self._divergence.error(self.now, where, where.course, 0.0)
+            if error:
+                self._fail(error)
+
+    def _around(self, circle: Circle, at: Vector, pace: Pace) -> Vector:
+        wanted = circle.velocity(at, pace)
+        if not self._loitering and abs(circle.outside(at)) < ON_CIRCLE and abs(circle.centre[2] - at[2]) < ON_CIRCLE:
+            self._loitering, self._reported = True, -math.inf
+        if math.hypot(wanted[0], wanted[1]) > SLOWEST:
+            self._heading = math.atan2(wanted[1], wanted[0])
+        return wanted
+
+    def _along(self, path: imc.DesiredPath, state: imc.EstimatedState, at: Vector, pace: Pace) -> Vector:
+        line = self._line
+        arrived = math.dist(at, line.end) <= self.near_radius and not self._stands
+        if path.flags & Flags.LAND:
+            self._landing, arrived = self._landing or arrived, self._stands
+        if arrived and not self._near:
+            self._near, self._reported = True, -math.inf
+        if line.level > HEADS:
+            self._heading = line.bearing
+        wanted = line.velocity(at, pace)
+        if not self._landing:
+            return wanted
+        low = state.alt < self.landing_altitude
+        return wanted[0], wanted[1], self.landing_rate if low else self.maximum_descent_rate
+
+    def _progress(self, at: Vector, state: imc.EstimatedState) -> Progress:
+        line, circle = self._line, self._circle
+        left, across = line.left(at), line.across(at)
+        if self._landing:
+            left = state.alt
+        elif circle is not None:
+            across = circle.outside(at)
+            left = abs(across) + abs(circle.centre[2] - at[2])
+        bearing = line.bearing if line.level > 0.1 else math.atan2(state.vy, state.vx)
+        speed, course = math.hypot(state.vx, state.vy), math.atan2(state.vy, state.vx)
+        drift = wrap(course - bearing) if speed > SLOWEST else 0.0
+        return Progress(
+            x=math.dist(line.start, line.end) - left,
+            y=0.0 if circle is not None and not self._loitering else across,
+            left=left,
+            range=math.dist(at, line.end),
+            line_of_sight=bearing,
+            speed=speed,
+            course=wrap(bearing + drift),
+            psi=state.psi,
+            vx=speed * math.cos(drift),
+            vy=speed * math.sin(drift),
+        )
+
+    def _report(self, path: imc.DesiredPath, state: imc.EstimatedState, where: Progress, pace: Pace) -> None:
+        flags = path.flags & KEPT_FLAGS
+        flags |= Reached.NEAR if self._near else 0
+        flags |= Reached.NO_Z if self._landing else 0
+        flags |= Reached.LOITERING if self._loitering else 0
+        done = self._near or self._loitering
+        eta = 0.0 if done else abs(where.left) / max(SLOWEST, self.landing_rate if self._landing else pace.speed)
+        self.publish(
+            imc.PathControlState(
+                path_ref=path.path_ref,
+                start_lat=path.start_lat,
+                start_lon=path.start_lon,
+                start_z=path.start_z,
+                start_z_units=path.start_z_units,
+                end_lat=path.end_lat,
+                end_lon=path.end_lon,
+                end_z=path.end_z,
+                end_z_units=path.end_z_units,
+                lradius=path.lradius,
+                flags=flags,
+                x=0.0 if self._loitering else where.left,
+                y=where.y,
+                z=state.z - self._line.end[2],
+                vx=where.vx,
+                vy=where.vy,
+                vz=state.vz,
+                course_error=wrap(where.line_of_sight - where.course),
+                eta=min(UNKNOWN_ETA, round(eta)),
+            )
+        )
+
+    def _fail(self, reason: str) -> None:
+        self._path = None
+        if self.entity.state is not State.ERROR:
+            self.log.error(reason)
+        self.set_entity_state(State.ERROR, reason)
+
+    def _switch(self, enable: int) -> None:
+        self.publish(imc.ControlLoops(enable=enable, mask=WANTED, scope_ref=self._loops.scope))

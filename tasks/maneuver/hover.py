@@ -1,0 +1,27 @@
+"""Staying at a point in the air."""
+
+import math
+
+import imc
+from tasks.maneuver.protocol import Completed, Leg, Maneuver, PathFlags
+
+
+async def hover(maneuver: Maneuver, leg: Leg, seconds: float) -> None:
+    """Go to the end of `leg` and stay there under path control, `seconds` from the arrival, 0 for ever.
+
+    ManeuverDone ends it.
+    """
+    maneuver.steer(leg, flags=PathFlags.DIRECT)
+    end = math.inf
+    while maneuver.now < end:
+        event = await maneuver.event()
+        if isinstance(event, imc.ManeuverDone):
+            raise Completed
+        if event is not maneuver.path:
+            continue
+        if not maneuver.near:
+            maneuver.tell(after=seconds or math.inf)
+            continue
+        if end == math.inf and seconds:
+            end = maneuver.now + seconds
+        maneuver.report(end - maneuver.now)

@@ -1,0 +1,11 @@
+"""Leaves the ground."""
+
+import imc
+from tasks.maneuver.protocol import Leg, Maneuver, PathFlags
+
+
+class Takeoff(Maneuver):
+    """Climbs straight up to a height or an altitude, wherever it stands; in the air, from where it is."""
+
+    async def execute(self, takeoff: imc.Takeoff) -> None:
+        await self.follow(Leg.of(takeoff), flags=PathFlags.TAKEOFF)
