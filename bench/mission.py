@@ -16,58 +16,77 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from statistics import median
 
 import imc
+from runtime.clock import VirtualClock
+from runtime.fleet import Fleet
 from runtime.mission import prepare
 from runtime.plans import load_plan
-from runtime.script import Script
 from runtime.vehicle import Vehicle
 
 PROFILE = "lauv-noptilus-1"
 PLAN = Path(__file__).parents[1] / "tests/data/plans/three_gotos.json"
+SEARCHED = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
 READY = 10.0  # s until the vehicle takes a plan
-SLICE = 1.0  # s of one vehicle before it is the next one's turn
+START = 1_767_225_600_000_000_000  # ns, 2026-01-01T00:00:00Z
 
 
-def flying(folder: Path, seed: int) -> Vehicle:
-    """A started vehicle that begins the plan after READY seconds, everything logged."""
-    vehicle = prepare(PROFILE, seed=seed, log_root=folder / f"log{seed}", state_folder=folder / f"db{seed}").vehicle
+def flying(folder: Path, name: str, seed: int, fleet: Fleet) -> Vehicle:
+    """A vehicle that begins the plan READY seconds after its start, everything logged."""
+    made = prepare(PROFILE, vehicle=name, fleet=fleet, seed=seed, log_root=folder / "log", state_folder=folder / "db")
     plan = load_plan(PLAN)
-
-    async def command(script: Script) -> None:
-        await script.sleep(READY)
-        script.publish(imc.PlanControl(plan_id=plan.plan_id, arg=plan, request_id=1, dst=vehicle.system))
-
-    vehicle.start()
-    vehicle.kernel.soon(vehicle.daemon.run, command)
-    return vehicle
+    request = imc.PlanControl(plan_id=plan.plan_id, arg=plan, request_id=1, dst=made.vehicle.system)
+    fleet.kernel.after(READY, made.vehicle.daemon.publish, request)
+    return made.vehicle
 
 
 def together(count: int, seconds: float) -> tuple[float, float]:
-    """CPU seconds per simulated second and vehicle, and messages per simulated second of one, of `count` in turn."""
-    with tempfile.TemporaryDirectory() as name:
-        vehicles = [flying(Path(name), seed) for seed in range(count)]
-        for vehicle in vehicles:
-            vehicle.run(READY + 5.0)
+    """CPU seconds per simulated second and vehicle, and messages per simulated second of one, of `count` together."""
+    with tempfile.TemporaryDirectory() as name, Fleet(VirtualClock(START)) as fleet:
+        vehicles = [flying(Path(name), f"lauv-{seed}", seed, fleet) for seed in range(count)]
+        fleet.start()
+        fleet.run(READY + 5.0)
         heard = sum(vehicle.bus.delivered for vehicle in vehicles)
         began = time.process_time()
-        for _ in range(math.ceil(seconds / SLICE)):
-            for vehicle in vehicles:
-                vehicle.run(SLICE)
+        fleet.run(seconds)
         used = time.process_time() - began
         heard = sum(vehicle.bus.delivered for vehicle in vehicles) - heard
-        for vehicle in vehicles:
-            vehicle.close()
     return used / (seconds * count), heard / (seconds * count)
+
+
+def leave_logs(count: int, seconds: float) -> None:
+    """Run many vehicles together, and leave their logs in the present folder."""
+    with Fleet(VirtualClock(START)) as fleet:
+        for seed in range(count):
+            flying(Path(), f"lauv-{seed}", seed, fleet)
+        fleet.start()
+        fleet.run(seconds)
+
+
+def share(count: int, seconds: float, repeats: int) -> None:
+    """Compare one vehicle with many, each measured in turn and in a process of its own, so that both meet one load."""
+    figures: dict[int, list[float]] = {1: [], count: []}
+    for _ in range(repeats):
+        for number in figures:
+            with multiprocessing.get_context("spawn").Pool(1) as pool:
+                figures[number].append(pool.apply(together, (number, seconds))[0])
+    single, each = min(figures[1]), min(figures[count])
+    print(
+        f"{count} vehicles on one kernel: {each:.4f} CPU s each per simulated second, {single:.4f} for one alone, "
+        f"ratio {each / single:.2f} (medians {median(figures[count]) / median(figures[1]):.2f})"
+    )
 
 
 def gaps() -> float:
     """Longest time (s) between two true states of a flight."""
     with tempfile.TemporaryDirectory() as name:
-        vehicle, times = flying(Path(name), 0), list[float]()
-        vehicle.tap(imc.SimulatedState, lambda state: times.append(state.timestamp))
-        vehicle.run(60.0)
-        vehicle.close()
+        times: list[float] = []
+        with Fleet(VirtualClock(START)) as fleet:
+            vehicle = flying(Path(name), PROFILE, 0, fleet)
+            vehicle.tap(imc.SimulatedState, lambda state: times.append(state.timestamp))
+            fleet.start()
+            fleet.run(60.0)
     return max(later - before for before, later in itertools.pairwise(times))
 
 
@@ -76,29 +95,29 @@ def burn() -> None:
         math.factorial(500)
 
 
-def sameness(runs: int) -> None:
-    """Fly the plan in processes of their own, half of them beside others that keep all cores busy."""
+def sameness(what: str, runs: int, command: list[str]) -> None:
+    """Run a command that leaves logs in processes of its own, half of them beside others that keep all cores busy."""
     hashes: set[str] = set()
     for run in range(runs):
         busy = [multiprocessing.Process(target=burn, daemon=True) for _ in range((run % 2) * (os.cpu_count() or 1))]
         for process in busy:
             process.start()
         with tempfile.TemporaryDirectory() as name:
-            command = [sys.executable, "-m", "runtime.cli", "mission", PROFILE, str(PLAN), "--seed", "1"]
-            environment = {**os.environ, "PYTHONHASHSEED": str(run)}
-            subprocess.run(command, check=True, cwd=name, env=environment, capture_output=True)
+            environment = {**os.environ, "PYTHONHASHSEED": str(run), "PYTHONPATH": SEARCHED}
+            subprocess.run([sys.executable, *command], check=True, cwd=name, env=environment, capture_output=True)
             logs = sorted(Path(name).glob("log/*/*/*/Data.lsf.gz"))
             hashes.add(hashlib.sha256(b"".join(gzip.decompress(log.read_bytes()) for log in logs)).hexdigest())
         for process in busy:
             process.terminate()
             process.join()
-    print(f"logs of {runs} flights, each with its hash seed, every second under load: {len(hashes)} different")
+    print(f"logs of {runs} {what}, each with its hash seed, every second under load: {len(hashes)} different")
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=200.0)
     parser.add_argument("--vehicles", type=int, default=24)
+    parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--runs", type=int, default=20)
     arguments = parser.parse_args()
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
@@ -107,11 +126,8 @@ if __name__ == "__main__":
         f"full task graph, all logged: {alone:.4f} CPU s per simulated second ({1 / alone:.0f}x) "
         f"at {rate:.0f} messages/s"
     )
-    each, _ = together(arguments.vehicles, arguments.seconds / 10.0)
-    single, _ = together(1, arguments.seconds / 10.0)
-    print(
-        f"{arguments.vehicles} vehicles in one process, in turn: {each:.4f} CPU s each, "
-        f"{each / single:.2f} of a single one"
-    )
+    share(arguments.vehicles, arguments.seconds / 5.0, arguments.repeats)
     print(f"longest gap of the true state: {gaps() * 1e3:.0f} ms")
-    sameness(arguments.runs)
+    sameness("flights", arguments.runs, ["-m", "runtime.cli", "mission", PROFILE, str(PLAN), "--seed", "1"])
+    program = f"from mission import leave_logs; leave_logs({arguments.vehicles}, {READY + 30.0})"
+    sameness(f"fleets of {arguments.vehicles}", arguments.runs, ["-c", program])
