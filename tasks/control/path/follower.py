@@ -10,7 +10,7 @@ from tasks.control.loops import EnabledLoops
 from tasks.control.path.bottom import BottomGuard
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
 from tasks.control.path.track import Point, Progress, Track, bearing, progress
-from tasks.control.pid import wrap
+from tasks.control.pid import clamp, wrap
 
 Flags = imc.DesiredPath.Flags
 StateFlags = imc.PathControlState.Flags
@@ -21,6 +21,7 @@ LONGEST = 25000.0  # m
 RECENT = 1.0  # s
 UNKNOWN_ETA = 0xFFFF
 SLOWEST_COURSE = 0.2  # m/s; slower movement has no course
+LARGEST_DRIFT = math.radians(60.0)  # between heading and course; what a current does beyond it, no heading undoes
 LONGEST_BRAKE = 30.0  # s
 EARLY = 1e-3  # s: how much too early a state may come for its cycle
 
@@ -231,7 +232,8 @@ class PathFollower(Task):
             target = self.along(where, self._straight.bearing)
         else:
             target = where.line_of_sight
-        self.publish(imc.DesiredHeading(value=wrap(target + state.psi - course)))
+        drift = clamp(wrap(state.psi - course), LARGEST_DRIFT)
+        self.publish(imc.DesiredHeading(value=wrap(target + drift)))
         if state.timestamp - self._reported >= 1.0 / self.report_frequency - EARLY:
             self._reported = state.timestamp
             self._report(path, state, where, wrap(target - course), eta)

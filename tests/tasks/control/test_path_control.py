@@ -59,6 +59,11 @@ def follow(feed, cls=VectorField, **parameters):
     return simulate(cls, feed=sorted(feed, key=lambda m: m.timestamp), **parameters)
 
 
+def test_a_current_that_carries_a_vehicle_astern_does_not_turn_its_heading_away():
+    feed = [enable(), path(100, 0), *[state(0.2 + 0.05 * i, speed=-0.3) for i in range(40)]]
+    assert abs(follow(feed).of(imc.DesiredHeading)[-1].value) == pytest.approx(math.radians(60.0))
+
+
 def headings(run):
     return [m.value for m in run.of(imc.DesiredHeading)]
 
