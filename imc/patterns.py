@@ -2,6 +2,8 @@
 
 from math import cos, sin, tan
 
+from imc.messages import Rows, RowsCoverage
+
 MOST_ROWS = 10_000
 
 
@@ -47,6 +49,28 @@ def rows(
             points.append(((length if far else 0.0) + lean, across))
     c, s = cos(bearing), sin(bearing)
     return [(c * x - s * side * y, s * x + c * side * y) for x, y in points]
+
+
+def rows_of(area: Rows | RowsCoverage) -> list[tuple[float, float]]:
+    """North and east (m) of the corners that a maneuver goes through. Raises ValueError for what has no rows.
+
+    The distance of the rows of RowsCoverage follows from its sonar.
+    """
+    if isinstance(area, Rows):
+        step, alternation = area.hstep, area.alternation / 100.0
+    else:
+        step, alternation = swath(area.angaperture, area.range, area.overlap / 100.0), 1.0
+    return rows(
+        bearing=area.bearing,
+        cross_angle=area.cross_angle,
+        width=area.width,
+        length=area.length,
+        step=step,
+        overshoot=area.coff,
+        alternation=alternation,
+        square=bool(area.flags & Rows.Flags.SQUARE_CURVE),
+        right=bool(area.flags & Rows.Flags.CURVE_RIGHT),
+    )
 
 
 def swath(aperture: float, reach: float, overlap: float) -> float:

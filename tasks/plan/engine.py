@@ -7,10 +7,11 @@ import imc
 from runtime import Script, State, Task, consume, param, periodic
 from runtime.script import Inbox
 from tasks.plan.actions import PlanActions
-from tasks.plan.flight import UNKNOWN, Flight
+from tasks.plan.flight import NOTHING, Flight
 from tasks.plan.graph import FINISH, Node, PlanError
 from tasks.plan.outlook import Outlook
 from tasks.plan.preflight import Preflight
+from tasks.plan.replies import Replies
 from tasks.plan.requests import PATIENCE, Latest, Requests
 
 Op = imc.PlanControl.Op
@@ -20,7 +21,6 @@ Outcome = imc.PlanControlState.LastOutcome
 Command = imc.VehicleCommand.Command
 Mode = imc.VehicleState.OpMode
 BROADCAST = 0xFFF0
-NOTHING = 0xFFFF
 
 
 class Engine(Task):
@@ -51,14 +51,11 @@ class Engine(Task):
         self._phase, self._outcome = Phase.READY, Outcome.NONE
         self._plan_id = ""
         self._flight: Flight | None = None
-        self._requests = Requests(self)
+        self._requests, self._replies = Requests(self), Replies(self)
         self._supported: set[int] = set()
         self._leads: dict[int, float] = {}
         self._latest = Latest()
-        self._position: imc.EstimatedState | None = None
-        self._fuel: float | None = None
-        self._limits: imc.OperationalLimits | None = None
-        self._aloft = False
+        self._situation = Latest()
         self._vehicle: imc.VehicleState | None = None
         self._vehicle_heard = self.now
         self.set_entity_state(State.NORMAL, "active")
@@ -73,20 +70,8 @@ class Engine(Task):
         self._leads[entity.id] = float(entity.act_time)
 
     @consume
-    def locate(self, state: imc.EstimatedState) -> None:
-        self._position = state
-
-    @consume
-    def bound(self, limits: imc.OperationalLimits) -> None:
-        self._limits = limits
-
-    @consume
-    def feel(self, medium: imc.VehicleMedium) -> None:
-        self._aloft = medium.medium == imc.VehicleMedium.Medium.AIR
-
-    @consume
-    def gauge(self, fuel: imc.FuelLevel) -> None:
-        self._fuel = fuel.value
+    def note(self, news: imc.EstimatedState | imc.FuelLevel | imc.OperationalLimits | imc.VehicleMedium) -> None:
+        self._situation[type(news)] = news
 
     @consume
     def watch_activations(self, state: imc.EntityActivationState) -> None:
@@ -138,22 +123,22 @@ class Engine(Task):
         elif request.op == Op.GET:
             flight = self._flight
             if flight is None or flight.outlook is None:
-                self._refuse(request, "no plan is running")
+                self._replies.refuse(request, "no plan is running")
             else:
-                self._answer(request, Type.SUCCESS, "OK", flight.outlook.graph.plan, plan_id=self._plan_id)
+                self._replies.succeed(request, "OK", flight.outlook.graph.plan, plan_id=self._plan_id)
         else:
-            self._refuse(request, f"no such operation: {request.op}")
+            self._replies.refuse(request, f"no such operation: {request.op}")
 
     def _start(self, request: imc.PlanControl) -> None:
         flight = self._flight
         if flight is not None and flight.is_repeated(request, self.now):
             if flight.info:
-                self._answer(flight.request, Type.SUCCESS, flight.info, flight.statistics)
+                self._replies.succeed(flight.request, flight.info, flight.statistics)
         elif self._phase is Phase.BLOCKED:
             mode = "unknown" if self._vehicle is None else Mode(self._vehicle.op_mode).name
-            self._refuse(request, f"cannot start a plan: vehicle mode is {mode}")
+            self._replies.refuse(request, f"cannot start a plan: vehicle mode is {mode}")
         elif request.plan_id == self._recovery and not self._is_generator(request):
-            self._refuse(request, "the recovery plan is started by the plan generator alone")
+            self._replies.refuse(request, "the recovery plan is started by the plan generator alone")
         else:
             if flight is not None:
                 self.log.warning(f"switching to {request.plan_id}")
@@ -165,16 +150,16 @@ class Engine(Task):
     def _stop(self, request: imc.PlanControl) -> None:
         flight = self._flight
         if flight is None:
-            self._refuse(request, "no plan is running, request ignored")
+            self._replies.refuse(request, "no plan is running, request ignored")
             return
         self._requests.command(Command.STOP_MANEUVER)
         self._give_up(flight, "plan was stopped")
-        self._answer(request, Type.SUCCESS, "OK", plan_id=self._plan_id)
+        self._replies.succeed(request, "OK", plan_id=self._plan_id)
         self._enter(Phase.READY)
 
     def _load(self, request: imc.PlanControl) -> None:
         if self._flight is not None:
-            self._refuse(request, "cannot load plan now")
+            self._replies.refuse(request, "cannot load plan now")
         else:
             self.run(self._look, request)
 
@@ -184,10 +169,10 @@ class Engine(Task):
             outlook = await self._prepare(script, request)
         except PlanError as error:
             self._outcome = Outcome.FAILURE if self._flight is None else self._outcome
-            self._refuse(request, str(error))
+            self._replies.refuse(request, str(error))
         else:
             self._plan_id = outlook.graph.plan.plan_id
-            self._answer(request, Type.SUCCESS, "plan loaded", outlook.statistics(self._preflight.capacity))
+            self._replies.succeed(request, "plan loaded", outlook.statistics(self._preflight.capacity))
 
     async def _fly(self, script: Script, flight: Flight) -> None:
         """START: from loading to the last maneuver."""
@@ -236,36 +221,18 @@ class Engine(Task):
         while name is None:
             event = await inbox.next()
             if isinstance(event, imc.VehicleState):
-                name = self._next(node, done=bool(event.flags & imc.VehicleState.Flags.MANEUVER_DONE))
+                name = node.next(self._latest, done=bool(event.flags & imc.VehicleState.Flags.MANEUVER_DONE))
         flight.leave(self.now)
         return name
 
-    def _next(self, node: Node, *, done: bool) -> str | None:
-        """Where the first transition that holds leads, None while none does. Raises PlanError where none ever will."""
-        for condition, destination in node.transitions:
-            if condition.holds(self._latest, done):
-                return destination
-        if done and node.transitions:
-            raise PlanError(f"{node.name}: done, and the condition of no transition holds")
-        return FINISH if done else None
-
     async def _prepare(self, script: Script, request: imc.PlanControl) -> Outlook:
         """The plan of a request, checked. Raises PlanError."""
-        plan = await self._plan(script, request)
-        fuel = self._fuel if self.fuel_prediction else None
-        return self._preflight.check(plan, self._supported, self._position, fuel, self.now, self._limits, self._aloft)
-
-    async def _plan(self, script: Script, request: imc.PlanControl) -> imc.PlanSpecification:
-        """What a request has with it, a plan or one maneuver, or names. Raises PlanError."""
-        if isinstance(request.arg, imc.PlanSpecification):
-            return request.arg
-        if request.arg is not None:
-            name = type(request.arg).__name__
-            quick = imc.PlanManeuver(maneuver_id=name, data=request.arg)
-            return imc.PlanSpecification(plan_id=request.plan_id or name, start_man_id=name, maneuvers=(quick,))
-        if not request.plan_id:
-            raise PlanError("undefined plan id")
-        return await self._requests.plan(script, request.plan_id)
+        plan, situation = await self._requests.plan(script, request), self._situation
+        state, limits = situation.of(imc.EstimatedState), situation.of(imc.OperationalLimits)
+        fuel, medium = situation.of(imc.FuelLevel), situation.of(imc.VehicleMedium)
+        level = fuel.value if fuel is not None and self.fuel_prediction else None
+        aloft = medium is not None and medium.medium == imc.VehicleMedium.Medium.AIR
+        return self._preflight.check(plan, self._supported, state, level, self.now, limits, aloft)
 
     async def _demand(self, inbox: Inbox, flight: Flight, command: Command, **fields: object) -> None:
         """Command the vehicle, and wait until it obeys."""
@@ -279,15 +246,14 @@ class Engine(Task):
         if command and not lost and flight.actions is not None:
             self._requests.command(Command.STOP_MANEUVER)
         self._end(flight, Outcome.FAILURE)
-        self.log.error(reason)
-        self._answer(flight.request, Type.FAILURE, reason, flight.statistics)
+        self._replies.fail(flight.request, reason, flight.statistics)
         self._enter(Phase.BLOCKED if lost else Phase.READY)
 
     def _give_up(self, flight: Flight, reason: str) -> None:
         """End a plan at the request of a console; who asked for it gets a reply where there was none yet."""
         self._end(flight, Outcome.FAILURE)
         if not flight.info:
-            self._refuse(flight.request, reason)
+            self._replies.refuse(flight.request, reason)
 
     def _end(self, flight: Flight, outcome: Outcome) -> None:
         """End actions, statistics and the log of a plan that is over."""
@@ -314,27 +280,7 @@ class Engine(Task):
     def _succeed(self, flight: Flight, info: str) -> None:
         flight.info = info
         self.log.info(f"reply -- Start Plan ({self._plan_id}) -- {info}")
-        self._answer(flight.request, Type.SUCCESS, info, flight.statistics)
-
-    def _refuse(self, request: imc.PlanControl, info: str) -> None:
-        self.log.error(f"{self.vehicle.systems.name(request.src)}: {info}")
-        self._answer(request, Type.FAILURE, info)
-
-    def _answer(
-        self, request: imc.PlanControl, kind: Type, info: str, arg: imc.Message | None = None, plan_id: str = ""
-    ) -> None:
-        self.reply(
-            request,
-            imc.PlanControl(
-                type=kind,
-                op=request.op,
-                request_id=request.request_id,
-                plan_id=plan_id or request.plan_id,
-                flags=request.flags,
-                arg=arg,
-                info=info,
-            ),
-        )
+        self._replies.succeed(flight.request, info, flight.statistics)
 
     def _enter(self, phase: Phase) -> None:
         changed = phase is not self._phase
@@ -343,19 +289,7 @@ class Engine(Task):
             self._tell()
 
     def _tell(self) -> None:
-        flight = self._flight
-        node = flight.node if flight is not None else None
-        left = flight.left(self._vehicle, self.now) if flight is not None else 0.0
-        progress = flight.advance(left) if flight is not None and self.compute_progress else -1.0
-        self.publish(
-            imc.PlanControlState(
-                state=self._phase,
-                plan_id=self._plan_id,
-                plan_eta=int(min(left, 2**31 - 1)) if math.isfinite(left) else UNKNOWN,
-                plan_progress=progress,
-                man_id=node.name if node is not None else "",
-                man_type=node.maneuver.ID if node is not None else NOTHING,
-                man_eta=flight.maneuver_eta(self._vehicle) if flight is not None else 0,
-                last_outcome=self._outcome,
-            )
-        )
+        state = imc.PlanControlState(plan_progress=-1.0, man_type=NOTHING)
+        if self._flight is not None:
+            state = self._flight.report(self._vehicle, self.now, compute_progress=self.compute_progress)
+        self.publish(state.replace(state=self._phase, plan_id=self._plan_id, last_outcome=self._outcome))

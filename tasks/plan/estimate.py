@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import imc
 from imc.coordinates import displace, displacement
-from imc.patterns import rows, swath
+from imc.patterns import rows_of
 
 Position = tuple[float, float]  # latitude, longitude (rad)
 CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward speed
@@ -109,21 +109,7 @@ def corners(maneuver: imc.Message) -> list[Position]:
     if isinstance(maneuver, imc.FollowPath):
         offsets = [(point.x, point.y) for point in maneuver.points if isinstance(point, imc.PathPoint)]
     elif isinstance(maneuver, imc.Rows | imc.RowsCoverage):
-        if isinstance(maneuver, imc.Rows):
-            step, alternation = maneuver.hstep, maneuver.alternation / 100.0
-        else:
-            step, alternation = swath(maneuver.angaperture, maneuver.range, maneuver.overlap / 100.0), 1.0
-        offsets = rows(
-            bearing=maneuver.bearing,
-            cross_angle=maneuver.cross_angle,
-            width=maneuver.width,
-            length=maneuver.length,
-            step=step,
-            overshoot=maneuver.coff,
-            alternation=alternation,
-            square=bool(maneuver.flags & imc.Rows.Flags.SQUARE_CURVE),
-            right=bool(maneuver.flags & imc.Rows.Flags.CURVE_RIGHT),
-        )
+        offsets = rows_of(maneuver)
     return [displace(lat, lon, 0.0, north, east)[:2] for north, east in offsets]
 
 

@@ -11,6 +11,7 @@ from tasks.plan.outlook import Outlook, tuples
 
 UNKNOWN_ETA = 0xFFFF
 UNKNOWN = -1
+NOTHING = 0xFFFF  # no maneuver
 REPEATED = 2.0  # s within which the same request is the same
 
 
@@ -88,6 +89,17 @@ class Flight:
         if self.outlook is not None and self.actions is not None and self.node is not None:
             estimates, left = self.outlook.estimates, self.maneuver_left(vehicle, now)
             self.actions.foresee(self.node.name, left, lambda name: estimates[name].seconds)
+
+    def report(self, vehicle: imc.VehicleState | None, now: float, *, compute_progress: bool) -> imc.PlanControlState:
+        """How far it is, without its state, plan and last outcome."""
+        left = self.left(vehicle, now)
+        return imc.PlanControlState(
+            plan_eta=int(min(left, 2**31 - 1)) if math.isfinite(left) else UNKNOWN,
+            plan_progress=self.advance(left) if compute_progress else -1.0,
+            man_id=self.node.name if self.node is not None else "",
+            man_type=self.node.maneuver.ID if self.node is not None else NOTHING,
+            man_eta=self.maneuver_eta(vehicle),
+        )
 
     def result(self, plan_id: str, now: float) -> imc.PlanStatistics:
         """What it took in the end."""

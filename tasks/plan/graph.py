@@ -1,7 +1,7 @@
 """A plan as a graph of maneuvers, checked."""
 
 import math
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import imc
@@ -25,6 +25,15 @@ class Node:
     start_actions: Actions
     end_actions: Actions
     transitions: list[tuple[Condition, str]] = field(default_factory=list[tuple[Condition, str]])
+
+    def next(self, latest: Mapping[type[imc.Message], imc.Message], *, done: bool) -> str | None:
+        """Where the first transition that holds leads, None while none does. Raises PlanError where none ever will."""
+        for condition, destination in self.transitions:
+            if condition.holds(latest, done):
+                return destination
+        if done and self.transitions:
+            raise PlanError(f"{self.name}: done, and the condition of no transition holds")
+        return FINISH if done else None
 
 
 @dataclass

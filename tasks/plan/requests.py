@@ -1,6 +1,7 @@
 """What the plan engine asks of others: commands of the supervisor, plans of the database, numbers of the bus."""
 
 from collections.abc import Iterable
+from typing import TypeVar
 
 import imc
 from runtime import Script, Task
@@ -8,6 +9,7 @@ from runtime.bus import Bus, Subscription
 from runtime.script import Inbox
 from tasks.plan.graph import PlanError
 
+M = TypeVar("M", bound=imc.Message)
 PATIENCE = 2.5  # s for the supervisor
 DATABASE_PATIENCE = 1.0  # s
 
@@ -43,8 +45,19 @@ class Requests:
             if answer.type == imc.VehicleCommand.Type.SUCCESS:
                 return
 
-    async def plan(self, script: Script, plan_id: str) -> imc.PlanSpecification:
-        """A plan of the database. Raises PlanError where there is none."""
+    async def plan(self, script: Script, request: imc.PlanControl) -> imc.PlanSpecification:
+        """What a request has with it, a plan or one maneuver, else what it names. Raises PlanError for nothing."""
+        if isinstance(request.arg, imc.PlanSpecification):
+            return request.arg
+        if request.arg is not None:
+            name = type(request.arg).__name__
+            quick = imc.PlanManeuver(maneuver_id=name, data=request.arg)
+            return imc.PlanSpecification(plan_id=request.plan_id or name, start_man_id=name, maneuvers=(quick,))
+        if not request.plan_id:
+            raise PlanError("undefined plan id")
+        return await self._stored(script, request.plan_id)
+
+    async def _stored(self, script: Script, plan_id: str) -> imc.PlanSpecification:
         task, number, op = self._task, self._next(), imc.PlanDB.Op.GET
         task.publish(imc.PlanDB(op=op, request_id=number, plan_id=plan_id, dst=task.system))
 
@@ -67,6 +80,11 @@ class Requests:
 
 class Latest(dict[type[imc.Message], imc.Message]):
     """The latest message of each type that is watched."""
+
+    def of(self, kind: type[M]) -> M | None:
+        """The latest of a type, None where there is none."""
+        message = self.get(kind)
+        return message if isinstance(message, kind) else None
 
     def watch(self, bus: Bus, kinds: Iterable[type[imc.Message]], owner: Task) -> None:
         """Forget all, and watch these from now on."""
