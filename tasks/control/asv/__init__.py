@@ -1,0 +1,1 @@
+"""Controllers of an autonomous surface vehicle."""

@@ -1,0 +1,1 @@
+"""Controllers of a boat with a motor and a rudder."""

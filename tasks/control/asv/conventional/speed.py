@@ -1,0 +1,21 @@
+"""Controls the speed of a boat with one motor."""
+
+import imc
+from tasks.control.asv.pilot import Driven, Loops
+
+
+class Speed(Driven):
+    """Turns DesiredSpeed into thrust of motor 0, while the loop SPEED is enabled."""
+
+    controlled = Loops.SPEED
+
+    def act(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
+        share = self.accelerate(state, mask, dt)
+        self._thrust(share or 0.0)
+        return share is not None
+
+    def rest(self) -> None:
+        self._thrust(0.0)
+
+    def _thrust(self, value: float) -> None:
+        self.publish(imc.SetThrusterActuation(id=0, value=value))

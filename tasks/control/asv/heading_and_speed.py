@@ -1,0 +1,59 @@
+"""Controls heading and speed of a boat with two motors side by side."""
+
+import math
+
+import imc
+from runtime import param
+from tasks.control.asv.differential import actuations, share_out
+from tasks.control.asv.pilot import Driven, Loops, Steered
+
+PORT, STARBOARD = 0, 1
+
+
+class HeadingAndSpeed(Steered, Driven):
+    """Turns DesiredHeading, DesiredHeadingRate and DesiredSpeed into thrust at port and at starboard.
+
+    While the loops YAW, YAW_RATE and SPEED are enabled. What the heading asks for is a share of the full force, taken
+    from one side and added to the other, so that it turns the boat alike at any speed.
+    """
+
+    controlled = Loops.YAW | Loops.YAW_RATE | Loops.SPEED
+
+    highest_difference: float = param(
+        0.4,
+        "1",
+        "Largest share of the full force on each side that turns the boat.",
+        name="Maximum Thrust Differential Actuation",
+        minimum=0,
+        maximum=1,
+    )
+    heading_error: float = param(
+        60.0,
+        "°",
+        "Beyond this heading error the boat turns before it goes.",
+        name="Maximum Heading Error to Thrust",
+        minimum=0,
+        maximum=180,
+    )
+    share_saturation: bool = param(True, "", "Turning comes before speed where a motor is at its limit.")
+    reverse: float = param(
+        1.0, "1", "Force astern as a share of that ahead.", name="Reverse Thrust Factor", minimum=0.05, maximum=1
+    )
+
+    def act(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
+        turning = bool(mask & Loops.YAW) and not mask & Loops.YAW_RATE
+        off = turning and abs(self.helm.error(state.psi)) > math.radians(self.heading_error)
+        share = self.accelerate(state, mask, dt, held=off)
+        effort = self.steer(state, mask, dt, self.highest_difference)
+        ahead = share * abs(share) if share is not None and not off else 0.0
+        limits = self.highest_thrust**2, self.reverse * self.highest_thrust**2
+        forces = share_out(ahead, effort or 0.0, *limits, turn_first=self.share_saturation)
+        self._thrust(*actuations(forces, self.reverse))
+        return share is not None and effort is not None
+
+    def rest(self) -> None:
+        self._thrust(0.0, 0.0)
+
+    def _thrust(self, port: float, starboard: float) -> None:
+        self.publish(imc.SetThrusterActuation(id=PORT, value=port))
+        self.publish(imc.SetThrusterActuation(id=STARBOARD, value=starboard))

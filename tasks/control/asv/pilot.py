@@ -1,0 +1,188 @@
+"""What all controllers of a boat have in common: loops, references, supervision; and the parameters of both axes."""
+
+import math
+from typing import ClassVar
+
+import imc
+from runtime import State, Task, consume, param, periodic
+from runtime.task import UNKNOWN_SYSTEM
+from tasks.control.asv.helm import HORIZONTAL, Helm
+from tasks.control.asv.throttle import Throttle
+from tasks.control.loops import EnabledLoops
+
+Loops = imc.CLoopsMask
+LONGEST_STEP = 1.0  # s; without a state for longer, the boat is let go
+
+
+class BoatControl(Task):
+    """Acts on each EstimatedState while one of its loops is enabled; rests while none is, without states, at a brake.
+
+    Abort disables the loops. The entity is in ERROR where an enabled loop has no reference for too long. The end of the
+    task, also by a failure, leaves the actuators at rest.
+    """
+
+    controlled: ClassVar[int] = 0
+
+    reference_timeout: float = param(5.0, "s", "How long an enabled loop may be without a reference.", minimum=0)
+    log_parcels: bool = param(False, "", "Publish the parts of each control law.", name="Log PID Parcels")
+
+    _helm: Helm | None = None
+    _throttle: Throttle | None = None
+
+    def act(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
+        """Move the actuators, for the loops of `mask`, `dt` s after the last time; whether all references are there."""
+        raise NotImplementedError
+
+    def rest(self) -> None:
+        """Move the actuators to where they do nothing."""
+        raise NotImplementedError
+
+    def start(self) -> None:
+        self._loops = EnabledLoops(self.controlled)
+        self._braking = False
+        self._controlled = self._complete = -math.inf
+        for law in (self._helm, self._throttle):
+            if law is not None:
+                law.reset()
+        self.rest()
+        self.set_entity_state(State.NORMAL, "idle")
+
+    def stop(self) -> None:
+        self.rest()
+
+    @consume
+    def enable(self, loops: imc.ControlLoops) -> None:
+        before = self._loops.mask
+        if not self._loops.hear(loops):
+            return
+        mask = self._loops.mask
+        if self._helm is not None and (mask ^ before) & HORIZONTAL:
+            self._helm.reset()
+        if self._throttle is not None and (mask ^ before) & Loops.SPEED:
+            self._throttle.reset()
+        self._complete = self.now
+        if not mask:
+            self.rest()
+        self.set_entity_state(State.NORMAL, "active" if mask else "idle")
+
+    @consume
+    def go_to_heading(self, desired: imc.DesiredHeading) -> None:
+        if self._helm is not None and self._loops.mask & Loops.YAW and self._is_number(desired.value, "heading"):
+            self._helm.heading = desired.value
+
+    @consume
+    def turn_at(self, desired: imc.DesiredHeadingRate) -> None:
+        rate = self._loops.mask & Loops.YAW_RATE
+        if self._helm is not None and rate and self._is_number(desired.value, "heading rate"):
+            self._helm.wanted_rate = desired.value
+
+    @consume
+    def go_at(self, desired: imc.DesiredSpeed) -> None:
+        if self._throttle is not None and self._loops.mask & Loops.SPEED and not self._throttle.desire(desired):
+            self.log.warning(f"a desired speed is none: {desired.value} in unit {desired.speed_units}")
+
+    @consume
+    def brake(self, brake: imc.Brake) -> None:
+        self._braking = brake.op == imc.Brake.Op.START
+        if self._braking:
+            self.rest()
+
+    @consume(others=True)
+    def abort(self, abort: imc.Abort) -> None:
+        if abort.dst == self.system or (abort.dst == UNKNOWN_SYSTEM and abort.src == self.system):
+            self._loops.mask = 0
+            self.rest()
+            self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def control(self, state: imc.EstimatedState) -> None:
+        before, self._controlled = self._controlled, state.timestamp
+        if not self._loops.mask or self._braking:
+            return
+        dt = state.timestamp - before
+        if self.act(state, self._loops.mask, dt if 0.0 < dt <= LONGEST_STEP else 0.0):
+            self._complete = self.now
+            self.set_entity_state(State.NORMAL, "active")
+        elif self.now - self._complete > self.reference_timeout:
+            self.set_entity_state(State.ERROR, "timed out while waiting for a reference")
+
+    @periodic(2.0)
+    def supervise(self) -> None:
+        """Let the boat go where nobody says any more how it moves."""
+        if self._loops.mask and self.now - max(self._controlled, self._complete) > LONGEST_STEP:
+            self.rest()
+            self.set_entity_state(State.ERROR, "EstimatedState is missing")
+
+    def _is_number(self, value: float, what: str) -> bool:
+        if not math.isfinite(value):
+            self.log.warning(f"a desired {what} is no number")
+        return math.isfinite(value)
+
+
+class Steered(BoatControl):
+    """Has a helm."""
+
+    heading_gains: list[float] = param([0.5, 0.0, 0.0], "1/s", "P, I, D of heading.", name="Yaw PID Gains", size=3)
+    maximum_rate: float = param(15.0, "°/s", "Largest rate that is asked for.", name="Maximum Heading Rate", minimum=0)
+    rate_gains: list[float] = param([0.8, 0.3, 0.0], "s", "P, I, D of the rate.", name="Heading Rate PID Gains", size=3)
+    rate_feedforward: float = param(
+        0.5, "s", "Effort per rate that is known ahead.", name="Heading Rate Feedforward Gain"
+    )
+
+    helm: Helm
+
+    def configure(self) -> None:
+        super().configure()
+        rate = math.radians(self.maximum_rate)
+        self.helm = self._helm = Helm(self.heading_gains, rate, self.rate_gains, self.rate_feedforward)
+
+    def steer(self, state: imc.EstimatedState, mask: int, dt: float, limit: float) -> float | None:
+        """The effort that turns the boat to starboard, within plus and minus `limit`; None without a reference."""
+        effort = self.helm.effort(mask, state.psi, state.r, dt, limit)
+        if effort is not None and mask & Loops.YAW and not mask & Loops.YAW_RATE:
+            self.publish(imc.DesiredHeadingRate(value=self.helm.rate))
+        if self.log_parcels:
+            self.publish(self.helm.parcel)
+        return effort
+
+
+class Driven(BoatControl):
+    """Has a throttle."""
+
+    full_thrust: float = param(2500.0, "rpm", "Rotation rate at full thrust.", name="RPMs at Maximum Thrust", minimum=1)
+    minimum_rpm: float = param(0.0, "rpm", "Lowest rate of a moving boat.", name="Minimum RPM Limit", minimum=0)
+    maximum_rpm: float = param(2500.0, "rpm", "Highest rate.", name="Maximum RPM Limit", minimum=0)
+    rpm_acceleration: float = param(
+        160.0, "rpm/s", "Fastest change of the rate.", name="Maximum RPM Acceleration", minimum=0
+    )
+    speed_gains: list[float] = param([0.0, 25.0, 0.0], "rpm/(m/s)", "P, I, D on speed.", name="MPS PID Gains", size=3)
+    speed_integral_limit: float = param(
+        400.0, "rpm", "Limit of the integral; -1 for none.", name="MPS Integral Limit", minimum=-1
+    )
+    speed_feedforward: float = param(1000.0, "rpm/(m/s)", "Feed-forward of speed.", name="MPS Feedforward Gain")
+    highest_thrust: float = param(1.0, "1", "Highest thrust.", name="Maximum Thrust Actuation", minimum=0, maximum=1)
+
+    throttle: Throttle
+
+    def configure(self) -> None:
+        super().configure()
+        limit = self.speed_integral_limit
+        self.throttle = self._throttle = Throttle(
+            self.speed_gains,
+            limit if limit >= 0.0 else math.inf,
+            self.speed_feedforward,
+            (self.minimum_rpm, max(self.minimum_rpm, self.maximum_rpm)),
+            self.rpm_acceleration,
+            self.full_thrust,
+        )
+
+    def accelerate(self, state: imc.EstimatedState, mask: int, dt: float, *, held: bool = False) -> float | None:
+        """The share of full actuation that the speed needs, 0 with the loop off; None without a reference."""
+        if not mask & Loops.SPEED:
+            return 0.0
+        if self.throttle.desired is None:
+            return None
+        share = self.throttle.share(state.u, dt, held=held)
+        if self.log_parcels:
+            self.publish(self.throttle.parcel)
+        return max(-self.highest_thrust, min(self.highest_thrust, share))

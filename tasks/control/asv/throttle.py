@@ -1,0 +1,79 @@
+"""What a speed asks of the motor of a boat."""
+
+import math
+from collections.abc import Sequence
+
+import imc
+from tasks.control.pid import PID
+
+Units = imc.SpeedUnits
+STANDSTILL = 0.1  # m/s; a lower speed is none
+
+
+class Throttle:
+    """Turns a DesiredSpeed into a share of full actuation, -1 to 1.
+
+    A speed in m/s becomes a rotation rate by `feedforward` (rpm per m/s) and a PID of the error (rpm), which changes by
+    at most `acceleration` (rpm/s) and stays between `lowest` and `highest` (rpm). The integral rests while the rate is
+    at a limit or still on its way; at first the rate is that of the speed that there is. `full` is the rate at full
+    actuation (rpm).
+    """
+
+    def __init__(
+        self,
+        gains: Sequence[float],
+        integral_limit: float,
+        feedforward: float,
+        limits: tuple[float, float],
+        acceleration: float,
+        full: float,
+    ):
+        self._law = PID(gains, integral_limit=integral_limit)
+        self._feedforward = feedforward
+        self._lowest, self._highest = limits
+        self._acceleration = acceleration
+        self._full = full
+        self.reset()
+
+    def reset(self) -> None:
+        """Stand still."""
+        self.desired: imc.DesiredSpeed | None = None
+        self._rpm: float | None = None
+        self._law.reset()
+
+    def desire(self, speed: imc.DesiredSpeed) -> bool:
+        """Take a speed; False where it is none."""
+        if not math.isfinite(speed.value) or speed.speed_units not in tuple(Units):
+            return False
+        if self.desired is None or self.desired.speed_units != speed.speed_units:
+            self._law.reset()
+        self.desired = speed
+        return True
+
+    def share(self, u: float, dt: float, *, held: bool = False) -> float:
+        """The share of full actuation for a surge of `u` (m/s), `dt` s after the last; `held` rests the integral."""
+        desired = self.desired
+        if desired is None:
+            return 0.0
+        if desired.speed_units == Units.PERCENTAGE:
+            return max(-1.0, min(1.0, 0.01 * desired.value))
+        if desired.speed_units == Units.RPM:
+            return max(-1.0, min(1.0, desired.value / self._full))
+        if desired.value < STANDSTILL:
+            self._law.reset()
+            self._rpm = 0.0
+            return 0.0
+        error, change = desired.value - u, self._acceleration * dt
+        before = self._feedforward * max(0.0, u) if self._rpm is None else self._rpm
+        wanted = self._law.step(0.0, error) + self._feedforward * desired.value
+        reached = max(self._lowest, min(self._highest, max(before - change, min(before + change, wanted))))
+        if not held and (reached == wanted or (wanted - reached) * error < 0.0):
+            self._law.step(dt, error)
+        self._rpm = reached
+        return max(-1.0, min(1.0, reached / self._full))
+
+    @property
+    def parcel(self) -> imc.ControlParcel:
+        """The parts of the last rotation rate (rpm)."""
+        law = self._law
+        return imc.ControlParcel(p=law.p, i=law.i, d=law.d, a=law.p + law.i + law.d)

@@ -1,0 +1,1 @@
+"""Navigation of vehicles that have GPS all the time."""

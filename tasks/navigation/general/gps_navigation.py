@@ -1,0 +1,200 @@
+"""Estimates where a boat is and how it moves."""
+
+import math
+
+import imc
+from imc.coordinates import displacement
+from runtime import State, Task, consume, param, periodic
+from tasks.navigation.auv.angles import wrap
+from tasks.navigation.auv.averages import Mean
+from tasks.navigation.auv.gates import FixGate
+from tasks.navigation.auv.position import CONTRADICTION, CONTRADICTIONS, fix_variance
+from tasks.navigation.general.surface_filter import EAST, NORTH, STREAM_EAST, STREAM_NORTH, SurfaceFilter
+
+VALID_VELOCITY = imc.GpsFix.Validity.VALID_SOG | imc.GpsFix.Validity.VALID_COG
+UNKNOWN_ALTITUDE = -1.0
+
+
+class GPSNavigation(Task):
+    """Publishes EstimatedState of a boat from GPS and an attitude reference, and the current that follows from both.
+
+    Latitude, longitude and height are those of a reference, x and y the offsets from it; they begin with the first fix.
+    Depth and z are 0. Without fixes the position follows from the last velocities and the heading, and the entity is in
+    ERROR after `GPS timeout`. NavigationUncertainty has variances. An empty label of an entity means any.
+    """
+
+    execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
+    gps: str = param("GPS", "", "Entity of fixes.", name="Entity Label - GPS")
+    imu: str = param("AHRS", "", "Entity of roll, pitch and rates.", name="Entity Label - IMU")
+    yaw: str = param("AHRS", "", "Entity of the heading.", name="Entity Label - Yaw")
+    altimeter: str = param("Altimeter", "", "Entity of the depth of the water.", name="Entity Label - Altitude")
+    altitude_timeout: float = param(5.0, "s", "Altitude is unknown after it.", name="Altitude timeout", minimum=0)
+    euler_timeout: float = param(3.0, "s", "Time without attitude that is an error.", name="Euler timeout", minimum=0)
+    gps_timeout: float = param(10.0, "s", "Time without fix that is an error.", name="GPS timeout", minimum=0)
+    gps_factor: float = param(
+        1.8,
+        "1",
+        "Accuracy of a fix, as a share of the mean, beyond which it is refused.",
+        name="GPS Maximum Dynamic HACC factor",
+        minimum=1,
+    )
+    gps_samples: int = param(
+        7, "1", "Fixes whose accuracy is averaged.", name="GPS Moving Average Samples", minimum=1, maximum=1000
+    )
+    gps_hacc: float = param(20.0, "m", "Largest accuracy of a fix.", name="GPS Maximum HACC", minimum=0)
+    gps_hdop: float = param(4.0, "1", "Largest dilution of one without.", name="GPS Maximum HDOP", minimum=0)
+    speed_variance: float = param(
+        0.01, "(m/s)²", "Variance of speed and course of a fix.", name="GPS Speed Noise Covariance", minimum=1e-6
+    )
+    process: list[float] = param(
+        [1e-3, 0.05, 1e-4],
+        "1",
+        "Variances that a second adds to position, velocity through the water and current, in SI units.",
+        name="Process Noise Covariance",
+        size=3,
+    )
+    sway_decay: float = param(2.0, "s", "Time constant of sway.", minimum=0.1)
+    farthest: float = param(
+        1000.0, "m", "Distance from the reference that moves it.", name="Maximum Distance to Reference", minimum=1
+    )
+
+    def configure(self) -> None:
+        self._gate = FixGate(self.gps_factor, self.gps_samples, self.gps_hacc, self.gps_hdop)
+
+    def start(self) -> None:
+        self._attitude, self._heading, self._rates = Mean(), Mean(), Mean()
+        self._turns = 0.0
+        self._fix: imc.GpsFix | None = None
+        self._manual = imc.GpsFix()
+        self._reference: imc.GpsFix | None = None
+        self._filter = SurfaceFilter(1.0, 1.0, 0.25, self.process, self.sway_decay)
+        self._contradictions = 0
+        self._altitude, self._sounded = UNKNOWN_ALTITUDE, -math.inf
+        self._stepped = self._began = self.now
+        self._fixed = -math.inf
+        self.set_entity_state(State.BOOT, "waiting for GPS fix")
+
+    @consume
+    def orient(self, angles: imc.EulerAngles) -> None:
+        if not math.isfinite(angles.phi + angles.theta + angles.psi):
+            return
+        if self._is_from(angles, self.imu):
+            self._attitude.add(self.now, angles.phi, angles.theta)
+        if self._is_from(angles, self.yaw):
+            self._turns += wrap(angles.psi - self._turns)
+            self._heading.add(self.now, self._turns)
+
+    @consume
+    def turn(self, rates: imc.AngularVelocity) -> None:
+        if self._is_from(rates, self.imu) and math.isfinite(rates.x + rates.y + rates.z):
+            self._rates.add(self.now, rates.x, rates.y, rates.z)
+
+    @consume
+    def sound(self, distance: imc.Distance) -> None:
+        valid = distance.validity == imc.Distance.Validity.VALID and 0.0 <= distance.value < math.inf
+        if valid and self._is_from(distance, self.altimeter):
+            self._altitude, self._sounded = distance.value, self.now
+
+    @consume
+    def fix(self, fix: imc.GpsFix) -> None:
+        if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
+            self._manual = fix
+        elif self._is_from(fix, self.gps):
+            reason = self._gate.refuses(fix)
+            if reason is None:
+                self._fix, self._fixed = fix, self.now
+            else:
+                self.publish(imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason))
+
+    @periodic(1.0)
+    def tell(self) -> None:
+        """Say the current once a second."""
+        if self._reference is not None:
+            x = self._filter.x
+            self.publish(imc.EstimatedStreamVelocity(x=x[STREAM_NORTH], y=x[STREAM_EAST]))
+
+    @periodic("execution_frequency")
+    def estimate(self) -> None:
+        dt, self._stepped = self.now - self._stepped, self.now
+        for mean in (self._attitude, self._heading, self._rates):
+            mean.take()
+        fix, self._fix = self._fix, None
+        if self.now - self._sounded > self.altitude_timeout:
+            self._altitude = UNKNOWN_ALTITUDE
+        psi = self._heading.value[0]
+        if self._reference is not None:
+            self._filter.predict(dt, psi)
+        if fix is not None and self._heading.last > -math.inf:
+            self._correct(fix, psi)
+        self._publish_state(psi)
+        self._judge()
+
+    def _correct(self, fix: imc.GpsFix, psi: float) -> None:
+        variance, state = fix_variance(fix, []), self._filter
+        if self._reference is None:
+            self._reference = fix
+            state.settle(0.0, 0.0, variance)
+        reference = self._reference
+        north, east, _ = displacement(reference.lat, reference.lon, 0.0, fix.lat, fix.lon, 0.0)
+        self._contradictions = self._contradictions + 1 if state.distance(north, east, variance) > CONTRADICTION else 0
+        if self._contradictions < CONTRADICTIONS:
+            state.measure_position(north, east, variance)
+        else:
+            self._contradictions = 0
+            state.settle(north, east, variance)
+            self.log.warning("fixes contradict the position, which begins anew with theirs")
+        if fix.validity & VALID_VELOCITY == VALID_VELOCITY and math.isfinite(fix.sog + fix.cog):
+            along, across = fix.sog * math.cos(fix.cog), fix.sog * math.sin(fix.cog)
+            state.measure_velocity(along, across, psi, self.speed_variance)
+        if math.hypot(north, east) > self.farthest:
+            self._reference = fix
+            state.x[NORTH] -= north
+            state.x[EAST] -= east
+
+    def _publish_state(self, psi: float) -> None:
+        phi, theta, _ = self._attitude.value
+        p, q, r = self._rates.value
+        place, state = self._reference or self._manual, self._filter
+        u, v = state.ground_velocity(psi) if self._reference is not None else (0.0, 0.0)
+        c, s = math.cos(psi), math.sin(psi)
+        vx, vy = c * u - s * v, s * u + c * v
+        self.publish(
+            imc.EstimatedState(
+                lat=place.lat,
+                lon=place.lon,
+                height=place.height,
+                x=state.x[NORTH],
+                y=state.x[EAST],
+                phi=phi,
+                theta=theta,
+                psi=wrap(psi),
+                u=u,
+                v=v,
+                vx=vx,
+                vy=vy,
+                p=p,
+                q=q,
+                r=r,
+                alt=self._altitude,
+            )
+        )
+        if self._reference is None:
+            return
+        along, across = state.ground_variance(psi)
+        self.publish(imc.NavigationUncertainty(x=state.p[NORTH][NORTH], y=state.p[EAST][EAST], u=along, v=across))
+        self.publish(imc.NavigationData(cog=math.atan2(vy, vx), cyaw=wrap(psi)))
+
+    def _judge(self) -> None:
+        """Say how it goes."""
+        attitude = min(self._attitude.last, self._heading.last)
+        if self.now - max(attitude, self._began) > self.euler_timeout:
+            self.set_entity_state(State.ERROR, "attitude is missing")
+        elif self._reference is None:
+            self.set_entity_state(State.BOOT, "waiting for GPS fix")
+        elif self.now - self._fixed > self.gps_timeout:
+            self.set_entity_state(State.ERROR, "GPS is missing")
+        else:
+            self.set_entity_state(State.NORMAL, "active")
+
+    def _is_from(self, message: imc.Message, label: str) -> bool:
+        return not label or self.vehicle.entities.label(message.src, message.src_ent) == label

@@ -1,0 +1,167 @@
+"""Navigation of a boat: circles in a current, sensors that are lost and come back, its own uncertainty."""
+
+import math
+
+import numpy as np
+import pytest
+
+import imc
+from imc.coordinates import absolute, displace, displacement
+from runtime import State, Task
+from runtime.testing import simulate
+from tasks.navigation.general.gps_navigation import GPSNavigation
+from tasks.navigation.general.surface_filter import STREAM_EAST, STREAM_NORTH, SurfaceFilter, U
+
+LAT, LON = math.radians(41.185), math.radians(-8.7062)
+ANY = {"gps": "", "imu": "", "yaw": "", "altimeter": ""}
+VALID = 0x1FF
+RADIUS, SPEED = 15.0, 1.5
+
+
+class GPS(Task):
+    """Keeps the entity's place."""
+
+
+def truth(time, stream=(0.2, -0.3)):
+    """Position (m), heading and its rate, velocity over ground of a boat that circles through moving water."""
+    rate = SPEED / RADIUS
+    psi = rate * time
+    x, y = RADIUS * math.sin(psi) + stream[0] * time, RADIUS * (1.0 - math.cos(psi)) + stream[1] * time
+    return x, y, psi, rate, SPEED * math.cos(psi) + stream[0], SPEED * math.sin(psi) + stream[1]
+
+
+def sensors(seconds, noise=0.0, seed=0, gone=(math.inf, math.inf), **options):
+    """GPS at 1 Hz with white noise (m), missing between two times; attitude at 50 Hz."""
+    random = np.random.default_rng(seed)
+    feed = []
+    for k in range(round(seconds * 50)):
+        time = 0.02 * k + 0.001
+        x, y, psi, rate, vx, vy = truth(time, **options)
+        feed.append(imc.EulerAngles(timestamp=time, psi=math.remainder(psi, 2.0 * math.pi)))
+        feed.append(imc.AngularVelocity(timestamp=time, z=rate))
+        if k % 50 == 0 and not gone[0] <= time < gone[1]:
+            dn, de = noise * random.standard_normal(2)
+            lat, lon, _ = displace(LAT, LON, 0.0, x + dn, y + de)
+            dx, dy = 0.05 * random.standard_normal(2)
+            sog, cog = math.hypot(vx + dx, vy + dy), math.atan2(vy + dy, vx + dx)
+            feed.append(
+                imc.GpsFix(timestamp=time, validity=VALID, lat=lat, lon=lon, hacc=2.0, hdop=0.9, sog=sog, cog=cog)
+            )
+    return feed
+
+
+def navigate(feed, **parameters):
+    return simulate(GPSNavigation, feed=feed, **(ANY | parameters))
+
+
+def errors(run, begin=0.0, **options):
+    """Distances (m) of the estimates from the truth, from `begin` (s) on."""
+    found = []
+    for state in run.of(imc.EstimatedState):
+        time = state.timestamp - run.vehicle.start_time
+        if time >= begin:
+            lat, lon, _ = absolute(state)
+            north, east, _ = displacement(LAT, LON, 0.0, lat, lon, 0.0)
+            x, y, *_ = truth(time, **options)
+            found.append(math.hypot(north - x, east - y))
+    return found
+
+
+def test_position_velocity_and_current_are_found_in_circles():
+    run = navigate(sensors(150.0, noise=0.5))
+    assert max(errors(run, 30.0)) < 1.5
+    state = run.of(imc.EstimatedState)[-1]
+    _, _, psi, rate, vx, vy = truth(state.timestamp - run.vehicle.start_time)
+    assert (state.vx, state.vy) == pytest.approx((vx, vy), abs=0.15)
+    assert (state.r, state.depth, state.z) == (pytest.approx(rate), 0.0, 0.0)
+    assert abs(math.remainder(state.psi - psi, 2.0 * math.pi)) < 0.01
+    assert (state.u, state.v) == pytest.approx(
+        (math.cos(psi) * vx + math.sin(psi) * vy, math.cos(psi) * vy - math.sin(psi) * vx), abs=0.15
+    )
+    water = run.of(imc.EstimatedStreamVelocity)[-1]
+    assert (water.x, water.y) == pytest.approx((0.2, -0.3), abs=0.1)
+
+
+def test_it_knows_how_sure_it_is():
+    """Normalised squared errors of the position over seeds; fixes claim 2 m and have it."""
+    ratios = []
+    for seed in range(8):
+        run = navigate(sensors(80.0, noise=math.sqrt(2.0), seed=seed))
+        sure = run.of(imc.NavigationUncertainty)[-1]
+        (error,) = errors(run, 80.0 - 0.06)[-1:]
+        ratios.append(error**2 / (sure.x + sure.y))
+    assert 0.3 < sum(ratios) / len(ratios) < 2.5
+
+
+def test_without_fixes_the_last_velocities_go_on_and_it_is_an_error():
+    run = navigate(sensors(100.0, gone=(60.0, 85.0)))
+    states = [(m.timestamp - run.vehicle.start_time, m.state, m.description) for m in run.of(imc.EntityState)]
+    lost = [time for time, state, text in states if (state, text) == (State.ERROR, "GPS is missing")]
+    assert lost[0] == pytest.approx(69.1, abs=0.2)
+    assert run.task.entity.state is State.NORMAL
+    assert max(errors(run, 30.0)) < 4.0
+    sizes = {round(m.timestamp - run.vehicle.start_time, 2): m.x for m in run.of(imc.NavigationUncertainty)}
+    assert sizes[84.0] > 4.0 * sizes[59.0]
+
+
+def test_without_attitude_it_is_an_error():
+    feed = [m for m in sensors(10.0) if m.timestamp < 5.0 or not isinstance(m, imc.EulerAngles)]
+    run = navigate(feed)
+    assert (run.task.entity.state, run.task.entity.description) == (State.ERROR, "attitude is missing")
+
+
+def test_before_the_first_fix_there_is_attitude_and_no_position():
+    run = navigate([m for m in sensors(2.0) if not isinstance(m, imc.GpsFix)])
+    assert (run.task.entity.state, run.task.entity.description) == (State.BOOT, "waiting for GPS fix")
+    state = run.of(imc.EstimatedState)[-1]
+    assert (state.x, state.u, state.psi) == (0.0, 0.0, pytest.approx(0.19, abs=0.02))
+    assert run.of(imc.NavigationUncertainty) == []
+
+
+def test_bad_fixes_are_refused_and_a_position_that_stays_elsewhere_is_taken():
+    good = sensors(60.0)
+    bad = imc.GpsFix(timestamp=30.0, validity=VALID, lat=LAT, lon=LON + 0.01, hacc=50.0)
+    invalid = imc.GpsFix(timestamp=31.5, validity=0)
+    nowhere = imc.GpsFix(timestamp=32.5, validity=VALID, lat=math.nan, hacc=2.0)
+    run = navigate(sorted([*good, bad, invalid, nowhere], key=lambda m: m.timestamp))
+    assert len(run.of(imc.GpsFixRejection)) == 3
+    assert max(errors(run, 20.0)) < 1.0
+    moved = [m.replace(lat=m.lat + 2e-5) if isinstance(m, imc.GpsFix) and m.timestamp > 40.0 else m for m in good]
+    run = navigate(moved)
+    assert any("begins anew" in text for text in run.log)
+    assert errors(run)[-1] == pytest.approx(127.0, abs=2.0)
+
+
+def test_the_reference_follows_far_away():
+    run = navigate(sensors(60.0, stream=(10.0, 0.0)), farthest=100.0)
+    assert len({m.lat for m in run.of(imc.EstimatedState)}) > 3
+    assert max(errors(run, 30.0, stream=(10.0, 0.0))) < 1.5
+
+
+def test_only_the_named_entity_is_heard():
+    fixes = [m for m in sensors(5.0)]
+    run = navigate(fixes, gps="GPS")
+    assert run.of(imc.NavigationUncertainty) == []
+    run = simulate([(GPSNavigation, ANY | {"gps": "GPS"}), GPS], seconds=0.1)
+    own = run.tasks[1].entity.id
+    feed = [m.replace(src_ent=own) if isinstance(m, imc.GpsFix) else m for m in fixes]
+    run = simulate([(GPSNavigation, ANY | {"gps": "GPS"}), GPS], feed=feed)
+    assert run.of(imc.NavigationUncertainty)
+
+
+def test_the_depth_of_the_water_is_the_altitude_until_it_is_old():
+    sounded = imc.Distance(timestamp=1.0, validity=imc.Distance.Validity.VALID, value=4.5)
+    deaf = sounded.replace(timestamp=2.0, value=math.nan)
+    run = navigate(sorted([*sensors(10.0), sounded, deaf], key=lambda m: m.timestamp))
+    found = {round(m.timestamp - run.vehicle.start_time): m.alt for m in run.of(imc.EstimatedState)}
+    assert (found[0], found[4], found[9]) == (-1.0, 4.5, -1.0)
+
+
+def test_a_filter_tells_its_own_way_from_the_current_when_it_turns():
+    state = SurfaceFilter(1.0, 1.0, 0.25, (1e-3, 0.05, 1e-4), 2.0)
+    for k in range(4000):
+        psi = 0.005 * k
+        state.predict(0.05, psi)
+        if k % 20 == 0:
+            state.measure_velocity(1.2 * math.cos(psi) + 0.4, 1.2 * math.sin(psi) - 0.1, psi, 0.01)
+    assert (state.x[U], state.x[STREAM_NORTH], state.x[STREAM_EAST]) == pytest.approx((1.2, 0.4, -0.1), abs=0.03)
