@@ -116,6 +116,15 @@ class Bus:
             if origin is None or subscription.owner is not origin:
                 self.kernel.soon(subscription.handler, frame)
 
+    def hear(self, message: imc.Message, packet: bytes) -> None:
+        """Deliver what another bus of this process carries."""
+        self._deliver(message, packet, None)
+
+    @property
+    def is_attached(self) -> bool:
+        """Whether a transport carries what is published."""
+        return self._transport is not None
+
     def attach(self, transport: Transport) -> None:
         """Join the processes that `transport` reaches."""
         transport.open(self._take)

@@ -1,9 +1,12 @@
 """Several vehicles on one kernel: one time, one thread, and to each its own bus, tasks, random numbers and log."""
 
 import logging
+from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+import imc
+from runtime.bus import Bus
 from runtime.clock import VirtualClock, WallClock
 from runtime.kernel import LIVELOCK_EVENTS, SECOND, Kernel, LivelockError
 from runtime.task import Task
@@ -18,12 +21,33 @@ class FleetError(ValueError):
     """A vehicle that cannot join a fleet; the text says why."""
 
 
+class Neighbour:
+    """A transport between the buses of one process: what is published on one is heard on the others at once."""
+
+    def __init__(self, bus: Bus, buses: list[Bus], kinds: tuple[type[imc.Message], ...]):
+        self._bus = bus
+        self._buses = buses
+        self._kinds = kinds
+
+    def open(self, receive: Callable[[bytes], None]) -> None:
+        self._buses.append(self._bus)
+
+    def send(self, message: imc.Message, packet: bytes) -> None:
+        if isinstance(message, self._kinds):
+            for bus in self._buses:
+                if bus is not self._bus:
+                    bus.hear(message, packet)
+
+    def close(self) -> None:
+        self._buses.remove(self._bus)
+
+
 class Fleet:
     """Vehicles that are built with `fleet=` run on its kernel: `start`, `run`, `close` all of them, or `with` it.
 
-    Each vehicle hears itself alone, and says what it says when it runs by itself, to the byte on a virtual clock. One
-    that stops is closed at that moment, and the others go on. A task that fails ends the run of all where its vehicle
-    has not `keep_going`, and is restarted where it has; either way the others do not notice before the end.
+    Each vehicle hears itself alone, unless `connect` says else, and says what it says when it runs by itself, to the
+    byte on a virtual clock. One that stops is closed at that moment, and the others go on. A task that fails ends the
+    run of all where its vehicle has not `keep_going`, and is restarted where it has.
     `vehicles` are those that are not closed, in the order in which they have joined.
     """
 
@@ -32,6 +56,8 @@ class Fleet:
         self.kernel.on_error = self._failed
         self.kernel.on_slow = self._slow
         self.vehicles: list[Vehicle] = []
+        self._buses: list[Bus] = []
+        self._kinds: tuple[type[imc.Message], ...] = ()
         self._ending = False
         self._fatal: Exception | None = None
 
@@ -51,8 +77,22 @@ class Fleet:
         if any(other.name == vehicle.name for other in self.vehicles):
             text = f"there is a vehicle {vehicle.name!r} in the fleet already: give each a name of its own"
             raise FleetError(text)
+        if self._kinds:
+            self._attach(vehicle)
         self.vehicles.append(vehicle)
         self.kernel.livelock_events = LIVELOCK_EVENTS * len(self.vehicles)
+
+    def connect(self, *kinds: type[imc.Message]) -> None:
+        """Let all vehicles hear messages of these types of each other, all messages where none is named.
+
+        They hear them in the order of publication, as handlers with `others` do; a log has them as well. Raises
+        FleetError for vehicles of the same IMC id, and where the fleet is connected, or a vehicle to something else.
+        """
+        if self._kinds:
+            raise FleetError("the fleet is connected already")
+        self._kinds = kinds or (imc.Message,)
+        for vehicle in self.vehicles:
+            self._attach(vehicle)
 
     def leave(self, vehicle: "Vehicle") -> None:
         """Let a vehicle go, as its `close` does. Raises what has failed in others while it was being closed."""
@@ -121,6 +161,15 @@ class Fleet:
     @property
     def _closing(self) -> bool:
         return any(vehicle.closing for vehicle in self.vehicles)
+
+    def _attach(self, vehicle: "Vehicle") -> None:
+        twin = next((other for other in self.vehicles if other is not vehicle and other.system == vehicle.system), None)
+        if twin is not None:
+            text = f"{vehicle.name} and {twin.name} have the same IMC id, {vehicle.system:#06x}"
+            raise FleetError(f"{text}: give one another id in [IMC Addresses]")
+        if vehicle.bus.is_attached:
+            raise FleetError(f"the bus of {vehicle.name} reaches other processes already")
+        vehicle.bus.attach(Neighbour(vehicle.bus, self._buses, self._kinds))
 
     def _dismiss(self) -> bool:
         """Close the vehicles that have stopped; whether there were any."""

@@ -14,6 +14,8 @@ from runtime.clock import VirtualClock, WallClock
 from runtime.fleet import Fleet, FleetError
 from runtime.kernel import SECOND, LivelockError
 from runtime.profile import load_profile
+from runtime.snapshot import save
+from runtime.snapshot_values import SnapshotError
 from runtime.testing import START, NoProfile
 from runtime.vehicle import Vehicle
 
@@ -343,3 +345,104 @@ def test_more_vehicles_change_nothing_for_the_others():
     packets = [together(1.5, [(f"v{n}", {"seed": n}) for n in range(count)]) for count in (1, 2, 9)]
     for fewer, more in itertools.pairwise(packets):
         assert fewer == {name: more[name] for name in fewer}
+
+
+class Gossip(Task):
+    """Tells numbers, and remembers those of others."""
+
+    rate: float = param(10.0, "Hz", "Rate.")
+
+    def configure(self) -> None:
+        self.told = 0
+        self.heard = []
+
+    def start(self) -> None:
+        self.tick()
+
+    @periodic("rate")
+    def tick(self) -> None:
+        self.told += 1
+        self.publish(imc.Depth(value=self.told))
+
+    @consume(others=True)
+    def hear(self, depth: imc.Depth) -> None:
+        self.heard.append((depth.src, depth.value))
+        if depth.value % 3 == 0:
+            self.publish(imc.Temperature(value=depth.value))
+
+
+def gossips(rates, *kinds, seconds=1.0):
+    with Fleet(VirtualClock(0)) as fleet:
+        tasks = []
+        for number, rate in enumerate(rates):
+            made = Vehicle(f"v{number}", number, fleet=fleet, profile=NoProfile())
+            tasks.append(made.add(Gossip, "Test.Gossip", rate=rate))
+        fleet.connect(*kinds)
+        packets = [recorded(one) for one in fleet.vehicles]
+        fleet.start()
+        fleet.run(seconds)
+    return tasks, packets
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.sampled_from([1.0, 3.0, 7.0, 50.0]), min_size=2, max_size=5), st.booleans())
+def test_connected_vehicles_lose_nothing_and_keep_the_order(rates, everything):
+    kinds = () if everything else (imc.Depth,)
+    tasks, packets = gossips(rates, *kinds)
+    for task in tasks:
+        assert {source for source, _ in task.heard} == {other.system for other in tasks if other is not task}
+        for other in tasks:
+            if other is not task:
+                assert [value for source, value in task.heard if source == other.system] == list(
+                    range(1, other.told + 1)
+                )
+    strangers = {
+        type(m) for system, mine in enumerate(packets) for m in map(imc.decode, mine) if m.src not in (system, 0xFFFF)
+    }
+    assert strangers >= {imc.Depth, imc.Heartbeat} if everything else strangers == {imc.Depth}
+    assert gossips(rates, *kinds)[1] == packets
+
+
+def test_one_that_joins_or_leaves_a_connected_fleet():
+    with Fleet(VirtualClock(0)) as fleet:
+        fleet.connect(imc.Depth)
+        with pytest.raises(FleetError, match="connected already"):
+            fleet.connect()
+        first = Vehicle("first", 1, fleet=fleet, profile=NoProfile())
+        task = first.add(Gossip, "Test.Gossip")
+        with pytest.raises(FleetError, match=r"second and first have the same IMC id, 0x0001: .*\[IMC Addresses\]"):
+            Vehicle("second", 1, fleet=fleet, profile=NoProfile())
+        first.start()
+        fleet.run(1.0)
+        assert task.heard == []
+        late = Vehicle("late", 2, fleet=fleet, profile=NoProfile())
+        other = late.add(Gossip, "Test.Gossip", rate=0.0)
+        late.start()
+        fleet.run(0.05)
+        late.stop()
+        fleet.run(1.0)
+    assert task.heard == [(2, 1.0)]
+    assert [value for _, value in other.heard] == [12.0]
+
+
+def test_a_fleet_is_not_connected_where_a_bus_reaches_further():
+    class Wire:
+        def open(self, receive):
+            pass
+
+        send = close = lambda *_: None
+
+    with Fleet(VirtualClock(0)) as fleet:
+        vehicle("far", fleet=fleet).bus.attach(Wire())
+        with pytest.raises(FleetError, match="bus of far reaches other processes already"):
+            fleet.connect()
+
+
+def test_a_vehicle_of_a_fleet_cannot_be_saved():
+    with Fleet(VirtualClock(START * SECOND)) as fleet:
+        for name in "ab":
+            vehicle(name, fleet=fleet, tasks=(Echo,))
+        fleet.start()
+        fleet.run(1.0)
+        with pytest.raises(SnapshotError, match="several vehicles on one kernel cannot be saved"):
+            save(fleet.vehicles[0])
