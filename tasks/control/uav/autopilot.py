@@ -16,7 +16,9 @@ UNCOMMANDED = (Mode.SERVICE, Mode.ERROR, Mode.BOOT)
 LONGEST_STEP = 1.0  # s
 RISES = 0.05  # m/s that have to be asked for to leave the ground
 STILL, UNLOADED, RESTS = 0.25, 0.75, 1.0  # m/s, share of the weight, s: what a touchdown is
-BLIND_THRUST, BLIND_DESCENT, BLIND_MARGIN = 0.98, 0.5, 20.0  # share of the weight, m/s, s
+LEVEL, LEARNING = 0.5, 5.0  # m/s, s: when and how fast the weight is learned
+BLIND_THRUST, BLIND_DESCENT, BLIND_GAIN = 0.98, 1.5, 1.0  # share of the weight that falls so fast (m/s); 1/s
+BLIND_STEP, BLIND_MARGIN = 0.1, 30.0  # s
 
 
 class Phase(Enum):
@@ -34,8 +36,8 @@ class Autopilot(Task):
 
     Rotors rest on the ground until a climb is asked for, and after a touchdown: when it is to descend, does not, and
     the rotors carry less than three quarters of the weight for a second. It lands where it is by itself after an Abort,
-    when it hovers without a maneuver for `Idle Timeout`, and, whatever else is asked for, below `Landing Fuel Level`.
-    Without EstimatedState it descends level.
+    when it hovers without a maneuver for `Idle Timeout` or, in error, `Error Timeout`, and, whatever else is asked for,
+    below `Landing Fuel Level`. Without EstimatedState it descends level.
     """
 
     velocity_gains: list[float] = param([1.8, 0.5, 0.0], "1/s", "P, I, D.", name="Velocity PID Gains", size=3)
@@ -57,6 +59,7 @@ class Autopilot(Task):
     reference_timeout: float = param(0.5, "s", "It hovers without a velocity for so long.", minimum=0.1)
     state_timeout: float = param(0.5, "s", "It descends level without a state for so long.", minimum=0.1)
     idle_timeout: float = param(60.0, "s", "It lands after so long without a maneuver; 0 for never.", minimum=0)
+    error_timeout: float = param(10.0, "s", "The same while the vehicle is in error.", minimum=0)
     landing_fuel_level: float = param(10.0, "%", "It lands with less in the battery.", minimum=0, maximum=100)
 
     def configure(self) -> None:
@@ -132,7 +135,7 @@ class Autopilot(Task):
             self._choose(state)
             self._fly(state, dt if 0.0 < dt <= LONGEST_STEP else 0.0)
 
-    @periodic(10.0)
+    @periodic(1.0 / BLIND_STEP)
     def watch_state(self) -> None:
         """Notice that nothing says any more where it is."""
         if self._phase is Phase.GROUND or self._state is None or self.now - self._stated <= self.state_timeout:
@@ -140,11 +143,12 @@ class Autopilot(Task):
         if self._phase is not Phase.BLIND:
             self.log.error("the state is unknown: descending level")
             self._enter(Phase.BLIND, self._state)
-        longest = BLIND_MARGIN + max(0.0, self._state.alt) / BLIND_DESCENT
-        if self.now - self._entered > longest:
+        if self.now - self._entered > BLIND_MARGIN + 2.0 * max(0.0, self._state.alt) / BLIND_DESCENT:
             self._enter(Phase.GROUND, self._state)
-        else:
-            self._command(0.0, 0.0, 0.0, BLIND_THRUST * (GRAVITY - self._down.i))
+            return
+        brake = clamp(BLIND_GAIN * (BLIND_DESCENT - self._falling), self.maximum_acceleration)
+        self._falling += BLIND_STEP * brake
+        self._command(0.0, 0.0, 0.0, BLIND_THRUST * self._weight - brake)
 
     @periodic(1.0)
     def tell(self) -> None:
@@ -160,7 +164,9 @@ class Autopilot(Task):
             self._land("the battery is empty")
         elif self._phase is not Phase.HOVER or self._loops.mask or self._mode not in UNCOMMANDED:
             self._idle = self.now
-        elif self.idle_timeout and self.now - self._idle > self.idle_timeout:
+        elif self._mode == Mode.ERROR and 0.0 < self.error_timeout < self.now - self._idle:
+            self._land("the vehicle is in error")
+        elif 0.0 < self.idle_timeout < self.now - self._idle:
             self._land("nothing to do")
         phase = Phase.LAND if self._landing else Phase.FOLLOW if self._follows else Phase.HOVER
         if phase is not self._phase:
@@ -188,6 +194,7 @@ class Autopilot(Task):
             self.publish(imc.SetThrusterActuation(id=0, value=0.0))
             self.set_entity_state(State.NORMAL, "on the ground")
         elif phase is Phase.BLIND:
+            self._falling = state.vz
             self.set_entity_state(State.ERROR, "the state is unknown: descending level")
         self._tell()
 
@@ -195,7 +202,7 @@ class Autopilot(Task):
         for law in (self._north, self._east, self._down):
             law.reset()
         self._ramped: Vector = (0.0, 0.0, 0.0)
-        self._share = 0.0
+        self._share, self._weight, self._falling = 0.0, GRAVITY, 0.0
         self._unloaded = math.inf
         self._entered = self.now
         self._hold: Vector = (0.0, 0.0, 0.0)
@@ -227,6 +234,8 @@ class Autopilot(Task):
         heading = self._heading if self._phase is Phase.FOLLOW and self._heading is not None else self._kept
         turning = clamp(self.heading_gain * wrap(heading - state.psi), math.radians(self.maximum_heading_rate))
         self._command(roll, pitch, turning, thrust)
+        if abs(state.vz) < LEVEL:
+            self._weight += min(1.0, dt / LEARNING) * (GRAVITY - self._down.i - self._weight)
         self._feel_ground(state, wanted[2], thrust)
 
     def _feel_ground(self, state: imc.EstimatedState, descent: float, thrust: float) -> None:

@@ -1,0 +1,376 @@
+"""The controllers of a multirotor: geometry, each task alone, and the autopilot with the simulated airframe."""
+
+import math
+
+import pytest
+
+import imc
+from imc.coordinates import displace
+from runtime import State, Task, consume
+from runtime.testing import simulate
+from tasks.control.uav.autopilot import Autopilot
+from tasks.control.uav.guidance import Circle, Line, Pace
+from tasks.control.uav.path import Path
+from tasks.control.uav.vectors import GRAVITY, inclination, norm
+from tasks.simulators.attitude import rotation, to_ned
+from tasks.simulators.stream_velocity import StreamVelocity
+from tasks.simulators.uav import UAV
+
+Loops, Flags, Units = imc.CLoopsMask, imc.DesiredPath.Flags, imc.ZUnits
+LAT, LON = math.radians(41.185), math.radians(-8.7062)
+PACE = Pace(speed=5.0, climb=2.0, descent=1.0, acceleration=2.0, gain=0.8)
+FIX = imc.GpsFix(type=imc.GpsFix.Type.MANUAL_INPUT, lat=LAT, lon=LON, timestamp=0.0)
+ARMED, DISARMED = imc.ArmingState.State.ARMED, imc.ArmingState.State.DISARMED
+OWN = 0x001A
+
+
+@pytest.mark.parametrize("psi", [0.0, 1.0, -2.5])
+@pytest.mark.parametrize("wanted", [(0.0, 0.0, 0.0), (2.0, -1.0, 0.5), (-1.0, 3.0, -2.0)])
+def test_thrust_along_the_mast_gives_the_acceleration(wanted, psi):
+    roll, pitch, thrust = inclination(wanted, psi, math.radians(40.0))
+    north, east, down = to_ned(rotation(roll, pitch, psi), (0.0, 0.0, -thrust))
+    assert (north, east, down + GRAVITY) == pytest.approx(wanted)
+
+
+def test_the_tilt_is_the_arc_tangent_of_acceleration_over_gravity_up_to_its_limit():
+    roll, pitch, thrust = inclination((2.0, 0.0, 0.0), 0.0, math.radians(40.0))
+    assert (roll, pitch) == pytest.approx((0.0, -math.atan(2.0 / GRAVITY)))
+    assert thrust == pytest.approx(math.hypot(2.0, GRAVITY))
+    assert inclination((50.0, 0.0, 0.0), 0.0, 0.4)[1] == pytest.approx(-0.4)
+    assert inclination((0.0, 0.0, 50.0), 0.0, 0.4)[2] == pytest.approx(0.3 * GRAVITY)
+
+
+def test_a_point_is_approached_no_faster_than_it_can_be_braked_for():
+    for distance in (0.1, 1.0, 3.0, 10.0, 50.0):
+        speed, nearer = PACE.towards(distance), PACE.towards(distance - 1e-4)
+        assert speed * (speed - nearer) / 1e-4 <= PACE.acceleration * 1.001  # v dv/ds
+    assert PACE.to_point((3.0, 4.0, 0.0)) == pytest.approx(tuple(PACE.towards(5.0) / 5.0 * v for v in (3.0, 4.0, 0.0)))
+    assert norm(PACE.to_point((300.0, 400.0, 0.0))) == pytest.approx(5.0)
+
+
+def test_a_line_is_followed_and_come_back_to():
+    line = Line((0.0, 0.0, 0.0), (100.0, 0.0, 0.0))
+    assert line.velocity((50.0, 0.0, 0.0), PACE) == pytest.approx((5.0, 0.0, 0.0))
+    north, east, down = line.velocity((50.0, 2.0, -1.0), PACE)
+    assert north > 4.0
+    assert east < -1.0
+    assert down > 0.5
+    assert line.velocity((100.0, 0.0, 0.0), PACE) == pytest.approx((0.0, 0.0, 0.0))
+    assert line.velocity((105.0, 0.0, 0.0), PACE)[0] < -2.0
+    assert (line.left((40.0, 3.0, 0.0)), line.across((40.0, 3.0, 0.0))) == pytest.approx((60.0, 3.0))
+
+
+def test_a_steep_line_is_as_fast_as_it_may_climb():
+    north, _, down = Line((0.0, 0.0, 0.0), (30.0, 0.0, -60.0)).velocity((10.0, 0.0, -20.0), PACE)
+    assert (north, down) == pytest.approx((1.0, -2.0))
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_circle_is_gone_around(side):
+    circle = Circle((0.0, 0.0, -10.0), 20.0, side)
+    north, east, down = circle.velocity((20.0, 0.0, -10.0), PACE)
+    assert (north, east, down) == pytest.approx((0.0, side * 5.0, 0.0))
+    outer, inner = circle.velocity((25.0, 0.0, -10.0), PACE), circle.velocity((15.0, 0.0, -10.0), PACE)
+    assert outer[0] < 0.0 < inner[0]
+    assert norm(outer) == pytest.approx(5.0)
+    assert norm(Circle((0.0, 0.0, 0.0), 2.0).velocity((2.0, 0.0, 0.0), PACE)) == pytest.approx(2.0)
+
+
+def enable(mask=Loops.PATH, scope=1, time=0.1, on=1):
+    return imc.ControlLoops(timestamp=time, enable=on, mask=mask, scope_ref=scope)
+
+
+def place(north, east):
+    lat, lon, _ = displace(LAT, LON, 0.0, north, east)
+    return {"end_lat": lat, "end_lon": lon}
+
+
+def desired(north=50.0, east=0.0, z=10.0, units=Units.ALTITUDE, speed=5.0, time=0.3, **fields):
+    path = {"path_ref": 1, **place(north, east), "end_z": z, "end_z_units": units, "speed": speed}
+    return imc.DesiredPath(timestamp=time, **{**path, **fields})
+
+
+def states(seconds=1.0, start=0.2, **fields):
+    fields = {"lat": LAT, "lon": LON, "height": 80.0, "z": -10.0, "alt": 10.0, "depth": -1.0, **fields}
+    return [imc.EstimatedState(timestamp=start + 0.05 * i, **fields) for i in range(round(seconds * 20))]
+
+
+def lead(*feed, **parameters):
+    settings = {"General": {"Absolute Maximum Altitude": "120"}}
+    ordered = sorted(feed, key=lambda message: message.timestamp)
+    return simulate(Path, feed=ordered, settings=settings, **parameters)
+
+
+def test_nothing_is_led_before_the_loop_is_enabled():
+    run = lead(desired(), *states())
+    assert run.of(imc.DesiredVelocity) == []
+
+
+def test_the_loops_below_are_enabled_in_the_scope_of_the_maneuver():
+    run = lead(enable(scope=7), desired(), *states(), enable(scope=8, time=0.9, on=0))
+    assert [(m.enable, m.mask, m.scope_ref) for m in run.of(imc.ControlLoops)] == [
+        (1, Loops.VELOCITY | Loops.YAW, 7),
+        (0, Loops.VELOCITY | Loops.YAW, 8),
+    ]
+    assert lead(enable(scope=7), enable(scope=6, time=0.15, on=0), desired(), *states()).of(imc.DesiredVelocity)
+
+
+def test_velocity_is_ahead_and_to_starboard_of_the_heading():
+    velocity = lead(enable(), desired(), *states(psi=math.radians(-90.0))).of(imc.DesiredVelocity)[-1]
+    assert (velocity.u, velocity.v, velocity.w) == pytest.approx((0.0, 5.0, 0.0), abs=1e-6)
+    heading = lead(enable(), desired(50.0, 50.0), *states()).of(imc.DesiredHeading)[-1]
+    assert heading.value == pytest.approx(0.25 * math.pi)
+
+
+@pytest.mark.parametrize(("units", "z"), [(Units.ALTITUDE, 20.0), (Units.HEIGHT, 110.0)])
+def test_heights_are_above_the_ellipsoid_and_altitudes_above_the_ground(units, z):
+    feed = [enable(), desired(0.0, z=z, units=units), *states(z=-10.0, alt=10.0, height=90.0)]
+    run = lead(*feed)
+    assert run.of(imc.DesiredVelocity)[-1].w == pytest.approx(-2.5)
+    assert run.of(imc.PathControlState)[-1].z == pytest.approx(10.0)
+    assert run.of(imc.DesiredZ)[-1].value == pytest.approx(z)
+
+
+def test_without_a_height_it_keeps_its_own():
+    assert lead(enable(), desired(units=Units.NONE), *states()).of(imc.DesiredVelocity)[-1].w == pytest.approx(0.0)
+    assert lead(enable(), desired(flags=Flags.NO_Z), *states()).of(imc.DesiredVelocity)[-1].w == pytest.approx(0.0)
+
+
+def test_altitude_and_speed_are_kept_within_the_limits_and_it_is_said():
+    run = lead(enable(), desired(0.0, z=500.0), *states())
+    assert run.of(imc.DesiredZ)[-1].value == pytest.approx(119.5)
+    bits = imc.OpLimitsMask
+    limits = imc.OperationalLimits(
+        timestamp=0.05,
+        mask=bits.MAX_ALT | bits.MIN_ALT | bits.MAX_SPEED,
+        max_altitude=30.0,
+        min_altitude=5.0,
+        max_speed=2.0,
+    )
+    assert lead(limits, enable(), desired(0.0, z=500.0), *states()).of(imc.DesiredZ)[-1].value == pytest.approx(29.5)
+    assert lead(limits, enable(), desired(0.0, z=1.0), *states()).of(imc.DesiredZ)[-1].value == pytest.approx(5.5)
+    assert lead(limits, enable(), desired(), *states()).of(imc.DesiredVelocity)[-1].u == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [
+        (desired(units=Units.DEPTH), "a depth is not for what flies"),
+        (desired(speed_units=imc.SpeedUnits.RPM), "the speed of what flies is in m/s"),
+        (desired(end_lat=math.nan), "the desired path is nowhere"),
+        (desired(end_z=math.inf), "the desired path is nowhere"),
+        (desired(end_lat=0.0), "the desired path is longer than 25 km"),
+    ],
+)
+def test_paths_that_cannot_be_flown_are_errors_and_not_followed(path, reason):
+    run = lead(enable(), path, *states())
+    assert (run.task.entity.state, run.task.entity.description) == (State.ERROR, reason)
+    assert run.of(imc.DesiredVelocity) == []
+
+
+def test_on_the_ground_only_a_takeoff_is_followed():
+    rests = imc.ArmingState(timestamp=0.05, state=DISARMED)
+    run = lead(rests, enable(), desired(), *states(z=0.0, alt=0.0))
+    assert run.task.entity.description == "on the ground: take off first"
+    run = lead(rests, enable(), desired(flags=Flags.TAKEOFF), *states(z=0.0, alt=0.0))
+    velocity = run.of(imc.DesiredVelocity)[-1]
+    assert (velocity.u, velocity.w) == pytest.approx((0.0, -2.5))
+
+
+def reached(run):
+    return [bool(m.flags & imc.PathControlState.Flags.NEAR) for m in run.of(imc.PathControlState)]
+
+
+def test_it_is_near_within_the_radius_and_says_so_at_once():
+    far, close = states(0.5, x=40.0), states(0.2, start=0.7, x=49.0)
+    run = lead(enable(), desired(), *far, *close)
+    assert reached(run) == [False, True]
+    assert run.of(imc.PathControlState)[-1].timestamp == pytest.approx(run.vehicle.start_time + 0.7, abs=0.01)
+
+
+def test_the_next_line_begins_where_the_last_one_ended():
+    feed = [*states(0.5, x=49.0), *states(0.5, start=0.7, x=49.0)]
+    run = lead(enable(), desired(), *feed, desired(50.0, 50.0, time=0.75, path_ref=2))
+    assert run.of(imc.PathControlState)[-1].y == pytest.approx(1.0)
+    direct = desired(50.0, 50.0, time=0.75, path_ref=2, flags=Flags.DIRECT)
+    assert lead(enable(), desired(), *feed, direct).of(imc.PathControlState)[-1].y == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_landing_descends_slowly_near_the_ground_and_ends_with_the_motors():
+    land = desired(0.0, flags=Flags.LAND, units=Units.NONE)
+    high, low = states(0.5, z=-20.0, alt=20.0), states(0.5, start=0.7, z=-3.0, alt=3.0)
+    rest = imc.ArmingState(timestamp=1.3, state=DISARMED)
+    run = lead(enable(), land, *high, *low, rest, *states(0.3, start=1.4, z=0.0, alt=0.0))
+    found = [m.w for m in run.of(imc.DesiredVelocity)]
+    assert (found[5], found[15]) == pytest.approx((1.5, 0.5))
+    assert (reached(run)[0], reached(run)[-1]) == (False, True)
+
+
+def test_a_circle_is_said_to_be_loitered_on():
+    run = lead(enable(), desired(0.0, lradius=20.0), *states(1.0, x=20.5))
+    state = run.of(imc.PathControlState)[-1]
+    assert state.flags & imc.PathControlState.Flags.LOITERING
+    assert (state.y, state.eta) == (pytest.approx(0.5), 0)
+    velocity = run.of(imc.DesiredVelocity)[-1]
+    assert velocity.v > 4.5
+    counter = desired(0.0, lradius=20.0, flags=Flags.CCLOCKW)
+    assert lead(enable(), counter, *states(1.0, x=20.5)).of(imc.DesiredVelocity)[-1].v < -4.5
+
+
+def test_no_progress_is_an_error():
+    run = lead(enable(), desired(), *states(45.0))
+    assert run.task.entity.description == "along-track divergence error"
+    run = lead(enable(), desired(), *states(1.0), *states(15.0, start=1.3, x=25.0, y=20.0))
+    assert run.task.entity.description == "cross-track divergence error"
+
+
+class Eyes(Task):
+    """Knows the true state."""
+
+    @consume
+    def see(self, truth: imc.SimulatedState) -> None:
+        if round(truth.timestamp * 100) % 5:
+            return
+        angles = truth.phi, truth.theta, truth.psi
+        north, east, down = to_ned(rotation(*angles), (truth.u, truth.v, truth.w))
+        self.publish(
+            imc.EstimatedState(
+                lat=truth.lat, lon=truth.lon, height=truth.height, x=truth.x, y=truth.y, z=truth.z, phi=truth.phi,
+                theta=truth.theta, psi=truth.psi, vx=north + truth.svx, vy=east + truth.svy, vz=down + truth.svz,
+                p=truth.p, q=truth.q, r=truth.r, depth=-1.0, alt=-truth.z,
+            )
+        )  # fmt: skip
+
+
+def velocity(time, u=0.0, v=0.0, w=0.0, until=None):
+    """A wish that is repeated at 10 Hz."""
+    count = 1 if until is None else round((until - time) * 10)
+    return [imc.DesiredVelocity(timestamp=time + 0.1 * i, u=u, v=v, w=w) for i in range(count)]
+
+
+def air(*feed, seconds, wind=0.0, without=(), **parameters):
+    """Fly with the simulated airframe and true states."""
+    tasks = [(UAV, {"wind_source": "StreamVelocity"}), (StreamVelocity, {"default_speed_north": wind})]
+    tasks += [task for task in ((Autopilot, parameters), (Eyes, {})) if task[0] not in without]
+    ordered = sorted([FIX, *feed], key=lambda message: message.timestamp)
+    return simulate(tasks, feed=ordered, seconds=seconds)
+
+
+def truth(run, time):
+    return run.of(imc.SimulatedState)[round(time * 100) - 2]
+
+
+UP = [enable(Loops.VELOCITY), *velocity(0.5, w=-2.0, until=6.5)]
+
+
+def phases(run):
+    found = []
+    for message in run.of(imc.AutopilotMode):
+        if found[-1:] != [message.mode]:
+            found.append(message.mode)
+    return found
+
+
+def test_rotors_rest_until_a_climb_is_asked_for():
+    run = air(enable(Loops.VELOCITY), *velocity(0.5, u=3.0, until=3.0), seconds=3.0)
+    assert run.of(imc.SetThrusterActuation) == []
+    assert {m.state for m in run.of(imc.ArmingState)} == {DISARMED}
+    assert phases(run) == ["GROUND"]
+
+
+def test_a_climb_has_the_rate_that_is_asked_for():
+    run = air(*UP, seconds=6.0)
+    assert truth(run, 5.5).z - truth(run, 4.5).z == pytest.approx(-2.0, abs=0.05)
+    assert run.of(imc.ArmingState)[-1].state == ARMED
+
+
+@pytest.mark.parametrize("wind", [0.0, 6.0, -9.0])
+def test_a_velocity_is_followed_in_wind(wind):
+    run = air(*UP, *velocity(6.5, u=4.0, v=-2.0, until=20.0), seconds=20.0, wind=wind)
+    first, second = truth(run, 18.0), truth(run, 20.0)
+    moved = second.x - first.x, second.y - first.y, second.z - first.z
+    assert moved == pytest.approx((8.0, -4.0, 0.0), abs=0.15)
+
+
+@pytest.mark.parametrize("wind", [0.0, 8.0])
+def test_it_hovers_where_it_could_stop_when_nothing_is_asked_for(wind):
+    stop = enable(Loops.ALL, scope=2, time=12.0, on=0)
+    run = air(*UP, *velocity(6.5, u=5.0, until=12.0), stop, seconds=50.0, wind=wind)
+    before, first, last = truth(run, 12.0), truth(run, 35.0), truth(run, 50.0)
+    assert 2.0 < first.x - before.x < 9.0
+    assert math.dist((first.x, first.y, first.z), (last.x, last.y, last.z)) < 0.1
+    assert phases(run) == ["GROUND", "GUIDED", "LOITER"]
+    if wind:
+        assert last.theta == pytest.approx(math.atan((0.35 * 8.0 + 0.02 * 64.0) / (3.0 * GRAVITY)), abs=0.01)
+
+
+def test_a_heading_is_turned_to_no_faster_than_allowed():
+    turn = imc.DesiredHeading(timestamp=6.6, value=-3.0)
+    run = air(*UP, *velocity(6.5, until=20.0), turn, seconds=15.0)
+    assert truth(run, 15.0).psi == pytest.approx(-3.0, abs=0.02)
+    assert max(abs(m.value) for m in run.of(imc.DesiredHeadingRate)) <= math.radians(60.0) + 1e-9
+    assert min(m.psi for m in run.of(imc.SimulatedState)) < -2.9
+
+
+def test_it_lands_after_an_abort_and_its_rotors_rest():
+    run = air(*UP, imc.Abort(timestamp=6.0, src=0x4000, dst=OWN), seconds=40.0)
+    assert phases(run) == ["GROUND", "GUIDED", "LAND", "GROUND"]
+    assert (truth(run, 40.0).z, run.of(imc.SetThrusterActuation)[-1].value) == (0.0, 0.0)
+    speeds = [float(text.split()[-2]) for text in run.log if text.startswith("touchdown")]
+    assert max(speeds) < 0.8
+
+
+def test_an_abort_for_somebody_else_lands_nobody():
+    assert "LAND" not in phases(air(*UP, imc.Abort(timestamp=3.0, src=0x4000, dst=0x1B), seconds=5.0))
+
+
+def test_it_lands_when_it_has_nothing_to_do_sooner_in_error():
+    stop = enable(Loops.ALL, scope=2, time=6.0, on=0)
+
+    def landing(mode):
+        run = air(*UP, stop, imc.VehicleState(timestamp=0.2, op_mode=mode), seconds=30.0, idle_timeout=20.0)
+        modes = [m for m in run.of(imc.AutopilotMode) if m.mode == "LAND"]
+        return modes[0].timestamp - run.vehicle.start_time if modes else math.inf
+
+    modes = imc.VehicleState.OpMode
+    assert landing(modes.SERVICE) == pytest.approx(26.0, abs=0.2)
+    assert landing(modes.ERROR) == pytest.approx(16.0, abs=0.2)
+    assert landing(modes.MANEUVER) == math.inf
+
+
+def test_an_empty_battery_lands_it_whatever_is_asked_for_and_keeps_it_there():
+    empty = imc.FuelLevel(timestamp=4.0, value=9.0)
+    again = [enable(Loops.VELOCITY, scope=3, time=30.0), *velocity(30.1, w=-2.0, until=34.0)]
+    run = air(*UP, *velocity(6.5, u=2.0, until=20.0), empty, *again, seconds=36.0)
+    assert phases(run) == ["GROUND", "GUIDED", "LAND", "GROUND"]
+    assert any("the battery is empty" in text for text in run.log)
+
+
+def test_a_velocity_that_does_not_come_is_an_error_and_it_hovers():
+    run = air(*UP, seconds=9.0)
+    assert phases(run)[-1] == "LOITER"
+    assert run.tasks[2].entity.state is State.ERROR
+
+
+def test_it_descends_level_where_it_does_not_know_its_state():
+    class Blinking(Eyes):
+        """Sees for ten seconds."""
+
+        @consume
+        def see(self, truth: imc.SimulatedState) -> None:
+            if truth.timestamp < self.vehicle.start_time + 6.5:
+                super().see(truth)
+
+    tasks = [(UAV, {"wind_source": ""}), (Autopilot, {}), (Blinking, {})]
+    run = simulate(tasks, feed=[FIX, *UP], seconds=60.0)
+    assert phases(run) == ["GROUND", "GUIDED", "BLIND", "GROUND"]
+    assert truth(run, 60.0).z == 0.0
+    assert max(float(text.split()[-2]) for text in run.log if text.startswith("touchdown")) < 2.5
+
+
+def test_what_is_no_number_is_refused():
+    odd = [imc.DesiredVelocity(timestamp=3.0, u=math.nan), imc.DesiredHeading(timestamp=3.0, value=math.nan)]
+    odd += [imc.EstimatedState(timestamp=3.001, x=math.nan, lat=LAT, lon=LON)]
+    run = air(*UP, *odd, seconds=6.0)
+    assert all(math.isfinite(m.z) for m in run.of(imc.SimulatedState))
+    assert "a desired velocity is no number" in run.log
