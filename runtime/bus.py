@@ -40,6 +40,12 @@ class Subscription:
     packets: bool = False
 
 
+class Witness(Protocol):
+    """Who is told of each subscription as it begins."""
+
+    def subscribed(self, subscription: Subscription) -> None: ...
+
+
 class Bus:
     """One in-process bus for one vehicle, `system` being its IMC id.
 
@@ -47,7 +53,6 @@ class Bus:
     `on_own` is told of each message of this vehicle that comes from another process.
     Everything that is delivered has been through the codec, so a receiver here sees what a receiver elsewhere would.
     Objects that are no messages (frames) are shared between tasks of this process and go nowhere else.
-    `witness` is told of each subscription as it begins.
     Counted: `delivered`; of what other processes send, `malformed` and, where it came too fast, `overrun`.
     """
 
@@ -56,7 +61,7 @@ class Bus:
         self.system = system
         self.delivered = 0
         self.on_own: Callable[[imc.Message], None] = lambda _: None
-        self.witness: Callable[[Subscription], None] | None = None
+        self.witness: Witness | None = None
         self.malformed = 0
         self.overrun = 0
         self._waiting: deque[bytes] = deque()
@@ -91,7 +96,7 @@ class Bus:
 
     def subscribe(self, subscription: Subscription) -> None:
         if self.witness is not None:
-            self.witness(subscription)
+            self.witness.subscribed(subscription)
         self._subscriptions.append(subscription)
         self._routes.clear()
 

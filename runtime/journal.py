@@ -110,9 +110,9 @@ class Journal:
 
 
 class Journals:
-    """The journals of all tasks of a vehicle whose classes have async methods; kept from when it is made.
+    """The journals of all tasks of a vehicle whose classes have async methods, kept from when this is made.
 
-    A run pays for it, so only those that are to be saved have one. Raises SnapshotError for a vehicle of a fleet.
+    A run pays for it, so only one that is to be saved has it. Raises SnapshotError where vehicles share a kernel.
     """
 
     def __init__(self, vehicle: Vehicle):
@@ -124,7 +124,7 @@ class Journals:
         self._changed: int | None = None
         self._journals = {id(task): Journal(task) for task in vehicle.tasks if _has_scripts(type(task))}
         self._handlers: dict[int, tuple[Journal, int]] = {}
-        vehicle.bus.witness = self._hear
+        vehicle.bus.witness = self
         vehicle.kernel.witness = self._note
 
     def of(self, task: Task) -> Journal:
@@ -147,7 +147,8 @@ class Journals:
         """Somebody may have set parameters."""
         self._changed = self._kernel.now_ns
 
-    def _hear(self, subscription: Subscription) -> None:
+    def subscribed(self, subscription: Subscription) -> None:
+        """Number the subscriptions of each task."""
         task = task_of(subscription)
         journal = self._journals.get(id(task))
         if journal is not None:

@@ -3,15 +3,19 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from zlib import crc32
 
 import imc
 from imc.coordinates import absolute, displacement
 from runtime.build import Build, build
 from runtime.clock import parse_clock
 from runtime.fleet import Fleet
+from runtime.journal import Journals
 from runtime.plan_request import PlanRequest
 from runtime.profile import load_profile
+from runtime.snapshot import keep_beside_log, run_with_snapshots
 from runtime.vehicle import Vehicle
 
 COMPLETED, FAILED, LATE = "SUCCESS", "FAILURE", "TIMEOUT"
@@ -96,6 +100,7 @@ class Mission:
         self._vehicle = vehicle
         flags = imc.PlanControl.Flags.CALIBRATE if calibrate else 0
         request = imc.PlanControl(plan_id=plan.plan_id, flags=flags, arg=plan, dst=vehicle.system, request_id=1)
+        vehicle.profile.override(f"General:Plan={crc32(imc.encode(request)):08x}")
         self._request = PlanRequest(vehicle, request, patience=patience, refused=self._give_up)
         self._watch = watch
         self._position: tuple[float, float] | None = None
@@ -114,11 +119,19 @@ class Mission:
         self._vehicle.start()
         self._request.begin()
 
-    def fly(self, limit: float) -> Report:
-        """Run the vehicle until the plan is over, at most `limit` seconds of its time, and close it."""
+    def fly(self, limit: float, *, snapshot_every: float | None = None) -> Report:
+        """Run the vehicle until the plan is over, at most `limit` seconds of its time, and close it.
+
+        Its state is saved beside its log every `snapshot_every` seconds. Raises SnapshotError, OSError.
+        """
+        if snapshot_every is not None:
+            Journals(self._vehicle)
         self.begin()
         try:
-            self._vehicle.run(limit)
+            if snapshot_every is None:
+                self._vehicle.run(limit)
+            else:
+                run_with_snapshots(self._vehicle, limit, snapshot_every, partial(keep_beside_log, self._vehicle))
         finally:
             self._vehicle.close()
         return self.report

@@ -1,9 +1,11 @@
 """Asks a vehicle for a plan as soon as it is ready, in the name of its Daemon."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
 
 import imc
 from runtime.kernel import SECOND
+from runtime.task import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.vehicle import Vehicle
 
 READY = imc.PlanControlState.State.READY
@@ -56,3 +58,31 @@ class PlanRequest:
     def _lose_patience(self, deadline: int) -> None:
         if not self.given and deadline == self._deadline:
             self._refused(f"vehicle not ready within {self._patience:g} s")
+
+
+class Given(NamedTuple):
+    """A request in a log, and how far a PlanRequest was with it at a time."""
+
+    request: imc.PlanControl
+    calm: bool
+    given: bool
+
+
+def given_in(packets: Iterable[tuple[int, bytes]], schema: imc.Schema, vehicle: Vehicle, time: float) -> Given | None:
+    """The request in a run's log, and what came of it before a time (s since 1970 UTC). None where it has none."""
+    calm, daemon = False, vehicle.daemon.entity.id
+    for _, packet in packets:
+        head = imc.header(packet)
+        if head.src != vehicle.system or head.id not in (imc.VehicleState.ID, imc.PlanControl.ID):
+            continue
+        message = schema.decode(packet)
+        if isinstance(message, imc.VehicleState):
+            calm = calm or (message.op_mode == CALM and head.timestamp < time)
+        elif (
+            isinstance(message, imc.PlanControl)
+            and message.type == imc.PlanControl.Type.REQUEST
+            and (head.src_ent, head.dst) == (daemon, vehicle.system)
+        ):
+            request = message.replace(timestamp=-1.0, src=UNKNOWN_SYSTEM, src_ent=UNKNOWN_ENTITY)
+            return Given(request, calm, head.timestamp < time)
+    return None

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 import imc
+from runtime.bus import Subscription
 from runtime.entities import State
 from runtime.journal import PARAMETERS, PUSHED, TIMER, Past, unpacked
 from runtime.likeness import likeness
@@ -28,8 +29,8 @@ def relive(task: Task, past: Past) -> tuple[list[Timer], list[Callable[..., obje
     is empty before and after. Raises SnapshotError, also where not the same came of it.
     """
     vehicle, kernel = task.vehicle, task.vehicle.kernel
-    handlers: list[Callable[..., object]] = []
-    vehicle.bus.witness = lambda s: handlers.append(s.handler) if task_of(s) is task else None
+    before, vehicle.bus.witness = vehicle.bus.witness, _Handlers(task)
+    handlers = vehicle.bus.witness.handlers
     try:
         kernel.now_ns = past.time
         _begin(task, past)
@@ -41,7 +42,7 @@ def relive(task: Task, past: Past) -> tuple[list[Timer], list[Callable[..., obje
             raise
         raise SnapshotError(f"{task.name} cannot be brought back: {type(error).__name__}: {error}") from error
     finally:
-        vehicle.bus.witness = None
+        vehicle.bus.witness = before
         kernel.clear()
     if likeness(task, timers) != past.likeness:
         raise SnapshotError(
@@ -49,6 +50,18 @@ def relive(task: Task, past: Past) -> tuple[list[Timer], list[Callable[..., obje
             "hears, its timers and its own state"
         )
     return timers, handlers
+
+
+class _Handlers:
+    """The handlers of a task by the numbers of its subscriptions."""
+
+    def __init__(self, task: Task):
+        self.handlers: list[Callable[..., object]] = []
+        self._task = task
+
+    def subscribed(self, subscription: Subscription) -> None:
+        if task_of(subscription) is self._task:
+            self.handlers.append(subscription.handler)
 
 
 def _begin(task: Task, past: Past) -> None:

@@ -2,16 +2,20 @@
 
 import contextlib
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import takewhile
 from pathlib import Path
 
 import imc
 from runtime.build import build
-from runtime.clock import SECOND, VirtualClock, nanoseconds
+from runtime.clock import SECOND, VirtualClock
 from runtime.config import items
+from runtime.journal import Journals
 from runtime.parameters import ParameterError
+from runtime.plan_request import PlanRequest, given_in
 from runtime.profile import Profile, load_profile
 from runtime.resim.outline import outline
+from runtime.resim.run import Run, run_of
 from runtime.snapshot import Snapshot, load, restore, save
 from runtime.snapshot_values import SnapshotError
 from runtime.vehicle import Vehicle
@@ -19,32 +23,13 @@ from runtime.vehicle import Vehicle
 PATTERN = "State-*.msgpack"
 
 
-def run_with_snapshots(vehicle: Vehicle, seconds: float | None, every: float, keep: Callable[[bytes], object]) -> None:
-    """Run a vehicle, and hand its state to `keep` every so many seconds of its time. Raises SnapshotError."""
-    begin = vehicle.kernel.now_ns
-    end = None if seconds is None else begin + round(seconds * SECOND)
-    count = 1
-    while True:
-        pause = begin + round(count * every * SECOND)
-        if end is not None and pause >= end:
-            vehicle.kernel.run(until=end)
-            return
-        vehicle.kernel.run(until=pause)
-        if vehicle.kernel.now_ns < pause or not vehicle.kernel.idle:
-            return
-        keep(save(vehicle))
-        count += 1
-
-
-def state_name(vehicle: Vehicle) -> str:
-    """The file for a snapshot of this moment: State-<seconds of the run>.msgpack."""
-    return f"State-{(vehicle.kernel.now_ns - nanoseconds(vehicle.start_time)) / SECOND:g}.msgpack"
-
-
-def continued(snapshot: Snapshot, log_root: Path) -> Vehicle:
+def continued(
+    snapshot: Snapshot, log_root: Path, *, journals: bool = False, look_on: Callable[[Vehicle], object] = lambda _: None
+) -> Vehicle:
     """A vehicle in the state of a snapshot, with the configuration that is in it; it is started already.
 
-    Raises SnapshotError, ProfileError.
+    With `journals` it can be saved again in the midst of scripts. `look_on` is called before the tasks have their
+    state, for who is to hear messages before them. Raises SnapshotError, ProfileError.
     """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "Config.ini"
@@ -53,6 +38,9 @@ def continued(snapshot: Snapshot, log_root: Path) -> Vehicle:
             load_profile(path), log_root, snapshot.time, {label: number for label, number, *_ in snapshot.entities}
         )
     try:
+        if journals:
+            Journals(vehicle)
+        look_on(vehicle)
         restore(vehicle, snapshot)
     except BaseException:
         vehicle.running.clear()
@@ -61,36 +49,94 @@ def continued(snapshot: Snapshot, log_root: Path) -> Vehicle:
     return vehicle
 
 
-def state_at(log: imc.Log, seconds: float) -> Snapshot:
-    """The state of the log's vehicle at a time of its run (s): found in the log's folder, or computed from there.
+class Rewound:
+    """The run of a log: `state_at` a time, and the vehicle that goes on from there.
 
-    Raises SnapshotError where the log is not one of a virtual run, ProfileError.
+    Raises SnapshotError where the log is not one of a virtual run of Shoal, ProfileError.
     """
-    folder = log.path.parent
-    if not (folder / "Config.ini").is_file():
-        raise SnapshotError(f"{folder} has no Config.ini: only runs of Shoal can be repeated")
-    profile = load_profile(folder / "Config.ini")
-    wanted = profile.start_time_ns + round(seconds * SECOND)
-    known = [snapshot for snapshot in _snapshots(folder) if snapshot.time <= wanted]
-    with tempfile.TemporaryDirectory() as scratch:
-        if known:
-            vehicle = continued(max(known, key=lambda snapshot: snapshot.time), Path(scratch))
-        else:
-            _, first = next(log.packets(), (0, b""))
-            if not first or imc.header(first).timestamp != profile.start_time:
-                raise SnapshotError(
-                    f"{log.path} does not begin with its vehicle on a virtual clock, and has no snapshot before "
-                    f"{seconds:g} s: rewind the log that it came from"
-                )
-            about = outline(log)
-            labels = about.labels if about is not None else {}
-            vehicle = _vehicle(profile, Path(scratch), profile.start_time_ns, labels)
-            vehicle.start()
-        try:
-            vehicle.kernel.run(until=wanted)
-            return load(save(vehicle))
-        finally:
-            vehicle.close()
+
+    def __init__(self, log: imc.Log):
+        folder = log.path.parent
+        if not (folder / "Config.ini").is_file():
+            raise SnapshotError(f"{folder} has no Config.ini: only runs of Shoal can be repeated")
+        self._log = log
+        self._run = run_of(log)
+        self._profile = load_profile(folder / "Config.ini")
+
+    def state_at(self, seconds: float) -> Snapshot:
+        """The state at a time of the run (s): found in the folders of its logs, or computed from what is there.
+
+        Raises SnapshotError where the run cannot be repeated, ProfileError.
+        """
+        wanted = self._profile.start_time_ns + round(seconds * SECOND)
+        known = [snapshot for snapshot in _snapshots(self._run) if snapshot.time <= wanted]
+        nearest = max(known, key=lambda snapshot: snapshot.time, default=None)
+        if nearest is not None and nearest.time == wanted:
+            return nearest
+        with tempfile.TemporaryDirectory() as scratch:
+            if nearest is not None:
+                vehicle = self.vehicle(nearest, Path(scratch), journals=True)
+            else:
+                vehicle = self._from_start(Path(scratch), seconds)
+            try:
+                vehicle.kernel.run(until=wanted)
+                state = save(vehicle)
+            finally:
+                vehicle.close()
+            if nearest is None:
+                self._compare(Path(scratch), wanted)
+        return load(state)
+
+    def vehicle(self, snapshot: Snapshot, log_root: Path, *, journals: bool = False) -> Vehicle:
+        """The vehicle in a state of the run; the plan that it is still to be asked for is asked for.
+
+        Raises SnapshotError, ProfileError.
+        """
+        return continued(
+            snapshot, log_root, journals=journals, look_on=lambda vehicle: self._request(vehicle, snapshot.time)
+        )
+
+    def _from_start(self, scratch: Path, seconds: float) -> Vehicle:
+        profile, first = self._profile, self._run.logs[0]
+        _, packet = next(first.packets(), (0, b""))
+        if not packet or imc.header(packet).timestamp != profile.start_time:
+            raise SnapshotError(
+                f"{first.path} does not begin with its vehicle on a virtual clock, and has no snapshot before "
+                f"{seconds:g} s: rewind the log that it came from"
+            )
+        about = outline(self._run)
+        vehicle = _vehicle(profile, scratch, profile.start_time_ns, about.labels if about is not None else {})
+        Journals(vehicle)
+        self._request(vehicle, profile.start_time_ns)
+        vehicle.start()
+        return vehicle
+
+    def _request(self, vehicle: Vehicle, time: int) -> None:
+        """Ask for the plan that was asked for in this run, as far as that was still to be done at a time (ns)."""
+        found = given_in(self._run.packets(), self._run.schema, vehicle, time / SECOND)
+        if found is not None and not found.given:
+            PlanRequest(vehicle, found.request, calm=found.calm)
+
+    def _compare(self, scratch: Path, wanted: int) -> None:
+        """Hold the log against the repeated run. Raises SnapshotError where they part before a time (ns)."""
+        _, first = next(self._log.packets(), (0, b""))
+        begin, end = imc.header(first).timestamp, wanted / SECOND
+        for path in sorted(scratch.glob("*/*/*")):
+            again = imc.Log(path)
+            _, packet = next(again.packets(), (0, b""))
+            if not packet or imc.header(packet).timestamp != begin:
+                continue
+            pairs = zip(self._log.packets(), again.packets(), strict=False)
+            for (_, old), (_, new) in takewhile(lambda pair: imc.header(pair[1][1]).timestamp < end, pairs):
+                if old != new:
+                    at = imc.header(new).timestamp - self._profile.start_time
+                    raise SnapshotError(
+                        f"{self._log.path} cannot be repeated from the start of its run: they part at {at:.3f} s. "
+                        "It was changed on its way, or written by another version"
+                    )
+            return
+        if begin < end:
+            raise SnapshotError(f"{self._log.path} cannot be repeated from the start of its run: no such log begins")
 
 
 def change(vehicle: Vehicle, overrides: Sequence[str]) -> None:
@@ -110,16 +156,20 @@ def change(vehicle: Vehicle, overrides: Sequence[str]) -> None:
                 raise SnapshotError(f"{assignment}: {error}") from None
             task.reconfigured()
             vehicle.remember(task)
+            if isinstance(vehicle.bus.witness, Journals):
+                vehicle.bus.witness.expect_changes()
             continue
         raise SnapshotError(f"{assignment}: the vehicle has no task {section.strip()!r}")
 
 
-def _snapshots(folder: Path) -> Iterator[Snapshot]:
-    for path in sorted(folder.glob(PATTERN)):
+def _snapshots(run: Run) -> list[Snapshot]:
+    found: list[Snapshot] = []
+    for path in (path for log in run.logs for path in sorted(log.path.parent.glob(PATTERN))):
         try:
-            yield load(path.read_bytes())
+            found.append(load(path.read_bytes()))
         except SnapshotError as error:
             raise SnapshotError(f"{path}: {error}") from None
+    return found
 
 
 def _vehicle(profile: Profile, log_root: Path, time: int, entity_ids: Mapping[str, int]) -> Vehicle:

@@ -1,10 +1,13 @@
 """Saves a virtual run between two moments, and goes on from there."""
 
 import zlib
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from runtime.clock import SECOND, nanoseconds
 from runtime.journal import Journals, Past
 from runtime.likeness import likeness
 from runtime.relive import relive
@@ -61,11 +64,11 @@ class Envelope(msgspec.Struct, array_like=True):
     snapshot: bytes
 
 
-def save(vehicle: Vehicle, journals: Journals | None = None) -> bytes:
+def save(vehicle: Vehicle) -> bytes:
     """The state of a vehicle on a virtual clock, between two runs of its kernel.
 
-    A task in the midst of a script needs `journals`, kept since before. Raises SnapshotError for what cannot be saved:
-    it names the task and the attribute.
+    In the midst of scripts it needs Journals, kept since before. Raises SnapshotError for what cannot be saved: it
+    names the task and the attribute.
     """
     if not vehicle.virtual or not vehicle.kernel.idle:
         raise SnapshotError("only a virtual run can be saved, and only between two moments")
@@ -86,7 +89,7 @@ def save(vehicle: Vehicle, journals: Journals | None = None) -> bytes:
         vehicle.profile.dump().encode(errors="surrogateescape"),
         [task.name for task in vehicle.tasks],
         {task.name: task_state(task, [s for owner, s in hears if owner is task], writer) for task in plain},
-        {task.name: _past(task, timers, journals) for task in scripted},
+        {task.name: _past(task, timers) for task in scripted},
         [_timer_state(timer, scripted, writer) for timer in timers],
         [task.name for task, _ in hears],
         sorted(vehicle.running),
@@ -111,28 +114,54 @@ def load(data: bytes) -> Snapshot:
         raise SnapshotError(f"this is no snapshot: {error}") from None
 
 
-def restore(vehicle: Vehicle, snapshot: Snapshot, journals: Journals | None = None) -> None:
+def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     """Bring a vehicle that is built and not started into the state of a snapshot; then it runs on.
 
-    Its clock is virtual and begins at the snapshot's time. With `journals`, of this vehicle, it can be saved again.
-    Raises SnapshotError.
+    Its clock is virtual and begins at the snapshot's time. Raises SnapshotError.
     """
     tasks = {task.name: task for task in vehicle.tasks}
     if snapshot.sections != list(tasks):
         raise SnapshotError(f"the vehicle has other tasks than the snapshot: {', '.join(tasks)}")
     try:
-        _restore(vehicle, snapshot, journals)
+        _restore(vehicle, snapshot)
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, StopIteration) as error:
         raise error if isinstance(error, SnapshotError) else SnapshotError(f"this is no snapshot: {error!r}") from error
 
 
-def _restore(vehicle: Vehicle, snapshot: Snapshot, journals: Journals | None) -> None:
+def run_with_snapshots(vehicle: Vehicle, seconds: float | None, every: float, keep: Callable[[bytes], object]) -> None:
+    """Run a vehicle, and hand its state to `keep` every so many seconds of its time. Raises SnapshotError."""
+    begin = vehicle.kernel.now_ns
+    end = None if seconds is None else begin + round(seconds * SECOND)
+    count = 1
+    while True:
+        pause = begin + round(count * every * SECOND)
+        if end is not None and pause >= end:
+            vehicle.kernel.run(until=end)
+            return
+        vehicle.kernel.run(until=pause)
+        if vehicle.kernel.now_ns < pause or not vehicle.kernel.idle:
+            return
+        keep(save(vehicle))
+        count += 1
+
+
+def keep_beside_log(vehicle: Vehicle, state: bytes) -> None:
+    """Write a snapshot beside the log: State-<seconds of the run>.msgpack. Raises SnapshotError, OSError."""
+    folders = (getattr(task, "folder", None) for task in vehicle.tasks)
+    folder = next((folder for folder in folders if isinstance(folder, Path)), None)
+    if folder is None:
+        raise SnapshotError("there is no log to keep snapshots with: enable Transports.Logging")
+    seconds = (vehicle.kernel.now_ns - nanoseconds(vehicle.start_time)) / SECOND
+    (folder / f"State-{seconds:g}.msgpack").write_bytes(state)
+
+
+def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     kernel = vehicle.kernel
     kernel.clear()
     vehicle.start_time = snapshot.start_time
     for system, entity, label in snapshot.heard:
         vehicle.entities.hear(system, entity, label)
-    scripted = _relive(vehicle, snapshot.pasts, journals)
+    scripted = _relive(vehicle, snapshot.pasts)
     kernel.now_ns = snapshot.time
     timers = [_timer(state, scripted) for state in snapshot.timers]
     if any(scripted.values()):
@@ -161,20 +190,20 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot, journals: Journals | None) ->
     vehicle.running.update(snapshot.running)
 
 
-def _relive(vehicle: Vehicle, pasts: dict[str, Past], journals: Journals | None) -> dict[str, list[Timer]]:
+def _relive(vehicle: Vehicle, pasts: dict[str, Past]) -> dict[str, list[Timer]]:
     """Bring back the tasks that run scripts; their timers."""
-    witness, timers = vehicle.bus.witness, dict[str, list[Timer]]()
+    journals, timers = vehicle.bus.witness, dict[str, list[Timer]]()
     for section, past in pasts.items():
         task = vehicle.task(section)
         timers[section], handlers = relive(task, past)
-        if journals is not None:
+        if isinstance(journals, Journals):
             journals.take_over(task, past, handlers)
-    vehicle.bus.witness = witness
     return timers
 
 
-def _past(task: Task, timers: list[Timer], journals: Journals | None) -> Past:
-    if journals is None:
+def _past(task: Task, timers: list[Timer]) -> Past:
+    journals = task.vehicle.bus.witness
+    if not isinstance(journals, Journals):
         raise SnapshotError(f"{task.name} runs a script, and no journals are kept")
     return journals.of(task).saved(likeness(task, [timer for timer in timers if timer.owner is task]))
 

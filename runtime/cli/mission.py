@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 import imc
-from runtime.cli.duration import parse_duration
+from runtime.cli.duration import duration_option, parse_duration
 from runtime.mission import Leg, Mission, Report, prepare
 from runtime.plans import PlanFileError, load_plan
 from runtime.problem import ProfileError
@@ -31,6 +31,9 @@ CANNOT_FLY = 2  # exit status: neither flown nor failed
 @click.option("--for", "limit", default="24h", show_default=True, help="Longest time of the vehicle.")
 @click.option("--seed", type=click.IntRange(0), help="Seed of all random numbers [default: the profile's, or 0]")
 @click.option("--calibrate", is_flag=True, help="Calibrate before the plan starts.")
+@click.option(
+    "--snapshot-every", callback=duration_option, metavar="TIME", help="Save the state of the vehicle, with its log."
+)
 @click.option("--log-dir", default="log", show_default=True, type=click.Path(path_type=Path), help="Where logs go.")
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
 def mission(
@@ -42,6 +45,7 @@ def mission(
     limit: str,
     seed: int | None,
     calibrate: bool,
+    snapshot_every: float | None,
     log_dir: Path,
     as_json: bool,
 ) -> None:
@@ -68,7 +72,8 @@ def mission(
     bar = _Bar(specification.plan_id)
     try:
         with bar.progress:
-            report = Mission(made.vehicle, specification, calibrate=calibrate, watch=bar.show).fly(longest)
+            flight = Mission(made.vehicle, specification, calibrate=calibrate, watch=bar.show)
+            report = flight.fly(longest, snapshot_every=snapshot_every)
     except Exception as error:
         report = Report("FAILURE", f"{type(error).__name__}: {error}")
     if as_json:

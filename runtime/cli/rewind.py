@@ -11,7 +11,7 @@ from runtime.kernel import SECOND
 from runtime.problem import ProfileError
 from runtime.resim.history import Instants
 from runtime.resim.outline import outline
-from runtime.rewind import change, continued, state_at
+from runtime.rewind import Rewound, change
 from runtime.snapshot_values import SnapshotError
 
 
@@ -29,13 +29,19 @@ def rewind(log: Path, at: str, duration: str | None, overrides: tuple[str, ...],
     """
     try:
         opened = imc.Log(log)
-        state = state_at(opened, parse_duration(at))
-        about = outline(opened)
-        end = Instants(state.time).of(about.end) if about is not None else 0
-        rest = (end - state.time) / SECOND
-        seconds = parse_duration(duration) if duration is not None else max(0.0, rest)
-        vehicle = continued(state, log_dir)
+        rewound = Rewound(opened)
+        state = rewound.state_at(parse_duration(at))
+        seconds = parse_duration(duration) if duration is not None else _rest(opened, state.time)
+        vehicle = rewound.vehicle(state, log_dir)
         change(vehicle, overrides)
     except (SnapshotError, ProfileError, OSError, ValueError) as error:
         raise click.ClickException(str(error)) from None
     swim(vehicle, f"{vehicle.name} from {at} of {log}", seconds, start=False)
+
+
+def _rest(log: imc.Log, time: int) -> float:
+    """The seconds from a time (ns) to the end of a log, with what happened in the moment of its end."""
+    about = outline(log)
+    if about is None:
+        return 0.0
+    return max(0, Instants(time).of(about.end) + about.lived - time) / SECOND

@@ -5,6 +5,7 @@ import signal
 import sys
 import traceback
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any, NoReturn, TypeVar
@@ -16,13 +17,14 @@ from runtime import vehicle as vehicle_module
 from runtime.build import Build, build, join_zenoh
 from runtime.catalogue import find_task
 from runtime.check import check
-from runtime.cli.duration import parse_duration
+from runtime.cli.duration import duration_option
 from runtime.cli.status import Status
 from runtime.clock import parse_clock
+from runtime.journal import Journals
 from runtime.problem import Problem, ProfileError
 from runtime.profile import load_profile
-from runtime.rewind import change, continued, run_with_snapshots, state_name
-from runtime.snapshot import load
+from runtime.rewind import change, continued
+from runtime.snapshot import keep_beside_log, load, run_with_snapshots
 from runtime.snapshot_values import SnapshotError
 from runtime.vehicle import Vehicle
 
@@ -32,19 +34,12 @@ STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if
 OWN_FILES = (kernel.__file__, vehicle_module.__file__)
 
 
-def _duration(_: click.Context, __: click.Parameter, text: str | None) -> float | None:
-    try:
-        return None if text is None else parse_duration(text)
-    except ValueError as error:
-        raise click.BadParameter(str(error)) from None
-
-
 def options(function: F) -> F:
     """What `run` and `replay` have in common."""
     folder = click.Path(path_type=Path)
     declared = [
         click.option("--clock", default="real", show_default=True, help="real, virtual, or a factor such as 10x."),
-        click.option("--for", "duration", callback=_duration, help="Stop after this time: 90s, 10min, 1h30min."),
+        click.option("--for", "duration", callback=duration_option, help="Stop after this time: 90s, 10min, 1h30min."),
         click.option(
             "--seed", type=click.IntRange(0), help="Seed of all random numbers [default: the profile's, or 0]"
         ),
@@ -65,7 +60,7 @@ def options(function: F) -> F:
 @click.option("-V", "--vehicle", default="", help="Name of the vehicle, in place of the profile's.")
 @click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Overrides a value.")
 @click.option(
-    "--snapshot-every", callback=_duration, metavar="TIME", help="Save the state of a virtual run, with its log."
+    "--snapshot-every", callback=duration_option, metavar="TIME", help="Save the state of a virtual run, with its log."
 )
 @click.option("--from-snapshot", type=click.Path(exists=True, path_type=Path), help="Go on from a saved state.")
 @options
@@ -121,6 +116,8 @@ def run(
         )
     if snapshot_every is not None and not made.vehicle.virtual:
         raise click.UsageError("only a virtual run can be saved: --clock virtual")
+    if snapshot_every is not None:
+        Journals(made.vehicle)
     title = f"{loaded.vehicle} ({', '.join(sorted(selected)) or 'no mode selected'})"
     swim(made.vehicle, title, duration, snapshot_every=snapshot_every)
 
@@ -130,7 +127,7 @@ def go_on(
 ) -> NoReturn:
     """Run from a snapshot; all but the changes is in it."""
     try:
-        vehicle = continued(load(path.read_bytes()), log_dir)
+        vehicle = continued(load(path.read_bytes()), log_dir, journals=snapshot_every is not None)
         change(vehicle, overrides)
     except (SnapshotError, ProfileError, OSError) as error:
         raise click.ClickException(f"{path}: {error}") from None
@@ -160,7 +157,7 @@ def swim(
                 if snapshot_every is None:
                     vehicle.run(duration)
                 else:
-                    run_with_snapshots(vehicle, duration, snapshot_every, lambda state: _keep(vehicle, state))
+                    run_with_snapshots(vehicle, duration, snapshot_every, partial(keep_beside_log, vehicle))
             finally:
                 vehicle.close()
     except Exception as error:
@@ -172,15 +169,6 @@ def swim(
         with contextlib.suppress(OSError):
             click.echo(status.summary())
     sys.exit(vehicle.exit_status)
-
-
-def _keep(vehicle: Vehicle, state: bytes) -> None:
-    """Write a snapshot into the folder of the log."""
-    folders = (getattr(task, "folder", None) for task in vehicle.tasks)
-    folder = next((folder for folder in folders if isinstance(folder, Path)), None)
-    if folder is None:
-        raise SnapshotError("there is no log to keep snapshots with: enable Transports.Logging")
-    (folder / state_name(vehicle)).write_bytes(state)
 
 
 def _own_part(error: Exception) -> str:

@@ -10,7 +10,7 @@ from runtime.problem import ProfileError
 from runtime.profile import Profile, load_profile
 
 CONFIGURATION = "Config.ini"
-IDENTITY = ("Vehicle", "Seed", "Selected", "Start Time")
+IDENTITY = ("Vehicle", "Seed", "Selected", "Start Time", "Plan")
 
 
 class Run:
