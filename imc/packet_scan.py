@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fastcrc.crc16 import arc
 
+from imc.overlapping_crc import overlapping_right
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -13,6 +15,8 @@ if TYPE_CHECKING:
 OVERHEAD = 22  # bytes of a packet without payload
 PIECE = 1 << 19  # small enough for a processor's cache
 GROUP = 16  # packets whose CRCs are checked together
+COST_OF_ONE = 32  # bytes: as long as the next takes for them, a CRC takes to be called
+COST_OF_PREFIXES = 128  # times as long for a byte, in `overlapping_right`, as in a CRC of its own
 NO_SYNC, BAD_CRC, CUT = "no packet begins here", "wrong CRC", "packet cut short"
 _FAR = 1 << 62
 
@@ -128,8 +132,8 @@ def _find(data: bytes, base: int, sync: int, last: bool, crc: bool) -> tuple[Bat
     # below. The others may be garbage, or a packet with garbage behind it or something like a packet in it.
     stop, begin = len(data), 0
     kept = good.copy()
-    order = "big", "little"
-    for index in np.flatnonzero(~good).tolist():
+    alone, checked = _without_most_wrong(data, np.flatnonzero(~good), starts, ends, big)
+    for index in alone.tolist():
         start, end = int(starts[index]), int(ends[index])
         if start < begin:
             continue
@@ -139,13 +143,12 @@ def _find(data: bytes, base: int, sync: int, last: bool, crc: bool) -> tuple[Bat
             stop = start
             kept[index:] = False
             break
-        packet = data[start:end]
-        if arc(packet[:-2]) == int.from_bytes(packet[-2:], order[not big[index]]):
+        if checked or _crc_right(data[start:end], bool(big[index])):
             kept[index] = True
             kept[index + 1 : np.searchsorted(starts, end)] = False
             begin = end
     if crc and (chosen := np.flatnonzero(kept & good)).size:
-        kept[chosen] = _crc_right(data, chosen, starts, ends, big)
+        kept[chosen] = _crcs_right(data, chosen, starts, ends, big)
     batch = Batch(base, data, starts, ends, heads, big)
     batch = batch if kept.all() else batch.having(kept)
     if not last and stop == len(data) and data and data[-1] in sync.to_bytes(2, "little"):
@@ -187,14 +190,35 @@ def _heads(data: bytes, starts: "NDArray[np.int64]", big: "NDArray[np.bool_]") -
     return heads
 
 
-def _crc_right(
+def _without_most_wrong(
+    data: bytes,
+    alone: "NDArray[np.int64]",
+    starts: "NDArray[np.int64]",
+    ends: "NDArray[np.int64]",
+    big: "NDArray[np.bool_]",
+) -> tuple["NDArray[np.int64]", bool]:
+    """The candidates, and whether all that end in `data` have right CRCs: where there are many, others are left out."""
+    wrong = ends[alone] <= len(data)
+    chosen = alone[wrong]
+    parts = starts[chosen], ends[chosen]
+    if chosen.size * COST_OF_ONE + int((parts[1] - parts[0]).sum()) // COST_OF_PREFIXES <= len(data):
+        return alone, False
+    wrong[wrong] = ~overlapping_right(data, *parts, big[chosen])
+    return alone[~wrong], True
+
+
+def _crc_right(packet: bytes, big: bool) -> bool:
+    return not arc(packet[:-2] + packet[:-3:-1] if big else packet)
+
+
+def _crcs_right(
     data: bytes,
     chosen: "NDArray[np.int64]",
     starts: "NDArray[np.int64]",
     ends: "NDArray[np.int64]",
     big: "NDArray[np.bool_]",
 ) -> "NDArray[np.bool_]":
-    """Whether the CRCs of the chosen packets are right."""
+    """Whether the CRCs of the chosen packets, which do not overlap, are right."""
     import numpy as np
 
     # The CRC-16/ARC of data with their CRC behind them, low byte first, is zero, and so is that of several packets one
@@ -208,7 +232,7 @@ def _crc_right(
         for index in range(firsts[group], lasts[group] + 1):
             number = chosen[index]
             packet = data[starts[number] : ends[number]]
-            right[index] = not arc(packet[:-2] + packet[:-3:-1] if big[number] else packet)
+            right[index] = _crc_right(packet, bool(big[number]))
     return right
 
 

@@ -1,0 +1,58 @@
+"""CRCs of many overlapping parts of a buffer, in a time that grows with the buffer and not with the parts."""
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+GENERATOR = 0xA001  # x¹⁶ + x¹⁵ + x² + 1, reflected
+PERIOD = 32767  # of the powers of x modulo the generator, which is (x + 1) (x¹⁵ + x + 1)
+
+
+def overlapping_right(
+    data: bytes, starts: "NDArray[np.int64]", ends: "NDArray[np.int64]", big: "NDArray[np.bool_]"
+) -> "NDArray[np.bool_]":
+    """Which of the parts are packets that end with their CRC, in the byte order that `big` says. All lie in `data`.
+
+    CRC-16/ARC is the remainder of a polynomial over GF(2), so that of a part follows from those of the buffer up to
+    its begin and its end. With each of these divided by x to the power of its length, which can be done as x and the
+    generator have no common factor, the remainder of a part is zero where the two are equal.
+    """
+    import numpy as np
+
+    octets = np.frombuffer(data, np.uint8)
+    sums = np.zeros(octets.size + 1, np.uint16)
+    for begin in range(0, octets.size, PERIOD):
+        part = octets[begin : begin + PERIOD]
+        sums[begin + 1 : begin + 1 + part.size] = _weighed(part, slice(part.size))
+    np.bitwise_xor.accumulate(sums, out=sums)
+    found = sums[ends] == sums[starts]
+    if big.any():
+        starts, behind = starts[big], ends[big] - 2
+        swapped = _weighed(octets[behind + 1], behind % PERIOD) ^ _weighed(octets[behind], (behind + 1) % PERIOD)
+        found[big] = sums[behind] ^ swapped == sums[starts]
+    return found
+
+
+def _weighed(octets: "NDArray[np.uint8]", places: Any) -> "NDArray[np.uint16]":
+    """What bytes add to the divided remainder, at these places of a period."""
+    import numpy as np
+
+    total = np.zeros(octets.size, np.uint16)
+    for bit, weights in enumerate(_weights()):
+        total ^= weights[places] * (octets >> np.uint8(bit) & np.uint8(1))
+    return total
+
+
+@cache
+def _weights() -> "NDArray[np.uint16]":
+    """1 / x to the power of the number of a bit, modulo the generator; shape (8, PERIOD): bit, byte."""
+    import numpy as np
+
+    powers, value = [0] * PERIOD, 1
+    for number in range(PERIOD):
+        powers[number] = value
+        value = ((value ^ GENERATOR) << 1 | 1) if value & 0x8000 else value << 1
+    return np.array(powers, np.uint16)[(8 * np.arange(PERIOD) + np.arange(8)[:, None]) % PERIOD]
