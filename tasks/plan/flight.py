@@ -6,9 +6,11 @@ from dataclasses import dataclass, field
 import imc
 from runtime import Script
 from tasks.plan.actions import PlanActions
+from tasks.plan.estimate import Estimate
 from tasks.plan.graph import Node
 from tasks.plan.outlook import Outlook, tuples
 
+UNFORESEEN = Estimate()
 UNKNOWN_ETA = 0xFFFF
 UNKNOWN = -1
 NOTHING = 0xFFFF  # no maneuver
@@ -88,7 +90,7 @@ class Flight:
         """Activate what comes in time."""
         if self.outlook is not None and self.actions is not None and self.node is not None:
             estimates, left = self.outlook.estimates, self.maneuver_left(vehicle, now)
-            self.actions.foresee(self.node.name, left, lambda name: estimates[name].seconds)
+            self.actions.foresee(self.node.name, left, lambda name: estimates.get(name, UNFORESEEN).seconds)
 
     def report(self, vehicle: imc.VehicleState | None, now: float, *, compute_progress: bool) -> imc.PlanControlState:
         """How far it is, without its state, plan and last outcome."""

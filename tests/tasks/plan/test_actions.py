@@ -63,3 +63,14 @@ def test_a_payload_that_cannot_be_activated_ends_the_plan():
     run = fly(start(with_actions()), seconds=40, more=((Payload, {"broken": True}),))
     assert replies(run)[-1] == ("FAILURE", "failed to activate Payload: no power")
     assert modes(run)[-1] == "SERVICE"
+
+
+def test_actions_off_the_expected_way_come_when_it_is_taken():
+    plan = with_actions()
+    elsewhere = [imc.PlanManeuver(maneuver_id=name, data=imc.IdleManeuver(duration=3)) for name in ("m2", "m3")]
+    arrows = [("m0", "m2", "FuelLevel.value < 0"), ("m0", "m3", ""), ("m3", "m1", "")]
+    transitions = [imc.PlanTransition(source_man=a, dest_man=b, conditions=when) for a, b, when in arrows]
+    plan = plan.replace(maneuvers=(*plan.maneuvers, *elsewhere), transitions=transitions)
+    run = fly(start(plan), seconds=40, more=((Payload, {"activation_time": 8}),))
+    assert ("Active", "true") in [(p.name, p.value) for m in run.of(imc.SetEntityParameters) for p in m.params]
+    assert last(run) == ("READY", "SUCCESS")
