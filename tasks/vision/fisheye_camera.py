@@ -61,7 +61,9 @@ class FisheyeCamera(Task):
     mugs: list[str] = param(
         ["1.0 0.3"], "", 'North and east (m) of each glider, from the start: "1.0 0.3, 25 5".', name="MUGs"
     )
-    save_images: bool = param(False, "", "Write the images as PNG to the folder Photos of the log.")
+    save_images: bool = param(
+        False, "", "Write the images as PNG to the folder Photos of the log: <camera>_<number>_<s since 1970>.png."
+    )
     latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
 
     transient = ("camera",)
@@ -92,7 +94,7 @@ class FisheyeCamera(Task):
             importlib.import_module("PIL.PngImagePlugin")
         self.taken = self.dropped = 0
         self._busy = False
-        self._folder = self._log_root
+        self._folder, self._kept = self._log_root, 0
         self._state: imc.EstimatedState | None = None
         self._reference: tuple[float, float] | None = None
         self._start = (0.0, 0.0)
@@ -118,11 +120,11 @@ class FisheyeCamera(Task):
         if log.op in (Op.STARTED, Op.CURRENT_NAME):
             folder = (self._log_root / log.name).resolve()
             if folder.is_relative_to(self._log_root.resolve()):
-                self._folder = folder
+                self._keep_in(folder)
             else:
                 self.log.warning(f"the log {log.name!r} lies outside of {self._log_root}")
         elif log.op == Op.STOPPED:
-            self._folder = self._log_root
+            self._keep_in(self._log_root)
 
     @periodic("frame_rate")
     def expose(self) -> None:
@@ -139,10 +141,16 @@ class FisheyeCamera(Task):
         frame = self.now, self.taken, self._describe(pose)
         path = None
         if self.save_images:
-            path = self._folder / "Photos" / photo_name(self.entity.label, self.taken, pose.time)
+            path = self._folder / "Photos" / photo_name(self.entity.label, self._kept, self.now)
+            self._kept += 1
         self.taken += 1
         self._busy = True
         self.offload(_shoot, self.camera, pose, path, then=partial(self._deliver, frame), latency=self.latency)
+
+    def _keep_in(self, folder: Path) -> None:
+        """Write images to this folder, and count them anew where it is another one."""
+        if folder != self._folder:
+            self._folder, self._kept = folder, 0
 
     def _deliver(self, frame: tuple[float, int, dict[str, float]], shot: tuple[NDArray[np.uint8], str]) -> None:
         self._busy = False

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 COMPRESSION = 1  # of 9: a third of the time of the usual 6, for files a fifth larger
 
 
-def photo_name(camera: str, index: int, seconds: float) -> str:
-    """The name of picture `index` of a camera, taken so many seconds after the vehicle's start."""
-    return f"{re.sub(r'[^A-Za-z0-9]+', '_', camera)}_{index:06d}_{seconds:.3f}.png"
+def photo_name(camera: str, index: int, time: float) -> str:
+    """The name of picture `index` of a camera in its folder, taken at `time` (s since 1970 UTC)."""
+    return f"{re.sub(r'[^A-Za-z0-9]+', '_', camera)}_{index:06d}_{time:.3f}.png"
 
 
 def write_png(path: Path, image: NDArray[np.uint8]) -> str:

@@ -70,24 +70,30 @@ def test_the_same_mugs_as_the_detection_camera_takes():
         assert run.task.camera.mugs == ((1.0, 0.3), (25.0, -5.0))
 
 
-def test_photos_go_to_the_folder_of_the_log(tmp_path):
-    started, stopped = imc.LoggingControl.Op.STARTED, imc.LoggingControl.Op.STOPPED
+def test_photos_go_to_the_folder_of_the_log_and_say_when(tmp_path):
+    started, stopped, current = (imc.LoggingControl.Op[name] for name in ("STARTED", "STOPPED", "CURRENT_NAME"))
     feed = [
-        *states(1.5),
+        *states(2.5),
         imc.LoggingControl(timestamp=0.45, op=started, name="20260101/000000_a"),
+        imc.LoggingControl(timestamp=0.6, op=current, name="20260101/000000_a"),
         imc.LoggingControl(timestamp=0.95, op=stopped, name="20260101/000000_a"),
+        imc.LoggingControl(timestamp=1.45, op=stopped, name="20260101/000000_a"),
+        imc.LoggingControl(timestamp=1.45, op=started, name="20260101/000001"),
     ]
+    feed.sort(key=lambda message: message.timestamp)
     run = simulate(
-        FisheyeCamera, feed=feed, seconds=1.4, frame_rate=4, save_images=True, log_root=tmp_path, system="ship", **SMALL
+        FisheyeCamera, feed=feed, seconds=1.9, frame_rate=4, save_images=True, log_root=tmp_path, system="ship", **SMALL
     )
     assert sorted(photos(tmp_path)) == [
-        "ship/20260101/000000_a/Photos/FisheyeCamera_000001_0.500.png",
-        "ship/20260101/000000_a/Photos/FisheyeCamera_000002_0.750.png",
-        "ship/Photos/FisheyeCamera_000000_0.250.png",
-        "ship/Photos/FisheyeCamera_000003_1.000.png",
-        "ship/Photos/FisheyeCamera_000004_1.250.png",
+        "ship/20260101/000000_a/Photos/FisheyeCamera_000000_1767225600.500.png",
+        "ship/20260101/000000_a/Photos/FisheyeCamera_000001_1767225600.750.png",
+        "ship/20260101/000001/Photos/FisheyeCamera_000000_1767225601.500.png",
+        "ship/20260101/000001/Photos/FisheyeCamera_000001_1767225601.750.png",
+        "ship/Photos/FisheyeCamera_000000_1767225600.250.png",
+        "ship/Photos/FisheyeCamera_000000_1767225601.000.png",
+        "ship/Photos/FisheyeCamera_000001_1767225601.250.png",
     ]
-    with Image.open(tmp_path / "ship/20260101/000000_a/Photos/FisheyeCamera_000002_0.750.png") as photo:
+    with Image.open(tmp_path / "ship/20260101/000000_a/Photos/FisheyeCamera_000001_1767225600.750.png") as photo:
         np.testing.assert_array_equal(np.asarray(photo), run.frames[2].image)
 
 
