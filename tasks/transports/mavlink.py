@@ -188,6 +188,11 @@ class MAVLink(Task):
         self.autopilot.hear_figure(figure, self.vehicle.entities.label(figure.src, figure.src_ent))
 
     @consume
+    def fly(self, state: imc.ArmingState | imc.AutopilotMode) -> None:
+        self.autopilot.hear_figure(state, "")
+        self.show_changes()
+
+    @consume
     def tell(self, entry: imc.LogBookEntry) -> None:
         severity = text.SEVERITY.get(entry.type, text.INFO)
         if severity != text.DEBUG:

@@ -29,6 +29,7 @@ COMPONENT = 1
 STALE = 3.0
 REMEMBERED = 10
 BATTERY = "Batter"
+LANDS = "LAND"  # AutopilotMode of one that lands by itself
 OpMode = imc.VehicleState.OpMode
 WORKING = (OpMode.SERVICE, OpMode.MANEUVER, OpMode.EXTERNAL)
 
@@ -42,6 +43,8 @@ class Figures:
     vehicle: imc.VehicleState | None = None
     plan: imc.PlanControlState | None = None
     medium: int | None = None
+    motors: bool | None = None
+    autopilot: str = ""
     airspeed: float = math.nan
     throttle: float = math.nan
     voltage: float = math.nan
@@ -103,7 +106,7 @@ class Autopilot:
             "VFR_HUD": self._hud,
             "AUTOPILOT_VERSION": lambda flavour, _: self._version(flavour),
             "HOME_POSITION": lambda _, now: self.home and conversion.home_position(self.home, now),
-            "EXTENDED_SYS_STATE": lambda _, now: conversion.extended_state(self.figures.medium, self.armed_or_moving),
+            "EXTENDED_SYS_STATE": lambda _, now: self._extended_state(),
         }
 
     def offers(self, name: str) -> bool:
@@ -147,6 +150,11 @@ class Autopilot:
                 figures.throttle = value
             case imc.VehicleMedium(medium=medium):
                 figures.medium = medium
+            case imc.AutopilotMode(mode=mode):
+                figures.autopilot = mode
+            case imc.ArmingState(state=state):
+                self.armed = self.armed and not (figures.motors and state != imc.ArmingState.State.ARMED)
+                figures.motors = state == imc.ArmingState.State.ARMED
             case _:
                 pass
 
@@ -161,13 +169,20 @@ class Autopilot:
     @property
     def mode(self) -> Mode:
         """What the vehicle does; holding is what a ground station asked for while nothing else goes on."""
-        mode = mode_of(self.figures.vehicle, self.figures.plan)
+        if self.aloft and self.figures.autopilot == LANDS:
+            return Mode.LAND
+        mode = mode_of(self.figures.vehicle, self.figures.plan, aloft=self.aloft)
         return Mode.HOLD if mode is Mode.MANUAL and self.held else mode
 
     @property
     def armed_or_moving(self) -> bool:
-        """Armed from here, or moving because others asked for it."""
-        return self.armed or moving(self.figures.vehicle)
+        """Armed from here, or moving because others asked for it, or with motors that run."""
+        return self.armed or moving(self.figures.vehicle) or bool(self.figures.motors)
+
+    @property
+    def aloft(self) -> bool:
+        """Whether it is one that flies, and flies: its motors run."""
+        return not self.kind.afloat and bool(self.figures.motors)
 
     @property
     def obstacle(self) -> str:
@@ -213,11 +228,19 @@ class Autopilot:
         return {
             "type": self.kind.type,
             "autopilot": flavour.autopilot,
-            "base_mode": CUSTOM_MODE | mode.value | (ARMED if self.armed_or_moving else 0),
+            "base_mode": CUSTOM_MODE | mode.flags | (ARMED if self.armed_or_moving else 0),
             "custom_mode": flavour.custom_mode(self.kind, mode),
             "system_status": status,
             "mavlink_version": 3,
         }
+
+    def _extended_state(self) -> Fields:
+        figures = self.figures
+        if self.kind.afloat or figures.motors is None:
+            return conversion.extended_state(figures.medium, self.armed_or_moving)
+        kind = figures.vehicle.maneuver_type if figures.vehicle is not None else None
+        rises, lands = kind == imc.Takeoff.ID, kind == imc.Land.ID or figures.autopilot == LANDS
+        return conversion.flying_state(figures.motors, rises=rises, lands=lands)
 
     def _sys_status(self, _: Flavour, now: float) -> Fields:
         states = [(entity.label, entity.state) for entity in self._entities() if entity.stateful]

@@ -61,7 +61,7 @@ def set_mode(session: Session, mode: Mode) -> Reply:
             autopilot.stop_plan()
         autopilot.held = True
         return DONE
-    if mode is Mode.MANUAL and not moving(autopilot.figures.vehicle):
+    if mode is Mode.MANUAL and not moving(autopilot.figures.vehicle) and not autopilot.aloft:
         autopilot.held = False
         return DONE
     if mode is autopilot.mode:
@@ -83,6 +83,8 @@ def _arm(session: Session, order: Order, now: float) -> Reply:
         return Result.DENIED, "Arming denied: parameter 1 is neither 0 nor 1"
     if wish and not autopilot.armed_or_moving and autopilot.obstacle and not force:
         return Result.DENIED, f"Arming denied: {autopilot.obstacle}"
+    if not wish and autopilot.aloft:
+        return Result.DENIED, "Disarming denied: the vehicle is in the air"
     if not wish and moving(autopilot.figures.vehicle):
         if not force:
             return Result.DENIED, "Disarming denied: the vehicle is executing a maneuver"

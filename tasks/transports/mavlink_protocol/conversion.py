@@ -26,6 +26,7 @@ SENSORS = (
     ("AHRS", MAGNETOMETER | AHRS),
     ("Depth Control", Z_CONTROL),
     ("Depth", PRESSURE),
+    ("Barometer", PRESSURE),
     ("DVL", OPTICAL_FLOW),
     ("USBL", VISION_POSITION),
     ("LBL", VISION_POSITION),
@@ -200,6 +201,11 @@ def extended_state(medium: int | None, armed: bool) -> Fields:
     elif medium in (media.AIR, media.UNDERWATER, media.WATER):
         landed = 2
     return {"vtol_state": 0, "landed_state": landed}
+
+
+def flying_state(motors: bool, *, rises: bool, lands: bool) -> Fields:
+    """EXTENDED_SYS_STATE of what flies: on the ground without `motors`, else taking off, landing, or in the air."""
+    return {"vtol_state": 0, "landed_state": 1 if not motors else 3 if rises else 4 if lands else 2}
 
 
 def sensors(states: Iterable[tuple[str, State]], *, located: bool, ready: bool) -> tuple[int, int]:

@@ -15,14 +15,20 @@ BOOT, CALIBRATING, STANDBY, ACTIVE, CRITICAL = 1, 2, 3, 4, 5
 
 
 class Mode(Enum):
-    """What a vehicle does, in words; the value is its MAV_MODE_FLAG besides custom mode and arming."""
+    """What a vehicle does, in words; `flags` are its MAV_MODE_FLAG besides custom mode and arming."""
 
-    MANUAL = 0
-    MISSION = AUTO | GUIDED | STABILIZE
-    HOLD = GUIDED | STABILIZE
-    TELEOPERATION = MANUAL_INPUT | STABILIZE
-    RETURN = AUTO | STABILIZE
-    OTHER = STABILIZE
+    MANUAL = "manual", 0
+    MISSION = "mission", AUTO | GUIDED | STABILIZE
+    HOLD = "hold", GUIDED | STABILIZE
+    TELEOPERATION = "teleoperation", MANUAL_INPUT | STABILIZE
+    RETURN = "return", AUTO | STABILIZE
+    TAKEOFF = "takeoff", AUTO | GUIDED | STABILIZE
+    LAND = "land", AUTO | GUIDED | STABILIZE
+    OTHER = "other", STABILIZE
+
+    @property
+    def flags(self) -> int:
+        return self.value[1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +43,16 @@ class Kind:
     modes: Mapping[Mode, tuple[int, ...]]
     afloat: bool = False
 
+
+COPTER: Mapping[Mode, tuple[int, ...]] = {
+    Mode.MANUAL: (0,),
+    Mode.TELEOPERATION: (1,),
+    Mode.MISSION: (3,),
+    Mode.HOLD: (5, 16, 17, 2),
+    Mode.RETURN: (6,),
+    Mode.TAKEOFF: (4,),
+    Mode.LAND: (9,),
+}
 
 KINDS: Mapping[str, Kind] = {
     "submarine": Kind(
@@ -74,17 +90,8 @@ KINDS: Mapping[str, Kind] = {
             Mode.RETURN: (11,),
         },
     ),
-    "copter": Kind(
-        2,
-        "ArduCopter",
-        {
-            Mode.MANUAL: (0,),
-            Mode.TELEOPERATION: (1,),
-            Mode.MISSION: (3,),
-            Mode.HOLD: (5, 16, 17, 2),
-            Mode.RETURN: (6,),
-        },
-    ),
+    "copter": Kind(2, "ArduCopter", COPTER),
+    "hexacopter": Kind(13, "ArduCopter", COPTER),
 }
 
 # PX4: main mode << 16 | sub mode << 24
@@ -94,9 +101,17 @@ PX4_MODES: Mapping[Mode, tuple[int, ...]] = {
     Mode.MISSION: (4 << 16 | 4 << 24,),
     Mode.HOLD: (4 << 16 | 3 << 24,),
     Mode.RETURN: (4 << 16 | 5 << 24,),
+    Mode.TAKEOFF: (4 << 16 | 2 << 24,),
+    Mode.LAND: (4 << 16 | 6 << 24,),
 }
 
-STANDARD_MODES: Mapping[int, Mode] = {1: Mode.HOLD, 5: Mode.RETURN, 6: Mode.MISSION}
+STANDARD_MODES: Mapping[int, Mode] = {
+    1: Mode.HOLD,
+    5: Mode.RETURN,
+    6: Mode.MISSION,
+    7: Mode.LAND,
+    8: Mode.TAKEOFF,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +171,12 @@ STATUS: Mapping[int, int] = {
     OpMode.EXTERNAL: ACTIVE,
     OpMode.ERROR: CRITICAL,
 }
-HOLDING = (imc.StationKeeping.ID, imc.Loiter.ID)
+SINGLE: Mapping[int, Mode] = {
+    imc.StationKeeping.ID: Mode.HOLD,
+    imc.Loiter.ID: Mode.HOLD,
+    imc.Takeoff.ID: Mode.TAKEOFF,
+    imc.Land.ID: Mode.LAND,
+}
 
 
 def moving(vehicle: imc.VehicleState | None) -> bool:
@@ -164,12 +184,12 @@ def moving(vehicle: imc.VehicleState | None) -> bool:
     return vehicle is not None and vehicle.op_mode in (OpMode.MANEUVER, OpMode.EXTERNAL)
 
 
-def mode_of(vehicle: imc.VehicleState | None, plan: imc.PlanControlState | None) -> Mode:
-    """What a vehicle of these states does."""
+def mode_of(vehicle: imc.VehicleState | None, plan: imc.PlanControlState | None, *, aloft: bool = False) -> Mode:
+    """What a vehicle of these states does; one that is `aloft` holds where nothing else is asked for."""
     if vehicle is None or not moving(vehicle):
-        return Mode.MANUAL
+        return Mode.HOLD if aloft else Mode.MANUAL
     if vehicle.op_mode == OpMode.EXTERNAL or vehicle.maneuver_type == imc.Teleoperation.ID:
         return Mode.TELEOPERATION
     if plan is not None and plan.state in (PlanState.INITIALIZING, PlanState.EXECUTING):
         return Mode.MISSION
-    return Mode.HOLD if vehicle.maneuver_type in HOLDING else Mode.MISSION
+    return SINGLE.get(vehicle.maneuver_type, Mode.MISSION)
