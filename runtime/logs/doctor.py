@@ -107,6 +107,10 @@ def repair(examination: Examination, folder: Path) -> int:
     return count
 
 
+CUT = (
+    "The file ends within compressed data: its writer was killed while it wrote, power was cut, or a copy is not "
+    "complete. Other readers, such as Neptus, may refuse the file."
+)
 _REASONS = (
     ("wrong CRC", "error", "Bytes of packets have changed: a bad disk, a bad copy, or a transfer in text mode."),
     ("packet cut short", "warning", "The log ends within a packet, as when power is cut or a copy is not complete."),
@@ -120,7 +124,7 @@ def _damage(summary: Summary) -> list[Finding]:
     for loss in summary.losses:
         known = next((row for row in _REASONS if loss.reason.startswith(row[0])), ("", "error", ""))
         if known[0] == "member" and loss.reason.endswith("cut short"):
-            known = ("cut", "warning", "The file ends within compressed data, as when power is cut or a copy is cut.")
+            known = ("cut", "warning", CUT)
         groups.setdefault(known, []).append(loss)
     found: list[Finding] = []
     for (reason, severity, meaning), losses in groups.items():

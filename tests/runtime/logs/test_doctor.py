@@ -74,12 +74,29 @@ def test_damage_is_told_and_repaired(make_log, tmp_path, kind, text, saved):
     assert len(imc.Log(tmp_path / "clean")) == saved
 
 
-def test_a_cut_member_is_told(make_log, tmp_path):
-    path = make_log(good(), block=1000) / "Data.lsf.gz"
-    path.write_bytes(path.read_bytes()[:-30])
-    assert "warning: damage: cut compressed data: 1 place" in said(path.parent)
-    repair(examine(path.parent), tmp_path / "clean")
-    assert examine(tmp_path / "clean").healthy
+def test_a_cut_member_is_told_and_mended(make_log, tmp_path):
+    """As SIGKILL leaves it within a write, at any byte of the last member."""
+    path = make_log(good(), block=2000) / "Data.lsf.gz"
+    whole = path.read_bytes()
+    packets = b"".join(map(imc.encode, good()))
+    last = whole.rindex(b"\x1f\x8b\x08\0")
+    complete = len(gzip.decompress(whole[:last]))
+    saved = []
+    for cut in range(last + 1, len(whole), 9):
+        path.write_bytes(whole[:cut])
+        with pytest.raises((EOFError, gzip.BadGzipFile)):
+            gzip.decompress(path.read_bytes())
+        examination = examine(path.parent)
+        assert "warning: damage: cut compressed data: 1 place" in said(path.parent)
+        count = repair(examination, tmp_path / str(cut))
+        mended = gzip.decompress((tmp_path / str(cut) / "Data.lsf.gz").read_bytes())
+        assert len(mended) >= complete
+        assert packets.startswith(mended)
+        assert examine(tmp_path / str(cut)).healthy
+        assert [*imc.Log(tmp_path / str(cut))] == good()[:count]
+        saved.append(count)
+    assert saved == sorted(saved)
+    assert saved[-1] == len(good())  # of which only the checksum is cut
 
 
 def test_several_threads_find_the_same(make_log, monkeypatch):
