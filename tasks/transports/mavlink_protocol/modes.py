@@ -192,4 +192,6 @@ def mode_of(vehicle: imc.VehicleState | None, plan: imc.PlanControlState | None,
         return Mode.TELEOPERATION
     if plan is not None and plan.state in (PlanState.INITIALIZING, PlanState.EXECUTING):
         return Mode.MISSION
+    if aloft and vehicle.flags & imc.VehicleState.Flags.MANEUVER_DONE:
+        return Mode.HOLD
     return SINGLE.get(vehicle.maneuver_type, Mode.MISSION)
