@@ -6,15 +6,25 @@ import imc
 from tasks.maneuver.protocol import Completed, Leg, Loops, Maneuver, PathFlags
 
 SURFACE_FACTOR = 2.5  # of the radius: from nearer the vehicle goes back at the surface
+SLOWEST = 0.3  # m/s, of an approach that slows down
+REVISION = 1.0  # s between two choices of its speed
 
 
-async def keep_station(maneuver: Maneuver, leg: Leg, radius: float, seconds: float) -> None:
+async def keep_station(maneuver: Maneuver, leg: Leg, radius: float, seconds: float, deceleration: float = 0.0) -> None:
     """Stay within `radius` (m) of the end of `leg` for `seconds` from the first arrival, 0 for ever.
 
-    Outside of it the vehicle goes to the centre, inside of it all loops are off. ManeuverDone ends it.
+    Outside of it the vehicle goes to the centre, inside of it all loops are off. ManeuverDone ends it. With a
+    `deceleration` (m/s²) a speed in m/s falls on the way, for what would run on through the circle else.
     """
     await maneuver.located()
-    end, arrived, told = math.inf, False, -math.inf
+    end, arrived, told, chosen = math.inf, False, -math.inf, -math.inf
+
+    def slow_down() -> None:
+        nonlocal chosen
+        if deceleration and leg.speed_units == imc.SpeedUnits.METERS_PS and maneuver.now - chosen >= REVISION:
+            chosen = maneuver.now
+            reached = max(SLOWEST, math.sqrt(2.0 * deceleration * maneuver.range_to(leg)))
+            maneuver.publish(imc.DesiredSpeed(value=min(leg.speed, reached), speed_units=leg.speed_units))
 
     async def wait() -> bool:
         """Wait for something to happen, and say what is left; whether the time is over."""
@@ -41,6 +51,7 @@ async def keep_station(maneuver: Maneuver, leg: Leg, radius: float, seconds: flo
             while not (maneuver.near and maneuver.range_to(leg) < radius):
                 if await wait():
                     return
+                slow_down()
         maneuver.log.info(f"inside safe region (distance: {maneuver.range_to(leg):.1f} m)")
         maneuver.control(0)
         if not arrived:

@@ -15,6 +15,13 @@ class StationKeeping(Maneuver):
     hears_others = (imc.ManeuverDone,)
 
     minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
+    deceleration: float = param(
+        0.0,
+        "m/s²",
+        "How a vehicle that runs on slows down on its way; 0 for not.",
+        name="Approach Deceleration",
+        minimum=0,
+    )
     hovers: bool = param(False, "", "Whether the vehicle can hover.", editable=False)
 
     async def execute(self, station: imc.StationKeeping) -> None:
@@ -22,4 +29,5 @@ class StationKeeping(Maneuver):
             self.control(Loops.PATH)
             await hover(self, Leg.of(station), station.duration)
             return
-        await keep_station(self, Leg.of(station), max(station.radius, self.minimum_radius), station.duration)
+        radius = max(station.radius, self.minimum_radius)
+        await keep_station(self, Leg.of(station), radius, station.duration, self.deceleration)

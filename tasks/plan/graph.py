@@ -9,6 +9,7 @@ from tasks.plan.conditions import Condition, parse_condition
 
 FINISH = "_done_"
 UNITS = (imc.ZUnits, imc.SpeedUnits)
+HEIGHTS = ("z", "start_z", "end_z", "travel_z")
 Actions = tuple[imc.Message | None, ...]
 
 
@@ -109,7 +110,7 @@ def depths(maneuver: imc.Message) -> Iterator[float]:
     depth = imc.ZUnits.DEPTH
     reach = maneuver.amplitude if isinstance(maneuver, imc.YoYo) else 0.0
     points: Iterable[object] = getattr(maneuver, "points", ())
-    for name in ("z", "start_z", "end_z", "travel_z"):
+    for name in HEIGHTS:
         if getattr(maneuver, f"{name}_units", None) == depth:
             z = getattr(maneuver, name)
             yield z + reach
@@ -131,8 +132,11 @@ def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:
         value = getattr(maneuver, coordinate, 0.0)
         if abs(value) > limit:
             raise PlanError(f"{name}: {coordinate} {math.degrees(value):g}° is out of range")
+    afloat = ", the vehicle stays at the surface" if deepest <= 0.0 else ""
     if any(z > deepest for z in depths(maneuver)):
-        raise PlanError(f"{name}: maneuver depth beyond limits")
+        raise PlanError(f"{name}: maneuver depth beyond limits{afloat}")
+    if afloat and any(getattr(maneuver, f"{z}_units", None) == imc.ZUnits.ALTITUDE for z in HEIGHTS):
+        raise PlanError(f"{name}: maneuver at an altitude{afloat}")
 
 
 def _name(message: imc.Message | None) -> str:
