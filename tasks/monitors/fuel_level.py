@@ -8,7 +8,8 @@ from runtime.parameters import ParameterError
 class FuelLevel(Task):
     """Counts the energy that is drawn, from Voltage and Current of the battery's entity.
 
-    The capacity is the profile's `Battery Capacity` (W h). Below the levels the entity is in FAULT, then in ERROR.
+    The capacity is the profile's `Battery Capacity` (W h). Below the levels the entity is in FAULT, then in ERROR; in
+    FAULT, too, while the battery is silent.
     """
 
     execution_frequency: float = param(0.1, "Hz", "Rate of FuelLevel.", minimum=0.01, maximum=10)
@@ -17,6 +18,7 @@ class FuelLevel(Task):
     initial_confidence: float = param(80.0, "%", "Confidence while nothing else is known.", minimum=0, maximum=100)
     warning_level: float = param(20.0, "%", "Below it the entity is in FAULT.", minimum=0, maximum=100)
     error_level: float = param(10.0, "%", "Below it the entity is in ERROR.", minimum=0, maximum=100)
+    battery_timeout: float = param(10.0, "s", "Silence of the battery that is borne.", minimum=0.1)
 
     def configure(self) -> None:
         if self.error_level > self.warning_level:
@@ -48,6 +50,9 @@ class FuelLevel(Task):
     @periodic("execution_frequency")
     def tell(self) -> None:
         if not self._capacity or self._sampled is None:
+            return
+        if (self.now_ns - self._sampled) * 1e-9 > self.battery_timeout:
+            self.set_entity_state(State.FAULT, f"no Current for {self.battery_timeout:g} s")
             return
         level = 100.0 * self._energy / self._capacity
         self.publish(imc.FuelLevel(value=level, confidence=self.initial_confidence))

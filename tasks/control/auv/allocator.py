@@ -3,7 +3,7 @@
 import math
 
 import imc
-from runtime import State, Task, consume, param
+from runtime import State, Task, consume, param, periodic
 from tasks.control.auv.fins import Fins, allocate, torques
 from tasks.control.loops import EnabledLoops
 
@@ -14,7 +14,8 @@ class Allocator(Task):
     """Turns DesiredControl into the positions of four fins, while the loop TORQUE is enabled.
 
     Fins are 0 below, 1 at port, 2 at starboard, 3 above. A brake crosses them; roll and pitch have what is left. The
-    end of the task, also by a failure, leaves them in the middle.
+    end of the task, also by a failure, leaves them in the middle. A servo that has said where it is and falls silent is
+    an error.
     """
 
     effect_k: float = param(0.25, "N m/rad", "Roll torque of a fin.", name="Fin effect K", minimum=1e-6)
@@ -23,6 +24,8 @@ class Allocator(Task):
     maximum_fin_rotation: float = param(25.0, "°", "Largest deflection.", minimum=0, maximum=90)
     maximum_rotation_rate: float = param(300.0, "°/s", "Fastest movement of a fin.", minimum=0)
     brake_margin: float = param(0.8, "1", "Share of the deflection that a brake takes.", minimum=0, maximum=1)
+
+    servo_timeout: float = param(3.0, "s", "Silence of a servo that is borne.", minimum=0.1)
 
     def configure(self) -> None:
         self._effects = self.effect_k, self.effect_m, self.effect_n
@@ -34,6 +37,7 @@ class Allocator(Task):
         self._fins: Fins = (0.0, 0.0, 0.0, 0.0)
         self._moved = -math.inf
         self._braking = False
+        self._servos: dict[int, float] = {}
         self.set_entity_state(State.NORMAL, "idle")
 
     def stop(self) -> None:
@@ -50,6 +54,18 @@ class Allocator(Task):
         else:
             self._move((0.0, 0.0, 0.0, 0.0))
             self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def hear(self, position: imc.ServoPosition) -> None:
+        self._servos[position.id] = self.now
+
+    @periodic(1.0)
+    def watch_servos(self) -> None:
+        silent = [str(servo) for servo, heard in self._servos.items() if self.now - heard > self.servo_timeout]
+        if silent:
+            self.set_entity_state(State.ERROR, f"no position of servo {', '.join(sorted(silent))}")
+        elif self.entity.state is State.ERROR:
+            self.set_entity_state(State.NORMAL, "active" if self._loops.mask else "idle")
 
     @consume
     def brake(self, brake: imc.Brake) -> None:

@@ -3,7 +3,7 @@
 import math
 
 import imc
-from runtime import ParameterError, State, Task, consume, param
+from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.task import UNKNOWN_SYSTEM
 from tasks.control.loops import EnabledLoops
 from tasks.control.pid import PID
@@ -16,8 +16,8 @@ class Speed(Task):
     """Turns DesiredSpeed into thrust, while the loop SPEED is enabled.
 
     A speed in m/s becomes a rotation rate by feed-forward and an integral of the error, which is limited and works
-    on while the rate is ramped, as on the LAUV. One thrust command follows each Rpm. Brake, Abort and the end of the
-    task, also by a failure, stop the thruster.
+    on while the rate is ramped, as on the LAUV. One thrust command follows each Rpm. Brake, Abort, a silent motor and
+    the end of the task, also by a failure, stop the thruster.
     """
 
     hardware_control: bool = param(
@@ -39,6 +39,7 @@ class Speed(Task):
     rpm_feedforward: float = param(0.00026, "1/rpm", "Feed-forward of the rate.", name="RPMs Feedforward Gain")
     lowest_thrust: float = param(0.0, "1", "Lowest thrust.", name="Negative Thrust Limit", minimum=-1, maximum=0)
     highest_thrust: float = param(1.0, "1", "Highest thrust.", name="Positive Thrust Limit", minimum=0, maximum=1)
+    rpm_timeout: float = param(2.0, "s", "Silence of the motor that is borne.", name="RPM Timeout", minimum=0.1)
     log_parcels: bool = param(False, "", "Publish the parts of the control law.", name="Log PID Parcels")
 
     def configure(self) -> None:
@@ -140,9 +141,18 @@ class Speed(Task):
         correction = self._rate.step(dt if 0.0 < dt <= LONGEST_STEP else 0.0, wanted - rpm.value) if wanted else 0.0
         self._thrust(correction + self.rpm_feedforward * wanted)
 
+    @periodic(1.0)
+    def supervise(self) -> None:
+        """Stop a motor that says nothing of itself."""
+        if self._desired is not None and self.now - max(self._driven, self._began) > self.rpm_timeout:
+            self._rest()
+            self._thrust(0.0)
+            self.set_entity_state(State.ERROR, f"no Rpm for {self.rpm_timeout:g} s")
+
     def _rest(self) -> None:
         self._desired: imc.DesiredSpeed | None = None
         self._rpm = 0.0
+        self._began = self.now
         self._followed = self._driven = -math.inf
         self._speed.reset()
         self._rate.reset()

@@ -283,4 +283,10 @@ class Navigation(Sensors):
                 self.publish(imc.Abort(dst=self.system))
             self._converged = not uncertain or (self._converged and not self.aborts)
             ready = State.NORMAL if self._converged else State.BOOT
-            self.set_entity_state(ready, "active" if self._converged else "waiting for solution to converge")
+            self.set_entity_state(ready, self._aids() if self._converged else "waiting for solution to converge")
+
+    def _aids(self) -> str:
+        """How it goes on: which of the sensors that it can do without are silent."""
+        silent = ["DVL"] if self.now - max(self.ground.last, self.water.last) > self.dvl_timeout else []
+        silent += ["altitude"] if self.altitude == UNKNOWN_ALTITUDE else []
+        return f"active without {' and '.join(silent)}" if silent else "active"

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import imc
-from runtime import State, Task, consume
+from runtime import State, consume
 from runtime.testing import simulate
 from tasks.control.auv.allocator import Allocator
 from tasks.control.auv.attitude import Attitude
@@ -13,6 +13,7 @@ from tasks.control.auv.speed import Speed
 
 Loops = imc.CLoopsMask
 DEPTH, ALTITUDE = imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE
+AFTER = 0.02  # s, that a run goes on after its feed
 LIMITS = {"General": {"Absolute Maximum Depth": "50", "Absolute Minimum Altitude": "1.2"}}
 
 
@@ -148,9 +149,16 @@ def test_the_parts_of_the_laws_have_entities_of_their_own():
     assert labels == {f"{name} Parcel" for name in ("Heading", "Heading Rate", "Depth", "Altitude", "Pitch", "Roll")}
 
 
+def before_end(run, kind):
+    """The messages of a type, without those that a task ends with."""
+    end = run.vehicle.kernel.now_ns * 1e-9
+    return [m for m in run.of(kind) if m.timestamp < end - 0.5 * AFTER]
+
+
 def fins(feed):
-    run = simulate(Allocator, feed=feed)
-    moves = run.of(imc.SetServoPosition)
+    """The run, and the positions of the four fins, without those that it ends with."""
+    run = simulate(Allocator, feed=feed, seconds=feed[-1].timestamp + AFTER)
+    moves = before_end(run, imc.SetServoPosition)
     return run, [tuple(m.value for m in moves[i : i + 4]) for i in range(0, len(moves), 4)]
 
 
@@ -186,12 +194,14 @@ def test_a_brake_crosses_the_fins_until_it_ends():
 
 
 def thrust(speed, units, seconds=20.0, extra=(), u=0.0, **parameters):
+    """The run, and the actuations, without the one that it ends with."""
     feed = [enable(Loops.SPEED), imc.DesiredSpeed(timestamp=0.15, value=speed, speed_units=units), *extra]
     for state in states(seconds, u=u):
         feed += [state, imc.Rpm(timestamp=state.timestamp + 0.01)]
     settings = {"General": {"Maximum Underwater RPMs": "1700"}}
-    run = simulate(Speed, feed=sorted(feed, key=lambda m: m.timestamp), settings=settings, **parameters)
-    return run, [m.value for m in run.of(imc.SetThrusterActuation)]
+    feed = sorted(feed, key=lambda m: m.timestamp)
+    run = simulate(Speed, feed=feed, settings=settings, seconds=feed[-1].timestamp + AFTER, **parameters)
+    return run, [m.value for m in before_end(run, imc.SetThrusterActuation)]
 
 
 def test_a_share_and_a_rate_become_thrust_at_each_measured_rate():
@@ -267,14 +277,6 @@ def test_a_controller_that_fails_stops_the_thruster():
     assert {value for _, value in found[20:]} == {0.0}
 
 
-class Recorder(Task):
-    """Hears all, so that what is said last is delivered."""
-
-    @consume
-    def hear(self, message: imc.Message) -> None:
-        pass
-
-
 @pytest.mark.parametrize(("task", "kind"), [(Speed, imc.SetThrusterActuation), (Allocator, imc.SetServoPosition)])
 def test_the_end_of_a_controller_leaves_its_actuators_neutral(task, kind):
     feed = [
@@ -283,6 +285,25 @@ def test_the_end_of_a_controller_leaves_its_actuators_neutral(task, kind):
         imc.Rpm(timestamp=0.2),
         torque(0.2, n=0.1, m=0.2),
     ]
-    moves = simulate([task, Recorder], feed, seconds=1.0).of(kind)
+    moves = simulate(task, feed, seconds=1.0).of(kind)
     assert moves[0].value != 0.0
     assert {m.value for m in moves[-4:] if m.timestamp == moves[-1].timestamp} == {0.0}
+
+
+def test_a_motor_that_says_nothing_of_itself_is_stopped():
+    feed = [enable(Loops.SPEED), imc.DesiredSpeed(timestamp=0.15, value=50.0, speed_units=imc.SpeedUnits.PERCENTAGE)]
+    run = simulate(Speed, [*feed, *(imc.Rpm(timestamp=0.2 + 0.05 * k) for k in range(40))], seconds=6.0)
+    found = [(m.timestamp - run.vehicle.start_time, m.value) for m in run.of(imc.SetThrusterActuation)]
+    assert [value for _, value in found[39:41]] == [0.5, 0.0]
+    assert 4.15 < found[40][0] <= 5.15, "last heard at 2.15 s"
+    assert run.task.entity.description == "no Rpm for 2 s"
+
+
+def test_a_servo_that_falls_silent_is_an_error_until_it_speaks():
+    feed = [imc.ServoPosition(timestamp=0.5 * k, id=k % 2) for k in range(10)]
+    feed += [imc.ServoPosition(timestamp=5.0 + 0.5 * k, id=0) for k in range(8)]
+    feed.append(imc.ServoPosition(timestamp=9.5, id=1))
+    run = simulate(Allocator, feed, seconds=11.0)
+    said = [(m.state, m.description) for m in run.of(imc.EntityState)]
+    assert (State.ERROR, "no position of servo 1") in said
+    assert run.task.entity.state is State.NORMAL

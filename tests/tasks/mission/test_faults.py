@@ -1,0 +1,137 @@
+"""A fault of any sensor or actuator of the simulated AUV leads to the mode that docs/mission.md says."""
+
+import re
+from pathlib import Path
+
+import pytest
+from flying import CCU, OWN, control, goto, plan_of
+
+import imc
+from runtime.mission import prepare
+
+FAULT, END = 25.0, 36.0  # s
+PLAN = plan_of(goto(60, 0, 2.0))
+Mode = imc.VehicleState.OpMode
+LIGHT = ("Simulators.MUGDetectionCamera:Enabled=Never", "Transports.Logging:Transports=EstimatedState")
+
+
+def fails():
+    raise RuntimeError("broken")
+
+
+def silent(task):
+    """Nothing more is heard of a sensor; the entity does not know."""
+    return lambda vehicle: vehicle.task(task).disconnect()
+
+
+def broken(task):
+    """The sensor's task fails, and begins anew a second later."""
+
+    def inject(vehicle):
+        vehicle.kernel.after(0.0, fails).owner = vehicle.task(task)
+
+    return inject
+
+
+def says(message):
+    def inject(vehicle):
+        packet = imc.encode_as(message, vehicle.kernel.now_ns * 1e-9, CCU, 3, OWN, 0xFF)
+        vehicle.bus.publish(imc.decode(packet), packet, None)
+
+    return inject
+
+
+LEAK = imc.LeakSimulation(op=imc.LeakSimulation.Op.ON)
+# what happens -> the last error, and within how many seconds
+ENDS = {
+    "AHRS silent": (silent("Simulators.IMU/AHRS"), "Navigation: attitude is missing", 2.1),
+    "AHRS fails": (broken("Simulators.IMU/AHRS"), "AHRS: RuntimeError: broken", 0.1),
+    "depth sensor silent": (silent("Simulators.DepthSensor"), "Navigation: depth is missing", 5.1),
+    "depth sensor fails": (broken("Simulators.DepthSensor"), "Depth Sensor: RuntimeError: broken", 0.1),
+    "DVL fails": (broken("Simulators.DVL"), "DVL: RuntimeError: broken", 0.1),
+    "GPS fails": (broken("Simulators.GPS"), "GPS: RuntimeError: broken", 0.1),
+    "altimeter and echo sounder fail": (broken("Simulators.Environment"), "entity errors: Altimeter", 1.1),
+    "motor silent": (silent("Simulators.Motor"), "Speed Control: no Rpm for 2 s", 3.1),
+    "motor fails": (broken("Simulators.Motor"), "Motor: RuntimeError: broken", 0.1),
+    "servos silent": (silent("Simulators.Servos"), "Allocator: no position of servo 0, 1, 2, 3", 4.1),
+    "servos fail": (broken("Simulators.Servos"), "Servos: RuntimeError: broken", 0.1),
+    "leak": (says(LEAK), "Leak Sensor - Tail: leak detected", 0.1),
+    "navigation fails": (broken("Navigation.AUV.Navigation"), "Navigation: RuntimeError: broken", 0.1),
+}
+# what happens -> an entity that says so
+GOES_ON = {
+    "DVL silent": (silent("Simulators.DVL"), "Navigation", "active without DVL"),
+    "GPS silent": (silent("Simulators.GPS"), "Navigation", "active"),
+    "altimeter and echo sounder silent": (silent("Simulators.Environment"), "Navigation", "active without altitude"),
+    "battery silent": (silent("Simulators.Battery"), "Fuel Monitor", "no Current for 10 s"),
+    "battery fails": (broken("Simulators.Battery"), "Batteries", "active"),
+}
+
+
+class Flight:
+    """What came of a plan with a fault: when (s after it) the plan failed, modes after it, errors, and descriptions."""
+
+    def __init__(self, folder, inject, end):
+        made = prepare("lauv-noptilus-1", overrides=LIGHT, log_root=folder / "log", state_folder=folder / "db")
+        self.vehicle = vehicle = made.vehicle
+        vehicle.keep_going = True
+        self.failed, self.modes, self.errors, self.depths = [], [], [], []
+        vehicle.tap(imc.VehicleState, self._note)
+        vehicle.tap(imc.PlanControl, self._note_reply)
+        vehicle.tap(imc.SimulatedState, self._measure)
+
+        async def happen(script):
+            await script.sleep(10.0)
+            start = control(imc.PlanControl.Op.START, -1.0, PLAN.plan_id, 1, arg=PLAN)
+            packet = imc.encode_as(start, script.now, CCU, 3, OWN, 0xFF)
+            vehicle.bus.publish(imc.decode(packet), packet, None)
+            await script.sleep(FAULT - 10.0)
+            inject(vehicle)
+
+        vehicle.start()
+        vehicle.kernel.soon(vehicle.daemon.run, happen)
+        vehicle.run(end)
+        self.descriptions = {entity.label: entity.description for entity in vehicle.entities}
+        vehicle.close()
+
+    def _after(self, message):
+        return message.timestamp - self.vehicle.start_time - FAULT
+
+    def _note(self, state):
+        if self._after(state) > 0.0:
+            self.modes.append(Mode(state.op_mode))
+            self.errors.append(state.last_error)
+
+    def _note_reply(self, reply):
+        if reply.dst == CCU and reply.type == imc.PlanControl.Type.FAILURE:
+            self.failed.append(self._after(reply))
+
+    def _measure(self, state):
+        self.depths.append(state.z)
+
+
+@pytest.mark.parametrize("fault", ENDS)
+def test_a_fault_ends_the_plan_in_error_and_the_vehicle_comes_up(fault, tmp_path):
+    inject, error, seconds = ENDS[fault]
+    flight = Flight(tmp_path, inject, END)
+    assert flight.failed
+    assert 0.0 <= flight.failed[0] <= seconds
+    assert Mode.ERROR in flight.modes
+    assert Mode.MANEUVER not in flight.modes[flight.modes.index(Mode.ERROR) :]
+    assert error in flight.errors
+    assert flight.depths[-1] < max(0.3, flight.depths[-200]), "it is at the surface, or has risen in the last 2 s"
+
+
+@pytest.mark.parametrize("fault", GOES_ON)
+def test_a_fault_that_the_vehicle_can_bear_is_said(fault, tmp_path):
+    inject, label, description = GOES_ON[fault]
+    flight = Flight(tmp_path, inject, END if fault != "battery silent" else 41.0)
+    assert set(flight.modes) == {Mode.MANEUVER}
+    assert not flight.failed
+    assert flight.descriptions[label] == description
+
+
+def test_all_faults_are_in_the_docs():
+    page = (Path(__file__).parents[3] / "docs" / "mission.md").read_text(encoding="utf-8")
+    rows = set(re.findall(r"^\| ([\w ]+) \|", page, re.MULTILINE))
+    assert {*ENDS, *GOES_ON} <= rows
