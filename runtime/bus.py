@@ -41,9 +41,11 @@ class Subscription:
 
 
 class Witness(Protocol):
-    """Who is told of each subscription as it begins."""
+    """Who is told of each subscription as it begins, and of each owner that follows changed parameters."""
 
     def subscribed(self, subscription: Subscription) -> None: ...
+
+    def reconfigured(self, owner: object) -> None: ...
 
 
 class Bus:

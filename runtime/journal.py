@@ -18,8 +18,8 @@ from runtime.vehicle import Vehicle
 
 MANY = 256  # entries that are packed, or forgotten where no script runs
 LARGEST_CHUNK = 1 << 26  # bytes
-TIMER, PARAMETERS, PUSHED = "", "!parameters", "!pushed"
-"""What an entry names in place of a method: the next timer that is due, values set from elsewhere."""
+TIMER, CHANGED, SET = "", "!changed", "!set"
+"""What an entry names in place of a method: the next timer that is due, values to be followed, values that are set."""
 
 Entry = tuple[int, int | str, tuple[Any, ...]]
 PlainEntry = tuple[int, int | str, list[Any]]
@@ -55,12 +55,14 @@ class Journal:
         self.task = task
         self.past: Past | None = None
         self.trouble = "it has not started"
+        self.begun = False
         self.entries: list[Entry] = []
         self.handlers: list[Callable[..., object]] = []
         self.values: Values = _values(task)
 
     def begin(self, time: int, hears: list[Subscription], timers: list[Timer]) -> None:
         """Forget all before now, where no script runs."""
+        self.begun = True
         self.entries.clear()
         self.handlers = [subscription.handler for subscription in hears]
         self.values = _values(self.task)
@@ -139,13 +141,9 @@ class Journals:
         """Go on with the journal of a task that has lived through it."""
         journal = self._journals[id(task)]
         journal.past, journal.entries, journal.values = past, [], _values(task)
-        journal.handlers = handlers
+        journal.begun, journal.handlers = True, handlers
         for number, handler in enumerate(handlers):
             self._handlers[id(handler)] = journal, number
-
-    def expect_changes(self) -> None:
-        """Somebody may have set parameters."""
-        self._changed = self._kernel.now_ns
 
     def subscribed(self, subscription: Subscription) -> None:
         """Number the subscriptions of each task."""
@@ -154,6 +152,14 @@ class Journals:
         if journal is not None:
             self._handlers[id(subscription.handler)] = journal, len(journal.handlers)
             journal.handlers.append(subscription.handler)
+
+    def reconfigured(self, owner: object) -> None:
+        """Note the parameters that a task follows from now on."""
+        journal = self._journals.get(id(owner))
+        if journal is not None:
+            values, *others = _values(journal.task)
+            journal.entries.append((self._kernel.now_ns, CHANGED, (values,)))
+            journal.values = values, *others
 
     def _note(self, function: Callable[..., object], args: tuple[Any, ...]) -> None:
         now = self._kernel.now_ns
@@ -184,17 +190,15 @@ class Journals:
             journal.past, journal.trouble = None, f"it was called by {function!r}"
 
     def _settle(self) -> None:
-        """Note what the Daemon has changed: it sets the parameters of others."""
+        """Note what else the Daemon has set: it pushes and pops the parameters of others, and activates them."""
         time, self._changed = self._changed, None
         if time is None:
             return
         for journal in self._journals.values():
             before, journal.values = journal.values, _values(journal.task)
             values, pushed, active = journal.values
-            if pushed != before[1]:
-                journal.entries.append((time, PUSHED, (pushed,)))
-            if values != before[0]:
-                journal.entries.append((time, PARAMETERS, (values,)))
+            if (values, pushed) != before[:2]:
+                journal.entries.append((time, SET, (values, pushed)))
             if active != before[2]:
                 journal.entries.append((time, "activate" if active else "deactivate", ()))
 
@@ -202,7 +206,7 @@ class Journals:
         """At the begin of a moment nothing but timers is due: what is long is packed, or forgotten."""
         due: list[Timer] | None = None
         for journal in self._journals.values():
-            if journal.past is not None and len(journal.entries) < MANY:
+            if journal.begun and len(journal.entries) < MANY:
                 continue
             if journal.task.running_scripts:
                 journal.pack()

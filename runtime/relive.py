@@ -6,7 +6,7 @@ from typing import Any
 import imc
 from runtime.bus import Subscription
 from runtime.entities import State
-from runtime.journal import PARAMETERS, PUSHED, TIMER, Past, unpacked
+from runtime.journal import CHANGED, SET, TIMER, Past, unpacked
 from runtime.likeness import likeness
 from runtime.snapshot_state import (
     connect,
@@ -63,6 +63,9 @@ class _Handlers:
         if task_of(subscription) is self._task:
             self.handlers.append(subscription.handler)
 
+    def reconfigured(self, owner: object) -> None:
+        """Part of what it lives through."""
+
 
 def _begin(task: Task, past: Past) -> None:
     kernel = task.vehicle.kernel
@@ -101,12 +104,13 @@ def _live(task: Task, data: bytes, handlers: list[Callable[..., object]]) -> Non
             if timer is None or timer.function is None:
                 raise SnapshotError(f"{task.name} cannot be brought back: a timer is missing")
             timer.function(*timer.args)
-        elif key == PARAMETERS:
+        elif key == CHANGED:
             task.parameter_set.restore(args[0])
             task.configure()
             task.reconfigured()
-        elif key == PUSHED:
+        elif key == SET:
+            task.parameter_set.restore(args[0])
             task.parameter_set.pushed.clear()
-            task.parameter_set.pushed.extend(args[0])
+            task.parameter_set.pushed.extend(args[1])
         else:
             reader.read(["method", ["task", task.name], key])(*args)

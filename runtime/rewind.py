@@ -156,8 +156,6 @@ def change(vehicle: Vehicle, overrides: Sequence[str]) -> None:
                 raise SnapshotError(f"{assignment}: {error}") from None
             task.reconfigured()
             vehicle.remember(task)
-            if isinstance(vehicle.bus.witness, Journals):
-                vehicle.bus.witness.expect_changes()
             continue
         raise SnapshotError(f"{assignment}: the vehicle has no task {section.strip()!r}")
 

@@ -238,6 +238,8 @@ class Task:
 
     def reconfigured(self) -> None:
         """Follow changed rates."""
+        if self._bus.witness is not None:
+            self._bus.witness.reconfigured(self)
         for ticker in self._tickers:
             ticker.update()
 
