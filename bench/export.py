@@ -18,6 +18,7 @@ from mcap.writer import Writer
 import imc
 from runtime.logs.csv import export_csv
 from runtime.logs.mcap import export_mcap
+from runtime.logs.netcdf import export_netcdf
 from runtime.logs.parquet import export_parquet
 from runtime.logs.source import Source
 from runtime.logs.summary import summarize
@@ -35,6 +36,12 @@ def shoal_messages_only(log: Path, out: Path) -> None:
     """The same without the packets."""
     opened = imc.Log(log)
     export_mcap(Source(opened, summarize(opened)), out, raw=False)
+
+
+def netcdf(log: Path, out: Path) -> None:
+    """All messages as NetCDF."""
+    opened = imc.Log(log)
+    export_netcdf(Source(opened, summarize(opened)), out)
 
 
 def folder(export: Callable[[Source, Path], int]) -> Callable[[Path, Path], None]:
@@ -77,6 +84,7 @@ SIDES: dict[str, Callable[[Path, Path], None]] = {
     "Shoal without the packets": shoal_messages_only,
     "mcap, JSON by json.dumps": json_with(lambda message: json.dumps(message.to_dict(), default=str).encode()),
     "mcap, JSON by msgspec": json_with(msgspec.json.Encoder(enc_hook=str).encode),
+    "(Shoal, NetCDF)": netcdf,
     "(Shoal, Parquet)": folder(export_parquet),
     "(Shoal, CSV)": folder(export_csv),
 }
