@@ -16,6 +16,7 @@ from tasks.control.asv.throttle import Throttle
 Loops = imc.CLoopsMask
 MPS, RPM, PERCENT = imc.SpeedUnits.METERS_PS, imc.SpeedUnits.RPM, imc.SpeedUnits.PERCENTAGE
 BOTH = Loops.YAW | Loops.SPEED
+AFTER = 0.02  # s, that a run goes on after its feed
 
 
 def enable(mask, scope=1, time=0.1, on=1):
@@ -34,20 +35,32 @@ def speed(value, units=MPS, time=0.15):
     return imc.DesiredSpeed(timestamp=time, value=value, speed_units=units)
 
 
+def run_of(cls, feed, **parameters):
+    """A run that goes on for a moment after its feed."""
+    feed = sorted(feed, key=lambda m: m.timestamp)
+    return simulate(cls, feed=feed, **({"seconds": feed[-1].timestamp + AFTER} | parameters))
+
+
+def before_end(run, kind):
+    """The messages of a type, without those that a task ends with."""
+    end = run.vehicle.kernel.now_ns * 1e-9
+    return [m for m in run.of(kind) if m.timestamp < end - 0.5 * AFTER]
+
+
 def thrusts(run):
     """Actuations at port and at starboard, in pairs."""
-    found = run.of(imc.SetThrusterActuation)
+    found = before_end(run, imc.SetThrusterActuation)
     assert [m.id for m in found] == [0, 1] * (len(found) // 2)
     return [(port.value, starboard.value) for port, starboard in zip(found[::2], found[1::2], strict=True)]
 
 
 def differential(feed, **parameters):
-    return simulate(HeadingAndSpeed, feed=sorted(feed, key=lambda m: m.timestamp), **parameters)
+    return run_of(HeadingAndSpeed, feed, **parameters)
 
 
 def rudder(feed, **parameters):
-    run = simulate(Heading, feed=sorted(feed, key=lambda m: m.timestamp), **parameters)
-    return run, [m.value for m in run.of(imc.SetServoPosition)]
+    run = run_of(Heading, feed, **parameters)
+    return run, [m.value for m in before_end(run, imc.SetServoPosition)]
 
 
 def test_nothing_is_controlled_before_a_loop_is_enabled():
@@ -130,9 +143,9 @@ def test_a_rudder_is_amidships_when_its_loop_is_disabled():
 
 
 def thrust(value, units=MPS, seconds=20.0, extra=(), u=0.0, **parameters):
-    feed = sorted([enable(Loops.SPEED), speed(value, units), *extra, *states(seconds, u=u)], key=lambda m: m.timestamp)
-    run = simulate(Speed, feed=feed, full_thrust=1000.0, maximum_rpm=900.0, **parameters)
-    return run, [m.value for m in run.of(imc.SetThrusterActuation)]
+    feed = [enable(Loops.SPEED), speed(value, units), *extra, *states(seconds, u=u)]
+    run = run_of(Speed, feed, full_thrust=1000.0, maximum_rpm=900.0, **parameters)
+    return run, [m.value for m in before_end(run, imc.SetThrusterActuation)]
 
 
 def test_shares_and_rates_are_taken_as_they_are():
@@ -189,7 +202,7 @@ def test_an_abort_for_somebody_else_stops_nothing():
 
 def test_a_boat_that_does_not_know_where_it_is_is_let_go():
     feed = [enable(BOTH), heading(0.1), speed(50.0, PERCENT), *states(3.0)]
-    run = simulate(HeadingAndSpeed, feed=feed, seconds=6.0)
+    run = run_of(HeadingAndSpeed, feed, seconds=6.0)
     assert thrusts(run)[-1] == (0.0, 0.0)
     assert run.task.entity.state is State.ERROR
     assert run.task.entity.description == "EstimatedState is missing"
