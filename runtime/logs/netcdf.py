@@ -24,6 +24,7 @@ TIME = {
     "standard_name": "time",
     "units": "seconds since 1970-01-01T00:00:00Z",
     "calendar": "standard",
+    "units_metadata": "leap_seconds: none",
 }
 TITLES = {
     "timestamp": "seconds since 1970 UTC, as in the header",
@@ -89,7 +90,7 @@ def export_netcdf(source: Source, path: Path, progress: Progress = lambda _: Non
     try:
         with _nc.Dataset(str(path), "w", format="NETCDF4") as file:
             owner = source.names.system(source.summary.owner)
-            file.setncatts({"Conventions": "CF-1.11", "title": f"IMC log of {owner}"})
+            file.setncatts({"Conventions": "CF-1.11", "title": f"IMC log of {owner}", "history": "shoal log export"})
             for batch in source.batches(progress):
                 for group in source.groups(batch):
                     table = table_of(source, batch, group)
