@@ -3,130 +3,46 @@
 import math
 
 import imc
-from runtime import ParameterError, State, Task, consume, param, periodic
-from runtime.task import UNKNOWN_SYSTEM
-from tasks.control.loops import EnabledLoops
-from tasks.control.operator import AXES, BUTTONS, Operator, offered
+from runtime import ParameterError, param
+from tasks.control.operator import AXES, Operator
+from tasks.control.remote import Enable, Loops, RemoteControl
 
-Loops = imc.CLoopsMask
-Enable = imc.ControlLoops.Enable
-STEP = 0.1  # of the largest thrust, for Accelerate and Decelerate
 DEPTH_MARGIN = 1.0  # m above the maximum depth, from where no pitch leads down
 
 
-class RemoteOperation(Task):
+class RemoteOperation(RemoteControl):
     """Turns RemoteActions into thrust, heading rate, and pitch or depth, while the loop TELEOPERATION is enabled.
 
     Heading, Thrust and Pitch are axes; Accelerate, Decelerate and Stop change the thrust. With Pitch released the
     depth is kept. An operator who falls silent, or a vehicle without EstimatedState, leaves everything neutral.
     """
 
-    execution_frequency: float = param(10.0, "Hz", "Rate of the references.", minimum=1, maximum=100)
-    connection_timeout: float = param(2.0, "s", "Silence of the operator that is borne.", minimum=0.1)
-    state_timeout: float = param(
-        2.0, "s", "Silence of the navigation that is borne.", name="EstimatedState Timeout", minimum=0.1
-    )
-    buttons_only: bool = param(False, "", "Thrust is no axis.", name="Disable Analog Thrust")
-    maximum_heading_rate: float = param(40.0, "°/s", "Heading rate of the full axis.", minimum=0)
-    maximum_thrust: float = param(
-        0.7, "1", "Actuation of the full axis.", name="Maximum Thruster Actuation", minimum=0, maximum=1
-    )
+    axes = AXES
+    loops = Loops.SPEED | Loops.YAW_RATE | Loops.PITCH
+
     pitch_reference: float = param(15.0, "°", "Pitch of the full axis.", minimum=0, maximum=80)
 
     def configure(self) -> None:
+        super().configure()
         text = self.vehicle.profile.value("General", "Absolute Maximum Depth", "inf")
         try:
             self._deepest = float(text) - DEPTH_MARGIN
         except ValueError:
             raise ParameterError("Absolute Maximum Depth", f"[General] has {text!r}, which is no number") from None
-        axes = [axis for axis in AXES if axis != "Thrust" or not self.buttons_only]
-        self._offer = offered(["Exit", *BUTTONS], axes)
 
-    def start(self) -> None:
-        self._loops = EnabledLoops(Loops.TELEOPERATION)
-        self._operator = Operator()
-        self._heard = self._located = -math.inf
-        self._depth = -1.0
-        self._release()
-        self.publish(imc.RemoteActionsRequest(op=imc.RemoteActionsRequest.Op.REPORT, actions=self._offer))
-        self.set_entity_state(State.NORMAL, "idle")
-
-    @consume(others=True)
-    def tell(self, request: imc.RemoteActionsRequest) -> None:
-        """Say which actions there are."""
-        if request.op == imc.RemoteActionsRequest.Op.QUERY and request.dst in (self.system, UNKNOWN_SYSTEM):
-            self.reply(request, imc.RemoteActionsRequest(op=request.Op.REPORT, actions=self._offer))
-
-    @consume
-    def begin(self, teleoperation: imc.Teleoperation) -> None:
-        self._operator.begin(teleoperation.custom)
-
-    @consume
-    def enable(self, loops: imc.ControlLoops) -> None:
-        if not self._loops.hear(loops):
-            return
-        if self._loops.mask:
-            self._release()
-            self._heard = self.now
-            self._enabled = int(Loops.SPEED | Loops.YAW_RATE | Loops.PITCH)
-            self._switch(Enable.ENABLE, self._enabled)
-            self.set_entity_state(State.NORMAL, "active")
-            return
-        if loops.mask != Loops.ALL and self._enabled:
-            self._switch(Enable.DISABLE, self._enabled)
-        self._enabled = 0
-        self.set_entity_state(State.NORMAL, "idle")
-
-    @consume
-    def locate(self, state: imc.EstimatedState) -> None:
-        self._located, self._depth = self.now, state.depth
-
-    @consume(others=True)
-    def obey(self, actions: imc.RemoteActions) -> None:
-        if not self._loops.mask or actions.dst not in (self.system, UNKNOWN_SYSTEM):
-            return
-        if self._operator.source not in (None, actions.src):
-            return
-        self._heard = self.now
-        pressed, wrong = self._operator.hear(actions.actions)
-        if wrong:
-            self.log.warning(f"remote actions that are no numbers: {', '.join(wrong)}")
-        if "Thrust" in self._operator.axes and not self.buttons_only:
-            self._thrust = self._operator.axis("Thrust")
-        for button in pressed:
-            change = {"Accelerate": STEP, "Decelerate": -STEP}.get(button, -self._thrust)
-            self._thrust = max(-1.0, min(1.0, self._thrust + change))
-
-    @periodic("execution_frequency")
-    def steer(self) -> None:
-        if not self._loops.mask:
-            return
-        lost = self._lost()
-        if lost:
-            if self.entity.state is State.NORMAL:
-                self.log.warning(lost)
-            self.set_entity_state(State.FAULT, lost)
-            self._operator.axes, self._thrust = {}, 0.0
-        else:
-            self.set_entity_state(State.NORMAL, "active")
-        thrust = 100.0 * self._thrust * self.maximum_thrust
-        turn = self._operator.axis("Heading") * math.radians(self.maximum_heading_rate)
-        self.publish(imc.DesiredSpeed(value=thrust, speed_units=imc.SpeedUnits.PERCENTAGE))
-        self.publish(imc.DesiredHeadingRate(value=turn))
-        self._dive(self._operator.axis("Pitch"), blind=bool(lost))
-
-    def _dive(self, share: float, *, blind: bool) -> None:
+    def steer_besides(self, operator: Operator, *, blind: bool) -> None:
         """Pitch, or keep the depth where no pitch is asked for, or it would lead too deep."""
-        if self._depth >= self._deepest:
+        share, depth = operator.axis("Pitch"), self._state.depth if self._state is not None else -1.0
+        if depth >= self._deepest:
             share = max(0.0, share)
-        if blind or share or self._depth < 0.0:
+        if blind or share or depth < 0.0:
             self._control(Loops.PITCH, Loops.DEPTH)
             self._kept = None
             self.publish(imc.DesiredPitch(value=share * math.radians(self.pitch_reference)))
             return
         self._control(Loops.DEPTH, Loops.PITCH)
         if self._kept is None:
-            self._kept = min(self._depth, self._deepest)
+            self._kept = min(depth, self._deepest)
         self.publish(imc.DesiredZ(value=self._kept, z_units=imc.ZUnits.DEPTH))
 
     def _control(self, wanted: int, other: int) -> None:
@@ -135,18 +51,6 @@ class RemoteOperation(Task):
             self._switch(Enable.ENABLE, wanted)
             self._enabled = self._enabled & ~other | wanted
 
-    def _lost(self) -> str:
-        """What is missing for too long, an empty text for nothing."""
-        if self.now - self._heard > self.connection_timeout:
-            return f"no remote action for {self.connection_timeout:g} s"
-        if self.now - self._located > self.state_timeout:
-            return f"no EstimatedState for {self.state_timeout:g} s"
-        return ""
-
     def _release(self) -> None:
-        self._operator.axes, self._thrust = {}, 0.0
+        super()._release()
         self._kept: float | None = None
-        self._enabled = 0
-
-    def _switch(self, enable: int, mask: int) -> None:
-        self.publish(imc.ControlLoops(enable=enable, mask=mask, scope_ref=self._loops.scope))

@@ -1,0 +1,131 @@
+"""What remote operation has in common for all that swims: the operator's axes and buttons, thrust and heading rate."""
+
+import math
+from typing import ClassVar
+
+import imc
+from runtime import State, Task, consume, param, periodic
+from runtime.task import UNKNOWN_SYSTEM
+from tasks.control.loops import EnabledLoops
+from tasks.control.operator import BUTTONS, Operator, offered
+
+Loops = imc.CLoopsMask
+Enable = imc.ControlLoops.Enable
+STEP = 0.1  # of the largest thrust, for Accelerate and Decelerate
+
+
+class RemoteControl(Task):
+    """Turns RemoteActions into thrust and heading rate, while the loop TELEOPERATION is enabled.
+
+    `axes` are those that an operator has; `loops` those that are enabled at the beginning. An operator who falls
+    silent, or a vehicle without EstimatedState, leaves everything neutral.
+    """
+
+    axes: ClassVar[tuple[str, ...]] = ("Heading", "Thrust")
+    loops: ClassVar[int] = Loops.SPEED | Loops.YAW_RATE
+
+    execution_frequency: float = param(10.0, "Hz", "Rate of the references.", minimum=1, maximum=100)
+    connection_timeout: float = param(2.0, "s", "Silence of the operator that is borne.", minimum=0.1)
+    state_timeout: float = param(
+        2.0, "s", "Silence of the navigation that is borne.", name="EstimatedState Timeout", minimum=0.1
+    )
+    buttons_only: bool = param(False, "", "Thrust is no axis.", name="Disable Analog Thrust")
+    maximum_heading_rate: float = param(40.0, "°/s", "Heading rate of the full axis.", minimum=0)
+    maximum_thrust: float = param(
+        0.7, "1", "Actuation of the full axis.", name="Maximum Thruster Actuation", minimum=0, maximum=1
+    )
+
+    def configure(self) -> None:
+        axes = [axis for axis in self.axes if axis != "Thrust" or not self.buttons_only]
+        self._offer = offered(["Exit", *BUTTONS], axes)
+
+    def start(self) -> None:
+        self._loops = EnabledLoops(Loops.TELEOPERATION)
+        self._operator = Operator()
+        self._heard = self._located = -math.inf
+        self._state: imc.EstimatedState | None = None
+        self._release()
+        self.publish(imc.RemoteActionsRequest(op=imc.RemoteActionsRequest.Op.REPORT, actions=self._offer))
+        self.set_entity_state(State.NORMAL, "idle")
+
+    @consume(others=True)
+    def tell(self, request: imc.RemoteActionsRequest) -> None:
+        """Say which actions there are."""
+        if request.op == imc.RemoteActionsRequest.Op.QUERY and request.dst in (self.system, UNKNOWN_SYSTEM):
+            self.reply(request, imc.RemoteActionsRequest(op=request.Op.REPORT, actions=self._offer))
+
+    @consume
+    def begin(self, teleoperation: imc.Teleoperation) -> None:
+        self._operator.begin(teleoperation.custom)
+
+    @consume
+    def enable(self, loops: imc.ControlLoops) -> None:
+        if not self._loops.hear(loops):
+            return
+        if self._loops.mask:
+            self._release()
+            self._heard = self.now
+            self._enabled = int(self.loops)
+            self._switch(Enable.ENABLE, self._enabled)
+            self.set_entity_state(State.NORMAL, "active")
+            return
+        if loops.mask != Loops.ALL and self._enabled:
+            self._switch(Enable.DISABLE, self._enabled)
+        self._enabled = 0
+        self.set_entity_state(State.NORMAL, "idle")
+
+    @consume
+    def locate(self, state: imc.EstimatedState) -> None:
+        self._located, self._state = self.now, state
+
+    @consume(others=True)
+    def obey(self, actions: imc.RemoteActions) -> None:
+        if not self._loops.mask or actions.dst not in (self.system, UNKNOWN_SYSTEM):
+            return
+        if self._operator.source not in (None, actions.src):
+            return
+        self._heard = self.now
+        pressed, wrong = self._operator.hear(actions.actions)
+        if wrong:
+            self.log.warning(f"remote actions that are no numbers: {', '.join(wrong)}")
+        if "Thrust" in self._operator.axes and not self.buttons_only:
+            self._thrust = self._operator.axis("Thrust")
+        for button in pressed:
+            change = {"Accelerate": STEP, "Decelerate": -STEP}.get(button, -self._thrust)
+            self._thrust = max(-1.0, min(1.0, self._thrust + change))
+
+    @periodic("execution_frequency")
+    def steer(self) -> None:
+        if not self._loops.mask:
+            return
+        lost = self._lost()
+        if lost:
+            if self.entity.state is State.NORMAL:
+                self.log.warning(lost)
+            self.set_entity_state(State.FAULT, lost)
+            self._operator.axes, self._thrust = {}, 0.0
+        else:
+            self.set_entity_state(State.NORMAL, "active")
+        thrust = 100.0 * self._thrust * self.maximum_thrust
+        turn = self._operator.axis("Heading") * math.radians(self.maximum_heading_rate)
+        self.publish(imc.DesiredSpeed(value=thrust, speed_units=imc.SpeedUnits.PERCENTAGE))
+        self.publish(imc.DesiredHeadingRate(value=turn))
+        self.steer_besides(self._operator, blind=bool(lost))
+
+    def steer_besides(self, operator: Operator, *, blind: bool) -> None:
+        """Publish what there is besides thrust and heading rate; `blind` if operator or navigation are silent."""
+
+    def _lost(self) -> str:
+        """What is missing for too long, an empty text for nothing."""
+        if self.now - self._heard > self.connection_timeout:
+            return f"no remote action for {self.connection_timeout:g} s"
+        if self.now - self._located > self.state_timeout:
+            return f"no EstimatedState for {self.state_timeout:g} s"
+        return ""
+
+    def _release(self) -> None:
+        self._operator.axes, self._thrust = {}, 0.0
+        self._enabled = 0
+
+    def _switch(self, enable: int, mask: int) -> None:
+        self.publish(imc.ControlLoops(enable=enable, mask=mask, scope_ref=self._loops.scope))
