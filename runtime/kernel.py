@@ -2,20 +2,18 @@
 
 import heapq
 import logging
-import selectors
-import socket
 import time
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Any
 
 from runtime.clock import VirtualClock, WallClock
+from runtime.sources import Sources
 from runtime.timer import Readable, Timer, owner_of
 
 SECOND = 1_000_000_000
 LIVELOCK_EVENTS = 100_000
-LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock a long queue is a livelock only after this time
-SUSPECTS = 1000  # events; on a wall clock those who have no part in a livelock have a few of them
+LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock a queue that has not been empty for so long may be a livelock
 POLL_EVENTS = 64  # on a virtual clock sockets are looked at once in so many events
 POLL_PERIOD = SECOND // 1000  # on a wall clock at least so often, however long the queue
 LONGEST_WAIT = 3600.0  # s; epoll takes no more than 24 days
@@ -25,10 +23,10 @@ logger = logging.getLogger("shoal.kernel")
 
 
 class LivelockError(RuntimeError):
-    """Events follow each other without time passing; `owner` has the last of them, or most."""
+    """Events follow each other without time passing; `owner` has the last of them."""
 
-    def __init__(self, events: int, owner: object, share: str):
-        super().__init__(f"{events} events without time passing, {share} of them in {owner}")
+    def __init__(self, events: int, owner: object):
+        super().__init__(f"{events} events without time passing, the last of them in {owner}")
         self.owner = owner
 
 
@@ -40,7 +38,8 @@ class Kernel:
 
     `on_error(owner, exception)` is asked when a call raises: it either deals with it or raises, which ends the run.
     `slow` is the time in seconds after which a call is reported through `on_slow(owner, seconds)`, on a wall clock.
-    A virtual clock that stands still for `livelock_events` is a livelock, and so is a queue that never empties.
+    A virtual clock that stands still for `livelock_events` is a livelock; on a wall clock a queue is that does not get
+    empty in so many events while timers and sockets wait.
     """
 
     def __init__(self, clock: WallClock | VirtualClock, *, slow: float = 0.1):
@@ -58,16 +57,11 @@ class Kernel:
         self._arrivals = 0
         self._posted: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self._stopping = False
-        self._selector = selectors.DefaultSelector()
-        self._wake_in, self._wake_out = socket.socketpair()
-        for end in (self._wake_in, self._wake_out):
-            end.setblocking(False)
-        self._selector.register(self._wake_in, selectors.EVENT_READ, None)
-        self._watched = 0
+        self._sources = Sources()
         self._poll_next = 0
         self._busy = 0
         self._idle_at = self.now_ns
-        self._suspects: list[object] = []
+        self._holding = False
 
     @property
     def virtual(self) -> bool:
@@ -111,7 +105,7 @@ class Kernel:
     def at(self, time_ns: int, function: Callable[..., object], *args: Any) -> Timer:
         timer = Timer(max(time_ns, self.now_ns), function, args)
         self._arrivals += 1
-        if timer.time == self.now_ns:
+        if timer.time == self.now_ns and not (self._holding and time_ns < self.now_ns):
             self._due.append((self._fire, (timer,)))
         else:
             heapq.heappush(self._later, (timer.time, self._arrivals, timer))
@@ -125,10 +119,7 @@ class Kernel:
     def post(self, function: Callable[..., object], *args: Any) -> None:
         """Ask for a call from any thread."""
         self._posted.append((function, args))
-        try:
-            self._wake_out.send(b"\0")
-        except OSError:
-            pass  # a full pipe wakes the kernel just as well; a closed one has no kernel behind it
+        self._sources.wake()
 
     def discard(self, owner: object) -> None:
         """Forget all calls to methods of `owner`, its timers, and what it watches."""
@@ -139,46 +130,37 @@ class Kernel:
         kept = [(f, a) for f, a in self._due if self._owner(f, a) is not owner]
         self._due.clear()
         self._due.extend(kept)
-        for key in list(self._selector.get_map().values()):
-            if key.data is not None and key.data.owner is owner:
-                self.unwatch(key.fileobj)
+        self._sources.discard(owner)
 
     def watch(self, source: Readable, function: Callable[[], object]) -> Timer:
         """Call `function` whenever `source` has something to read. Raises KeyError where it is watched already."""
-        timer = Timer(0, function, ())
-        self._selector.register(source, selectors.EVENT_READ, timer)
-        self._watched += 1
-        return timer
+        return self._sources.watch(source, function)
 
     def unwatch(self, source: Readable | int) -> None:
         """End `watch`, also for what is on its way; nothing happens where the source is not watched."""
-        try:
-            key = self._selector.unregister(source)
-        except (KeyError, ValueError):
-            return
-        key.data.cancel()
-        self._watched -= 1
+        self._sources.unwatch(source)
 
     def stop(self) -> None:
         """End the run after the call that runs now."""
         self._stopping = True
 
     def close(self) -> None:
-        self._selector.close()
-        self._wake_in.close()
-        self._wake_out.close()
+        self._sources.close()
 
     def run(self, until: int | None = None) -> None:
         """Run until `stop()`, or until the clock reads `until` (ns), which a virtual clock then does to the nanosecond.
 
         A virtual run also ends when nothing is left to do. Raises what `on_error` raises, and LivelockError.
         """
-        self._stopping = False
+        self._stopping = self._holding = False
         self.now_ns = max(self.now_ns, self.clock.read())
         while not self._stopping:
             if self._posted:
                 self._admit()
-            self._run_due()
+            if self.clock.virtual:
+                self._run_moment()
+            else:
+                self._run_batch()
             if self._stopping or not self._advance(until):
                 break
 
@@ -194,40 +176,55 @@ class Kernel:
             except Exception as error:
                 self.on_error(self._owner(function, args), error)
 
-    def _run_due(self) -> None:
-        due, kernel_error = self._due, self.on_error
-        batch = len(due)
-        if self.clock.virtual:
-            witness = self.witness
-            while due and not self._stopping:
-                function, args = due.popleft()
-                if witness is not None:
-                    witness(function, args)
-                try:
-                    function(*args)
-                except Exception as error:
-                    kernel_error(self._owner(function, args), error)
-                self.events += 1
-                self._busy += 1
-                if self._busy > self.livelock_events:
-                    raise LivelockError(self.livelock_events, self._owner(function, args), "the last")
-            return
-        while batch and not self._stopping:
+    def _run_moment(self) -> None:
+        due, witness, on_error = self._due, self.witness, self.on_error
+        while due and not self._stopping:
             function, args = due.popleft()
-            started = time.perf_counter_ns()
+            if witness is not None:
+                witness(function, args)
             try:
                 function(*args)
             except Exception as error:
-                kernel_error(self._owner(function, args), error)
-            spent = time.perf_counter_ns() - started
-            if spent > self.slow_ns:
-                self.on_slow(self._owner(function, args), spent / SECOND)
-            self.now_ns = max(self.now_ns, self.clock.read())
+                on_error(self._owner(function, args), error)
             self.events += 1
             self._busy += 1
-            batch -= 1
-            if self._busy > self.livelock_events and self.now_ns - self._idle_at > LIVELOCK_PATIENCE:
-                self._suspect(self._owner(function, args))
+            if self._busy > self.livelock_events:
+                raise LivelockError(self.livelock_events, self._owner(function, args))
+
+    def _run_batch(self) -> None:
+        for _ in range(len(self._due)):
+            if self._stopping or not self._due:
+                return
+            self._call_next()
+        if self._busy > self.livelock_events and self.now_ns - self._idle_at > LIVELOCK_PATIENCE:
+            self._look_for_livelock()
+
+    def _call_next(self) -> tuple[Callable[..., object], tuple[Any, ...]]:
+        """Make the next call, and see how long it takes."""
+        function, args = self._due.popleft()
+        started = time.perf_counter_ns()
+        try:
+            function(*args)
+        except Exception as error:
+            self.on_error(self._owner(function, args), error)
+        spent = time.perf_counter_ns() - started
+        if spent > self.slow_ns:
+            self.on_slow(self._owner(function, args), spent / SECOND)
+        self.now_ns = max(self.now_ns, self.clock.read())
+        self.events += 1
+        self._busy += 1
+        return function, args
+
+    def _look_for_livelock(self) -> None:
+        """Hold back what is late: where there is but much to do the queue gets empty, and in a livelock it does not."""
+        calls, owner = 0, None
+        self._holding = True
+        while self._due and not self._stopping and calls < self.livelock_events:
+            owner = self._owner(*self._call_next())
+            calls += 1
+        self._holding, self._busy, self._idle_at = False, 0, self.now_ns
+        if calls == self.livelock_events:
+            self.on_error(owner, LivelockError(calls, owner))
 
     def _advance(self, until: int | None) -> bool:
         """Wait for the next moment at which something is due and gather it; False at the end of the run."""
@@ -235,7 +232,7 @@ class Kernel:
         while later and later[0][2].function is None:
             heapq.heappop(later)
         if isinstance(clock, VirtualClock):
-            if self._watched and self.events >= self._poll_next:
+            if self._sources.count and self.events >= self._poll_next:
                 self._poll_next = self.events + POLL_EVENTS
                 self._poll(0)
             if self._posted or self._due:
@@ -253,7 +250,6 @@ class Kernel:
                 return False
             if not self._due:
                 self._busy, self._idle_at = 0, now
-                self._suspects.clear()
                 wake = later[0][0] if later else None
                 if until is not None:
                     wake = until if wake is None else min(wake, until)
@@ -272,37 +268,14 @@ class Kernel:
             timer = heapq.heappop(later)[2]
             self._due.append((self._fire, (timer,)))
 
-    def _suspect(self, owner: object) -> None:
-        """Report a livelock in the name of who has most events, once there are enough of them to tell."""
-        self._suspects.append(owner)
-        if len(self._suspects) < SUSPECTS:
-            return
-        ((most, _),) = Counter(map(id, self._suspects)).most_common(1)
-        owner = next(suspect for suspect in self._suspects if id(suspect) == most)
-        self._suspects.clear()
-        self._busy, self._idle_at = 0, self.now_ns
-        self.on_error(owner, LivelockError(self.livelock_events, owner, "most"))
-
-    def _poll(self, timeout: float | None) -> None:
-        for key, _ in self._selector.select(timeout):
-            if key.data is None:
-                self._drain_wake()
-            elif not key.data.queued:
-                key.data.queued = True
-                self._due.append((self._fire, (key.data,)))
+    def _poll(self, timeout: float) -> None:
+        self._due.extend((self._fire, (timer,)) for timer in self._sources.wait(timeout))
 
     def _sweep(self) -> None:
         """Drop cancelled timers whose time is far off, so that watchdogs do not pile up."""
         self._later[:] = [entry for entry in self._later if entry[2].function is not None]
         heapq.heapify(self._later)
         self._sweep_at = max(FEW_TIMERS, 2 * len(self._later))
-
-    def _drain_wake(self) -> None:
-        try:
-            while self._wake_in.recv(4096):
-                pass
-        except BlockingIOError:
-            pass
 
     def _admit(self) -> None:
         for _ in range(len(self._posted)):

@@ -113,7 +113,7 @@ def test_livelock_on_a_wall_clock_is_reported_and_sockets_are_still_served(wall,
     right.close()
 
 
-def test_livelock_on_a_wall_clock_blames_who_has_most_events(wall, monkeypatch):
+def test_livelock_on_a_wall_clock_blames_who_is_in_it(wall, monkeypatch):
     monkeypatch.setattr("runtime.kernel.LIVELOCK_PATIENCE", 0)
     wall.livelock_events = 2000
     blamed = []
@@ -133,6 +133,43 @@ def test_livelock_on_a_wall_clock_blames_who_has_most_events(wall, monkeypatch):
         wall.soon(bystander.tick)
     wall.run(until=wall.now_ns + 30 * SECOND)
     assert blamed == [(chatterbox, chatterbox)]
+
+
+@pytest.mark.parametrize("late", [-1, 1])
+def test_much_to_do_on_a_wall_clock_is_no_livelock(wall, monkeypatch, late):
+    monkeypatch.setattr("runtime.kernel.LIVELOCK_PATIENCE", 0)
+    wall.livelock_events = 2000
+    seen = []
+
+    def tick():
+        seen.append(wall.now_ns)
+        wall.at(wall.now_ns - late, tick)
+        wall.soon(follow, 5)
+        if len(seen) > 5000:
+            wall.stop()
+
+    def follow(more):
+        if more:
+            wall.soon(follow, more - 1)
+
+    for _ in range(20):
+        wall.soon(tick)
+    wall.run(until=wall.now_ns + 30 * SECOND)
+    assert len(seen) > 5000
+
+
+def test_a_batch_from_which_an_error_takes_calls_goes_on(wall):
+    class Box:
+        def fail(self):
+            raise ValueError("once")
+
+    box, seen = Box(), []
+    wall.on_error = lambda owner, _: wall.discard(owner)
+    for _ in range(3):
+        wall.soon(box.fail)
+    wall.after(0.01, seen.append, "later")
+    wall.run(until=wall.now_ns + SECOND // 20)
+    assert seen == ["later"]
 
 
 def test_an_error_goes_to_on_error_with_its_owner_and_the_others_run(kernel):

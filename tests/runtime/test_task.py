@@ -255,7 +255,7 @@ def test_an_error_in_what_watches_is_the_tasks_error_and_its_restart_watches_ane
     assert "Listener" in caught.value.__notes__[0]
     run = simulate(Listener, seconds=5.0, keep_going=True)
     assert len(run.task.sockets) >= 4
-    assert run.vehicle.kernel._watched == 0
+    assert run.vehicle.kernel._sources.count == 0
     for end in run.task.sockets:
         end.close()
 

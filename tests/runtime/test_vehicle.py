@@ -444,7 +444,7 @@ def test_wherever_a_task_fails_it_ends_a_simulation_and_restarts_on_a_vehicle(ho
     assert after.task.starts == 2
     assert after.task.entity.state is State.NORMAL
     assert after.tasks[1].heard > 5
-    assert after.vehicle.kernel._watched == 0
+    assert after.vehicle.kernel._sources.count == 0
 
 
 def test_a_run_lasts_as_long_as_was_asked_for_however_late_it_begins():
