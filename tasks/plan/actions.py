@@ -4,9 +4,26 @@ import math
 from collections.abc import Callable, Iterable
 
 import imc
+from runtime.entities import Entities
 from tasks.plan.graph import Actions, Graph, Node
 
 Publish = Callable[[imc.Message], object]
+
+
+class Leads:
+    """How long entities take to become active (s): what they say of themselves, else what the vehicle knows."""
+
+    def __init__(self, entities: Entities):
+        self._entities = entities
+        self._said: dict[int, float] = {}
+
+    def learn(self, entity: imc.EntityInfo) -> None:
+        self._said[entity.id] = float(entity.act_time)
+
+    def of(self, label: str) -> float:
+        """0 for an entity that is unknown."""
+        entity = self._entities.find(label)
+        return 0.0 if entity is None else self._said.get(entity.id, float(entity.activation_time))
 
 
 class PlanActions:

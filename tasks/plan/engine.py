@@ -6,7 +6,7 @@ from dataclasses import replace
 import imc
 from runtime import Script, State, Task, consume, param, periodic
 from runtime.script import Inbox
-from tasks.plan.actions import PlanActions
+from tasks.plan.actions import Leads, PlanActions
 from tasks.plan.flight import NOTHING, Flight
 from tasks.plan.graph import FINISH, Node, PlanError
 from tasks.plan.outlook import Outlook
@@ -53,7 +53,7 @@ class Engine(Task):
         self._flight: Flight | None = None
         self._requests, self._replies = Requests(self), Replies(self)
         self._supported: set[int] = set()
-        self._leads: dict[int, float] = {}
+        self._leads = Leads(self.vehicle.entities)
         self._latest = Latest()
         self._situation = Latest()
         self._vehicle: imc.VehicleState | None = None
@@ -67,7 +67,7 @@ class Engine(Task):
 
     @consume
     def learn(self, entity: imc.EntityInfo) -> None:
-        self._leads[entity.id] = float(entity.act_time)
+        self._leads.learn(entity)
 
     @consume
     def note(self, news: imc.EstimatedState | imc.FuelLevel | imc.OperationalLimits | imc.VehicleMedium) -> None:
@@ -129,7 +129,8 @@ class Engine(Task):
         else:
             self._replies.refuse(request, f"no such operation: {request.op}")
 
-    def _start(self, request: imc.PlanControl) -> None:
+    def _start(self, request: imc.PlanControl, outlook: Outlook | None = None) -> None:
+        """Begin a plan; one that is to replace another is checked before, and has its `outlook`."""
         flight = self._flight
         if flight is not None and flight.is_repeated(request, self.now):
             if flight.info:
@@ -139,13 +140,22 @@ class Engine(Task):
             self._replies.refuse(request, f"cannot start a plan: vehicle mode is {mode}")
         elif request.plan_id == self._recovery and not self._is_generator(request):
             self._replies.refuse(request, "the recovery plan is started by the plan generator alone")
+        elif flight is not None and outlook is None:
+            self.run(self._switch, request)
         else:
             if flight is not None:
                 self.log.warning(f"switching to {request.plan_id}")
                 self._give_up(flight, "another plan is started")
-            self._flight = flight = Flight(request, self.now)
+            self._flight = flight = Flight(request, self.now, outlook=outlook)
             self._enter(Phase.INITIALIZING)
             flight.script = self.run(self._fly, flight)
+
+    async def _switch(self, script: Script, request: imc.PlanControl) -> None:
+        """Replace the plan that runs, if the other one can be flown; else it goes on."""
+        try:
+            self._start(request, await self._prepare(script, request))
+        except PlanError as error:
+            self._replies.refuse(request, str(error))
 
     def _stop(self, request: imc.PlanControl) -> None:
         flight = self._flight
@@ -178,10 +188,10 @@ class Engine(Task):
         """START: from loading to the last maneuver."""
         inbox = script.listen(imc.VehicleCommand, imc.VehicleState)
         try:
-            outlook = await self._prepare(script, flight.request)
+            outlook = flight.outlook or await self._prepare(script, flight.request)
             graph = outlook.graph
             self._plan_id = graph.plan.plan_id
-            flight.actions = PlanActions(graph, self.publish, self._lead)
+            flight.actions = PlanActions(graph, self.publish, self._leads.of)
             if flight.request.flags & imc.PlanControl.Flags.CALIBRATE and self.perform_calibration:
                 preparation = max(self.minimum_calibration_time, flight.actions.preparation)
                 outlook = replace(outlook, calibration=preparation)
@@ -269,10 +279,6 @@ class Engine(Task):
         self.publish(flight.result(self._plan_id, self.now))
         self.publish(imc.LoggingControl(op=imc.LoggingControl.Op.REQUEST_START))
 
-    def _lead(self, label: str) -> float:
-        entity = self.vehicle.entities.find(label)
-        return 0.0 if entity is None else self._leads.get(entity.id, float(entity.activation_time))
-
     def _is_generator(self, request: imc.PlanControl) -> bool:
         label = self.vehicle.entities.label(self.system, request.src_ent)
         return request.src == self.system and label == self.plan_generator_entity_label
@@ -283,9 +289,8 @@ class Engine(Task):
         self._replies.succeed(flight.request, info, flight.statistics)
 
     def _enter(self, phase: Phase) -> None:
-        changed = phase is not self._phase
-        self._phase = phase
-        if changed:
+        before, self._phase = self._phase, phase
+        if phase is not before:
             self._tell()
 
     def _tell(self) -> None:

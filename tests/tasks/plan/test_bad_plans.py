@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from flying import DEPTH, START, control, fly, goto, last, modes, phases, plan_of, replies, start
+from flying import CCU, DEPTH, START, control, fly, goto, last, modes, phases, place, plan_of, replies, start
 
 import imc
 from tasks.plan.db import DB
@@ -42,6 +42,13 @@ def refusal(plan, **options):
         (plan_of(goto(0, 0), transitions=[("x", "m0", "")]), "invalid maneuver id 'x'"),
         (plan_of(goto(0, 0).replace(lat=math.nan)), "m0: lat is not a number"),
         (plan_of(goto(0, 0, depth=math.inf)), "m0: z is not a number"),
+        (plan_of(goto(0, 0, speed=-math.inf)), "m0: speed is not a number"),
+        (plan_of(goto(0, 0).replace(lon=math.nan)), "m0: lon is not a number"),
+        (
+            plan_of(imc.FollowPath(speed=1, points=(imc.PathPoint(x=math.nan),))),
+            "m0: point 0 is not a position",
+        ),
+        (plan_of(goto(0, 0).replace(z_units=9)), "m0: z_units 9 is not known"),
         (plan_of(goto(0, 0).replace(lat=2.0)), "m0: lat 114.592° is out of range"),
         (plan_of(goto(0, 0).replace(lon=-4.0)), "m0: lon -229.183° is out of range"),
         (plan_of(goto(0, 0, speed=0.0)), "m0: speed must be above 0"),
@@ -69,6 +76,62 @@ def test_a_plan_of_hundreds_of_maneuvers_is_executed():
     plan = plan_of(*[imc.IdleManeuver(duration=1)] * 900)
     run = fly(start(plan), seconds=30)
     assert phases(run)[-1] == ("EXECUTING", "m27")
+
+
+def test_a_plan_of_ten_thousand_maneuvers_is_no_message():
+    with pytest.raises(imc.EncodeError):
+        imc.encode(plan_of(*[imc.IdleManeuver(duration=1)] * 10_000))
+
+
+BAD = {
+    "START of a bad plan": (start(plan_of(None, name="bad"), 10.0, request_id=9), "m0: actual maneuver not specified"),
+    "START of an unknown plan": (control(Op.START, 10.0, "nowhere", 9), "undefined plan"),
+    "START of no plan": (control(Op.START, 10.0, "", 9), "undefined plan id"),
+    "LOAD": (control(Op.LOAD, 10.0, "other", 9, arg=SHORT), "cannot load plan now"),
+    "an unknown operation": (control(77, 10.0, "test", 9), "no such operation: 77"),
+    "the recovery plan": (
+        start(plan_of(goto(0, 0), name="dislodge"), 10.0, request_id=9),
+        "the recovery plan is started by the plan generator alone",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_a_bad_request_leaves_a_running_plan_alone(what):
+    request, reason = BAD[what]
+    run = fly(start(SHORT), request, seconds=60, settings=SETTINGS)
+    answers = {m.request_id: (imc.PlanControl.Type(m.type).name, m.info) for m in run.of(imc.PlanControl) if m.dst}
+    assert answers[9] == ("FAILURE", reason)
+    assert answers[7] == ("SUCCESS", "plan completed")
+    assert last(run) == ("READY", "SUCCESS")
+
+
+def test_requests_for_others_and_of_the_database_leave_a_running_plan_alone():
+    ask = imc.PlanDB(src=CCU, plan_id="test", request_id=3)
+    feed = [
+        control(Op.STOP, 6.0, dst=0x1B),
+        control(Op.STOP, 6.5, dst=0xFFFF),
+        start(plan_of(None), 7.0, dst=0x1B),
+        ask.replace(timestamp=8.0, op=imc.PlanDB.Op.DEL),
+        ask.replace(timestamp=9.0, op=imc.PlanDB.Op.SET, arg=imc.PlanDBInformation(plan_id="test", md5=b"x" * 16)),
+        ask.replace(timestamp=10.0, op=imc.PlanDB.Op.SET, arg=plan_of(None, name="another")),
+        ask.replace(timestamp=11.0, op=imc.PlanDB.Op.CLEAR),
+        imc.PlanDB(timestamp=12.0, src=CCU, type=imc.PlanDB.Type.SUCCESS, arg=plan_of(None)),
+        imc.VehicleCommand(timestamp=13.0, src=CCU, dst=0x1B, command=imc.VehicleCommand.Command.STOP_MANEUVER),
+        imc.Abort(timestamp=14.0, src=CCU, dst=0x1B),
+    ]
+    run = fly(start(SHORT), *feed, seconds=60, settings=SETTINGS)
+    assert replies(run)[-1] == ("SUCCESS", "plan completed")
+    infos = [m.info for m in run.of(imc.PlanDB) if m.dst == CCU and m.type == imc.PlanDB.Type.FAILURE]
+    assert infos == ["no plan specification given", "plan id mismatch"]
+
+
+def test_a_plan_replaces_another_that_never_ends():
+    endless = plan_of(imc.Loiter(**place(40, 0), z=0, z_units=DEPTH, speed=1.5, radius=20, duration=0), name="endless")
+    run = fly(start(endless), start(plan_of(None), 20.0, request_id=8), start(SHORT, 30.0, request_id=9), seconds=100)
+    done = [m.request_id for m in run.of(imc.PlanControl) if m.info == "plan completed"]
+    assert done == [9]
+    assert modes(run)[-2:] == ["MANEUVER", "SERVICE"]
 
 
 def test_unknown_plans_and_no_plan_at_all():
