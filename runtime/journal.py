@@ -157,9 +157,8 @@ class Journals:
         """Note the parameters that a task follows from now on."""
         journal = self._journals.get(id(owner))
         if journal is not None:
-            values, *others = _values(journal.task)
-            journal.entries.append((self._kernel.now_ns, CHANGED, (values,)))
-            journal.values = values, *others
+            journal.values = _values(journal.task)
+            journal.entries.append((self._kernel.now_ns, CHANGED, (journal.values[0],)))
 
     def _note(self, function: Callable[..., object], args: tuple[Any, ...]) -> None:
         now = self._kernel.now_ns
