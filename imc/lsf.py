@@ -244,7 +244,7 @@ class Log:
             yield from self._decode_all((batch if where.everything else batch.having(where.of_batch(batch))).packets())
 
     def _decode_all(self, packets: Iterable[tuple[int, bytes]]) -> Iterator[Message]:
-        decode = self.schema.decode if self._crc else self._decode
+        decode = self.schema.codec.decode if self._crc else self._decode
         for offset, packet in packets:
             try:
                 yield decode(packet)
