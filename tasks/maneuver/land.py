@@ -19,5 +19,5 @@ class Land(Maneuver):
         leg = Leg.of(land)
         if (leg.lat, leg.lon) == NOWHERE:
             lat, lon, _ = absolute(await self.located())
-            leg = leg._replace(lat=lat, lon=lon)
+            leg = leg._replace(lat=lat, lon=lon, z_units=imc.ZUnits.NONE)
         await self.follow(leg, flags=PathFlags.LAND)

@@ -4,7 +4,7 @@ import math
 
 import imc
 from imc.coordinates import absolute, displacement
-from runtime import State, Task, consume, param, periodic
+from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.task import UNKNOWN_SYSTEM
 
 Limit = imc.OpLimitsMask
@@ -30,6 +30,19 @@ class OperationalLimits(Task):
     maximum_vertical_rate: float = param(
         UNSET, "m/s", "Maximum vertical rate at the start.", name="Initial Setting - Maximum Vertical Rate"
     )
+    area_center: list[float] = param(
+        [],
+        "°",
+        "Latitude and longitude of the area's centre; none without it.",
+        name="Initial Setting - Area Center",
+        size=(0, 2),
+    )
+    area_size: list[float] = param(
+        [1000.0, 1000.0], "m", "Length and width of the area.", name="Initial Setting - Area Size", size=2
+    )
+    area_orientation: float = param(
+        0.0, "°", "Direction of the area's length.", name="Initial Setting - Area Orientation"
+    )
     depth_hysteresis: float = param(
         0.3,
         "m",
@@ -48,6 +61,11 @@ class OperationalLimits(Task):
         0.3, "m", "Altitude is checked below this depth.", name="Minimum Depth to Check Altitude", minimum=0
     )
 
+    def configure(self) -> None:
+        center = self.area_center
+        if len(center) == 1 or (center and not (abs(center[0]) <= 90.0 and abs(center[1]) <= 180.0)):
+            raise ParameterError("Initial Setting - Area Center", f"{center} is not a latitude and a longitude")
+
     def start(self) -> None:
         initial = imc.OperationalLimits(
             max_depth=max(0.0, self.maximum_depth),
@@ -57,6 +75,11 @@ class OperationalLimits(Task):
             max_speed=max(0.0, self.maximum_speed),
             max_vrate=max(0.0, self.maximum_vertical_rate),
         )
+        if self.area_center:
+            lat, lon = map(math.radians, self.area_center)
+            length, width = self.area_size
+            orientation = math.radians(self.area_orientation)
+            initial = initial.replace(lat=lat, lon=lon, length=length, width=width, orientation=orientation)
         values = {
             Limit.MAX_DEPTH: self.maximum_depth,
             Limit.MIN_ALT: self.minimum_altitude,
@@ -65,7 +88,8 @@ class OperationalLimits(Task):
             Limit.MAX_SPEED: self.maximum_speed,
             Limit.MAX_VRATE: self.maximum_vertical_rate,
         }
-        self._limits = initial.replace(mask=sum(limit for limit, value in values.items() if value >= 0.0))
+        mask = sum(limit for limit, value in values.items() if value >= 0.0)
+        self._limits = initial.replace(mask=mask | (Limit.AREA if self.area_center else 0))
         self._state: imc.EstimatedState | None = None
         self._passed: set[str] = set()
         self.publish(self._limits)
@@ -110,10 +134,11 @@ class OperationalLimits(Task):
         depth_back = self.depth_hysteresis if "maximum depth" in self._passed else 0.0
         altitude_back = self.altitude_hysteresis if "minimum altitude" in self._passed else 0.0
         deep = state.alt >= 0.0 and state.depth > self.minimum_depth_to_check_altitude
+        high = deep or state.depth <= UNSET  # what flies has no depth, and begins and ends on the ground
         found = {
             "maximum depth": mask & Limit.MAX_DEPTH and state.depth > limits.max_depth - depth_back,
             "minimum altitude": mask & Limit.MIN_ALT and deep and state.alt < limits.min_altitude + altitude_back,
-            "maximum altitude": mask & Limit.MAX_ALT and deep and state.alt > limits.max_altitude,
+            "maximum altitude": mask & Limit.MAX_ALT and high and state.alt > limits.max_altitude,
             "minimum speed": mask & Limit.MIN_SPEED and speed < limits.min_speed,
             "maximum speed": mask & Limit.MAX_SPEED and speed > limits.max_speed,
             "maximum vertical rate": mask & Limit.MAX_VRATE and sinking > limits.max_vrate,

@@ -1,8 +1,9 @@
-"""Plans of one maneuver, made where they are needed."""
+"""Plans of one maneuver, or a flight, made where they are needed."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import imc
@@ -10,6 +11,7 @@ import imc
 Position = tuple[float, float]  # latitude, longitude (rad)
 DEPTH = imc.ZUnits.DEPTH
 RPM = imc.SpeedUnits.RPM
+CLIMB, CRUISE, ALTITUDE = 2.0, 5.0, 15.0  # m/s, m/s, m of a flight where nothing is said
 
 
 class TemplateError(ValueError):
@@ -30,7 +32,7 @@ class Usual:
 def generate(
     name: str, params: Mapping[str, str], here: Position | None, asker: Position | None, usual: Usual
 ) -> imc.PlanSpecification:
-    """The plan of a template: go, sk, come_near, dive, surface, dislodge.
+    """The plan of a template: go, sk, come_near, dive, surface, dislodge; flight, which takes off, circles, lands.
 
     `here` is the vehicle's position, `asker` that of who asks. Positions in `params` are in degrees. Raises
     TemplateError.
@@ -56,10 +58,34 @@ def generate(
         maneuver = imc.Elevator(lat=lat, lon=lon, end_z=0.0, end_z_units=DEPTH, radius=radius, flags=flags, **speed)
     elif name == "dislodge":
         maneuver = imc.Dislodge(rpm=_number(params, "rpm", usual.rpm))
+    elif name == "flight":
+        lat, lon = _place(params, here)
+        up: dict[str, Any] = {"z": _number(params, "altitude", ALTITUDE), "z_units": imc.ZUnits.ALTITUDE}
+        up |= {"lat": lat, "lon": lon}
+        cruise = _number(params, "speed", CRUISE)
+        return _chain(
+            name,
+            takeoff=imc.Takeoff(speed=CLIMB, **up),
+            circles=imc.Loiter(radius=radius, duration=seconds, speed=cruise, **up),
+            land=imc.Land(speed=cruise, **up),
+        )
     else:
         raise TemplateError("Given plan id was not understood.")
-    only = imc.PlanManeuver(maneuver_id=name, data=maneuver)
-    return imc.PlanSpecification(plan_id=name, start_man_id=name, maneuvers=(only,))
+    return _chain(name, **{name: maneuver})
+
+
+def _chain(plan: str, **maneuvers: imc.Message) -> imc.PlanSpecification:
+    """A plan of maneuvers, one after the other."""
+    names = list(maneuvers)
+    return imc.PlanSpecification(
+        plan_id=plan,
+        start_man_id=names[0],
+        maneuvers=tuple(imc.PlanManeuver(maneuver_id=name, data=data) for name, data in maneuvers.items()),
+        transitions=tuple(
+            imc.PlanTransition(source_man=source, dest_man=destination, conditions="ManeuverIsDone")
+            for source, destination in pairwise(names)
+        ),
+    )
 
 
 def _place(params: Mapping[str, str], otherwise: Position | None) -> Position:

@@ -216,11 +216,11 @@ class Path(Task):
             self._near, self._reported = True, -math.inf
         if line.level > HEADS:
             self._heading = line.bearing
-        wanted = line.velocity(at, pace)
         if not self._landing:
-            return wanted
+            return line.velocity(at, pace)
+        north, east, _ = pace.to_point((line.end[0] - at[0], line.end[1] - at[1], 0.0))
         low = state.alt < self.landing_altitude
-        return wanted[0], wanted[1], self.landing_rate if low else self.maximum_descent_rate
+        return north, east, self.landing_rate if low else self.maximum_descent_rate
 
     def _progress(self, at: Vector, state: imc.EstimatedState) -> Progress:
         line, circle = self._line, self._circle

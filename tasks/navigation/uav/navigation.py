@@ -103,7 +103,9 @@ class Navigation(Task):
         fix, self._fix = self._fix, None
         if self._reference is None:
             self._prepare(fix)
-        elif self._angles is not None and self.now - self._oriented <= self.euler_timeout:
+            fix = None
+        oriented = self.now - self._oriented <= self.euler_timeout
+        if self._reference is not None and self._angles is not None and oriented:
             self._move(self._reference, dt, fix)
             self._publish(self._reference, self._angles)
         self._judge()

@@ -6,7 +6,7 @@ import pytest
 from flying import CCU, OWN, changes, place
 
 import imc
-from runtime import State, Task, periodic
+from runtime import ParameterError, State, Task, periodic
 from runtime.testing import simulate
 from tasks.monitors.entities import Entities
 from tasks.monitors.fuel_level import FuelLevel
@@ -122,6 +122,7 @@ def test_a_passed_limit_is_an_error_until_it_is_well_inside():
     [
         ({"mask": Limit.MIN_ALT, "min_altitude": 2.0}, {"depth": 5.0, "alt": 1.0}, "minimum altitude"),
         ({"mask": Limit.MAX_ALT, "max_altitude": 9.0}, {"depth": 5.0, "alt": 10.0}, "maximum altitude"),
+        ({"mask": Limit.MAX_ALT, "max_altitude": 9.0}, {"depth": -1.0, "alt": 10.0}, "maximum altitude"),
         ({"mask": Limit.MIN_SPEED, "min_speed": 0.5}, {"vx": 0.1}, "minimum speed"),
         ({"mask": Limit.MAX_SPEED, "max_speed": 1.0}, {"vx": 1.1}, "maximum speed"),
         ({"mask": Limit.MAX_VRATE, "max_vrate": 0.2}, {"vz": -0.3}, "maximum vertical rate"),
@@ -134,6 +135,23 @@ def test_every_limit(limits, state, name):
     assert ("ERROR", f"outside of {name}") in states(run)
     inside = [feed[0], at(1.0, depth=0.1, alt=-1.0, vx=0.7, **place(40, 0))]
     assert "ERROR" not in {state for state, _ in states(simulate(OperationalLimits, inside, seconds=2))}
+
+
+def test_what_flies_may_be_on_the_ground():
+    low = imc.OperationalLimits(timestamp=0.5, src=CCU, dst=OWN, mask=Limit.MIN_ALT, min_altitude=5.0)
+    run = simulate(OperationalLimits, [low, at(1.0, depth=-1.0, alt=0.0)], seconds=2)
+    assert states(run) == [("NORMAL", "active")]
+
+
+def test_an_area_is_there_from_the_start():
+    center = [math.degrees(value) for value in place(0, 0).values()]
+    area = {"area_center": center, "area_size": [100.0, 20.0], "area_orientation": 90.0}
+    feed = [at(1.0, **place(0, 40)), at(2.0, **place(40, 0))]
+    run = simulate(OperationalLimits, feed, seconds=3, **area)
+    assert run.of(imc.OperationalLimits)[0].mask == Limit.AREA
+    assert states(run) == [("NORMAL", "active"), ("ERROR", "outside of area")]
+    with pytest.raises(ParameterError):
+        simulate(OperationalLimits, seconds=1, area_center=[99.0, 0.0])
 
 
 def test_limits_that_are_no_numbers_are_refused():

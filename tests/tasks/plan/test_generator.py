@@ -51,6 +51,18 @@ def test_templates_are_stored(name, params, kind, fields):
     assert phases(run)[-1][0] == "READY"
 
 
+def test_a_flight_takes_off_circles_and_lands():
+    run = asked(ask("flight", "altitude=20;duration=60;radius=15"))
+    assert answers(run) == [("SUCCESS", "")]
+    (put,) = [m for m in run.of(imc.PlanDB) if m.op == imc.PlanDB.Op.SET and m.type == imc.PlanDB.Type.REQUEST]
+    takeoff, circles, land = (item.data for item in put.arg.maneuvers)
+    assert [type(m) for m in (takeoff, circles, land)] == [imc.Takeoff, imc.Loiter, imc.Land]
+    assert {(m.z, m.z_units) for m in (takeoff, circles, land)} == {(20.0, imc.ZUnits.ALTITUDE)}
+    assert (circles.radius, circles.duration, circles.lat, land.lon) == (15.0, 60, LAT, LON)
+    arrows = [(arrow.source_man, arrow.dest_man) for arrow in put.arg.transitions]
+    assert arrows == [("takeoff", "circles"), ("circles", "land")]
+
+
 def test_near_whom_it_has_to_come():
     here = imc.Announce(timestamp=1.0, src=CCU, lat=0.72, lon=-0.15)
     run = asked(here, ask("come_near"))

@@ -1,0 +1,213 @@
+"""Plans that the profile hexa-00 flies with its whole simulation, and what becomes of faults in the air."""
+
+import hashlib
+import math
+from pathlib import Path
+
+import pytest
+
+import imc
+from runtime.build import build
+from runtime.clock import VirtualClock
+from runtime.mission import prepare
+from runtime.plans import parse_plan, plan_text
+from runtime.profile import load_profile
+from runtime.testing import fly
+
+HEAD = "origin: 41.185°, -8.7062°\nspeed: 5 m/s\naltitude: 20\nmaneuvers:\n"
+SQUARE = parse_plan(
+    "plan: square\n"
+    + HEAD
+    + """
+  - takeoff: {altitude: 10, speed: 2 m/s}
+  - goto: {north: 40}
+  - goto: {north: 40, east: 40, altitude: 30}
+  - goto: {east: 40, height: 104.6}
+  - loiter: {north: 0, radius: 15, duration: 20}
+  - loiter: {north: 0, duration: 5, type: HOVER}
+  - land: {north: 0}
+"""
+)
+HOVER = parse_plan(
+    "plan: hover\n" + HEAD + "  - takeoff: {altitude: 15}\n  - station_keeping: {north: 30, altitude: 15}"
+)
+OWN, CCU = 0x0C30, 0x4000
+START = 5.0
+
+
+def test_a_square_at_several_heights():
+    report = fly(SQUARE, "hexa-00", limit=600)
+    assert report.completed, report.reason
+    assert report.maneuvers == ["Takeoff1", "Goto2", "Goto3", "Goto4", "Loiter5", "Loiter6", "Land7"]
+    assert report.cross_track < 1.5
+    assert report.depth_error <= 0.5
+    assert report.distance == pytest.approx(280.0, abs=40.0)
+
+
+def test_an_area_in_wind():
+    plan = parse_plan(
+        "plan: area\n"
+        + HEAD
+        + """
+  - takeoff: {}
+  - rows: {north: 10, width: 30, length: 60, hstep: 10, bearing: 30°}
+  - follow_path: {north: 0, points: [[20, 0, 0], [20, 20, 5], [0, 0, 10]]}
+  - land: {}
+"""
+    )
+    report = fly(plan, "hexa-00", limit=600, overrides=["Simulators.StreamVelocity:Default Speed North=-7"])
+    assert report.completed, report.reason
+    assert report.cross_track < 1.5
+
+
+@pytest.mark.parametrize(
+    ("maneuvers", "reason"),
+    [
+        ("  - goto: {north: 10}", "Goto1: the vehicle is on the ground then, a Takeoff has to come first"),
+        ("  - takeoff: {altitude: 130}", "Takeoff1: an altitude of 130 m is above the limit of 120 m"),
+        ("  - takeoff: {}\n  - goto: {north: 10, depth: 2}", "Goto2: a depth is not for what flies"),
+        ("  - takeoff: {}\n  - goto: {north: 5100}", "Goto2: a leg of 5.1 km is longer than 5 km"),
+        (
+            "  - takeoff: {}\n  - loiter: {north: 9, radius: 9, duration: 1h}",
+            "the plan needs 356 W h and the battery has",
+        ),
+        ("  - takeoff: {}\n  - pop_up: {north: 10}", "PopUp2: maneuver is not supported"),
+    ],
+)
+def test_plans_that_cannot_be_flown_are_refused(maneuvers, reason):
+    report = fly(parse_plan("plan: no\n" + HEAD + maneuvers), "hexa-00", limit=60)
+    assert not report.completed
+    assert report.reason.startswith(reason)
+    assert report.legs == []
+
+
+def test_takeoff_and_landing_are_written_as_they_are_read():
+    text = plan_text(SQUARE)
+    assert "Takeoff" in text
+    assert imc.encode(parse_plan(text)) == imc.encode(SQUARE)
+
+
+class Flight:
+    """A vehicle that hovers, to which something happens: a message, or a task that falls silent."""
+
+    def __init__(self, folder: Path, *events, seconds, overrides=(), plan=HOVER):
+        self.vehicle = prepare(
+            "hexa-00", overrides=overrides, log_root=folder / "log", state_folder=folder / "db"
+        ).vehicle
+        self.truths, self.modes, self.log, self.op_modes = [], [], [], []
+        self.vehicle.tap(imc.SimulatedState, self.truths.append)
+        self.vehicle.tap(imc.AutopilotMode, lambda m: self._note(self.modes, m.mode))
+        self.vehicle.tap(imc.VehicleState, lambda m: self._note(self.op_modes, imc.VehicleState.OpMode(m.op_mode).name))
+        self.vehicle.tap(imc.LogBookEntry, lambda m: self.log.append(m.text))
+        self.vehicle.start()
+        start = imc.PlanControl(op=imc.PlanControl.Op.START, plan_id=plan.plan_id, arg=plan, dst=OWN, src=CCU)
+        for at, event in ((START, start), *events):
+            self.vehicle.kernel.after(at, self._happen, event)
+        self.vehicle.run(seconds)
+        self.vehicle.close()
+
+    def _happen(self, event):
+        if isinstance(event, str):
+            self.vehicle.task(event).disconnect()
+        else:
+            packet = imc.encode_as(event, self.vehicle.kernel.now_ns / 1e9, event.src, 0xFF, event.dst, 0xFF)
+            self.vehicle.bus.publish(imc.decode(packet), packet, None)
+
+    def _note(self, found, word):
+        if found[-1:] != [word]:
+            found.append(word)
+
+    @property
+    def end(self):
+        return self.truths[-1]
+
+    @property
+    def touchdown(self):
+        """The hardest touchdown (m/s)."""
+        return max((float(text.split()[-2]) for text in self.log if text.startswith("touchdown")), default=math.inf)
+
+
+def test_an_abort_lands_it_where_it_is(tmp_path):
+    flight = Flight(tmp_path, (35.0, imc.Abort(src=CCU, dst=OWN)), seconds=65.0)
+    assert flight.modes == ["GROUND", "GUIDED", "LAND", "GROUND"]
+    assert "ERROR" in flight.op_modes
+    assert (flight.end.x, flight.end.y, flight.end.z) == (
+        pytest.approx(30.0, abs=2.0),
+        pytest.approx(0.0, abs=2.0),
+        0.0,
+    )
+    assert flight.touchdown < 1.0
+
+
+def test_a_plan_that_is_stopped_leaves_it_hovering_and_a_new_one_begins_in_the_air(tmp_path):
+    stop = imc.PlanControl(op=imc.PlanControl.Op.STOP, dst=OWN, src=CCU)
+    there = parse_plan("plan: there\n" + HEAD + "  - goto: {north: 0, altitude: 15}\n  - land: {}")
+    again = imc.PlanControl(op=imc.PlanControl.Op.START, plan_id="there", arg=there, dst=OWN, src=CCU)
+    flight = Flight(tmp_path, (35.0, stop), (45.0, again), seconds=90.0)
+    assert flight.modes == ["GROUND", "GUIDED", "LOITER", "GUIDED", "GROUND"]
+    assert (flight.end.x, flight.end.z) == (pytest.approx(0.0, abs=2.0), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("task", "modes", "hardest"),
+    [
+        ("Simulators.GPS", ["GUIDED", "LOITER", "LAND", "GROUND"], 1.0),
+        ("Simulators.Barometer", ["GUIDED", "LOITER", "LAND", "GROUND"], 1.5),
+        ("Simulators.IMU/AHRS", ["GUIDED", "BLIND", "GROUND"], 2.5),
+        ("Navigation.UAV.Navigation", ["GUIDED", "BLIND", "GROUND"], 2.5),
+        ("Control.UAV.Path", ["GUIDED", "LOITER", "LAND", "GROUND"], 1.0),
+    ],
+)
+def test_what_falls_silent_in_the_air_brings_it_down_softly(tmp_path, task, modes, hardest):
+    flight = Flight(tmp_path, (25.0, task), seconds=100.0, overrides=["Control.UAV.Autopilot:Idle Timeout=10"])
+    assert flight.modes[1:] == modes
+    assert "ERROR" in flight.op_modes
+    assert flight.end.z == 0.0
+    assert flight.touchdown < hardest
+
+
+def test_a_battery_that_runs_low_ends_the_plan_and_lands_it(tmp_path):
+    flight = Flight(tmp_path, seconds=110.0, overrides=["Monitors.FuelLevel:Initial Level=28"])
+    assert flight.modes == ["GROUND", "GUIDED", "LOITER", "LAND", "GROUND"]
+    assert "vehicle errors: Fuel Monitor" in flight.log
+    assert flight.end.z == 0.0
+
+
+def test_beyond_the_limits_the_plan_ends(tmp_path):
+    limits = imc.OperationalLimits(dst=OWN, src=CCU, mask=imc.OpLimitsMask.MAX_ALT, max_altitude=10.0)
+    flight = Flight(tmp_path, (25.0, limits), seconds=40.0)
+    assert "vehicle errors: Operational Limits" in flight.log
+    assert "LAND" in flight.modes
+
+
+def test_two_flights_are_the_same(tmp_path):
+    def digest(folder):
+        Flight(folder, seconds=30.0)
+        logs = sorted(folder.rglob("Data.lsf.gz"))
+        assert len(logs) == 2
+        return [hashlib.sha256(log.read_bytes()).hexdigest() for log in logs]
+
+    assert digest(tmp_path / "first") == digest(tmp_path / "second")
+
+
+def test_without_a_plan_of_others_it_flies_circles(tmp_path):
+    profile = load_profile("hexa-00")
+    made = build(profile, profile.select("Simulation"), clock=VirtualClock(profile.start_time_ns), log_root=tmp_path)
+    heights = []
+    made.vehicle.tap(imc.SimulatedState, lambda m: heights.append(m.z))
+    made.vehicle.start()
+    made.vehicle.run(25.0)
+    made.vehicle.close()
+    assert min(heights) == pytest.approx(-15.0, abs=1.5)
+
+
+def test_the_area_bounds_plans_and_flights(tmp_path):
+    area = ["Monitors.OperationalLimits:Initial Setting - Area Center=41.185, -8.7062"]
+    size = "Monitors.OperationalLimits:Initial Setting - Area Size="
+    report = fly(HOVER, "hexa-00", limit=60, overrides=[*area, size + "50, 50"])
+    assert report.reason == "StationKeeping2: is outside of the area of the operational limits"
+    smaller = imc.OperationalLimits(dst=OWN, src=CCU, mask=imc.OpLimitsMask.AREA, length=20.0, width=20.0)
+    center = {"lat": math.radians(41.185), "lon": math.radians(-8.7062)}
+    flight = Flight(tmp_path, (25.0, smaller.replace(**center)), seconds=60.0, overrides=[*area, size + "90, 90"])
+    assert "vehicle errors: Operational Limits" in flight.log
+    assert flight.modes[-2:] == ["LAND", "GROUND"]
