@@ -1,5 +1,6 @@
 """`shoal rewind`: goes back in a log, and on from there."""
 
+from collections import Counter
 from pathlib import Path
 
 import click
@@ -40,8 +41,11 @@ def rewind(log: Path, at: str, duration: str | None, overrides: tuple[str, ...],
 
 
 def _rest(log: imc.Log, time: int) -> float:
-    """The seconds from a time (ns) to the end of a log, with what happened in the moment of its end."""
+    """The seconds from a time (ns) to the end of a log; its last moment is one of them where a plan ended the log."""
     about = outline(log)
     if about is None:
         return 0.0
-    return max(0, Instants(time).of(about.end) + about.lived - time) / SECOND
+    heads = (imc.header(packet) for _, packet in log.packets())
+    at_end = Counter(head.id for head in heads if head.timestamp == about.end and head.src == about.owner)
+    ended_by_plan = imc.PlanControlState.ID in at_end or at_end[imc.LoggingControl.ID] > 1
+    return max(0, Instants(time).of(about.end) + ended_by_plan - time) / SECOND

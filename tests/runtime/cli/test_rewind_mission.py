@@ -101,3 +101,16 @@ def test_a_mission_goes_on_from_a_saved_state(day: Path, tmp_path: Path) -> None
     after, whole = without_head(packets(log)), packets(day / "000005_one")
     begin, lasting = whole.index(after[0]), len(after) - 100  # it is closed where the other went on
     assert whole[begin : begin + lasting] == after[:lasting]
+
+
+def test_a_run_that_begins_a_plan_by_itself_is_repeated(tmp_path: Path) -> None:
+    options = ("-p", "Simulation", "--clock", "virtual", "--for", "12s", "--snapshot-every", "8s")
+    done = shoal(tmp_path, "run", "lauv-noptilus-1", *options)
+    assert done.returncode == 0, done.stderr
+    (state,) = tmp_path.glob("log/*/*/*/State-8.msgpack")
+    done = shoal(tmp_path, "rewind", state.parent, "--at", "10s", "--log-dir", "again")
+    assert done.returncode == 0, done.stderr
+    (log,) = tmp_path.glob("again/*/*/*")
+    tail, whole = without_head(packets(log)), packets(state.parent)
+    assert len(tail) > 1000
+    assert tail == whole[-len(tail) :]
