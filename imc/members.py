@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 PACKED_CHUNK = 1 << 14  # unpacks to 16 MiB at most
+DOUBTFUL_CHUNK = 1 << 8  # of what may begin a member, and of what lies before, doubled while that goes well
 SEARCH_CHUNK = 1 << 18
 LONGEST_MAGIC = 10
 
@@ -54,9 +55,11 @@ def unpack(file: BinaryIO, form: Compression, begin: int = 0, stop: float = math
     end, searching = file.seek(0, os.SEEK_END), False
     while begin < end and (searching or begin < stop):
         unpacker, position, produced, damage = form.unpacker(), begin, 0, ""
+        chunk = DOUBTFUL_CHUNK if searching else PACKED_CHUNK
         file.seek(begin)
         while not unpacker.eof and not damage:
-            packed = file.read(PACKED_CHUNK)
+            packed = file.read(chunk)
+            chunk = min(2 * chunk, PACKED_CHUNK)
             try:
                 data = unpacker.decompress(packed)
                 damage = "" if packed else "cut short"
@@ -94,9 +97,9 @@ def _next_member(file: BinaryIO, form: Compression, begin: int) -> int:
     """Where after `begin` a member may begin; the end of the file where none does."""
     overlap = LONGEST_MAGIC - 1
     file.seek(begin)
-    window = b""
-    while block := file.read(SEARCH_CHUNK):
-        window += block
+    window, chunk = b"", DOUBTFUL_CHUNK
+    while block := file.read(chunk):
+        window, chunk = window + block, min(2 * chunk, SEARCH_CHUNK)
         if found := form.magic.search(window):
             return begin + found.start()
         begin += max(0, len(window) - overlap)
