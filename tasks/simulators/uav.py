@@ -8,6 +8,7 @@ from tasks.simulators.multirotor import Airframe, Multirotor
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 HARDEST_TOUCHDOWN = 2.0  # m/s
+DESCENT = 0.98  # share of the weight that is carried without commands
 
 
 class UAV(Task):
@@ -15,8 +16,9 @@ class UAV(Task):
 
     DesiredRoll, DesiredPitch and DesiredHeadingRate are followed by the attitude controller that is part of it;
     SetThrusterActuation 0 is the speed of all rotors. It stands on flat ground where the first manual GpsFix says; a
-    later one moves it over ground. In SimulatedState, u, v, w are velocities through the air, svx, svy, svz the wind,
-    and z is 0 on the ground.
+    later one moves it over ground. Where nobody commands the rotors for `Command Timeout` it descends level, and they
+    rest on the ground. In SimulatedState, u, v, w are velocities through the air, svx, svy, svz the wind, and z is 0 on
+    the ground.
     """
 
     execution_frequency: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=50, maximum=1000, editable=False)
@@ -36,6 +38,7 @@ class UAV(Task):
     maximum_heading_rate: float = param(120.0, "°/s", "Largest heading rate.", minimum=1, editable=False)
     linear_drag: float = param(0.35, "N s/m", "Drag of the rotors.", minimum=0, editable=False)
     quadratic_drag: float = param(0.02, "N s²/m²", "Drag of the body.", minimum=0, editable=False)
+    command_timeout: float = param(1.0, "s", "How long it flies on without a command.", minimum=0.1)
     wind_source: str = param(
         "Wind Simulator",
         "",
@@ -64,6 +67,7 @@ class UAV(Task):
         self._origin: imc.GpsFix | None = None
         self._period = 1.0 / self.execution_frequency
         self._unknown: set[str] = set()
+        self._commanded = math.inf
         self.set_entity_state(State.BOOT, "waiting for the start position")
 
     @consume(others=True)
@@ -96,6 +100,7 @@ class UAV(Task):
     def drive(self, actuation: imc.SetThrusterActuation) -> None:
         if actuation.id == 0 and self._accepts("rotor speed", actuation.value):
             self.craft.drive(actuation.value)
+            self._commanded = self.now
 
     @consume
     def blow(self, wind: imc.EstimatedStreamVelocity) -> None:
@@ -109,6 +114,8 @@ class UAV(Task):
         origin, craft = self._origin, self.craft
         if origin is None:
             return
+        if self.now - self._commanded > self.command_timeout:
+            self._descend()
         flew = not craft.on_ground
         craft.step(self._period)
         if flew and craft.on_ground:
@@ -138,6 +145,20 @@ class UAV(Task):
                 svz=svz,
             )
         )
+
+    def _descend(self) -> None:
+        craft = self.craft
+        if craft.on_ground:
+            craft.drive(0.0)
+            self._commanded = math.inf
+            return
+        if "nothing" not in self._unknown:
+            self._unknown.add("nothing")
+            self.log.error("nobody commands the rotors: descending level")
+        craft.roll(0.0)
+        craft.pitch(0.0)
+        craft.turn(0.0)
+        craft.drive(math.sqrt(DESCENT) * craft.airframe.hover)
 
     def _accepts(self, what: str, value: float) -> bool:
         if math.isfinite(value):

@@ -14,6 +14,7 @@ Loops = imc.CLoopsMask
 Mode = imc.VehicleState.OpMode
 UNCOMMANDED = (Mode.SERVICE, Mode.ERROR, Mode.BOOT)
 LONGEST_STEP = 1.0  # s
+ALOFT = 2.0  # m, the altitude of one that flies at the start of this task
 RISES = 0.05  # m/s that have to be asked for to leave the ground
 STILL, UNLOADED, RESTS = 0.25, 0.75, 1.0  # m/s, share of the weight, s: what a touchdown is
 LEVEL, LEARNING = 0.5, 5.0  # m/s, s: when and how fast the weight is learned
@@ -72,7 +73,7 @@ class Autopilot(Task):
 
     def start(self) -> None:
         self._loops = EnabledLoops(Loops.VELOCITY)
-        self._phase = Phase.GROUND
+        self._phase, self._begun = Phase.GROUND, False
         self._state: imc.EstimatedState | None = None
         self._stated = self._referred = -math.inf
         self._reference: Vector = (0.0, 0.0, 0.0)
@@ -126,6 +127,10 @@ class Autopilot(Task):
         if not math.isfinite(state.x + state.y + state.z + state.vx + state.vy + state.vz + state.psi):
             return
         dt, self._stated, self._state = self.now - self._stated, self.now, state
+        if not self._begun and state.alt > ALOFT:
+            self.log.warning("begins in the air")
+            self._enter(Phase.HOVER, state)
+        self._begun = True
         if self._phase is Phase.GROUND:
             if self._follows and self._reference[2] < -RISES and self._fuel > self.landing_fuel_level:
                 self._landing = ""

@@ -22,6 +22,7 @@ LONGEST = 25000.0  # m
 UNKNOWN_ETA = 0xFFFF
 HEADS = 2.0  # m; along a shorter line the heading is kept
 ON_CIRCLE = 2.0  # m
+PATIENCE = 3.0  # s for ArmingState, of which there is one in a second
 SLOWEST = 0.2  # m/s of an arrival, and of a course
 EARLY = 1e-3  # s: how much too early a report may come
 
@@ -72,7 +73,7 @@ class Path(Task):
         self._waiting: imc.DesiredPath | None = None
         self._path: imc.DesiredPath | None = None
         self._state: imc.EstimatedState | None = None
-        self._reported = -math.inf
+        self._reported, self._heard = -math.inf, math.inf
         self.set_entity_state(State.NORMAL, "idle")
 
     @consume
@@ -99,7 +100,7 @@ class Path(Task):
     @consume
     def stand(self, arming: imc.ArmingState) -> None:
         """A vehicle whose motors rest is on the ground."""
-        self._stands = arming.state == imc.ArmingState.State.DISARMED
+        self._stands, self._heard = arming.state == imc.ArmingState.State.DISARMED, self.now
 
     @consume
     def begin(self, path: imc.DesiredPath) -> None:
@@ -130,6 +131,8 @@ class Path(Task):
             self._fail("the reference of the position has moved")
         elif self._stands and not self._path.flags & (Flags.TAKEOFF | Flags.LAND):
             self._fail("on the ground: take off first")
+        elif self.now - self._heard > PATIENCE:
+            self._fail("the autopilot is silent")
         else:
             self._cycle(self._path, state)
 

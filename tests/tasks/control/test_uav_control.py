@@ -374,3 +374,10 @@ def test_what_is_no_number_is_refused():
     run = air(*UP, *odd, seconds=6.0)
     assert all(math.isfinite(m.z) for m in run.of(imc.SimulatedState))
     assert "a desired velocity is no number" in run.log
+
+
+def test_one_that_begins_in_the_air_hovers():
+    run = simulate(Autopilot, feed=states(3.0, z=-10.0, alt=10.0))
+    assert phases(run) == ["GROUND", "LOITER"]
+    assert run.of(imc.SetThrusterActuation)[-1].value == pytest.approx(0.7, abs=0.05)
+    assert phases(simulate(Autopilot, feed=states(3.0, z=-1.0, alt=1.0))) == ["GROUND"]

@@ -156,6 +156,7 @@ def test_a_plan_that_is_stopped_leaves_it_hovering_and_a_new_one_begins_in_the_a
         ("Simulators.IMU/AHRS", ["GUIDED", "BLIND", "GROUND"], 2.5),
         ("Navigation.UAV.Navigation", ["GUIDED", "BLIND", "GROUND"], 2.5),
         ("Control.UAV.Path", ["GUIDED", "LOITER", "LAND", "GROUND"], 1.0),
+        ("Control.UAV.Autopilot", ["GUIDED"], 2.5),
     ],
 )
 def test_what_falls_silent_in_the_air_brings_it_down_softly(tmp_path, task, modes, hardest):

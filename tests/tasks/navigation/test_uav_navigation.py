@@ -144,7 +144,8 @@ def flight(seed):
         feed += [imc.SetThrusterActuation(timestamp=time, value=rotors)]
     receiver = {"position_noise": 0.6, "height_noise": 1.2, "initial_position": [41.185, -8.7062], "hacc": 0.85}
     gps, imu = (GPS, receiver | {"execution_frequency": 5.0}), (IMU, {"sampling_rate": 50.0})
-    run = simulate([UAV, gps, imu, Barometer, (Navigation, ANY)], feed=feed, seconds=50.0, seed=seed)
+    frame = UAV, {"command_timeout": 10.0}
+    run = simulate([frame, gps, imu, Barometer, (Navigation, ANY)], feed=feed, seconds=50.0, seed=seed)
     truth = {round(m.timestamp, 2): m for m in run.of(imc.SimulatedState)}
     found = []
     for state, sigma in zip(run.of(imc.EstimatedState), run.of(imc.NavigationUncertainty), strict=True):

@@ -135,7 +135,7 @@ def test_the_task_flies_and_says_how_it_landed():
     feed = [
         FIX,
         imc.SetThrusterActuation(timestamp=1.0, value=1.1 * hover),
-        imc.SetThrusterActuation(timestamp=2.0, value=0.0),
+        imc.SetThrusterActuation(timestamp=1.9, value=0.0),
     ]
     run = simulate(UAV, feed=feed, seconds=6.0, ground_height=60.0)
     states = run.of(imc.SimulatedState)
@@ -152,6 +152,18 @@ def test_wind_blows_around_a_vehicle_that_stands():
     run = simulate([(UAV, {"wind_source": "StreamVelocity"}), tasks[1]], feed=[FIX], seconds=3.0)
     last = run.of(imc.SimulatedState)[-1]
     assert (last.svx, last.x, last.u) == (5.0, 0.0, -5.0)
+
+
+def test_without_commands_it_descends_level_and_rests():
+    feed = [FIX, *(imc.SetThrusterActuation(timestamp=1.0 + 0.5 * i, value=1.02 * Airframe().hover) for i in range(12))]
+    feed += [imc.DesiredPitch(timestamp=6.9, value=-0.3)]
+    run = simulate(UAV, feed=sorted(feed, key=lambda m: m.timestamp), seconds=40.0)
+    states = run.of(imc.SimulatedState)
+    assert min(m.z for m in states) < -4.0
+    assert states[-1].z == 0.0
+    assert run.task.craft.rotors == pytest.approx(0.0, abs=1e-6)
+    assert float(run.log[-1].split()[-2]) < 2.0
+    assert "nobody commands the rotors: descending level" in run.log
 
 
 @pytest.mark.parametrize(
@@ -178,7 +190,7 @@ def test_a_fix_that_is_nowhere_places_nothing():
 
 def test_an_accelerometer_feels_the_thrust_alone():
     feed = [FIX, imc.SetThrusterActuation(timestamp=1.0, value=1.1 * Airframe().hover)]
-    frame = {"linear_drag": 0.0, "quadratic_drag": 0.0}
+    frame = {"linear_drag": 0.0, "quadratic_drag": 0.0, "command_timeout": 9.0}
     run = simulate([(UAV, frame), (IMU, {"generate_noise": False})], feed=feed, seconds=3.0)
     force = [m.z for m in run.of(imc.Acceleration)]
     assert force[50] == pytest.approx(-GRAVITY, abs=1e-3)
