@@ -58,7 +58,7 @@ def one_by_one(data: bytes) -> list[tuple[int, bytes]]:
     return packets
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(CONTENTS, st.integers(1, 300))
 @example(b"\x54\xfe" * 40_000 + PACKETS[1] + b"\xfe\x54" * 40_000 + PACKETS[0], 70_000)
 def test_all_ways_find_the_same_packets(data: bytes, step: int) -> None:
