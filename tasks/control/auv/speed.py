@@ -88,6 +88,8 @@ class Speed(Task):
     def brake(self, brake: imc.Brake) -> None:
         self._braking = brake.op == imc.Brake.Op.START
         if self._braking:
+            self._rpm = 0.0
+            self._speed.reset()
             self._thrust(0.0)
 
     @consume(others=True)
@@ -106,7 +108,7 @@ class Speed(Task):
             return
         before, self._followed = self._followed, state.timestamp
         dt = state.timestamp - before
-        if not 0.0 < dt <= LONGEST_STEP:
+        if not 0.0 < dt <= LONGEST_STEP or self._braking:
             return
         if desired.value < STANDSTILL:
             self._speed.reset()
