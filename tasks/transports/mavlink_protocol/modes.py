@@ -192,6 +192,8 @@ def mode_of(vehicle: imc.VehicleState | None, plan: imc.PlanControlState | None,
         return Mode.TELEOPERATION
     if plan is not None and plan.state in (PlanState.INITIALIZING, PlanState.EXECUTING):
         return Mode.MISSION
-    if aloft and vehicle.flags & imc.VehicleState.Flags.MANEUVER_DONE:
-        return Mode.HOLD
-    return SINGLE.get(vehicle.maneuver_type, Mode.MISSION)
+    mode = SINGLE.get(vehicle.maneuver_type, Mode.MISSION)
+    done = vehicle.flags & imc.VehicleState.Flags.MANEUVER_DONE
+    if done and (aloft or mode is Mode.LAND):
+        return Mode.HOLD if aloft else Mode.MANUAL
+    return mode

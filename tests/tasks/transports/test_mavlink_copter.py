@@ -61,6 +61,15 @@ def test_modes_of_a_copter(open_desk, flavour, numbers):
     assert tuple(found) == numbers
 
 
+def test_what_is_done_is_over(open_desk):
+    desk = open_desk("ardupilot", "copter")
+    for maneuver, state, mode in ((imc.Takeoff, ARMED, 5), (imc.Goto, ARMED, 5), (imc.Land, DISARMED, 0)):
+        desk.autopilot.hear_figure(imc.ArmingState(state=state), "")
+        done = imc.VehicleState.Flags.MANEUVER_DONE
+        desk.autopilot.hear_mode(imc.VehicleState(op_mode=Mode.MANEUVER, maneuver_type=maneuver.ID, flags=done))
+        assert beat(desk)["custom_mode"] == mode
+
+
 def test_landed_state_follows_motors_and_maneuver(open_desk):
     desk = open_desk(kind="copter")
     hear, vehicle = desk.autopilot.hear_figure, imc.VehicleState(op_mode=Mode.MANEUVER)
