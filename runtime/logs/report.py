@@ -101,7 +101,10 @@ def _charts(story: Story, duration: float) -> Iterable[str]:
         return
     bed = motion.depth + motion.altitude
     curves = [Curve("depth", "a", motion.time, motion.depth, "m", 2)]
-    if np.isfinite(bed).any():
+    if not np.isfinite(motion.depth).any():
+        curves = [Curve("altitude", "c", motion.time, motion.altitude, "m", 2)]
+        yield chart("Altitude, m", curves, duration, 200)
+    elif np.isfinite(bed).any():
         curves.append(Curve("altitude", "c", motion.time, motion.altitude, "m", 2))
         curves.insert(0, Curve("seabed", "ground", motion.time, bed, "m", 1))
         low, high = min(0.0, float(np.nanmin(motion.depth))), float(np.nanmax(bed)) * 1.08

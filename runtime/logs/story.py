@@ -158,7 +158,7 @@ def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Motion, tu
         table[:, 0] - summary.start,
         north,
         east,
-        depth,
+        np.where(depth > -1.0, depth, np.nan),
         np.where(altitude >= 0.0, altitude, np.nan),
         roll,
         pitch,

@@ -88,6 +88,12 @@ def test_all_parts_of_a_mission(make_log):
     assert len(text) < 300_000
 
 
+def test_what_flies_has_an_altitude_and_no_depth(make_log):
+    flight = [at(n / 10, imc.EstimatedState, lat=0.7, x=float(n), alt=n / 20, depth=-1.0) for n in range(600)]
+    heads = re.findall(r"<h2>(.*?)</h2>", report(imc.Log(make_log(flight))))
+    assert heads[:3] == ["Track over ground", "Altitude, m", "Roll and pitch, °"]
+
+
 def test_what_the_story_holds(make_log):
     log = imc.Log(make_log([*labels(DVL=8), *mission()]))
     story = tell(log, summarize(log))
