@@ -21,6 +21,7 @@ HARBOUR = Path(__file__).parents[1] / "tests/data/plans/harbour.yaml"
 BOATS = {"otter": "#2563eb", "caravel": "#d97706"}
 HEAD = "plan: bench\norigin: 41.185°, -8.7062°\nspeed: 1.5 m/s\nmaneuvers:\n"
 STATION = HEAD + "  - station_keeping: {north: 30, east: 20, speed: 1.2 m/s, radius: 15, duration: 900}\n"
+CIRCLE = HEAD + "  - loiter: {north: 20, east: 30, radius: 15, duration: 150}\n"
 ACROSS = HEAD + "  - goto: {north: 20}\n  - goto: {north: 220}\n"
 FLOW = ("Simulators.StreamVelocity:Default Speed East=0.3",)
 WIND = ("Simulators.Wind:Speed=6", "Simulators.Wind:Direction=45", "Simulators.Wind:Gusts=1")
@@ -69,6 +70,9 @@ def table(boat: str) -> None:
         distances = np.hypot(kept[:, 1] - 30.0, kept[:, 2] - 20.0)
         inside = 100 * (distances < 15.0).mean()
         print(f"  station of 15 m, {name}: {distances.max():.1f} m at most, inside {inside:.0f} % of the time")
+    circle = sail(boat, parse_plan(CIRCLE))["rows"][-4000:]
+    off = np.abs(np.hypot(circle[:, 1] - 20.0, circle[:, 2] - 30.0) - 15.0)
+    print(f"  circle of 15 m: {off.max():.1f} m off at most")
     for name, overrides in (("current", FLOW), ("current and wind", FLOW + WIND)):
         leg = of_leg(sail(boat, parse_plan(ACROSS), *overrides), 1)
         aside = leg[leg[:, 1] > 60.0][:, 2]

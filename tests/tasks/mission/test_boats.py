@@ -122,33 +122,36 @@ def test_a_plan_is_flown_along_its_legs_and_around_its_corners(boat, corner):
 
 @pytest.mark.parametrize(("boat", "beyond"), [("otter", 3.0), ("caravel", 5.0)])
 def test_a_station_is_kept_in_a_current(boat, beyond):
-    station = imc.StationKeeping(**at(30, 20), z_units=DEPTH, speed=1.2, radius=15, duration=240)
+    station = imc.StationKeeping(**at(30, 20), z_units=DEPTH, speed=1.2, radius=15, duration=150)
     voyage = sail(boat, plan_of(station), *CURRENT)
     assert voyage.report.completed, voyage.report.reason
     end = voyage.heard[imc.SimulatedState][-1][0]
-    distances = voyage.distances(imc.SimulatedState, end - 240.0, end, (30.0, 20.0))
+    distances = voyage.distances(imc.SimulatedState, end - 150.0, end, (30.0, 20.0))
     assert max(distances) < 15.0 + beyond
-    assert sum(distance < 15.0 for distance in distances) > 0.8 * len(distances)
+    assert sum(distance < 15.0 for distance in distances) > 0.75 * len(distances)
     assert min(m.value for m in voyage.of(imc.DesiredSpeed)) < 0.8
 
 
 @pytest.mark.parametrize("boat", BOATS)
 def test_a_leg_across_current_and_wind_is_followed(boat):
     wind = ("Simulators.Wind:Speed=6", "Simulators.Wind:Direction=45", "Simulators.Wind:Gusts=1")
-    voyage = sail(boat, plan_of(goto(20, 0), goto(110, 0)), *CURRENT, *wind)
+    voyage = sail(boat, plan_of(goto(20, 0), goto(90, 0)), *CURRENT, *wind)
     assert voyage.report.completed, voyage.report.reason
     assert max(abs(m.y) for m in voyage.of(imc.SimulatedState) if m.x > 60.0) < 1.0
-    assert max(m.x for m in voyage.of(imc.SimulatedState)) > 100.0
+    assert max(m.x for m in voyage.of(imc.SimulatedState)) > 80.0
 
 
 def test_areas_paths_and_circles_are_sailed():
-    field_ = imc.Rows(**at(20, 0), z_units=DEPTH, speed=1.5, width=20, length=30, hstep=10, bearing=0.3)
+    field_ = imc.Rows(**at(20, 0), z_units=DEPTH, speed=1.5, width=10, length=30, hstep=10, bearing=0.3)
     points = [imc.PathPoint(x=10), imc.PathPoint(x=10, y=30)]
     track = imc.FollowPath(**at(0, 0), z_units=DEPTH, speed=1.5, points=points)
     circle = imc.Loiter(**at(20, 30), z_units=DEPTH, speed=1.5, radius=12, duration=60)
     voyage = sail("otter", plan_of(field_, track, circle, imc.IdleManeuver(duration=3)))
     assert voyage.report.completed, voyage.report.reason
     assert voyage.report.cross_track < 2.5
+    end = voyage.heard[imc.SimulatedState][-1][0] - 4.0
+    around = voyage.distances(imc.SimulatedState, end - 25.0, end, (20.0, 30.0))
+    assert max(abs(distance - 12.0) for distance in around) < 1.5
 
 
 @pytest.mark.parametrize(
@@ -194,10 +197,10 @@ def test_what_falls_silent_ends_the_plan_and_leaves_the_motors_at_rest(boat, tas
         await script.sleep(25.0)
         vehicle.task(task).disconnect()
 
-    voyage = sail(boat, plan_of(goto(200, 0)), happen=silence, until=90.0)
+    voyage = sail(boat, plan_of(goto(200, 0)), happen=silence, until=30.0 + within)
     assert voyage.modes[:4] == [Mode.BOOT, Mode.SERVICE, Mode.MANEUVER, Mode.ERROR]
     assert voyage.since(Mode.ERROR) < 25.0 + within
-    last = {m.id: m.value for m in voyage.of(imc.SetThrusterActuation, 0.0, 89.0)}
+    last = {m.id: m.value for m in voyage.of(imc.SetThrusterActuation, 0.0, 29.0 + within)}
     assert set(last.values()) == {0.0}
 
 
@@ -239,7 +242,7 @@ def test_an_operator_steers(boat):
 
 @pytest.mark.parametrize("boat", BOATS)
 def test_equal_voyages_are_equal(boat):
-    plan = plan_of(goto(30, 0), goto(30, 30))
+    plan = plan_of(goto(20, 10))
     first, again = (sail(boat, plan, *CURRENT, keep_all=True).packets for _ in range(2))
     assert first == again
     assert sail(boat, plan, *CURRENT, seed=2, keep_all=True).packets != first
@@ -254,5 +257,5 @@ def test_a_boat_circles_by_itself_until_it_is_given_a_plan(tmp_path):
     vehicle.start()
     vehicle.run(100.0)
     vehicle.close()
-    assert max(math.hypot(*position) for position in positions[-2000:]) < 25.0
-    assert max(x for x, _ in positions[-2000:]) - min(x for x, _ in positions[-2000:]) > 25.0
+    assert max(math.hypot(*position) for position in positions[-2500:]) < 25.0
+    assert max(x for x, _ in positions[-2500:]) - min(x for x, _ in positions[-2500:]) > 25.0
