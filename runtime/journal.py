@@ -118,7 +118,7 @@ class Journals:
     """
 
     def __init__(self, vehicle: Vehicle):
-        if vehicle.kernel.witness is not None:
+        if vehicle.fleet is not None:
             raise SnapshotError("several vehicles on one kernel cannot be saved")
         self._vehicle = vehicle
         self._kernel = vehicle.kernel

@@ -1,6 +1,7 @@
 """Goes back in the log of a virtual run: from the nearest snapshot, or from its start, and on from there."""
 
 import contextlib
+import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from itertools import takewhile
@@ -16,11 +17,9 @@ from runtime.plan_request import PlanRequest, given_in
 from runtime.profile import Profile, load_profile
 from runtime.resim.outline import outline
 from runtime.resim.run import Run, run_of
-from runtime.snapshot import Snapshot, load, restore, save
+from runtime.snapshot import STATE, SUFFIX, Snapshot, load, restore, save
 from runtime.snapshot_values import SnapshotError
 from runtime.vehicle import Vehicle
-
-PATTERN = "State-*.msgpack"
 
 
 def continued(
@@ -69,8 +68,7 @@ class Rewound:
         Raises SnapshotError where the run cannot be repeated, ProfileError.
         """
         wanted = self._profile.start_time_ns + round(seconds * SECOND)
-        known = [snapshot for snapshot in _snapshots(self._run) if snapshot.time <= wanted]
-        nearest = max(known, key=lambda snapshot: snapshot.time, default=None)
+        nearest = _nearest(self._run, seconds)
         if nearest is not None and nearest.time == wanted:
             return nearest
         with tempfile.TemporaryDirectory() as scratch:
@@ -160,14 +158,24 @@ def change(vehicle: Vehicle, overrides: Sequence[str]) -> None:
         raise SnapshotError(f"{assignment}: the vehicle has no task {section.strip()!r}")
 
 
-def _snapshots(run: Run) -> list[Snapshot]:
-    found: list[Snapshot] = []
-    for path in (path for log in run.logs for path in sorted(log.path.parent.glob(PATTERN))):
-        try:
-            found.append(load(path.read_bytes()))
-        except SnapshotError as error:
-            raise SnapshotError(f"{path}: {error}") from None
-    return found
+def _nearest(run: Run, seconds: float) -> Snapshot | None:
+    """The latest state in the folders of a run's logs that is not behind a time of the run (s)."""
+    paths = {_seconds(path): path for log in run.logs for path in log.path.parent.glob(f"{STATE}*{SUFFIX}")}
+    latest = max((time for time in paths if time <= seconds), default=None)
+    if latest is None:
+        return None
+    try:
+        return load(paths[latest].read_bytes())
+    except SnapshotError as error:
+        raise SnapshotError(f"{paths[latest]}: {error}") from None
+
+
+def _seconds(path: Path) -> float:
+    """The time of the run (s) that the name of a state says, NaN where it says none."""
+    try:
+        return float(path.name.removeprefix(STATE).removesuffix(SUFFIX))
+    except ValueError:
+        return math.nan
 
 
 def _vehicle(profile: Profile, log_root: Path, time: int, entity_ids: Mapping[str, int]) -> Vehicle:

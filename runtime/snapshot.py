@@ -30,6 +30,7 @@ from runtime.timer import Timer
 from runtime.vehicle import Vehicle
 
 FORMAT = "shoal snapshot 2"
+STATE, SUFFIX = "State-", ".msgpack"
 ONLOOKERS = ("runtime.cli", "runtime.mission", "runtime.plan_request")
 """Whose calls are not the vehicle's: they look on, or stand for who gives it orders."""
 
@@ -152,7 +153,10 @@ def keep_beside_log(vehicle: Vehicle, state: bytes) -> None:
     if folder is None:
         raise SnapshotError("there is no log to keep snapshots with: enable Transports.Logging")
     seconds = (vehicle.kernel.now_ns - nanoseconds(vehicle.start_time)) / SECOND
-    (folder / f"State-{seconds:g}.msgpack").write_bytes(state)
+    path = folder / f"{STATE}{seconds:.9f}".rstrip("0").rstrip(".")
+    draft = path.with_name(f"{path.name}.new")
+    draft.write_bytes(state)
+    draft.replace(path.with_name(f"{path.name}{SUFFIX}"))
 
 
 def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
