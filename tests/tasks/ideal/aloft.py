@@ -1,0 +1,61 @@
+"""A flight of the profile hexa-00 with all that it simulates, and what becomes of it."""
+
+import math
+from pathlib import Path
+
+import imc
+from runtime.mission import prepare
+from runtime.plans import parse_plan
+
+HEAD = "origin: 41.185°, -8.7062°\nspeed: 5 m/s\naltitude: 20\nmaneuvers:\n"
+HOVER = parse_plan(
+    "plan: hover\n" + HEAD + "  - takeoff: {altitude: 15}\n  - station_keeping: {north: 30, altitude: 15}"
+)
+OWN, CCU = 0x0C30, 0x4000
+START = 5.0
+
+
+class Flight:
+    """A vehicle that hovers, to which something happens: a message, or a task that falls silent.
+
+    With `until_down` the flight is over 5 s after its landing.
+    """
+
+    def __init__(self, folder: Path, *events, seconds, overrides=(), plan=HOVER, until_down=False):
+        self.vehicle = prepare(
+            "hexa-00", overrides=overrides, log_root=folder / "log", state_folder=folder / "db"
+        ).vehicle
+        self.truths, self.modes, self.log, self.op_modes = [], [], [], []
+        self.vehicle.tap(imc.SimulatedState, self.truths.append)
+        self.vehicle.tap(imc.AutopilotMode, lambda m: self._note(self.modes, m.mode))
+        self._until_down = until_down
+        self.vehicle.tap(imc.VehicleState, lambda m: self._note(self.op_modes, imc.VehicleState.OpMode(m.op_mode).name))
+        self.vehicle.tap(imc.LogBookEntry, lambda m: self.log.append(m.text))
+        self.vehicle.start()
+        start = imc.PlanControl(op=imc.PlanControl.Op.START, plan_id=plan.plan_id, arg=plan, dst=OWN, src=CCU)
+        for at, event in ((START, start), *events):
+            self.vehicle.kernel.after(at, self._happen, event)
+        self.vehicle.run(seconds)
+        self.vehicle.close()
+
+    def _happen(self, event):
+        if isinstance(event, str):
+            self.vehicle.task(event).disconnect()
+        else:
+            packet = imc.encode_as(event, self.vehicle.kernel.now_ns / 1e9, event.src, 0xFF, event.dst, 0xFF)
+            self.vehicle.bus.publish(imc.decode(packet), packet, None)
+
+    def _note(self, found, word):
+        if found[-1:] != [word]:
+            found.append(word)
+            if self._until_down and found is self.modes and word == "GROUND" and len(found) > 1:
+                self.vehicle.kernel.after(5.0, self.vehicle.stop)
+
+    @property
+    def end(self):
+        return self.truths[-1]
+
+    @property
+    def touchdown(self):
+        """The hardest touchdown (m/s)."""
+        return max((float(text.split()[-2]) for text in self.log if text.startswith("touchdown")), default=math.inf)
