@@ -23,6 +23,7 @@ GENERAL = {
     "Bus": ("", "What carries messages between processes: inprocess or zenoh."),
     "Start Time": ("", "When virtual time begins, ISO 8601."),
     "Seed": ("1", "Seed of all random numbers; a log's Config.ini has the one of its run."),
+    "Plan": ("", "Checksum of the plan that shoal mission asked for; in a log's Config.ini."),
     "Selected": ("", "Modes that were selected with -p; in a log's Config.ini."),
     "CPU Usage - Maximum": ("%", "Load of the processor that is too high."),
     "CPU Usage - Moving Average Samples": ("1", "Number of samples of the load's average."),
