@@ -7,7 +7,7 @@ from runtime import State, Task, consume, param, periodic
 from tasks.simulators.multirotor import Airframe, Multirotor
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
-HARDEST_TOUCHDOWN = 2.0  # m/s
+TOUCHDOWN, HARDEST_TOUCHDOWN = 0.2, 2.0  # m/s, of what is told
 DESCENT = 0.98  # share of the weight that is carried without commands
 
 
@@ -118,7 +118,7 @@ class UAV(Task):
             self._descend()
         flew = not craft.on_ground
         craft.step(self._period)
-        if flew and craft.on_ground:
+        if flew and craft.on_ground and craft.impact > TOUCHDOWN:
             say = self.log.error if craft.impact > HARDEST_TOUCHDOWN else self.log.info
             say(f"touchdown at {craft.impact:.1f} m/s")
         u, v, w = craft.air_velocity

@@ -40,6 +40,7 @@ class Path(Task):
         1.0, "Hz", "Rate of PathControlState.", name="State Report Frequency", minimum=0.1, maximum=100
     )
     near_radius: float = param(1.5, "m", "Nearer to its end, a path is done.", name="Radius To Endpoint", minimum=0.1)
+    takeoff_tolerance: float = param(0.5, "m", "Nearer to its height, a takeoff is done.", minimum=0.1)
     gain: float = param(0.8, "1/s", "Speed towards a path over the distance from it.", minimum=0.05, maximum=5)
     maximum_speed: float = param(10.0, "m/s", "Highest speed over ground.", minimum=0.1)
     maximum_climb_rate: float = param(2.5, "m/s", "Fastest climb.", minimum=0.1)
@@ -213,6 +214,8 @@ class Path(Task):
     def _along(self, path: imc.DesiredPath, state: imc.EstimatedState, at: Vector, pace: Pace) -> Vector:
         line = self._line
         arrived = math.dist(at, line.end) <= self.near_radius and not self._stands
+        if path.flags & Flags.TAKEOFF:
+            arrived = arrived and abs(at[2] - line.end[2]) <= self.takeoff_tolerance
         if path.flags & Flags.LAND:
             self._landing, arrived = self._landing or arrived, self._stands
         if arrived and not self._near:

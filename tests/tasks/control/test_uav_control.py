@@ -381,3 +381,12 @@ def test_one_that_begins_in_the_air_hovers():
     assert phases(run) == ["GROUND", "LOITER"]
     assert run.of(imc.SetThrusterActuation)[-1].value == pytest.approx(0.7, abs=0.05)
     assert phases(simulate(Autopilot, feed=states(3.0, z=-1.0, alt=1.0))) == ["GROUND"]
+
+
+def test_a_takeoff_is_done_near_its_height():
+    def near(z):
+        low, high = states(0.5, z=0.0, alt=0.0), states(0.5, start=0.7, z=z, alt=-z, y=1.0)
+        return reached(lead(enable(), desired(flags=Flags.TAKEOFF), *low, *high))[-1]
+
+    assert not near(-9.2)
+    assert near(-9.6)
