@@ -14,6 +14,7 @@ SLOWEST = 30  # rpm
 class Motor(Task):
     """Measures the speed that follows from the actuation: rpm = offset + factor a, averaged over five samples.
 
+    With a time constant the motor takes its time, as the engine of a boat's model does.
     Who drives a motor repeats it: an actuation that nobody repeats for `Command Timeout` becomes 0, which is published.
     """
 
@@ -22,7 +23,7 @@ class Motor(Task):
     thruster_act_to_rpm_factor: list[float] = param(
         [9.55, 2450.4], "rpm", "Offset and factor of the speed.", name="Thruster Act to RPM Factor", size=2
     )
-
+    time_constant: float = param(0.0, "s", "Of the speed; 0 for none.", minimum=0, maximum=60)
     command_timeout: float = param(
         2.0, "s", "Age at which an actuation counts no more; 0 for never.", minimum=0, maximum=3600
     )
@@ -30,6 +31,7 @@ class Motor(Task):
     def start(self) -> None:
         self._actuation = 0.0
         self._commanded = self.now
+        self._turning = 0.0
         self._speeds = deque([0] * AVERAGED, AVERAGED)
         self.set_entity_state(State.NORMAL, "active")
 
@@ -47,6 +49,9 @@ class Motor(Task):
             self.publish(imc.SetThrusterActuation(id=self.thruster_id, value=0.0))
         offset, factor = self.thruster_act_to_rpm_factor
         share = self._actuation
-        self._speeds.append(int(math.copysign(offset, share) + factor * share) if abs(share) >= DEAD_BAND else 0)
+        wanted = math.copysign(offset, share) + factor * share if abs(share) >= DEAD_BAND else 0.0
+        left = math.exp(-1.0 / (self.execution_frequency * self.time_constant)) if self.time_constant else 0.0
+        self._turning = wanted + (self._turning - wanted) * left
+        self._speeds.append(int(self._turning))
         speed = round(sum(self._speeds) / AVERAGED)
         self.publish(imc.Rpm(value=max(-32768, min(32767, speed)) if abs(speed) >= SLOWEST else 0))

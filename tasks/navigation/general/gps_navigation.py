@@ -46,6 +46,13 @@ class GPSNavigation(Task):
     speed_variance: float = param(
         0.01, "(m/s)²", "Variance of speed and course of a fix.", name="GPS Speed Noise Covariance", minimum=1e-6
     )
+    attitude_variances: list[float] = param(
+        [1e-4, 1e-6],
+        "1",
+        "Variances of the attitude reference: angles (rad²) and rates ((rad/s)²).",
+        name="Measure Noise Covariance",
+        size=2,
+    )
     process: list[float] = param(
         [1e-3, 0.05, 1e-4],
         "1",
@@ -181,7 +188,21 @@ class GPSNavigation(Task):
         if self._reference is None:
             return
         along, across = state.ground_variance(psi)
-        self.publish(imc.NavigationUncertainty(x=state.p[NORTH][NORTH], y=state.p[EAST][EAST], u=along, v=across))
+        angle, rate = self.attitude_variances
+        self.publish(
+            imc.NavigationUncertainty(
+                x=state.p[NORTH][NORTH],
+                y=state.p[EAST][EAST],
+                phi=angle,
+                theta=angle,
+                psi=angle,
+                p=rate,
+                q=rate,
+                r=rate,
+                u=along,
+                v=across,
+            )
+        )
         self.publish(imc.NavigationData(cog=math.atan2(vy, vx), cyaw=wrap(psi)))
 
     def _judge(self) -> None:

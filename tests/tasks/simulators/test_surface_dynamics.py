@@ -9,8 +9,10 @@ import pytest
 import imc
 from runtime.ini import read_sections
 from runtime.testing import simulate
+from tasks.simulators.battery import Battery
 from tasks.simulators.marine_dynamics import Diverged
 from tasks.simulators.marine_model import ModelError
+from tasks.simulators.motor import Motor
 from tasks.simulators.surface_dynamics import AIR, Boat
 from tasks.simulators.surface_model import is_boat, read_surface_model
 from tasks.simulators.vsim import VSIM
@@ -206,6 +208,23 @@ def test_vsim_moves_a_boat_with_its_rudder_current_and_wind():
     windy = (Wind, {"speed": 8.0, "direction": 90.0})
     run = simulate([VSIM, windy], [here], seconds=60.0, settings=settings)
     assert run.of(imc.SimulatedState)[-1].y < -2.0
+
+
+def test_a_motor_with_a_time_constant_takes_its_time():
+    push = [imc.SetThrusterActuation(timestamp=0.1 * k, value=0.5) for k in range(1, 50)]
+    run = simulate(Motor, push, thruster_act_to_rpm_factor=[0.0, 1000.0], time_constant=1.0)
+    speeds = {round(m.timestamp - run.vehicle.start_time, 2): m.value for m in run.of(imc.Rpm)}
+    assert speeds[1.2] == pytest.approx(500.0 * (1.0 - math.exp(-1.0)), abs=15.0)
+    assert speeds[4.8] == pytest.approx(495.0, abs=5.0)
+
+
+def test_two_motors_draw_together_what_the_model_of_the_profile_has():
+    power = {"Power Model -- Conversion - RPM": "0, 1000", "Power Model -- Conversion - Watt": "0, 600"}
+    feed = [imc.SetThrusterActuation(timestamp=1.5, id=motor, value=0.5) for motor in (0, 1)]
+    options = {"full_speed": 1000.0, "number_of_thrusters": 2, "hotel_load": 40.0}
+    run = simulate(Battery, feed, seconds=4.0, settings={"General": power}, **options)
+    drawn = run.of(imc.Voltage)[-1].value * run.of(imc.Current)[-1].value
+    assert drawn == pytest.approx(340.0, rel=1e-4)
 
 
 def test_wind_has_gusts_around_its_mean():
