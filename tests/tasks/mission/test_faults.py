@@ -122,6 +122,13 @@ def test_a_fault_ends_the_plan_in_error_and_the_vehicle_comes_up(fault, tmp_path
     assert flight.depths[-1] < max(0.3, flight.depths[-200]), "it is at the surface, or has risen in the last 2 s"
 
 
+def test_a_maneuver_whose_task_fails_ends_the_plan_at_once(tmp_path):
+    flight = Flight(tmp_path, broken("Maneuver.Goto"), 30.0)
+    assert flight.failed[0] < 0.1
+    assert set(flight.modes) <= {Mode.MANEUVER, Mode.SERVICE}
+    assert flight.errors[-1] == "Goto maneuver error: its task has failed: RuntimeError: broken"
+
+
 @pytest.mark.parametrize("fault", GOES_ON)
 def test_a_fault_that_the_vehicle_can_bear_is_said(fault, tmp_path):
     inject, label, description = GOES_ON[fault]
