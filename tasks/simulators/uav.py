@@ -104,9 +104,9 @@ class UAV(Task):
 
     @consume
     def blow(self, wind: imc.EstimatedStreamVelocity) -> None:
-        source = self.vehicle.entities.find(self.wind_source)
+        label = self.vehicle.entities.label(wind.src, wind.src_ent)
         velocity = wind.x, wind.y, wind.z
-        if source is not None and wind.src_ent == source.id and all(map(math.isfinite, velocity)):
+        if label == self.wind_source and all(map(math.isfinite, velocity)):
             self.craft.wind = velocity
 
     @periodic("execution_frequency")
