@@ -163,7 +163,8 @@ class Vehicle:
         """End the run, with a status for the command line; in a fleet the others go on, and this one is closed."""
         self.exit_status = status
         self.stopped = True
-        self.kernel.stop()
+        if not self.closing:
+            self.kernel.stop()
 
     def close(self) -> None:
         """Stop all tasks, those that record everything last, deliver what they still have to say, and leave the bus.

@@ -66,6 +66,18 @@ class Echo(Task):
         self.after(0.05, self.publish, imc.Pressure(value=depth.value))
 
 
+class Impatient:
+    """Looks on, and stops a vehicle at some time, as who flies a mission does."""
+
+    def __init__(self, vehicle):
+        self.vehicle = vehicle
+        self.lost = False
+
+    def lose_patience(self) -> None:
+        self.lost = True
+        self.vehicle.stop()
+
+
 def vehicle(name, *, seed=0, keep_going=False, clock=None, fleet=None, tasks=(Diver, Echo), **values):
     if fleet is None and clock is None:
         clock = VirtualClock(START * SECOND)
@@ -210,6 +222,18 @@ def test_one_that_stops_is_closed_and_the_others_go_on_until_all_have():
     last = [imc.decode(mine[-1]).timestamp - made[0].start_time for mine in packets]
     assert last[0] < last[1]
     assert not any(one.running for one in made)
+
+
+def test_who_stops_a_vehicle_that_has_left_does_not_end_the_run_of_the_others():
+    with Fleet(VirtualClock(START * SECOND)) as fleet:
+        gone = vehicle("gone", fleet=fleet, leaves_after=1.0)
+        packets = recorded(vehicle("stays", fleet=fleet, tasks=(Diver,)))
+        impatient = Impatient(gone)
+        fleet.kernel.after(2.0, impatient.lose_patience)
+        fleet.start()
+        fleet.run(5.0)
+    assert impatient.lost
+    assert imc.decode(packets[-1]).timestamp == START + 5.0
 
 
 def test_stop_of_the_fleet_ends_the_run_of_all():
