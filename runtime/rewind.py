@@ -60,7 +60,8 @@ class Rewound:
             raise SnapshotError(f"{folder} has no Config.ini: only runs of Shoal can be repeated")
         self._log = log
         self._run = run_of(log)
-        self._profile = load_profile(folder / "Config.ini")
+        first = self._run.logs[0].path.parent / "Config.ini"
+        self._profile = load_profile(first if first.is_file() else folder / "Config.ini")
 
     def state_at(self, seconds: float) -> Snapshot:
         """The state at a time of the run (s): found in the folders of its logs, or computed from what is there.

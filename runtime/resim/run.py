@@ -35,17 +35,33 @@ def run_of(log: imc.Log) -> Run:
     profile = _profile(log.path.parent)
     if profile is None:
         return Run([log])
-    logs, begin = [log], _begin(log)
-    earlier = sorted(folder for folder in log.path.parent.parent.iterdir() if folder < log.path.parent)
-    while begin != profile.start_time and earlier:
-        folder = earlier.pop()
+    logs = [log]
+    while _begin(logs[0]) != profile.start_time:
+        before = _before(logs[0], profile)
+        if before is None:
+            return Run([log])
+        logs.insert(0, before)
+    return Run(logs)
+
+
+def _before(log: imc.Log, profile: Profile) -> imc.Log | None:
+    """The log beside this one that ended when it began, best one with the very same configuration."""
+    here, begin = log.path.parent, _begin(log)
+    earlier = [(_text(folder) == _text(here), folder) for folder in here.parent.iterdir() if folder < here]
+    for _, folder in sorted(earlier, reverse=True):
         if _identity(_profile(folder)) == _identity(profile):
             with suppress(OSError, imc.SchemaError):
-                before = imc.Log(folder)
-                if _end(before) == begin:
-                    logs.insert(0, before)
-                    begin = _begin(before)
-    return Run(logs if begin == profile.start_time else [log])
+                found = imc.Log(folder)
+                if _end(found) == begin:
+                    return found
+    return None
+
+
+def _text(folder: Path) -> bytes:
+    try:
+        return (folder / CONFIGURATION).read_bytes()
+    except OSError:
+        return b""
 
 
 def _profile(folder: Path) -> Profile | None:

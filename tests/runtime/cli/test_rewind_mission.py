@@ -36,20 +36,22 @@ def without_head(found: list[bytes]) -> list[bytes]:
 
 @pytest.fixture(scope="module")
 def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The logs of a mission with states, and beside them those of another one."""
+    """The logs of a mission with states, and beside them those of others."""
     root = tmp_path_factory.mktemp("missions")
-    for name, north in (("one", 12), ("two", 16)):
+    others = ("--set", "Plan.Engine:State Report Frequency=4")
+    for name, north, options in (("one", 12, ()), ("two", 16, ()), ("one", 12, others)):
         (root / "plan.yaml").write_text(PLAN.format(name=name, north=north))
-        done = shoal(root, "mission", "lauv-noptilus-1", "plan.yaml", "--snapshot-every", "3s")
+        done = shoal(root, "mission", "lauv-noptilus-1", "plan.yaml", "--snapshot-every", "3s", *options)
         assert done.returncode == 0, done.stdout + done.stderr
     (found,) = root.glob("log/*/*")
-    assert sorted(p.name for p in found.iterdir())[:4] == ["000000", "000000_2", "000005_one", "000005_two"]
+    names = sorted(path.name for path in found.iterdir())
+    assert names[:6] == ["000000", "000000_2", "000000_3", "000005_one", "000005_one_2", "000005_two"]
     assert len(list(found.glob("*_one/State-*"))) == 3
     return found
 
 
 @pytest.mark.parametrize(
-    ("plan", "at", "states"), [("one", 9.5, True), ("one", 12.3, False), ("two", 2.1, False), ("two", 4.2, True)]
+    ("plan", "at", "states"), [("one", 9.5, True), ("one", 12.3, False), ("two", 2.1, False), ("one", 4.2, True)]
 )
 def test_a_mission_is_repeated_from_any_time(day: Path, tmp_path: Path, plan: str, at: float, states: bool) -> None:
     copy = tmp_path / day.parent.name / day.name
@@ -57,7 +59,7 @@ def test_a_mission_is_repeated_from_any_time(day: Path, tmp_path: Path, plan: st
     done = shoal(tmp_path, "rewind", copy / f"000005_{plan}", "--at", f"{at}s", "--log-dir", "again")
     assert done.returncode == 0, done.stderr
     first, *rest = sorted((tmp_path / "again").glob("*/*/*"))
-    old = packets(day / (f"000005_{plan}" if at > 5.0 else "000000_2"))
+    old = packets(day / (f"000005_{plan}" if at > 5.0 else {"one": "000000", "two": "000000_2"}[plan]))
     tail = without_head(packets(first))
     assert len(tail) > 400
     assert tail == old[-len(tail) :]
@@ -75,7 +77,7 @@ def test_a_mission_is_changed_on_its_way(day: Path, tmp_path: Path) -> None:
 
 def test_a_log_that_is_not_of_its_configuration_is_refused(day: Path, tmp_path: Path) -> None:
     copy = tmp_path / day.parent.name / day.name
-    shutil.copytree(day, copy, ignore=shutil.ignore_patterns("State-*", "*_2", "*_two"))
+    shutil.copytree(day, copy, ignore=shutil.ignore_patterns("State-*", "*_[23]", "*_two"))
     for path in copy.glob("*/Config.ini"):
         path.write_text(path.read_text().replace("State Report Frequency", "State Report Frequency = 5\n#"))
         path.write_text(path.read_text() + "\n[Plan.Engine]\nState Report Frequency = 5\n")
