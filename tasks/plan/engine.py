@@ -138,7 +138,9 @@ class Engine(Task):
         elif self._phase is Phase.BLOCKED:
             mode = "unknown" if self._vehicle is None else Mode(self._vehicle.op_mode).name
             self._replies.refuse(request, f"cannot start a plan: vehicle mode is {mode}")
-        elif request.plan_id == self._recovery and not self._is_generator(request):
+        elif request.plan_id == self._recovery and not self._requests.come_from(
+            self.plan_generator_entity_label, request
+        ):
             self._replies.refuse(request, "the recovery plan is started by the plan generator alone")
         elif flight is not None and outlook is None:
             self.run(self._switch, request)
@@ -278,10 +280,6 @@ class Engine(Task):
         flight.actions.end()
         self.publish(flight.result(self._plan_id, self.now))
         self.publish(imc.LoggingControl(op=imc.LoggingControl.Op.REQUEST_START))
-
-    def _is_generator(self, request: imc.PlanControl) -> bool:
-        label = self.vehicle.entities.label(self.system, request.src_ent)
-        return request.src == self.system and label == self.plan_generator_entity_label
 
     def _succeed(self, flight: Flight, info: str) -> None:
         flight.info = info

@@ -28,6 +28,11 @@ class Requests:
         request = imc.VehicleCommand(command=command, request_id=self._command)
         self._task.publish(request.replace(**fields))
 
+    def come_from(self, label: str, request: imc.Message) -> bool:
+        """Whether a request is of the entity of this label on board."""
+        task = self._task
+        return request.src == task.system and task.vehicle.entities.label(task.system, request.src_ent) == label
+
     async def obeyed(self, inbox: Inbox) -> None:
         """Wait for the answer to the last command. Raises PlanError for a refusal, and for none."""
         task, deadline = self._task, self._task.now + PATIENCE
