@@ -73,9 +73,9 @@ class VSIM(Task):
 
     @consume
     def flow(self, stream: imc.EstimatedStreamVelocity) -> None:
-        source = self.vehicle.entities.find(self.stream_source)
+        label = self.vehicle.entities.label(stream.src, stream.src_ent)
         velocity = stream.x, stream.y, stream.z
-        if source is not None and stream.src_ent == source.id and all(map(math.isfinite, velocity)):
+        if label == self.stream_source and all(map(math.isfinite, velocity)):
             self.craft.stream = velocity
 
     @consume

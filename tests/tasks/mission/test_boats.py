@@ -15,9 +15,14 @@ from runtime.clock import VirtualClock
 from runtime.mission import Mission, Report, prepare
 from runtime.plans import load_plan
 from runtime.profile import load_profile
+from runtime.resim import resimulate
 from runtime.testing import fly
 
 BOATS = ("otter", "caravel")
+CONTROLLERS = {
+    "otter": ("Control.ASV.HeadingAndSpeed",),
+    "caravel": ("Control.ASV.Conventional.Heading", "Control.ASV.Conventional.Speed"),
+}
 HARBOUR = Path(__file__).parents[2] / "data/plans/harbour.yaml"
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 DEPTH, ALTITUDE = imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE
@@ -246,6 +251,26 @@ def test_equal_voyages_are_equal(boat):
     first, again = (sail(boat, plan, *CURRENT, keep_all=True).packets for _ in range(2))
     assert first == again
     assert sail(boat, plan, *CURRENT, seed=2, keep_all=True).packets != first
+
+
+@pytest.mark.parametrize("boat", BOATS)
+def test_each_task_says_the_same_again_from_the_log(boat, tmp_path):
+    (tmp_path / "windy.ini").write_text(
+        f"[Require {boat}.ini]\n[Simulators.StreamVelocity]\nDefault Speed East = 0.3\n[Simulators.Wind]\nSpeed = 6\n"
+    )
+    profile = load_profile(tmp_path / "windy.ini")
+    vehicle = build(
+        profile, {"Simulation"}, clock=VirtualClock(profile.start_time_ns), seed=1, log_root=tmp_path / "log"
+    ).vehicle
+    vehicle.start()
+    vehicle.run(12.0)
+    vehicle.close()
+    log = imc.Log(max((tmp_path / "log").glob("*/*/*")))
+    tasks = ["Simulators.VSIM", "Navigation.General.GPSNavigation", *CONTROLLERS[boat]]
+    for task in tasks:
+        done = resimulate(log, [task])
+        assert (done.comparison.bytes, done.comparison.first) == (0, None)
+        assert sum(tally.equal for tally in done.comparison.tallies.values()) > 100
 
 
 def test_a_boat_circles_by_itself_until_it_is_given_a_plan(tmp_path):
