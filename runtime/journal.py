@@ -76,21 +76,26 @@ class Journal:
                 [],
             )
         except SnapshotError as error:
-            self.past, self.trouble = None, str(error)
+            self.lose(str(error))
 
     def pack(self) -> None:
         """Make the entries small."""
-        if self.past is not None and self.entries:
-            self.past.chunks.append(self._packed())
+        try:
+            if self.past is not None and self.entries:
+                self.past.chunks.append(self._packed())
+        except SnapshotError as error:
+            self.lose(str(error))
         self.entries.clear()
+
+    def lose(self, why: str) -> None:
+        """It is of no use until it begins anew."""
+        self.past, self.trouble = None, why
 
     def saved(self, likeness: int) -> Past:
         """All of it. Raises SnapshotError."""
         past = self.past
         if past is None:
-            raise SnapshotError(
-                f"{self.task.name} runs a script, and its state before could not be saved: {self.trouble}"
-            )
+            raise SnapshotError(f"{self.task.name} runs a script, and its journal was lost: {self.trouble}")
         chunks = [*past.chunks, self._packed()] if self.entries else list(past.chunks)
         return Past(past.time, past.state, past.timers, past.entities, chunks, likeness)
 
@@ -186,7 +191,7 @@ class Journals:
         if isinstance(function, MethodType):
             journal.entries.append((self._moment, function.__name__, args))
         else:
-            journal.past, journal.trouble = None, f"it was called by {function!r}"
+            journal.lose(f"it was called by {function!r}")
 
     def _settle(self) -> None:
         """Note what else the Daemon has set: it pushes and pops the parameters of others, and activates them."""

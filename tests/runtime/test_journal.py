@@ -1,5 +1,6 @@
 """Snapshots in the midst of scripts: the task lives through its journal again, or is refused."""
 
+import functools
 from typing import Any
 
 import pytest
@@ -200,6 +201,41 @@ class Hoarder(Task):
         """Makes its journal long."""
 
 
+class Roundabout(Task):
+    """Calls itself in a way that has no name."""
+
+    def start(self) -> None:
+        self.run(self.wait)
+
+    @periodic(1.0)
+    def tick(self) -> None:
+        self.vehicle.kernel.soon(functools.partial(self.hear, 1))
+
+    def hear(self, number: int) -> None:
+        self.number = number
+
+    async def wait(self, script: Script) -> None:
+        await script.sleep(5.0)
+
+
+class Stranger:
+    """Nothing that a snapshot takes."""
+
+    def __init__(self) -> None:
+        self.me = iter([self])
+
+
+class Confidant(Roundabout):
+    """Is told things that cannot be saved."""
+
+    @periodic(200.0)
+    def tick(self) -> None:
+        self.vehicle.kernel.soon(self.learn, Stranger())
+
+    def learn(self, _: Stranger) -> None:
+        """Forget it."""
+
+
 async def elsewhere(script: Script) -> None:
     await script.sleep(5.0)
 
@@ -227,6 +263,17 @@ def test_a_script_that_depends_on_the_outside_is_refused(monkeypatch: pytest.Mon
 def test_what_cannot_be_saved_before_a_script_is_named() -> None:
     with pytest.raises(SnapshotError, match=r"Hoarder runs a script, .*hoard is a list_iterator"):
         saved_after(52.0, Weather, Hoarder)
+
+
+def test_a_journal_that_misses_a_call_is_of_no_use() -> None:
+    with pytest.raises(SnapshotError, match=r"Roundabout runs a script, and its journal was lost: it was called by"):
+        saved_after(1.5, Roundabout)
+
+
+@pytest.mark.parametrize("seconds", [1.0, 4.0])
+def test_a_journal_of_what_cannot_be_saved_is_of_no_use(seconds: float) -> None:
+    with pytest.raises(SnapshotError, match=r"Confidant.*me is a list_iterator"):
+        saved_after(seconds, Confidant)
 
 
 def test_a_script_without_a_journal_is_refused() -> None:
