@@ -46,8 +46,8 @@ def relive(task: Task, past: Past) -> tuple[list[Timer], list[Callable[..., obje
         kernel.clear()
     if likeness(task, timers) != past.likeness:
         raise SnapshotError(
-            f"{task.name} cannot be brought back: it is not where it was. Another version wrote the snapshot, or a script "
-            "depends on more than what its task hears, its timers and its own state"
+            f"{task.name} cannot be brought back: it is not where it was. Another version wrote the snapshot, or a "
+            "script depends on more than what its task hears, its timers and its own state"
         )
     return timers, handlers
 
