@@ -27,6 +27,9 @@ class Flight:
         ).vehicle
         self.truths, self.modes, self.log, self.op_modes = [], [], [], []
         self.vehicle.tap(imc.SimulatedState, self.truths.append)
+        self.volts, self.amperes = [], []
+        self.vehicle.tap(imc.Voltage, lambda m: self.volts.append(m.value))
+        self.vehicle.tap(imc.Current, lambda m: self.amperes.append(m.value))
         self.vehicle.tap(imc.AutopilotMode, lambda m: self._note(self.modes, m.mode))
         self._until_down = until_down
         self.vehicle.tap(imc.VehicleState, lambda m: self._note(self.op_modes, imc.VehicleState.OpMode(m.op_mode).name))

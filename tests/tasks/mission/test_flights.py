@@ -127,6 +127,15 @@ def test_a_battery_that_runs_low_ends_the_plan_and_lands_it(tmp_path):
     assert flight.end.z == 0.0
 
 
+def test_hovering_takes_the_power_that_carries_the_weight(tmp_path):
+    flight = Flight(tmp_path, seconds=40.0)
+    powers = [volt * ampere for volt, ampere in zip(flight.volts, flight.amperes, strict=True)]
+    induced = (3.0 * 9.80665) ** 1.5 / math.sqrt(2.0 * 1.225 * 6.0 * math.pi * 0.127**2)  # W, momentum theory
+    assert sum(powers[-10:]) / 10.0 == pytest.approx(15.0 + induced / 0.55, rel=0.05)
+    assert powers[1] == pytest.approx(15.0, rel=0.01)
+    assert 14.0 < flight.volts[-1] < flight.volts[1] < 17.0
+
+
 def test_beyond_the_limits_the_plan_ends(tmp_path):
     limits = imc.OperationalLimits(dst=OWN, src=CCU, mask=imc.OpLimitsMask.MAX_ALT, max_altitude=10.0)
     flight = Flight(tmp_path, (25.0, limits), seconds=40.0)
