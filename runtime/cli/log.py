@@ -14,7 +14,7 @@ COMMANDS = {
     "diff": ("runtime.cli.log_diff", "Say in plain words where two logs part."),
     "report": ("runtime.cli.log_report", "Draw a log as one HTML page: track, depth, states, errors, plans."),
     "doctor": ("runtime.cli.log_doctor", "Look for what is wrong with a log, and repair it."),
-    "export": ("runtime.cli.log_export", "Write a log as MCAP, Parquet, CSV or LLF."),
+    "export": ("runtime.cli.log_export", "Write a log as MCAP, NetCDF, Parquet, CSV or LLF."),
     "import": ("runtime.cli.log_export", "Make a log of an MCAP or .tlog file."),
 }
 

@@ -55,8 +55,8 @@ def export(
     force: bool,
 ) -> None:
     """Write LOG to OUT as MCAP, NetCDF, Parquet, CSV or LLF; OUT is named after the log by default."""
-    form = form or (_format_of(out) if out else "mcap")
     with refusals():
+        form = form or (_format_of(out) if out else "mcap")
         with _extra("analysis"):
             write = _writer(form, raw, images)
         opened = open_log(log)
@@ -108,9 +108,11 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
 
 
 def _format_of(out: Path) -> str:
-    """The format that the ending of a name says, else MCAP."""
+    """The format that the ending of a name says, MCAP without one. Raises ValueError for one that says nothing."""
     ending = out.suffix[1:].lower()
-    return "netcdf" if ending == "nc" else ending if ending in FORMATS else "mcap"
+    if ending and ending != "nc" and ending not in FORMATS:
+        raise ValueError(f"{out}: '.{ending}' is the ending of no format; name one by --format")
+    return "netcdf" if ending == "nc" else ending or "mcap"
 
 
 def _writer(form: str, raw: bool, images: bool) -> Callable[[Source, Path, Progress], int]:

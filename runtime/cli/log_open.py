@@ -17,6 +17,7 @@ from runtime.logs.names import UnknownName
 from runtime.problem import printable
 
 LOG = click.Path(path_type=Path)
+IMPORTED = (".mcap", ".tlog")
 
 
 @contextmanager
@@ -48,6 +49,8 @@ def check_found(log: imc.Log, packets: int) -> None:
     if packets == 0:
         length = log.path.stat().st_size
         why = f"none of its {length} bytes belongs to a message" if length else "the file is empty"
+        if log.path.suffix.lower() in IMPORTED and length:
+            why += f"; shoal log import {log.path} makes a log of it"
         raise click.ClickException(printable(f"{log.path}: there is no message in this log: {why}"))
 
 

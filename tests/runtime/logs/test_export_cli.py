@@ -59,6 +59,9 @@ def test_the_ending_of_the_name_says_the_format(shoal, rpms, tmp_path):
     assert (tmp_path / "a.csv" / "Rpm.csv").is_file()
     assert shoal("export", rpms, "a.nc")[0] == 0
     assert (tmp_path / "a.nc").read_bytes().startswith(b"\x89HDF")
+    code, said = shoal("export", rpms, "a.xyz")
+    assert (code, "'.xyz' is the ending of no format; name one by --format" in said) == (1, True)
+    assert shoal("export", rpms, "a.xyz", "--format", "llf")[0] == 0
 
 
 def test_a_part_is_chosen(shoal, rpms, tmp_path):
@@ -125,6 +128,11 @@ def test_empty_logs_and_other_files_are_refused(shoal, make_log, tmp_path):
     code, said = shoal("import", "a.tlog")
     assert (code, "a.tlog: no autopilot speaks in its 700 bytes" in said) == (1, True)
     assert not (tmp_path / "a").exists()
+
+
+def test_what_has_to_be_imported_is_said(shoal):
+    code, said = shoal("info", LOGS / "ardusub.tlog")
+    assert (code, f"shoal log import {LOGS / 'ardusub.tlog'} makes a log of it" in said) == (1, True)
 
 
 def test_a_tlog_is_imported_under_a_name(shoal, tmp_path):
