@@ -10,7 +10,7 @@ from typing import cast
 
 import imc
 from runtime.build import build
-from runtime.catalogue import TaskImportError, find_task
+from runtime.catalogue import TaskImportError, all_tasks, find_task
 from runtime.clock import SECOND, VirtualClock, nanoseconds
 from runtime.config import items
 from runtime.folders import own_etc
@@ -153,8 +153,10 @@ def _section(profile: Profile, name: str) -> str:
     with contextlib.suppress(TaskImportError):
         if find_task(name) is not None:
             return name
-    hint = suggestion(name, [*sections, *labels.values()])
-    raise ResimulationError(f"there is no task {quoted(name)}" + (f": {hint}" if hint else ""))
+    tasks = [section for section in sections if "Enabled" in sections[section].options] or list(all_tasks([]))
+    known = dict.fromkeys([*tasks, *(labels[section] for section in tasks if section in labels)])
+    hint = suggestion(name, known) or "`shoal tasks` lists them"
+    raise ResimulationError(f"there is no task {quoted(name)}: {hint}")
 
 
 def _check(section: str) -> None:

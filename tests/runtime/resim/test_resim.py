@@ -199,6 +199,7 @@ def test_a_log_of_dune_says_what_cannot_be_reproduced() -> None:
         ("Simulators.MUGDetectionCamara", "did you mean 'Simulators.MUGDetectionCamera'?"),
         ("Transports.MAVLink", "talks to the outside"),
         ("Simulators.Nothing", "there is no task"),
+        ("Xyzzy", "there is no task 'Xyzzy': `shoal tasks` lists them"),
     ],
 )
 def test_what_cannot_be_simulated_again_is_refused(log: imc.Log, name: str, reason: str) -> None:
