@@ -77,7 +77,10 @@ def _tiles(story: Story) -> str:
     if len(motion.time):
         moving = motion.speed[motion.speed > 0.05]
         tiles.append(("", f"{story.distance:,.0f} m".replace(",", " "), "over ground"))
-        tiles.append(("", f"{float(np.nan_to_num(motion.depth).max()):.1f} m", "greatest depth"))
+        for height, what in ((motion.depth, "greatest depth"), (motion.altitude, "greatest altitude")):
+            if np.isfinite(height).any():
+                tiles.append(("", f"{float(np.nanmax(height)):.1f} m", what))
+                break
         tiles.append(("", f"{float(np.median(moving)) if len(moving) else 0.0:.2f} m/s", "usual speed"))
     if len(story.detections.time):
         tiles.append(
