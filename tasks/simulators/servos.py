@@ -6,6 +6,7 @@ import imc
 from runtime import State, Task, consume, param, periodic
 
 ROUNDING = 1e-7  # rad
+MICROSECONDS = 1e6  # in a second
 
 
 class Servos(Task):
@@ -78,6 +79,7 @@ class Servos(Task):
         self._moving[servo] = distance > 0.0
         if self._moving[servo]:
             arrival = distance / math.radians(self.maximum_rate) if self.enable_rotation_rate else 0.0
+            arrival = math.ceil(arrival * MICROSECONDS) / MICROSECONDS  # a time that a log can tell
             self.after(min(arrival, 1.0 / self.update_rate), self._arrive, servo)
 
     def _arrive(self, servo: int) -> None:

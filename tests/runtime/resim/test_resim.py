@@ -86,8 +86,13 @@ def test_late_measurements_and_labels_of_others_are_what_they_were(tmp_path: Pat
 def test_the_log_of_a_plan_begins_with_its_run(tmp_path: Path) -> None:
     log = run(tmp_path, "lauv-noptilus-1", 9.0, mode="Simulation")
     assert log.path.parent.name == "000005_dive"
-    for section in ("Plan.Engine", "Maneuver.Loiter", "Navigation.AUV.Navigation", CAMERA):
-        done = resimulate(log, [section])
+    profile = load_profile(log.path.parent / "Config.ini")
+    every = [
+        s for s in profile.config.sections if profile.enabled(s, ["Simulation"]) and not s.startswith("Transports.")
+    ]
+    assert len(every) > 40
+    for sections in (["Plan.Engine"], ["Maneuver.Loiter"], ["Simulators.Servos"], [CAMERA], every):
+        done = resimulate(log, sections)
         assert done.exact
         assert done.comparison.bytes == 0
         assert done.comparison.first is None
