@@ -108,7 +108,7 @@ class ParameterService(Task):
                 self.reply(request, reply, entity=task.entity)
 
     def _addressed(self, request: imc.Message, label: str) -> Task | None:
-        return self.vehicle.find(label) if self._for_us(request) else None
+        return self.vehicle.find(label) if self.concerns(request) else None
 
     def _for_us(self, request: imc.Message) -> bool:
         return request.dst in (self.system, UNKNOWN_SYSTEM)

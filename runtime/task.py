@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 UNKNOWN_SYSTEM = 0xFFFF
 UNKNOWN_ENTITY = 0xFF
+OPERATORS = range(0x4000, 0x6000)  # IMC ids of consoles
 
 
 class Task:
@@ -138,6 +139,14 @@ class Task:
     def reply(self, request: imc.Message, message: imc.Message, *, entity: Entity | None = None) -> imc.Message:
         """Publish `message` to the source of `request`."""
         return self.publish(message.replace(dst=request.src, dst_ent=request.src_ent), entity=entity)
+
+    def concerns(self, request: imc.Message) -> bool:
+        """Whether a request is for this system: addressed to it, or to nobody by itself or by an operator.
+
+        What another vehicle asks of nobody in particular it asks of itself.
+        """
+        asks_itself = request.src == self.system or request.src in OPERATORS
+        return request.dst == self.system or (request.dst == UNKNOWN_SYSTEM and asks_itself)
 
     def relay(self, packet: bytes) -> imc.Message:
         """Put somebody else's packet on the bus as it is, without what may follow it. Raises imc.DecodeError."""

@@ -102,7 +102,7 @@ class OperationalLimits(Task):
     @consume(others=True)
     def change(self, limits: imc.OperationalLimits) -> None:
         """Take new limits and tell them to everybody on board; those with a value that is no number are refused."""
-        if limits.dst not in (self.system, UNKNOWN_SYSTEM):
+        if not self.concerns(limits):
             return
         numbers = [value for value in limits.to_dict().values() if isinstance(value, float)]
         if not all(map(math.isfinite, numbers)):

@@ -50,6 +50,12 @@ def setting(at, **values):
     return imc.SetEntityParameters(name="Valve", params=entries, timestamp=at, src=CONSOLE, src_ent=7, dst=0x1A)
 
 
+@pytest.mark.parametrize(("src", "turns"), [(0x1B, 2), (CONSOLE, 3), (0xFFFF, 3)])
+def test_what_another_vehicle_sets_for_nobody_in_particular_is_its_own(src, turns):
+    run = simulate(Valve, [setting(1.0, Turns="3").replace(src=src, dst=0xFFFF)], seconds=2)
+    assert run.task.turns == turns
+
+
 names = st.sampled_from([*Valve.parameters(), "", "No Such", "Entity Label"])
 values = st.one_of(
     st.sampled_from(["true", "false", "1e999", "-inf", "nan", "9" * 5000, "-" + "9" * 400, "0x" + "f" * 40, "13", ""]),

@@ -161,6 +161,13 @@ def test_limits_that_are_no_numbers_are_refused():
     assert run.log == ["limits from 0x4000 have a value that is no number"]
 
 
+@pytest.mark.parametrize(("src", "dst", "limit"), [(0x1B, 0xFFFF, 30.0), (0x1B, OWN, 5.0), (CCU, 0xFFFF, 5.0)])
+def test_limits_of_another_vehicle_are_its_own(src, dst, limit):
+    told = imc.OperationalLimits(timestamp=1.0, src=src, dst=dst, mask=Limit.MAX_DEPTH, max_depth=5.0)
+    run = simulate(OperationalLimits, [told], seconds=2, maximum_depth=30.0)
+    assert run.of(imc.OperationalLimits)[-1].max_depth == limit
+
+
 class Batteries(Task):
     """A battery at 25 V and 72 A: half a watt hour a second."""
 
