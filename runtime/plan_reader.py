@@ -9,11 +9,13 @@ import yaml
 import imc
 from imc.coordinates import displace
 from runtime.plan_values import Z_UNITS, position, quantity, read_field, speed
+from runtime.problem import suggestion
 
 DONE = "ManeuverIsDone"
 FINISH = "_done_"
 ALIASES = {"idle": "IdleManeuver"}
 MOST = 4096  # maneuvers; a message has room for 65535 bytes
+_SHORTHANDS = ("at", "north", "east", "speed", *Z_UNITS)
 _TARGET_KEYS = ("origin", "speed", *Z_UNITS)
 _PLAN_KEYS = ("plan", "description", "namespace", *_TARGET_KEYS, "start", "maneuvers", "on_start", "on_end")
 _ITEM_KEYS = ("id", "then", "on_start", "on_end")
@@ -85,14 +87,15 @@ class PlanReader:
         values |= {key: value for key, value in self._defaults.items() if key in infos}
         target = self._target(nodes)
         values |= {key: value for key, value in target.items() if key in infos}
-        given = {key for key in nodes if key not in ("at", "north", "east", "speed", *Z_UNITS)}
+        given = [key for key in nodes if key not in _SHORTHANDS]
         for key in given:
             if key not in infos:
-                self._fail(nodes[key], f"{cls.__name__} has no field {key!r}")
+                self._fail(nodes[key], _hinted(f"{cls.__name__} has no field {key!r}", key, [*_SHORTHANDS, *infos]))
             values[key] = self._read(nodes[key], _points if key == "points" else partial(read_field, infos[key]))
         for key in target:
             if key not in infos:
-                self._fail(where, f"{cls.__name__} has no {key}")
+                named = [name for name in Z_UNITS if name in nodes] if key == "z" else ["position"]
+                self._fail(where, f"{cls.__name__} has no {key if key == 'speed' else named[0]}")
         try:
             made = imc.from_dict(values)
             imc.encode(made)
@@ -112,6 +115,9 @@ class PlanReader:
                 self._fail(nodes.get("north") or nodes.get("east"), "north and east need an origin of the plan")
             north, east = (self._read(nodes[k], _metres) if k in nodes else 0.0 for k in ("north", "east"))
             found["lat"], found["lon"] = displace(self._origin[0], self._origin[1], 0.0, north, east)[:2]
+        heights = [key for key in nodes if key in Z_UNITS]
+        if len(heights) > 1:
+            self._fail(nodes[heights[1]], f"{' and '.join(heights)} exclude each other")
         for key, unit in Z_UNITS.items():
             if key in nodes:
                 found["z"], found["z_units"] = self._read(nodes[key], _metres), int(unit)
@@ -131,7 +137,7 @@ class PlanReader:
             text = cast(Node, text)
             to = str(text["to"])
             if to not in (*names, FINISH):
-                self._fail(then or where, f"there is no maneuver {to!r}")
+                self._fail(then or where, _hinted(f"there is no maneuver {to!r}", to, names))
             condition = str(text.get("when", DONE))
             arrows.append({"abbrev": "PlanTransition", "source_man": source, "dest_man": to, "conditions": condition})
         return arrows
@@ -152,10 +158,11 @@ class PlanReader:
 
     def _kind(self, key: str, node: Any) -> type[imc.Message]:
         wanted = ALIASES.get(key.lower(), key).replace("_", "").lower()
-        for name in sorted(imc.builtin().members("Maneuver")):
+        known = sorted(imc.builtin().members("Maneuver"))
+        for name in known:
             if name.lower() == wanted:
                 return imc.builtin()[name]
-        self._fail(node, f"there is no maneuver {key!r}")
+        self._fail(node, _hinted(f"there is no maneuver {key!r}", wanted, known))
 
     def _mapping(self, node: Any, what: str, *, optional: bool = False) -> Node:
         if optional and isinstance(node, yaml.ScalarNode) and node.tag.endswith(":null"):
@@ -189,6 +196,11 @@ class PlanReader:
     def _fail(self, node: Any, reason: str) -> NoReturn:
         line = node.start_mark.line + 1 if node is not None else 1
         raise PlanFileError(f"{self._name}:{line}: {reason}")
+
+
+def _hinted(reason: str, word: str, words: list[str]) -> str:
+    hint = suggestion(word, words)
+    return f"{reason} ({hint})" if hint else reason
 
 
 def _is_where_it_begins(maneuver: imc.Message) -> bool:

@@ -8,12 +8,14 @@ from typing import Any, cast
 import numpy as np
 
 import imc
+from runtime.problem import suggestion
 
 Z_UNITS = {"depth": imc.ZUnits.DEPTH, "altitude": imc.ZUnits.ALTITUDE, "height": imc.ZUnits.HEIGHT}
 SPEED_UNITS = {"m/s": imc.SpeedUnits.METERS_PS, "rpm": imc.SpeedUnits.RPM, "%": imc.SpeedUnits.PERCENTAGE}
 _QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(°|deg|rad|m/s|rpm|%|min|ms|[msh])?")
 _FACTORS = {"ms": 1e-3, "min": 60.0, "h": 3600.0}
 _ANGLES, _TIMES, _LENGTHS = ("°", "deg", "rad"), ("s", "ms", "min", "h"), ("m",)
+_UNITS = (*_ANGLES, *_TIMES, *_LENGTHS, *SPEED_UNITS)
 _FITTING = {"rad": _ANGLES, "s": _TIMES, "m": _LENGTHS}
 
 
@@ -36,7 +38,7 @@ def split(value: object) -> tuple[float, str]:
         return float(value), ""
     match = _QUANTITY.fullmatch(value.strip()) if isinstance(value, str) else None
     if match is None:
-        raise ValueError(f"{value!r} is not a number with a unit")
+        raise ValueError(f"{value!r} is not a number with a unit ({', '.join(_UNITS)})")
     return float(match.group(1)), match.group(2) or ""
 
 
@@ -85,6 +87,9 @@ def read_field(info: imc.FieldInfo, value: object) -> object:
     if isinstance(value, str) and info.unit in ("rad", "s", "m", "%"):
         si = quantity(value, info.unit)
         return si if info.type.startswith("fp") else round(si)
+    if isinstance(value, str) and info.enum is not None and value not in info.enum.__members__:
+        hint = suggestion(value, info.enum.__members__)
+        raise ValueError(f"{info.name}: {value!r} is no name of a value" + (f" ({hint})" if hint else ""))
     if isinstance(value, list) and info.enum is not None:
         names = cast(list[Any], value)
         members: Mapping[str, Any] = info.enum.__members__
