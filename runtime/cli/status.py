@@ -82,11 +82,9 @@ class Status:
     def summary(self) -> str:
         """One line about the whole run, and, where no panel shows them, one for each entity that ended in trouble."""
         real, passed = time.monotonic() - self._began[0], self.now - self._began[1]
-        parts = [
-            f"{passed:.1f} s of vehicle time in {real:.1f} s",
-            f"{self.vehicle.bus.delivered} messages",
-            f"{self.detections} MUG detections",
-        ]
+        parts = [f"{passed:.1f} s of vehicle time in {real:.1f} s", f"{self.vehicle.bus.delivered} messages"]
+        if self.detections:
+            parts.append(f"{self.detections} MUG detections")
         if self.folder:
             parts.append(f"log in {self.folder}")
         troubled = [entity for entity in self.vehicle.entities if entity.stateful and entity.state in TROUBLE]
@@ -124,7 +122,8 @@ class Status:
         if self.mode:
             table.add_row("mode", Text("   ".join(filter(None, [self.mode, printable(self.plan)]))))
         table.add_row("entities", self._entities())
-        table.add_row("detections", f"{self.detections}   {self.mug}")
+        if self.detections:
+            table.add_row("detections", f"{self.detections}   {self.mug}")
         table.add_row("messages", f"{self.vehicle.bus.delivered}   {self._rate:.0f} per second of the vehicle")
         table.add_row("log", Text(printable(self.folder) or "-"))
         return Panel(

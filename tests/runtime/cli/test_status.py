@@ -54,6 +54,11 @@ def test_a_title_is_no_markup(tmp_path):
     assert "replay of a[/b]c" in show(tmp_path, title="replay of a[/b]c")
 
 
+def test_detections_are_shown_where_there_are_any(tmp_path):
+    assert "detections" not in show(tmp_path, width=400)
+    assert "last: MUG 3 at +1.00 m north" in show(tmp_path, imc.EstimatedMugState(id=3, x=1.0), width=400)
+
+
 @pytest.mark.parametrize("width", [1, 3, 5])
 def test_a_narrow_terminal_is_borne(tmp_path, width):
     assert show(tmp_path, width=width)
