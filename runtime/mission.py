@@ -21,6 +21,7 @@ from runtime.vehicle import Vehicle
 COMPLETED, FAILED, LATE = "SUCCESS", "FAILURE", "TIMEOUT"
 USUAL_MODES = ("Simulation", "Kinematic")
 AUTOSTART = "Plan.Autostart"
+NEEDED = ("Supervisors.Vehicle", "Plan.Engine")  # whose word a mission waits for
 ON_TRACK, AT_DEPTH = 1.5, 0.5  # m; errors count from where they have first been smaller, on each path
 ON_COURSE = math.radians(15.0)
 NEXT_STATES = (imc.PlanControlState.State.READY, imc.PlanControlState.State.BLOCKED)
@@ -137,7 +138,9 @@ class Mission:
         return self.report
 
     def _give_up(self, reason: str) -> None:
-        self._end(FAILED, f"{reason}: {self._trouble}" if self._trouble else reason)
+        missing = [name for name in NEEDED if not any(task.name == name for task in self._vehicle.tasks)]
+        trouble = f"no {' and no '.join(missing)} runs in it" if missing else self._trouble
+        self._end(FAILED, f"{reason}: {trouble}" if trouble else reason)
 
     def _judge(self, answer: imc.PlanControl) -> None:
         if self._is_over or answer.src != self._vehicle.system:

@@ -58,6 +58,12 @@ def test_a_plan_that_cannot_be_flown_says_why():
     assert report.legs == []
 
 
+def test_a_vehicle_that_knows_no_plans_says_what_it_lacks():
+    report = fly(parse_plan(SHORT), modes=["Kinematic"], limit=300)
+    assert report.outcome == "FAILURE"
+    assert report.reason == "vehicle not ready within 120 s: no Supervisors.Vehicle and no Plan.Engine runs in it"
+
+
 def test_a_limit_ends_a_mission():
     report = fly(load_plan(RECORDED), limit=60)
     assert (report.outcome, report.reason) == ("TIMEOUT", "plan is not over")
