@@ -159,7 +159,7 @@ class Profile:
             if name not in self.modes:
                 hint = suggestion(name, self.modes)
                 raise ProfileError(
-                    [Problem("error", str(self.path), 0, f"there is no profile {quoted(name)} to select", hint)]
+                    [Problem("error", str(self.path), 0, f"there is no mode {quoted(name)} to select", hint)]
                 )
         return frozenset(chosen)
 

@@ -193,7 +193,7 @@ def test_modes() -> None:
     sections = ("A.B", "A.C", "A.D", "A.E")
     assert [auv.enabled(section, ["Hardware"]) for section in sections] == [True, True, False, False]
     assert [auv.enabled(section, ["Simulation"]) for section in sections] == [False, True, False, False]
-    with pytest.raises(ProfileError, match=r"no profile 'simulation' to select \(did you mean 'Simulation'\?\)"):
+    with pytest.raises(ProfileError, match=r"no mode 'simulation' to select \(did you mean 'Simulation'\?\)"):
         auv.select("simulation")
 
 
