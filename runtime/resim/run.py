@@ -50,7 +50,7 @@ def _before(log: imc.Log, profile: Profile) -> imc.Log | None:
     earlier = [(_text(folder) == _text(here), folder) for folder in here.parent.iterdir() if folder < here]
     for _, folder in sorted(earlier, reverse=True):
         if _identity(_profile(folder)) == _identity(profile):
-            with suppress(OSError, imc.SchemaError):
+            with suppress(OSError, imc.SchemaError, imc.DecodeError):
                 found = imc.Log(folder)
                 if _end(found) == begin:
                     return found
