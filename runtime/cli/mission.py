@@ -51,7 +51,8 @@ def mission(
 ) -> None:
     """Fly PLAN (YAML or JSON) with the vehicle PROFILE: shoal mission lauv-noptilus-1 plan.yaml
 
-    The exit status is 0 for a plan that was completed, 1 for one that was not, 2 where it could not begin.
+    The exit status is 0 for a plan that was completed, 1 for one that the vehicle refused or did not complete, 2 for a
+    file or a profile that is wrong.
     """
     try:
         longest = parse_duration(limit)

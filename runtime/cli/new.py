@@ -46,7 +46,8 @@ def test_it_reports_the_greatest_depth():
     assert run.of(imc.Depth)[0].value == 0.0
 '''
 
-VEHICLE = """# {name}: swims circles in simulation; see `shoal explain {name}`.
+VEHICLE = """# {name}: swims circles in simulation, without forces; see `shoal explain {name}`. One with forces, navigation, control and
+# plans begins with [Require lauv-noptilus-1.ini].
 
 [General]
 Vehicle                       = {name}
@@ -102,7 +103,7 @@ def task(name: str) -> None:
         raise click.BadParameter(f"{name!r}: a module {module} is there already")
     _write(Path(f"{module}.py"), TASK.format(title=cls, cls=cls))
     _write(Path(f"test_{module}.py"), TASK_TEST.format(cls=cls, module=module))
-    click.echo(f"\nTest it:  python -m pytest test_{module}.py")
+    click.echo(f"\nTest it:  python -m pytest test_{module}.py   (pip install pytest)")
     click.echo(f"Use it:   [{module}.{cls}] with `Enabled = Always` in a profile of this folder, or for one run:")
     click.echo(f'          shoal run lauv-noptilus-1 -p Simulation --set "{module}.{cls}:Enabled=Always"')
 
@@ -117,7 +118,7 @@ def vehicle(name: str) -> None:
     module = re.sub(r"\W", "_", name)
     _write(Path(f"test_{module}.py"), VEHICLE_TEST.format(name=name))
     click.echo(f"\nRun it:   shoal run {name} -p Simulation")
-    click.echo(f"Test it:  python -m pytest test_{module}.py")
+    click.echo(f"Test it:  python -m pytest test_{module}.py   (pip install pytest)")
 
 
 def _write(path: Path, text: str) -> None:
