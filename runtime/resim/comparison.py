@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -194,28 +195,32 @@ class Comparison:
 
 
 class LastMoment:
-    """Hands packets on to a comparison, those of the `end` (s since 1970 UTC) only when all are known.
+    """Hands packets on to a comparison, those that come when it is `end` (ns since 1970 UTC) only when all are known.
 
-    A run that is stopped by hand ends somewhere within a moment.
+    A run that is stopped by hand ends somewhere within a moment. `now` tells the time.
     """
 
-    def __init__(self, comparison: Comparison, end: float):
+    def __init__(self, comparison: Comparison, now: Callable[[], int]):
+        self.end: int | None = None
         self._comparison = comparison
-        self._end = end
+        self._now = now
         self._logged: list[tuple[imc.Header, bytes]] = []
         self._said: list[tuple[imc.Header, bytes]] = []
 
     def log_has(self, header: imc.Header, packet: bytes) -> None:
-        if header.timestamp < self._end:
-            self._comparison.log_has(header, packet)
-        else:
+        if self._is_last():
             self._logged.append((header, packet))
+        else:
+            self._comparison.log_has(header, packet)
 
     def task_says(self, header: imc.Header, packet: bytes) -> None:
-        if header.timestamp < self._end:
-            self._comparison.task_says(header, packet)
-        else:
+        if self._is_last():
             self._said.append((header, packet))
+        else:
+            self._comparison.task_says(header, packet)
+
+    def _is_last(self) -> bool:
+        return self.end is not None and self._now() >= self.end
 
     def settle(self, doubtful: bool) -> bool:
         """Compare the end, unless it is different and `doubtful`; whether it was compared."""

@@ -1,7 +1,6 @@
 """Runs tasks again on the messages that a log has of all others, and compares what they say with the log."""
 
 import contextlib
-import math
 import tempfile
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -101,7 +100,7 @@ def resimulate(
         comparison = Comparison(log.schema, 0.0 if virtual else TOLERANCE)
         bus = vehicle.bus
         assert isinstance(bus, LoggedBus)
-        moment = LastMoment(comparison, about.end if about.closed else math.inf)
+        moment = LastMoment(comparison, lambda: vehicle.kernel.now_ns)
         bus.heard, bus.said = moment.log_has, moment.task_says
         bus.daemon, bus.cut_short = vehicle.daemon, not about.closed
         for label, entity in about.labels.items():
@@ -113,6 +112,7 @@ def resimulate(
             try:
                 vehicle.start()
                 end = rates.of(about.end)
+                moment.end = end if about.closed else None
                 vehicle.kernel.run(until=end if about.closed else end + 1)
             finally:
                 vehicle.close()

@@ -17,6 +17,7 @@ from runtime.clock import VirtualClock
 from runtime.profile import load_profile
 from runtime.resim import ResimulationError, resimulate
 from runtime.resim.history import Instants
+from runtime.testing import fly
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
 MIXER = "tests.runtime.resim.interplay.Mixer"
@@ -102,6 +103,15 @@ def test_the_log_of_a_plan_begins_with_its_run(tmp_path: Path) -> None:
     done = resimulate(log, [CAMERA])
     assert not done.exact
     assert done.notes[0].startswith("the log begins 5.0 s after the vehicle")
+
+
+def test_measurements_of_the_moment_in_which_a_mission_ends(tmp_path: Path) -> None:
+    maneuvers = [imc.PlanManeuver(maneuver_id="hold", data=imc.StationKeeping(lat=0.7, lon=-0.15, duration=1))]
+    plan = imc.PlanSpecification(plan_id="refused", start_man_id="hold", maneuvers=maneuvers)
+    assert not fly(plan, "hexa-00", log_root=tmp_path).completed
+    log = imc.Log(max(tmp_path.glob("*/*/*")))
+    for section in ("Simulators.Barometer", "Simulators.GPS", "Navigation.UAV.Navigation"):
+        assert resimulate(log, [section]).comparison.bytes == 0
 
 
 def test_the_log_of_the_re_simulation_is_the_log(log: imc.Log, tmp_path: Path) -> None:
