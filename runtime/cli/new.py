@@ -46,8 +46,8 @@ def test_it_reports_the_greatest_depth():
     assert run.of(imc.Depth)[0].value == 0.0
 '''
 
-VEHICLE = """# {name}: swims circles in simulation, without forces; see `shoal explain {name}`. One with forces, navigation, control and
-# plans begins with [Require lauv-noptilus-1.ini].
+VEHICLE = """# {name}: swims circles in simulation, without forces; see `shoal explain {name}`.
+# One with forces, navigation, control and plans begins with [Require lauv-noptilus-1.ini].
 
 [General]
 Vehicle                       = {name}
