@@ -90,9 +90,10 @@ class Navigation(Task):
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
             return
         reason = imc.GpsFixRejection.Reason
-        if not fix.validity & imc.GpsFix.Validity.VALID_POS:
+        somewhere = abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)
+        if not (fix.validity & imc.GpsFix.Validity.VALID_POS and somewhere):
             self.publish(imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason.INVALID))
-        elif not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and fix.hacc <= self.largest_hacc):
+        elif not fix.hacc <= self.largest_hacc:
             self.publish(imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason.ABOVE_MAX_HACC))
         else:
             self._fix, self._fixed = fix, self.now

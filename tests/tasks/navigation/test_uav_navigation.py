@@ -101,9 +101,13 @@ def test_fixes_that_contradict_are_believed_when_they_go_on():
 def test_fixes_that_are_none_are_refused_and_it_is_said():
     odd = [FIX.replace(timestamp=2.5, validity=0), FIX.replace(timestamp=2.6, hacc=50.0)]
     odd += [FIX.replace(timestamp=2.7, lat=math.nan)]
-    run = simulate(Navigation, feed=[*sensors(2.4), *odd], **ANY)
-    assert len(run.of(imc.GpsFixRejection)) == 3
-    assert run.of(imc.EstimatedState)[-1].x == pytest.approx(0.0, abs=0.1)
+    nowhere = FIX.replace(timestamp=0.0, height=math.nan)
+    run = simulate(Navigation, feed=[nowhere, *sensors(2.4), *odd], **ANY)
+    reasons = imc.GpsFixRejection.Reason
+    found = [m.reason for m in run.of(imc.GpsFixRejection)]
+    assert found == [reasons.INVALID, reasons.INVALID, reasons.ABOVE_MAX_HACC, reasons.INVALID]
+    state = run.of(imc.EstimatedState)[-1]
+    assert (state.x, state.height) == pytest.approx((0.0, FIX.height), abs=0.1)
 
 
 def test_samples_that_are_no_numbers_change_nothing():
