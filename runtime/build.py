@@ -15,7 +15,7 @@ from runtime.kernel import Kernel
 from runtime.logbook import summary
 from runtime.parameters import ParameterError
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
-from runtime.profile import ENTITY_IDS, Profile, default_label
+from runtime.profile import ENTITY_IDS, NEVER, Profile, default_label
 from runtime.task import Task
 from runtime.vehicle import Vehicle
 
@@ -84,8 +84,10 @@ def build(
     )
     made, problems = Build(vehicle), list[Problem]()
     for section in profile.config.sorted_sections():
-        if section.origin == COMMAND_LINE and "Enabled" not in section.options and "." in section.name:
-            hint = suggestion(section.name, set(profile.config.sections) - {section.name})
+        is_asked_for = "Enabled" in section.options and section.value("Enabled") != NEVER
+        if section.origin == COMMAND_LINE and not is_asked_for and "." in section.name:
+            others = [name for name in profile.config.sections if name != section.name]
+            hint = suggestion(section.name, [name for name in others if name.startswith(f"{section.name}/")] or others)
             problems.append(Problem("error", *COMMAND_LINE, f"there is no section [{section.name}]", hint))
         if not (profile.enabled(section.name, selected) if only is None else section.name in only):
             continue

@@ -7,11 +7,10 @@ from runtime import dune
 from runtime.config import Option, Section, items
 from runtime.parameters import Parameter
 from runtime.problem import Origin, Problem, ProfileError, Severity, nearest, quoted, suggestion
-from runtime.profile import ALWAYS, Profile, default_label, parse_address
+from runtime.profile import ALWAYS, NEVER, Profile, default_label, parse_address
 from runtime.task import Task
 from runtime.zenoh_config import ZenohConfig
 
-NEVER = "Never"
 DAEMON = "Daemon"
 
 _OCTAL = re.compile(r"[+-]?0[0-7]+")

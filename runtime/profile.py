@@ -14,7 +14,7 @@ from runtime.ini import parse
 from runtime.parameters import Parameter
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
 
-ALWAYS = "Always"
+ALWAYS, NEVER = "Always", "Never"
 BUILT_IN = {
     "Hardware": "On the vehicle's hardware.",
     "Simulation": "With simulated sensors and actuators.",

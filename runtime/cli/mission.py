@@ -13,10 +13,14 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 import imc
-from runtime.cli.duration import duration_option, parse_duration
+from runtime.catalogue import find_task
+from runtime.check import check
+from runtime.cli.duration import parse_duration, period_option
+from runtime.cli.run import tell_warnings
 from runtime.mission import Leg, Mission, Report, prepare
 from runtime.plans import PlanFileError, load_plan
 from runtime.problem import ProfileError
+from runtime.profile import Profile
 
 REFRESH = 0.1  # s between two pictures
 CANNOT_FLY = 2  # exit status: neither flown nor failed
@@ -32,7 +36,7 @@ CANNOT_FLY = 2  # exit status: neither flown nor failed
 @click.option("--seed", type=click.IntRange(0), help="Seed of all random numbers [default: the profile's, or 0]")
 @click.option("--calibrate", is_flag=True, help="Calibrate before the plan starts.")
 @click.option(
-    "--snapshot-every", callback=duration_option, metavar="TIME", help="Save the state of the vehicle, with its log."
+    "--snapshot-every", callback=period_option, metavar="TIME", help="Save the state of the vehicle, with its log."
 )
 @click.option("--log-dir", default="log", show_default=True, type=click.Path(path_type=Path), help="Where logs go.")
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
@@ -67,6 +71,8 @@ def mission(
             log_root=log_dir,
             state_folder=state_folder,
         )
+        if isinstance(flown := made.vehicle.profile, Profile):
+            tell_warnings(check(flown, {}, flown.select(flown.value("General", "Selected")), find_task), profile)
     except (PlanFileError, ProfileError, OSError, ValueError) as error:
         click.echo(f"Error: {error}", err=True)
         sys.exit(CANNOT_FLY)

@@ -17,7 +17,7 @@ from runtime import vehicle as vehicle_module
 from runtime.build import Build, build, join_zenoh
 from runtime.catalogue import find_task
 from runtime.check import check
-from runtime.cli.duration import duration_option
+from runtime.cli.duration import duration_option, period_option
 from runtime.cli.status import Status
 from runtime.clock import parse_clock
 from runtime.journal import Journals
@@ -60,7 +60,7 @@ def options(function: F) -> F:
 @click.option("-V", "--vehicle", default="", help="Name of the vehicle, in place of the profile's.")
 @click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Overrides a value.")
 @click.option(
-    "--snapshot-every", callback=duration_option, metavar="TIME", help="Save the state of a virtual run, with its log."
+    "--snapshot-every", callback=period_option, metavar="TIME", help="Save the state of a virtual run, with its log."
 )
 @click.option("--from-snapshot", type=click.Path(exists=True, path_type=Path), help="Go on from a saved state.")
 @options
@@ -91,7 +91,7 @@ def run(
         saved = None if clock.strip().lower() == "virtual" else state_folder
         loaded = load_profile(name, config_dir, vehicle=vehicle, saved=saved, overrides=overrides)
         selected = loaded.select(profiles)
-        _warn(check(loaded, {}, selected, find_task), loaded.name)
+        tell_warnings(check(loaded, {}, selected, find_task), loaded.name)
         made = build(
             loaded,
             selected,
@@ -194,7 +194,7 @@ def _stopper(vehicle: Vehicle) -> Callable[[int, FrameType | None], None]:
     return stop
 
 
-def _warn(problems: list[Problem], profile: str) -> None:
+def tell_warnings(problems: list[Problem], profile: str) -> None:
     """Say what a profile asks for in vain; errors are left to those who meet them."""
     warnings = [problem for problem in problems if problem.severity == "warning"]
     for problem in warnings[:MOST_WARNINGS]:

@@ -96,3 +96,24 @@ def test_the_command_has_an_exit_status_for_ci(tmp_path):
         assert (status, out) == (2, "")
         assert err.startswith("Error: ")
         assert "Traceback" not in err
+
+
+def test_changes_that_change_nothing_are_said(tmp_path):
+    (tmp_path / "plan.yaml").write_text(SHORT.replace("depth: 2", "depth: 200"), encoding="utf-8")
+    for change, status, words in (
+        ("Simulators.StreamVelocity:Default Speed Nort=1", 1, "'Default Speed Nort' is no parameter"),
+        (
+            "Simulators.IMU:Enabled=Never",
+            2,
+            "no section [Simulators.IMU] (did you mean 'Simulators.IMU/AHRS'?)",
+        ),
+    ):
+        done, _, err = mission("lauv-noptilus-1", "plan.yaml", "--set", change, cwd=tmp_path)
+        assert (done, words in err) == (status, True), err
+
+
+@pytest.mark.parametrize("period", ["0", "0.001s", "-1s"])
+def test_a_state_is_saved_now_and_then_only(period, tmp_path):
+    (tmp_path / "plan.yaml").write_text(SHORT, encoding="utf-8")
+    status, _, err = mission("lauv-noptilus-1", "plan.yaml", f"--snapshot-every={period}", cwd=tmp_path)
+    assert (status, "--snapshot-every" in err, "Traceback" in err) == (2, True, False)
