@@ -110,9 +110,8 @@ def build(
                     if option.history and option.name not in ("Enabled", *EVERY_TASK):
                         _warn_of_unknown(task, option)
             except ParameterError as error:
-                problems.append(
-                    Problem("error", *_origin(profile, section.name, error.name), f"{section.name}: {error}")
-                )
+                origin = _named_in(profile, error.reason) or _origin(profile, section.name, error.name)
+                problems.append(Problem("error", *origin, f"{section.name}: {error}"))
             except EntityError as error:
                 problems.append(Problem("error", *_origin(profile, section.name, "Entity Label"), str(error)))
             except Exception as error:
@@ -157,5 +156,15 @@ def _warn_of_unknown(task: Task, option: Option) -> None:
 
 
 def _origin(profile: Profile, section: str, option: str) -> Origin:
-    found = profile.config.option(section, option)
+    """Where an option is set: in the section, else in [General], which all tasks may ask."""
+    found = profile.config.option(section, option) or profile.config.option("General", option)
     return found.origin if found is not None else profile.config.sections[section].origin
+
+
+def _named_in(profile: Profile, reason: str) -> Origin | None:
+    """Where the option of another section is set that a reason begins with: "[VSIM/Model/lauv] Mass is ..."."""
+    name, _, text = reason.removeprefix("[").partition("] ")
+    if not reason.startswith("[") or (section := profile.config.sections.get(name)) is None:
+        return None
+    options = [option for option in section.options.values() if text.startswith(f"{option.name} ")]
+    return max(options, key=lambda option: len(option.name)).origin if options else None

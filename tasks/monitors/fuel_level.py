@@ -23,7 +23,11 @@ class FuelLevel(Task):
     def configure(self) -> None:
         if self.error_level > self.warning_level:
             raise ParameterError("Error Level", "is above the Warning Level")
-        self._capacity = 3600.0 * float(self.vehicle.profile.value("General", "Battery Capacity", "0"))  # J
+        text = self.vehicle.profile.value("General", "Battery Capacity", "0")
+        try:
+            self._capacity = 3600.0 * float(text)  # J
+        except ValueError:
+            raise ParameterError("Battery Capacity", f"[General] has {text!r}, which is no number") from None
 
     def start(self) -> None:
         self._energy = self._capacity * self.initial_level / 100.0

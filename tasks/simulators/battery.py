@@ -40,11 +40,13 @@ class Battery(Task):
 
     def configure(self) -> None:
         value = self.vehicle.profile.value
-        watt, rpm = (_numbers(value("General", f"{POWER_MODEL} {unit}")) for unit in ("Watt", "RPM"))
+        watt, rpm = (
+            _numbers(option, value("General", option)) for option in (f"{POWER_MODEL} Watt", f"{POWER_MODEL} RPM")
+        )
         if len(watt) != len(rpm) or len(rpm) == 1 or any(a >= b for a, b in pairwise(rpm)):
             raise ParameterError(POWER_MODEL, "Watt and RPM have to be as many, two at least, and RPM has to rise")
         self._rpm, self._watt = (rpm, watt) if rpm else ([0.0, 1400.0], [0.0, 70.0])
-        known = _numbers(value("General", "Battery Capacity"))
+        known = _numbers("Battery Capacity", value("General", "Battery Capacity"))
         self._full = 3600.0 * (self.capacity or (known[0] if known else 700.0))  # J
         if min(self.voltage_curve) <= 0.0:
             raise ParameterError("Voltage Curve", "has to be more than 0")
@@ -116,11 +118,11 @@ def _interpolate(xs: Sequence[float], ys: Sequence[float], x: float) -> float:
     return ys[i - 1] + (ys[i] - ys[i - 1]) * (x - xs[i - 1]) / (xs[i] - xs[i - 1])
 
 
-def _numbers(text: str) -> list[float]:
+def _numbers(option: str, text: str) -> list[float]:
     try:
         found = [float(word) for word in text.split(",")] if text else []
     except ValueError:
         found = [math.nan]
     if not all(map(math.isfinite, found)):
-        raise ParameterError("General", f"{text!r} is not a list of numbers")
+        raise ParameterError(option, f"[General] has {text!r}, which is no number or list of numbers")
     return found

@@ -52,6 +52,17 @@ def test_bad_values_and_labels_name_file_and_line(tmp_path):
     assert "mine.ini:8: error: Simulators.IMU: the entity label 'X' is taken by Simulators.GPS" in text
 
 
+def test_values_of_other_sections_are_named_with_their_own_line(tmp_path):
+    battery = "[Simulators.Battery]\nEnabled = Always\n[Monitors.FuelLevel]\nEnabled = Always\n"
+    text = refused(tmp_path, f"Battery Capacity = none\n{battery}")
+    for task in ("Simulators.Battery", "Monitors.FuelLevel"):
+        assert f"mine.ini:3: error: {task}: Battery Capacity: [General] has 'none', which is no number" in text
+    hull = "[Simulators.VSIM]\nEnabled = Always\n[VSIM/Model/hull]\nType = ASV\nMass = heavy\n"
+    assert "mine.ini:8: error: Simulators.VSIM: " in refused(tmp_path, f"Vehicle Type = hull\n{hull}")
+    text = refused(tmp_path, f"Vehicle Type = hul\n{hull.replace('heavy', '3')}")
+    assert "mine.ini:3: error: Simulators.VSIM: Vehicle Type: " in text
+
+
 def test_a_module_that_does_not_import_is_an_error_that_names_it(tmp_path, monkeypatch):
     (tmp_path / "broken_task_module.py").write_text("import no_such_library\n")
     monkeypatch.syspath_prepend(tmp_path)
