@@ -28,11 +28,13 @@ class Instants:
     """Nanoseconds of times that packets carry as doubles, which cannot tell 200 of them apart.
 
     Of those that a double can mean, it is the one at which a task ticks, of rates (Hz) counted from `start` (ns);
-    else the roundest, or the one with the roundest delay after one of the last instants.
+    else the roundest, or the one with the roundest delay after one of the last instants. On a wall clock (`virtual` is
+    False) instants are not round: it is the nearest.
     """
 
-    def __init__(self, start: int, rates: Iterable[float] = ()):
+    def __init__(self, start: int, rates: Iterable[float] = (), *, virtual: bool = True):
         self._start = start
+        self._virtual = virtual
         self._rates = sorted({rate for rate in rates if rate > 0.0})
         self._last = (math.nan, 0)
         self._recent: deque[int] = deque(maxlen=REMEMBERED)
@@ -51,6 +53,8 @@ class Instants:
 
     def _find(self, time: float) -> int:
         near = nanoseconds(time)
+        if not self._virtual:
+            return near
         for rate in self._rates:
             count = round((near - self._start) * rate / SECOND)
             tick = self._start + round(count * SECOND / rate)

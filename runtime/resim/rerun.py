@@ -106,7 +106,7 @@ def resimulate(
         for label, entity in about.labels.items():
             vehicle.entities.hear(about.owner, entity, label)
         with _written(out, log, loaded) as bus.seen:
-            rates = Instants(start, (rate for _, rate in _rates(loaded)))
+            rates = Instants(start, (rate for _, rate in _rates(loaded)), virtual=virtual)
             of_entity = _rates_by_entity(loaded, about) if virtual else {}
             bus.follow(History(run, about.owner, rates, own, start, about.late, of_entity), log.schema, own)
             try:

@@ -249,3 +249,9 @@ def test_instants_of_ticks_are_found_in_times_of_packets(count: int, rate: float
     start = 1_767_225_600_000_000_000
     tick = start + round(count * 1e9 / rate)
     assert Instants(start, [rate]).of(tick / 1_000_000_000) == tick
+
+
+def test_instants_of_a_wall_clock_are_not_rounded() -> None:
+    start, time = 1_700_000_000_000_000_000, 1_700_000_003.1200001
+    assert Instants(start).of(time) == start + 3_120_000_100
+    assert Instants(start, virtual=False).of(time) == nanoseconds(time)
