@@ -133,8 +133,10 @@ class Steered(BoatControl):
 
     def configure(self) -> None:
         super().configure()
-        rate = math.radians(self.maximum_rate)
+        rate, before = math.radians(self.maximum_rate), self._helm
         self.helm = self._helm = Helm(self.heading_gains, rate, self.rate_gains, self.rate_feedforward)
+        if before is not None:
+            self.helm.heading, self.helm.wanted_rate = before.heading, before.wanted_rate
 
     def steer(self, state: imc.EstimatedState, mask: int, dt: float, limit: float) -> float | None:
         """The effort that turns the boat to starboard, within plus and minus `limit`; None without a reference."""
@@ -166,7 +168,7 @@ class Driven(BoatControl):
 
     def configure(self) -> None:
         super().configure()
-        limit = self.speed_integral_limit
+        limit, before = self.speed_integral_limit, self._throttle
         self.throttle = self._throttle = Throttle(
             self.speed_gains,
             limit if limit >= 0.0 else math.inf,
@@ -175,6 +177,8 @@ class Driven(BoatControl):
             self.rpm_acceleration,
             self.full_thrust,
         )
+        if before is not None:
+            self.throttle.desired = before.desired
 
     def accelerate(self, state: imc.EstimatedState, mask: int, dt: float, *, held: bool = False) -> float | None:
         """The share of full actuation that the speed needs, 0 with the loop off; None without a reference."""

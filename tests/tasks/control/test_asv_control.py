@@ -216,6 +216,15 @@ def test_a_loop_without_reference_is_an_error_until_it_has_one():
     assert run.task.entity.state is State.NORMAL
 
 
+def test_references_outlive_a_change_of_parameters():
+    patience = imc.EntityParameter(name="Reference Timeout", value="0")
+    change = imc.SetEntityParameters(timestamp=1.0, name="HeadingAndSpeed", params=(patience,))
+    run = differential([enable(BOTH), heading(0.1), speed(50.0, PERCENT), change, *states(3.0)])
+    assert run.task.reference_timeout == 0.0
+    assert sum(thrusts(run)[-1]) > 0.8
+    assert run.task.entity.state is State.NORMAL
+
+
 def test_references_that_are_none_are_refused_and_said():
     rate = imc.DesiredHeadingRate(timestamp=0.15, value=math.inf)
     loops = enable(BOTH | Loops.YAW_RATE)
