@@ -56,13 +56,14 @@ class Path(Task):
     cross_distance: float = param(15.0, "m", "Largest distance.", name="Cross-track -- Distance Limit", minimum=0)
     cross_time: float = param(10.0, "s", "How long it may be larger.", name="Cross-track -- Time Limit", minimum=0)
 
+    _limits: tuple[float, float, float] = (0.0, math.inf, math.inf)
+
     def configure(self) -> None:
         text = self.vehicle.profile.value("General", "Absolute Maximum Altitude")
         try:
             self._absolute = float(text) if text else math.inf
         except ValueError:
             raise ParameterError("Absolute Maximum Altitude", f"[General] has {text!r}, which is no number") from None
-        self._limits = 0.0, self._absolute, math.inf
         self._divergence = Divergence(
             AlongTrack(self.along_period, self.along_speed, 0.0) if self.watch_along else None,
             CrossTrack(self.cross_distance, self.cross_time) if self.watch_cross else None,
@@ -90,13 +91,13 @@ class Path(Task):
 
     @consume
     def limit(self, limits: imc.OperationalLimits) -> None:
-        """Take limits of altitude and speed, no higher than the vehicle's own."""
+        """Take limits of altitude and speed. Nobody repeats them, so they outlive changed parameters and a restart."""
         mask, bits = limits.mask, imc.OpLimitsMask
         lowest = limits.min_altitude if mask & bits.MIN_ALT else 0.0
         highest = limits.max_altitude if mask & bits.MAX_ALT else math.inf
         speed = limits.max_speed if mask & bits.MAX_SPEED else math.inf
         if all(value >= 0.0 for value in (lowest, highest, speed)):
-            self._limits = lowest, min(highest, self._absolute), speed
+            self._limits = lowest, highest, speed
 
     @consume
     def stand(self, arming: imc.ArmingState) -> None:
@@ -168,7 +169,7 @@ class Path(Task):
 
     def _down(self, path: imc.DesiredPath, state: imc.EstimatedState) -> float:
         """The end of a path, m below the reference, within the limits; it is said where that is."""
-        lowest, highest, _ = self._limits
+        lowest, highest = self._limits[0], min(self._limits[1], self._absolute)
         ground = state.z + max(0.0, state.alt)
         if path.flags & Flags.NO_Z or path.end_z_units == Units.NONE:
             return state.z

@@ -150,6 +150,11 @@ def test_altitude_and_speed_are_kept_within_the_limits_and_it_is_said():
     assert lead(limits, enable(), desired(0.0, z=500.0), *states()).of(imc.DesiredZ)[-1].value == pytest.approx(29.5)
     assert lead(limits, enable(), desired(0.0, z=1.0), *states()).of(imc.DesiredZ)[-1].value == pytest.approx(5.5)
     assert lead(limits, enable(), desired(), *states()).of(imc.DesiredVelocity)[-1].u == pytest.approx(2.0)
+    gain = imc.EntityParameter(name="Gain", value="0.7")
+    change = imc.SetEntityParameters(timestamp=0.2, name="Path", params=(gain,))
+    run = lead(limits, change, enable(), desired(0.0, z=500.0), *states())
+    assert run.task.gain == 0.7
+    assert run.of(imc.DesiredZ)[-1].value == pytest.approx(29.5)
 
 
 @pytest.mark.parametrize(
