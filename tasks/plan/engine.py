@@ -51,6 +51,7 @@ class Engine(Task):
         self._phase, self._outcome = Phase.READY, Outcome.NONE
         self._plan_id = ""
         self._flight: Flight | None = None
+        self._stops = 0
         self._requests, self._replies = Requests(self), Replies(self)
         self._supported: set[int] = set()
         self._leads = Leads(self.vehicle.entities)
@@ -143,7 +144,7 @@ class Engine(Task):
         ):
             self._replies.refuse(request, "the recovery plan is started by the plan generator alone")
         elif flight is not None and outlook is None:
-            self.run(self._switch, request)
+            self.run(self._switch, request, self._stops)
         else:
             if flight is not None:
                 self.log.warning(f"switching to {request.plan_id}")
@@ -152,15 +153,18 @@ class Engine(Task):
             self._enter(Phase.INITIALIZING)
             flight.script = self.run(self._fly, flight)
 
-    async def _switch(self, script: Script, request: imc.PlanControl) -> None:
-        """Replace the plan that runs, if the other one can be flown; else it goes on."""
+    async def _switch(self, script: Script, request: imc.PlanControl, stops: int) -> None:
+        """Replace the plan that runs, if the other one can be flown; else it goes on. A STOP meanwhile is for both."""
         try:
-            self._start(request, await self._prepare(script, request))
+            outlook = await self._prepare(script, request)
+            if stops != self._stops:
+                raise PlanError("plan was stopped")
+            self._start(request, outlook)
         except PlanError as error:
             self._replies.refuse(request, str(error))
 
     def _stop(self, request: imc.PlanControl) -> None:
-        flight = self._flight
+        flight, self._stops = self._flight, self._stops + 1
         if flight is None:
             self._replies.refuse(request, "no plan is running, request ignored")
             return

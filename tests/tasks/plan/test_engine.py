@@ -89,6 +89,14 @@ def test_start_while_running_replaces_the_plan():
     assert last(run) == ("READY", "SUCCESS")
 
 
+def test_a_stop_holds_for_the_plan_that_was_to_replace_another_too():
+    other = plan_of(goto(0, 30), name="other")
+    run = fly(start(SHORT), start(other, 8.0, request_id=9), control(Op.STOP, 8.0, "", request_id=10), seconds=40)
+    answers = [(m.request_id, m.info) for m in run.of(imc.PlanControl) if m.request_id in (9, 10) and m.type]
+    assert answers == [(10, "OK"), (9, "plan was stopped")]
+    assert last(run) == ("READY", "FAILURE")
+
+
 def test_the_same_request_twice_starts_once():
     run = fly(start(SHORT), start(SHORT, START + 0.5), seconds=60)
     assert replies(run).count(("SUCCESS", "m0: executing maneuver")) == 2
