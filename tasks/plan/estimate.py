@@ -66,9 +66,9 @@ def estimate(maneuver: imc.Message, start: Position | None, train: Powertrain, n
         return Estimate(endless, end=start)
     if isinstance(maneuver, imc.Teleoperation | imc.FollowReference):
         return Estimate(math.inf, end=start)
-    stays = isinstance(maneuver, imc.Elevator | imc.PopUp) and maneuver.flags & imc.Elevator.Flags.CURR_POS
-    stays = stays or isinstance(maneuver, imc.Takeoff) or (isinstance(maneuver, imc.Land) and not corners(maneuver))
-    stations = ([start] if start else []) if stays else corners(maneuver)
+    stations = corners(maneuver)
+    if not stations and start and isinstance(maneuver, imc.Takeoff | imc.Land | imc.Elevator | imc.PopUp):
+        stations = [start]
     if not stations or speed <= 0.0:
         return Estimate(end=start)
     legs = [_distance(*leg) for leg in pairwise(([start] if start else []) + stations)]
@@ -104,6 +104,8 @@ def corners(maneuver: imc.Message) -> list[Position]:
     if lat is None or lon is None or isinstance(maneuver, imc.Takeoff):
         return []
     if isinstance(maneuver, imc.Land) and (lat, lon) == (0.0, 0.0):
+        return []
+    if isinstance(maneuver, imc.Elevator | imc.PopUp) and maneuver.flags & imc.Elevator.Flags.CURR_POS:
         return []
     offsets: Iterable[tuple[float, float]] = [(0.0, 0.0)]
     if isinstance(maneuver, imc.FollowPath):

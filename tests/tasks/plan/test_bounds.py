@@ -105,6 +105,14 @@ def test_a_plan_stays_inside_the_area():
     assert check(TAKEOFF, circle, limits=fence()).startswith("m1: is outside")
 
 
+def test_what_stays_where_the_vehicle_is_leaves_no_area():
+    here = imc.Elevator.Flags.CURR_POS
+    for rise in (imc.Elevator(speed=1.5, flags=here), imc.PopUp(speed=1.5, flags=here, duration=5)):
+        assert check(rise, limits=fence(), kinds={rise.ID}) == ""
+        there = rise.replace(flags=0, **place(101.0, 0.0))
+        assert check(there, limits=fence(), kinds={rise.ID}).startswith("m0: is outside")
+
+
 def test_durations_of_takeoff_and_landing():
     start, train = (STATE.lat, STATE.lon), Powertrain(ahead=0.0)
     assert estimate(TAKEOFF, start, train, 0.0).seconds == pytest.approx(5.0)
