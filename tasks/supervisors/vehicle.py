@@ -2,7 +2,6 @@
 
 import imc
 from runtime import State, Task, consume, param, periodic
-from runtime.task import UNKNOWN_SYSTEM
 from runtime.timer import Timer
 from tasks.supervisors.starter import Starter
 
@@ -249,7 +248,7 @@ class Vehicle(Task):
         )
 
     def _for_us(self, request: imc.Message) -> bool:
-        return request.dst in (self.system, UNKNOWN_SYSTEM, BROADCAST)
+        return request.dst == BROADCAST or self.concerns(request)
 
     def _answer(self, request: imc.VehicleCommand, info: str, *, failed: bool = False) -> None:
         kind = imc.VehicleCommand.Type.FAILURE if failed else imc.VehicleCommand.Type.SUCCESS

@@ -13,6 +13,8 @@ from runtime.build import build
 from runtime.clock import VirtualClock, WallClock
 from runtime.fleet import Fleet, FleetError
 from runtime.kernel import SECOND, LivelockError
+from runtime.mission import Mission, prepare
+from runtime.plans import parse_plan
 from runtime.profile import load_profile
 from runtime.snapshot import save
 from runtime.snapshot_values import SnapshotError
@@ -447,6 +449,24 @@ def test_one_that_joins_or_leaves_a_connected_fleet():
         fleet.run(1.0)
     assert task.heard == [(2, 1.0)]
     assert [value for _, value in other.heard] == [12.0]
+
+
+def test_whole_vehicles_that_hear_everything_of_each_other_do_their_own_plans(tmp_path):
+    with Fleet(VirtualClock(START * SECOND)) as fleet:
+        missions = []
+        for number, name in enumerate(("lauv-noptilus-1", "lauv-noptilus-2")):
+            made = prepare("lauv-noptilus-1", vehicle=name, seed=number, fleet=fleet, log_root=tmp_path)
+            goto = f"{{north: {15 + 10 * number}, depth: 1, speed: 1.2 m/s}}"
+            plan = parse_plan(f"plan: line {number}\norigin: 41.185°, -8.7062°\nmaneuvers: [goto: {goto}]")
+            missions.append(Mission(made.vehicle, plan))
+        fleet.connect()
+        for mission in missions:
+            mission.begin()
+        fleet.run(120.0)
+    first, second = (mission.report for mission in missions)
+    assert first.completed
+    assert second.completed
+    assert second.distance - first.distance == pytest.approx(10.0, abs=2.0)
 
 
 def test_a_fleet_is_not_connected_where_a_bus_reaches_further():

@@ -137,6 +137,12 @@ def test_bad_commands():
     assert modes(run)[-1] == "SERVICE"
 
 
+@pytest.mark.parametrize(("src", "mode"), [(0x1B, "SERVICE"), (CCU, "MANEUVER"), (OWN, "MANEUVER")])
+def test_what_another_vehicle_commands_nobody_in_particular_is_its_own(src, mode):
+    run = watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto(), src=src, dst=0xFFFF), seconds=4)
+    assert modes(run)[-1] == mode
+
+
 def test_calibration_begins_ends_and_times_out():
     run = watched(order(Command.START_CALIBRATION, calib_time=4), order(Command.STOP_CALIBRATION, 6.0))
     assert modes(run) == ["BOOT", "SERVICE", "CALIBRATION", "SERVICE"]
