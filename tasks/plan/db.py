@@ -5,6 +5,7 @@ import sqlite3
 import imc
 from runtime import State, Task, consume, param
 from runtime.snapshot_values import SnapshotError
+from tasks.plan.replies import shortened
 from tasks.plan.store import Change, PlanStore, Stored
 
 Op = imc.PlanDB.Op
@@ -144,7 +145,12 @@ class DB(Task):
         self.reply(
             request,
             imc.PlanDB(
-                type=kind, op=request.op, request_id=request.request_id, plan_id=request.plan_id, arg=arg, info=info
+                type=kind,
+                op=request.op,
+                request_id=request.request_id,
+                plan_id=shortened(request.plan_id),
+                arg=arg,
+                info=info,
             ),
         )
 

@@ -4,6 +4,7 @@ import imc
 from imc.coordinates import absolute
 from imc.tuples import read_tuples
 from runtime import Script, State, Task, consume, param
+from tasks.plan.replies import shortened
 from tasks.plan.templates import Position, TemplateError, Usual, generate
 
 Op = imc.PlanGeneration.Op
@@ -92,4 +93,5 @@ class Generator(Task):
         self._reply(request, Op.ERROR, f"error={reason}")
 
     def _reply(self, request: imc.PlanGeneration, op: Op, params: str) -> None:
-        self.reply(request, imc.PlanGeneration(cmd=request.cmd, op=op, plan_id=request.plan_id, params=params))
+        plan_id = shortened(request.plan_id)
+        self.reply(request, imc.PlanGeneration(cmd=request.cmd, op=op, plan_id=plan_id, params=shortened(params)))

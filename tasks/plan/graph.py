@@ -9,6 +9,7 @@ from tasks.plan.conditions import Condition, parse_condition
 
 FINISH = "_done_"
 UNITS = (imc.ZUnits, imc.SpeedUnits)
+LONGEST_ID = 255  # bytes
 HEIGHTS = ("z", "start_z", "end_z", "travel_z")
 Actions = tuple[imc.Message | None, ...]
 
@@ -68,6 +69,7 @@ class Graph:
 
 def parse(plan: imc.PlanSpecification, supported: Collection[int], deepest: float) -> Graph:
     """The graph of a plan of `supported` maneuvers (ids) above `deepest` (m). Raises PlanError."""
+    _check_id(plan.plan_id)
     if not plan.maneuvers:
         raise PlanError(f"{plan.plan_id}: no maneuvers")
     nodes: dict[str, Node] = {}
@@ -75,6 +77,7 @@ def parse(plan: imc.PlanSpecification, supported: Collection[int], deepest: floa
         if not isinstance(item, imc.PlanManeuver):
             raise PlanError(f"{plan.plan_id}: {_name(item)} is not a PlanManeuver")
         name, maneuver = item.maneuver_id, item.data
+        _check_id(name)
         if name in nodes:
             raise PlanError(f"{name}: maneuver id is used twice")
         if maneuver is None:
@@ -115,6 +118,11 @@ def depths(maneuver: imc.Message) -> Iterator[float]:
             z = getattr(maneuver, name)
             yield z + reach
             yield from (z + point.z for point in points if isinstance(point, imc.PathPoint))
+
+
+def _check_id(text: str) -> None:
+    if len(text.encode(errors="surrogateescape")) > LONGEST_ID:
+        raise PlanError(f"{text[:20]}...: an id is longer than {LONGEST_ID} bytes")
 
 
 def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:

@@ -3,10 +3,13 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import accumulate
 
 import imc
 from tasks.plan.estimate import Estimate, Position, Powertrain, estimate
 from tasks.plan.graph import Graph, PlanError
+
+LONGEST_TEXT = 20_000  # bytes
 
 
 @dataclass(frozen=True)
@@ -87,5 +90,10 @@ def objections(outlook: Outlook, longest_leg: float, energy: float | None) -> It
 
 
 def tuples(values: Mapping[str, float], digits: int) -> str:
-    """IMC's text of named values: "Total=228.3,Execution=228.3"; values that are not finite are left out."""
-    return ",".join(f"{name}={value:.{digits}f}" for name, value in values.items() if math.isfinite(value))
+    """IMC's text of named values: "Total=228.3,Execution=228.3".
+
+    Values that are not finite are left out, and the last ones of so many that they would fill a message.
+    """
+    words = [f"{name}={value:.{digits}f}" for name, value in values.items() if math.isfinite(value)]
+    ends = accumulate(len(word.encode(errors="surrogateescape")) + 1 for word in words)
+    return ",".join(word for word, end in zip(words, ends, strict=True) if end <= LONGEST_TEXT)

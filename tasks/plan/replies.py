@@ -4,10 +4,14 @@ import imc
 from runtime import Task
 
 Type = imc.PlanControl.Type
+LONGEST = 1023  # bytes of a text of an answer
 
 
 class Replies:
-    """Answers PlanControl requests, each with its own number, operation and flags, in the name of a task."""
+    """Answers PlanControl requests, each with its own number, operation and flags, in the name of a task.
+
+    An `arg` that no message can carry is left out.
+    """
 
     def __init__(self, task: Task):
         self._task = task
@@ -33,9 +37,17 @@ class Replies:
             type=kind,
             op=request.op,
             request_id=request.request_id,
-            plan_id=plan_id or request.plan_id,
+            plan_id=shortened(plan_id or request.plan_id),
             flags=request.flags,
             arg=arg,
-            info=info,
+            info=shortened(info),
         )
-        self._task.reply(request, answer)
+        try:
+            self._task.reply(request, answer)
+        except imc.EncodeError:
+            self._task.reply(request, answer.replace(arg=None))
+
+
+def shortened(text: str) -> str:
+    """What an answer has of a text, which may be as long as a message: 1023 bytes at most."""
+    return text.encode(errors="surrogateescape")[:LONGEST].decode(errors="surrogateescape")

@@ -1,9 +1,10 @@
 """Plans that cannot be executed: each has its reason, and nothing of it remains."""
 
 import math
+from itertools import pairwise
 
 import pytest
-from flying import CCU, DEPTH, START, control, fly, goto, last, modes, phases, place, plan_of, replies, start
+from flying import CCU, DEPTH, OWN, START, control, fly, goto, last, modes, phases, place, plan_of, replies, start
 
 import imc
 from tasks.plan.db import DB
@@ -132,6 +133,38 @@ def test_a_plan_replaces_another_that_never_ends():
     done = [m.request_id for m in run.of(imc.PlanControl) if m.info == "plan completed"]
     assert done == [9]
     assert modes(run)[-2:] == ["MANEUVER", "SERVICE"]
+
+
+def test_a_plan_of_as_many_maneuvers_as_a_message_has_is_flown():
+    names = [f"{number:x}" for number in range(2000)]
+    plan = imc.PlanSpecification(
+        plan_id="long",
+        start_man_id=names[0],
+        maneuvers=[imc.PlanManeuver(maneuver_id=name, data=imc.IdleManeuver(duration=60000)) for name in names],
+        transitions=[imc.PlanTransition(source_man=a, dest_man=b) for a, b in pairwise(names)],
+    )
+    run = fly(start(plan), control(Op.GET, 4.0, ""), seconds=6)
+    assert replies(run)[:2] == [("SUCCESS", "plan loaded"), ("SUCCESS", "0: executing maneuver")]
+    assert len(run.of(imc.PlanStatistics)[0].durations) == pytest.approx(20_000, abs=30)
+
+
+@pytest.mark.parametrize("size", [300, 30_000, 65_480])
+def test_ids_of_any_length_are_answered(size):
+    long, short = "x" * size, imc.PlanSpecification(plan_id="x" * min(size, 30_000))
+    named = [imc.PlanManeuver(maneuver_id=short.plan_id, data=imc.IdleManeuver(duration=1))]
+    many = short.replace(plan_id="p", start_man_id=short.plan_id, maneuvers=named)
+    feed = [
+        control(Op.START, 2.0, long),
+        control(Op.START, 3.0, "p", arg=short),
+        control(Op.START, 4.0, "p", arg=many),
+        imc.PlanDB(timestamp=5.0, src=CCU, dst=OWN, op=imc.PlanDB.Op.GET, plan_id=long),
+        imc.PlanGeneration(timestamp=6.0, src=CCU, dst=OWN, plan_id=long),
+    ]
+    run = fly(*feed, seconds=8)
+    refused = f"{'x' * 20}...: an id is longer than 255 bytes"
+    assert replies(run) == [("FAILURE", "undefined plan"), ("FAILURE", refused), ("FAILURE", refused)]
+    (told,) = [m for m in run.of(imc.PlanDB) if m.dst == CCU]
+    assert (told.type, told.plan_id) == (imc.PlanDB.Type.FAILURE, long[:1023])
 
 
 def test_unknown_plans_and_no_plan_at_all():
