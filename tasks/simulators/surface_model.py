@@ -1,10 +1,9 @@
 """The numbers of a simulated boat, as a section [VSIM/Model/...] of type ASV has them."""
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from tasks.simulators.marine_model import ModelError
+from tasks.simulators.model_section import ModelSection
 
 KINDS = ("ASV", "USV")
 
@@ -74,66 +73,43 @@ def is_boat(value: Callable[[str, str], str], name: str) -> bool:
 
 def read_surface_model(value: Callable[[str, str], str], name: str) -> SurfaceModel:
     """The model of a section, with `value(section, option)` giving its texts. Raises ModelError."""
-    section = f"VSIM/Model/{name}"
+    section = ModelSection(value, name)
 
-    def numbers(option: str, count: int, default: Sequence[float] | None = None) -> tuple[float, ...]:
-        text = value(section, option)
-        if not text and default is not None:
-            return tuple(default)
-        try:
-            found = tuple(float(word) for word in text.split(","))
-        except ValueError:
-            found = ()
-        if len(found) != count or not all(map(math.isfinite, found)):
-            wanted = "a number" if count == 1 else f"{count} numbers"
-            raise ModelError(
-                f"[{section}] {option} is not {wanted}: {text!r}" if text else f"[{section}] has no {option}"
-            )
-        return found
-
-    def positive(option: str, default: Sequence[float] | None = None) -> float:
-        (found,) = numbers(option, 1, default)
-        if found <= 0.0:
-            raise ModelError(f"[{section}] {option} has to be more than 0")
+    def positive(option: str) -> float:
+        (found,) = section.positive(option)
         return found
 
     def damping(option: str) -> tuple[float, ...]:
-        found = numbers(option, 5, (0.0,) * 5)
+        found = section.numbers(option, 5, (0.0,) * 5)
         if max(found[:3]) > 0.0:
-            raise ModelError(f"[{section}] {option}: drag of surge, sway and yaw cannot be more than 0")
+            raise section.error(f"{option}: drag of surge, sway and yaw cannot be more than 0")
         return found
 
-    def count(option: str) -> int:
-        (found,) = numbers(option, 1, (0,))
-        if found not in range(256):
-            raise ModelError(f"[{section}] {option} is not a whole number from 0 to 255")
-        return int(found)
-
     def engine(i: int) -> Propeller:
-        gain, loss, rpm = numbers(f"Engine Parameters {i}", 3)
-        (reverse,) = numbers(f"Engine Reverse Factor {i}", 1, (1.0,))
-        (lag,) = numbers(f"Engine Time Constant {i}", 1, (0.0,))
+        gain, loss, rpm = section.numbers(f"Engine Parameters {i}", 3)
+        (reverse,) = section.numbers(f"Engine Reverse Factor {i}", 1, (1.0,))
+        (lag,) = section.numbers(f"Engine Time Constant {i}", 1, (0.0,))
         if min(gain, rpm) <= 0.0 or min(loss, reverse, lag) < 0.0:
-            raise ModelError(f"[{section}] engine {i} has a number that is less than 0")
-        x, y, _ = numbers(f"Engine Position {i}", 3, (0.0, 0.0, 0.0))
-        angle, _ = numbers(f"Engine Orientation {i}", 2, (0.0, 0.0))
+            raise section.error(f"engine {i} has a number that is less than 0")
+        x, y, _ = section.numbers(f"Engine Position {i}", 3, (0.0, 0.0, 0.0))
+        angle, _ = section.numbers(f"Engine Orientation {i}", 2, (0.0, 0.0))
         return Propeller(gain, loss, rpm / 60.0, reverse, lag, x, y, angle)
 
     def rudder(i: int) -> Rudder:
-        x, y, _ = numbers(f"Rudder Position {i}", 3)
-        share, diameter = numbers(f"Rudder Slipstream {i}", 2, (0.0, 1.0))
+        x, y, _ = section.numbers(f"Rudder Position {i}", 3)
+        share, diameter = section.numbers(f"Rudder Slipstream {i}", 2, (0.0, 1.0))
         if not 0.0 <= share <= 1.0 or diameter <= 0.0:
-            raise ModelError(f"[{section}] Rudder Slipstream {i} is not a share from 0 to 1 and a diameter")
-        if share and i >= count("Engine Count"):
-            raise ModelError(f"[{section}] Rudder Slipstream {i}: there is no engine {i}")
+            raise section.error(f"Rudder Slipstream {i} is not a share from 0 to 1 and a diameter")
+        if share and i >= section.count("Engine Count"):
+            raise section.error(f"Rudder Slipstream {i}: there is no engine {i}")
         return Rudder(positive(f"Rudder Area {i}"), positive(f"Rudder Aspect Ratio {i}"), x, y, share, diameter)
 
     mass, inertia = positive("Mass"), positive("Yaw Inertia")
-    (centre,) = numbers("Centre of Gravity", 1, (0.0,))
-    added = numbers("Added Mass Coefficients", 4, (0.0,) * 4)
+    (centre,) = section.numbers("Centre of Gravity", 1, (0.0,))
+    added = section.numbers("Added Mass Coefficients", 4, (0.0,) * 4)
     surge, sway, yaw = mass - added[0], mass - added[1], inertia - added[2]
     if min(surge, sway, yaw) <= 0.0 or sway * yaw <= (mass * centre - added[3]) ** 2:
-        raise ModelError(f"[{section}] mass and Added Mass Coefficients make no inertia that is more than 0")
+        raise section.error("mass and Added Mass Coefficients make no inertia that is more than 0")
     return SurfaceModel(
         mass=mass,
         inertia=inertia,
@@ -141,10 +117,10 @@ def read_surface_model(value: Callable[[str, str], str], name: str) -> SurfaceMo
         added=added,
         linear=damping("Linear Drag Coefficients"),
         quadratic=damping("Quadratic Drag Coefficients"),
-        lift=numbers("Body Lift Coefficients", 4, (0.0,) * 4),
-        cross_flow=numbers("Cross Flow", 3, (0.0,) * 3),
-        munk=value(section, "Munk Moment") not in ("false", "False", "0"),
-        wind=numbers("Wind", 6, (0.0,) * 6),
-        rudders=tuple(rudder(i) for i in range(count("Rudder Count"))),
-        engines=tuple(engine(i) for i in range(count("Engine Count"))),
+        lift=section.numbers("Body Lift Coefficients", 4, (0.0,) * 4),
+        cross_flow=section.numbers("Cross Flow", 3, (0.0,) * 3),
+        munk=section.text("Munk Moment") not in ("false", "False", "0"),
+        wind=section.numbers("Wind", 6, (0.0,) * 6),
+        rudders=tuple(rudder(i) for i in range(section.count("Rudder Count"))),
+        engines=tuple(engine(i) for i in range(section.count("Engine Count"))),
     )

@@ -5,7 +5,8 @@ import math
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from tasks.simulators.marine_dynamics import Craft
-from tasks.simulators.marine_model import ModelError, read_model
+from tasks.simulators.marine_model import read_model
+from tasks.simulators.model_section import ModelError
 from tasks.simulators.surface_dynamics import Boat
 from tasks.simulators.surface_model import SurfaceModel, is_boat, read_surface_model
 

@@ -8,7 +8,8 @@ import pytest
 
 from runtime.ini import read_sections
 from tasks.simulators.marine_dynamics import GRAVITY, Craft, Diverged
-from tasks.simulators.marine_model import Engine, Fin, ModelError, read_model
+from tasks.simulators.marine_model import Engine, Fin, read_model
+from tasks.simulators.model_section import ModelError
 
 MODELS = read_sections(Path(__file__).parents[3] / "etc/common/vsim-models.ini")
 

@@ -11,7 +11,7 @@ from runtime.ini import read_sections
 from runtime.testing import simulate
 from tasks.simulators.battery import Battery
 from tasks.simulators.marine_dynamics import Diverged
-from tasks.simulators.marine_model import ModelError
+from tasks.simulators.model_section import ModelError
 from tasks.simulators.motor import Motor
 from tasks.simulators.surface_dynamics import AIR, Boat
 from tasks.simulators.surface_model import is_boat, read_surface_model

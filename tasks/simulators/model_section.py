@@ -1,0 +1,52 @@
+"""Reads the numbers of a simulated vehicle from a section [VSIM/Model/...] of its profile."""
+
+import math
+from collections.abc import Callable, Sequence
+
+
+class ModelError(ValueError):
+    """A section [VSIM/Model/...] has no number, or a wrong one, where the equations need one."""
+
+
+class ModelSection:
+    """The section of the model `name`, with `value(section, option)` giving its texts. All methods raise ModelError."""
+
+    def __init__(self, value: Callable[[str, str], str], name: str):
+        self._value = value
+        self._section = f"VSIM/Model/{name}"
+
+    def error(self, reason: str) -> ModelError:
+        """The error that names the section."""
+        return ModelError(f"[{self._section}] {reason}")
+
+    def text(self, option: str) -> str:
+        """What an option says, empty where there is none."""
+        return self._value(self._section, option)
+
+    def numbers(self, option: str, count: int, default: Sequence[float] | None = None) -> tuple[float, ...]:
+        """So many finite numbers; without a default they have to be there."""
+        text = self.text(option)
+        if not text and default is not None:
+            return tuple(default)
+        try:
+            found = tuple(float(word) for word in text.split(","))
+        except ValueError:
+            found = ()
+        if len(found) != count or not all(map(math.isfinite, found)):
+            wanted = "a number" if count == 1 else f"{count} numbers"
+            raise self.error(f"{option} is not {wanted}: {text!r}" if text else f"has no {option}")
+        return found
+
+    def positive(self, option: str, count: int = 1, default: Sequence[float] | None = None) -> tuple[float, ...]:
+        """So many numbers above 0."""
+        found = self.numbers(option, count, default)
+        if min(found) <= 0.0:
+            raise self.error(f"{option} has to be more than 0")
+        return found
+
+    def count(self, option: str) -> int:
+        """A whole number from 0 to 255, 0 where there is none."""
+        (found,) = self.numbers(option, 1, (0,))
+        if found not in range(256):
+            raise self.error(f"{option} is not a whole number from 0 to 255")
+        return int(found)
