@@ -106,12 +106,12 @@ class Vehicle(Task):
         self._reset(Mode.ERROR)
         self.publish(imc.Aborted())
 
-    @consume(others=True)
-    def watch_plans(self, request: imc.PlanControl) -> None:
-        """A plan may be started with errors ignored."""
+    @consume
+    def watch_plans(self, answer: imc.PlanControl) -> None:
+        """A plan that is started may have errors ignored; a request that is refused changes nothing."""
         kind = imc.PlanControl
-        if request.type == kind.Type.REQUEST and request.op == kind.Op.START and self._for_us(request):
-            self._ignore_errors = bool(request.flags & kind.Flags.IGNORE_ERRORS)
+        if answer.type == kind.Type.SUCCESS and answer.op == kind.Op.START:
+            self._ignore_errors = bool(answer.flags & kind.Flags.IGNORE_ERRORS)
 
     @consume(others=True)
     def obey(self, request: imc.VehicleCommand) -> None:
@@ -220,7 +220,8 @@ class Vehicle(Task):
         self._reset(Mode.SERVICE)
 
     def _ignores(self) -> bool:
-        return self._ignore_errors and not set(self._errors) & set(self.vital_entities)
+        vital = set(self._errors) & set(self.vital_entities)
+        return self._ignore_errors and self._mode is Mode.MANEUVER and not vital
 
     def _note(self, error: str) -> None:
         self._last_error, self._last_error_time = error, self.now

@@ -232,5 +232,9 @@ def test_an_error_of_a_monitored_entity_ends_the_plan():
     assert replies(run)[-1] == ("FAILURE", "vehicle errors: Sick")
     assert modes(run)[-1] == "ERROR"
     assert last(run) == ("BLOCKED", "FAILURE")
-    run = fly(start(SHORT, flags=imc.PlanControl.Flags.IGNORE_ERRORS), **{**options, "seconds": 60})
+    careless = start(SHORT, flags=imc.PlanControl.Flags.IGNORE_ERRORS)
+    run = fly(careless, **{**options, "seconds": 60})
     assert ("SUCCESS", "plan completed") in replies(run)
+    assert modes(run)[-1] == "ERROR"
+    refused = careless.replace(timestamp=careless.timestamp + 3.0, arg=plan_of(None), request_id=8)
+    assert modes(fly(start(SHORT), refused, **options))[-1] == "ERROR"

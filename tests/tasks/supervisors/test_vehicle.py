@@ -184,7 +184,8 @@ def test_loops_without_a_maneuver_may_be_allowed():
 
 
 def test_vital_entities_count_even_where_a_plan_ignores_errors():
-    ignoring = imc.PlanControl(timestamp=1.0, src=CCU, dst=OWN, flags=imc.PlanControl.Flags.IGNORE_ERRORS)
+    kind = imc.PlanControl
+    ignoring = kind(timestamp=1.0, type=kind.Type.SUCCESS, dst=CCU, flags=kind.Flags.IGNORE_ERRORS)
     go = order(0, maneuver=imc.Goto())
     run = watched(ignoring, go, SICK.replace(timestamp=5.5), seconds=6)
     assert modes(run)[-1] == "MANEUVER"
