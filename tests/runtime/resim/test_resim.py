@@ -13,7 +13,7 @@ import imc
 from imc.lsf import LsfWriter
 from runtime.build import build
 from runtime.cli import main
-from runtime.clock import VirtualClock
+from runtime.clock import VirtualClock, nanoseconds
 from runtime.profile import load_profile
 from runtime.resim import ResimulationError, resimulate
 from runtime.resim.history import Instants
