@@ -130,7 +130,7 @@ def test_a_load_that_no_battery_bears():
             "Power Model -- Conversion -",
             {"settings": {"General": GENERAL | {"Power Model -- Conversion - RPM": "0, 1"}}},
         ),
-        ("General", {"settings": {"General": {"Battery Capacity": "much"}}}),
+        ("Battery Capacity", {"settings": {"General": {"Battery Capacity": "much"}}}),
         ("Voltage Curve", {"voltage_curve": [0.0, 25.0]}),
         ("Error Level", {"error_level": 50.0}),
     ],
