@@ -120,6 +120,13 @@ def depths(maneuver: imc.Message) -> Iterator[float]:
             yield from (z + point.z for point in points if isinstance(point, imc.PathPoint))
 
 
+def _lowest(maneuver: imc.Message) -> Iterator[float]:
+    """The depths and altitudes (m) of a maneuver without their points."""
+    for name in HEIGHTS:
+        if getattr(maneuver, f"{name}_units", None) in (imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE):
+            yield getattr(maneuver, name)
+
+
 def _check_id(text: str) -> None:
     if len(text.encode(errors="surrogateescape")) > LONGEST_ID:
         raise PlanError(f"{text[:20]}...: an id is longer than {LONGEST_ID} bytes")
@@ -140,6 +147,10 @@ def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:
         value = getattr(maneuver, coordinate, 0.0)
         if abs(value) > limit:
             raise PlanError(f"{name}: {coordinate} {math.degrees(value):g}° is out of range")
+    if not isinstance(maneuver, imc.Takeoff) and any(low < 0.0 for low in _lowest(maneuver)):
+        raise PlanError(f"{name}: maneuver above the surface or below the bottom")
+    if 0.0 < deepest < math.inf and getattr(maneuver, "z_units", imc.ZUnits.DEPTH) == imc.ZUnits.NONE:
+        raise PlanError(f"{name}: neither depth nor altitude, and the vehicle dives")
     afloat = ", the vehicle stays at the surface" if deepest <= 0.0 else ""
     if any(z > deepest for z in depths(maneuver)):
         raise PlanError(f"{name}: maneuver depth beyond limits{afloat}")

@@ -1,7 +1,7 @@
 """The check of a plan before it starts."""
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from itertools import chain
 
 import imc
@@ -9,7 +9,7 @@ from imc.coordinates import absolute
 from runtime.parameters import ParameterError
 from tasks.plan.bounds import Bounds, grounded, outside
 from tasks.plan.estimate import Powertrain
-from tasks.plan.graph import PlanError, parse
+from tasks.plan.graph import Graph, PlanError, parse
 from tasks.plan.outlook import Outlook, foresee, objections
 
 Value = Callable[[str], str]
@@ -25,6 +25,7 @@ class Preflight:
         usual = Powertrain()
         self.deepest = _number(value, "Absolute Maximum Depth", math.inf)
         self._highest = _number(value, "Absolute Maximum Altitude", math.inf)
+        self._fastest = _number(value, "Maximum Absolute Speed", math.inf)
         self.capacity = 3600.0 * _number(value, "Battery Capacity", 0.0)  # J
         self._longest_leg = longest_leg
         self._train = Powertrain(
@@ -62,9 +63,19 @@ class Preflight:
         ground = state.height - state.z - state.alt if state is not None and state.alt >= 0.0 else None
         bounds = Bounds(limits, self._highest, ground, aloft)
         flies = grounded(graph, bounds) if imc.Takeoff.ID in supported else ()
-        for reason in chain(flies, outside(graph, bounds), objections(outlook, self._longest_leg, energy)):
+        fast = too_fast(graph, self._fastest)
+        for reason in chain(flies, fast, outside(graph, bounds), objections(outlook, self._longest_leg, energy)):
             raise PlanError(reason)
         return outlook
+
+
+def too_fast(graph: Graph, fastest: float) -> Iterator[str]:
+    """Maneuvers with a speed that the vehicle has not, of at most `fastest` (m/s)."""
+    for name, node in graph.nodes.items():
+        speed = getattr(node.maneuver, "speed", 0.0)
+        metres = getattr(node.maneuver, "speed_units", None) == imc.SpeedUnits.METERS_PS
+        if metres and speed > fastest:
+            yield f"{name}: a speed of {speed:g} m/s is above the vehicle's {fastest:g} m/s"
 
 
 def _number(value: Value, option: str, default: float) -> float:

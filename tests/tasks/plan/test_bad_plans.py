@@ -11,7 +11,7 @@ from tasks.plan.db import DB
 from tasks.supervisors.vehicle import Vehicle
 
 Op = imc.PlanControl.Op
-SETTINGS = {"General": {"Absolute Maximum Depth": "50", "Battery Capacity": "700", "Recovery Plan": "dislodge"}}
+SETTINGS = {"General": {"Absolute Maximum Depth": "50", "Maximum Absolute Speed": "2", "Battery Capacity": "700", "Recovery Plan": "dislodge"}}
 SHORT = plan_of(goto(30, 0), goto(30, 30))
 NO_WAY = "m1: maneuver has no incoming transition and it's not the initial maneuver"
 
@@ -35,6 +35,13 @@ def refusal(plan, **options):
         (plan_of(imc.EstimatedState()), "m0: maneuver is not supported"),
         (plan_of(goto(0, 0, depth=50.1)), "m0: maneuver depth beyond limits"),
         (plan_of(imc.YoYo(z=45, z_units=DEPTH, amplitude=6, speed=1)), "m0: maneuver depth beyond limits"),
+        (plan_of(goto(0, 0).replace(z=-1.0)), "m0: maneuver above the surface or below the bottom"),
+        (
+            plan_of(goto(0, 0).replace(z_units=imc.ZUnits.ALTITUDE, z=-3.0)),
+            "m0: maneuver above the surface or below the bottom",
+        ),
+        (plan_of(goto(0, 0).replace(z_units=imc.ZUnits.NONE)), "m0: neither depth nor altitude, and the vehicle dives"),
+        (plan_of(goto(0, 0, speed=12.0)), "m0: a speed of 12 m/s is above the vehicle's 2 m/s"),
         (plan_of(imc.Elevator(end_z=60, end_z_units=DEPTH, speed=1)), "m0: maneuver depth beyond limits"),
         (plan_of(goto(0, 0), goto(1, 1), transitions=[]), NO_WAY),
         (plan_of(goto(0, 0)).replace(start_man_id="x"), "x: invalid start maneuver"),
@@ -55,7 +62,7 @@ def refusal(plan, **options):
         (plan_of(goto(0, 0, speed=0.0)), "m0: speed must be above 0"),
         (plan_of(goto(40_000, 0)), "m0: a leg of 40.0 km is longer than 25 km"),
         (plan_of(goto(20_000, 0), goto(-20_000, 0)), "m1: a leg of 40.0 km is longer than 25 km"),
-        (plan_of(imc.Rows(speed=1, width=0)), "m0: width, length and step must be at least 1 mm"),
+        (plan_of(imc.Rows(speed=1, width=0, z_units=DEPTH)), "m0: width, length and step must be at least 1 mm"),
         (
             plan_of(goto(0, 0), transitions=[("m0", "m0", "x < 3")]),
             "m0: condition 'x < 3': 'x' is not ManeuverIsDone and not Message.field",
