@@ -74,10 +74,14 @@ class DB(Task):
             or plan.plan_id != request.plan_id
         ):
             return
-        stored, new = self._store.set(plan, self._change(request))
-        self.publish(
-            imc.PlanDB(type=Type.SUCCESS, op=Op.SET, plan_id=plan.plan_id, arg=stored.information(), info=_saved(new))
-        )
+        answer = imc.PlanDB(op=Op.SET, plan_id=plan.plan_id)
+        try:
+            stored, new = self._store.set(plan, self._change(request))
+        except sqlite3.Error as error:
+            self.log.warning(f"database: {error}: {plan.plan_id!r}")
+            self.publish(answer.replace(type=Type.FAILURE, info=f"database: {error}"))
+        else:
+            self.publish(answer.replace(type=Type.SUCCESS, arg=stored.information(), info=_saved(new)))
 
     def _serve(self, request: imc.PlanDB) -> None:
         if request.op == Op.SET:

@@ -7,6 +7,7 @@ import pytest
 from flying import CCU, OWN, goto, plan_of, recorded
 
 import imc
+from runtime import State
 from runtime.clock import WallClock
 from runtime.testing import simulate
 from tasks.plan.db import DB
@@ -119,6 +120,23 @@ def test_a_plan_that_is_started_with_its_specification_is_kept():
     kept, state = served(start, other, ask(Op.GET_STATE, at=2.0))
     assert (kept.op, kept.type, kept.dst, kept.plan_id) == (Op.SET, Type.SUCCESS, 0xFFFF, "a")
     assert [info.plan_id for info in state.arg.plans_info] == ["a"]
+
+
+def test_a_plan_that_is_started_and_cannot_be_kept_is_told_and_harms_nothing():
+    class Full(DB):
+        """Finds no room for plans."""
+
+        def start(self) -> None:
+            super().start()
+            self._store.close()
+
+    start = imc.PlanControl(timestamp=1.0, src=CCU, dst=OWN, plan_id="a", arg=A)
+    run = simulate(Full, [start], seconds=3)
+    kept = run.of(imc.PlanDB)[-1]
+    assert (kept.op, kept.type, kept.dst, kept.plan_id) == (Op.SET, Type.FAILURE, 0xFFFF, "a")
+    assert kept.info.startswith("database: ")
+    assert run.log[-1] == f"{kept.info}: 'a'"
+    assert run.task.entity.state is State.NORMAL
 
 
 def test_too_many_plans_for_a_message_are_counted():
