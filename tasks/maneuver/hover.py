@@ -9,7 +9,7 @@ from tasks.maneuver.protocol import Completed, Leg, Maneuver, PathFlags
 async def hover(maneuver: Maneuver, leg: Leg, seconds: float) -> None:
     """Go to the end of `leg` and stay there under path control, `seconds` from the arrival, 0 for ever.
 
-    ManeuverDone ends it.
+    ManeuverDone ends it where the maneuver hears that, as StationKeeping does and Loiter does not.
     """
     maneuver.steer(leg, flags=PathFlags.DIRECT)
     end = math.inf

@@ -84,10 +84,11 @@ def test_what_hovers_for_ever_does(cls, maneuver):
     assert done(execute(cls, maneuver.replace(duration=0), *near, hovers=True)) == math.inf
 
 
-def test_maneuver_done_ends_keeping_station():
-    ends = imc.ManeuverDone(timestamp=12.0, src=CCU)
-    run = execute(StationKeeping, imc.StationKeeping(**THERE), path(5.0, Reached.NEAR), ends, hovers=True)
-    assert done(run) == pytest.approx(12.0)
+@pytest.mark.parametrize(("cls", "maneuver", "end"), [(*HOVERING[0], 12.0), (*HOVERING[1], 15.0)])
+def test_maneuver_done_ends_keeping_station_and_no_loiter(cls, maneuver, end):
+    near = [path(float(second), Reached.NEAR) for second in range(5, 30)]
+    run = execute(cls, maneuver, *near, imc.ManeuverDone(timestamp=12.0, src=CCU), hovers=True)
+    assert done(run) == pytest.approx(end)
 
 
 def test_what_cannot_hover_circles():
