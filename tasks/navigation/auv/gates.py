@@ -14,7 +14,7 @@ FEWEST = 3  # fixes that a moving average needs
 
 @dataclass
 class FixGate:
-    """Refuses fixes without position, and those that claim to be much worse than the last ones or too bad."""
+    """Refuses fixes without a position on Earth, and those that claim to be much worse than the last or too bad."""
 
     factor: float
     samples: int
@@ -29,6 +29,8 @@ class FixGate:
         numbers = fix.lat, fix.lon, fix.height, fix.hacc, fix.hdop
         if not fix.validity & Valid.VALID_POS or not all(map(math.isfinite, numbers)):
             return Reason.LOST_VAL_BIT
+        if abs(fix.lat) > 0.5 * math.pi or abs(fix.lon) > math.pi:
+            return Reason.INVALID
         if fix.validity & Valid.VALID_HACC:
             past = self._accuracies
             mean = sum(past) / len(past) if len(past) >= FEWEST else math.inf

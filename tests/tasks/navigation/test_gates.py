@@ -2,6 +2,8 @@
 
 import math
 
+import pytest
+
 import imc
 from tasks.navigation.auv.gates import FixGate, VelocityGate
 
@@ -25,6 +27,13 @@ def test_a_good_fix_is_believed():
 def test_a_fix_needs_a_position():
     assert gate().refuses(fix(validity=0)) is Reason.LOST_VAL_BIT
     assert gate().refuses(fix(lat=math.nan)) is Reason.LOST_VAL_BIT
+
+
+@pytest.mark.parametrize("position", [{"lat": 1.6}, {"lat": -1.6}, {"lon": 3.2}, {"lon": -41.0}])
+def test_a_fix_that_is_nowhere_is_refused_and_no_measure_for_others(position):
+    tested = gate()
+    assert [tested.refuses(fix(hacc=0.5, **position)) for _ in range(5)] == [Reason.INVALID] * 5
+    assert tested.refuses(fix(hacc=5.0, lat=-0.5 * math.pi, lon=math.pi)) is None
 
 
 def test_a_fix_that_is_much_worse_than_the_last_ones_is_refused_until_they_are_alike():
