@@ -27,7 +27,7 @@ class Navigation(Task):
 
     Attitude is that of the reference system; positions and velocities are those of Kalman filters that accelerations
     drive, fixes correct horizontally, and the barometer vertically. It begins while the vehicle stands: the reference
-    is the mean of the first fixes. `alt` is the height above it, as there is no altimeter, and there is no depth.
+    is the mean of the last fixes until then. `alt` is the height above it, as there is no altimeter. There is no depth.
     """
 
     execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
@@ -114,10 +114,12 @@ class Navigation(Task):
     def _prepare(self, fix: imc.GpsFix | None) -> None:
         if fix is not None:
             self._first.append(fix)
+            del self._first[: -self.initial_fixes]
         if len(self._first) < self.initial_fixes or self._angles is None or not self._height.take():
             return
         count = len(self._first)
-        lat, lon, height = (sum(getattr(f, name) for f in self._first) / count for name in ("lat", "lon", "height"))
+        lat, height = (sum(getattr(f, name) for f in self._first) / count for name in ("lat", "height"))
+        lon = wrap(sum(_beside(self._first[0].lon, f.lon) for f in self._first) / count)
         self._reference = imc.GpsFix(lat=lat, lon=lon, height=height)
         self._ground = self._height.value[0]
         initial = INITIAL_VELOCITY, INITIAL_BIAS
@@ -219,6 +221,11 @@ class Navigation(Task):
 
     def _is_from(self, message: imc.Message, label: str) -> bool:
         return not label or self.vehicle.entities.label(message.src, message.src_ent) == label
+
+
+def _beside(first: float, lon: float) -> float:
+    """A longitude (rad) without the step at ±π between it and a `first` one."""
+    return lon - math.tau * round((lon - first) / math.tau)
 
 
 def _variance(fix: imc.GpsFix) -> float:

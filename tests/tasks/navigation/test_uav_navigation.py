@@ -45,6 +45,24 @@ def test_it_begins_with_the_mean_of_the_first_fixes():
     assert run.task.entity.state is State.NORMAL
 
 
+def test_the_mean_of_longitudes_at_the_date_line_is_there():
+    def both_sides(message):
+        if not isinstance(message, imc.GpsFix):
+            return message
+        return message.replace(lon=math.copysign(math.pi - 1e-8, 1.0 - message.timestamp))
+
+    last = simulate(Navigation, feed=map(both_sides, sensors(3.0)), **ANY).of(imc.EstimatedState)[-1]
+    assert abs(last.lon) == pytest.approx(math.pi, abs=1.1e-8)
+    assert math.hypot(last.x, last.y) < 0.2
+
+
+def test_the_reference_is_of_the_last_fixes_where_the_rest_comes_later():
+    moved = FIX.replace(lat=LAT + 1e-6)
+    feed = [*sensors(4.0, attitude=False), *sensors(4.0, start=4.0, fix=moved, attitude=False)]
+    run = simulate(Navigation, feed=[*feed, *sensors(1.0, start=8.0, fix=moved)], **ANY)
+    assert run.of(imc.EstimatedState)[0].lat == pytest.approx(LAT + 1e-6, abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("missing", "description"),
     [({"fix": None}, "waiting for GPS fix"), ({"attitude": False}, "waiting for attitude and pressure")],
