@@ -32,8 +32,11 @@ class Bounds:
 
 
 def outside(graph: Graph, bounds: Bounds) -> Iterator[str]:
-    """Maneuvers that leave the area of the limits."""
+    """Maneuvers that leave the area of the limits; limits of no number are kept by none."""
     area = bounds.limits
+    if area is not None and not all(map(math.isfinite, _numbers(area))):
+        yield "the operational limits have a value that is no number"
+        return
     if area is None or not area.mask & Limit.AREA:
         return
     c, s = math.cos(area.orientation), math.sin(area.orientation)
@@ -45,6 +48,14 @@ def outside(graph: Graph, bounds: Bounds) -> Iterator[str]:
             if along + margin > 0.5 * area.length or across + margin > 0.5 * area.width:
                 yield f"{name}: is outside of the area of the operational limits"
                 break
+
+
+def _numbers(limits: imc.OperationalLimits) -> Iterator[float]:
+    """Those of the limits that bound a plan."""
+    if limits.mask & Limit.MAX_ALT:
+        yield limits.max_altitude
+    if limits.mask & Limit.AREA:
+        yield from (limits.lat, limits.lon, limits.orientation, limits.width, limits.length)
 
 
 def grounded(graph: Graph, bounds: Bounds) -> Iterator[str]:

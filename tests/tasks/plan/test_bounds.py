@@ -105,6 +105,15 @@ def test_a_plan_stays_inside_the_area():
     assert check(TAKEOFF, circle, limits=fence()).startswith("m1: is outside")
 
 
+@pytest.mark.parametrize("field", ["lat", "lon", "orientation", "length", "width", "max_altitude"])
+def test_limits_that_are_no_numbers_are_kept_by_no_plan(field):
+    broken = fence(max_altitude=50.0, mask=imc.OpLimitsMask.AREA | imc.OpLimitsMask.MAX_ALT)
+    assert check(TAKEOFF, goto(), limits=broken) == ""
+    broken = broken.replace(**{field: math.nan})
+    assert check(TAKEOFF, goto(), limits=broken) == "the operational limits have a value that is no number"
+    assert check(TAKEOFF, goto(), limits=broken.replace(mask=0)) == ""
+
+
 def test_what_stays_where_the_vehicle_is_leaves_no_area():
     here = imc.Elevator.Flags.CURR_POS
     for rise in (imc.Elevator(speed=1.5, flags=here), imc.PopUp(speed=1.5, flags=here, duration=5)):
