@@ -11,7 +11,8 @@ from tasks.plan.db import DB
 from tasks.supervisors.vehicle import Vehicle
 
 Op = imc.PlanControl.Op
-SETTINGS = {"General": {"Absolute Maximum Depth": "50", "Maximum Absolute Speed": "2", "Battery Capacity": "700", "Recovery Plan": "dislodge"}}
+GENERAL = {"Absolute Maximum Depth": "50", "Maximum Absolute Speed": "2", "Battery Capacity": "700"}
+SETTINGS = {"General": {**GENERAL, "Recovery Plan": "dislodge"}}
 SHORT = plan_of(goto(30, 0), goto(30, 30))
 NO_WAY = "m1: maneuver has no incoming transition and it's not the initial maneuver"
 
