@@ -1,15 +1,17 @@
 """Leads a multirotor along lines and circles in space."""
 
 import math
+from dataclasses import replace
 
 import imc
 from imc.coordinates import displacement
-from runtime import ParameterError, State, Task, consume, param
+from runtime import State, Task, consume, param
 from tasks.control.loops import EnabledLoops
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
 from tasks.control.path.track import Progress
 from tasks.control.pid import wrap
 from tasks.control.uav.guidance import Circle, Line, Pace
+from tasks.control.uav.limits import Limits, ground, highest_altitude
 from tasks.control.uav.vectors import Vector
 
 Flags = imc.DesiredPath.Flags
@@ -56,14 +58,10 @@ class Path(Task):
     cross_distance: float = param(15.0, "m", "Largest distance.", name="Cross-track -- Distance Limit", minimum=0)
     cross_time: float = param(10.0, "s", "How long it may be larger.", name="Cross-track -- Time Limit", minimum=0)
 
-    _limits: tuple[float, float, float] = (0.0, math.inf, math.inf)
+    _limits = Limits()
 
     def configure(self) -> None:
-        text = self.vehicle.profile.value("General", "Absolute Maximum Altitude")
-        try:
-            self._absolute = float(text) if text else math.inf
-        except ValueError:
-            raise ParameterError("Absolute Maximum Altitude", f"[General] has {text!r}, which is no number") from None
+        self._absolute = highest_altitude(self.vehicle.profile)
         self._divergence = Divergence(
             AlongTrack(self.along_period, self.along_speed, 0.0) if self.watch_along else None,
             CrossTrack(self.cross_distance, self.cross_time) if self.watch_cross else None,
@@ -92,12 +90,9 @@ class Path(Task):
     @consume
     def limit(self, limits: imc.OperationalLimits) -> None:
         """Take limits of altitude and speed. Nobody repeats them, so they outlive changed parameters and a restart."""
-        mask, bits = limits.mask, imc.OpLimitsMask
-        lowest = limits.min_altitude if mask & bits.MIN_ALT else 0.0
-        highest = limits.max_altitude if mask & bits.MAX_ALT else math.inf
-        speed = limits.max_speed if mask & bits.MAX_SPEED else math.inf
-        if all(value >= 0.0 for value in (lowest, highest, speed)):
-            self._limits = lowest, highest, speed
+        before, self._limits = self._limits, Limits.of(limits) or self._limits
+        if self._path is not None and self._state is not None and before != self._limits:
+            self._shift(self._path, self._state)
 
     @consume
     def stand(self, arming: imc.ArmingState) -> None:
@@ -164,26 +159,39 @@ class Path(Task):
         self.publish(imc.DesiredSpeed(value=path.speed, speed_units=path.speed_units))
         self.set_entity_state(State.NORMAL, "active")
 
+    def _shift(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
+        """Bring all of a path that is being followed within new limits of altitude."""
+        if path.flags & Flags.NO_Z or path.end_z_units == Units.NONE:
+            return
+        start, end = self._line.start, self._line.end
+        end = end[0], end[1], self._down(path, state)
+        self._line = Line((start[0], start[1], self._limited(start[2], path, state)), end)
+        self._circle = replace(self._circle, centre=end) if self._circle is not None else None
+        self._reported = -math.inf
+        self._divergence.restart(self.now)
+
     def _over_ground(self, state: imc.EstimatedState, lat: float, lon: float) -> tuple[float, float]:
         return displacement(state.lat, state.lon, 0.0, lat, lon, 0.0)[:2]
 
     def _down(self, path: imc.DesiredPath, state: imc.EstimatedState) -> float:
         """The end of a path, m below the reference, within the limits; it is said where that is."""
-        lowest, highest = self._limits[0], min(self._limits[1], self._absolute)
-        ground = state.z + max(0.0, state.alt)
         if path.flags & Flags.NO_Z or path.end_z_units == Units.NONE:
             return state.z
-        down = state.height - path.end_z if path.end_z_units == Units.HEIGHT else ground - path.end_z
-        limited = max(down, ground - max(0.0, highest - self.altitude_margin))
-        if lowest and not path.flags & Flags.LAND:
-            limited = min(limited, ground - lowest - self.altitude_margin)
+        down = (state.height if path.end_z_units == Units.HEIGHT else ground(state)) - path.end_z
+        limited = self._limited(down, path, state)
         value = path.end_z + (down - limited if limited != down else 0.0)
         self.publish(imc.DesiredZ(value=value, z_units=path.end_z_units))
         return limited
 
+    def _limited(self, down: float, path: imc.DesiredPath, state: imc.EstimatedState) -> float:
+        """A height of a path within the limits, m below the reference."""
+        lowest = 0.0 if path.flags & Flags.LAND else self._limits.lowest
+        highest = min(self._limits.highest, self._absolute)
+        return Limits(lowest, highest).within(down, state, self.altitude_margin)
+
     def _cycle(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
         at = state.x, state.y, state.z
-        speed = max(0.0, min(path.speed, self.maximum_speed, self._limits[2]))
+        speed = max(0.0, min(path.speed, self.maximum_speed, self._limits.speed))
         pace = Pace(speed, min(self.maximum_climb_rate, speed), self.maximum_descent_rate,
                     self.maximum_acceleration, self.gain)  # fmt: skip
         if self._circle is not None:

@@ -157,6 +157,38 @@ def test_altitude_and_speed_are_kept_within_the_limits_and_it_is_said():
     assert run.of(imc.DesiredZ)[-1].value == pytest.approx(29.5)
 
 
+CEILING = imc.OperationalLimits(timestamp=0.6, mask=imc.OpLimitsMask.MAX_ALT, max_altitude=30.0)
+
+
+@pytest.mark.parametrize("circle", [{}, {"lradius": 20.0}])
+def test_a_limit_of_altitude_counts_at_once(circle):
+    above = states(x=20.0, z=-60.0, alt=60.0)
+    run = lead(enable(), desired(z=60.0, **circle), CEILING, *above)
+    assert [m.value for m in run.of(imc.DesiredZ)] == pytest.approx([60.0, 29.5])
+    found = [m.w for m in run.of(imc.DesiredVelocity)]
+    assert (found[0], found[-1]) == pytest.approx((0.0, 1.5), abs=1e-6)
+    assert run.of(imc.PathControlState)[-1].z == pytest.approx(29.5 - 60.0)
+    lifted = CEILING.replace(timestamp=0.8, mask=0)
+    again = lead(enable(), desired(z=60.0, **circle), CEILING, lifted, *above)
+    assert again.of(imc.PathControlState)[-1].z == pytest.approx(0.0)
+
+
+def test_a_limit_is_kept_on_the_whole_way():
+    run = lead(enable(), desired(1000.0, z=60.0), *states(0.3, z=-60.0, alt=60.0), CEILING, *states(z=-29.5, alt=29.5))
+    assert run.of(imc.DesiredVelocity)[-1].w == pytest.approx(0.0, abs=1e-6)
+    kept = lead(enable(), desired(flags=Flags.NO_Z), CEILING, *states(z=-60.0, alt=60.0))
+    assert kept.of(imc.DesiredVelocity)[-1].w == pytest.approx(0.0)
+
+
+def test_a_path_goes_on_from_a_climb_to_a_limit_that_it_has_passed():
+    climb = desired(0.0, z=60.0, flags=Flags.TAKEOFF)
+    low = imc.OperationalLimits(timestamp=0.6, mask=imc.OpLimitsMask.MAX_ALT, max_altitude=5.0)
+    run = lead(enable(), climb, *states(0.3, z=0.0, alt=0.0), low, *states(start=0.6, z=-10.0, alt=10.0))
+    assert run.of(imc.DesiredVelocity)[-1].w == pytest.approx(1.5)
+    arrived = states(start=1.6, z=-4.5, alt=4.5)
+    assert reached(lead(enable(), climb, *states(0.3, z=0.0, alt=0.0), low, *arrived))[-1]
+
+
 @pytest.mark.parametrize(
     ("path", "reason"),
     [

@@ -1,0 +1,47 @@
+"""Limits of altitude and speed that a multirotor keeps."""
+
+import math
+from dataclasses import dataclass
+
+import imc
+from runtime import ParameterError
+from runtime.settings import Settings
+
+Bits = imc.OpLimitsMask
+
+
+def ground(state: imc.EstimatedState) -> float:
+    """Where the ground is, m below the reference."""
+    return state.z + max(0.0, state.alt)
+
+
+def highest_altitude(profile: Settings) -> float:
+    """The highest altitude (m above ground) of a profile, infinity without one. Raises ParameterError."""
+    option = "Absolute Maximum Altitude"
+    text = profile.value("General", option)
+    try:
+        return float(text) if text else math.inf
+    except ValueError:
+        raise ParameterError(option, f"[General] has {text!r}, which is no number") from None
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Altitudes (m above ground), and the highest speed (m/s); a lowest altitude of 0 is none."""
+
+    lowest: float = 0.0
+    highest: float = math.inf
+    speed: float = math.inf
+
+    @classmethod
+    def of(cls, limits: imc.OperationalLimits) -> "Limits | None":
+        """Those of a message; None where one is below 0 or no number."""
+        lowest = limits.min_altitude if limits.mask & Bits.MIN_ALT else 0.0
+        highest = limits.max_altitude if limits.mask & Bits.MAX_ALT else math.inf
+        speed = limits.max_speed if limits.mask & Bits.MAX_SPEED else math.inf
+        return cls(lowest, highest, speed) if all(value >= 0.0 for value in (lowest, highest, speed)) else None
+
+    def within(self, down: float, state: imc.EstimatedState, margin: float) -> float:
+        """A height (m below the reference), brought to where it is so far (m) from the limits of altitude."""
+        limited = max(down, ground(state) - max(0.0, self.highest - margin))
+        return min(limited, ground(state) - self.lowest - margin) if self.lowest else limited
