@@ -15,8 +15,8 @@ class Throttle:
 
     A speed in m/s becomes a rotation rate by `feedforward` (rpm per m/s) and a PID of the error (rpm), which changes by
     at most `acceleration` (rpm/s) and stays between `lowest` and `highest` (rpm). The integral rests while the rate is
-    at a limit or still on its way; at first the rate is that of the speed that there is. `full` is the rate at full
-    actuation (rpm).
+    at a limit or still on its way; at first the rate is that of the speed that there is. D acts on the measured speed
+    alone, so that a new reference is no jump. `full` is the rate at full actuation (rpm).
     """
 
     def __init__(
@@ -39,6 +39,7 @@ class Throttle:
         """Stand still."""
         self.desired: imc.DesiredSpeed | None = None
         self._rpm: float | None = None
+        self._u: float | None = None
         self._law.reset()
 
     def desire(self, speed: imc.DesiredSpeed) -> bool:
@@ -52,7 +53,8 @@ class Throttle:
 
     def share(self, u: float, dt: float, *, held: bool = False) -> float:
         """The share of full actuation for a surge of `u` (m/s), `dt` s after the last; `held` rests the integral."""
-        desired = self.desired
+        desired, before = self.desired, self._u
+        self._u = u
         if desired is None:
             return 0.0
         if desired.speed_units == Units.PERCENTAGE:
@@ -64,11 +66,12 @@ class Throttle:
             self._rpm = 0.0
             return 0.0
         error, change = desired.value - u, self._acceleration * dt
-        before = self._feedforward * max(0.0, u) if self._rpm is None else self._rpm
-        wanted = self._law.step(0.0, error) + self._feedforward * desired.value
-        reached = max(self._lowest, min(self._highest, max(before - change, min(before + change, wanted))))
+        error_rate = (before - u) / dt if before is not None and dt > 0.0 else 0.0
+        rpm = self._feedforward * max(0.0, u) if self._rpm is None else self._rpm
+        wanted = self._law.step(0.0, error, error_rate) + self._feedforward * desired.value
+        reached = max(self._lowest, min(self._highest, max(rpm - change, min(rpm + change, wanted))))
         if not held and (reached == wanted or (wanted - reached) * error < 0.0):
-            self._law.step(dt, error)
+            self._law.step(dt, error, error_rate)
         self._rpm = reached
         return max(-1.0, min(1.0, reached / self._full))
 

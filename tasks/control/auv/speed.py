@@ -16,8 +16,9 @@ class Speed(Task):
     """Turns DesiredSpeed into thrust, while the loop SPEED is enabled.
 
     A speed in m/s becomes a rotation rate by feed-forward and an integral of the error, which is limited and works
-    on while the rate is ramped, as on the LAUV. One thrust command follows each Rpm. Brake, Abort, a silent motor and
-    the end of the task, also by a failure, stop the thruster.
+    on while the rate is ramped, as on the LAUV. D acts on what is measured alone, so that a new reference is no jump.
+    One thrust command follows each Rpm. Brake, Abort, a silent motor and the end of the task, also by a failure, stop
+    the thruster.
     """
 
     hardware_control: bool = param(
@@ -107,6 +108,7 @@ class Speed(Task):
         if desired is None or desired.speed_units != imc.SpeedUnits.METERS_PS:
             return
         before, self._followed = self._followed, state.timestamp
+        slower, self._u = self._u - state.u, state.u
         dt = state.timestamp - before
         if not 0.0 < dt <= LONGEST_STEP or self._braking:
             return
@@ -114,7 +116,8 @@ class Speed(Task):
             self._speed.reset()
             self._rpm = 0.0
             return
-        wanted = self._speed.step(dt, desired.value - state.u) + self.speed_feedforward * desired.value
+        correction = self._speed.step(dt, desired.value - state.u, slower / dt)
+        wanted = correction + self.speed_feedforward * desired.value
         change = self.rpm_acceleration * dt
         ramped = max(self._rpm - change, min(self._rpm + change, wanted))
         self._rpm = max(self.minimum_rpm, min(self._maximum_rpm, ramped))
@@ -126,6 +129,7 @@ class Speed(Task):
     def drive(self, rpm: imc.Rpm) -> None:
         desired = self._desired
         before, self._driven = self._driven, rpm.timestamp
+        slower, self._measured = self._measured - rpm.value, rpm.value
         if desired is None:
             return
         match desired.speed_units:
@@ -140,7 +144,8 @@ class Speed(Task):
             self._thrust(wanted / self.full_thrust)
             return
         dt = rpm.timestamp - before
-        correction = self._rate.step(dt if 0.0 < dt <= LONGEST_STEP else 0.0, wanted - rpm.value) if wanted else 0.0
+        step = (dt, wanted - rpm.value, slower / dt) if 0.0 < dt <= LONGEST_STEP else (0.0, wanted - rpm.value)
+        correction = self._rate.step(*step) if wanted else 0.0
         self._thrust(correction + self.rpm_feedforward * wanted)
 
     @periodic(1.0)
@@ -156,6 +161,7 @@ class Speed(Task):
         self._rpm = 0.0
         self._began = self.now
         self._followed = self._driven = -math.inf
+        self._u = self._measured = 0.0
         self._speed.reset()
         self._rate.reset()
 

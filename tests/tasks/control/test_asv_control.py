@@ -171,6 +171,16 @@ def test_an_error_is_integrated_but_not_on_the_way_nor_at_a_limit():
     assert back[-1] < 0.89
 
 
+def test_a_gain_on_the_rate_of_the_speed_damps_it():
+    def shares(derivative):
+        throttle = Throttle((0.0, 0.0, derivative), math.inf, 400.0, (0.0, 900.0), 1e6, 1000.0)
+        throttle.desire(imc.DesiredSpeed(value=1.0, speed_units=MPS))
+        return [throttle.share(u, 0.1) for u in (0.5, 0.55, 0.55, 0.5)]
+
+    assert shares(200.0) == pytest.approx([0.4, 0.3, 0.4, 0.5])
+    assert shares(0.0) == pytest.approx([0.4] * 4)
+
+
 def test_a_motor_may_brake():
     throttle = Throttle((200.0, 0.0, 0.0), math.inf, 100.0, (-300.0, 900.0), 1e6, 1000.0)
     throttle.desire(imc.DesiredSpeed(value=0.2, speed_units=MPS))

@@ -224,6 +224,21 @@ def test_an_error_is_integrated_until_its_limit():
     assert found[-1] * 2500.0 == pytest.approx(600.0, abs=1.0)
 
 
+def accelerated(derivative):
+    """Actuations at a surge that grows by 0.5 m/s in each second, from 0.2 m/s."""
+    feed = [enable(Loops.SPEED), imc.DesiredSpeed(timestamp=0.15, value=1.0, speed_units=imc.SpeedUnits.METERS_PS)]
+    for index, state in enumerate(states(2.0)):
+        feed += [state.replace(u=0.2 + 0.025 * index), imc.Rpm(timestamp=state.timestamp + 0.01)]
+    gains = {"speed_gains": [0.0, 0.0, derivative], "speed_feedforward": 500.0, "rpm_acceleration": 1e6}
+    run = simulate(Speed, feed=feed, settings={"General": {"Maximum Underwater RPMs": "1700"}}, **gains)
+    return [m.value * 2500.0 for m in before_end(run, imc.SetThrusterActuation)]
+
+
+def test_a_gain_on_the_rate_of_the_speed_damps_it():
+    assert accelerated(0.0)[1:] == pytest.approx([500.0] * 38, abs=0.1)
+    assert accelerated(200.0)[1:] == pytest.approx([400.0] * 38, abs=0.1)
+
+
 def test_a_speed_of_nothing_is_no_thrust():
     assert set(thrust(0.05, imc.SpeedUnits.METERS_PS, seconds=2.0)[1]) == {0.0}
 
@@ -257,6 +272,15 @@ def test_the_rate_is_controlled_where_the_motor_does_not():
     _, found = thrust(1000.0, imc.SpeedUnits.RPM, seconds=5.0, hardware_control=False)
     assert found[0] == pytest.approx(0.39, abs=0.01)
     assert found[-1] == 1.0
+
+
+def test_a_gain_on_the_rate_of_the_motor_damps_it():
+    feed = [enable(Loops.SPEED), imc.DesiredSpeed(timestamp=0.15, value=900.0, speed_units=imc.SpeedUnits.RPM)]
+    feed += [imc.Rpm(timestamp=0.2 + 0.05 * index, value=20 * index) for index in range(20)]
+    gains = {"rpm_gains": [0.0, 0.0, 5e-4], "rpm_feedforward": 1e-3}
+    run = simulate(Speed, feed=feed, hardware_control=False, **gains)
+    found = [m.value for m in before_end(run, imc.SetThrusterActuation)]
+    assert found == pytest.approx([0.9] + [0.7] * 18, abs=1e-6)
 
 
 class Unsound(Speed):
