@@ -12,6 +12,8 @@ from tasks.simulators.pinhole import Pinhole
 from tasks.simulators.trajectory import parse_points
 
 SMALLEST_FIELD = 1e-3  # °
+NO_ALTITUDE = "no altitude"
+SETTLING = 2.0  # s from the start in which the altimeter need not have spoken
 TIMING = 1e-3  # of a period: how early an image may be, for the resolution of timestamps is 0.24 µs
 
 
@@ -90,7 +92,7 @@ class MUGDetectionCamera(Task):
         self._start = (0.0, 0.0)
         self._first = self._last = -math.inf
         self._image = -1
-        self._warned = -math.inf
+        self._warned, self._began = -math.inf, self.now
         self.set_entity_state(State.BOOT, "waiting for EstimatedState")
 
     @consume
@@ -122,7 +124,7 @@ class MUGDetectionCamera(Task):
             return "no position or attitude"
         by_altitude = self.fidelity == "Original" or (self.fidelity == "Physical" and self.target_plane == "Seabed")
         if by_altitude and not 0.0 < state.alt < math.inf:
-            return "no altitude"
+            return NO_ALTITUDE
         if by_altitude and state.alt > self.maximum_altitude:
             return "altitude out of range"
         if state.timestamp < self._last:
@@ -137,6 +139,9 @@ class MUGDetectionCamera(Task):
         self.skipped[fault] += 1
         description = f"{fault} ({self.skipped[fault]} skipped)"
         self.set_entity_state(State.FAULT, description)
+        seen_nothing_yet = self._reference is None and self.now - self._began < SETTLING
+        if fault == NO_ALTITUDE and seen_nothing_yet:
+            return
         if self.now - self._warned >= 1.0:
             self._warned = self.now
             self.log.warning(description)

@@ -154,6 +154,17 @@ def test_nan_is_skipped_with_one_warning_a_second():
     assert run.of(imc.EntityState)[-1].state == imc.EntityState.State.NORMAL
 
 
+def test_an_altimeter_may_take_its_time_at_the_start():
+    feed = [m.replace(alt=-1.0) for m in still(50)]
+    begun = simulate(MUGDetectionCamera, feed=[m for m in feed if m.timestamp < 2.0])
+    assert begun.log == []
+    assert begun.task.skipped["no altitude"] > 0
+    assert begun.of(imc.EntityState)[-1].description.startswith("no altitude")
+    assert simulate(MUGDetectionCamera, feed=[feed[0].replace(timestamp=2.5)]).log == ["no altitude (1 skipped)"]
+    lost = simulate(MUGDetectionCamera, feed=[still(1)[0], feed[0].replace(timestamp=1.0)])
+    assert lost.log == ["no altitude (1 skipped)"]
+
+
 def test_upside_down_nothing_is_seen_and_nothing_is_wrong():
     run = simulate(MUGDetectionCamera, feed=still(5, phi=math.pi))
     assert run.of(imc.EstimatedMugState) == []
