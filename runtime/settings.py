@@ -37,6 +37,24 @@ class Changes:
         """Take the present values as those of the profile."""
         self._original[task.name] = {p.name: task.parameter_set.text(p) for p in task.parameters().values()}
 
+    def changed(self) -> dict[str, dict[str, str]]:
+        """What the profile says of parameters that are others now: texts by task and ini name."""
+        pairs = {name: (known, self._original[name]) for name, known in self._effective.items()}
+        return {
+            name: {option: text for option, text in original.items() if text != known[option]}
+            for name, (known, original) in pairs.items()
+            if known != original
+        }
+
+    def resume(self, changed: Mapping[str, Mapping[str, str]]) -> None:
+        """Take what `changed` said before as the profile's. Raises KeyError for a parameter that there is not."""
+        for name, texts in changed.items():
+            original = self._original[name]
+            if unknown := texts.keys() - original.keys():
+                raise KeyError(f"{name}: {min(unknown)}")
+            self._effective[name] = dict(original)
+            original.update(texts)
+
     def remember(self, task: Task) -> None:
         """Take the task's changed parameters into the effective configuration."""
         known = self._effective.setdefault(task.name, dict(self._original[task.name]))

@@ -29,7 +29,7 @@ from runtime.task import Task
 from runtime.timer import Timer
 from runtime.vehicle import Vehicle
 
-FORMAT = "shoal snapshot 2"
+FORMAT = "shoal snapshot 3"
 STATE, SUFFIX = "State-", ".msgpack"
 ONLOOKERS = ("runtime.cli", "runtime.mission", "runtime.plan_request")
 """Whose calls are not the vehicle's: they look on, or stand for who gives it orders."""
@@ -39,6 +39,7 @@ class Snapshot(msgspec.Struct):
     """A vehicle at a time (ns), between what was due before it and what is due at it.
 
     A task is in `tasks`, or in `pasts` where it runs a script. hears: whose turn it is among all subscriptions.
+    profile: what that says of parameters which the configuration has changed, by task and ini name.
     """
 
     vehicle: str
@@ -46,6 +47,7 @@ class Snapshot(msgspec.Struct):
     start_time: float
     seed: int
     configuration: bytes
+    profile: dict[str, dict[str, bytes]]
     sections: list[str]
     tasks: dict[str, TaskState]
     pasts: dict[str, Past]
@@ -87,7 +89,8 @@ def save(vehicle: Vehicle) -> bytes:
         vehicle.kernel.now_ns,
         vehicle.start_time,
         vehicle.seed,
-        vehicle.profile.dump().encode(errors="surrogateescape"),
+        _bytes(vehicle.profile.dump()),
+        {name: {option: _bytes(text) for option, text in t.items()} for name, t in vehicle.changes.changed().items()},
         [task.name for task in vehicle.tasks],
         {task.name: task_state(task, [s for owner, s in hears if owner is task], writer) for task in plain},
         {task.name: _past(task, timers) for task in scripted},
@@ -163,6 +166,7 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     kernel = vehicle.kernel
     kernel.clear()
     vehicle.start_time = snapshot.start_time
+    vehicle.changes.resume({name: {o: _text(t) for o, t in texts.items()} for name, texts in snapshot.profile.items()})
     for system, entity, label in snapshot.heard:
         vehicle.entities.hear(system, entity, label)
     scripted = _relive(vehicle, snapshot.pasts)
@@ -192,6 +196,14 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
         vehicle.task(section).restored()
     vehicle.bus.forget()
     vehicle.running.update(snapshot.running)
+
+
+def _bytes(text: str) -> bytes:
+    return text.encode(errors="surrogateescape")
+
+
+def _text(data: bytes) -> str:
+    return data.decode(errors="surrogateescape")
 
 
 def _relive(vehicle: Vehicle, pasts: dict[str, Past]) -> dict[str, list[Timer]]:

@@ -75,7 +75,7 @@ class Vehicle:
         self.activations: dict[str, Activation] = {}
         self.exit_status = 0
         self._tasks: dict[str, Task] = {}
-        self._changes = Changes(profile)
+        self.changes = Changes(profile)
         self.running: set[str] = set()
         self.failures: dict[str, tuple[int, int]] = {}
         self._error: Exception | None = None
@@ -125,7 +125,7 @@ class Vehicle:
             assign(task, options)
             give(task, values)
             entity.activation_time, entity.deactivation_time = task.activation_time, task.deactivation_time
-            self._changes.begin(task)
+            self.changes.begin(task)
             task.configure()
             for ticking in tickers(cls):
                 rate_of(task, ticking.rate)
@@ -205,12 +205,12 @@ class Vehicle:
 
     def remember(self, task: Task) -> None:
         """Take the task's changed parameters into the effective configuration."""
-        self._changes.remember(task)
+        self.changes.remember(task)
 
     def save_parameters(self, task: Task) -> Path:
         """Save the parameters of a task that differ from the profile; returns the path. Raises OSError, ValueError."""
         path = self.state_folder / f"{self.name}-saved.ini"
-        self._changes.save(task, path)
+        self.changes.save(task, path)
         return path
 
     def _start(self, task: Task) -> None:

@@ -15,7 +15,9 @@ import imc
 from runtime import State, Task, periodic
 from runtime.build import build
 from runtime.clock import VirtualClock
+from runtime.ini import read_sections
 from runtime.profile import load_profile
+from runtime.rewind import continued
 from runtime.snapshot import load, restore, save
 from runtime.snapshot_values import Reader, SnapshotError, Writer
 from runtime.testing import NoProfile
@@ -330,6 +332,56 @@ def test_a_snapshot_cannot_make_or_call_what_it_wants(plain: Any) -> None:
 
     with pytest.raises(SnapshotError):
         Reader(nothing, (), ()).read(plain)
+
+
+GPS, HACC = "Simulators.GPS/Kinematic", "HACC"
+
+
+def accurate(vehicle: Vehicle, text: str) -> Task:
+    """The GPS with another parameter, as if somebody had set it."""
+    task = vehicle.task(GPS)
+    parameter = task.parameter_set.find(HACC)
+    assert parameter is not None
+    task.parameter_set.set(parameter, parameter.parse(text))
+    vehicle.remember(task)
+    return task
+
+
+def saved_parameters(vehicle: Vehicle, folder: Path) -> dict[str, str]:
+    vehicle.state_folder = folder
+    return read_sections(vehicle.save_parameters(vehicle.task(GPS)))[GPS]
+
+
+def test_parameters_that_were_changed_are_still_saved_after_a_snapshot(tmp_path: Path) -> None:
+    vehicle = vehicle_of("lauv-noptilus-1", tmp_path / "a")
+    vehicle.start()
+    of_profile = vehicle.task(GPS).parameter_set.text(vehicle.task(GPS).parameters()[HACC])
+    accurate(vehicle, "7.5")
+    run_to(vehicle, 1.0)
+    state = save(vehicle)
+    vehicle.close()
+    assert load(state).profile == {GPS: {HACC: of_profile.encode()}}
+    again = continued(load(state), tmp_path / "b")
+    second = save(again)
+    assert saved_parameters(again, tmp_path / "c") == {HACC: "7.5"}
+    again.close()
+    assert load(second).profile == load(state).profile
+    third = continued(load(second), tmp_path / "d")
+    accurate(third, of_profile)
+    assert saved_parameters(third, tmp_path / "e") == {}
+    third.close()
+
+
+@pytest.mark.parametrize("profile", [{"Simulators.GPX": {HACC: b"1"}}, {GPS: {"HACK": b"1"}}])
+def test_parameters_that_a_vehicle_does_not_have_are_refused(tmp_path: Path, profile: Any) -> None:
+    vehicle = vehicle_of("lauv-noptilus-1", tmp_path / "a")
+    vehicle.start()
+    run_to(vehicle, 1.0)
+    state = load(save(vehicle))
+    vehicle.close()
+    state.profile = profile
+    with pytest.raises(SnapshotError, match=r"this is no snapshot: .*(GPX|HACK)"):
+        continued(state, tmp_path / "b")
 
 
 def test_another_vehicle_is_refused(tmp_path: Path) -> None:
