@@ -1,11 +1,16 @@
 """Has a vehicle begin by itself."""
 
 import imc
-from runtime import State, Task, consume, param
+from imc.tuples import read_tuples
+from runtime import ParameterError, State, Task, consume, param
+from runtime.problem import quoted, suggestion
+from tasks.plan.templates import TEMPLATES, TemplateError, Usual, generate
 
 Op = imc.PlanGeneration.Op
 Phase = imc.PlanControlState.State
 CALM = imc.VehicleState.OpMode.SERVICE
+SOMEWHERE = (0.0, 0.0)
+USUAL = Usual(travel_depth=1.0, dive_depth=1.0, dive_seconds=1, radius=1.0, rpm=1.0)
 
 
 class Autostart(Task):
@@ -13,6 +18,15 @@ class Autostart(Task):
 
     template: str = param("sk", "", "Template of Plan.Generator.")
     values: list[str] = param([], "", "What the template takes: depth=2, radius=15; lat and lon in degrees.")
+
+    def configure(self) -> None:
+        if self.template not in TEMPLATES:
+            reason = f"there is no template {quoted(self.template)}; {suggestion(self.template, TEMPLATES)}"
+            raise ParameterError("Template", reason)
+        try:
+            generate(self.template, read_tuples(";".join(self.values)), SOMEWHERE, SOMEWHERE, USUAL)
+        except TemplateError as error:
+            raise ParameterError("Values", str(error)) from None
 
     def start(self) -> None:
         self._calm = False

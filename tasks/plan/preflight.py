@@ -24,6 +24,8 @@ class Preflight:
     def __init__(self, value: Value, hotel: float, longest_leg: float):
         usual = Powertrain()
         self.deepest = _number(value, "Absolute Maximum Depth", math.inf)
+        if not self.deepest >= 0.0:
+            raise ParameterError("Absolute Maximum Depth", f"{self.deepest:g} m is no depth of 0 or more")
         self._highest = _number(value, "Absolute Maximum Altitude", math.inf)
         self._fastest = _number(value, "Maximum Absolute Speed", math.inf)
         self.capacity = 3600.0 * _number(value, "Battery Capacity", 0.0)  # J

@@ -11,6 +11,7 @@ import imc
 Position = tuple[float, float]  # latitude, longitude (rad)
 DEPTH = imc.ZUnits.DEPTH
 RPM = imc.SpeedUnits.RPM
+TEMPLATES = ("go", "sk", "come_near", "dive", "surface", "dislodge", "flight")
 CLIMB, CRUISE, ALTITUDE = 2.0, 5.0, 15.0  # m/s, m/s, m of a flight where nothing is said
 
 

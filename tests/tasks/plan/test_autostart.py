@@ -1,13 +1,15 @@
 """A vehicle begins by itself, once, and only where nobody else was quicker."""
 
+import re
 from typing import Any
 
 import pytest
 
 import imc
-from runtime import State
+from runtime import ParameterError, State
 from runtime.testing import Run, simulate
 from tasks.plan.autostart import Autostart
+from tasks.plan.templates import TEMPLATES
 
 Phase = imc.PlanControlState.State
 SERVICE, BOOT = imc.VehicleState.OpMode.SERVICE, imc.VehicleState.OpMode.BOOT
@@ -62,3 +64,22 @@ def test_a_refusal_is_told() -> None:
     )
     done = run((1.0, imc.VehicleState(op_mode=SERVICE)), (2.0, imc.PlanControlState(state=Phase.READY)), (3.0, answer))
     assert (done.task.entity.state, done.task.entity.description) == (State.FAULT, "sk: error=none")
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"template": "dyve"}, "Template: there is no template 'dyve'; did you mean 'dive'?"),
+        ({"template": "circles"}, "there are go, sk, come_near, dive, surface, dislodge, flight"),
+        ({"template": "dive", "values": ["radius=15", "depth=abc"]}, "Values: depth is not a number"),
+        ({"template": "go", "values": ["lat=100"]}, "Values: lat and lon are not a position in degrees"),
+    ],
+)
+def test_what_makes_no_plan_is_refused_at_once(values: dict[str, Any], words: str) -> None:
+    with pytest.raises(ParameterError, match=re.escape(words)):
+        run(**values)
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_each_template_is_known(template: str) -> None:
+    assert run(template=template).task.template == template

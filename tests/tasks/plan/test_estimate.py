@@ -100,3 +100,9 @@ def test_bad_profiles_are_named(option, text, reason):
 
 def test_interpolation_goes_on_beyond_the_ends():
     assert [interpolate(x, (0.0, 1.0, 2.0), (0.0, 10.0, 30.0)) for x in (-1, 0.5, 1.5, 3)] == [-10.0, 5.0, 20.0, 50.0]
+
+
+@pytest.mark.parametrize("depth", ["-5", "nan"])
+def test_a_vehicle_that_may_not_even_float_is_refused(depth):
+    with pytest.raises(ParameterError, match="Absolute Maximum Depth"):
+        preflight(**{"Absolute Maximum Depth": depth})
