@@ -70,9 +70,10 @@ class Vehicle(Task):
             if not self._errors:
                 self._enter(Mode.SERVICE)
             elif self._mode is Mode.BOOT and broken and not booting:
+                self._tell_errors(entities, broken)
                 self._enter(Mode.ERROR)
         elif self._errors and self._mode not in ROBUST and not self._ignores():
-            self._note(entities.last_error or f"entity errors: {', '.join(self._errors)}")
+            self._tell_errors(entities, self._errors)
             self._reset(Mode.ERROR)
 
     @consume
@@ -222,6 +223,12 @@ class Vehicle(Task):
     def _ignores(self) -> bool:
         vital = set(self._errors) & set(self.vital_entities)
         return self._ignore_errors and self._mode is Mode.MANEUVER and not vital
+
+    def _tell_errors(self, entities: imc.EntityMonitoringState, errors: list[str]) -> None:
+        """Say which entities keep the vehicle from working, and what the last of them has reported."""
+        names = f"entity errors: {', '.join(errors)}"
+        self._note(entities.last_error or names)
+        self.log.error(f"{names}; last {entities.last_error}" if entities.last_error else names)
 
     def _note(self, error: str) -> None:
         self._last_error, self._last_error_time = error, self.now

@@ -86,6 +86,14 @@ def test_entities_decide_between_boot_error_and_service():
     assert run.of(imc.VehicleState)[-1].last_error == "GPS: no fix"
 
 
+@pytest.mark.parametrize("calm", [False, True])
+def test_the_log_book_names_the_entities_that_make_an_error(calm):
+    lost = SICK.replace(timestamp=2.5, ccount=2, cnames="GPS,Nix", last_error="Nix: no report for 5 s")
+    run = watched(lost, calm=calm, seconds=3)
+    assert run.log[-2:] == ["entity errors: GPS, Nix; last Nix: no report for 5 s", "now in 'ERROR' mode"]
+    assert run.of(imc.VehicleState)[-1].last_error == "Nix: no report for 5 s"
+
+
 def test_a_maneuver_is_begun_and_reported():
     run = watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto(timeout=1)), seconds=12)
     assert modes(run) == ["BOOT", "SERVICE", "MANEUVER", "SERVICE"]
