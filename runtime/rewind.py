@@ -1,34 +1,41 @@
 """Goes back in the log of a virtual run: from the nearest snapshot, or from its start, and on from there."""
 
-import contextlib
 import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
+from typing import Any
 
 import imc
 from runtime.build import build
 from runtime.clock import SECOND, VirtualClock
 from runtime.config import items
 from runtime.journal import Journals
-from runtime.parameters import ParameterError
+from runtime.parameters import Parameter
 from runtime.plan_request import PlanRequest, given_in
 from runtime.profile import Profile, load_profile
 from runtime.resim.outline import outline
 from runtime.resim.run import Run, run_of
 from runtime.snapshot import STATE, SUFFIX, Snapshot, load, restore, save
 from runtime.snapshot_values import SnapshotError
+from runtime.task import Task
 from runtime.vehicle import Vehicle
 
 
 def continued(
-    snapshot: Snapshot, log_root: Path, *, journals: bool = False, look_on: Callable[[Vehicle], object] = lambda _: None
+    snapshot: Snapshot,
+    log_root: Path,
+    *,
+    overrides: Sequence[str] = (),
+    journals: bool = False,
+    look_on: Callable[[Vehicle], object] = lambda _: None,
 ) -> Vehicle:
     """A vehicle in the state of a snapshot, with the configuration that is in it; it is started already.
 
-    With `journals` it can be saved again in the midst of scripts. `look_on` is called before the tasks have their
-    state, for who is to hear messages before them. Raises SnapshotError, ProfileError.
+    `overrides`, "Section:Option=value", give parameters other values from then on. With `journals` it can be saved
+    again in the midst of scripts. `look_on` is called before the tasks have their state, for who is to hear messages
+    before them. Raises SnapshotError, ProfileError; no log begins where the vehicle has no such parameter or value.
     """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "Config.ini"
@@ -40,9 +47,17 @@ def continued(
         if journals:
             Journals(vehicle)
         look_on(vehicle)
+        for assignment in overrides:
+            _value(vehicle, assignment)
         restore(vehicle, snapshot)
     except BaseException:
         vehicle.running.clear()
+        vehicle.close()
+        raise
+    try:
+        for assignment in overrides:
+            _change(vehicle, assignment)
+    except BaseException:
         vehicle.close()
         raise
     return vehicle
@@ -86,14 +101,18 @@ class Rewound:
                 self._compare(Path(scratch), wanted)
         return load(state)
 
-    def vehicle(self, snapshot: Snapshot, log_root: Path, *, journals: bool = False) -> Vehicle:
+    def vehicle(
+        self, snapshot: Snapshot, log_root: Path, *, overrides: Sequence[str] = (), journals: bool = False
+    ) -> Vehicle:
         """The vehicle in a state of the run; the plan that it is still to be asked for is asked for.
 
-        Raises SnapshotError, ProfileError.
+        `overrides` are those of `continued`. Raises SnapshotError, ProfileError.
         """
-        return continued(
-            snapshot, log_root, journals=journals, look_on=lambda vehicle: self._request(vehicle, snapshot.time)
-        )
+
+        def look_on(vehicle: Vehicle) -> None:
+            self._request(vehicle, snapshot.time)
+
+        return continued(snapshot, log_root, overrides=overrides, journals=journals, look_on=look_on)
 
     def _from_start(self, scratch: Path, seconds: float) -> Vehicle:
         profile, first = self._profile, self._run.logs[0]
@@ -138,25 +157,33 @@ class Rewound:
             raise SnapshotError(f"{self._log.path} cannot be repeated from the start of its run: no such log begins")
 
 
-def change(vehicle: Vehicle, overrides: Sequence[str]) -> None:
-    """Give parameters of a running vehicle other values, "Section:Option=value". Raises SnapshotError."""
-    for assignment in overrides:
-        left, _, text = assignment.partition("=")
-        section, _, option = left.rpartition(":")
-        with contextlib.suppress(KeyError):
-            task = vehicle.task(section.strip())
-            parameter = task.parameter_set.find(option.strip())
-            if parameter is None:
-                raise SnapshotError(f"{assignment}: {task.name} has no such parameter")
-            try:
-                task.parameter_set.set(parameter, parameter.parse(text.strip()))
-                task.configure()
-            except (ParameterError, ValueError) as error:
-                raise SnapshotError(f"{assignment}: {error}") from None
-            task.reconfigured()
-            vehicle.remember(task)
-            continue
-        raise SnapshotError(f"{assignment}: the vehicle has no task {section.strip()!r}")
+def _value(vehicle: Vehicle, assignment: str) -> tuple[Task, Parameter, Any]:
+    """What "Section:Option=value" is about. Raises SnapshotError."""
+    left, _, text = assignment.partition("=")
+    section, _, option = left.rpartition(":")
+    try:
+        task = vehicle.task(section.strip())
+    except KeyError:
+        raise SnapshotError(f"{assignment}: the vehicle has no task {section.strip()!r}") from None
+    parameter = task.parameter_set.find(option.strip())
+    if parameter is None:
+        raise SnapshotError(f"{assignment}: {task.name} has no such parameter")
+    try:
+        return task, parameter, parameter.parse(text.strip())
+    except ValueError as error:
+        raise SnapshotError(f"{assignment}: {error}") from None
+
+
+def _change(vehicle: Vehicle, assignment: str) -> None:
+    """Give a parameter of a running vehicle another value. Raises SnapshotError."""
+    task, parameter, value = _value(vehicle, assignment)
+    task.parameter_set.set(parameter, value)
+    try:
+        task.configure()
+    except ValueError as error:
+        raise SnapshotError(f"{assignment}: {error}") from None
+    task.reconfigured()
+    vehicle.remember(task)
 
 
 def _nearest(run: Run, seconds: float) -> Snapshot | None:

@@ -12,7 +12,7 @@ from runtime.kernel import SECOND
 from runtime.problem import ProfileError
 from runtime.resim.history import Instants
 from runtime.resim.outline import outline
-from runtime.rewind import Rewound, change
+from runtime.rewind import Rewound
 from runtime.snapshot_values import SnapshotError
 
 
@@ -33,8 +33,7 @@ def rewind(log: Path, at: str, duration: str | None, overrides: tuple[str, ...],
         rewound = Rewound(opened)
         state = rewound.state_at(parse_duration(at))
         seconds = parse_duration(duration) if duration is not None else _rest(opened, state.time)
-        vehicle = rewound.vehicle(state, log_dir)
-        change(vehicle, overrides)
+        vehicle = rewound.vehicle(state, log_dir, overrides=overrides)
     except (SnapshotError, ProfileError, OSError, ValueError) as error:
         raise click.ClickException(str(error)) from None
     swim(vehicle, f"{vehicle.name} from {at} of {log}", seconds, start=False)

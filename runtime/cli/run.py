@@ -23,7 +23,7 @@ from runtime.clock import parse_clock
 from runtime.journal import Journals
 from runtime.problem import Problem, ProfileError
 from runtime.profile import load_profile
-from runtime.rewind import change, continued
+from runtime.rewind import continued
 from runtime.snapshot import keep_beside_log, load, run_with_snapshots
 from runtime.snapshot_values import SnapshotError
 from runtime.vehicle import Vehicle
@@ -127,8 +127,8 @@ def go_on(
 ) -> NoReturn:
     """Run from a snapshot; all but the changes is in it."""
     try:
-        vehicle = continued(load(path.read_bytes()), log_dir, journals=snapshot_every is not None)
-        change(vehicle, overrides)
+        state = load(path.read_bytes())
+        vehicle = continued(state, log_dir, overrides=overrides, journals=snapshot_every is not None)
     except (SnapshotError, ProfileError, OSError) as error:
         raise click.ClickException(f"{path}: {error}") from None
     swim(vehicle, f"{vehicle.name} from {path}", duration, start=False, snapshot_every=snapshot_every)

@@ -384,6 +384,21 @@ def test_parameters_that_a_vehicle_does_not_have_are_refused(tmp_path: Path, pro
         continued(state, tmp_path / "b")
 
 
+def test_a_vehicle_whose_task_refuses_an_override_is_closed(tmp_path: Path) -> None:
+    vehicle = vehicle_of("lauv-noptilus-1", tmp_path / "a")
+    vehicle.start()
+    run_to(vehicle, 1.0)
+    state = load(save(vehicle))
+    vehicle.close()
+    seen: list[Vehicle] = []
+    override = f"{GPS}:Initial Position=100, 0"
+    with pytest.raises(SnapshotError, match="Initial Position=100, 0: .* is not a latitude and a longitude"):
+        continued(state, tmp_path / "b", overrides=[override], look_on=seen.append)
+    (again,) = seen
+    assert again.closing
+    assert again.running == set()
+
+
 def test_another_vehicle_is_refused(tmp_path: Path) -> None:
     vehicle = keeper()
     vehicle.start()

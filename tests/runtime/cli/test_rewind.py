@@ -83,6 +83,9 @@ def test_what_cannot_be_changed_is_refused(log: Path, tmp_path: Path, change: st
     done = shoal(tmp_path, "rewind", log, "--at", "3s", "--set", change)
     assert done.returncode == 1
     assert reason in done.stderr
+    go_on = ("run", "--from-snapshot", log / "State-3.msgpack", "--set", change)
+    assert reason in shoal(tmp_path, *go_on).stderr
+    assert list(tmp_path.glob("log/*/*/*")) == []
 
 
 def test_a_log_of_dune_cannot_be_rewound(tmp_path: Path) -> None:
