@@ -392,7 +392,7 @@ def test_a_vehicle_whose_task_refuses_an_override_is_closed(tmp_path: Path) -> N
     vehicle.close()
     seen: list[Vehicle] = []
     override = f"{GPS}:Initial Position=100, 0"
-    with pytest.raises(SnapshotError, match="Initial Position=100, 0: .* is not a latitude and a longitude"):
+    with pytest.raises(SnapshotError, match=r"Initial Position=100, 0: .* is not a latitude and a longitude"):
         continued(state, tmp_path / "b", overrides=[override], look_on=seen.append)
     (again,) = seen
     assert again.closing
