@@ -1,30 +1,46 @@
 """Keeping near a point: drift inside a circle, go back when outside."""
 
 import math
+from typing import NamedTuple
 
 import imc
 from tasks.maneuver.protocol import Completed, Leg, Loops, Maneuver, PathFlags
 
 SURFACE_FACTOR = 2.5  # of the radius: from nearer the vehicle goes back at the surface
-SLOWEST = 0.3  # m/s, of an approach that slows down
 REVISION = 1.0  # s between two choices of its speed
 
 
-async def keep_station(maneuver: Maneuver, leg: Leg, radius: float, seconds: float, deceleration: float = 0.0) -> None:
+class Approach(NamedTuple):
+    """How a vehicle that runs on slows down: its deceleration (m/s²), 0 for not at all, to a least speed (m/s)."""
+
+    deceleration: float = 0.0
+    slowest: float = 0.3
+
+    def speed(self, wanted: float, distance: float) -> float:
+        """The speed (m/s) at a distance (m), never more than is wanted."""
+        return min(wanted, max(self.slowest, math.sqrt(2.0 * self.deceleration * distance)))
+
+
+AT_ONCE = Approach()
+
+
+async def keep_station(
+    maneuver: Maneuver, leg: Leg, radius: float, seconds: float, approach: Approach = AT_ONCE
+) -> None:
     """Stay within `radius` (m) of the end of `leg` for `seconds` from the first arrival, 0 for ever.
 
-    Outside of it the vehicle goes to the centre, inside of it all loops are off. ManeuverDone ends it. With a
-    `deceleration` (m/s²) a speed in m/s falls on the way, for what would run on through the circle else.
+    Outside of it the vehicle goes to the centre, inside of it all loops are off. ManeuverDone ends it. A speed in m/s
+    falls on the way as the `approach` says.
     """
     await maneuver.located()
     end, arrived, told, chosen = math.inf, False, -math.inf, -math.inf
 
     def slow_down() -> None:
         nonlocal chosen
-        if deceleration and leg.speed_units == imc.SpeedUnits.METERS_PS and maneuver.now - chosen >= REVISION:
+        if approach.deceleration and leg.speed_units == imc.SpeedUnits.METERS_PS and maneuver.now - chosen >= REVISION:
             chosen = maneuver.now
-            reached = max(SLOWEST, math.sqrt(2.0 * deceleration * maneuver.range_to(leg)))
-            maneuver.publish(imc.DesiredSpeed(value=min(leg.speed, reached), speed_units=leg.speed_units))
+            speed = approach.speed(leg.speed, maneuver.range_to(leg))
+            maneuver.publish(imc.DesiredSpeed(value=speed, speed_units=leg.speed_units))
 
     async def wait() -> bool:
         """Wait for something to happen, and say what is left; whether the time is over."""

@@ -4,7 +4,7 @@ import imc
 from runtime import param
 from tasks.maneuver.hover import hover
 from tasks.maneuver.protocol import Leg, Loops, Maneuver
-from tasks.maneuver.station import keep_station
+from tasks.maneuver.station import Approach, keep_station
 
 
 class StationKeeping(Maneuver):
@@ -22,6 +22,13 @@ class StationKeeping(Maneuver):
         name="Approach Deceleration",
         minimum=0,
     )
+    slowest: float = param(
+        0.3,
+        "m/s",
+        "Slowest that it becomes by that; what a rudder steers needs way on.",
+        name="Approach Minimum Speed",
+        minimum=0.05,
+    )
     hovers: bool = param(False, "", "Whether the vehicle can hover.", editable=False)
 
     async def execute(self, station: imc.StationKeeping) -> None:
@@ -30,4 +37,5 @@ class StationKeeping(Maneuver):
             await hover(self, Leg.of(station), station.duration)
             return
         radius = max(station.radius, self.minimum_radius)
-        await keep_station(self, Leg.of(station), radius, station.duration, self.deceleration)
+        approach = Approach(self.deceleration, self.slowest)
+        await keep_station(self, Leg.of(station), radius, station.duration, approach)

@@ -28,6 +28,8 @@ LAT, LON = math.radians(41.185), math.radians(-8.7062)
 DEPTH, ALTITUDE = imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE
 Mode = imc.VehicleState.OpMode
 CURRENT = ("Simulators.StreamVelocity:Default Speed East=0.3",)
+NORTHWARD = ("Simulators.StreamVelocity:Default Speed North=0.3",)
+WIND = ("Simulators.Wind:Speed=6", "Simulators.Wind:Direction=45", "Simulators.Wind:Gusts=1")
 
 
 @dataclass
@@ -125,7 +127,7 @@ def test_a_plan_is_flown_along_its_legs_and_around_its_corners(boat, corner):
     assert max(voyage.distances(imc.SimulatedState, end - 120.0, end, (20.0, 20.0))) < 15.0
 
 
-@pytest.mark.parametrize(("boat", "beyond"), [("otter", 3.0), ("caravel", 5.0)])
+@pytest.mark.parametrize(("boat", "beyond"), [("otter", 3.0), ("caravel", 10.0)])
 def test_a_station_is_kept_in_a_current(boat, beyond):
     station = imc.StationKeeping(**at(30, 20), z_units=DEPTH, speed=1.2, radius=15, duration=150)
     voyage = sail(boat, plan_of(station), *CURRENT)
@@ -137,10 +139,19 @@ def test_a_station_is_kept_in_a_current(boat, beyond):
     assert min(m.value for m in voyage.of(imc.DesiredSpeed)) < 0.8
 
 
+@pytest.mark.parametrize("weather", [(), CURRENT, NORTHWARD, WIND], ids=["calm", "east", "north", "wind"])
+@pytest.mark.parametrize("boat", BOATS)
+def test_a_station_behind_a_sharp_turn_is_reached(boat, weather):
+    station = imc.StationKeeping(**at(20, 20), z_units=DEPTH, speed=1.2, radius=15, duration=10)
+    voyage = sail(boat, plan_of(goto(40, 0), goto(40, 30), station), *weather)
+    assert voyage.report.completed, voyage.report.reason
+    end = voyage.heard[imc.SimulatedState][-1][0]
+    assert max(voyage.distances(imc.SimulatedState, end - 10.0, end, (20.0, 20.0))) < 15.0
+
+
 @pytest.mark.parametrize("boat", BOATS)
 def test_a_leg_across_current_and_wind_is_followed(boat):
-    wind = ("Simulators.Wind:Speed=6", "Simulators.Wind:Direction=45", "Simulators.Wind:Gusts=1")
-    voyage = sail(boat, plan_of(goto(20, 0), goto(90, 0)), *CURRENT, *wind)
+    voyage = sail(boat, plan_of(goto(20, 0), goto(90, 0)), *CURRENT, *WIND)
     assert voyage.report.completed, voyage.report.reason
     assert max(abs(m.y) for m in voyage.of(imc.SimulatedState) if m.x > 60.0) < 1.0
     assert max(m.x for m in voyage.of(imc.SimulatedState)) > 80.0
