@@ -78,7 +78,7 @@ def _tiles(story: Story) -> str:
         moving = motion.speed[motion.speed > 0.05]
         tiles.append(("", f"{story.distance:,.0f} m".replace(",", " "), "over ground"))
         for height, what in ((motion.depth, "greatest depth"), (motion.altitude, "greatest altitude")):
-            if np.isfinite(height).any():
+            if np.isfinite(height).any() and not story.afloat:
                 tiles.append(("", f"{float(np.nanmax(height)):.1f} m", what))
                 break
         tiles.append(("", f"{float(np.median(moving)) if len(moving) else 0.0:.2f} m/s", "usual speed"))
@@ -104,7 +104,11 @@ def _charts(story: Story, duration: float) -> Iterable[str]:
         return
     bed = motion.depth + motion.altitude
     curves = [Curve("depth", "a", motion.time, motion.depth, "m", 2)]
-    if not np.isfinite(motion.depth).any():
+    if story.afloat:
+        if np.isfinite(bed).any():
+            below = [Curve("altitude", "c", motion.time, motion.altitude, "m", 2)]
+            yield chart("Altitude above the seabed, m", below, duration, 130)
+    elif not np.isfinite(motion.depth).any():
         curves = [Curve("altitude", "c", motion.time, motion.altitude, "m", 2)]
         yield chart("Altitude, m", curves, duration, 200)
     elif np.isfinite(bed).any():

@@ -13,6 +13,7 @@ from runtime.logs.headers import Array
 from runtime.logs.summary import Summary
 
 FARTHEST = 1e6  # beyond it, no offset, depth, angle or speed means anything
+AFLOAT = 0.1  # m: what is never deeper stays at the surface
 MOST_ENTRIES = 20000  # of the log book that are kept
 QUIET = ("NORMAL", "BOOT")  # states whose text may change without anybody minding
 _NEEDED = {
@@ -87,6 +88,12 @@ class Story:
     def distance(self) -> float:
         """Length of the track, m: of steps longer than a noisy position makes."""
         return track_length(self.motion)
+
+    @property
+    def afloat(self) -> bool:
+        """Whether there is a depth, and it says the surface all the time."""
+        known = self.motion.depth[np.isfinite(self.motion.depth)]
+        return len(known) > 0 and float(np.abs(known).max()) < AFLOAT
 
 
 def tell(log: imc.Log, summary: Summary) -> Story:

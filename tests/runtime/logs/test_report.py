@@ -97,6 +97,15 @@ def test_what_flies_has_an_altitude_and_no_depth(make_log):
     assert heads[:3] == ["Track over ground", "Altitude, m", "Roll and pitch, °"]
 
 
+@pytest.mark.parametrize(("altitude", "drawn"), [(12.0, ["Altitude above the seabed, m"]), (-1.0, [])])
+def test_what_stays_at_the_surface_has_no_depth(make_log, altitude, drawn):
+    voyage = [at(n / 10, imc.EstimatedState, lat=0.7, x=float(n), depth=0.0, alt=altitude) for n in range(600)]
+    text = report(imc.Log(make_log(voyage)))
+    assert "greatest" not in text
+    heads = re.findall(r"<h2>(.*?)</h2>", text)
+    assert heads[: 2 + len(drawn)] == ["Track over ground", *drawn, "Roll and pitch, °"]
+
+
 def test_what_the_story_holds(make_log):
     log = imc.Log(make_log([*labels(DVL=8), *mission()]))
     story = tell(log, summarize(log))
