@@ -18,7 +18,9 @@ class Generator(Task):
     """Stores the plan of a template in the database and, where it is asked to, starts it."""
 
     dive_depth: float = param(2.0, "m", "Depth of the template dive.", minimum=0, name="Dive depth")
-    dive_seconds: int = param(300, "s", "Duration of the template dive.", minimum=0, maximum=65535, name="Dive seconds")
+    dive_seconds: int = param(
+        300, "s", "Duration of the templates dive and loiter.", minimum=0, maximum=65535, name="Dive seconds"
+    )
     loiter_radius: float = param(10.0, "m", "Radius of circles and stations.", minimum=1, name="Loiter radius")
     rpm_speed: float = param(1000.0, "rpm", "Speed of the propeller.", minimum=1, name="RPM Speed")
     traveling_depth: float = param(1.0, "m", "Depth on the way.", minimum=0, name="Traveling depth")

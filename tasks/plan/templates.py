@@ -11,7 +11,7 @@ import imc
 Position = tuple[float, float]  # latitude, longitude (rad)
 DEPTH = imc.ZUnits.DEPTH
 RPM = imc.SpeedUnits.RPM
-TEMPLATES = ("go", "sk", "come_near", "dive", "surface", "dislodge", "flight")
+TEMPLATES = ("go", "sk", "come_near", "loiter", "dive", "surface", "dislodge", "flight")
 CLIMB, CRUISE, ALTITUDE = 2.0, 5.0, 15.0  # m/s, m/s, m of a flight where nothing is said
 
 
@@ -33,10 +33,10 @@ class Usual:
 def generate(
     name: str, params: Mapping[str, str], here: Position | None, asker: Position | None, usual: Usual
 ) -> imc.PlanSpecification:
-    """The plan of a template: go, sk, come_near, dive, surface, dislodge; flight, which takes off, circles, lands.
+    """The plan of a template: go, sk, come_near, loiter (at the surface), dive, surface, dislodge; flight.
 
-    `here` is the vehicle's position, `asker` that of who asks. Positions in `params` are in degrees. Raises
-    TemplateError.
+    A flight takes off, circles and lands. `here` is the vehicle's position, `asker` that of who asks. Positions in
+    `params` are in degrees. Raises TemplateError.
     """
     speed: dict[str, Any] = {"speed": _number(params, "rpm", usual.rpm), "speed_units": RPM}
     depth: dict[str, Any] = {"z": _number(params, "depth", usual.travel_depth), "z_units": DEPTH}
@@ -49,9 +49,10 @@ def generate(
         lat, lon = _place(params, asker if name == "come_near" else here)
         surface: dict[str, Any] = {"z": _number(params, "depth", 0.0), "z_units": DEPTH}
         maneuver = imc.StationKeeping(lat=lat, lon=lon, radius=radius, **surface, **speed)
-    elif name == "dive":
+    elif name in ("loiter", "dive"):
         lat, lon = _place(params, here)
-        deep: dict[str, Any] = {"z": _number(params, "depth", usual.dive_depth), "z_units": DEPTH}
+        usually = usual.dive_depth if name == "dive" else 0.0
+        deep: dict[str, Any] = {"z": _number(params, "depth", usually), "z_units": DEPTH}
         maneuver = imc.Loiter(lat=lat, lon=lon, radius=radius, duration=seconds, **deep, **speed)
     elif name == "surface":
         lat, lon = _place({}, here)

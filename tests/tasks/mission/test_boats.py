@@ -295,3 +295,4 @@ def test_a_boat_circles_by_itself_until_it_is_given_a_plan(tmp_path):
     vehicle.close()
     assert max(math.hypot(*position) for position in positions[-2500:]) < 25.0
     assert max(x for x, _ in positions[-2500:]) - min(x for x, _ in positions[-2500:]) > 25.0
+    assert any(folder.name.endswith("_loiter") for folder in tmp_path.glob("*/*/*"))

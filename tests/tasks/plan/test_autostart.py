@@ -70,7 +70,7 @@ def test_a_refusal_is_told() -> None:
     ("values", "words"),
     [
         ({"template": "dyve"}, "Template: there is no template 'dyve'; did you mean 'dive'?"),
-        ({"template": "circles"}, "there are go, sk, come_near, dive, surface, dislodge, flight"),
+        ({"template": "circles"}, "there are go, sk, come_near, loiter, dive, surface, dislodge, flight"),
         ({"template": "dive", "values": ["radius=15", "depth=abc"]}, "Values: depth is not a number"),
         ({"template": "go", "values": ["lat=100"]}, "Values: lat and lon are not a position in degrees"),
     ],

@@ -37,6 +37,7 @@ def stored(run):
     [
         ("go", "lat=41.2;lon=-8.7;depth=3", imc.Goto, {"lat": math.radians(41.2), "z": 3.0, "speed": 1000.0}),
         ("sk", "", imc.StationKeeping, {"lat": LAT, "lon": LON, "radius": 10.0, "z": 0.0}),
+        ("loiter", "duration=60;radius=20", imc.Loiter, {"duration": 60, "radius": 20.0, "z": 0.0}),
         ("dive", "duration=60", imc.Loiter, {"duration": 60, "z": 2.0}),
         ("surface", "", imc.Elevator, {"end_z": 0.0, "flags": 1}),
         ("dislodge", "rpm=1200", imc.Dislodge, {"rpm": 1200.0}),
