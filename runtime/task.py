@@ -13,7 +13,8 @@ from runtime.entities import Entity, State
 from runtime.handlers import Consumer, Ticker, consumers, tickers
 from runtime.kernel import SECOND
 from runtime.logbook import Logbook, cut
-from runtime.parameters import Parameter, ParameterSet, Scope, declared, param
+from runtime.parameter_set import ParameterSet
+from runtime.parameters import Parameter, Scope, declared, param
 from runtime.script import Script
 from runtime.timer import Readable, Timer
 

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.parameters import Parameter, ParameterSet, declared, param
+from runtime.parameter_set import ParameterSet
+from runtime.parameters import Parameter, declared, param
 
 
 class Pump:
