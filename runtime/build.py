@@ -146,6 +146,16 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
         raise ProfileError([Problem("error", *origin, str(error))]) from None
 
 
+def doubts(vehicle: Vehicle, profile: Profile) -> list[Problem]:
+    """What the tasks of a vehicle find odd in its profile."""
+    return [
+        Problem("warning", *_origin(profile, section, doubt.option), f"[{section}] {doubt.text}", doubt.hint)
+        for task in vehicle.tasks
+        for doubt in task.doubts()
+        for section in [doubt.section or task.name]
+    ]
+
+
 def _warn_of_unknown(task: Task, option: Option) -> None:
     """Have the task say, once it runs, that an option means nothing to it."""
     if task.parameter_set.find(option.name) is None:

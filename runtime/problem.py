@@ -39,6 +39,16 @@ class Problem:
         return printable(f"{Origin(self.file, self.line)}: {self.severity}: {self.text}{hint}")
 
 
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """What a task finds odd in its profile: an option, in its own section where none is named, why, and the fix."""
+
+    option: str
+    text: str
+    hint: str = ""
+    section: str = ""
+
+
 class ProfileError(ValueError):
     """A profile that cannot be used; `problems` says why."""
 

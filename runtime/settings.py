@@ -16,6 +16,10 @@ class Settings(Protocol):
         """The text of an option of any section, `default` where it is missing or empty."""
         ...
 
+    def options(self, section: str) -> Mapping[str, str]:
+        """The texts that a section sets, by option, but for Enabled."""
+        ...
+
     def dump(self) -> str:
         """The effective configuration, as an ini file."""
         ...

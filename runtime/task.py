@@ -1,7 +1,7 @@
 """A task: one concern of a vehicle, with parameters, handlers and periodic methods."""
 
 import functools
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from zlib import crc32
@@ -15,6 +15,7 @@ from runtime.kernel import SECOND
 from runtime.logbook import Logbook, cut
 from runtime.parameter_set import ParameterSet
 from runtime.parameters import Parameter, Scope, declared, param
+from runtime.problem import Doubt
 from runtime.script import Script
 from runtime.timer import Readable, Timer
 
@@ -83,6 +84,10 @@ class Task:
 
     def configure(self) -> None:
         """The parameters have values, at load and after every change. Raise ParameterError where they make no sense."""
+
+    def doubts(self) -> Iterable[Doubt]:
+        """What is odd in the profile, with all tasks of the vehicle made, for `shoal check`."""
+        return ()
 
     def start(self) -> None:
         """Acquire resources."""

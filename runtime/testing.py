@@ -55,6 +55,9 @@ class NoProfile:
     def value(self, section: str, option: str, default: str = "") -> str:
         return self._settings.get(section, {}).get(option, "") or default
 
+    def options(self, section: str) -> Mapping[str, str]:
+        return self._settings.get(section, {})
+
     def dump(self) -> str:
         return ""
 

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 import imc
-from runtime.build import build
+from runtime.build import build, doubts
 from runtime.catalogue import TaskImportError, all_tasks, find_task, missing_extra
 from runtime.check import check as find_problems
 from runtime.clock import WallClock
@@ -79,7 +79,10 @@ def _misfits(profile: Profile, selections: Iterable[Collection[str]]) -> list[Pr
     for selected in selections:
         try:
             made = build(profile, selected, clock=WallClock())
-            made.vehicle.close()
+            try:
+                found += doubts(made.vehicle, profile)
+            finally:
+                made.vehicle.close()
             for reason, names in made.left_out.items():
                 sections = [profile.config.sections[name] for name in names if find_task(name) is not None]
                 found += [Problem("note", *section.origin, f"[{section.name}] {reason}") for section in sections]

@@ -1,7 +1,10 @@
 """Watches the entities on which the vehicle depends."""
 
+from collections.abc import Iterator
+
 import imc
 from runtime import State, Task, consume, param, periodic
+from runtime.problem import Doubt, quoted, suggestion
 
 Condition = imc.EntityState.State
 ALWAYS = "Daemon"
@@ -17,13 +20,25 @@ class Entities(Task):
     )
     report_timeout: float = param(5.0, "s", "An entity without report for this time has failed.", minimum=0.1)
 
+    def doubts(self) -> Iterator[Doubt]:
+        known = [entity.label for entity in self.vehicle.entities]
+        lists = {"default_monitoring": self.default_monitoring, "default_monitoring_hardware": self._hardware()}
+        for parameter in self.parameters().values():
+            for label in lists.get(parameter.attribute, []):
+                if label not in known:
+                    text = f"{parameter.name}: no task that runs has the entity {quoted(label)}, so the mode is ERROR"
+                    yield Doubt(parameter.name, text, suggestion(label, known))
+
     def start(self) -> None:
-        simulated = self.vehicle.virtual or "Simulation" in self.vehicle.profile.value("General", "Selected")
-        wanted = [ALWAYS, *self.default_monitoring, *([] if simulated else self.default_monitoring_hardware)]
+        wanted = [ALWAYS, *self.default_monitoring, *self._hardware()]
         self._states: dict[str, Condition] = dict.fromkeys(wanted, Condition.BOOT)
         self._heard = dict.fromkeys(wanted, self.now)
         self._error, self._error_time = "", -1.0
         self.set_entity_state(State.NORMAL, "active")
+
+    def _hardware(self) -> list[str]:
+        simulated = self.vehicle.virtual or "Simulation" in self.vehicle.profile.value("General", "Selected")
+        return [] if simulated else self.default_monitoring_hardware
 
     @consume
     def hear(self, report: imc.EntityState) -> None:

@@ -1,11 +1,13 @@
 """Simulates the vehicle: where its fins, thrusters, water and wind take it."""
 
 import math
+from collections.abc import Callable, Iterator
 
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
+from runtime.problem import Doubt, quoted, suggestion
 from tasks.simulators.marine_dynamics import Craft
-from tasks.simulators.marine_model import read_model
+from tasks.simulators.marine_model import Model, read_model
 from tasks.simulators.model_section import ModelError
 from tasks.simulators.surface_dynamics import Boat
 from tasks.simulators.surface_model import SurfaceModel, is_boat, read_surface_model
@@ -35,12 +37,23 @@ class VSIM(Task):
     )
 
     def configure(self) -> None:
-        name = self.vehicle.profile.value("General", "Vehicle Type", "lauv")
-        value = self.vehicle.profile.value
         try:
-            self._model = read_surface_model(value, name) if is_boat(value, name) else read_model(value, name)
+            self._model = self._read(self.vehicle.profile.value)
         except ModelError as error:
             raise ParameterError("Vehicle Type", str(error)) from None
+
+    def doubts(self) -> Iterator[Doubt]:
+        read = {"Integration Method"}
+
+        def value(section: str, option: str) -> str:
+            read.add(option)
+            return self.vehicle.profile.value(section, option)
+
+        self._read(value)
+        section = f"VSIM/Model/{self._vehicle_type()}"
+        for option in self.vehicle.profile.options(section):
+            if option not in read:
+                yield Doubt(option, f"nothing reads {quoted(option)}", suggestion(option, read), section)
 
     def start(self) -> None:
         self.craft = Boat(self._model) if isinstance(self._model, SurfaceModel) else Craft(self._model)
@@ -48,6 +61,14 @@ class VSIM(Task):
         self._unknown: set[tuple[str, int]] = set()
         self._period = 1.0 / self.execution_frequency
         self.set_entity_state(State.BOOT, "waiting for the start position")
+
+    def _vehicle_type(self) -> str:
+        return self.vehicle.profile.value("General", "Vehicle Type", "lauv")
+
+    def _read(self, value: Callable[[str, str], str]) -> Model | SurfaceModel:
+        """The model, with `value(section, option)` giving its texts. Raises ModelError."""
+        name = self._vehicle_type()
+        return read_surface_model(value, name) if is_boat(value, name) else read_model(value, name)
 
     @consume(others=True)
     def place(self, fix: imc.GpsFix) -> None:

@@ -86,6 +86,20 @@ def test_check_looks_into_texts_that_name_links_and_messages(shoal, tmp_path):
     assert "did you mean 'px4'?" in result.output
 
 
+def test_check_names_entities_that_nobody_has_and_options_of_a_model_that_nobody_reads(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text(
+        "[Require otter.ini]\n[Monitors.Entities]\nDefault Monitoring = Navigaton, GPS\n"
+        "[VSIM/Model/otter]\nYaw Inertai = 3\n"
+    )
+    result = shoal("check", "mine", "-p", "Simulation")
+    assert "mine.ini:3: warning: [Monitors.Entities] Default Monitoring: no task" in result.output
+    assert "'Navigaton', so the mode is ERROR (did you mean 'Navigation'?)" in result.output
+    assert "mine.ini:5: warning: [VSIM/Model/otter] nothing reads 'Yaw Inertai' (did you mean 'Yaw Inertia'?)" in (
+        result.output
+    )
+    assert result.output.endswith("2 warnings\n")
+
+
 def test_a_folder_is_no_profile(shoal, tmp_path):
     (tmp_path / "boat.ini").mkdir()
     assert "boat" not in shoal("check").output
