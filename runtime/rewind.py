@@ -78,6 +78,12 @@ class Rewound:
         first = self._run.logs[0].path.parent / "Config.ini"
         self._profile = load_profile(first if first.is_file() else folder / "Config.ini")
 
+    @property
+    def end(self) -> float:
+        """Where the log ends, in s of the run."""
+        about = outline(self._log)
+        return about.end - self._profile.start_time if about is not None else 0.0
+
     def state_at(self, seconds: float) -> Snapshot:
         """The state at a time of the run (s): found in the folders of its logs, or computed from what is there.
 

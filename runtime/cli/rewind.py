@@ -31,7 +31,10 @@ def rewind(log: Path, at: str, duration: str | None, overrides: tuple[str, ...],
     try:
         opened = imc.Log(log)
         rewound = Rewound(opened)
-        state = rewound.state_at(parse_duration(at))
+        wanted, end = parse_duration(at), rewound.end
+        if wanted > end:
+            click.echo(f"{log} ends at {end:.6g} s of its run: from there to {at} the vehicle just goes on", err=True)
+        state = rewound.state_at(wanted)
         seconds = parse_duration(duration) if duration is not None else _rest(opened, state.time)
         vehicle = rewound.vehicle(state, log_dir, overrides=overrides)
     except (SnapshotError, ProfileError, OSError, ValueError) as error:

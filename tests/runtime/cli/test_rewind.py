@@ -71,6 +71,14 @@ def test_rewinding_with_a_change(log: Path, tmp_path: Path) -> None:
     assert imc.Log(path).counts()["SimulatedState"] == pytest.approx(20, abs=1)
 
 
+@pytest.mark.parametrize(("at", "said"), [("20s", True), ("8s", False)])
+def test_a_time_behind_the_end_of_the_log_is_said(log: Path, tmp_path: Path, at: str, said: bool) -> None:
+    done = shoal(tmp_path, "rewind", log, "--at", at, "--for", "1s")
+    assert done.returncode == 0, done.stderr
+    line = f"{log} ends at 8 s of its run: from there to {at} the vehicle just goes on\n"
+    assert (line in done.stderr) is said
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
