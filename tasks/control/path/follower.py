@@ -9,7 +9,7 @@ from runtime import ParameterError, State, Task, consume, param
 from tasks.control.loops import EnabledLoops
 from tasks.control.path.bottom import BottomGuard
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
-from tasks.control.path.track import Point, Progress, Track, bearing, progress
+from tasks.control.path.track import Point, Progress, Track, bearing, is_somewhere, progress
 from tasks.control.pid import clamp, wrap
 
 Flags = imc.DesiredPath.Flags
@@ -127,8 +127,7 @@ class PathFollower(Task):
         """Take a path, at the next state."""
         if not self._loops.mask:
             return
-        numbers = path.end_lat, path.end_lon, path.end_z, path.speed, path.lradius, path.start_lat, path.start_lon
-        if not all(map(math.isfinite, numbers)) or abs(path.end_lat) > 0.5 * math.pi or abs(path.end_lon) > math.pi:
+        if not is_somewhere(path):
             self._fail("the desired path is nowhere")
         elif self._state is None:
             self._waiting = path

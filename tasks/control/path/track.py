@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+import imc
 from tasks.control.pid import wrap
 
 Point = tuple[float, float]  # m north, m east
@@ -86,3 +87,9 @@ def progress(track: Track, at: Point, speed: float, course: float, psi: float) -
 def bearing(origin: Point, target: Point) -> float:
     """Direction from one point to another (rad)."""
     return wrap(math.atan2(target[1] - origin[1], target[0] - origin[0]))
+
+
+def is_somewhere(path: imc.DesiredPath) -> bool:
+    """Whether the numbers of a path are finite, and its end is on Earth."""
+    numbers = path.end_lat, path.end_lon, path.end_z, path.speed, path.lradius, path.start_lat, path.start_lon
+    return all(map(math.isfinite, numbers)) and abs(path.end_lat) <= 0.5 * math.pi and abs(path.end_lon) <= math.pi

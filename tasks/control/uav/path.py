@@ -8,7 +8,7 @@ from imc.coordinates import displacement
 from runtime import State, Task, consume, param
 from tasks.control.loops import EnabledLoops
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
-from tasks.control.path.track import Progress
+from tasks.control.path.track import Progress, is_somewhere
 from tasks.control.pid import wrap
 from tasks.control.uav.guidance import Circle, Line, Pace
 from tasks.control.uav.limits import Limits, ground, highest_altitude
@@ -104,8 +104,7 @@ class Path(Task):
         """Take a path, at the next state."""
         if not self._loops.mask:
             return
-        numbers = path.end_lat, path.end_lon, path.end_z, path.speed, path.lradius, path.start_lat, path.start_lon
-        if not all(map(math.isfinite, numbers)) or abs(path.end_lat) > 0.5 * math.pi or abs(path.end_lon) > math.pi:
+        if not is_somewhere(path):
             self._fail("the desired path is nowhere")
         elif path.end_z_units == Units.DEPTH and not path.flags & Flags.NO_Z:
             self._fail("a depth is not for what flies")
