@@ -14,8 +14,8 @@ import numpy as np
 
 import imc
 from imc.coordinates import displacement
-from runtime.plans import load_plan
-from runtime.testing import fly
+from shoal import fly
+from shoal.missions import load_plan
 
 PLANS = Path(__file__).parents[1] / "tests/data/plans"
 PLAN, KEPT = PLANS / "three_gotos.json", PLANS / "three_gotos_dune.json"

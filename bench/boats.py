@@ -14,8 +14,7 @@ import numpy as np
 from against_dune import axes
 
 import imc
-from runtime.mission import Mission, prepare
-from runtime.plans import load_plan, parse_plan
+from shoal.missions import Mission, load_plan, parse_plan, prepare
 
 HARBOUR = Path(__file__).parents[1] / "tests/data/plans/harbour.yaml"
 BOATS = {"otter": "#2563eb", "caravel": "#d97706"}

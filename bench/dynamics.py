@@ -13,16 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from runtime.build import build
-from runtime.clock import VirtualClock
-from runtime.folders import own_etc
-from runtime.ini import read_sections
-from runtime.profile import load_profile
+from runtime.kernel import VirtualClock
+from runtime.profile import load_profile, own_etc, read_sections
 from runtime.testing import simulate
+from runtime.vehicle import build
 from tasks.simulators.gps import GPS
-from tasks.simulators.marine_dynamics import Craft
-from tasks.simulators.marine_model import read_model
 from tasks.simulators.vsim import VSIM
+from world.bodies import Craft, read_model
 
 MODELS = read_sections(own_etc() / "common/vsim-models.ini")
 LAUV = MODELS["VSIM/Model/lauv"]

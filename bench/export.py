@@ -16,12 +16,12 @@ import msgspec
 from mcap.writer import Writer
 
 import imc
-from runtime.logs.csv import export_csv
-from runtime.logs.mcap import export_mcap
-from runtime.logs.netcdf import export_netcdf
-from runtime.logs.parquet import export_parquet
-from runtime.logs.source import Source
-from runtime.logs.summary import summarize
+from runtime.logs import summarize
+from shoal.logs.export import Source
+from shoal.logs.export.csv import export_csv
+from shoal.logs.export.mcap import export_mcap
+from shoal.logs.export.netcdf import export_netcdf
+from shoal.logs.export.parquet import export_parquet
 
 ROUNDS = 3
 

@@ -12,12 +12,13 @@ from functools import partial
 
 import numpy as np
 
-from tasks.vision.faces import stack
-from tasks.vision.lens import Projection, preset_lens
-from tasks.vision.lookup import Lookup
-from tasks.vision.sampling import Blend, Nearest, Remap
-from tasks.vision.scene import Renderer
-from tasks.vision.surroundings import Pose, surroundings
+from world.optics import Projection, preset_lens
+from world.pictures import Pose
+from world.pictures.faces import stack
+from world.pictures.lookup import Lookup
+from world.pictures.renderer import Renderer
+from world.pictures.sampling import Blend, Nearest, Remap
+from world.pictures.scenes import surroundings
 
 LEAST_RATIOS = {"nearest": 1.2, "bilinear": 0.2}
 CASES = ((512, 1024, 180.0), (1024, 1024, 180.0), (512, 2048, 180.0), (1024, 2048, 180.0), (512, 1024, 220.0))

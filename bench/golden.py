@@ -19,7 +19,7 @@ def run() -> str:
     with tempfile.TemporaryDirectory() as folder:
         command = ["run", "lauv-noptilus-1", "-p", "Simulation", "--clock", "virtual", "--for", "60s"]
         command += ["--seed", "1", "--log-dir", "log"]
-        subprocess.run([sys.executable, "-m", "runtime.cli", *command], check=True, cwd=folder, capture_output=True)
+        subprocess.run([sys.executable, "-m", "shoal.cli", *command], check=True, cwd=folder, capture_output=True)
         logs = sorted(Path(folder).glob("log/*/*/*/Data.lsf.gz"))
         return hashlib.sha256(b"".join(gzip.decompress(log.read_bytes()) for log in logs)).hexdigest()
 

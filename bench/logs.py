@@ -20,7 +20,8 @@ from imcpy.lsf import LSFReader
 from make_log import make
 
 import imc
-from imc.lsf import BLOCK, LsfWriter
+from imc.lsf import LsfWriter
+from imc.lsf.writer import BLOCK
 
 Run = Callable[[Path], object]
 

@@ -19,11 +19,9 @@ from pathlib import Path
 from statistics import median
 
 import imc
-from runtime.clock import VirtualClock
-from runtime.fleet import Fleet
-from runtime.mission import prepare
-from runtime.plans import load_plan
-from runtime.vehicle import Vehicle
+from runtime.kernel import VirtualClock
+from runtime.vehicle import Fleet, Vehicle
+from shoal.missions import load_plan, prepare
 
 PROFILE = "lauv-noptilus-1"
 PLAN = Path(__file__).parents[1] / "tests/data/plans/three_gotos.json"
@@ -128,6 +126,6 @@ if __name__ == "__main__":
     )
     share(arguments.vehicles, arguments.seconds / 5.0, arguments.repeats)
     print(f"longest gap of the true state: {gaps() * 1e3:.0f} ms")
-    sameness("flights", arguments.runs, ["-m", "runtime.cli", "mission", PROFILE, str(PLAN), "--seed", "1"])
+    sameness("flights", arguments.runs, ["-m", "shoal.cli", "mission", PROFILE, str(PLAN), "--seed", "1"])
     program = f"from mission import leave_logs; leave_logs({arguments.vehicles}, {READY + 30.0})"
     sameness(f"fleets of {arguments.vehicles}", arguments.runs, ["-c", program])

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import imc
 from runtime import Task, consume
-from runtime.clock import VirtualClock
+from runtime.kernel import VirtualClock
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
 from tasks.transports.replay import Replay
@@ -78,7 +78,7 @@ def main() -> None:
             command = ["run", "lauv-noptilus-1", "-p", "Kinematic", "--clock", "virtual", "--seed", "1"]
             command += ["--log-dir", "log", "--for", f"{arguments.seconds}s"]
             subprocess.run(
-                [sys.executable, "-m", "runtime.cli", *command],
+                [sys.executable, "-m", "shoal.cli", *command],
                 check=True,
                 cwd=name,
                 stdout=subprocess.DEVNULL,

@@ -36,7 +36,7 @@ class Silent(Task):
 def swim(folder: Path, seconds: float, mode: str, *more: str, hash_seed: str = "0") -> tuple[float, list[Path]]:
     """Run the profile on a virtual clock; CPU seconds of the whole process, and its logs."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    command = [sys.executable, "-m", "runtime.cli", "run", PROFILE, "-p", mode, "--clock", "virtual"]
+    command = [sys.executable, "-m", "shoal.cli", "run", PROFILE, "-p", mode, "--clock", "virtual"]
     command += ["--for", f"{seconds}s", "--seed", "1", "--log-dir", str(folder / "log"), *more]
     environment = {**os.environ, "PYTHONHASHSEED": hash_seed}
     subprocess.run(command, check=True, cwd=folder, env=environment, capture_output=True)
@@ -70,9 +70,9 @@ def memory(hours: float, mode: str) -> None:
     script = (
         "import resource, sys\n"
         "from pathlib import Path\n"
-        "from runtime.build import build\n"
-        "from runtime.clock import VirtualClock\n"
-        "from runtime.profile import load_profile\n"
+        "from runtime.vehicle.assemble import build\n"
+        "from runtime.kernel.clock import VirtualClock\n"
+        "from runtime.profile.profile import load_profile\n"
         f"profile = load_profile({PROFILE!r})\n"
         f"made = build(profile, {{{mode!r}}}, clock=VirtualClock(profile.start_time_ns), log_root=Path(sys.argv[1]))\n"
         "made.vehicle.start()\n"
@@ -104,8 +104,8 @@ def start(repeats: int) -> None:
 
     numpy = fastest([sys.executable, "-c", "import numpy"])
     program = (
-        "import sys; from runtime.cli import main; import imc\n"
-        "from runtime.vehicle import Vehicle\n"
+        "import sys; from shoal.cli import main; import imc\n"
+        "from runtime.vehicle.vehicle import Vehicle\n"
         "start = Vehicle.start\n"
         "def watched(self):\n"
         "    self.tap(imc.EstimatedState, lambda _: print('first state', flush=True))\n"

@@ -2,17 +2,13 @@
 
 from imc import coordinates, messages
 from imc.codec import Codec, decode, decode_datagram, encode, encode_as, first_packet, header, with_header
-from imc.definition import Enumeration, Field, Group, MessageType, Value
 from imc.errors import DecodeError, EncodeError, SchemaError
-from imc.field_info import FieldInfo
 from imc.limits import validate
 from imc.lsf import Log
 from imc.message import Header, Message, Unknown
 from imc.messages import *  # noqa: F403  (the names are in messages.__all__)
 from imc.plain import from_dict, from_json
-from imc.schema import Schema
-from imc.schema_dump import dump
-from imc.schema_files import builtin, fields, load
+from imc.schema import Enumeration, Field, FieldInfo, Group, MessageType, Schema, Value, builtin, dump, fields, load
 from imc.stream import Loss, StreamParser
 from imc.wire_check import Violation
 

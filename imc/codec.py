@@ -7,15 +7,14 @@ from typing import Any, Literal, NamedTuple
 from fastcrc.crc16 import arc
 from msgspec.structs import force_setattr
 
-from imc.compiler import FOOTER_SIZE, HEADER, HEADER_SIZE, Reader, compile_reader, payload_size
+from imc.compiler import Reader, compile_reader, payload_size
 from imc.errors import DecodeError, EncodeError
+from imc.layout import ADDRESS_FIELDS, FOOTER_SIZE, HEADER, HEADER_SIZE, SMALLEST_PACKET, VARIABLE
 from imc.message import Header, Message, Unknown
 from imc.messages import BY_ID
-from imc.wire_check import HEADER_WIRE, first_problem, wire_violations
+from imc.wire_check import first_problem, wire_violations
 
 ByteOrder = Literal["little", "big"]
-
-SMALLEST_PACKET = HEADER_SIZE + FOOTER_SIZE
 
 _HEADERS = {"little": struct.Struct("<" + HEADER), "big": struct.Struct(">" + HEADER)}
 _UNSUITABLE = (struct.error, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
@@ -125,7 +124,7 @@ class Codec:
             raise DecodeError(f"{cls.__name__}: payload of {size} bytes is too short")
         if offset < end:
             force_setattr(message, "surplus", packet[offset:end])
-        elif order == "little" and not set(cls.WIRE) & set("TRML"):
+        elif order == "little" and not VARIABLE.intersection(cls.WIRE):
             self._fixed[packet[:6]] = _Fixed(end + FOOTER_SIZE, cls, struct.Struct("<dHBHB" + cls.WIRE).unpack_from)
         return message
 
@@ -167,7 +166,7 @@ def _explained(message: Message, error: Exception) -> EncodeError:
     if isinstance(error, EncodeError):
         return error
     name = type(message).__name__
-    for violation in wire_violations(message, HEADER_WIRE):
+    for violation in wire_violations(message, ADDRESS_FIELDS):
         return EncodeError(f"{name}.{violation}")
     problem = "nested too deeply" if isinstance(error, RecursionError) else first_problem(message)
     return EncodeError(f"{name}.{problem}" if problem else f"{name}: {error}")

@@ -7,21 +7,16 @@ from typing import TYPE_CHECKING, Any
 from fastcrc.crc16 import arc
 
 from imc.errors import DecodeError, EncodeError
+from imc.layout import ADDRESS_FIELDS, HEADER, HEADER_SIZE, LARGEST_PACKET, LARGEST_PAYLOAD, SMALLEST_PACKET, VARIABLE
 
 if TYPE_CHECKING:
     from imc.message import Message
 
-HEADER = "HHHdHBHB"
-HEADER_SIZE = 20
-FOOTER_SIZE = 2
-LARGEST_PACKET = 0xFFFF
-LARGEST_PAYLOAD = LARGEST_PACKET - HEADER_SIZE - FOOTER_SIZE
 NULL = 0xFFFF
 DEEPEST = 200
 
 Reader = Callable[..., "tuple[Message, int]"]
 
-_HEADER_FIELDS = ("timestamp", "src", "src_ent", "dst", "dst_ent")
 _NULL_BYTES = b"\xff\xff"
 _NO_HEADER = "-1.0, 0xFFFF, 0xFF, 0xFFFF, 0xFF"  # a message inside another has none on the wire
 
@@ -44,7 +39,7 @@ def compile_inline(cls: "type[Message]", order: str) -> Any:
 
     for index, (name, code) in enumerate(zip(_own_fields(cls), cls.WIRE, strict=True)):
         local = f"v{index}"
-        if code not in "TRML":
+        if code not in VARIABLE:
             layout += code
             arguments.append(f"m.{name}")
         elif code == "M":
@@ -65,7 +60,7 @@ def compile_inline(cls: "type[Message]", order: str) -> Any:
 
 def compile_packet(cls: "type[Message]", given_header: bool) -> Any:
     """A function message -> little-endian packet; with given_header it also takes the five header values."""
-    header = [("" if given_header else "m.") + name for name in _HEADER_FIELDS]
+    header = [("" if given_header else "m.") + name for name in ADDRESS_FIELDS]
     address = ", ".join(header)
     space: dict[str, Any] = {"arc": arc, "head": struct.Struct("<" + HEADER).pack, "sized": payload_size}
     space["footer"] = struct.Struct("<H").pack
@@ -74,7 +69,7 @@ def compile_packet(cls: "type[Message]", given_header: bool) -> Any:
         "p = m.to_inline_little()[2:] + m.surplus",
         f"body = head({cls.SYNC}, {cls.ID}, sized(p, m), {address}) + p",
     )
-    if set(cls.WIRE) & set("TRML"):
+    if VARIABLE.intersection(cls.WIRE):
         lines += ["    " + line for line in general]
     else:
         whole = struct.Struct("<IHdHBHB" + cls.WIRE)
@@ -90,7 +85,7 @@ def payload_size(payload: bytes, message: "Message") -> int:
     """Number of bytes. Raises EncodeError if they make a packet of more than 65535 bytes."""
     size = len(payload)
     if size > LARGEST_PAYLOAD:
-        packet = size + HEADER_SIZE + FOOTER_SIZE
+        packet = size + SMALLEST_PACKET
         raise EncodeError(f"{type(message).__name__}: packet of {packet} bytes, {LARGEST_PACKET} at most")
     return size
 
@@ -101,7 +96,7 @@ def compile_reader(cls: "type[Message]", order: str, readers: dict[int, Reader])
     It may read behind the payload's end: the caller compares offsets. Raises struct.error where bytes are missing.
     """
     space: dict[str, Any] = {"cls": cls, "readers": readers, "items": _read_items, "deeper": _deeper}
-    head = ", ".join(_HEADER_FIELDS)
+    head = ", ".join(ADDRESS_FIELDS)
     lines = [f"def read(b, o, {head}, depth):"]
     names: list[str] = []
     layout, targets = "", list[str]()
@@ -118,9 +113,9 @@ def compile_reader(cls: "type[Message]", order: str, readers: dict[int, Reader])
     for index, code in enumerate(cls.WIRE):
         name = f"v{index}"
         names.append(name)
-        layout += "H" if code in "TRML" else code
+        layout += "H" if code in VARIABLE else code
         targets.append(name)
-        if code not in "TRML":
+        if code not in VARIABLE:
             continue
         flush()
         if code == "T":
@@ -165,7 +160,7 @@ def _deeper(depth: int) -> int:
 
 
 def _own_fields(cls: "type[Message]") -> tuple[str, ...]:
-    return cls.__struct_fields__[len(_HEADER_FIELDS) : -1]
+    return cls.__struct_fields__[len(ADDRESS_FIELDS) : -1]
 
 
 def _compile(lines: list[str], name: str, space: dict[str, Any]) -> Any:

@@ -5,11 +5,10 @@ from pathlib import Path
 
 import msgspec
 
-from imc.classes import DEFAULTS
-from imc.definition import WIRE_CODES, Field, MessageType, Value
-from imc.schema import Schema
-from imc.schema_dump import dump
-from imc.schema_files import MERGED, definitions, digest
+from imc.layout import WIRE_CODES
+from imc.schema import Field, MessageType, Schema, Value, dump
+from imc.schema.classes import DEFAULTS
+from imc.schema.files import MERGED, definitions, digest
 
 MESSAGES = Path(__file__).with_name("messages.py")
 
@@ -82,7 +81,7 @@ def _field(field: Field, schema: Schema) -> str:
 
 
 def merged(schema: Schema) -> str:
-    """The text of merged.json: `imc.schema_files.Merged`, a line for each message."""
+    """The text of merged.json: `imc.schema.files.Merged`, a line for each message."""
     head = msgspec.json.encode(msgspec.structs.replace(schema, messages=())).decode().removesuffix("}")
     messages = ",\n".join(msgspec.json.encode(message).decode() for message in schema.messages)
     return f'{{"xml":"{digest(dump(schema))}","schema":{head},"messages":[\n{messages}\n]}}}}\n'

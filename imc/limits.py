@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from typing import Any
 
-from imc.field_info import FieldInfo
+from imc.layout import ADDRESS_FIELDS
 from imc.message import Message
-from imc.schema_files import fields
-from imc.wire_check import HEADER_WIRE, Violation, inner_messages, own_wire, wire_violations
+from imc.schema import FieldInfo, fields
+from imc.wire_check import Violation, inner_messages, own_wire, wire_violations
 
 
 def validate(message: Message) -> list[Violation]:
@@ -14,7 +14,7 @@ def validate(message: Message) -> list[Violation]:
 
     NaN keeps no limits. Nothing else calls this: packets with such values are read and, if they fit, written.
     """
-    return [*wire_violations(message, HEADER_WIRE), *_violations(message, "")]
+    return [*wire_violations(message, ADDRESS_FIELDS), *_violations(message, "")]
 
 
 def _violations(message: Message, path: str) -> Iterator[Violation]:

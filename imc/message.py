@@ -9,8 +9,9 @@ from fastcrc.crc16 import arc
 from msgspec.structs import force_setattr
 from msgspec.structs import replace as replace_fields
 
-from imc.compiler import HEADER, compile_inline, compile_packet, payload_size
+from imc.compiler import compile_inline, compile_packet, payload_size
 from imc.errors import EncodeError
+from imc.layout import HEADER
 
 
 class Header(NamedTuple):

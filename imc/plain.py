@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from typing import Any, NoReturn, cast
 
 from imc.errors import DecodeError
+from imc.layout import ADDRESS_FIELDS
 from imc.message import Message, Unknown
-from imc.schema import Schema
-from imc.schema_files import builtin, fields
-from imc.wire_check import HEADER_WIRE, own_wire, wire_expectation
+from imc.schema import Schema, builtin, fields
+from imc.wire_check import own_wire, wire_expectation
 
 _UNKNOWN_WIRE = {"id": "H", "payload": "R", "byteorder": "T"}
 _NOT_FINITE = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
@@ -45,7 +45,7 @@ def from_json(text: str | bytes, schema: Schema | None = None) -> Message:
 def _plain(message: Message, convert: Callable[[Any, str], Any], header: bool) -> dict[str, Any]:
     plain: dict[str, Any] = {"abbrev": type(message).__name__}
     wire = _wire_of(type(message), message)
-    for name, code in ({**HEADER_WIRE, **wire} if header else wire).items():
+    for name, code in ({**ADDRESS_FIELDS, **wire} if header else wire).items():
         value: Any = getattr(message, name)
         if code == "M":
             value = None if value is None else _plain(value, convert, header=False)
@@ -100,7 +100,7 @@ def _message(data: Any, path: str, schema: Schema, read: Callable[[Any, str], An
     else:
         raise DecodeError(f"{label}: no message {abbrev!r}")
     wire = _wire_of(cls, cls())
-    known = {**HEADER_WIRE, **wire, "surplus": "R"} if header else wire
+    known = {**ADDRESS_FIELDS, **wire, "surplus": "R"} if header else wire
     values: dict[str, Any] = {}
     for name, value in given.items():
         if name == "abbrev":

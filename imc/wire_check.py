@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, cast
 
-from imc.definition import TYPES_BY_CODE
+from imc.layout import ADDRESS_FIELDS, TYPES_BY_CODE
 from imc.message import Message, Unknown
 
 INTEGERS = {"b": (-128, 127), "B": (0, 255), "h": (-32768, 32767), "H": (0, 65535)} | {
@@ -15,7 +15,6 @@ INTEGERS = {"b": (-128, 127), "B": (0, 255), "h": (-32768, 32767), "H": (0, 6553
 """Letter in `Message.WIRE` -> smallest and largest value."""
 LARGEST_FP32 = 3.4028235677973366e38  # the first double that rounds beyond it
 LARGEST_FP64 = 2**1024 - 2**970  # the same for integers
-HEADER_WIRE = {"timestamp": "d", "src": "H", "src_ent": "B", "dst": "H", "dst_ent": "B"}
 
 
 class Violation(NamedTuple):
@@ -39,7 +38,7 @@ def wire_violations(message: Message, wire: dict[str, str], path: str = "") -> I
 
 def own_wire(message: Message) -> dict[str, str]:
     """Names of a message's own fields -> their letters in `Message.WIRE`."""
-    names = message.__struct_fields__[len(HEADER_WIRE) : -1]
+    names = message.__struct_fields__[len(ADDRESS_FIELDS) : -1]
     return dict(zip(names, message.WIRE, strict=True)) if message.WIRE else {}
 
 

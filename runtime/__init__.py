@@ -1,13 +1,8 @@
 """The kernel, bus and vehicle that tasks run on; what a task's author needs is imported from here."""
 
-from runtime.activation import ActivationError
-from runtime.entities import Entity, State
-from runtime.frame import Frame
-from runtime.handlers import consume, periodic
-from runtime.parameters import ParameterError, param
-from runtime.script import Script
-from runtime.task import Task
-from runtime.timer import Timer
+from runtime.bus import Frame
+from runtime.kernel import Timer
+from runtime.task import ActivationError, Entity, ParameterError, Script, State, Task, consume, param, periodic
 
 __all__ = [
     "ActivationError",

@@ -7,14 +7,12 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import imc
-from runtime.catalogue import OWN, section_group
-from runtime.clock import VirtualClock, WallClock, nanoseconds
-from runtime.frame import Frame
-from runtime.kernel import SECOND
-from runtime.mission import Mission, Report, prepare
-from runtime.plans import load_plan
+from runtime.bus import Frame
+from runtime.kernel import VirtualClock, WallClock, nanoseconds
+from runtime.kernel.kernel import SECOND
 from runtime.task import UNKNOWN_SYSTEM, Task
-from runtime.vehicle import Vehicle
+from runtime.vehicle import Vehicle, section_group
+from runtime.vehicle.catalogue import OWN
 
 M = TypeVar("M", bound=imc.Message)
 START = 1_767_225_600  # 2026-01-01T00:00:00Z
@@ -121,36 +119,6 @@ def simulate(
         finally:
             vehicle.close()
     return run
-
-
-def fly(
-    plan: imc.PlanSpecification | Path,
-    profile: str = "lauv-noptilus-1",
-    modes: Sequence[str] = (),
-    *,
-    limit: float = 86400.0,
-    overrides: Sequence[str] = (),
-    config_dir: Sequence[Path] = (),
-    seed: int | None = None,
-    log_root: Path | None = None,
-) -> Report:
-    """Fly a plan, or the plan of a file, with the vehicle of a profile in virtual time, and return how it went.
-
-    `modes` are by default those that simulate the vehicle with all it has, `overrides` "Section:Option=value", `limit`
-    is in s of the vehicle's time. Logs are kept where there is a `log_root`. Exceptions of tasks are raised.
-    """
-    specification = load_plan(plan) if isinstance(plan, Path) else plan
-    with tempfile.TemporaryDirectory() as folder:
-        made = prepare(
-            profile,
-            modes,
-            config_dir=config_dir,
-            overrides=overrides,
-            seed=seed,
-            log_root=log_root or Path(folder) / "log",
-            state_folder=Path(folder) / "db",
-        )
-        return Mission(made.vehicle, specification).fly(limit)
 
 
 def section_name(cls: type[Task]) -> str:

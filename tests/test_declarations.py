@@ -7,12 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from runtime.build import build
-from runtime.catalogue import all_tasks, find_task, own_tasks
-from runtime.check import check
-from runtime.clock import VirtualClock
-from runtime.folders import own_etc
-from runtime.profile import load_profile
+from runtime.kernel import VirtualClock
+from runtime.profile import load_profile, own_etc
+from runtime.vehicle import all_tasks, build, check, find_task, own_tasks
 
 ROOT = Path(__file__).parent.parent
 TASKS = all_tasks()
@@ -77,8 +74,8 @@ def test_the_core_install_imports_without_the_extras():
     code = (
         "import sys\n"
         "for name in ('zenoh', 'pymavlink', 'PIL', 'cv2'): sys.modules[name] = None\n"
-        "from runtime.catalogue import all_tasks\n"
-        "import runtime.cli.run, runtime.cli.replay, runtime.cli.inspect, runtime.zenoh\n"
+        "from runtime.vehicle.catalogue import all_tasks\n"
+        "import shoal.cli.run, shoal.cli.replay, shoal.cli.inspect, runtime.zenoh\n"
         "assert len(all_tasks()) >= 9\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime.plans import load_plan
+from shoal.missions import load_plan
 
 BENCH = Path(__file__).parents[1] / "bench" / "against_dune.py"
 LEGS = range(4)

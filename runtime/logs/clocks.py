@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.logs.headers import Array
+from runtime.logs.packet_headers import Array
 
 BACK, AHEAD = 1.0, 10.0  # s
 WINDOW = 16  # packets on each side in which a time that was astray comes back

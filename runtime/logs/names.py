@@ -5,9 +5,7 @@ from difflib import get_close_matches
 from typing import Any
 
 import imc
-from runtime.folders import own_etc
-from runtime.ini import read_sections
-from runtime.profile import parse_address
+from runtime.profile import own_etc, parse_address, read_sections
 
 NAMING = frozenset({imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID})
 """Ids of the messages that names come from."""

@@ -9,10 +9,11 @@ from typing import TypeVar
 import numpy as np
 
 import imc
-from imc.log_bytes import Progress
+from imc.layout import SMALLEST_PACKET
+from imc.lsf import Progress
 from runtime.logs.clocks import Clock, ClockStep
-from runtime.logs.headers import OVERHEAD, Array, Block, blocks
 from runtime.logs.names import KEPT, NAMING, Names, type_name
+from runtime.logs.packet_headers import Array, Block, blocks
 
 K = TypeVar("K")
 
@@ -111,7 +112,7 @@ class Summary:
         keys = heads["id"].astype(np.int64) << 24 | heads["src"].astype(np.int64) << 8 | heads["src_ent"]
         order = np.argsort(keys, kind="stable")
         found, begins = np.unique(keys[order], return_index=True)
-        times, sizes = heads["timestamp"][order], heads["size"][order].astype(np.int64) + OVERHEAD
+        times, sizes = heads["timestamp"][order], heads["size"][order].astype(np.int64) + SMALLEST_PACKET
         counts = np.diff(np.append(begins, len(keys)))
         total, first, last = np.add.reduceat(sizes, begins), *_extent(times, begins)
         for row, key in enumerate(found.tolist()):

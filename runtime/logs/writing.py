@@ -6,8 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import imc
-from imc.lsf import LsfWriter
-from imc.members import gzip_member
+from imc.lsf import LsfWriter, gzip_member
 
 SCHEMA = "IMC.xml.gz"
 DATA = "Data.lsf.gz"

@@ -1,8 +1,7 @@
 """Covering an area in parallel rows."""
 
 import imc
-from imc.coordinates import displace
-from imc.patterns import rows_of
+from imc.coordinates import displace, rows_of
 from tasks.maneuver.protocol import Leg, Maneuver, ManeuverError
 
 

@@ -9,7 +9,7 @@ import imc
 from imc.coordinates import absolute, displacement
 from runtime import Script, State, Task, consume, periodic
 from runtime.bus import Subscription
-from runtime.script import Inbox
+from runtime.task import Inbox
 
 Phase = imc.ManeuverControlState.State
 Loops = imc.CLoopsMask

@@ -2,7 +2,7 @@
 
 import imc
 from runtime import State, Task, consume, param, periodic
-from runtime.parameters import ParameterError
+from runtime.task import ParameterError
 
 
 class FuelLevel(Task):

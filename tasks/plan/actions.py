@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable
 
 import imc
-from runtime.entities import Entities
+from runtime.task import Entities
 from tasks.plan.graph import Actions, Graph, Node
 
 Publish = Callable[[imc.Message], object]

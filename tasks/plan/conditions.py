@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import imc
+from imc.layout import NUMBERS
 
 Latest = Mapping[type[imc.Message], imc.Message]
 Test = Callable[[Latest, bool], bool]
@@ -24,7 +25,6 @@ _COMPARISONS: Mapping[str, Callable[[float, float], bool]] = {
     "==": operator.eq,
     "!=": operator.ne,
 }
-_NUMBERS = ("int8_t", "uint8_t", "int16_t", "uint16_t", "int32_t", "uint32_t", "int64_t", "fp32_t", "fp64_t")
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class _Parser:
         kind = _message(name)
         if kind is None or not field:
             raise ValueError(f"{word!r} is not ManeuverIsDone and not Message.field")
-        if field not in {f.name for f in imc.fields(kind) if f.type.split()[0] in _NUMBERS}:
+        if field not in {f.name for f in imc.fields(kind) if f.type.split()[0] in NUMBERS}:
             raise ValueError(f"{name} has no number {field!r}")
         sign = self._take("a comparison")
         compare = _COMPARISONS.get(sign)

@@ -4,7 +4,7 @@ import sqlite3
 
 import imc
 from runtime import State, Task, consume, param
-from runtime.snapshot_values import SnapshotError
+from runtime.snapshot import SnapshotError
 from tasks.plan.replies import shortened
 from tasks.plan.store import Change, PlanStore, Stored
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import imc
 from runtime import Script, State, Task, consume, param, periodic
-from runtime.script import Inbox
+from runtime.task import Inbox
 from tasks.plan.actions import Leads, PlanActions
 from tasks.plan.flight import NOTHING, Flight
 from tasks.plan.graph import FINISH, Node, PlanError

@@ -6,7 +6,7 @@ from itertools import chain
 
 import imc
 from imc.coordinates import absolute
-from runtime.parameters import ParameterError
+from runtime.task import ParameterError
 from tasks.plan.bounds import Bounds, grounded, outside
 from tasks.plan.estimate import Powertrain
 from tasks.plan.graph import Graph, PlanError, parse

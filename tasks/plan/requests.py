@@ -6,7 +6,7 @@ from typing import TypeVar
 import imc
 from runtime import Script, Task
 from runtime.bus import Bus, Subscription
-from runtime.script import Inbox
+from runtime.task import Inbox
 from tasks.plan.graph import PlanError
 
 M = TypeVar("M", bound=imc.Message)

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import imc
+from imc.layout import FOOTER_SIZE, HEADER_SIZE
 
 Row = tuple[str | bytes | float | None, ...]
-HEADER, FOOTER = 20, 2  # bytes around the fields in a packet
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS Plan (
     plan_id TEXT PRIMARY KEY, change_time REAL, change_sid INTEGER, change_sname TEXT, md5 BLOB, data BLOB);
@@ -47,7 +47,7 @@ class Stored(NamedTuple):
         """Raises imc.DecodeError where the file has been tampered with."""
         empty = imc.encode(imc.PlanSpecification())
         size = len(self.data).to_bytes(2, "little")
-        draft = empty[:4] + size + empty[6:HEADER] + self.data + bytes(FOOTER)
+        draft = empty[:4] + size + empty[6:HEADER_SIZE] + self.data + bytes(FOOTER_SIZE)
         found = imc.decode(imc.with_header(draft))
         if not isinstance(found, imc.PlanSpecification):
             raise imc.DecodeError("not a PlanSpecification")
@@ -56,7 +56,7 @@ class Stored(NamedTuple):
 
 def fields_of(plan: imc.PlanSpecification) -> bytes:
     """The serialised fields, little-endian: what the digest of a plan is made of."""
-    return imc.encode(plan)[HEADER:-FOOTER]
+    return imc.encode(plan)[HEADER_SIZE:-FOOTER_SIZE]
 
 
 class PlanStore:

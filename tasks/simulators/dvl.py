@@ -4,7 +4,7 @@ import math
 
 import imc
 from runtime import State, Task, consume, param, periodic
-from tasks.simulators.attitude import rotation, to_body
+from world.attitude import rotation, to_body
 
 ALL_VALID = 0x7
 

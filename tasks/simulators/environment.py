@@ -5,9 +5,9 @@ import math
 import imc
 from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param, periodic
-from tasks.simulators.attitude import Vector
-from tasks.simulators.bathymetry import BathymetryError, read_bathymetry
-from tasks.simulators.sonar import Beam
+from world.attitude import Vector
+from world.sea import BathymetryError, read_bathymetry
+from world.sensors import Beam
 
 NEAREST = 0.2  # m, of the echo sounder
 DEEPEST = 11000.0  # m

@@ -4,8 +4,7 @@ import math
 
 import imc
 from runtime import ParameterError, State, Task, param, periodic
-from tasks.simulators.kinematics import Motion
-from tasks.simulators.trajectory import Circle, Legs, Line, Pattern, lawn_mower, parse_points
+from world.bodies import Circle, Legs, Line, Motion, Pattern, lawn_mower, parse_points
 
 LOOKAHEAD_TIME = 5.0  # s
 

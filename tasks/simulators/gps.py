@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 import imc
 from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param, periodic
-from tasks.simulators.attitude import rotation, to_body, to_ned
+from world.attitude import rotation, to_body, to_ned
 
 SLOWEST = 0.05  # m/s, of a course
 ALL_VALID = 0x1FF  # the nine flags of GpsFix.Validity

@@ -4,15 +4,8 @@ import math
 
 import imc
 from runtime import State, Task, consume, param
-from tasks.simulators.attitude import Vector, rotation, wrap
-from tasks.simulators.imu_noise import (
-    STANDARD_GRAVITY,
-    NoiseDensity,
-    NoisyTriad,
-    StandardNormals,
-    specific_force,
-    vins_parameters,
-)
+from world.attitude import Vector, rotation, wrap
+from world.sensors import STANDARD_GRAVITY, NoiseDensity, NoisyTriad, StandardNormals, specific_force, vins_parameters
 
 ARTICLE_INTERVAL = 0.025  # s
 TIMING = 1e-3  # of a period: how early a sample may be, for the resolution of timestamps is 0.24 µs

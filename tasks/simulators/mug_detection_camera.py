@@ -6,10 +6,9 @@ from collections import Counter
 import imc
 from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param
-from tasks.simulators import mug_original
-from tasks.simulators.mug_detection import UNIFORM_ERROR, Offset, View, detect, detect_originally, gsd_sigma
-from tasks.simulators.pinhole import Pinhole
-from tasks.simulators.trajectory import parse_points
+from world.bodies import parse_points
+from world.optics import Pinhole
+from world.sensors import UNIFORM_ERROR, Offset, View, detect, detect_originally, gsd_sigma, mug_original
 
 SMALLEST_FIELD = 1e-3  # °
 NO_ALTITUDE = "no altitude"

@@ -4,7 +4,7 @@ import math
 
 import imc
 from runtime import State, Task, consume, param, periodic
-from tasks.simulators.multirotor import Airframe, Multirotor
+from world.bodies import Airframe, Multirotor
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 TOUCHDOWN, HARDEST_TOUCHDOWN = 0.2, 2.0  # m/s, of what is told

@@ -6,11 +6,7 @@ from collections.abc import Callable, Iterator
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.problem import Doubt, quoted, suggestion
-from tasks.simulators.marine_dynamics import Craft
-from tasks.simulators.marine_model import Model, read_model
-from tasks.simulators.model_section import ModelError
-from tasks.simulators.surface_dynamics import Boat
-from tasks.simulators.surface_model import SurfaceModel, is_boat, read_surface_model
+from world.bodies import Boat, Craft, Model, ModelError, SurfaceModel, is_boat, read_model, read_surface_model
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 

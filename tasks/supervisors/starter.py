@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import imc
 from runtime import Task
-from runtime.timer import Timer
+from runtime.kernel import Timer
 
 Phase = imc.ManeuverControlState.State
 

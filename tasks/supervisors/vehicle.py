@@ -2,7 +2,7 @@
 
 import imc
 from runtime import State, Task, consume, param, periodic
-from runtime.timer import Timer
+from runtime.kernel import Timer
 from tasks.supervisors.starter import Starter
 
 Mode = imc.VehicleState.OpMode

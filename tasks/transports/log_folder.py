@@ -5,8 +5,7 @@ import shutil
 from pathlib import Path
 
 import imc
-from imc.lsf import LsfWriter
-from imc.members import COMPRESSIONS, gzip_member
+from imc.lsf import COMPRESSIONS, LsfWriter, gzip_member
 
 
 class LogFolder:

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import imc
-from imc.members import COMPRESSIONS
+from imc.lsf import COMPRESSIONS
 from runtime import Entity, State, Task, consume, param
 from runtime.problem import nearest, quoted
 from tasks.transports.log_folder import LogFolder, definitions

@@ -4,14 +4,12 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 
 import imc
+from mavlink import KINDS, Flavour, Received, dialect, split, text
 from runtime import State, Task, consume, param, periodic
-from runtime.parameters import ParameterError
-from runtime.timer import Timer
-from tasks.transports.mavlink_protocol import dialect, text
+from runtime.kernel import Timer
+from runtime.task import ParameterError
 from tasks.transports.mavlink_protocol.autopilot import Autopilot
-from tasks.transports.mavlink_protocol.frames import Received, split
 from tasks.transports.mavlink_protocol.links import Link, parse_route
-from tasks.transports.mavlink_protocol.modes import KINDS, Flavour
 from tasks.transports.mavlink_protocol.parameters import Entry, ParameterTable
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, SOON, Session, addressed
@@ -71,7 +69,7 @@ class MAVLink(Task):
         self.detected: dict[int, float] = {}
         self.pump_timer: Timer | None = None
         self.autopilot = Autopilot(
-            dialect.load(),
+            dialect.load_dialect(),
             name=self.system_name,
             system=self.system_id or ((self.system & 0xFF) - 1) % SYSTEMS + 1,
             kind=KINDS[self.vehicle_kind],

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import imc
 from runtime import ParameterError, State, Task, Timer, consume, param, periodic
-from runtime.kernel import SECOND
-from tasks.transports.recording import Choice, Due, Opened, Place, Recording, go_to, open_recording
+from runtime.kernel.kernel import SECOND
+from tasks.transports.replay_log import Choice, Due, Opened, Place, Recording, go_to, open_recording
 
 BATCH = 200  # packets in one go, so that others have their turn while a replay is behind
 BREATH = 1e-6  # s, so that time passes however many packets are due at once

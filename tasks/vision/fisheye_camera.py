@@ -11,12 +11,9 @@ from numpy.typing import NDArray
 import imc
 from imc import coordinates
 from runtime import Frame, ParameterError, State, Task, consume, param, periodic
-from tasks.vision.camera import Camera
-from tasks.vision.lens import PRESETS, Lens, Projection, preset_lens
-from tasks.vision.lookup import void_warning
 from tasks.vision.photos import photo_name, write_png
-from tasks.vision.sampling import INTERPOLATIONS
-from tasks.vision.surroundings import SCENES, Pose
+from world.optics import PRESETS, Lens, Projection, preset_lens
+from world.pictures import INTERPOLATIONS, SCENES, Camera, Pose, void_warning
 
 Op = imc.LoggingControl.Op
 LEAST_VISIBILITY = 0.1  # m

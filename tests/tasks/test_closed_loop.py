@@ -7,10 +7,9 @@ import pytest
 
 import imc
 from imc.coordinates import absolute, displace, displacement
-from runtime.build import build
-from runtime.clock import VirtualClock, nanoseconds
-from runtime.folders import own_etc
-from runtime.profile import load_profile
+from runtime.kernel import VirtualClock, nanoseconds
+from runtime.profile import load_profile, own_etc
+from runtime.vehicle import build
 
 SECTIONS = {
     "Simulators.VSIM",

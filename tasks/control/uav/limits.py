@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import imc
 from runtime import ParameterError
-from runtime.settings import Settings
+from runtime.vehicle import Settings
 
 Bits = imc.OpLimitsMask
 

@@ -8,21 +8,9 @@ from dataclasses import dataclass
 
 import imc
 from imc import coordinates
-from runtime.entities import Entity, State
-from tasks.transports.mavlink_protocol import conversion
-from tasks.transports.mavlink_protocol.dialect import Dialect, Fields
-from tasks.transports.mavlink_protocol.modes import (
-    ARMED,
-    CRITICAL,
-    CUSTOM_MODE,
-    STANDBY,
-    STATUS,
-    Flavour,
-    Kind,
-    Mode,
-    mode_of,
-    moving,
-)
+from mavlink import ARMED, CRITICAL, CUSTOM_MODE, STANDBY, STATUS, Dialect, Fields, Flavour, Kind, Mode, mode_of, moving
+from mavlink import from_imc as conversion
+from runtime.task import Entity, State
 from tasks.transports.mavlink_protocol.parameters import Entry, ParameterTable
 
 COMPONENT = 1

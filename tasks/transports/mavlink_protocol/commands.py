@@ -5,9 +5,7 @@ from collections.abc import Callable, Mapping
 from enum import IntEnum
 from typing import NamedTuple
 
-from tasks.transports.mavlink_protocol import text
-from tasks.transports.mavlink_protocol.frames import Received
-from tasks.transports.mavlink_protocol.modes import CUSTOM_MODE, STANDARD_MODES, Mode, moving
+from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, Received, moving, text
 from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, Session
 
 FORCE = 21196

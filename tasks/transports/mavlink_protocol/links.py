@@ -6,9 +6,8 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from mavlink import FLAVOURS, LONGEST_DATAGRAM, Flavour
 from runtime.problem import suggestion
-from tasks.transports.mavlink_protocol.frames import LONGEST_DATAGRAM
-from tasks.transports.mavlink_protocol.modes import FLAVOURS, Flavour
 from tasks.transports.mavlink_protocol.session import Session
 
 Address = tuple[str, int]

@@ -9,9 +9,9 @@ from zlib import crc32
 
 import numpy as np
 
+from mavlink import Flavour
 from runtime import Task
-from runtime.parameters import Parameter
-from tasks.transports.mavlink_protocol.modes import Flavour
+from runtime.task import Parameter
 
 INT32, REAL32 = 6, 9
 DOES_NOT_EXIST, OUT_OF_RANGE, TYPE_MISMATCH = 1, 2, 7

@@ -3,9 +3,8 @@
 import struct
 from collections.abc import Callable, Mapping
 
-from tasks.transports.mavlink_protocol import text
+from mavlink import Received, text
 from tasks.transports.mavlink_protocol.commands import Result, obey, set_mode
-from tasks.transports.mavlink_protocol.frames import Received
 from tasks.transports.mavlink_protocol.parameters import DOES_NOT_EXIST, Entry, Refusal
 from tasks.transports.mavlink_protocol.session import Session
 

@@ -4,11 +4,8 @@ import itertools
 from collections.abc import Callable
 from typing import Any
 
-from tasks.transports.mavlink_protocol import text
+from mavlink import Fields, Flavour, Received, encode, text
 from tasks.transports.mavlink_protocol.autopilot import COMPONENT, Autopilot
-from tasks.transports.mavlink_protocol.dialect import Fields
-from tasks.transports.mavlink_protocol.frames import Received, encode
-from tasks.transports.mavlink_protocol.modes import Flavour
 from tasks.transports.mavlink_protocol.parameters import Entry
 
 HEARTBEAT_PERIOD = 1.0

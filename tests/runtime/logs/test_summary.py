@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 import imc
-from runtime.logs.folders import logs_below
-from runtime.logs.names import Names, UnknownName, types_called
-from runtime.logs.summary import summarize
+from runtime.logs import Names, UnknownName, summarize, types_called
+from shoal.logs.look import logs_below
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
 START = 1_767_225_600.0

@@ -7,8 +7,8 @@ import pytest
 import imc
 from imc.coordinates import displace
 from runtime import State, param
-from runtime.mission import Mission, prepare
 from runtime.testing import simulate
+from shoal.missions import Mission, prepare
 from tasks.control.auv.brakes import Brakes
 from tasks.control.auv.echo import Echo, judge
 from tasks.control.auv.speed import Speed

@@ -8,8 +8,8 @@ import pytest
 import imc
 from imc.tuples import read_tuples, whole_number
 from runtime import State
-from runtime.mission import prepare
 from runtime.testing import simulate
+from shoal.missions import prepare
 from tasks.control.auv.remote_operation import RemoteOperation
 
 Loops = imc.CLoopsMask

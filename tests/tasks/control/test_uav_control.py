@@ -12,9 +12,9 @@ from tasks.control.uav.autopilot import Autopilot
 from tasks.control.uav.guidance import Circle, Line, Pace
 from tasks.control.uav.path import Path
 from tasks.control.uav.vectors import GRAVITY, inclination, norm
-from tasks.simulators.attitude import rotation, to_ned
 from tasks.simulators.stream_velocity import StreamVelocity
 from tasks.simulators.uav import UAV
+from world.attitude import rotation, to_ned
 
 Loops, Flags, Units = imc.CLoopsMask, imc.DesiredPath.Flags, imc.ZUnits
 LAT, LON = math.radians(41.185), math.radians(-8.7062)

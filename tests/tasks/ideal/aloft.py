@@ -4,8 +4,7 @@ import math
 from pathlib import Path
 
 import imc
-from runtime.mission import prepare
-from runtime.plans import parse_plan
+from shoal.missions import parse_plan, prepare
 
 HEAD = "origin: 41.185°, -8.7062°\nspeed: 5 m/s\naltitude: 20\nmaneuvers:\n"
 HOVER = parse_plan(

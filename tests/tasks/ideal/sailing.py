@@ -9,7 +9,7 @@ from flying import CCU, DEPTH, OWN, control, goto, place, plan_of
 from hypothesis import strategies as st
 
 import imc
-from runtime.mission import prepare
+from shoal.missions import prepare
 
 BEGIN, ABORT, END = 12.0, 60.0, 120.0  # s; what happens to a mission happens before ABORT
 DEEPEST, OVERSHOOT, SURFACE = 5.0, 1.0, 0.5  # m

@@ -7,7 +7,7 @@ from flying import BOARD, CCU, DEPTH, OWN, START, fly, place, plan_of, replies, 
 from ideal_vehicle import IdealVehicle
 
 import imc
-from imc import patterns
+from imc.coordinates import patterns
 from runtime import periodic
 from runtime.testing import simulate
 

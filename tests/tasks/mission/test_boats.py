@@ -10,13 +10,12 @@ import pytest
 
 import imc
 from imc.coordinates import displace
-from runtime.build import build
-from runtime.clock import VirtualClock
-from runtime.mission import Mission, Report, prepare
-from runtime.plans import load_plan
+from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
-from runtime.resim import resimulate
-from runtime.testing import fly
+from runtime.vehicle import build
+from shoal import fly
+from shoal.missions import Mission, Report, load_plan, prepare
+from shoal.rerun import resimulate
 
 BOATS = ("otter", "caravel")
 CONTROLLERS = {

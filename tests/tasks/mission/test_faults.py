@@ -7,7 +7,7 @@ import pytest
 from flying import CCU, OWN, control, goto, plan_of
 
 import imc
-from runtime.mission import prepare
+from shoal.missions import prepare
 
 FAULT, END = 25.0, 36.0  # s
 PLAN = plan_of(goto(60, 0, 2.0))

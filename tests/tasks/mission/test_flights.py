@@ -7,11 +7,11 @@ import pytest
 from aloft import CCU, HEAD, HOVER, OWN, Flight
 
 import imc
-from runtime.build import build
-from runtime.clock import VirtualClock
-from runtime.plans import parse_plan, plan_text
+from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
-from runtime.testing import fly
+from runtime.vehicle import build
+from shoal import fly
+from shoal.missions import parse_plan, plan_text
 
 SQUARE = parse_plan(
     "plan: square\n"

@@ -2,9 +2,9 @@
 
 import imc
 from imc.coordinates import absolute, displacement
-from runtime.build import build
-from runtime.clock import VirtualClock
+from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
+from runtime.vehicle import build
 
 NOISE = (
     "Simulators.GPS:Standard Deviation - Position=1.414",  # each way, of the 2 m that a fix claims

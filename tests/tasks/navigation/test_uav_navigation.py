@@ -14,8 +14,8 @@ from tasks.navigation.uav.navigation import GRAVITY, Navigation, height_of
 from tasks.simulators.barometer import Barometer
 from tasks.simulators.gps import GPS
 from tasks.simulators.imu import IMU
-from tasks.simulators.multirotor import Airframe
 from tasks.simulators.uav import UAV
+from world.bodies import Airframe
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 FIX = imc.GpsFix(validity=0x1FF, lat=LAT, lon=LON, height=60.0, hacc=0.85, type=imc.GpsFix.Type.STANDALONE)

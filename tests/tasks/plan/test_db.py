@@ -8,7 +8,7 @@ from flying import CCU, OWN, goto, plan_of, recorded
 
 import imc
 from runtime import State
-from runtime.clock import WallClock
+from runtime.kernel import WallClock
 from runtime.testing import simulate
 from tasks.plan.db import DB
 from tasks.plan.store import Change, PlanStore, fields_of

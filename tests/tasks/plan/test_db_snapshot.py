@@ -4,9 +4,8 @@ import pytest
 from flying import CCU, OWN, goto, plan_of
 
 import imc
-from runtime.clock import VirtualClock
-from runtime.snapshot import load, restore, save
-from runtime.snapshot_values import SnapshotError
+from runtime.kernel import VirtualClock
+from runtime.snapshot import SnapshotError, load, restore, save
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
 from tasks.plan.db import DB

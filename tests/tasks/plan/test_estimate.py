@@ -6,7 +6,7 @@ import pytest
 from flying import LAT, LON, goto, place, plan_of, recorded
 
 import imc
-from runtime.parameters import ParameterError
+from runtime.task import ParameterError
 from tasks.plan.estimate import Powertrain, estimate, interpolate
 from tasks.plan.graph import PlanError
 from tasks.plan.preflight import Preflight

@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime.ini import read_sections
-from tasks.simulators.marine_dynamics import Craft
-from tasks.simulators.marine_model import read_model
+from runtime.profile import read_sections
+from world.bodies import Craft, read_model
 
 ROOT = Path(__file__).parents[3]
 LAUV = read_sections(ROOT / "etc/common/vsim-models.ini")["VSIM/Model/lauv"]

@@ -2,8 +2,8 @@
 
 import pytest
 
-from runtime.catalogue import all_tasks
-from runtime.check import find_parameter
+from runtime.vehicle import all_tasks
+from runtime.vehicle.checker import find_parameter
 
 OPTIONS = {
     "DVL": {

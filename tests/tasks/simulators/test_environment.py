@@ -8,12 +8,12 @@ import pytest
 import imc
 from runtime import ParameterError
 from runtime.testing import simulate
-from tasks.simulators.bathymetry import Bathymetry, BathymetryError, read_bathymetry
 from tasks.simulators.dvl import DVL
 from tasks.simulators.environment import Environment
 from tasks.simulators.gaussian import Gaussian
 from tasks.simulators.leaks import Leaks
-from tasks.simulators.sonar import Beam
+from world.sea import Bathymetry, BathymetryError, read_bathymetry
+from world.sensors import Beam
 
 State = imc.EntityState.State
 LAT, LON = math.radians(41.185), math.radians(-8.7062)

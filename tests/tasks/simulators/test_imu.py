@@ -8,11 +8,10 @@ import pytest
 import imc
 from runtime import ParameterError
 from runtime.testing import simulate
-from tasks.simulators.attitude import rotation, to_body
 from tasks.simulators.estimated_state import EstimatedState
 from tasks.simulators.imu import IMU
-from tasks.simulators.kinematics import Motion
-from tasks.simulators.trajectory import Legs, lawn_mower
+from world.attitude import rotation, to_body
+from world.bodies import Legs, Motion, lawn_mower
 
 G = 9.80665
 

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 import imc
-from runtime.build import build
-from runtime.clock import VirtualClock
+from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.snapshot import load, restore, save
-from runtime.vehicle import Vehicle
+from runtime.vehicle import Vehicle, build
 
 PROFILE = """
 [Require auv/basic.ini]

@@ -11,9 +11,10 @@ from runtime.testing import simulate
 from tasks.simulators.barometer import Barometer, pressure_at
 from tasks.simulators.gps import GPS
 from tasks.simulators.imu import IMU
-from tasks.simulators.multirotor import GRAVITY, Airframe, Multirotor
 from tasks.simulators.stream_velocity import StreamVelocity
 from tasks.simulators.uav import UAV
+from world.bodies import Airframe, Multirotor
+from world.bodies.multirotor import GRAVITY
 
 FIX = imc.GpsFix(type=imc.GpsFix.Type.MANUAL_INPUT, lat=0.7188, lon=-0.1519, timestamp=0.0)
 NO_DRAG = Airframe(linear_drag=0.0, quadratic_drag=0.0)

@@ -7,7 +7,7 @@ import pytest
 
 import imc
 from runtime import ParameterError, Task
-from runtime.ini import read_sections
+from runtime.profile import read_sections
 from runtime.testing import simulate
 from tasks.simulators.gps import GPS
 from tasks.simulators.vsim import VSIM

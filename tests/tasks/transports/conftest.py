@@ -3,17 +3,15 @@
 import pytest
 
 import imc
+from mavlink import FLAVOURS, KINDS, encode, load_dialect, split
 from runtime import Task, param
 from runtime.testing import simulate
 from tasks.transports.mavlink_protocol.autopilot import Autopilot
-from tasks.transports.mavlink_protocol.dialect import load
-from tasks.transports.mavlink_protocol.frames import encode, split
-from tasks.transports.mavlink_protocol.modes import FLAVOURS, KINDS
 from tasks.transports.mavlink_protocol.parameters import ParameterTable
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import Session, addressed
 
-DIALECT = load()
+DIALECT = load_dialect()
 BOOT = 1000.0
 
 

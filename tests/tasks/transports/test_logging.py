@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 import imc
 from imc.lsf import Log
 from runtime import Script, State, Task, consume, periodic
-from runtime.clock import WallClock
+from runtime.kernel import WallClock
 from runtime.testing import simulate
 from tasks.transports.logging import LONGEST_LABEL, Logging, clean_label
 
@@ -326,7 +326,7 @@ import sys
 from pathlib import Path
 import imc
 from runtime import Task, periodic
-from runtime.clock import WallClock
+from runtime.kernel import WallClock
 from runtime.testing import simulate
 from tasks.transports.logging import Logging
 

@@ -8,14 +8,13 @@ import sys
 import pytest
 
 import imc
+from mavlink import encode, load_dialect, split
 from runtime import ParameterError, State, Task, param
-from runtime.clock import WallClock
+from runtime.kernel import WallClock
 from runtime.testing import simulate
 from tasks.transports.mavlink import MAVLink
-from tasks.transports.mavlink_protocol.dialect import load
-from tasks.transports.mavlink_protocol.frames import encode, split
 
-DIALECT = load()
+DIALECT = load_dialect()
 HOST = "127.0.0.1"
 STATE = imc.EstimatedState(lat=math.radians(41.185), lon=math.radians(-8.706), depth=2.0, z=2.0)
 

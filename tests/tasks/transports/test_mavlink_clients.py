@@ -16,7 +16,7 @@ import pytest
 
 import imc
 from runtime import Task, param, periodic
-from runtime.clock import WallClock
+from runtime.kernel import WallClock
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
 from tasks.transports.mavlink import MAVLink

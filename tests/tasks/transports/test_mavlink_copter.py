@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 import imc
-from runtime.mission import prepare
-from runtime.plans import parse_plan
+from shoal.missions import parse_plan, prepare
 
 PATIENCE = 60.0
 DENIED = 2

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mavlink import FLAVOURS
 from runtime import Task, param
 from runtime.testing import simulate
-from tasks.transports.mavlink_protocol.modes import FLAVOURS
 from tasks.transports.mavlink_protocol.parameters import (
     INT32,
     OUT_OF_RANGE,

@@ -8,14 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import imc
-from tasks.transports.mavlink_protocol.dialect import load
-from tasks.transports.mavlink_protocol.frames import encode, split
-from tasks.transports.mavlink_protocol.modes import FLAVOURS
+from mavlink import FLAVOURS, chunks, encode, load_dialect, split
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import addressed
-from tasks.transports.mavlink_protocol.text import chunks
 
-DIALECT = load()
+DIALECT = load_dialect()
 DATA = Path(__file__).parents[2] / "data" / "mavlink"
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = range(4)
 MANEUVER = imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER)

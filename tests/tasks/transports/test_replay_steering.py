@@ -8,10 +8,10 @@ import pytest
 import imc
 from imc.lsf import LsfWriter
 from runtime import ParameterError, State, Task, consume
-from runtime.cli.keys import press
 from runtime.testing import START, simulate
-from tasks.transports.recording import Place
+from shoal.cli.keys import press
 from tasks.transports.replay import Replay
+from tasks.transports.replay_log import Place
 
 LOGGED, OTHER = 0x001A, 0x0030
 T0 = 1.7e9

@@ -10,11 +10,11 @@ from PIL import Image
 
 import imc
 from runtime import ParameterError
-from runtime.clock import WallClock
+from runtime.kernel import WallClock
 from runtime.testing import simulate
 from tasks.vision.fisheye_camera import FisheyeCamera
-from tasks.vision.scene import camera
-from tasks.vision.surroundings import Pose
+from world.pictures import Pose
+from world.pictures.renderer import camera
 
 NORMAL, FAULT, FAILURE = (imc.EntityState.State[name] for name in ("NORMAL", "FAULT", "FAILURE"))
 START = 1_767_225_600_000_000_000  # ns

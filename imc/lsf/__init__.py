@@ -1,0 +1,28 @@
+"""Logs on disk: messages, columns and tables out of them, and packets into them."""
+
+from imc.lsf.bytes import Progress, chunks
+from imc.lsf.log import Log
+from imc.lsf.members import COMPRESSIONS, Compression, gzip_member
+from imc.lsf.members_ahead import Spread
+from imc.lsf.neptus_index import read_neptus_index, write_neptus_index
+from imc.lsf.scanner import Batch, at_each, packet_id, scan
+from imc.lsf.tracks import positions
+from imc.lsf.writer import LsfWriter
+
+__all__ = [
+    "COMPRESSIONS",
+    "Batch",
+    "Compression",
+    "Log",
+    "LsfWriter",
+    "Progress",
+    "Spread",
+    "at_each",
+    "chunks",
+    "gzip_member",
+    "packet_id",
+    "positions",
+    "read_neptus_index",
+    "scan",
+    "write_neptus_index",
+]

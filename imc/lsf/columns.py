@@ -1,0 +1,180 @@
+"""Messages of one type as a NumPy structured array: a row for each, a column for each number."""
+
+import struct
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from imc.errors import DecodeError
+from imc.layout import ADDRESS_FIELDS, FOOTER_SIZE, LARGEST_PACKET, NUMPY, OFFSETS, SMALLEST_PACKET, VARIABLE, columns
+from imc.lsf.bytes import Reader
+from imc.lsf.index import WINDOW, Places
+from imc.lsf.scanner import Batch, Lose, at_each
+from imc.message import Message
+from imc.schema import MessageType
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+_ROW_BEGINS = OFFSETS["timestamp"]
+
+Decode = Callable[[bytes], Message]
+
+
+def dtype_of(kind: MessageType, order: str = "<") -> "np.dtype[Any]":
+    """The type of a row: header, then all fields that are numbers, without padding."""
+    import numpy as np
+
+    numbers = {f.attribute: code for f, code in zip(kind.fields, kind.wire, strict=True) if code in NUMPY}
+    return np.dtype(columns({**ADDRESS_FIELDS, **numbers}, order))
+
+
+def smallest_payload(kind: MessageType) -> int:
+    """Bytes that a message of this type has at least."""
+    return sum(2 if code in VARIABLE else struct.calcsize("<" + code) for code in kind.wire)
+
+
+def is_fixed(kind: MessageType) -> bool:
+    """Whether all fields are numbers."""
+    return not set(kind.wire) & VARIABLE
+
+
+def long_enough(kind: MessageType, places: Places, lose: Lose) -> Places:
+    """The packets whose payloads are not too short for the type; the others go to `lose`."""
+    import numpy as np
+
+    sizes = places.heads >> 16
+    fits = sizes >= smallest_payload(kind)
+    if fits.all():
+        return places
+    for index in np.flatnonzero(~fits).tolist():
+        _lose_short(kind, int(places.offsets[index]), int(sizes[index]), lose)
+    return places.having(fits)
+
+
+class Table:
+    """The messages of one type while they are read: a row of `dtype_of(kind)` for each packet.
+
+    The packets must be `long_enough`. `whole` tells which of the rows are whole messages; what is not goes to `lose`.
+    """
+
+    def __init__(self, kind: MessageType, places: Places, decode: Decode, lose: Lose):
+        import numpy as np
+
+        self.kind = kind
+        self.places = places
+        self.rows = np.empty(places.offsets.size, dtype_of(kind))
+        self.whole = np.ones(places.offsets.size, np.bool_)
+        self._decode = decode
+        self._lose = lose
+        self._codes = kind.wire
+        self._fixed = next((index for index, code in enumerate(self._codes) if code in VARIABLE), len(self._codes))
+        self._fronts = {order: self._front(order) for order in "<>"}
+
+    def read(self, reader: Reader) -> "NDArray[Any]":
+        """Fill all rows, and return those that are whole. Raises IndexError where the log has become shorter."""
+        begin = 0
+        for batch in self.places.batches(reader):
+            self.fill(slice(begin, begin + batch.starts.size), batch)
+            begin += batch.starts.size
+        return self.result()
+
+    def result(self) -> "NDArray[Any]":
+        """The rows that are whole messages."""
+        return self.rows if self.whole.all() else self.rows[self.whole]
+
+    def fill(self, part: slice, batch: Batch) -> None:
+        """Fill a part of the rows from their packets."""
+        import numpy as np
+
+        rows, whole = self.rows[part], self.whole[part]
+        if batch.big.any():
+            for big in (False, True):
+                chosen = batch.big == big
+                self._fill(batch.having(chosen), rows, whole, np.flatnonzero(chosen), "<>"[big])
+        else:
+            self._fill(batch, rows, whole, slice(None), "<")
+        if self._fixed < len(self._codes):
+            for index in np.flatnonzero(~whole).tolist():
+                start, end = int(batch.starts[index]), int(batch.ends[index])
+                self._lose_malformed(batch.base + start, bytes(batch.data[start:end]))
+
+    def _front(self, order: str) -> "np.dtype[Any]":
+        """Header and numbers before the first field that is none."""
+        import numpy as np
+
+        row = dtype_of(self.kind, order)
+        return np.dtype([(name, row[name]) for name in (row.names or ())[: len(ADDRESS_FIELDS) + self._fixed]])
+
+    def _fill(self, batch: Batch, rows: "NDArray[Any]", whole: "NDArray[np.bool_]", chosen: Any, order: str) -> None:
+        """Fill the chosen rows from the packets of a batch, which are all in one byte order."""
+        import numpy as np
+
+        codes, front = self._codes, self._fronts[order]
+        found = at_each(batch.data, batch.starts + _ROW_BEGINS, f"V{front.itemsize}")
+        if self._fixed == len(codes) and order == "<":
+            rows.view(found.dtype)[chosen] = found
+            return
+        for name in front.names or ():
+            rows[name][chosen] = found.view(front)[name]
+        if set(codes) & {"M", "L"}:
+            self._fill_decoded(batch, rows, whole, np.arange(whole.size)[chosen].tolist())
+            return
+        at = batch.starts + _ROW_BEGINS + front.itemsize
+        behind = batch.ends - FOOTER_SIZE
+        good = np.ones(at.size, np.bool_)
+        for field, code in zip(self.kind.fields[self._fixed :], codes[self._fixed :], strict=True):
+            width = 2 if code in VARIABLE else struct.calcsize("<" + code)
+            good &= at + width <= behind
+            # Where the message has ended, whatever is there is read, and the row is left out.
+            place = np.where(good, at, batch.starts)
+            if code in VARIABLE:
+                at = place + 2 + at_each(batch.data, place, order + "u2")
+            else:
+                rows[field.attribute][chosen] = at_each(batch.data, place, order + NUMPY[code])
+                at = place + width
+        whole[chosen] = good & (at <= behind)
+
+    def _fill_decoded(self, batch: Batch, rows: "NDArray[Any]", whole: "NDArray[np.bool_]", indices: list[int]) -> None:
+        """Fill the rest of the rows from objects, as only decoding tells where messages inside others end."""
+        rest = zip(self.kind.fields[self._fixed :], self._codes[self._fixed :], strict=True)
+        names = [field.attribute for field, code in rest if code not in VARIABLE]
+        for index, (_, packet) in zip(indices, batch.packets(), strict=True):
+            try:
+                message = self._decode(packet)
+            except DecodeError:
+                whole[index] = False
+            else:
+                for name in names:
+                    rows[name][index] = getattr(message, name)
+
+    def _lose_malformed(self, offset: int, packet: bytes) -> None:
+        try:
+            self._decode(packet)
+        except DecodeError as error:
+            self._lose(offset, len(packet), error.reason)
+        else:
+            _lose_short(self.kind, offset, len(packet) - SMALLEST_PACKET, self._lose)
+
+
+def fill_together(tables: Sequence[Table], reader: Reader) -> None:
+    """Fill several tables while the log is read once. Raises IndexError where it has become shorter."""
+    import numpy as np
+
+    last = max((int(table.places.offsets[-1]) for table in tables if table.rows.size), default=-1)
+    borders = np.arange(0, last + WINDOW + 1, WINDOW)
+    parts = [np.searchsorted(table.places.offsets, borders).tolist() for table in tables]
+    for number, base in enumerate(borders[:-1].tolist()):
+        present = [
+            (table, slice(*part[number : number + 2]))
+            for table, part in zip(tables, parts, strict=True)
+            if part[number] < part[number + 1]
+        ]
+        if present:
+            data = reader.read(base, base + WINDOW + LARGEST_PACKET)
+            for table, part in present:
+                table.fill(part, table.places.having(part).batch(base, data))
+
+
+def _lose_short(kind: MessageType, offset: int, size: int, lose: Lose) -> None:
+    lose(offset, size + SMALLEST_PACKET, f"{kind.abbrev}: payload of {size} bytes is too short")

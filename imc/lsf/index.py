@@ -1,0 +1,152 @@
+"""Where the packets of a log are, by type: small enough to keep all of it in memory and beside the log."""
+
+from collections.abc import Iterable, Iterator
+from itertools import chain, pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from imc.layout import SMALLEST_PACKET
+from imc.lsf.bytes import Members, Reader
+from imc.lsf.scanner import Batch
+from imc.stream import Loss
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+WINDOW = 1 << 20  # bytes read at a time
+GAP = 1 << 16  # bytes between packets that are not read
+TOGETHER = 1 << 16  # packets that are sorted by type together
+
+
+class Places(NamedTuple):
+    """Packets of a log, one element for each, in the order of the log."""
+
+    offsets: "NDArray[np.int64]"
+    heads: "NDArray[np.uint32]"
+    """Message id, and size of the payload in the upper 16 bits."""
+    big: "NDArray[np.bool_]"
+
+    @property
+    def ends(self) -> "NDArray[np.int64]":
+        """Where they end in the log."""
+        return self.offsets + (self.heads >> 16) + SMALLEST_PACKET
+
+    def having(self, chosen: Any) -> "Places":
+        """Only those that a mask, a slice or an array of indices chooses."""
+        return Places(self.offsets[chosen], self.heads[chosen], self.big[chosen])
+
+    def batches(self, reader: Reader) -> Iterator[Batch]:
+        """The packets with their bytes, read in parts. Raises IndexError where the log has become shorter."""
+        import numpy as np
+
+        ends = self.ends
+        apart = np.flatnonzero(self.offsets[1:] - ends[:-1] > GAP) + 1
+        for first, last in pairwise([0, *apart.tolist(), len(ends)]):
+            while first < last:
+                base = int(self.offsets[first])
+                behind = min(last, max(first + 1, int(np.searchsorted(self.offsets, base + WINDOW))))
+                part = self.having(slice(first, behind))
+                yield part.batch(base, reader.read(base, int(ends[behind - 1])))
+                first = behind
+
+    def batch(self, base: int, data: Any) -> Batch:
+        """The packets, with `data` from `base` of the log. Raises IndexError where these end before the packets."""
+        starts, ends = self.offsets - base, self.ends - base
+        if ends.size and ends[-1] > len(data):
+            raise IndexError(f"packet up to {ends[-1] + base} of a log of {base + len(data)} bytes")
+        return Batch(base, data, starts, ends, self.heads, self.big)
+
+
+class TypeIndex(NamedTuple):
+    """The packets of one message id. Arrays of one element stand for the same value everywhere."""
+
+    total: int
+    steps: "NDArray[np.unsignedinteger[Any]]"
+    """From the beginning of each packet to that of the next of this id; from the log's beginning to the first."""
+    sizes: "NDArray[np.uint16]"
+    big: "NDArray[np.uint8]"
+
+
+class LogIndex(NamedTuple):
+    """All good packets of a log, and what was damaged."""
+
+    types: dict[int, TypeIndex]
+    losses: list[Loss]
+    members: Members
+    crc: bool
+    """Whether all CRCs have been checked."""
+
+    def counts(self) -> dict[int, int]:
+        """How many packets of each id there are, by id."""
+        return {number: self.types[number].total for number in sorted(self.types)}
+
+    def places(self, ids: Iterable[int] = ()) -> Places:
+        """The packets with these ids, or all if there are none."""
+        import numpy as np
+
+        chosen = set(ids) or set(self.types)
+        found = [_places(number, self.types[number]) for number in sorted(chosen & set(self.types))]
+        if len(found) == 1:
+            return found[0]
+        if not found:
+            return Places(np.empty(0, np.int64), np.empty(0, np.uint32), np.empty(0, np.bool_))
+        offsets, heads, bigs = zip(*found, strict=True)
+        places = Places(np.concatenate(offsets), np.concatenate(heads), np.concatenate(bigs))
+        return places.having(np.argsort(places.offsets, kind="stable"))
+
+
+def build(batches: Iterable[Batch]) -> dict[int, TypeIndex]:
+    """Where the packets are, by id."""
+    import numpy as np
+
+    steps: dict[int, list[NDArray[Any]]] = {}
+    sizes: dict[int, list[NDArray[np.uint16]]] = {}
+    bigs: dict[int, list[NDArray[np.uint8]]] = {}
+    lasts: dict[int, int] = {}
+    for places in _joined(batches):
+        ids = places.heads.astype(np.uint16)
+        order = np.argsort(ids, kind="stable")
+        sorted_ids, sorted_places = ids[order], places.having(order)
+        begins = np.flatnonzero(sorted_ids[1:] != sorted_ids[:-1]) + 1
+        all_sizes, all_bigs = (sorted_places.heads >> 16).astype(np.uint16), sorted_places.big.view(np.uint8)
+        for begin, end in pairwise([0, *begins.tolist(), ids.size]):
+            number = int(sorted_ids[begin])
+            offsets = sorted_places.offsets[begin:end]
+            step = np.diff(offsets, prepend=lasts.get(number, 0))
+            lasts[number] = int(offsets[-1])
+            steps.setdefault(number, []).append(step.astype(np.min_scalar_type(int(step.max()) | 0x100)))
+            sizes.setdefault(number, []).append(all_sizes[begin:end])
+            bigs.setdefault(number, []).append(all_bigs[begin:end])
+    types: dict[int, TypeIndex] = {}
+    for number in list(steps):
+        joined = np.concatenate(steps.pop(number))
+        size, big = np.concatenate(sizes.pop(number)), np.concatenate(bigs.pop(number))
+        types[number] = TypeIndex(joined.size, joined, _shortened(size), _shortened(big))
+    return types
+
+
+def _joined(batches: Iterable[Batch]) -> Iterator[Places]:
+    """Where the packets are, those of several batches together."""
+    import numpy as np
+
+    waiting: list[Places] = []
+    for batch in chain(batches, [None]):
+        if batch is not None:
+            waiting.append(Places(batch.starts + batch.base, batch.heads, batch.big))
+        if waiting and (batch is None or sum(places.offsets.size for places in waiting) >= TOGETHER):
+            offsets, heads, bigs = zip(*waiting, strict=True)
+            yield Places(np.concatenate(offsets), np.concatenate(heads), np.concatenate(bigs))
+            waiting = []
+
+
+def _shortened(values: "NDArray[Any]") -> "NDArray[Any]":
+    return values[:1].copy() if (values == values[0]).all() else values
+
+
+def _places(number: int, found: TypeIndex) -> Places:
+    import numpy as np
+
+    offsets = np.cumsum(found.steps, dtype=np.int64)
+    heads = (found.sizes.astype(np.uint32) << 16 | number).astype(np.uint32, copy=False)
+    big = found.big.astype(np.bool_)
+    return Places(offsets, np.broadcast_to(heads, offsets.shape), np.broadcast_to(big, offsets.shape))

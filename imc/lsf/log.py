@@ -1,0 +1,297 @@
+"""LSF logs: packets one behind the other in a file, plain or compressed."""
+
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+from fastcrc.crc16 import arc
+
+from imc.errors import DecodeError
+from imc.lsf.bytes import Progress, chunks, open_reader
+from imc.lsf.columns import Table, fill_together, is_fixed, long_enough
+from imc.lsf.dataframe import frame_of
+from imc.lsf.folder import find_log, find_schema
+from imc.lsf.index import LogIndex, Places
+from imc.lsf.members_ahead import Spread
+from imc.lsf.scanner import Batch, packet_id, scan
+from imc.lsf.selection import Conditions, Objects, Where, entity_labels, having, select
+from imc.lsf.tracks import positions
+from imc.lsf.writer import BLOCK, LsfWriter
+from imc.message import Message
+from imc.schema import Schema
+from imc.stream import Loss
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+WORTH_KEEPING = 1 << 22  # bytes of a log whose index is written to disk
+SORTED_TOGETHER = 1 << 15  # packets in memory while they are put in order of time
+
+Kind = type[Message] | str
+
+__all__ = ["BLOCK", "Log", "LsfWriter", "packet_id"]
+
+
+class Log:
+    """A log on disk: a folder that holds Data.lsf (or .lsf.gz, .lsf.bz2, .lsf.z), or such a file.
+
+    `schema` comes from the IMC.xml or IMC.xml.gz beside the data, and `schema_source` is its path; without one it is
+    the built-in schema and `schema_source` is None. Messages that it defines as the built-in one does are of the
+    classes in `imc`.
+
+    There are two ways in. `packets` and `messages` read from one end to the other, in the order of the file, which is
+    not always that of the times; `time_ordered` has that. `log["EstimatedState"]` and `array` are columns, `objects`
+    the same messages one by one. Types are given as classes or names; KeyError for a name that the schema does not
+    have. Conditions, wherever there are some: `start` <= timestamp < `end` (s since 1970 UTC), `src` is a system's id
+    or the name it announces, `entity` is an entity's id or its label; KeyError for a name that the log does not know.
+
+    The first question about a type reads the log once and makes an index. For logs of 4 MiB or more it is written
+    beside the log, or to the user's cache where that is not possible, unless keep_index=False. An index is used as
+    long as size, time of change, beginning and end of the log are the same. Memory does not grow with the log, but for
+    the index (2 to 8 bytes for a packet) and what is returned.
+
+    What was damaged is skipped and stands in `losses` once it has been read over; every packet around it is found.
+    A packet counts where its CRC is right, with crc=False also where another one follows it at once. Raises
+    FileNotFoundError where there is no log, SchemaError for a bad IMC.xml.
+
+    With spread=executor.map, of a ThreadPoolExecutor, the members of a .gz are unpacked by its threads, some MiB ahead.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        schema: Schema | None = None,
+        *,
+        crc: bool = True,
+        keep_index: bool = True,
+        spread: Spread | None = None,
+    ):
+        self.path = find_log(Path(path))
+        self.schema, self.schema_source = (schema, None) if schema else find_schema(self.path)
+        self._crc = crc
+        self._keep_index = keep_index
+        self.spread = spread
+        self._losses: dict[tuple[int, str], Loss] = {}
+        self._indexed: tuple[tuple[int, int], LogIndex] | None = None
+        self._whole: dict[int, NDArray[np.bool_]] = {}
+        self._names: dict[str, dict[Any, str]] = {}
+
+    def __repr__(self) -> str:
+        return f"Log({str(self.path)!r})"
+
+    def __iter__(self) -> Iterator[Message]:
+        return self.messages()
+
+    def __len__(self) -> int:
+        """The number of packets."""
+        return sum(self.index().counts().values())
+
+    def __getitem__(self, kind: Kind) -> "NDArray[Any]":
+        """All messages of a type, as `array` gives them."""
+        return self.array(kind)
+
+    @property
+    def losses(self) -> list[Loss]:
+        """The damage met so far, by offset in the unpacked log."""
+        return sorted(self._losses.values())
+
+    def counts(self) -> dict[str, int]:
+        """How many packets of each message there are, by name ("id 1234" where the schema does not know it)."""
+        known = self.schema.types_by_id
+        found = self.index().counts().items()
+        return {known[number].abbrev if number in known else f"id {number}": count for number, count in found}
+
+    def batches(self) -> Iterator[Batch]:
+        """The packets in the order of the file, many at a time, as arrays of their places and headers."""
+        return scan(chunks(self.path, self._lose, spread=self.spread), self.schema.sync, self._lose, self._crc)
+
+    def packets(self) -> Iterator[tuple[int, bytes]]:
+        """Offset in the unpacked stream, and bytes, of each packet."""
+        for batch in self.batches():
+            yield from batch.packets()
+
+    def messages(self, *kinds: Kind, **where: Unpack[Conditions]) -> Iterator[Message]:
+        """The decoded messages, of the given types or of all, in the order of the file.
+
+        A packet that is not a message of the schema (too short for its fields) is a loss.
+        """
+        return self._decoded(self._ids(kinds), self._meaning(where))
+
+    def time_ordered(self, *kinds: Kind, **where: Unpack[Conditions]) -> Iterator[Message]:
+        """As `messages`, by timestamp; those of the same time in the order of the file, those of none (NaN) last."""
+        import numpy as np
+
+        index, conditions = self.index(), self._meaning(where)
+        with open_reader(self.path, index.members, self.spread) as reader:
+            places = select(index.places(self._ids(kinds)), conditions, reader)
+            times = [np.empty(0), *(batch.times() for batch in places.batches(reader))]
+            order = np.argsort(np.concatenate(times), kind="stable")
+            for begin in range(0, order.size, SORTED_TOGETHER):
+                part = order[begin : begin + SORTED_TOGETHER]
+                batches = places.having(np.sort(part)).batches(reader)
+                packets = [item for batch in batches for item in batch.packets()]
+                ranks: list[int] = np.argsort(np.argsort(part)).tolist()
+                yield from self._decode_all(packets[rank] for rank in ranks)
+
+    def array(self, kind: Kind, **where: Unpack[Conditions]) -> "NDArray[Any]":
+        """The messages of a type as a structured array of shape (n,), in the order of the file.
+
+        Its fields are timestamp (s since 1970 UTC), src, src_ent, dst, dst_ent and all fields of the message that are
+        numbers, in the units of the schema. Texts, raw data and messages inside are in `objects`, row by row.
+        """
+        rows = self._rows(kind)
+        conditions = self._meaning(where)
+        return rows if conditions.everything else rows[conditions.of_rows(rows)]
+
+    def arrays(self, *kinds: Kind) -> "dict[str, NDArray[Any]]":
+        """By name, what `array` gives for each of the types, or for all in the log; the log is read once."""
+        known = self.schema.types_by_id
+        names = [_name(kind) for kind in kinds] or [known[n].abbrev for n in self.index().counts() if n in known]
+        tables = [self._table(name) for name in names]
+        with open_reader(self.path, self.index().members, self.spread) as reader:
+            fill_together(tables, reader)
+        self._whole |= {table.kind.id: table.whole for table in tables}
+        return {table.kind.abbrev: table.result() for table in tables}
+
+    def objects(self, kind: Kind, **where: Unpack[Conditions]) -> Objects:
+        """The messages of a type as a sequence that decodes on access; number i is row i of `array`."""
+        self._ids((kind,))
+        meaning, members = self._meaning(where), self.index().members
+        return Objects(self.path, members, lambda: self._places(kind, meaning), self._decode)
+
+    def positions(self, kind: Kind = "EstimatedState", **where: Unpack[Conditions]) -> "NDArray[Any]":
+        """Where the messages of a type were, with the offsets in them: what `imc.lsf.tracks.positions` gives."""
+        return positions(self.array(kind, **where))
+
+    def to_pandas(self, kind: Kind, **where: Unpack[Conditions]) -> Any:
+        """The messages of a type as a pandas.DataFrame, all fields in the order of the schema, by time (UTC).
+
+        Raises ImportError where pandas is not installed.
+        """
+        rows, conditions = self._rows(kind), self._meaning(where)
+        frame = frame_of(self.schema.types[_name(kind)], rows, self.objects(kind))
+        return frame if conditions.everything else frame[conditions.of_rows(rows)]
+
+    @property
+    def entities(self) -> dict[tuple[int, int], str]:
+        """Labels of entities, by system and entity id, as EntityInfo and EntityList in the log have them."""
+        self.index()
+        if "entities" not in self._names:
+            self._names["entities"] = dict(entity_labels(self.messages(*self._known("EntityInfo", "EntityList"))))
+        return self._names["entities"]
+
+    @property
+    def systems(self) -> dict[int, str]:
+        """Names of systems, by id, as they announce themselves in the log."""
+        self.index()
+        if "systems" not in self._names:
+            found = self.messages(*self._known("Announce"))
+            self._names["systems"] = {m.src: str(getattr(m, "sys_name", "")) for m in found}
+        return self._names["systems"]
+
+    def index(self, progress: Progress | None = None) -> LogIndex:
+        """Where the packets are. Reads the log where no index of its present state is at hand.
+
+        progress: called now and then with the share that has been read, 0 to 1.
+        """
+        from imc.lsf.index_file import index_of
+
+        state = self.path.stat()
+        now = (state.st_size, state.st_mtime_ns)
+        if self._indexed is None or self._indexed[0] != now:
+            if self._indexed:
+                self._losses.clear()
+            self._whole.clear()
+            self._names.clear()
+            kept = self._keep_index and now[0] >= WORTH_KEEPING
+            self._indexed = now, index_of(self.path, self.schema.sync, self._crc, kept, progress, self.spread)
+            for loss in self._indexed[1].losses:
+                self._lose(*loss)
+        return self._indexed[1]
+
+    def _lose(self, offset: int, length: int, reason: str) -> None:
+        self._losses[offset, reason] = Loss(offset, length, reason)
+
+    def _ids(self, kinds: Iterable[Kind]) -> frozenset[int]:
+        return frozenset(self.schema.types[_name(kind)].id for kind in kinds)
+
+    def _known(self, *names: str) -> list[str]:
+        return [name for name in names if name in self.schema]
+
+    def _batches(self, ids: frozenset[int]) -> Iterator[Batch]:
+        """The packets with these ids, or all; by the index where there is one already."""
+        import numpy as np
+
+        if ids and (index := self._index_at_hand()):
+            with open_reader(self.path, index.members, self.spread) as reader:
+                yield from index.places(ids).batches(reader)
+            return
+        for batch in self.batches():
+            yield batch.having(np.isin(batch.heads & 0xFFFF, list(ids))) if ids else batch
+
+    def _index_at_hand(self) -> LogIndex | None:
+        """The index, if it need not be made."""
+        from imc.lsf.index_file import has_index
+
+        if self._indexed or (self._keep_index and has_index(self.path)):
+            return self.index()
+        return None
+
+    def _decoded(self, ids: frozenset[int], where: Where) -> Iterator[Message]:
+        for batch in self._batches(ids):
+            yield from self._decode_all((batch if where.everything else batch.having(where.of_batch(batch))).packets())
+
+    def _decode_all(self, packets: Iterable[tuple[int, bytes]]) -> Iterator[Message]:
+        decode = self.schema.codec.decode if self._crc else self._decode
+        for offset, packet in packets:
+            try:
+                yield decode(packet)
+            except DecodeError as error:
+                self._lose(offset, len(packet), error.reason)
+
+    def _decode(self, packet: bytes) -> Message:
+        """The message in a packet, with crc=False in spite of a wrong CRC."""
+        if not self._crc and packet[0] == self.schema.sync & 0xFF:
+            packet = packet[:-2] + arc(packet[:-2]).to_bytes(2, "little")
+        elif not self._crc:
+            packet = packet[:-2] + arc(packet[:-2]).to_bytes(2, "big")
+        return self.schema.decode(packet)
+
+    def _table(self, kind: Kind) -> Table:
+        found = self.schema.types[_name(kind)]
+        places = long_enough(found, self.index().places((found.id,)), self._lose)
+        return Table(found, places, self._decode, self._lose)
+
+    def _rows(self, kind: Kind) -> "NDArray[Any]":
+        table = self._table(kind)
+        with open_reader(self.path, self.index().members, self.spread) as reader:
+            rows = table.read(reader)
+        self._whole[table.kind.id] = table.whole
+        return rows
+
+    def _places(self, kind: Kind, where: Where) -> Places:
+        """The packets that are rows of `array`."""
+        found, index = self.schema.types[_name(kind)], self.index()
+        places = long_enough(found, index.places((found.id,)), self._lose)
+        if not is_fixed(found):
+            if found.id not in self._whole:
+                self._rows(kind)
+            places = places.having(self._whole[found.id])
+        with open_reader(self.path, index.members, self.spread) as reader:
+            return select(places, where, reader)
+
+    def _meaning(self, where: Conditions) -> Where:
+        """The conditions with ids for names. Raises KeyError."""
+        src, entity = where.get("src"), where.get("entity")
+        sources, entities = None, None
+        if src is not None:
+            sources = frozenset((src,) if isinstance(src, int) else having(self.systems, src))
+        if entity is not None:
+            entities = frozenset(((None, entity),) if isinstance(entity, int) else having(self.entities, entity))
+        return Where(where.get("start"), where.get("end"), sources, entities)
+
+
+def _name(kind: Kind) -> str:
+    return kind if isinstance(kind, str) else kind.__name__

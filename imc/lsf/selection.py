@@ -1,0 +1,157 @@
+"""Which messages of a log are wanted, and those of one type as a sequence that decodes what is asked for."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, TypeVar, overload
+from weakref import finalize
+
+from imc.lsf.bytes import Members, Reader, open_reader
+from imc.lsf.index import Places
+from imc.lsf.scanner import Batch
+from imc.message import Message
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+UNKNOWN_ENTITY = 0xFF
+NEAR = 64  # messages that are read together
+
+T = TypeVar("T")
+
+
+class Conditions(TypedDict, total=False):
+    """What the header of a message must be like, as one says it."""
+
+    start: float | None
+    """s since 1970 UTC, the first that is wanted"""
+    end: float | None
+    """s since 1970 UTC, the first that is not wanted any more"""
+    src: int | str | None
+    """a system's id, or its name"""
+    entity: int | str | None
+    """an entity's id, or its label"""
+
+
+class Where(NamedTuple):
+    """The same in numbers. None: no condition."""
+
+    start: float | None = None
+    end: float | None = None
+    sources: frozenset[int] | None = None
+    entities: frozenset[tuple[int | None, int]] | None = None
+    """System (None: any) and entity id."""
+
+    @property
+    def everything(self) -> bool:
+        """Whether there are no conditions."""
+        return self == Where()
+
+    def of_rows(self, rows: "NDArray[Any]") -> "NDArray[np.bool_]":
+        """Which rows of a structured array of messages meet them."""
+        return self._mask(rows["timestamp"], rows["src"], rows["src_ent"])
+
+    def of_batch(self, batch: Batch) -> "NDArray[np.bool_]":
+        """Which packets meet them."""
+        return self._mask(batch.times(), batch.header_values("src"), batch.header_values("src_ent"))
+
+    def _mask(self, times: "NDArray[Any]", src: "NDArray[Any]", src_ent: "NDArray[Any]") -> "NDArray[np.bool_]":
+        import numpy as np
+
+        mask = np.ones(times.size, np.bool_)
+        if self.start is not None:
+            mask &= times >= self.start
+        if self.end is not None:
+            mask &= times < self.end
+        if self.sources is not None:
+            mask &= np.isin(src, list(self.sources))
+        if self.entities is not None:
+            wanted = [number for system, number in self.entities if system is None]
+            pairs = [system << 8 | number for system, number in self.entities if system is not None]
+            mask &= np.isin(src_ent, wanted) | np.isin(src.astype(np.uint32) << 8 | src_ent, pairs)
+        return mask
+
+
+class Objects(Sequence[Message]):
+    """Messages of a log; each is read and decoded when it is asked for."""
+
+    def __init__(self, path: Path, members: Members, find: Callable[[], Places], decode: Callable[[bytes], Message]):
+        self._path = path
+        self._members = members
+        self._find = find
+        self._decode = decode
+        self._near: tuple[int, list[bytes]] = (0, [])
+
+    def __len__(self) -> int:
+        return self._places.offsets.size
+
+    @overload
+    def __getitem__(self, index: int) -> Message: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> "Objects": ...
+
+    def __getitem__(self, index: int | slice) -> "Message | Objects":
+        if isinstance(index, slice):
+            return self.having(index)
+        number = range(len(self))[index]
+        first, packets = self._near
+        if not 0 <= number - first < len(packets):
+            batch = next(self._places.having(slice(number, number + NEAR)).batches(self._reader))
+            first, packets = self._near = number, [packet for _, packet in batch.packets()]
+        return self._decode(packets[number - first])
+
+    def __iter__(self) -> Iterator[Message]:
+        with open_reader(self._path, self._members) as reader:
+            for batch in self._places.batches(reader):
+                for _, packet in batch.packets():
+                    yield self._decode(packet)
+
+    def __repr__(self) -> str:
+        return f"<messages of {str(self._path)!r}>"
+
+    def having(self, chosen: Any) -> "Objects":
+        """Those that a slice, an array of indices or a mask (as of the rows of `Log.array`) chooses."""
+        return Objects(self._path, self._members, lambda: self._places.having(chosen), self._decode)
+
+    @cached_property
+    def _reader(self) -> Reader:
+        reader = open_reader(self._path, self._members)
+        finalize(self, reader.__exit__)
+        return reader
+
+    @cached_property
+    def _places(self) -> Places:
+        return self._find()
+
+
+def select(places: Places, where: Where, reader: Reader) -> Places:
+    """Those of the packets that meet the conditions."""
+    import numpy as np
+
+    if where.everything or not places.offsets.size:
+        return places
+    return places.having(np.concatenate([where.of_batch(batch) for batch in places.batches(reader)]))
+
+
+def having(names: dict[T, str], name: str) -> list[T]:
+    """The keys that have this name. Raises KeyError."""
+    found = [key for key, value in names.items() if value == name]
+    if not found:
+        raise KeyError(name)
+    return found
+
+
+def entity_labels(messages: Iterable[Message]) -> Iterator[tuple[tuple[int, int], str]]:
+    """System and entity id, and label, that EntityInfo and EntityList messages give."""
+    for message in messages:
+        label = getattr(message, "label", None)
+        if isinstance(label, str):
+            if message.src_ent != UNKNOWN_ENTITY:
+                yield (message.src, message.src_ent), label
+        elif getattr(message, "op", None) == 0:
+            for part in str(getattr(message, "list", "")).split(";"):
+                label, equals, number = part.rpartition("=")
+                if equals and number.isascii() and number.isdecimal() and int(number) < UNKNOWN_ENTITY:
+                    yield (message.src, int(number)), label

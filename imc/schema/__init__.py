@@ -1,0 +1,22 @@
+"""Definitions of messages: read from XML and YAML, written as XML, and turned into classes."""
+
+from imc.schema.definition import Enumeration, Field, Group, MessageType, Value
+from imc.schema.field_info import FieldInfo
+from imc.schema.files import builtin, fields, load, load_beside
+from imc.schema.schema import Schema
+from imc.schema.xml_writer import dump
+
+__all__ = [
+    "Enumeration",
+    "Field",
+    "FieldInfo",
+    "Group",
+    "MessageType",
+    "Schema",
+    "Value",
+    "builtin",
+    "dump",
+    "fields",
+    "load",
+    "load_beside",
+]

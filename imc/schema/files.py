@@ -1,0 +1,110 @@
+"""Definitions in files: those that come with this package, and any others."""
+
+import gzip
+import io
+import zlib
+from functools import cache
+from os import PathLike
+from pathlib import Path
+
+import msgspec
+
+from imc.errors import SchemaError
+from imc.message import Message, Unknown
+from imc.messages import BY_ID
+from imc.schema.field_info import FieldInfo
+from imc.schema.schema import Schema
+
+_DEFINITIONS = Path(__file__).parents[1] / "definitions"
+_BASE, _OVERLAY = _DEFINITIONS / "imc-5.4.31.yaml", _DEFINITIONS / "shoal.yaml"
+MERGED = _DEFINITIONS / "merged.json"
+_LARGEST = 1 << 24
+
+
+class Merged(msgspec.Struct):
+    """Definitions as they come out of the YAML files, in a form that is read fast."""
+
+    xml: str
+    """The digest of what `dump` makes of them."""
+    schema: Schema
+
+
+def load(path: str | PathLike[str], over: Schema | None = None) -> Schema:
+    """The definitions in an IMC.xml, IMC.xml.gz or YAML file of our layout; `over` others, if given.
+
+    The content tells which form it is; 16 MiB at most. Raises SchemaError naming file:line, OSError.
+    """
+    return _read(_content(path), str(path), over)
+
+
+def load_beside(path: str | PathLike[str]) -> Schema:
+    """As `load`, but at once the built-in definitions where the file has what `dump` makes of them."""
+    data = _content(path)
+    return builtin() if digest(data) == _merged().xml else _read(data, str(path), None)
+
+
+def digest(data: bytes) -> str:
+    """What tells an IMC.xml from any other."""
+    import hashlib
+
+    return hashlib.blake2b(data, digest_size=16).hexdigest()
+
+
+def _content(path: str | PathLike[str]) -> bytes:
+    with open(path, "rb") as opened:
+        data = opened.read(_LARGEST + 1)
+    return _unpacked(data, str(path))
+
+
+def _read(data: bytes, file: str, over: Schema | None) -> Schema:
+    # The readers are imported here, because few programs read definitions and PyYAML takes long to import.
+    if data.lstrip(b"\xef\xbb\xbf\t\r\n ").startswith(b"<") or data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        from imc.schema.xml_reader import read_xml
+
+        schema, places = read_xml(data, file)
+    else:
+        from imc.schema.yaml_reader import read_yaml
+
+        try:
+            text = data.decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise SchemaError(f"{file}: neither XML nor UTF-8 text: {error}") from error
+        schema, places = read_yaml(text, file)
+    if over is not None:
+        schema = over.overlay(schema, places)
+    schema.check(places)
+    return schema
+
+
+def _unpacked(data: bytes, file: str) -> bytes:
+    if data.startswith(b"\x1f\x8b"):
+        try:
+            data = gzip.GzipFile(fileobj=io.BytesIO(data)).read(_LARGEST + 1)
+        except (OSError, EOFError, zlib.error) as error:
+            raise SchemaError(f"{file}: compressed data is damaged: {error}") from error
+    if len(data) > _LARGEST:
+        raise SchemaError(f"{file}: definitions of more than {_LARGEST} bytes")
+    return data
+
+
+@cache
+def builtin() -> Schema:
+    """The schema of the classes in `imc.messages`: IMC and what Shoal adds to it."""
+    schema = _merged().schema
+    schema.adopt(BY_ID)
+    return schema
+
+
+def definitions() -> Schema:
+    """The same, read from the YAML files in which it is written."""
+    return load(_OVERLAY, over=load(_BASE))
+
+
+@cache
+def _merged() -> Merged:
+    return msgspec.json.decode(MERGED.read_bytes(), type=Merged)
+
+
+def fields(cls: type[Message]) -> tuple[FieldInfo, ...]:
+    """The fields of a message class, in wire order, without those of the header."""
+    return () if cls in (Message, Unknown) else (cls.SCHEMA or builtin()).fields(cls)

@@ -1,0 +1,136 @@
+"""Reads protocol definitions from an IMC.xml."""
+
+from imc.errors import SchemaError
+from imc.layout import NUMBERS, SYNC
+from imc.schema.definition import Enumeration, Field, Group, MessageType, Named, Value, parse_number
+from imc.schema.schema import Schema
+from imc.schema.xmltree import Element, read_elements
+
+HEADER_LAYOUT = (
+    ("sync", "uint16_t"),
+    ("mgid", "uint16_t"),
+    ("size", "uint16_t"),
+    ("timestamp", "fp64_t"),
+    ("src", "uint16_t"),
+    ("src_ent", "uint8_t"),
+    ("dst", "uint16_t"),
+    ("dst_ent", "uint8_t"),
+)
+FOOTER_LAYOUT = (("crc16", "uint16_t"),)
+
+
+def read_xml(data: bytes, file: str) -> tuple[Schema, dict[str, str]]:
+    """The schema in an XML text, and the places of its messages and fields. Raises SchemaError naming file:line."""
+    root = read_elements(data, file)
+    if root.tag != "messages":
+        raise SchemaError(f"{root.where}: expected <messages>, not <{root.tag}>")
+    places: dict[str, str] = {}
+    name = root.require("name")
+    schema = Schema(
+        name=name,
+        long_name=root.get("long-name") or name,
+        version=root.require("version"),
+        sync=_header(root),
+        units=_named(root.all("units", "unit")),
+        enumerations=_shared(root.all("enumerations", "def")),
+        bitfields=_shared(root.all("bitfields", "def")),
+        groups=_groups(root),
+        flags=_named(root.all("flags", "flag")),
+        categories=tuple(element.require("name") for element in root.all("categories", "category")),
+        messages=tuple(_message(element, places) for element in root.all("message")),
+    )
+    return schema, places
+
+
+def _header(root: Element) -> int:
+    sync = SYNC
+    for tag, layout in (("header", HEADER_LAYOUT), ("footer", FOOTER_LAYOUT)):
+        for element in root.all(tag):
+            fields = element.all("field")
+            if tuple((field.get("abbrev"), field.get("type")) for field in fields) != layout:
+                raise SchemaError(f"{element.where}: another {tag} than that of IMC 5")
+            if fields[0].get("value"):
+                sync = _integer(fields[0], "value")
+    return sync
+
+
+def _named(elements: list[Element]) -> tuple[Named, ...]:
+    return tuple(Named(element.require("abbrev"), element.get("name")) for element in elements)
+
+
+def _shared(elements: list[Element]) -> tuple[Enumeration, ...]:
+    return tuple(
+        Enumeration(
+            element.require("abbrev"),
+            element.get("name") or element.get("abbrev"),
+            element.get("prefix"),
+            _values(element),
+        )
+        for element in elements
+    )
+
+
+def _groups(root: Element) -> tuple[Group, ...]:
+    return tuple(
+        Group(
+            element.require("abbrev"),
+            element.get("name") or element.get("abbrev"),
+            tuple(member.require("abbrev") for member in element.all("message-type")),
+        )
+        for element in root.all("message-groups", "message-group")
+    )
+
+
+def _values(element: Element) -> tuple[Value, ...]:
+    return tuple(
+        Value(_integer(value, "id"), value.require("abbrev"), value.get("name") or value.get("abbrev"))
+        for value in element.all("value")
+    )
+
+
+def _message(element: Element, places: dict[str, str]) -> MessageType:
+    abbrev = element.require("abbrev")
+    places.setdefault(abbrev, element.where)
+    return MessageType(
+        id=_integer(element, "id"),
+        abbrev=abbrev,
+        name=element.get("name") or abbrev,
+        category=element.get("category"),
+        source=element.words("source"),
+        flags=element.words("flags"),
+        used_by=element.words("used-by"),
+        stable=element.get("stable", "true") != "false",
+        fields=tuple(_field(abbrev, field, places) for field in element.all("field")),
+    )
+
+
+def _field(message: str, element: Element, places: dict[str, str]) -> Field:
+    abbrev = element.require("abbrev")
+    kind = element.require("type")
+    places[f"{message}.{abbrev}"] = element.where
+    return Field(
+        abbrev=abbrev,
+        name=element.get("name") or abbrev,
+        type=kind,
+        unit=element.get("unit"),
+        minimum=_number(element, "min"),
+        maximum=_number(element, "max"),
+        default=_number(element, "value") if kind in NUMBERS else None,
+        prefix=element.get("prefix"),
+        values=_values(element),
+        enum_def=element.get("enum-def"),
+        bitfield_def=element.get("bitfield-def"),
+        message_type=element.get("message-type"),
+    )
+
+
+def _number(element: Element, name: str) -> int | float | None:
+    text = element.get(name).strip()
+    return parse_number(text, element.where) if text else None
+
+
+def _integer(element: Element, name: str) -> int:
+    number = parse_number(element.require(name).strip(), element.where)
+    if not isinstance(number, int):
+        raise SchemaError(f"{element.where}: {name!r} of <{element.tag}> is not an integer")
+    return number

@@ -1,0 +1,52 @@
+"""MAVLink without sockets: messages, frames, .tlog files, and what they are in IMC."""
+
+from mavlink.dialect import Dialect, Fields, load_dialect
+from mavlink.frames import LONGEST_DATAGRAM, Received, encode, split
+from mavlink.modes import (
+    ARMED,
+    CRITICAL,
+    CUSTOM_MODE,
+    FLAVOURS,
+    KINDS,
+    STANDARD_MODES,
+    STANDBY,
+    STATUS,
+    Flavour,
+    Kind,
+    Mode,
+    mode_of,
+    moving,
+)
+from mavlink.text import chunks
+from mavlink.tlog import Recorded, Tlog
+from mavlink.to_imc import AUTOPILOT_NONE, ENTITIES, GROUND_STATION, AutopilotTranslator
+
+__all__ = [
+    "ARMED",
+    "AUTOPILOT_NONE",
+    "CRITICAL",
+    "CUSTOM_MODE",
+    "ENTITIES",
+    "FLAVOURS",
+    "GROUND_STATION",
+    "KINDS",
+    "LONGEST_DATAGRAM",
+    "STANDARD_MODES",
+    "STANDBY",
+    "STATUS",
+    "AutopilotTranslator",
+    "Dialect",
+    "Fields",
+    "Flavour",
+    "Kind",
+    "Mode",
+    "Received",
+    "Recorded",
+    "Tlog",
+    "chunks",
+    "encode",
+    "load_dialect",
+    "mode_of",
+    "moving",
+    "split",
+]

@@ -1,0 +1,240 @@
+"""What the vehicle is doing, and how each flavour of autopilot numbers that."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+import imc
+
+OpMode = imc.VehicleState.OpMode
+PlanState = imc.PlanControlState.State
+
+CUSTOM_MODE, AUTO, GUIDED, STABILIZE, MANUAL_INPUT, ARMED = 1, 4, 8, 16, 64, 128
+COMMAND_INT, PARAM_BYTEWISE, MAVLINK2, PARAM_C_CAST = 8, 16, 8192, 131072
+BOOT, CALIBRATING, STANDBY, ACTIVE, CRITICAL = 1, 2, 3, 4, 5
+
+
+class Mode(Enum):
+    """What a vehicle does, in words; `flags` are its MAV_MODE_FLAG besides custom mode and arming."""
+
+    MANUAL = "manual", 0
+    MISSION = "mission", AUTO | GUIDED | STABILIZE
+    HOLD = "hold", GUIDED | STABILIZE
+    TELEOPERATION = "teleoperation", MANUAL_INPUT | STABILIZE
+    RETURN = "return", AUTO | STABILIZE
+    TAKEOFF = "takeoff", AUTO | GUIDED | STABILIZE
+    LAND = "land", AUTO | GUIDED | STABILIZE
+    OTHER = "other", STABILIZE
+
+    @property
+    def flags(self) -> int:
+        return self.value[1]
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of vehicle: its MAV_TYPE, what ArduPilot calls its firmware, the numbers of its modes there.
+
+    The first number of a mode is the one that is shown. `afloat` says that home is the water's surface.
+    """
+
+    type: int
+    firmware: str
+    modes: Mapping[Mode, tuple[int, ...]]
+    afloat: bool = False
+
+
+COPTER: Mapping[Mode, tuple[int, ...]] = {
+    Mode.MANUAL: (0,),
+    Mode.TELEOPERATION: (1,),
+    Mode.MISSION: (3,),
+    Mode.HOLD: (5, 16, 17, 2),
+    Mode.RETURN: (6,),
+    Mode.TAKEOFF: (4,),
+    Mode.LAND: (9,),
+}
+
+KINDS: Mapping[str, Kind] = {
+    "submarine": Kind(
+        12,
+        "ArduSub",
+        {
+            Mode.MANUAL: (19,),
+            Mode.TELEOPERATION: (0,),
+            Mode.MISSION: (3,),
+            Mode.HOLD: (16, 2),
+            Mode.RETURN: (9,),
+        },
+        afloat=True,
+    ),
+    "boat": Kind(
+        11,
+        "ArduRover",
+        {
+            Mode.MANUAL: (0,),
+            Mode.TELEOPERATION: (3,),
+            Mode.MISSION: (10,),
+            Mode.HOLD: (5, 4),
+            Mode.RETURN: (11, 12),
+        },
+        afloat=True,
+    ),
+    "plane": Kind(
+        1,
+        "ArduPlane",
+        {
+            Mode.MANUAL: (0,),
+            Mode.TELEOPERATION: (2,),
+            Mode.MISSION: (10,),
+            Mode.HOLD: (12,),
+            Mode.RETURN: (11,),
+        },
+    ),
+    "copter": Kind(2, "ArduCopter", COPTER),
+    "hexacopter": Kind(13, "ArduCopter", COPTER),
+}
+
+# PX4: main mode << 16 | sub mode << 24
+PX4_MODES: Mapping[Mode, tuple[int, ...]] = {
+    Mode.MANUAL: (1 << 16,),
+    Mode.TELEOPERATION: (3 << 16,),
+    Mode.MISSION: (4 << 16 | 4 << 24,),
+    Mode.HOLD: (4 << 16 | 3 << 24,),
+    Mode.RETURN: (4 << 16 | 5 << 24,),
+    Mode.TAKEOFF: (4 << 16 | 2 << 24,),
+    Mode.LAND: (4 << 16 | 6 << 24,),
+}
+
+PX4 = 12  # MAV_AUTOPILOT
+PX4_NAMES: Mapping[tuple[int, int], str] = {
+    (1, 0): "MANUAL",
+    (2, 0): "ALTCTL",
+    (3, 0): "POSCTL",
+    (4, 2): "TAKEOFF",
+    (4, 3): "LOITER",
+    (4, 4): "MISSION",
+    (4, 5): "RTL",
+    (4, 6): "LAND",
+    (4, 8): "FOLLOWME",
+    (5, 0): "ACRO",
+    (6, 0): "OFFBOARD",
+    (7, 0): "STABILIZED",
+    (8, 0): "RATTITUDE",
+}
+"""Main and sub mode of PX4 -> what its ground stations call them."""
+
+ARDUPILOT_MODES: Mapping[int, str] = {
+    **dict.fromkeys((1, 19, 20, 21), "PLANE_MODE"),
+    **dict.fromkeys((2, 3, 4, 13, 14, 15, 29, 35), "COPTER_MODE"),
+    **dict.fromkeys((10, 11), "ROVER_MODE"),
+    5: "TRACKER_MODE",
+    12: "SUB_MODE",
+}
+"""MAV_TYPE -> the enumeration of ArduPilot's modes."""
+
+STANDARD_MODES: Mapping[int, Mode] = {
+    1: Mode.HOLD,
+    5: Mode.RETURN,
+    6: Mode.MISSION,
+    7: Mode.LAND,
+    8: Mode.TAKEOFF,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Flavour:
+    """Which autopilot a link pretends to be: clients choose numbers of modes and encoding of parameters by it.
+
+    `version` is the firmware that it passes for: major, minor, patch.
+    """
+
+    name: str
+    autopilot: int
+    bytewise: bool
+    version: tuple[int, int, int]
+
+    @property
+    def capabilities(self) -> int:
+        return COMMAND_INT | MAVLINK2 | (PARAM_BYTEWISE if self.bytewise else PARAM_C_CAST)
+
+    @property
+    def software_version(self) -> int:
+        major, minor, patch = self.version
+        return major << 24 | minor << 16 | patch << 8 | 255
+
+    def custom_mode(self, kind: Kind, mode: Mode) -> int:
+        """The number of a mode."""
+        modes = self._modes(kind)
+        return modes.get(mode, modes[Mode.MANUAL])[0]
+
+    def mode(self, kind: Kind, custom_mode: int) -> Mode:
+        """The mode of a number."""
+        return next((mode for mode, numbers in self._modes(kind).items() if custom_mode in numbers), Mode.OTHER)
+
+    def commanded_mode(self, kind: Kind, main: int, sub: int) -> Mode:
+        """The mode that MAV_CMD_DO_SET_MODE means."""
+        return self.mode(kind, main if self.name == "ardupilot" else main << 16 | sub << 24)
+
+    def banner(self, kind: Kind) -> str:
+        """The first line that a console wants to read."""
+        firmware = {"ardupilot": kind.firmware, "px4": "PX4"}.get(self.name, "Shoal")
+        return f"{firmware} V{'.'.join(map(str, self.version))} (Shoal)"
+
+    def _modes(self, kind: Kind) -> Mapping[Mode, tuple[int, ...]]:
+        return kind.modes if self.name == "ardupilot" else PX4_MODES
+
+
+FLAVOURS: Mapping[str, Flavour] = {
+    "ardupilot": Flavour("ardupilot", 3, False, (4, 1, 0)),
+    "px4": Flavour("px4", 12, True, (1, 14, 0)),
+    "generic": Flavour("generic", 0, True, (1, 0, 0)),
+}
+
+STATUS: Mapping[int, int] = {
+    OpMode.BOOT: BOOT,
+    OpMode.CALIBRATION: CALIBRATING,
+    OpMode.SERVICE: STANDBY,
+    OpMode.MANEUVER: ACTIVE,
+    OpMode.EXTERNAL: ACTIVE,
+    OpMode.ERROR: CRITICAL,
+}
+SINGLE: Mapping[int, Mode] = {
+    imc.StationKeeping.ID: Mode.HOLD,
+    imc.Loiter.ID: Mode.HOLD,
+    imc.Takeoff.ID: Mode.TAKEOFF,
+    imc.Land.ID: Mode.LAND,
+}
+
+
+def mode_name(base: int, custom: int, kind: int, autopilot: int, enumerations: Mapping[str, Mapping[int, str]]) -> str:
+    """What ground stations call the mode in another autopilot's HEARTBEAT; "Mode(n)" where it has no name.
+
+    `kind` is its MAV_TYPE, `autopilot` its MAV_AUTOPILOT, `enumerations` those of the dialect.
+    """
+    if autopilot == PX4:
+        main, sub = custom >> 16 & 0xFF, custom >> 24
+        return PX4_NAMES.get((main, sub if main == 4 else 0), "UNKNOWN")
+    if not base & CUSTOM_MODE:
+        return f"Mode({base:#010x})"
+    names = enumerations.get(ARDUPILOT_MODES.get(kind, ""), {})
+    return names.get(custom, f"Mode({custom})")
+
+
+def moving(vehicle: imc.VehicleState | None) -> bool:
+    """Whether the vehicle acts by itself or is steered, whoever asked for it."""
+    return vehicle is not None and vehicle.op_mode in (OpMode.MANEUVER, OpMode.EXTERNAL)
+
+
+def mode_of(vehicle: imc.VehicleState | None, plan: imc.PlanControlState | None, *, aloft: bool = False) -> Mode:
+    """What a vehicle of these states does; one that is `aloft` holds where nothing else is asked for."""
+    if vehicle is None or not moving(vehicle):
+        return Mode.HOLD if aloft else Mode.MANUAL
+    if vehicle.op_mode == OpMode.EXTERNAL or vehicle.maneuver_type == imc.Teleoperation.ID:
+        return Mode.TELEOPERATION
+    if plan is not None and plan.state in (PlanState.INITIALIZING, PlanState.EXECUTING):
+        return Mode.MISSION
+    mode = SINGLE.get(vehicle.maneuver_type, Mode.MISSION)
+    done = vehicle.flags & imc.VehicleState.Flags.MANEUVER_DONE
+    if done and (aloft or mode is Mode.LAND):
+        return Mode.HOLD if aloft else Mode.MANUAL
+    return mode

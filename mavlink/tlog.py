@@ -1,0 +1,90 @@
+"""Reads .tlog files: MAVLink frames, each behind the time at which a ground station received it.
+
+Source of the form: MAVLink's telemetry logs, as QGroundControl, MAVProxy and Mission Planner write them: eight bytes,
+big endian, µs since 1970 UTC, then the frame of version 1 or 2.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from mavlink.dialect import Dialect
+from mavlink.frames import LONGEST_HEADER, MAGICS, Frame, Received, frame_at, is_intact, received
+
+CHUNK = 1 << 20
+TIME = 8
+EARLIEST, LATEST = 946_684_800_000_000, 4_102_444_800_000_000  # years 2000 and 2100, µs
+
+
+class Recorded(NamedTuple):
+    """A message, and when the recorder received it, in s since 1970 UTC."""
+
+    time: float
+    message: Received
+
+
+class Tlog:
+    """A .tlog file.
+
+    position: bytes read so far. lost: those that belong to no frame. frames: whole ones. unknown: those of messages
+    that the dialect does not have.
+    """
+
+    def __init__(self, path: Path, dialect: Dialect):
+        self.path = path
+        self.size = path.stat().st_size
+        self.lost = 0
+        self.position = 0
+        self.frames = 0
+        self.unknown = 0
+        self._dialect = dialect
+
+    def read(self, names: frozenset[str]) -> Iterator[Recorded]:
+        """The messages of these names, in the order of the file; what is damaged is skipped and counted."""
+        definitions = {number: d for number, d in self._dialect.by_id.items() if d.name in names}
+        for time, buffer, frame in self._frames():
+            if (definition := definitions.get(frame.id)) is not None:
+                yield Recorded(time / 1e6, received(buffer, frame, definition))
+
+    def _frames(self) -> Iterator[tuple[int, bytes, Frame]]:
+        buffer, position = b"", 0
+        with self.path.open("rb") as file:
+            more = True
+            while more:
+                data = file.read(CHUNK)
+                self.position += len(data)
+                more = bool(data)
+                buffer, position = buffer[position:] + data, 0
+                while position < len(buffer):
+                    frame = _record_at(buffer, position)
+                    cut = position + TIME + LONGEST_HEADER > len(buffer) or (frame and frame.end > len(buffer))
+                    if cut and more:
+                        break
+                    if cut or frame is None or not self._is_good(buffer, frame):
+                        self.lost += 1
+                        position += 1
+                        continue
+                    self.frames += 1
+                    yield int.from_bytes(buffer[position : position + TIME]), buffer, frame
+                    position = frame.end
+
+    def _is_good(self, buffer: bytes, frame: Frame) -> bool:
+        definition = self._dialect.by_id.get(frame.id)
+        if definition is not None:
+            return is_intact(buffer, frame, definition)
+        # Its checksum cannot be told; what follows it must look like a record.
+        after = buffer[frame.end : frame.end + TIME + 1]
+        good = len(after) <= TIME or (_is_time(after, 0) and after[TIME] in MAGICS)
+        self.unknown += good
+        return good
+
+
+def _record_at(buffer: bytes, position: int) -> Frame | None:
+    """The frame behind a time; None where there is no time, or no frame can begin behind it."""
+    if position + TIME >= len(buffer) or not _is_time(buffer, position):
+        return None
+    return frame_at(buffer, position + TIME)
+
+
+def _is_time(buffer: bytes, position: int) -> bool:
+    return EARLIEST < int.from_bytes(buffer[position : position + TIME]) < LATEST

@@ -1,0 +1,11 @@
+"""Delivers messages within a process, and through transports to others."""
+
+from runtime.bus.bus import Bus, Subscription, Transport
+from runtime.bus.frame import Frame
+
+__all__ = [
+    "Bus",
+    "Frame",
+    "Subscription",
+    "Transport",
+]

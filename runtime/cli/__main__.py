@@ -1,5 +1,0 @@
-"""`python -m runtime.cli` is the command `shoal`."""
-
-from runtime.cli import main
-
-main()

@@ -1,0 +1,298 @@
+"""One queue of events, ordered by time, then by arrival, and the clock that it runs on."""
+
+import heapq
+import logging
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from runtime.kernel.clock import VirtualClock, WallClock
+from runtime.kernel.sources import Sources
+from runtime.kernel.timer import Readable, Timer, owner_of
+
+SECOND = 1_000_000_000
+LIVELOCK_EVENTS = 100_000
+LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock a queue that has not been empty for so long may be a livelock
+POLL_EVENTS = 64  # on a virtual clock sockets are looked at once in so many events
+POLL_PERIOD = SECOND // 1000  # on a wall clock at least so often, however long the queue
+LONGEST_WAIT = 3600.0  # s; epoll takes no more than 24 days
+FEW_TIMERS = 1000  # cancelled ones among so few do no harm
+
+logger = logging.getLogger("shoal.kernel")
+
+
+class LivelockError(RuntimeError):
+    """Events follow each other without time passing; `owner` has the last of them."""
+
+    def __init__(self, events: int, owner: object):
+        super().__init__(f"{events} events without time passing, the last of them in {owner}")
+        self.owner = owner
+
+
+class Kernel:
+    """Runs all handlers on one thread, one at a time, each to its end.
+
+    `soon` puts a call behind everything that is already due; `at` puts it at a time (integer nanoseconds since 1970).
+    Calls that are due at the same time run in the order they were asked for. `post` is the only door for other threads.
+
+    `on_error(owner, exception)` is asked when a call raises: it either deals with it or raises, which ends the run.
+    `slow` is the time in seconds after which a call is reported through `on_slow(owner, seconds)`, on a wall clock.
+    A virtual clock that stands still for `livelock_events` is a livelock; on a wall clock a queue is that does not get
+    empty in so many events while timers and sockets wait.
+    """
+
+    def __init__(self, clock: WallClock | VirtualClock, *, slow: float = 0.1):
+        self.clock = clock
+        self.slow_ns = int(slow * SECOND)
+        self.now_ns = clock.read()
+        self.events = 0
+        self.livelock_events = LIVELOCK_EVENTS
+        self.on_error: Callable[[object, Exception], None] = _raise
+        self.on_slow: Callable[[object, float], None] = _warn_slow
+        self.witness: Callable[[Callable[..., object], tuple[Any, ...]], None] | None = None
+        self._due: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
+        self._later: list[tuple[int, int, Timer]] = []
+        self._sweep_at = FEW_TIMERS
+        self._arrivals = 0
+        self._posted: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
+        self._stopping = False
+        self._sources = Sources()
+        self._poll_next = 0
+        self._busy = 0
+        self._idle_at = self.now_ns
+        self._holding = False
+
+    @property
+    def virtual(self) -> bool:
+        return self.clock.virtual
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing else is due at the present moment."""
+        return not self._due
+
+    def timers(self) -> list[Timer]:
+        """The timers that are due, now or later, in the order in which they will be called."""
+        due = [args[0] for _, args in self._due if args and isinstance(args[0], Timer)]
+        later = [timer for _, _, timer in sorted(self._later, key=lambda e: e[:2])]
+        return [timer for timer in (*due, *later) if timer.function is not None]
+
+    def adopt(self, timers: Iterable[Timer]) -> None:
+        """Have these timers due and nothing else, in this order where the time is the same."""
+        self.clear()
+        for timer in timers:
+            self._arrivals += 1
+            heapq.heappush(self._later, (timer.time, self._arrivals, timer))
+
+    def take(self, owner: object) -> Timer | None:
+        """The next timer of `owner` that is due at the present moment; it is in the queue no more."""
+        self._gather()
+        for entry in self._due:
+            if self._owner(*entry) is owner and entry[1] and isinstance(timer := entry[1][0], Timer) and timer.function:
+                self._due.remove(entry)
+                return timer
+        return None
+
+    def clear(self) -> None:
+        """Forget all that is due, now or later."""
+        self._due.clear()
+        self._later.clear()
+
+    def soon(self, function: Callable[..., object], *args: Any) -> None:
+        self._due.append((function, args))
+
+    def at(self, time_ns: int, function: Callable[..., object], *args: Any) -> Timer:
+        timer = Timer(max(time_ns, self.now_ns), function, args)
+        self._arrivals += 1
+        if timer.time == self.now_ns and not (self._holding and time_ns < self.now_ns):
+            self._due.append((self._fire, (timer,)))
+        else:
+            heapq.heappush(self._later, (timer.time, self._arrivals, timer))
+            if len(self._later) > self._sweep_at:
+                self._sweep()
+        return timer
+
+    def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
+        return self.at(self.now_ns + round(seconds * SECOND), function, *args)
+
+    def post(self, function: Callable[..., object], *args: Any) -> None:
+        """Ask for a call from any thread."""
+        self._posted.append((function, args))
+        self._sources.wake()
+
+    def discard(self, owner: object) -> None:
+        """Forget all calls to methods of `owner`, its timers, and what it watches."""
+        for _, _, timer in self._later:
+            if timer.owner is owner:
+                timer.cancel()
+        self._admit()
+        kept = [(f, a) for f, a in self._due if self._owner(f, a) is not owner]
+        self._due.clear()
+        self._due.extend(kept)
+        self._sources.discard(owner)
+
+    def watch(self, source: Readable, function: Callable[[], object]) -> Timer:
+        """Call `function` whenever `source` has something to read. Raises KeyError where it is watched already."""
+        return self._sources.watch(source, function)
+
+    def unwatch(self, source: Readable | int) -> None:
+        """End `watch`, also for what is on its way; nothing happens where the source is not watched."""
+        self._sources.unwatch(source)
+
+    def stop(self) -> None:
+        """End the run after the call that runs now."""
+        self._stopping = True
+
+    def close(self) -> None:
+        self._sources.close()
+
+    def run(self, until: int | None = None) -> None:
+        """Run until `stop()`, or until the clock reads `until` (ns), which a virtual clock then does to the nanosecond.
+
+        A virtual run also ends when nothing is left to do. Raises what `on_error` raises, and LivelockError.
+        """
+        self._stopping = self._holding = False
+        self.now_ns = max(self.now_ns, self.clock.read())
+        while not self._stopping:
+            if self._posted:
+                self._admit()
+            if self.clock.virtual:
+                self._run_moment()
+            else:
+                self._run_batch()
+            if self._stopping or not self._advance(until):
+                break
+
+    def drain(self) -> None:
+        """Run what is due now, and what that makes due, without waiting."""
+        self._stopping = False
+        for _ in range(self.livelock_events):
+            if not self._due:
+                break
+            function, args = self._due.popleft()
+            try:
+                function(*args)
+            except Exception as error:
+                self.on_error(self._owner(function, args), error)
+
+    def _run_moment(self) -> None:
+        due, witness, on_error = self._due, self.witness, self.on_error
+        while due and not self._stopping:
+            function, args = due.popleft()
+            if witness is not None:
+                witness(function, args)
+            try:
+                function(*args)
+            except Exception as error:
+                on_error(self._owner(function, args), error)
+            self.events += 1
+            self._busy += 1
+            if self._busy > self.livelock_events:
+                raise LivelockError(self.livelock_events, self._owner(function, args))
+
+    def _run_batch(self) -> None:
+        for _ in range(len(self._due)):
+            if self._stopping or not self._due:
+                return
+            self._call_next()
+        if self._busy > self.livelock_events and self.now_ns - self._idle_at > LIVELOCK_PATIENCE:
+            self._look_for_livelock()
+
+    def _call_next(self) -> tuple[Callable[..., object], tuple[Any, ...]]:
+        """Make the next call, and see how long it takes."""
+        function, args = self._due.popleft()
+        started = time.perf_counter_ns()
+        try:
+            function(*args)
+        except Exception as error:
+            self.on_error(self._owner(function, args), error)
+        spent = time.perf_counter_ns() - started
+        if spent > self.slow_ns:
+            self.on_slow(self._owner(function, args), spent / SECOND)
+        self.now_ns = max(self.now_ns, self.clock.read())
+        self.events += 1
+        self._busy += 1
+        return function, args
+
+    def _look_for_livelock(self) -> None:
+        """Hold back what is late: where there is but much to do the queue gets empty, and in a livelock it does not."""
+        calls, owner = 0, None
+        self._holding = True
+        while self._due and not self._stopping and calls < self.livelock_events:
+            owner = self._owner(*self._call_next())
+            calls += 1
+        self._holding, self._busy, self._idle_at = False, 0, self.now_ns
+        if calls == self.livelock_events:
+            self.on_error(owner, LivelockError(calls, owner))
+
+    def _advance(self, until: int | None) -> bool:
+        """Wait for the next moment at which something is due and gather it; False at the end of the run."""
+        later, clock = self._later, self.clock
+        while later and later[0][2].function is None:
+            heapq.heappop(later)
+        if isinstance(clock, VirtualClock):
+            if self._sources.count and self.events >= self._poll_next:
+                self._poll_next = self.events + POLL_EVENTS
+                self._poll(0)
+            if self._posted or self._due:
+                return True
+            target = later[0][0] if later else None
+            if target is None or (until is not None and target >= until):
+                if until is not None:
+                    self.now_ns = clock.set(max(until, self.now_ns))
+                return False
+            self.now_ns = clock.set(target)
+            self._busy = 0
+        else:
+            now = clock.read()
+            if until is not None and now >= until:
+                return False
+            if not self._due:
+                self._busy, self._idle_at = 0, now
+                wake = later[0][0] if later else None
+                if until is not None:
+                    wake = until if wake is None else min(wake, until)
+                self._poll(LONGEST_WAIT if wake is None else min(LONGEST_WAIT, clock.wait(wake)))
+            elif now >= self._poll_next:
+                self._poll_next = now + POLL_PERIOD
+                self._poll(0)
+            self.now_ns = max(self.now_ns, clock.read())
+        self._gather()
+        return True
+
+    def _gather(self) -> None:
+        """Move the timers that are due by now to what is called next."""
+        later, now = self._later, self.now_ns
+        while later and later[0][0] <= now:
+            timer = heapq.heappop(later)[2]
+            self._due.append((self._fire, (timer,)))
+
+    def _poll(self, timeout: float) -> None:
+        self._due.extend((self._fire, (timer,)) for timer in self._sources.wait(timeout))
+
+    def _sweep(self) -> None:
+        """Drop cancelled timers whose time is far off, so that watchdogs do not pile up."""
+        self._later[:] = [entry for entry in self._later if entry[2].function is not None]
+        heapq.heapify(self._later)
+        self._sweep_at = max(FEW_TIMERS, 2 * len(self._later))
+
+    def _admit(self) -> None:
+        for _ in range(len(self._posted)):
+            self._due.append(self._posted.popleft())
+
+    def _fire(self, timer: Timer) -> None:
+        timer.queued = False
+        if timer.function is not None:
+            timer.function(*timer.args)
+
+    def _owner(self, function: Callable[..., object], args: tuple[Any, ...]) -> object:
+        return args[0].owner if args and isinstance(args[0], Timer) else owner_of(function)
+
+
+def _raise(_: object, error: Exception) -> None:
+    raise error
+
+
+def _warn_slow(owner: object, seconds: float) -> None:
+    logger.warning("%r took %.3f s in one handler", owner, seconds)

@@ -1,0 +1,41 @@
+"""Profiles: ini text to values that know their file and line."""
+
+from runtime.profile.config import Config, Option, Section, items, statement, write
+from runtime.profile.dune import EVERY_TASK
+from runtime.profile.folders import available, find_profile, own_etc, search_path
+from runtime.profile.ini import parse, read_sections, write_sections
+from runtime.profile.profile import (
+    ALWAYS,
+    ENTITY_IDS,
+    NEVER,
+    Profile,
+    default_label,
+    derived_id,
+    load_profile,
+    parse_address,
+)
+
+__all__ = [
+    "ALWAYS",
+    "ENTITY_IDS",
+    "EVERY_TASK",
+    "NEVER",
+    "Config",
+    "Option",
+    "Profile",
+    "Section",
+    "available",
+    "default_label",
+    "derived_id",
+    "find_profile",
+    "items",
+    "load_profile",
+    "own_etc",
+    "parse",
+    "parse_address",
+    "read_sections",
+    "search_path",
+    "statement",
+    "write",
+    "write_sections",
+]

@@ -1,0 +1,65 @@
+"""Where profiles are: the folders that are searched for a name."""
+
+import os
+from collections.abc import Iterable
+from pathlib import Path, PurePath
+
+from runtime.problem import Problem, ProfileError, quoted, suggestion
+
+
+def own_etc() -> Path:
+    """Shoal's own profiles: inside the package where it is installed, beside it in a checkout."""
+    package = Path(__file__).parents[1]
+    installed = package / "etc"
+    return installed if installed.is_dir() else package.parent / "etc"
+
+
+def user_etc() -> Path:
+    """The user's own folder: SHOAL_ETC, else shoal/etc in the folder of configurations (XDG)."""
+    if named := os.environ.get("SHOAL_ETC"):
+        return Path(named)
+    return Path(os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config"), "shoal/etc")
+
+
+def search_path(config_dirs: Iterable[str | Path] = ()) -> list[Path]:
+    """The folders in which a profile is looked for, first come, first served."""
+    folders = [*map(Path, config_dirs), Path(), Path("etc"), user_etc(), own_etc()]
+    return list(dict.fromkeys(folders))
+
+
+def available(config_dirs: Iterable[str | Path] = ()) -> dict[str, Path]:
+    """The profiles by name: files, not folders of that name."""
+    found: dict[str, Path] = {}
+    for folder in search_path(config_dirs):
+        for path in sorted(folder.glob("*.ini")):
+            if path.is_file() and not path.name.endswith("-saved.ini"):
+                found.setdefault(path.stem, path)
+    return found
+
+
+def find_profile(name: str | Path, config_dirs: Iterable[str | Path] = ()) -> Path:
+    """The file of a profile: a name is looked for in the folders, the path of an .ini file is taken as it is.
+
+    Raises ProfileError where there is none, or where a name leads out of the folders.
+    """
+    text = os.fspath(name)
+    if text.endswith(".ini"):
+        if os.path.exists(text):
+            return Path(text)
+        if os.path.dirname(text):
+            raise _refusal(text, "there is no such file")
+        text = text.removesuffix(".ini")
+    parts = PurePath(text).parts
+    if not parts or not text.isprintable() or text.startswith(("/", "~")) or ".." in parts or "\\" in text:
+        raise _refusal(text, "this is not the name of a profile", "give a name, or the path of an .ini file")
+    config_dirs = list(config_dirs)
+    for folder in search_path(config_dirs):
+        path = folder / f"{text}.ini"
+        if os.path.isfile(path):
+            return path
+    places = ", ".join(map(str, search_path(config_dirs)))
+    raise _refusal(text, f"there is no profile {quoted(text)} in {places}", suggestion(text, available(config_dirs)))
+
+
+def _refusal(name: str, text: str, hint: str = "") -> ProfileError:
+    return ProfileError([Problem("error", name or "profile", 0, text, hint)])

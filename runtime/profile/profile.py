@@ -1,0 +1,251 @@
+"""A profile: the ini file of a vehicle with all that it includes, and what it says of vehicle, tasks and systems."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Literal, TypeVar
+
+from fastcrc import crc16
+
+from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
+from runtime.profile.config import BLANKS, Config, header, items, statement
+from runtime.profile.folders import find_profile, own_etc
+from runtime.profile.ini import parse
+from runtime.task import Parameter
+
+ALWAYS, NEVER = "Always", "Never"
+BUILT_IN = {
+    "Hardware": "On the vehicle's hardware.",
+    "Simulation": "With simulated sensors and actuators.",
+    "Hardware/Simulation": "On the vehicle's hardware, with simulated parts.",
+}
+BUSES = ("inprocess", "zenoh")
+START_TIME = "2026-01-01T00:00:00Z"
+UNKNOWN_SYSTEM = 0xFFFF
+ENTITY_IDS = "Entity Ids"
+
+_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+
+T = TypeVar("T")
+
+
+def load_profile(
+    name: str | Path,
+    config_dirs: Iterable[str | Path] = (),
+    *,
+    vehicle: str = "",
+    saved: Path | None = None,
+    overrides: Iterable[str] = (),
+    strict: bool = True,
+) -> "Profile":
+    """Read a profile by its name or path, then `<vehicle>-saved.ini` beside it and in `saved`, then overrides.
+
+    `vehicle` replaces `[General] Vehicle`. Raises ProfileError where there is no such profile, an override is none, or
+    the files have errors and `strict` is set. Saved parameters never have errors, only warnings.
+    """
+    path = find_profile(name, config_dirs)
+    profile = Profile(path, parse(path, shared=own_etc()))
+    if vehicle:
+        profile.override(f"General:Vehicle={vehicle}")
+    folders = [path.parent, *([saved] if saved else [])]
+    for folder in folders if profile.vehicle_problem() is None else []:
+        profile.add_saved(folder / f"{profile.vehicle}-saved.ini")
+    for assignment in overrides:
+        profile.override(assignment)
+    if strict:
+        profile.refuse_errors()
+    return profile
+
+
+class Profile:
+    """The merged configuration of one vehicle. Each value knows where it was set; see `Config`."""
+
+    def __init__(self, path: Path, config: Config):
+        self.path = path
+        self.config = config
+
+    @property
+    def name(self) -> str:
+        return self.path.stem
+
+    @property
+    def problems(self) -> list[Problem]:
+        """What is wrong with the files; what is wrong with the values, `check` finds."""
+        return self.config.problems
+
+    @property
+    def vehicle(self) -> str:
+        """The system's name; that of the profile where it is not given."""
+        return self.config.value("General", "Vehicle", self.name)
+
+    @property
+    def system(self) -> int:
+        """The IMC id of the vehicle."""
+        return self.systems[self.vehicle]
+
+    @property
+    def systems(self) -> dict[str, int]:
+        """The IMC ids of the vehicle and of all systems in [IMC Addresses], by name."""
+        found: dict[str, int] = {}
+        for option in self.config.options("IMC Addresses"):
+            try:
+                found[option.name] = parse_address(option.value)
+            except ValueError:
+                continue
+        found.setdefault(self.vehicle, derived_id(self.vehicle))
+        return found
+
+    @property
+    def bus(self) -> Literal["inprocess", "zenoh"]:
+        """What carries messages between processes. Raises ProfileError."""
+        text = self.config.value("General", "Bus", BUSES[0])
+        if text == "zenoh" or text == "inprocess":
+            return text
+        raise self._error("General", "Bus", f"there is no bus {quoted(text)}", suggestion(text, BUSES))
+
+    @property
+    def start_time_ns(self) -> int:
+        """When virtual time begins, in nanoseconds since 1970 UTC. Raises ProfileError."""
+        text = self.config.value("General", "Start Time", START_TIME)
+        try:
+            time = datetime.fromisoformat(text)
+            since = (time if time.tzinfo else time.replace(tzinfo=UTC)) - _EPOCH
+        except (ValueError, OverflowError):
+            since = timedelta(-1)
+        if since < timedelta(0):
+            text = f"{quoted(text)} is not a time since 1970"
+            raise self._error("General", "Start Time", text, f"write it as {START_TIME}")
+        return since // timedelta(microseconds=1) * 1000
+
+    @property
+    def start_time(self) -> float:
+        """When virtual time begins, in seconds since 1970 UTC. Raises ProfileError."""
+        return self.start_time_ns / 1e9
+
+    def start_at(self, time_ns: int) -> None:
+        """Have virtual time begin at a time (ns since 1970 UTC), to the microsecond."""
+        time = _EPOCH + timedelta(microseconds=time_ns // 1000)
+        self.override(f"General:Start Time={time.isoformat()}")
+
+    @property
+    def seed(self) -> int:
+        """Seed of all random numbers. Raises ProfileError."""
+        text = self.config.value("General", "Seed", "0")
+        if not text.isdecimal():
+            raise self._error("General", "Seed", f"{quoted(text)} is not a seed", "write a whole number, 0 or more")
+        return int(text)
+
+    @property
+    def entity_ids(self) -> dict[str, int]:
+        """The ids of entities that the section [Entity Ids] gives, as that of a log does. Raises ProfileError."""
+        found: dict[str, int] = {}
+        for option in self.config.options(ENTITY_IDS):
+            if not option.value.isdecimal() or not 1 <= int(option.value) <= 254 or int(option.value) in found.values():
+                text = f"{quoted(option.value)} cannot be the id of {quoted(option.name)}"
+                raise self._error(ENTITY_IDS, option.name, text, "a number from 1 to 254 that no other entity has")
+            found[option.name] = int(option.value)
+        return found
+
+    @property
+    def modes(self) -> dict[str, str]:
+        """What can be selected with -p, and what it means: DUNE's profiles, and those that [Profiles] declares."""
+        return BUILT_IN | {option.name: option.value for option in self.config.options("Profiles")}
+
+    def select(self, names: str | Iterable[str]) -> frozenset[str]:
+        """The selected modes, a list or separated by commas. Raises ProfileError for one that is not declared."""
+        chosen = items(names) if isinstance(names, str) else [name for text in names for name in items(text)]
+        for name in chosen:
+            if name not in self.modes:
+                hint = suggestion(name, self.modes)
+                raise ProfileError(
+                    [Problem("error", str(self.path), 0, f"there is no mode {quoted(name)} to select", hint)]
+                )
+        return frozenset(chosen)
+
+    def enabled(self, section: str, selected: Iterable[str] = ()) -> bool:
+        """Whether the task of a section runs when these modes are selected."""
+        return not {ALWAYS, *selected}.isdisjoint(items(self.config.value(section, "Enabled")))
+
+    def tasks(self, find_task: Callable[[str], T | None], selected: Iterable[str] | None = None) -> dict[str, T]:
+        """What `find_task` gives for each section that is a task, in DUNE's order; of enabled ones if `selected`."""
+        found: dict[str, T] = {}
+        for section in self.config.sorted_sections():
+            wanted = selected is None or self.enabled(section.name, selected)
+            if wanted and (task := find_task(section.name)) is not None:
+                found[section.name] = task
+        return found
+
+    def value(self, section: str, option: str, default: str = "") -> str:
+        """The text of an option of any section, `default` where it is missing or empty."""
+        return self.config.value(section, option, default)
+
+    def options(self, section: str) -> dict[str, str]:
+        """The parameters that a section sets, as texts."""
+        return {o.name: o.value for o in self.config.options(section) if o.history and o.name != "Enabled"}
+
+    def override(self, assignment: str) -> None:
+        """Take "Section:Option=value", as --set gives it. Raises ProfileError where it is none."""
+        left, equals, value = assignment.partition("=")
+        colons = [index for index, character in enumerate(left) if character == ":"]
+        known = [index for index in colons if left[:index].strip(BLANKS) in self.config.sections]
+        at = (known or colons or [0])[0]
+        section, option, value = left[:at].strip(BLANKS), left[at + 1 :].strip(BLANKS), value.strip(BLANKS)
+        try:
+            if not equals or not colons:
+                raise ValueError("it must be Section:Option=value, such as 'Simulators.GPS:Enabled=Always'")
+            header(section)
+            statement(option, value)
+        except ValueError as error:
+            raise ProfileError([Problem("error", COMMAND_LINE.file, 0, f"{quoted(assignment)}: {error}")]) from None
+        self.config.open(section, COMMAND_LINE).open(option).set(value, COMMAND_LINE)
+
+    def add_saved(self, path: Path) -> None:
+        """Read saved parameters on top, where there are any; what is wrong with them is a warning."""
+        if not path.exists():
+            return
+        before = len(self.config.problems)
+        parse(path, self.config)
+        found = self.config.problems[before:]
+        self.config.problems[before:] = [replace(p, severity="warning") if p.severity == "error" else p for p in found]
+
+    def vehicle_problem(self) -> Problem | None:
+        """Why the vehicle's name, which names folders and files, cannot be one."""
+        name = self.vehicle
+        if name.isprintable() and len(name) <= 100 and name[0] != "." and not any(c in name for c in '/\\:*?"<>'):
+            return None
+        text = f"{quoted(name)} cannot be the name of a vehicle, since folders are named after it"
+        return self._error("General", "Vehicle", text, "use letters, digits, - and _").problems[0]
+
+    def refuse_errors(self) -> None:
+        """Raise ProfileError where the files, or the vehicle's name in them, have errors."""
+        problem = self.vehicle_problem()
+        if errors := [*self.config.errors, *([problem] if problem else [])]:
+            raise ProfileError(errors)
+
+    def dump(self) -> str:
+        """The effective configuration as an ini file; bytes that are not UTF-8 are in it as surrogate escapes."""
+        return f"# The effective configuration of {quoted(self.vehicle)}.\n\n{self.config.dump()}"
+
+    def _error(self, section: str, option: str, text: str, hint: str) -> ProfileError:
+        found = self.config.option(section, option)
+        origin = found.origin if found else Origin(str(self.path))
+        return ProfileError([Problem("error", *origin, f"[{section}] {option}: {text}", hint)])
+
+
+def default_label(section: str) -> str:
+    """The entity label of a task that is given none: the last part of its section, "GPS" or "IMU/AHRS"."""
+    name, slash, instance = section.partition("/")
+    return name.rpartition(".")[2] + slash + instance
+
+
+def parse_address(text: str) -> int:
+    """The id that a line of [IMC Addresses] gives. Raises ValueError."""
+    return Parameter(None, "", "", type=int, minimum=0, maximum=0xFFFF).parse(text or "none")
+
+
+def derived_id(name: str) -> int:
+    """DUNE's id of a system that no table has: from the CRC-16 of its name, with bits 15 and 13 set."""
+    if name in ("", "unknown"):
+        return UNKNOWN_SYSTEM
+    return 0xA000 | (crc16.arc(name.encode(errors="surrogateescape")) & 0x1FFF)

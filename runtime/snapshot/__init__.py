@@ -1,0 +1,18 @@
+"""The state of a vehicle as plain values, saved and restored."""
+
+from runtime.snapshot.journal import Journals
+from runtime.snapshot.snapshot import STATE, SUFFIX, Snapshot, keep_beside_log, load, restore, run_with_snapshots, save
+from runtime.snapshot.values import SnapshotError
+
+__all__ = [
+    "STATE",
+    "SUFFIX",
+    "Journals",
+    "Snapshot",
+    "SnapshotError",
+    "keep_beside_log",
+    "load",
+    "restore",
+    "run_with_snapshots",
+    "save",
+]

@@ -1,0 +1,247 @@
+"""Saves a virtual run between two moments, and goes on from there."""
+
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from runtime.kernel import SECOND, Timer, nanoseconds
+from runtime.snapshot.checksum import likeness
+from runtime.snapshot.journal import Journals, Past
+from runtime.snapshot.scripts import relive
+from runtime.snapshot.state import (
+    TaskState,
+    TimerState,
+    connect,
+    nothing,
+    reader_for,
+    restore_task,
+    restore_timer,
+    task_of,
+    task_state,
+    timer_state,
+    writer_for,
+)
+from runtime.snapshot.values import SnapshotError, Writer
+from runtime.task import Task
+from runtime.vehicle import Vehicle
+
+FORMAT = "shoal snapshot 3"
+STATE, SUFFIX = "State-", ".msgpack"
+
+
+class Snapshot(msgspec.Struct):
+    """A vehicle at a time (ns), between what was due before it and what is due at it.
+
+    A task is in `tasks`, or in `pasts` where it runs a script. hears: whose turn it is among all subscriptions.
+    profile: what that says of parameters which the configuration has changed, by task and ini name.
+    """
+
+    vehicle: str
+    time: int
+    start_time: float
+    seed: int
+    configuration: bytes
+    profile: dict[str, dict[str, bytes]]
+    sections: list[str]
+    tasks: dict[str, TaskState]
+    pasts: dict[str, Past]
+    timers: list[TimerState]
+    hears: list[str]
+    running: list[str]
+    entities: list[tuple[str, int, Any, str, bool]]
+    heard: list[tuple[int, int, str]]
+    activations: list[tuple[str, Any, str]]
+
+
+class Envelope(msgspec.Struct, array_like=True):
+    """What a file begins with: its format, and the checksum of a snapshot's msgpack."""
+
+    format: str
+    checksum: int
+    snapshot: bytes
+
+
+def save(vehicle: Vehicle) -> bytes:
+    """The state of a vehicle on a virtual clock, between two runs of its kernel.
+
+    In the midst of scripts it needs Journals, kept since before. Raises SnapshotError for what cannot be saved: it
+    names the task and the attribute.
+    """
+    if not vehicle.virtual or not vehicle.kernel.idle:
+        raise SnapshotError("only a virtual run can be saved, and only between two moments")
+    if vehicle.failures:
+        raise SnapshotError(f"{', '.join(vehicle.failures)}: a task that failed cannot be saved")
+    timers = [timer for timer in vehicle.kernel.timers() if not vehicle.is_observer(timer.owner)]
+    if any(isinstance(timer.owner, Task) and timer.owner.vehicle is not vehicle for timer in timers):
+        raise SnapshotError("several vehicles on one kernel cannot be saved")
+    writer = writer_for(vehicle, timers)
+    hears = [(task, s) for s in vehicle.bus.subscriptions if (task := task_of(s)) is not None]
+    plain = [task for task in vehicle.tasks if not task.running_scripts]
+    scripted = [task for task in vehicle.tasks if task.running_scripts]
+    snapshot = Snapshot(
+        vehicle.name,
+        vehicle.kernel.now_ns,
+        vehicle.start_time,
+        vehicle.seed,
+        _bytes(vehicle.profile.dump()),
+        {name: {option: _bytes(text) for option, text in t.items()} for name, t in vehicle.changes.changed().items()},
+        [task.name for task in vehicle.tasks],
+        {task.name: task_state(task, [s for owner, s in hears if owner is task], writer) for task in plain},
+        {task.name: _past(task, timers) for task in scripted},
+        [_timer_state(timer, scripted, writer) for timer in timers],
+        [task.name for task, _ in hears],
+        sorted(vehicle.running),
+        [(e.label, e.id, writer.write(e.state, e.label), e.description, e.stateful) for e in vehicle.entities],
+        [(system, entity, label) for (system, entity), label in vehicle.entities.heard.items()],
+        [(name, writer.write(a.phase, name), a.error) for name, a in vehicle.activations.items()],
+    )
+    data = msgspec.msgpack.encode(snapshot)
+    return msgspec.msgpack.encode(Envelope(FORMAT, zlib.crc32(data), data))
+
+
+def load(data: bytes) -> Snapshot:
+    """What a snapshot says. Raises SnapshotError for what is none, or is damaged."""
+    try:
+        found = msgspec.msgpack.decode(data, type=Envelope)
+        if found.format != FORMAT:
+            raise SnapshotError(f"this is a {found.format!r}, not a {FORMAT!r}")
+        if zlib.crc32(found.snapshot) != found.checksum:
+            raise SnapshotError("this snapshot is damaged")
+        return msgspec.msgpack.decode(found.snapshot, type=Snapshot)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise SnapshotError(f"this is no snapshot: {error}") from None
+
+
+def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
+    """Bring a vehicle that is built and not started into the state of a snapshot; then it runs on.
+
+    Its clock is virtual and begins at the snapshot's time. Raises SnapshotError.
+    """
+    tasks = {task.name: task for task in vehicle.tasks}
+    if snapshot.sections != list(tasks):
+        raise SnapshotError(f"the vehicle has other tasks than the snapshot: {', '.join(tasks)}")
+    try:
+        _restore(vehicle, snapshot)
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, StopIteration) as error:
+        raise error if isinstance(error, SnapshotError) else SnapshotError(f"this is no snapshot: {error!r}") from error
+
+
+def run_with_snapshots(vehicle: Vehicle, seconds: float | None, every: float, keep: Callable[[bytes], object]) -> None:
+    """Run a vehicle, and hand its state to `keep` every so many seconds of its time. Raises SnapshotError."""
+    begin = vehicle.kernel.now_ns
+    end = None if seconds is None else begin + round(seconds * SECOND)
+    count = 1
+    while True:
+        pause = begin + round(count * every * SECOND)
+        if end is not None and pause >= end:
+            vehicle.kernel.run(until=end)
+            return
+        vehicle.kernel.run(until=pause)
+        if vehicle.kernel.now_ns < pause or not vehicle.kernel.idle:
+            return
+        keep(save(vehicle))
+        count += 1
+
+
+def keep_beside_log(vehicle: Vehicle, state: bytes) -> None:
+    """Write a snapshot beside the log: State-<seconds of the run>.msgpack. Raises SnapshotError, OSError."""
+    folders = (getattr(task, "folder", None) for task in vehicle.tasks)
+    folder = next((folder for folder in folders if isinstance(folder, Path)), None)
+    if folder is None:
+        raise SnapshotError("there is no log to keep snapshots with: enable Transports.Logging")
+    seconds = (vehicle.kernel.now_ns - nanoseconds(vehicle.start_time)) / SECOND
+    path = folder / f"{STATE}{seconds:.9f}".rstrip("0").rstrip(".")
+    draft = path.with_name(f"{path.name}.new")
+    draft.write_bytes(state)
+    draft.replace(path.with_name(f"{path.name}{SUFFIX}"))
+
+
+def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
+    kernel = vehicle.kernel
+    kernel.clear()
+    vehicle.start_time = snapshot.start_time
+    vehicle.changes.resume({name: {o: _text(t) for o, t in texts.items()} for name, texts in snapshot.profile.items()})
+    for system, entity, label in snapshot.heard:
+        vehicle.entities.hear(system, entity, label)
+    scripted = _relive(vehicle, snapshot.pasts)
+    kernel.now_ns = snapshot.time
+    timers = [_timer(state, scripted) for state in snapshot.timers]
+    if any(scripted.values()):
+        raise SnapshotError("this is no snapshot: a timer is missing")
+    reader = reader_for(vehicle, timers)
+    for section, state in snapshot.tasks.items():
+        connect(vehicle.task(section), state, reader)
+        if state.tickers:
+            vehicle.task(section).begin_ticking()
+        restore_task(vehicle.task(section), state, reader)
+    for timer, state in zip(timers, snapshot.timers, strict=True):
+        if state.function is not None:
+            restore_timer(timer, state, reader)
+    kernel.adopt(timers)
+    _arrange(vehicle, snapshot.hears)
+    for label, number, phase, description, stateful in snapshot.entities:
+        entity = vehicle.entities.find(label)
+        if entity is None or entity.id != number:
+            raise SnapshotError(f"the vehicle has no entity {label!r} of id {number}")
+        entity.state, entity.description, entity.stateful = reader.read(phase), description, stateful
+    for name, phase, error in snapshot.activations:
+        vehicle.activations[name].phase, vehicle.activations[name].error = reader.read(phase), error
+    for section in snapshot.tasks:
+        vehicle.task(section).restored()
+    vehicle.bus.forget()
+    vehicle.running.update(snapshot.running)
+
+
+def _bytes(text: str) -> bytes:
+    return text.encode(errors="surrogateescape")
+
+
+def _text(data: bytes) -> str:
+    return data.decode(errors="surrogateescape")
+
+
+def _relive(vehicle: Vehicle, pasts: dict[str, Past]) -> dict[str, list[Timer]]:
+    """Bring back the tasks that run scripts; their timers."""
+    journals, timers = vehicle.bus.witness, dict[str, list[Timer]]()
+    for section, past in pasts.items():
+        task = vehicle.task(section)
+        timers[section], handlers = relive(task, past)
+        if isinstance(journals, Journals):
+            journals.take_over(task, past, handlers)
+    return timers
+
+
+def _past(task: Task, timers: list[Timer]) -> Past:
+    journals = task.vehicle.bus.witness
+    if not isinstance(journals, Journals):
+        raise SnapshotError(f"{task.name} runs a script, and no journals are kept")
+    return journals.of(task).saved(likeness(task, [timer for timer in timers if timer.owner is task]))
+
+
+def _timer_state(timer: Timer, scripted: list[Task], writer: Writer) -> TimerState:
+    """A timer; without a function where its task has it again when it has lived through its journal."""
+    if isinstance(timer.owner, Task) and timer.owner in scripted:
+        return TimerState(timer.time, timer.owner.name, None, [])
+    return timer_state(timer, writer)
+
+
+def _timer(state: TimerState, scripted: dict[str, list[Timer]]) -> Timer:
+    if state.function is not None:
+        return Timer(state.time, nothing, ())
+    timer = scripted[state.owner].pop(0)
+    if timer.time != state.time:
+        raise SnapshotError(f"this is no snapshot: {state.owner} has nothing to do then")
+    return timer
+
+
+def _arrange(vehicle: Vehicle, turns: list[str]) -> None:
+    """Serve the subscriptions of all tasks in the order in which they were served, behind those of who looks on."""
+    others = [s for s in vehicle.bus.subscriptions if task_of(s) is None]
+    own = {task.name: [s for s in vehicle.bus.subscriptions if task_of(s) is task] for task in vehicle.tasks}
+    arranged = [own[name].pop(0) for name in turns]
+    if any(own.values()):
+        raise SnapshotError("this is no snapshot: a subscription is missing")
+    vehicle.bus.arrange([*others, *arranged])

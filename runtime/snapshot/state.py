@@ -1,0 +1,208 @@
+"""The state of one task as plain values: attributes, ticks, timers, and what it hears."""
+
+from collections.abc import Iterable, Iterator
+from types import MethodType
+from typing import Any, cast
+
+import msgspec
+
+from runtime.bus import Bus, Subscription
+from runtime.kernel import Timer
+from runtime.snapshot.values import Reader, SnapshotError, Writer
+from runtime.task import Entity, Logbook, Script, Task, Ticker
+from runtime.vehicle import Vehicle
+
+BELONGINGS = frozenset(
+    {
+        "vehicle",
+        "name",
+        "entity",
+        "system",
+        "system_name",
+        "log",
+        "parameter_set",
+        "_kernel",
+        "_bus",
+        "_tickers",
+        "_scripts",
+    }
+)
+"""What the vehicle gives a task: no state of its own."""
+OF_VEHICLE = frozenset({"_start"})
+"""The methods of a vehicle that may be due."""
+
+
+class TimerState(msgspec.Struct, array_like=True):
+    """A call that is due: time (ns), and the plain forms of owner, function and arguments."""
+
+    time: int
+    owner: Any
+    function: Any
+    args: list[Any]
+
+
+class HearingState(msgspec.Struct, array_like=True):
+    """A subscription of a task: the plain form of the type, the name of its method, and what else it wants."""
+
+    type: Any
+    method: str
+    others: bool
+    packets: bool
+
+
+class TaskState(msgspec.Struct, array_like=True):
+    """A task: its section and class, its attributes, its ticks, remembered parameters, and what it hears."""
+
+    section: str
+    kind: str
+    attributes: list[tuple[str, Any]]
+    tickers: list[Any]
+    pushed: Any
+    hears: list[HearingState]
+
+
+def task_of(subscription: Subscription) -> Task | None:
+    """Whose subscription it is; None where no task's."""
+    owner = subscription.owner
+    owner = owner.task if isinstance(owner, Script) else owner
+    return owner if isinstance(owner, Task) else None
+
+
+def entities_of(task: Task) -> list[Entity]:
+    """The entities that speak for a task."""
+    return [entity for entity in task.vehicle.entities if entity.component == task.name]
+
+
+def task_state(task: Task, hears: Iterable[Subscription], writer: Writer) -> TaskState:
+    """The state of a task that runs no script; `hears` are its subscriptions. Raises SnapshotError."""
+    task.saving()
+    skipped = BELONGINGS.union(task.transient)
+    state = {name: value for name, value in vars(task).items() if name not in skipped}
+    plain = [(name, writer.write(value, f"{task.name}: {name}")) for name, value in state.items()]
+    return TaskState(
+        task.name,
+        _kind(task),
+        plain,
+        [writer.write(ticker.state(), task.name) for ticker in task.tickers],
+        writer.write(list(task.parameter_set.pushed), task.name),
+        [_hearing(task, subscription, writer) for subscription in hears],
+    )
+
+
+def timer_state(timer: Timer, writer: Writer) -> TimerState:
+    """Raises SnapshotError."""
+    where = f"{timer.owner!r}: a call that is due"
+    owner, function = writer.write(timer.owner, where), writer.write(timer.function, where)
+    return TimerState(timer.time, owner, function, [writer.write(part, where) for part in timer.args])
+
+
+def connect(task: Task, state: TaskState, reader: Reader) -> None:
+    """Have a task hear what it heard."""
+    for hearing in state.hears:
+        handler = reader.read(["method", ["task", task.name], hearing.method])
+        task.vehicle.bus.subscribe(
+            Subscription(reader.read(hearing.type), handler, task, hearing.others, hearing.packets)
+        )
+
+
+def restore_task(task: Task, state: TaskState, reader: Reader) -> None:
+    """Bring attributes, ticks and parameters back; the timers are there already. Raises SnapshotError."""
+    if _kind(task) != state.kind:
+        raise SnapshotError(f"{task.name} is a {_kind(task)} here, and a {state.kind} in the snapshot")
+    for name, value in state.attributes:
+        if name not in BELONGINGS:
+            setattr(task, name, reader.read(value))
+    for ticker, plain in zip(task.tickers, state.tickers, strict=True):
+        ticker.restore(*reader.read(plain))
+    task.parameter_set.pushed.clear()
+    task.parameter_set.pushed.extend(reader.read(state.pushed))
+
+
+def restore_timer(timer: Timer, state: TimerState, reader: Reader) -> None:
+    """Give a timer its owner and function."""
+    timer.owner = reader.read(state.owner)
+    timer.function = reader.read(state.function)
+    timer.args = tuple(reader.read(word) for word in state.args)
+
+
+def writer_for(vehicle: Vehicle, timers: list[Timer]) -> Writer:
+    """Writes states in which calls that are due go by their place in `timers`."""
+    places = {id(timer): index for index, timer in enumerate(timers)}
+    return Writer(lambda value: _name(value, vehicle, places))
+
+
+def reader_for(vehicle: Vehicle, timers: list[Timer]) -> Reader:
+    """Reads what `writer_for` wrote."""
+    trusted = {type(task).__module__.partition(".")[0] for task in vehicle.tasks}
+    return Reader(lambda words: _find(words, vehicle, timers), trusted, (Task, Ticker, Bus))
+
+
+def nothing() -> None:
+    """Stands in a timer until it has its function."""
+
+
+def _kind(task: Task) -> str:
+    return f"{type(task).__module__}:{type(task).__qualname__}"
+
+
+def _hearing(task: Task, subscription: Subscription, writer: Writer) -> HearingState:
+    handler = subscription.handler
+    if not isinstance(handler, MethodType) or handler.__self__ is not task:
+        raise SnapshotError(
+            f"{task.name} hears {subscription.type.__name__} with {handler!r}, which is none of its methods"
+        )
+    kind = writer.write(subscription.type, task.name)
+    return HearingState(kind, handler.__name__, subscription.others, subscription.packets)
+
+
+def _name(value: object, vehicle: Vehicle, timers: dict[int, int]) -> list[Any] | None:
+    """What a value is called that belongs to the vehicle; None for a value of its own."""
+    if isinstance(value, Task):
+        return ["task", value.name]
+    if isinstance(value, Entity):
+        return ["entity", value.label]
+    if isinstance(value, Logbook):
+        return ["log", next(task.name for task in vehicle.tasks if task.log is value)]
+    if isinstance(value, Timer):
+        return ["timer", timers[id(value)]] if id(value) in timers else ["over"]
+    if isinstance(value, Ticker):
+        return next(["ticker", t.name, t.tickers.index(value)] for t in vehicle.tasks if value in t.tickers)
+    if isinstance(value, Script):
+        if not value.done:
+            raise SnapshotError(f"{value.task.name} runs a script, which is not in its journal")
+        return ["ended", value.task.name]
+    if isinstance(value, MethodType) and value.__self__ is vehicle and value.__name__ in OF_VEHICLE:
+        return ["vehicle's", value.__name__]
+    return next(([name] for name, part in parts(vehicle) if part is value), None)
+
+
+def parts(vehicle: Vehicle) -> Iterator[tuple[str, object]]:
+    """What all tasks of a vehicle share, by name."""
+    yield from (("vehicle", vehicle), ("kernel", vehicle.kernel), ("bus", vehicle.bus), ("entities", vehicle.entities))
+    yield from (("systems", vehicle.systems), ("profile", vehicle.profile))
+
+
+def _find(words: list[Any], vehicle: Vehicle, timers: list[Timer]) -> object:
+    match words:
+        case ["task", str(name)]:
+            return vehicle.task(name)
+        case ["entity", str(label)]:
+            return vehicle.entities.find(label)
+        case ["log", str(name)]:
+            return vehicle.task(name).log
+        case ["timer", int(index)]:
+            return timers[index]
+        case ["over"]:
+            over = Timer(0, nothing, ())
+            over.cancel()
+            return over
+        case ["ticker", str(name), int(index)]:
+            return vehicle.task(name).tickers[index]
+        case ["ended", str(name)]:
+            return Script.ended(vehicle.task(name))
+        case ["vehicle's", str(name)] if name in OF_VEHICLE:
+            return getattr(vehicle, name)
+        case [str(name)] if (part := dict(parts(vehicle)).get(name)) is not None:
+            return part
+        case _:
+            raise SnapshotError(f"this is no snapshot: {cast(object, words[0])!r} is unknown")

@@ -1,0 +1,38 @@
+"""What a task is made of: handlers, parameters, scripts, entities."""
+
+from runtime.task.activation import Activation, ActivationError
+from runtime.task.entities import SYSTEM_ENTITY, Entities, Entity, EntityError, State, Systems, allot
+from runtime.task.handlers import Ticker, consume, consumers, periodic, rate_of, tickers
+from runtime.task.logbook import Logbook, summary, words
+from runtime.task.parameters import Parameter, ParameterError, param
+from runtime.task.script import Inbox, Script
+from runtime.task.task import UNKNOWN_ENTITY, UNKNOWN_SYSTEM, Task
+
+__all__ = [
+    "SYSTEM_ENTITY",
+    "UNKNOWN_ENTITY",
+    "UNKNOWN_SYSTEM",
+    "Activation",
+    "ActivationError",
+    "Entities",
+    "Entity",
+    "EntityError",
+    "Inbox",
+    "Logbook",
+    "Parameter",
+    "ParameterError",
+    "Script",
+    "State",
+    "Systems",
+    "Task",
+    "Ticker",
+    "allot",
+    "consume",
+    "consumers",
+    "param",
+    "periodic",
+    "rate_of",
+    "summary",
+    "tickers",
+    "words",
+]

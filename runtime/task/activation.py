@@ -1,0 +1,64 @@
+"""IMC's activation protocol: how a task with a parameter Active goes in and out of work."""
+
+from typing import TYPE_CHECKING
+
+from imc import EntityActivationState, EntityParameter, EntityParameters
+
+if TYPE_CHECKING:
+    from runtime.task.task import Task
+
+Phase = EntityActivationState.State
+
+
+class ActivationError(RuntimeError):
+    """A task cannot become active, or inactive; the text says why."""
+
+
+class Activation:
+    """The activation state of one task; each step is published as EntityActivationState."""
+
+    def __init__(self, task: "Task"):
+        self.phase = Phase.INACTIVE
+        self.error = ""
+        self._task = task
+
+    @property
+    def active(self) -> bool:
+        return self.phase is Phase.ACTIVE
+
+    def publish(self) -> None:
+        self._task.publish(EntityActivationState(state=self.phase, error=self.error))
+
+    def request(self, active: bool) -> None:
+        """Activate or deactivate; says the present state where there is nothing to do."""
+        if active == self.active:
+            self.publish()
+            return
+        self._enter(Phase.ACT_IP if active else Phase.DEACT_IP)
+        try:
+            if active:
+                self._task.activate()
+            else:
+                self._task.deactivate()
+        except ActivationError as failure:
+            self._tell(not active)
+            self._enter(Phase.ACT_FAIL if active else Phase.DEACT_FAIL, str(failure))
+            self._enter(Phase.INACTIVE if active else Phase.ACTIVE)
+            return
+        self._tell(active)
+        self._enter(Phase.ACT_DONE if active else Phase.DEACT_DONE)
+        self._enter(Phase.ACTIVE if active else Phase.INACTIVE)
+
+    def reset(self) -> None:
+        """Back to inactive without asking the task, which is being restarted."""
+        self.phase, self.error = Phase.INACTIVE, ""
+
+    def _enter(self, phase: Phase, error: str = "") -> None:
+        self.phase, self.error = phase, error
+        self.publish()
+
+    def _tell(self, active: bool) -> None:
+        task = self._task
+        task.parameter_set.set(task.parameters()["Active"], active)
+        value = EntityParameter(name="Active", value="true" if active else "false")
+        task.publish(EntityParameters(name=task.entity.label, params=(value,)))

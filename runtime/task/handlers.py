@@ -1,0 +1,173 @@
+"""The decorators that turn methods into handlers: `@consume` hears messages, `@periodic` ticks."""
+
+import functools
+import inspect
+from collections.abc import Callable
+from types import UnionType
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints, overload
+
+from runtime.kernel import Timer
+from runtime.kernel.kernel import SECOND
+from runtime.task.parameters import ParameterError
+
+if TYPE_CHECKING:
+    from runtime.task.task import Task
+
+HIGHEST_RATE = 1e6  # Hz
+
+F = TypeVar("F", bound=Callable[..., object])
+
+
+class Consumer(NamedTuple):
+    """A method that hears one type."""
+
+    method: str
+    type: type
+    others: bool
+    packets: bool
+
+
+class Ticking(NamedTuple):
+    """A method that runs at a rate: hertz, or the attribute of a parameter in hertz."""
+
+    method: str
+    rate: float | str
+
+
+@overload
+def consume(method: F) -> F: ...
+@overload
+def consume(*, others: bool = False, packets: bool = False) -> Callable[[F], F]: ...
+def consume(method: F | None = None, *, others: bool = False, packets: bool = False) -> F | Callable[[F], F]:
+    """Makes a method hear messages of the type that its argument is annotated with, of the own system.
+
+    The annotation is a message class, a union of some, `imc.Message` for all, or a class such as Frame that tasks
+    share. With `others` it hears every system, with `packets` it gets the encoded packet as a second argument.
+    """
+
+    def mark(function: F) -> F:
+        function.__dict__["_shoal_consume"] = (others, packets)
+        return function
+
+    return mark if method is None else mark(method)
+
+
+def periodic(rate: float | str) -> Callable[[F], F]:
+    """Makes a method run at `rate`: hertz, or the name of a parameter in hertz (0 pauses it)."""
+
+    def mark(function: F) -> F:
+        function.__dict__["_shoal_periodic"] = rate
+        return function
+
+    return mark
+
+
+@functools.cache
+def consumers(cls: type) -> tuple[Consumer, ...]:
+    """What the methods of a class hear, in the order of their definition. Raises TypeError for a bad annotation."""
+    found: list[Consumer] = []
+    for name, method in _methods(cls):
+        wish = getattr(method, "_shoal_consume", None)
+        if wish is None:
+            continue
+        _refuse_coroutines(cls, name, method)
+        others, packets = wish
+        arguments = list(inspect.signature(method).parameters)[1:]
+        hint = get_type_hints(method).get(arguments[0]) if arguments else None
+        for kind in get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,):
+            if not isinstance(kind, type):
+                raise TypeError(f"{cls.__name__}.{name}: annotate the argument with the message that it consumes")
+            found.append(Consumer(name, kind, others, packets))
+    return tuple(found)
+
+
+@functools.cache
+def tickers(cls: type) -> tuple[Ticking, ...]:
+    """The periodic methods of a class, in the order of their definition. Raises TypeError for an unknown parameter."""
+    found: list[Ticking] = []
+    for name, method in _methods(cls):
+        rate = getattr(method, "_shoal_periodic", None)
+        if isinstance(rate, str) and not hasattr(cls, rate):
+            raise TypeError(f"{cls.__name__}.{name}: there is no parameter {rate!r}")
+        if rate is not None:
+            _refuse_coroutines(cls, name, method)
+            found.append(Ticking(name, rate))
+    return tuple(found)
+
+
+def rate_of(task: "Task", rate: float | str) -> float:
+    """The rate of a periodic method in hertz. Raises ParameterError for one that no clock can keep."""
+    hertz = float(getattr(task, rate)) if isinstance(rate, str) else rate
+    if not hertz <= HIGHEST_RATE:
+        name = next((p.name for p in task.parameters().values() if p.attribute == rate), str(rate))
+        raise ParameterError(name, f"nothing can be done at {hertz:g} Hz (expects at most {HIGHEST_RATE:g} Hz)")
+    return hertz
+
+
+class Ticker:
+    """Calls a periodic method of a task; the times are counted from the start, so they do not drift.
+
+    On a wall clock ticks that are late become one, and `missed` counts the others; on a virtual clock none is late.
+    """
+
+    def __init__(self, task: "Task", ticking: Ticking):
+        self.missed = 0
+        self._task = task
+        self._kernel = task.vehicle.kernel
+        self._method: Callable[[], object] = getattr(task, ticking.method)
+        self._rate = ticking.rate
+        self._hertz = -1.0
+        self._timer: Timer | None = None
+        self.update()
+
+    def update(self) -> None:
+        """Begin anew where the rate has changed. Raises ParameterError where it is too high."""
+        hertz = rate_of(self._task, self._rate)
+        if hertz == self._hertz:
+            return
+        self.stop()
+        self._hertz, self._count, self._start = hertz, 0, self._kernel.now_ns
+        if hertz > 0.0:
+            self._schedule()
+
+    def state(self) -> tuple[float, int, int, int, Timer | None]:
+        """All that changes: rate (Hz), number of the next tick, start (ns), missed ticks, timer of the next tick."""
+        return self._hertz, self._count, self._start, self.missed, self._timer
+
+    def restore(self, hertz: float, count: int, start: int, missed: int, timer: Timer | None) -> None:
+        """Go on from a `state` whose timer is in the kernel already."""
+        self._hertz, self._count, self._start, self.missed, self._timer = hertz, count, start, missed, timer
+        if timer is not None:
+            timer.function = self._tick
+
+    def stop(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _due(self, count: int) -> int:
+        return self._start + round(count * SECOND / self._hertz)
+
+    def _schedule(self) -> None:
+        self._timer = self._kernel.at(self._due(self._count), self._tick)
+        self._timer.owner = self._task
+
+    def _tick(self) -> None:
+        self._count += 1
+        if not self._kernel.virtual:
+            latest = int((self._kernel.now_ns - self._start) * self._hertz / SECOND)
+            if latest > self._count:
+                self.missed += latest - self._count
+                self._count = latest
+        self._schedule()
+        self._method()
+
+
+def _refuse_coroutines(cls: type, name: str, method: Callable[..., object]) -> None:
+    if inspect.iscoroutinefunction(method):
+        raise TypeError(f"{cls.__name__}.{name}: handlers are not async; self.run(...) starts a script")
+
+
+def _methods(cls: type) -> list[tuple[str, Any]]:
+    names = dict.fromkeys(name for base in reversed(cls.__mro__) for name in vars(base))
+    return [(name, getattr(cls, name)) for name in names if inspect.isfunction(getattr(cls, name, None))]

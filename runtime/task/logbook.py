@@ -1,0 +1,57 @@
+"""What a task has to say to people, as LogBookEntry messages."""
+
+import traceback
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from imc import LogBookEntry
+
+if TYPE_CHECKING:
+    from runtime.task.task import Task
+
+Kind = LogBookEntry.Type
+LONGEST = 1023
+
+
+class Logbook:
+    """Publishes LogBookEntry messages in the name of a task; texts are cut to 1023 bytes, as DUNE does."""
+
+    def __init__(self, task: "Task"):
+        self._task = task
+
+    def info(self, text: str) -> None:
+        self._write(Kind.INFO, text)
+
+    def warning(self, text: str) -> None:
+        self._write(Kind.WARNING, text)
+
+    def error(self, text: str) -> None:
+        self._write(Kind.ERROR, text)
+
+    def critical(self, text: str) -> None:
+        self._write(Kind.CRITICAL, text)
+
+    def debug(self, text: str) -> None:
+        """Published only where the task's parameter Debug Level is Debug or more."""
+        if self._task.debug_level != "None":
+            self._write(Kind.DEBUG, text)
+
+    def _write(self, kind: Kind, text: str) -> None:
+        self._task.publish(LogBookEntry(type=kind, htime=self._task.now, context=self._task.name, text=cut(text)))
+
+
+def cut(text: str) -> str:
+    """`text` as a message carries it: 1023 bytes of UTF-8 at most, ? for what is no character."""
+    return text.encode(errors="replace")[:LONGEST].decode(errors="ignore")
+
+
+def words(error: Exception) -> str:
+    """The exception in one line."""
+    return traceback.format_exception_only(error)[0].strip()
+
+
+def summary(error: Exception) -> str:
+    """The exception and the innermost place in the code that raised it."""
+    frames = traceback.extract_tb(error.__traceback__, limit=-1)
+    where = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno} in {frames[-1].name})" if frames else ""
+    return f"{words(error)}{where}"

@@ -1,0 +1,207 @@
+"""Sequential logic as a coroutine on the kernel: wait, hear, act, in the order it is written."""
+
+import inspect
+from collections import deque
+from collections.abc import Callable, Coroutine, Generator
+from types import FrameType
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import imc
+from runtime.bus import Bus, Subscription
+from runtime.kernel import Timer
+from runtime.kernel.kernel import SECOND
+
+if TYPE_CHECKING:
+    from runtime.task.task import Task
+
+M = TypeVar("M", bound=imc.Message)
+
+
+async def _nothing(_: "Script") -> None:
+    """What a script does that is over."""
+
+
+class _Pause:
+    """Gives control to the kernel until the script is resumed; the value of `await` is what it is resumed with."""
+
+    def __await__(self) -> Generator[None, Any, Any]:
+        return (yield)
+
+
+class Inbox:
+    """Messages of some types, in order, since it was opened: none is lost between one `next` and the following."""
+
+    def __init__(self, script: "Script", kinds: tuple[type[imc.Message], ...], others: bool):
+        self._script = script
+        self._waiting = False
+        self._messages: deque[imc.Message] = deque()
+        self._subscriptions: list[Subscription] = []
+        self.add(*kinds, others=others)
+
+    def add(self, *kinds: type[imc.Message], others: bool = False) -> None:
+        """Keep messages of these types as well."""
+        for kind in kinds:
+            subscription = Subscription(kind, self._take, self._script, others)
+            self._subscriptions.append(subscription)
+            self._script.bus.subscribe(subscription)
+
+    async def next(self, timeout: float | None = None) -> imc.Message:
+        """The next message. Raises TimeoutError after `timeout` seconds without one."""
+        if self._messages:
+            return self._messages.popleft()
+        self._waiting = True
+        try:
+            return await self._script.pause(timeout, f"no message within {timeout or 0.0:g} s")
+        finally:
+            self._waiting = False
+
+    def close(self) -> None:
+        for subscription in self._subscriptions:
+            self._script.bus.remove(subscription)
+        self._subscriptions = []
+
+    def _take(self, message: imc.Message) -> None:
+        if not self._subscriptions:
+            return
+        if self._waiting:
+            self._waiting = False
+            self._script.resume(message)
+        else:
+            self._messages.append(message)
+
+
+class Script:
+    """A coroutine of a task: `async def dive(script): await script.sleep(2); state = await script.hear(...)`.
+
+    It runs between the handlers, never beside them, and what it raises is the task's own error.
+    """
+
+    def __init__(self, task: "Task", bus: Bus, function: Callable[..., Coroutine[Any, Any, Any]], *args: Any):
+        self.task = task
+        self.done = False
+        self.result: Any = None
+        self._kernel = task.vehicle.kernel
+        self.bus = bus
+        self._subscriptions: list[Subscription] = []
+        self._inboxes: list[Inbox] = []
+        self._timer: Timer | None = None
+        self._coroutine = function(self, *args)
+        if not inspect.iscoroutine(self._coroutine):
+            raise TypeError(f"{function!r} is no coroutine function: write async def")
+        self._wake(0.0, None)
+
+    @classmethod
+    def ended(cls, task: "Task") -> "Script":
+        """A script of a task that is over."""
+        script = cls(task, task.vehicle.bus, _nothing)
+        script.cancel()
+        return script
+
+    @property
+    def waits(self) -> list[FrameType]:
+        """Where it waits: the frames of its coroutines, the outermost first."""
+        found: list[FrameType] = []
+        inner: Any = self._coroutine
+        while (frame := getattr(inner, "cr_frame", None)) is not None:
+            found.append(frame)
+            inner = inner.cr_await
+        return found
+
+    @property
+    def now(self) -> float:
+        """Seconds since 1970 UTC."""
+        return self.task.now
+
+    def publish(self, message: imc.Message) -> imc.Message:
+        return self.task.publish(message)
+
+    def cancel(self) -> None:
+        """End it where it waits, or in its own step where it waits next; its `finally` clauses run."""
+        self.done = True
+        if inspect.getcoroutinestate(self._coroutine) != inspect.CORO_RUNNING:
+            self._forget()
+            self._end()
+            self._coroutine.close()
+
+    async def sleep(self, seconds: float) -> None:
+        self._wake(seconds, None)
+        await _Pause()
+
+    async def hear(
+        self,
+        kind: type[M],
+        *,
+        where: Callable[[M], bool] | None = None,
+        timeout: float | None = None,
+        others: bool = False,
+    ) -> M:
+        """The next message of a type that satisfies `where`, of the own system unless `others`.
+
+        Raises TimeoutError after `timeout` seconds.
+        """
+
+        def heard(message: M) -> None:
+            if subscription not in self._subscriptions:
+                return
+            try:
+                wanted = where is None or where(message)
+            except Exception as error:
+                self.resume(error)
+            else:
+                if wanted:
+                    self.resume(message)
+
+        subscription = Subscription(kind, heard, self, others)
+        self._subscriptions.append(subscription)
+        self.bus.subscribe(subscription)
+        return await self.pause(timeout, f"no {kind.__name__} within {timeout or 0.0:g} s")
+
+    def listen(self, *kinds: type[imc.Message], others: bool = False) -> Inbox:
+        """Keep all messages of these types from now on, of the own system unless `others`, until the script ends."""
+        inbox = Inbox(self, kinds, others)
+        self._inboxes.append(inbox)
+        return inbox
+
+    async def pause(self, timeout: float | None, reason: str) -> Any:
+        """Wait to be resumed. Raises TimeoutError(reason) after `timeout` seconds."""
+        if timeout is not None:
+            self._wake(timeout, TimeoutError(reason))
+        return await _Pause()
+
+    def _wake(self, seconds: float, value: Any) -> None:
+        self._timer = self._kernel.at(self._kernel.now_ns + round(seconds * SECOND), self.resume, value)
+        self._timer.owner = self.task
+
+    def _forget(self) -> None:
+        for subscription in self._subscriptions:
+            self.bus.remove(subscription)
+        self._subscriptions = []
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _end(self) -> None:
+        for inbox in self._inboxes:
+            inbox.close()
+        self._inboxes = []
+
+    def resume(self, value: Any) -> None:
+        """Go on with `value`, or with the exception that it is."""
+        if self.done:
+            return
+        self._forget()
+        try:
+            if isinstance(value, Exception):
+                self._coroutine.throw(value)
+            else:
+                self._coroutine.send(value)
+        except StopIteration as end:
+            self.done, self.result = True, end.value
+            self._end()
+        except Exception as error:
+            self.done = True
+            self._end()
+            self._kernel.on_error(self.task, error)
+        else:
+            if self.done:
+                self.cancel()

@@ -1,0 +1,28 @@
+"""A profile brought to life: the vehicle, fleets of them, and what checks and explains a profile."""
+
+from runtime.vehicle.assemble import Build, build, doubts, join_zenoh
+from runtime.vehicle.catalogue import TaskImportError, all_tasks, find_task, missing_extra, own_tasks, section_group
+from runtime.vehicle.changes import Settings
+from runtime.vehicle.checker import check
+from runtime.vehicle.explainer import explain
+from runtime.vehicle.fleet import Fleet, FleetError
+from runtime.vehicle.vehicle import Vehicle
+
+__all__ = [
+    "Build",
+    "Fleet",
+    "FleetError",
+    "Settings",
+    "TaskImportError",
+    "Vehicle",
+    "all_tasks",
+    "build",
+    "check",
+    "doubts",
+    "explain",
+    "find_task",
+    "join_zenoh",
+    "missing_extra",
+    "own_tasks",
+    "section_group",
+]

@@ -1,0 +1,173 @@
+"""From a profile to a vehicle: finds the classes of its sections and gives them their values."""
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from runtime.bus import Bus
+from runtime.kernel import Kernel, VirtualClock, WallClock
+from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
+from runtime.profile import ENTITY_IDS, EVERY_TASK, NEVER, Option, Profile, default_label
+from runtime.task import EntityError, ParameterError, Task, allot, summary
+from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra
+from runtime.vehicle.fleet import Fleet
+from runtime.vehicle.vehicle import Vehicle
+
+SIMULATED = {"Simulation", "Kinematic"}
+
+
+@dataclass
+class Build:
+    """A vehicle, and the enabled sections that were left out of it by reason."""
+
+    vehicle: Vehicle
+    left_out: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
+
+    def leave_out(self, section: str, reason: str) -> None:
+        self.left_out.setdefault(reason, []).append(section)
+
+
+def build(
+    profile: Profile,
+    selected: Collection[str] = (),
+    *,
+    clock: WallClock | VirtualClock | None = None,
+    fleet: Fleet | None = None,
+    seed: int | None = None,
+    keep_going: bool | None = None,
+    log_root: Path = Path("log"),
+    state_folder: Path = Path("db"),
+    only: Collection[str] | None = None,
+    bus: Callable[[Kernel, int], Bus] = Bus,
+    entity_ids: Mapping[str, int] | None = None,
+) -> Build:
+    """The vehicle of a profile with the tasks that the selected modes enable, on a clock or in a fleet.
+
+    In a fleet on a virtual clock the profile's Start Time is what its clock reads.
+    `keep_going` is whether a task that fails is restarted (True) or ends the run (False); by default it ends a
+    simulation and is restarted otherwise. `seed` is by default the profile's; the effective configuration, which is
+    in every log, has it, the modes and the ids of entities. `only` are sections to take in place of those that are
+    enabled; `bus` makes the bus; `entity_ids` gives labels their ids, in place of those that follow from the profile.
+    Raises ProfileError naming file and line of what cannot be, FleetError for a name that is taken in the fleet.
+    """
+    if fleet is not None and fleet.kernel.virtual and fleet.kernel.now_ns != profile.start_time_ns:
+        profile.start_at(fleet.kernel.now_ns)
+    if keep_going is None:
+        virtual = isinstance(clock if fleet is None else fleet.kernel.clock, VirtualClock)
+        keep_going = not (virtual or SIMULATED & set(selected))
+    seed = profile.seed if seed is None else seed
+    profile.override(f"General:Seed={seed}")
+    profile.override(f"General:Selected={', '.join(sorted(selected))}")
+    if entity_ids is None:
+        entity_ids = allot(_labels(profile), profile.entity_ids)
+        for label, number in entity_ids.items():
+            profile.override(f"{ENTITY_IDS}:{label}={number}")
+    vehicle = Vehicle(
+        profile.vehicle,
+        profile.system,
+        clock=clock,
+        fleet=fleet,
+        profile=profile,
+        systems=profile.systems,
+        seed=seed,
+        keep_going=keep_going,
+        log_root=log_root,
+        state_folder=state_folder,
+        bus=bus,
+        entity_ids=entity_ids,
+    )
+    made, problems = Build(vehicle), list[Problem]()
+    for section in profile.config.sorted_sections():
+        is_asked_for = "Enabled" in section.options and section.value("Enabled") != NEVER
+        if section.origin == COMMAND_LINE and not is_asked_for and "." in section.name:
+            others = [name for name in profile.config.sections if name != section.name]
+            hint = suggestion(section.name, [name for name in others if name.startswith(f"{section.name}/")] or others)
+            problems.append(Problem("error", *COMMAND_LINE, f"there is no section [{section.name}]", hint))
+        if not (profile.enabled(section.name, selected) if only is None else section.name in only):
+            continue
+        try:
+            cls = find_task(section.name)
+        except TaskImportError as error:
+            problems.append(Problem("error", *section.origin, str(error)))
+            continue
+        if cls is None:
+            made.leave_out(section.name, "not in Shoal")
+        elif vehicle.virtual and cls.external:
+            made.leave_out(section.name, "talks to the outside, which a virtual run has not")
+        elif extra := missing_extra(cls):
+            made.leave_out(section.name, f"needs pip install 'shoal[{extra}]'")
+        else:
+            try:
+                task = vehicle.add(cls, section.name, profile.options(section.name))
+                for option in section.options.values():
+                    task.parameter_set.redeclare(option.name, option.attributes)
+                    if option.history and option.name not in ("Enabled", *EVERY_TASK):
+                        _warn_of_unknown(task, option)
+            except ParameterError as error:
+                origin = _named_in(profile, error.reason) or _origin(profile, section.name, error.name)
+                problems.append(Problem("error", *origin, f"{section.name}: {error}"))
+            except EntityError as error:
+                problems.append(Problem("error", *_origin(profile, section.name, "Entity Label"), str(error)))
+            except Exception as error:
+                problems.append(Problem("error", *section.origin, f"{section.name}: {summary(error)}"))
+    if problems:
+        vehicle.close()
+        raise ProfileError(problems)
+    return made
+
+
+def _labels(profile: Profile) -> Iterator[str]:
+    """The labels of all tasks of a profile in the order of its lines: each process of a vehicle gets the same ids."""
+    for section in profile.config.sections.values():
+        if "Enabled" in section.options:
+            yield section.value("Entity Label", default_label(section.name))
+
+
+def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
+    """Put the vehicle's bus on zenoh, as the section [Zenoh] of its profile says.
+
+    Raises ProfileError for the section, ConnectionError where zenoh cannot be joined, ModuleNotFoundError without it.
+    """
+    from runtime.zenoh import ZenohConfig, ZenohTransport
+
+    try:
+        config = ZenohConfig.from_options(profile.options("Zenoh"), profile.path.parent)
+        vehicle.bus.attach(ZenohTransport(config, vehicle.systems.name, vehicle.entities.label))
+    except ValueError as error:
+        section = profile.config.sections.get("Zenoh")
+        origin = section.origin if section else Origin(str(profile.path))
+        raise ProfileError([Problem("error", *origin, str(error))]) from None
+
+
+def doubts(vehicle: Vehicle, profile: Profile) -> list[Problem]:
+    """What the tasks of a vehicle find odd in its profile."""
+    return [
+        Problem("warning", *_origin(profile, section, doubt.option), f"[{section}] {doubt.text}", doubt.hint)
+        for task in vehicle.tasks
+        for doubt in task.doubts()
+        for section in [doubt.section or task.name]
+    ]
+
+
+def _warn_of_unknown(task: Task, option: Option) -> None:
+    """Have the task say, once it runs, that an option means nothing to it."""
+    if task.parameter_set.find(option.name) is None:
+        hint = suggestion(option.name, task.parameter_set.declarations)
+        place = Origin(Path(option.origin.file).name, option.origin.line)  # the folder is no business of the log
+        words = f"{place}: {quoted(option.name)} is no parameter" + (f"; {hint}" if hint else "")
+        task.vehicle.kernel.soon(task.log.warning, words)
+
+
+def _origin(profile: Profile, section: str, option: str) -> Origin:
+    """Where an option is set: in the section, else in [General], which all tasks may ask."""
+    found = profile.config.option(section, option) or profile.config.option("General", option)
+    return found.origin if found is not None else profile.config.sections[section].origin
+
+
+def _named_in(profile: Profile, reason: str) -> Origin | None:
+    """Where the option of another section is set that a reason begins with: "[VSIM/Model/lauv] Mass is ..."."""
+    name, _, text = reason.removeprefix("[").partition("] ")
+    if not reason.startswith("[") or (section := profile.config.sections.get(name)) is None:
+        return None
+    options = [option for option in section.options.values() if text.startswith(f"{option.name} ")]
+    return max(options, key=lambda option: len(option.name)).origin if options else None

@@ -1,0 +1,105 @@
+"""What a vehicle's profile says, and what has been changed since: the effective configuration, and saved parameters."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+from runtime.profile import read_sections, write_sections
+from runtime.task import ParameterError, Task
+
+
+class Settings(Protocol):
+    """The profile as a vehicle in operation needs it."""
+
+    def value(self, section: str, option: str, default: str = "") -> str:
+        """The text of an option of any section, `default` where it is missing or empty."""
+        ...
+
+    def options(self, section: str) -> Mapping[str, str]:
+        """The texts that a section sets, by option, but for Enabled."""
+        ...
+
+    def dump(self) -> str:
+        """The effective configuration, as an ini file."""
+        ...
+
+    def override(self, assignment: str) -> None:
+        """Take "Section:Option=value" into the effective configuration."""
+        ...
+
+
+class Changes:
+    """What has become of the parameters of tasks since they were made."""
+
+    def __init__(self, settings: Settings):
+        self._settings = settings
+        self._original: dict[str, dict[str, str]] = {}
+        self._effective: dict[str, dict[str, str]] = {}
+
+    def begin(self, task: Task) -> None:
+        """Take the present values as those of the profile."""
+        self._original[task.name] = {p.name: task.parameter_set.text(p) for p in task.parameters().values()}
+
+    def changed(self) -> dict[str, dict[str, str]]:
+        """What the profile says of parameters that are others now: texts by task and ini name."""
+        pairs = {name: (known, self._original[name]) for name, known in self._effective.items()}
+        return {
+            name: {option: text for option, text in original.items() if text != known[option]}
+            for name, (known, original) in pairs.items()
+            if known != original
+        }
+
+    def resume(self, changed: Mapping[str, Mapping[str, str]]) -> None:
+        """Take what `changed` said before as the profile's. Raises KeyError for a parameter that there is not."""
+        for name, texts in changed.items():
+            original = self._original[name]
+            if unknown := texts.keys() - original.keys():
+                raise KeyError(f"{name}: {min(unknown)}")
+            self._effective[name] = dict(original)
+            original.update(texts)
+
+    def remember(self, task: Task) -> None:
+        """Take the task's changed parameters into the effective configuration."""
+        known = self._effective.setdefault(task.name, dict(self._original[task.name]))
+        for parameter in task.parameters().values():
+            text = task.parameter_set.text(parameter)
+            if text != known[parameter.name]:
+                self._settings.override(f"{task.name}:{parameter.name}={text}")
+                known[parameter.name] = text
+
+    def save(self, task: Task, path: Path) -> None:
+        """Add the parameters of a task that differ from the profile to a file of saved ones.
+
+        Raises OSError, and ValueError for a text that an ini file cannot carry.
+        """
+        saved = read_sections(path)
+        section = saved.setdefault(task.name, {})
+        for parameter in task.parameters().values():
+            text = task.parameter_set.text(parameter)
+            if parameter.name in section or text != self._original[task.name][parameter.name]:
+                section[parameter.name] = text
+        write_sections(path, saved)
+
+
+def assign(task: Task, options: Mapping[str, str]) -> None:
+    """Give parameters the values of ini texts, by ini name; others are not the task's. Raises ParameterError."""
+    for name, text in options.items():
+        parameter = task.parameter_set.find(name)
+        if parameter is None:
+            continue
+        try:
+            task.parameter_set.set(parameter, parameter.parse(text))
+        except ValueError as error:
+            raise ParameterError(name, str(error)) from None
+
+
+def give(task: Task, values: Mapping[str, Any]) -> None:
+    """Give parameters values, by attribute. Raises ParameterError."""
+    for attribute, value in values.items():
+        parameter = next((p for p in task.parameters().values() if p.attribute == attribute), None)
+        if parameter is None:
+            raise ParameterError(attribute, f"{task.name} has no such parameter")
+        try:
+            task.parameter_set.set(parameter, parameter.check(value))
+        except ValueError as error:
+            raise ParameterError(parameter.name, str(error)) from None

@@ -1,0 +1,85 @@
+"""What each value of a section is, means, and who set it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from runtime.problem import Origin, Problem, ProfileError, nearest, quoted, suggestion
+from runtime.profile import Option, Profile, dune
+from runtime.task import Parameter, Task
+from runtime.vehicle.checker import find_parameter
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One option: its value as text, and the places that made it, last word first; none where it is the default.
+
+    `overwritten` are the places that set another value before. `parameter` is the declaration, where there is one.
+    """
+
+    option: str
+    value: str
+    unit: str
+    meaning: str
+    origins: tuple[Origin, ...]
+    overwritten: tuple[Origin, ...]
+    parameter: Parameter | None = None
+
+    @property
+    def origin(self) -> str:
+        """Who had the last word: "etc/auv/basic.ini:12", "command line" or "default"."""
+        return str(self.origins[0]) if self.origins else "default"
+
+
+def explain(profile: Profile, section: str, task: type[Task] | None = None) -> list[Row]:
+    """The options of a section: those of its task in the order of declaration, then the unknown ones.
+
+    An unknown option is called so, with the nearest valid name; data sections may have any option.
+
+    Raises ProfileError where the profile has no such section and no task is given.
+    """
+    found = profile.config.sections.get(section)
+    if found is None and task is None:
+        text = f"there is no section [{section}]"
+        raise ProfileError([Problem("error", str(profile.path), 0, text, suggestion(section, profile.config.sections))])
+    parameters = task.parameters() if task else {}
+    options = dict(found.options) if found else {}
+    rows: list[Row] = []
+    if task:
+        rows.append(_row("Enabled", options.pop("Enabled", None), "", "Profiles in which the task runs.", "Never"))
+    for name, parameter in parameters.items():
+        set_as = next((n for n in (name, *parameter.aliases) if n in options), name)
+        rows.append(_parameter_row(set_as, options.pop(set_as, None), parameter))
+    for name, option in options.items():
+        unit, meaning = dune.GENERAL.get(name, ("", "")) if section == "General" else ("", "")
+        if task:
+            meaning = _unknown(name, parameters)
+        elif section == "General" and name not in dune.GENERAL:
+            near = nearest(name, dune.GENERAL)
+            meaning = "unknown" + (f"; did you mean {quoted(near)}?" if near else " to Shoal")
+        rows.append(_row(name, option, unit, meaning, ""))
+    return rows
+
+
+def _unknown(name: str, parameters: Mapping[str, Parameter]) -> str:
+    """What to say of an option that is not shown with a parameter."""
+    parameter = find_parameter(parameters, name)
+    if parameter is not None:
+        return f"another name of {quoted(parameter.name)}, which is set already"
+    if name in dune.EVERY_TASK:
+        return "no effect in Shoal"
+    near = nearest(name, ["Enabled", *parameters, *(alias for p in parameters.values() for alias in p.aliases)])
+    return "unknown: no parameter of this task" + (f"; did you mean {quoted(near)}?" if near else "")
+
+
+def _parameter_row(name: str, option: Option | None, parameter: Parameter) -> Row:
+    default = parameter.format(parameter.default)
+    return _row(name, option, parameter.unit, parameter.description, default, parameter)
+
+
+def _row(
+    name: str, option: Option | None, unit: str, meaning: str, default: str, parameter: Parameter | None = None
+) -> Row:
+    if option is None or not option.history:
+        return Row(name, default, unit, meaning, (), (), parameter)
+    origins = tuple(reversed(option.contributors))
+    return Row(name, option.value or default, unit, meaning, origins, tuple(option.overwritten), parameter)

@@ -1,0 +1,182 @@
+"""The vehicle's parameters over IMC: queried, set, pushed, popped and saved by entity label."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import imc
+from runtime.profile import statement
+from runtime.task import UNKNOWN_SYSTEM, Parameter, ParameterError, Task, consume
+
+if TYPE_CHECKING:
+    from runtime.vehicle.vehicle import Vehicle
+
+VISIBILITIES = ("user", "developer")
+SCOPES = ("global", "idle", "plan", "maneuver")
+
+
+class ParameterService(Task):
+    """Answers the parameter messages for all tasks of the vehicle, each in the name of its entity."""
+
+    vehicle: "Vehicle"
+
+    @consume(others=True)
+    def set_parameters(self, request: imc.SetEntityParameters) -> None:
+        """Set what can be set, warn of the rest, and reply with what was accepted."""
+        task = self._addressed(request, request.name)
+        if task is None:
+            return
+        before = task.parameter_set.snapshot()
+        accepted: list[Parameter] = []
+        for entry in request.params:
+            if not isinstance(entry, imc.EntityParameter):
+                continue
+            parameter = task.parameter_set.find(entry.name)
+            reason = self._refusal(task, parameter, entry)
+            if parameter is None or reason:
+                task.log.error(f"{entry.name} = {entry.value!r} from {self._peer(request)}: {reason}")
+                continue
+            task.parameter_set.set(parameter, parameter.parse(entry.value))
+            accepted.append(parameter)
+        if accepted and self._apply(task, before):
+            self._answer(request, task, accepted)
+
+    @consume(others=True)
+    def query(self, request: imc.QueryEntityParameters) -> None:
+        """Reply with the parameters of the asked visibility and scope, sorted by name."""
+        task = self._addressed(request, request.name)
+        if task is None:
+            return
+        visibility, scope = request.visibility or "developer", request.scope or "global"
+        if visibility not in VISIBILITIES or scope not in SCOPES:
+            self.log.warning(
+                f"query from {self._peer(request)}: visibility {visibility!r} and scope {scope!r} "
+                f"must be of {VISIBILITIES} and {SCOPES}"
+            )
+            return
+        chosen = [
+            parameter
+            for _, parameter in sorted(task.parameter_set.declarations.items())
+            if visibility in ("developer", parameter.visibility) and scope in ("global", parameter.scope)
+        ]
+        if chosen:
+            self._answer(request, task, chosen)
+
+    @consume(others=True)
+    def push(self, request: imc.PushEntityParameters) -> None:
+        """Remember the values that may change per plan or maneuver."""
+        task = self._addressed(request, request.name)
+        if task is not None:
+            task.parameter_set.push()
+
+    @consume(others=True)
+    def pop(self, request: imc.PopEntityParameters) -> None:
+        """Bring the remembered values back."""
+        task = self._addressed(request, request.name)
+        if task is not None:
+            before = task.parameter_set.snapshot()
+            if task.parameter_set.pop():
+                self._apply(task, before)
+
+    @consume(others=True)
+    def save(self, request: imc.SaveEntityParameters) -> None:
+        """Write what differs from the profile to the vehicle's file of saved parameters."""
+        task = self._addressed(request, request.name)
+        if task is None:
+            return
+        try:
+            path = self.vehicle.save_parameters(task)
+        except (OSError, ValueError) as error:
+            self.log.error(f"parameters of {task.entity.label} not saved: {error}")
+        else:
+            self.log.info(f"parameters of {task.entity.label} saved to {path.name}")
+
+    @consume(others=True)
+    def query_typed(self, request: imc.QueryTypedEntityParameters) -> None:
+        """Reply with types, units and limits; an empty name asks every task."""
+        if request.op != imc.QueryTypedEntityParameters.Op.REQUEST or not self._for_us(request):
+            return
+        for task in self.vehicle.tasks:
+            if request.entity_name in ("", task.entity.label):
+                reply = imc.QueryTypedEntityParameters(
+                    op=imc.QueryTypedEntityParameters.Op.REPLY,
+                    request_id=request.request_id,
+                    entity_name=task.entity.label,
+                    parameters=tuple(_typed(task, p) for p in task.parameter_set.declarations.values()),
+                )
+                self.reply(request, reply, entity=task.entity)
+
+    def _addressed(self, request: imc.Message, label: str) -> Task | None:
+        return self.vehicle.find(label) if self.concerns(request) else None
+
+    def _for_us(self, request: imc.Message) -> bool:
+        return request.dst in (self.system, UNKNOWN_SYSTEM)
+
+    def _peer(self, request: imc.Message) -> str:
+        return self.vehicle.systems.name(request.src)
+
+    def _refusal(self, task: Task, parameter: Parameter | None, entry: imc.EntityParameter) -> str:
+        if parameter is None:
+            return f"{task.name} has no such parameter"
+        if not parameter.editable:
+            return "cannot be changed while the vehicle runs"
+        try:
+            parameter.parse(entry.value)
+            statement(parameter.name, entry.value)
+        except ValueError as error:
+            return str(error)
+        return ""
+
+    def _apply(self, task: Task, before: dict[str, object]) -> bool:
+        """Let the task follow its new values, the old ones come back where it objects. Other errors are its own."""
+        active = task.parameters()["Active"] if task.activation else None
+        wish = active is not None and task.parameter_set.value(active)
+        try:
+            if active is not None:
+                task.parameter_set.set(active, before[active.name])
+            self._configure(task, before)
+            self.vehicle.remember(task)
+            if active is not None and task.name not in self.vehicle.running:
+                task.parameter_set.set(active, wish)
+            elif active is not None:
+                self.vehicle.activations[task.name].request(wish)
+        except ParameterError as error:
+            task.log.error(f"{error}; the values before stay")
+            return False
+        except Exception as error:
+            self._kernel.on_error(task, error)
+            return False
+        return True
+
+    def _configure(self, task: Task, before: dict[str, object]) -> None:
+        try:
+            task.configure()
+            task.reconfigured()
+        except Exception:
+            task.parameter_set.restore(before)
+            task.configure()
+            task.reconfigured()
+            raise
+
+    def _answer(self, request: imc.Message, task: Task, chosen: Iterable[Parameter]) -> None:
+        values = tuple(imc.EntityParameter(name=p.name, value=task.parameter_set.text(p)) for p in chosen)
+        self.reply(request, imc.EntityParameters(name=task.entity.label, params=values), entity=task.entity)
+
+
+def _typed(task: Task, parameter: Parameter) -> imc.TypedEntityParameter:
+    kinds = imc.TypedEntityParameter.Type
+    name = parameter.imc_type.replace("list:", "LIST_").upper().replace("REAL", "FLOAT").replace("BOOLEAN", "BOOL")
+    low, high = parameter.size or (0, 0)
+    return imc.TypedEntityParameter(
+        name=parameter.name,
+        type=kinds[name.replace("INTEGER", "INT")],
+        default_value=task.parameter_set.text(parameter),
+        units=parameter.unit,
+        description=parameter.description,
+        values_list=",".join(map(str, parameter.choices)),
+        min_value=float("-inf") if parameter.minimum is None else parameter.minimum,
+        max_value=float("inf") if parameter.maximum is None else parameter.maximum,
+        list_min_size=low,
+        list_max_size=high,
+        visibility=VISIBILITIES.index(parameter.visibility) + (0 if parameter.editable else 2),
+        scope=SCOPES.index(parameter.scope),
+    )

@@ -1,0 +1,301 @@
+"""A profile brought to life: kernel, bus, entities and tasks of one vehicle."""
+
+import logging
+import traceback
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import imc
+from runtime.bus import Bus, Subscription
+from runtime.kernel import Kernel, VirtualClock, WallClock, owner_of
+from runtime.kernel.kernel import SECOND
+from runtime.profile import default_label
+from runtime.task import Activation, Entities, State, Systems, Task, consumers, rate_of, summary, tickers, words
+from runtime.vehicle.changes import Changes, Settings, assign, give
+from runtime.vehicle.daemon import Daemon
+from runtime.vehicle.fleet import Fleet
+
+LONGEST_BACKOFF = 60.0
+HEALTHY_AFTER = 60.0
+STARTING_PATIENCE = 5.0  # s
+
+logger = logging.getLogger("shoal.vehicle")
+
+
+class Vehicle:
+    """One vehicle: add tasks, `start`, `run`, `close`. It has a clock, and so a kernel, or shares that of a fleet.
+
+    `keep_going` chooses what an exception of a task does: True restarts the task with back-off, as on a vehicle; False
+    ends the run with it, as in simulation. `profile` is the effective configuration, `state_folder` keeps saved
+    parameters. `running` has the names of the tasks that have been started and are not stopped.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        system: int,
+        *,
+        clock: WallClock | VirtualClock | None = None,
+        fleet: Fleet | None = None,
+        profile: Settings,
+        systems: Mapping[str, int] | None = None,
+        seed: int = 0,
+        keep_going: bool = False,
+        log_root: Path = Path("log"),
+        state_folder: Path = Path("db"),
+        bus: Callable[[Kernel, int], Bus] = Bus,
+        entity_ids: Mapping[str, int] | None = None,
+    ):
+        self.name = name
+        self.system = system
+        self.systems = Systems({**(systems or {}), name: system})
+        self.profile = profile
+        self.seed = seed
+        self.keep_going = keep_going
+        self.log_root = log_root
+        self.state_folder = state_folder
+        self.fleet = fleet
+        if fleet is not None and clock is None:
+            self.kernel = fleet.kernel
+        elif clock is not None and fleet is None:
+            self.kernel = Kernel(clock)
+            self.kernel.on_error, self.kernel.on_slow = self.failed, self.slow
+        else:
+            raise TypeError("a vehicle has either a clock or a fleet")
+        self.start_time = self.kernel.now_ns / SECOND
+        self.bus = bus(self.kernel, system)
+        self.entities = Entities(system, entity_ids)
+        self.activations: dict[str, Activation] = {}
+        self.exit_status = 0
+        self._tasks: dict[str, Task] = {}
+        self.changes = Changes(profile)
+        self.running: set[str] = set()
+        self.failures: dict[str, tuple[int, int]] = {}
+        self._error: Exception | None = None
+        self._told = False
+        self._starting = False
+        self._observers: list[object] = []
+        self.closing = False
+        self.stopped = False
+        self.daemon = self.add(Daemon, "Daemon")
+        self.bus.on_own = self._meet_twin
+        if fleet is not None:
+            fleet.join(self)
+
+    @property
+    def virtual(self) -> bool:
+        """Whether time is virtual, so that nothing may come from the outside."""
+        return self.kernel.virtual
+
+    @property
+    def tasks(self) -> list[Task]:
+        """All tasks, in the byte order of their sections."""
+        return list(self._tasks.values())
+
+    @cached_property
+    def worker(self) -> ThreadPoolExecutor:
+        """The threads for heavy work on a wall clock."""
+        return ThreadPoolExecutor(max_workers=2, thread_name_prefix=f"{self.name}-worker")
+
+    def task(self, name: str) -> Task:
+        """The task of a section. Raises KeyError."""
+        return self._tasks[name]
+
+    def find(self, label: str) -> Task | None:
+        """The task whose main entity has this label."""
+        return next((task for task in self._tasks.values() if task.entity.label == label), None)
+
+    def add(self, cls: type[Task], section: str, options: Mapping[str, str] | None = None, **values: Any) -> Task:
+        """Make a task: `options` are ini texts by ini name, `values` are values by attribute.
+
+        Raises ParameterError for a value that it cannot have, EntityError for its label.
+        """
+        options = dict(options or {})
+        label = options.pop("Entity Label", "") or values.pop("entity_label", "") or default_label(section)
+        entity = self.entities.reserve(label, section)
+        try:
+            task = cls(self, section, entity)
+            task.entity_label = label
+            assign(task, options)
+            give(task, values)
+            entity.activation_time, entity.deactivation_time = task.activation_time, task.deactivation_time
+            self.changes.begin(task)
+            task.configure()
+            for ticking in tickers(cls):
+                rate_of(task, ticking.rate)
+        except Exception:
+            for reserved in [e for e in self.entities if e.component == section]:
+                self.entities.release(reserved)
+            raise
+        self._tasks[section] = task
+        if task.activation:
+            self.activations[section] = Activation(task)
+        return task
+
+    def start(self) -> None:
+        """Connect all tasks, then start them in order; what they publish meanwhile waits until all are started."""
+        for task in self.tasks:
+            task.connect()
+        self._starting = True
+        for task in self.tasks:
+            self._soon(self._start, task)
+        self.kernel.soon(self._started)
+
+    def run(self, seconds: float | None = None) -> None:
+        """Run for so many seconds of the vehicle's time, or until `stop`. Raises what `keep_going` does not cover.
+
+        In a fleet all its vehicles run.
+        """
+        if self.fleet is not None:
+            self.fleet.run(seconds)
+            return
+        self.stopped = False
+        begin = max(self.kernel.now_ns, self.kernel.clock.read())  # much time may have passed since the construction
+        self.kernel.run(None if seconds is None else begin + round(seconds * SECOND))
+
+    def stop(self, status: int = 0) -> None:
+        """End the run, with a status for the command line; in a fleet the others go on, and this one is closed."""
+        self.exit_status = status
+        self.stopped = True
+        if not self.closing:
+            self.kernel.stop()
+
+    def close(self) -> None:
+        """Stop all tasks, those that record everything last, deliver what they still have to say, and leave the bus.
+
+        An error keeps no other task from stopping. Where none has ended the run, the first is raised when all is done,
+        unless `keep_going` is set.
+        """
+        self.closing = True
+        recorders = [task for task in self.tasks if any(c.type is imc.Message for c in consumers(type(task)))]
+        try:
+            self.kernel.drain()
+            for task in [*(t for t in reversed(self.tasks) if t not in recorders), *recorders]:
+                if task in recorders:
+                    self.kernel.drain()
+                self._shut(task)
+            self.kernel.drain()
+            self.bus.detach()
+        finally:
+            if "worker" in vars(self):
+                self.worker.shutdown(wait=True, cancel_futures=True)
+            if self.fleet is None:
+                self.kernel.close()
+        try:
+            if self._error is not None and not self._told and not self.keep_going:
+                self._told = True
+                raise self._error
+        finally:
+            if self.fleet is not None:
+                self.fleet.leave(self)
+
+    def owns(self, owner: object) -> bool:
+        """Whether what makes a call is the vehicle, its bus, or what its bus delivers to."""
+        return owner is self or owner is self.bus or self.bus.knows(owner)
+
+    def tap(self, kind: type, handler: Callable[..., object], *, packets: bool = False) -> None:
+        """Call `handler` with each delivered message of a type, whoever sent it."""
+        self._observers.append(owner_of(handler))
+        self.bus.subscribe(Subscription(kind, handler, handler, others=True, packets=packets))
+
+    def is_observer(self, owner: object) -> bool:
+        """Whether `owner` taps the bus: what it keeps and what it will do is no part of the vehicle."""
+        return any(observer is owner for observer in self._observers)
+
+    def remember(self, task: Task) -> None:
+        """Take the task's changed parameters into the effective configuration."""
+        self.changes.remember(task)
+
+    def save_parameters(self, task: Task) -> Path:
+        """Save the parameters of a task that differ from the profile; returns the path. Raises OSError, ValueError."""
+        path = self.state_folder / f"{self.name}-saved.ini"
+        self.changes.save(task, path)
+        return path
+
+    def _start(self, task: Task) -> None:
+        self.running.add(task.name)
+        activation = self.activations.get(task.name)
+        if activation is not None and task.activation in ("plan", "maneuver"):
+            task.parameter_set.set(task.parameters()["Active"], False)
+        task.start()
+        task.begin_ticking()
+        if activation is not None and task.parameter_set.value(task.parameters()["Active"]):
+            activation.request(True)
+
+    def _soon(self, function: Callable[[Task], object], task: Task, delay: float = 0.0) -> None:
+        """Call `function(task)`, with the task to blame for what happens."""
+        self.kernel.after(delay, function, task).owner = task
+
+    def _meet_twin(self, message: imc.Message) -> None:
+        """Warn, once, of another process that speaks in the name of an entity of this one."""
+        entity = self.entities.by_id(message.src_ent)
+        if entity is not None and entity is not self.daemon.entity:
+            self.bus.on_own = lambda _: None
+            self.daemon.log.warning(
+                f"another process speaks as {entity.label} of {self.name}: is the vehicle running twice? "
+                "Give one of them another name (-V), or another bus"
+            )
+
+    def _started(self) -> None:
+        self._starting = False
+        self.bus.resume()
+
+    def _restart(self, task: Task) -> None:
+        before = (State.FAILURE, task.entity.description)
+        task.connect()
+        self._start(task)
+        if (task.entity.state, task.entity.description) == before:
+            task.set_entity_state(State.NORMAL, "restarted")
+
+    def _shut(self, task: Task) -> None:
+        try:
+            task.disconnect()
+        except Exception as error:
+            self._note(task, error)
+        if task.name not in self.running:
+            return
+        self.running.discard(task.name)
+        try:
+            task.stop()
+        except Exception as error:
+            self._note(task, error)
+
+    def _note(self, owner: object, error: Exception) -> None:
+        """Keep an error that comes up while tasks stop, for when they have."""
+        logger.error("%r while stopping: %s", owner, summary(error))
+        self._error = self._error or error
+
+    def failed(self, owner: object, error: Exception) -> None:
+        """What the kernel does with an exception that a handler raised."""
+        if self.closing or self.stopped:
+            self._note(owner, error)
+            return
+        if not self.keep_going:
+            if error is not self._error:
+                place = f"{self.name}, {owner!r}" if self.fleet is not None else repr(owner)
+                error.add_note(f"in {place} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
+            self._error, self._told = error, True
+            raise error
+        if not isinstance(owner, Task):
+            logger.error("%r: %s", owner, "".join(traceback.format_exception(error)))
+            return
+        self._shut(owner)
+        if (activation := self.activations.get(owner.name)) is not None:
+            activation.reset()
+        count, since = self.failures.get(owner.name, (0, 0))
+        count = 0 if self.kernel.now_ns - since > HEALTHY_AFTER * SECOND else count
+        delay = min(LONGEST_BACKOFF, 2.0 ** min(count, 10))
+        self.failures[owner.name] = (count + 1, self.kernel.now_ns + round(delay * SECOND))
+        owner.set_entity_state(State.FAILURE, words(error))
+        owner.log.error(f"{summary(error)}: restarting in {delay:g} s")
+        self._soon(self._restart, owner, delay)
+
+    def slow(self, owner: object, seconds: float) -> None:
+        """Say which task keeps the others waiting; some may, while they start."""
+        if self._starting and seconds < STARTING_PATIENCE:
+            return
+        name = owner.name if isinstance(owner, Task) else repr(owner)
+        self.daemon.log.warning(f"{name} took {seconds:.3f} s in one handler; heavy work belongs into offload()")

@@ -1,0 +1,9 @@
+"""A transport that joins the buses of several processes."""
+
+from runtime.zenoh.config import ZenohConfig
+from runtime.zenoh.transport import ZenohTransport
+
+__all__ = [
+    "ZenohConfig",
+    "ZenohTransport",
+]

@@ -1,0 +1,231 @@
+"""Joins the buses of several processes through zenoh: every packet under a key that says whose it is."""
+
+import atexit
+import logging
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, cast
+from urllib.parse import quote
+
+import imc
+from runtime.zenoh.config import ZenohConfig, explain
+from runtime.zenoh.meeting import MeetingPoint
+
+if TYPE_CHECKING:
+    import zenoh
+
+PREFIX = "imc"
+ENCODING = "application/octet-stream;imc/5.4.31"
+SUBSCRIPTIONS = (f"{PREFIX}/**", f"{PREFIX}/*/@cmd/**")  # ** leaves out chunks that begin with @
+URGENT = frozenset({"Abort"})
+BROADCAST = 0xFFFF
+LARGEST_PACKET = 65535  # bytes; DUNE sends and takes no larger ones
+LONGEST_CHUNK = 255
+
+RING = 4096
+MOST_PUBLISHERS = 4096
+MOST_NUMBERS = 65536
+CLOSING_TIME = 2.0
+REPORT_PERIOD = 10.0
+
+logger = logging.getLogger("shoal.zenoh")
+
+
+def chunk(name: str) -> str:
+    """A name as one chunk of a key, at most 255 long: blanks become _, all but letters, digits and ._~- become %XX."""
+    return quote("_".join(name.split()), safe="", errors="backslashreplace")[:LONGEST_CHUNK] or "_"
+
+
+def key(message: str, source: str, entity: str, destination: str = "") -> str:
+    """The key of a message (its abbreviation) from an entity (label or number) of a system.
+
+    What is for everybody is at imc/<source>/<message>/<entity>, what is for one system, `destination`, at
+    imc/<destination>/@cmd/<message>/<source>.
+    """
+    if destination:
+        return f"{PREFIX}/{chunk(destination)}/@cmd/{chunk(message)}/{chunk(source)}"
+    return f"{PREFIX}/{chunk(source)}/{chunk(message)}/{chunk(entity)}"
+
+
+class Tally:
+    """A count of one kind of trouble, told when it begins and then at most once in REPORT_PERIOD seconds."""
+
+    def __init__(self, what: str) -> None:
+        self.total = 0
+        self._what = what
+        self._told = 0
+        self._next = 0.0
+        self._lock = threading.Lock()
+
+    def count(self, detail: object, number: int = 1) -> None:
+        with self._lock:
+            self.total += number
+            now = time.monotonic()
+            if now < self._next:
+                return
+            self._next = now + REPORT_PERIOD
+        self.tell(detail)
+
+    def tell(self, detail: object = "") -> None:
+        """Report what has not been reported yet."""
+        if self.total > self._told:
+            logger.warning("%d packets %s%s", self.total - self._told, self._what, f"; {detail}" if detail else "")
+            self._told = self.total
+
+
+class _Publisher:
+    """A declared publisher that numbers its packets, so that receivers know how many they missed."""
+
+    __slots__ = ("_number", "_put", "_source", "_stamp", "undeclare")
+
+    def __init__(self, publisher: "zenoh.Publisher", stamp: "type[zenoh.SourceInfo]") -> None:
+        self._put: Callable[..., object] = cast(Any, publisher).put
+        self._source = publisher.id
+        self._stamp = stamp
+        self._number = 0
+        self.undeclare: Callable[[], object] = cast(Any, publisher).undeclare
+
+    def put(self, packet: bytes) -> None:
+        self._number = (self._number + 1) & 0xFFFFFFFF
+        self._put(packet, source_info=self._stamp(self._source, self._number))
+
+
+class ZenohTransport:
+    """A Transport: packets of this process reach all others of the bus, and theirs come in, whoever starts first.
+
+    `system_name(id)` and `entity_label(system, entity)` give the names that keys are made of; where a label is empty
+    the number stands. Counted: `lost`, packets of Shoal processes that did not arrive here (full queue, broken link);
+    `oversize`, payloads larger than any packet; `unsent`, packets that zenoh refused.
+    """
+
+    def __init__(
+        self, config: ZenohConfig, system_name: Callable[[int], str], entity_label: Callable[[int, int], str]
+    ) -> None:
+        self.config = config
+        self.lost = Tally("of other processes were lost on the way")
+        self.oversize = Tally("were larger than a packet can be and dropped")
+        self.unsent = Tally("could not be sent")
+        self._system_name = system_name
+        self._entity_label = entity_label
+        self._session: zenoh.Session | None = None
+        self._meeting_point = MeetingPoint(config)
+        self._listeners: list[tuple[zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]], threading.Thread]] = []
+        self._publishers: dict[tuple[str, ...], _Publisher] = {}
+        self._numbers: dict[tuple[zenoh.ZenohId, int], int] = {}
+
+    def open(self, receive: Callable[[bytes], None]) -> None:
+        """Join the bus; waits up to half a second for others.
+
+        Raises ConnectionError where it cannot listen, or, as a client, finds no router; ValueError for a configuration
+        file that is not one; ModuleNotFoundError without zenoh.
+        """
+        import zenoh
+
+        self._meeting_point.open()
+        try:
+            self._session = session = zenoh.open(self.config.build()[0])
+        except zenoh.ZError as error:
+            self._meeting_point.close()
+            raise ConnectionError(f"zenoh: {explain(error)}") from None
+        atexit.register(self._abandon)  # the interpreter must not end under threads that wait in zenoh: it aborts
+        for expression in SUBSCRIPTIONS:
+            ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(RING)
+            subscriber = session.declare_subscriber(expression, ring, allowed_origin=zenoh.Locality.REMOTE)
+            thread = threading.Thread(
+                target=self._listen, args=(subscriber.handler, receive), name=expression, daemon=True
+            )
+            self._listeners.append((subscriber, thread))
+            thread.start()
+
+    def send(self, message: imc.Message, packet: bytes) -> None:
+        """Publish a packet, which decodes to `message`; drops it rather than wait for a process, and never raises."""
+        session = self._session
+        if session is None:
+            return
+        name = type(message).__name__ if not isinstance(message, imc.Unknown) else str(message.id)
+        source = self._system_name(message.src)
+        if message.dst == BROADCAST:
+            names = (name, source, self._entity_label(message.src, message.src_ent) or str(message.src_ent))
+        else:
+            names = (name, source, "", self._system_name(message.dst))
+        try:
+            publisher = self._publishers.get(names) or self._declare(session, names)
+            publisher.put(packet)
+        except Exception as error:
+            self.unsent.count(f"{name} of {source}: {error}")
+
+    def close(self) -> None:
+        """Leave the bus, within CLOSING_TIME seconds even where zenoh does not come to an end."""
+        session, self._session = self._session, None
+        if session is None:
+            return
+        atexit.unregister(self._abandon)
+        closing = threading.Thread(target=self._leave, args=(session,), name="zenoh close", daemon=True)
+        closing.start()
+        closing.join(CLOSING_TIME)
+        if closing.is_alive():
+            logger.warning("zenoh has not closed within %g s and is left behind", CLOSING_TIME)
+        for tally in (self.lost, self.oversize, self.unsent):
+            tally.tell()
+
+    def _leave(self, session: "zenoh.Session") -> None:
+        """Subscribers first: a session that closes under its subscribers may wait for them for ever."""
+        for subscriber, thread in self._listeners:
+            cast(Any, subscriber).undeclare()
+            thread.join(CLOSING_TIME / 4)
+        self._listeners.clear()
+        self._publishers.clear()
+        cast(Any, session).close()
+        self._meeting_point.close()
+
+    def _abandon(self) -> None:
+        session, self._session = self._session, None
+        if session is not None:
+            self._leave(session)
+
+    def _declare(self, session: "zenoh.Session", names: tuple[str, ...]) -> _Publisher:
+        import zenoh
+
+        if len(self._publishers) >= MOST_PUBLISHERS:  # somebody relays packets of ever new sources
+            self._publishers.pop(next(iter(self._publishers))).undeclare()
+        urgent = len(names) == 4 or names[0] in URGENT
+        publisher = session.declare_publisher(
+            key(*names),
+            encoding=ENCODING,
+            congestion_control=zenoh.CongestionControl.DROP,
+            priority=zenoh.Priority.REAL_TIME if urgent else zenoh.Priority.DATA,
+        )
+        return self._publishers.setdefault(names, _Publisher(publisher, zenoh.SourceInfo))
+
+    def _listen(self, ring: "zenoh.handlers.Handler[zenoh.Sample]", receive: Callable[[bytes], None]) -> None:
+        """Hand on what comes in, until the subscriber is undeclared; one thread each for telemetry and commands."""
+        import zenoh
+
+        while True:
+            try:
+                sample = ring.recv()
+            except zenoh.ZError:
+                return
+            while sample is not None:
+                if self._session is None:
+                    return
+                self._arrive(sample, receive)
+                sample = ring.try_recv()
+
+    def _arrive(self, sample: "zenoh.Sample", receive: Callable[[bytes], None]) -> None:
+        if (source := sample.source_info) is not None:
+            publisher = source.source_id.zid, source.source_id.eid
+            number, last = source.source_sn, self._numbers.get(publisher)
+            ahead = 1 if last is None else (number - last) & 0xFFFFFFFF
+            if not 0 < ahead < 0x80000000:
+                return  # heard before: two routers that both know us both hand it on
+            if ahead > 1:
+                self.lost.count(f"the latest before one at {sample.key_expr}", ahead - 1)
+            if last is None and len(self._numbers) >= MOST_NUMBERS:
+                self._numbers.clear()
+            self._numbers[publisher] = number
+        if len(sample.payload) > LARGEST_PACKET:
+            self.oversize.count(f"the latest of {len(sample.payload)} bytes at {sample.key_expr}")
+        else:
+            receive(sample.payload.to_bytes())

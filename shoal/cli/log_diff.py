@@ -1,0 +1,116 @@
+"""`shoal log diff`: says where two logs part."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from runtime.problem import printable
+from shoal.cli.log_open import LOG, make_console, make_table, open_log, progress, refusals
+from shoal.logs.look import Difference, FieldDifference, Place, compare, differing, moment, number
+
+MOST_FIELDS = 30
+LONGEST = 60  # characters of a value
+
+
+@click.command()
+@click.argument("a", type=LOG)
+@click.argument("b", type=LOG)
+def diff(a: Path, b: Path) -> None:
+    """Say in plain words where the logs A and B part. Exit status 0: equal, 1: different, 2: trouble."""
+    try:
+        with refusals():
+            logs = open_log(a), open_log(b)
+            with progress(logs[0].path) as tell:
+                found = compare(*logs, tell)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(2)
+    for log, losses in zip(logs, found.losses, strict=True):
+        if losses:
+            click.echo(printable(f"{log.path}: {number(len(losses), 'damaged place')} left out"), err=True)
+    if found.equal:
+        click.echo(f"equal: {number(found.packets[0], 'message')}, byte for byte")
+        return
+    console = make_console()
+    for name, path, count in zip("AB", (a, b), found.packets, strict=True):
+        console.print(printable(f"{name}: {path}: {number(count, 'message')}"), soft_wrap=True)
+    console.print()
+    for line in _first(found):
+        console.print(printable(line), soft_wrap=True)
+    if found.reordered:
+        console.print("Both have the same messages, in another order.")
+    else:
+        _show_types(found)
+        _show_fields(found)
+    sys.exit(1)
+
+
+def _first(found: Difference) -> list[str]:
+    assert found.first is not None
+    one, two = found.first
+    if one.message is None or two.message is None:
+        longer, place, ended = ("B", two, "A") if one.message is None else ("A", one, "B")
+        more = f"{number(abs(found.packets[0] - found.packets[1]), 'message')} more"
+        begin = f"{ended} ends after message {one.number - 1}; until there they are equal. {longer} has {more}"
+        return [f"{begin}, first {_what(place, found)}"]
+    until = "; until there they are equal" if one.number > 1 else ""
+    lines = [f"They part at message {one.number}, {moment(one.message.timestamp)}{until}."]
+    same = type(one.message) is type(two.message) or type(one.message).__name__ == type(two.message).__name__
+    if same and one.message.src == two.message.src and one.message.src_ent == two.message.src_ent:
+        lines.append(f"Both have {_what(one, found)}, but:")
+        rows = differing(one.message, two.message)
+        lines += [f"  {name}: {_value(before)} in A, {_value(after)} in B" for name, before, after in rows]
+        return lines if rows else [*lines, "  its bytes differ, and its fields do not"]
+    return [*lines, f"A has {_what(one, found)}", f"B has {_what(two, found)}"]
+
+
+def _what(place: Place, found: Difference) -> str:
+    message = place.message
+    assert message is not None
+    who = f"{found.names.entity(message.src, message.src_ent)} of {found.names.system(message.src)}"
+    return f"{type(message).__name__} of {who}, byte {place.offset}"
+
+
+def _value(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= LONGEST else text[:LONGEST] + "…"
+
+
+def _show_types(found: Difference) -> None:
+    columns = ("equal", "changed", "only in A", "only in B")
+    table = make_table("message", *columns, right=columns)
+    different = {name: row for name, row in found.types.items() if row.changed or row.only_a or row.only_b}
+    for name, row in sorted(different.items(), key=lambda item: -item[1].changed - item[1].only_a - item[1].only_b):
+        table.add_row(name, *(str(count or "") for count in (row.same, row.changed, row.only_a, row.only_b)))
+    console = make_console()
+    console.print()
+    console.print(table)
+    same = sum(row.same for name, row in found.types.items() if name not in different)
+    if len(different) < len(found.types):
+        types = number(len(found.types) - len(different), "other type")
+        console.print(f"{types} with {number(same, 'message')} are equal", style="dim")
+
+
+def _show_fields(found: Difference) -> None:
+    if not found.fields:
+        return
+    columns = ("differs", "mean", "greatest")
+    table = make_table("field", *columns, "at", right=columns)
+    rows = sorted(found.fields.items(), key=lambda item: -item[1].count)
+    for (name, attribute), row in rows[:MOST_FIELDS]:
+        table.add_row(f"{name}.{attribute}", *map(printable, _figures(row)))
+    console = make_console()
+    how = "type, sender and time" if found.by_time else "type, sender and order, for their times differ"
+    some = f", the first {number(found.compared, 'pair')}" if found.compared < found.pairs else ""
+    console.print(f"\nWhat changed in messages of the same {how}{some}:")
+    console.print(table)
+    if len(rows) > MOST_FIELDS:
+        console.print(f"and {len(rows) - MOST_FIELDS} more fields", style="dim")
+
+
+def _figures(row: FieldDifference) -> tuple[str, str, str, str]:
+    if not row.numeric:
+        return str(row.count), "", "", ""
+    return str(row.count), f"{row.mean:.4g}", f"{row.greatest:.4g}", moment(row.at) if row.at == row.at else ""

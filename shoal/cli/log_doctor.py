@@ -1,0 +1,46 @@
+"""`shoal log doctor`: looks for what is wrong with a log, and repairs it."""
+
+import sys
+from pathlib import Path
+
+import click
+from rich.padding import Padding
+from rich.text import Text
+
+from runtime.problem import printable
+from shoal.cli.log_open import LOG, all_processors, make_console, progress, refusals
+from shoal.logs.look import doctor as clinic
+from shoal.logs.look import number, span
+
+STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
+
+
+@click.command()
+@click.argument("log", type=LOG)
+@click.option("--repair", type=LOG, metavar="OUT", help="Write the good packets and definitions to a new folder.")
+def doctor(log: Path, repair: Path | None) -> None:
+    """Look for what is wrong with LOG, and say what it means. Exit status 1 where there are errors or warnings."""
+    with refusals():
+        with progress(log) as tell:
+            examination = clinic.examine(log, tell, all_processors())
+        console = make_console()
+        order = list(STYLES)
+        for finding in sorted(examination.findings, key=lambda finding: order.index(finding.severity)):
+            console.print(Text.assemble((f"{finding.severity}: ", STYLES[finding.severity]), printable(finding.text)))
+            for place in finding.places:
+                console.print(Padding(Text(printable(place)), (0, 0, 0, 6), expand=False))
+            for advice in filter(None, (finding.meaning, finding.remedy)):
+                console.print(Padding(Text(advice, style="dim"), (0, 0, 0, 4), expand=False))
+        if (summary := examination.summary) is not None:
+            if examination.healthy:
+                console.print(Text("healthy: ", "green") + Text(_size(summary.packets, summary.duration)))
+            if repair is not None:
+                count = clinic.repair(examination, repair)
+                console.print(printable(f"repaired: {number(count, 'message')}: {repair}"), soft_wrap=True)
+        elif repair is not None:
+            raise click.ClickException("there is no message to save")
+    sys.exit(0 if examination.healthy else 1)
+
+
+def _size(packets: int, seconds: float) -> str:
+    return f"{number(packets, 'message')} in {span(seconds)}, no damage"

@@ -1,0 +1,184 @@
+"""`shoal log export` and `import`: logs in the formats of other tools."""
+
+import re
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+
+import imc
+from runtime.logs import summarize
+from runtime.problem import printable
+from shoal.cli.log_change import TIMES, read_time, split_words
+from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals
+from shoal.logs.edit import choose, new_file, new_folder
+from shoal.logs.export import Source
+from shoal.logs.export.batches import Progress
+from shoal.logs.look import number
+
+ENDINGS = {"mcap": ".mcap", "netcdf": ".nc", "parquet": "-parquet", "csv": "-csv", "llf": "-llf"}
+FORMATS = tuple(ENDINGS)
+FILES = ("mcap", "netcdf")
+MCAP_MAGIC = b"\x89MCAP0\r\n"
+MOST_LINES = 20
+
+
+@click.command(
+    epilog="MCAP: one topic per system, message and entity, which Foxglove, PlotJuggler and ROS 2 tools show, and the "
+    "packets themselves, so that `shoal log import` makes the same log of it again. NetCDF: one file, one group per "
+    "message type, CF conventions. Parquet, CSV, LLF: a folder with one file per message type. MCAP, NetCDF and "
+    "Parquet need the extra shoal[analysis]."
+)
+@click.argument("log", type=LOG)
+@click.argument("out", type=LOG, required=False)
+@click.option("-f", "--format", "form", type=click.Choice(FORMATS), help="By the ending of OUT, else mcap, by default.")
+@click.option("--from", "begin", metavar="TIME", help=f"Begin: {TIMES}.")
+@click.option("--to", "end", metavar="TIME", help="End, not included; as --from.")
+@click.option("-m", "--messages", multiple=True, help="Messages, by name or id, separated by commas.")
+@click.option("-s", "--systems", multiple=True, help="Systems, by name or id.")
+@click.option("-e", "--entities", multiple=True, help="Entities, by label or id.")
+@click.option("--raw/--no-raw", default=True, help="MCAP: also the packets, of which the log can be made again.")
+@click.option("--images/--no-images", default=True, help="MCAP: also the pictures in the folder Photos.")
+@click.option("--force", is_flag=True, help="Replace what is there already.")
+def export(
+    log: Path,
+    out: Path | None,
+    form: str | None,
+    begin: str | None,
+    end: str | None,
+    messages: tuple[str, ...],
+    systems: tuple[str, ...],
+    entities: tuple[str, ...],
+    raw: bool,
+    images: bool,
+    force: bool,
+) -> None:
+    """Write LOG to OUT as MCAP, NetCDF, Parquet, CSV or LLF; OUT is named after the log by default."""
+    with refusals():
+        form = form or (_format_of(out) if out else "mcap")
+        with _extra("analysis"):
+            write = _writer(form, raw, images)
+        opened = open_log(log)
+        out = out or Path(_name(opened.path) + ENDINGS[form])
+        with progress(opened.path) as tell:
+            summary = summarize(opened, tell)
+        check_found(opened, summary.packets)
+        start, stop = (read_time(text, summary.start, summary.end) for text in (begin, end))
+        words = split_words(messages), split_words(systems), split_words(entities)
+        source = Source(opened, summary, choose(summary, start, stop, *words))
+        with _named(out), (new_file if form in FILES else new_folder)(out, force) as part:
+            with progress(opened.path, "exporting") as tell:
+                written = write(source, part, tell)
+            if source.packets == 0:
+                raise ValueError("no message of the log is chosen; nothing is written")
+    of = f"{number(source.packets, 'message')} of the log"
+    click.echo(printable(f"{of}: {number(written, 'message' if form == 'mcap' else 'row')} in {out}"))
+    for reason, count in source.skipped.most_common(MOST_LINES):
+        click.echo(printable(f"left out: {number(count, 'message')}: {reason}"), err=True)
+    for offset, length, reason in opened.losses[:MOST_LINES]:
+        click.echo(printable(f"left out: byte {offset}: {number(length, 'byte')}: {reason}"), err=True)
+    if len(opened.losses) > MOST_LINES:
+        click.echo(f"left out: {len(opened.losses) - MOST_LINES} more damaged places", err=True)
+
+
+@click.command()
+@click.argument("file", type=LOG)
+@click.argument("out", type=LOG, required=False)
+@click.option("--system", default="", help="A name for the first vehicle of a .tlog file; mavlink-<id> by default.")
+@click.option("--force", is_flag=True, help="Write to a folder that exists, and replace the log in it.")
+def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
+    """Make a log in the folder OUT of FILE: an MCAP of `shoal log export`, or a MAVLink .tlog.
+
+    Of an MCAP it is the same log, packet for packet. The autopilots of a .tlog become systems that say in IMC what
+    they said in MAVLink: state, GPS, batteries, sensors, modes, texts.
+    """
+    out = out or Path(file.stem)
+    with refusals():
+        with file.open("rb") as opened:
+            mcap = opened.read(len(MCAP_MAGIC)) == MCAP_MAGIC
+        with _extra("analysis" if mcap else "mavlink"):
+            write = _import_mcap if mcap else _tlog_reader(system)
+        with _named(out), new_folder(out, force) as part, progress(file) as tell:
+            warnings = write(file, part, tell)
+        packets = len(imc.Log(out))
+    click.echo(printable(f"{number(packets, 'message')}: {out}"))
+    for warning in warnings:
+        click.echo(printable(f"warning: {warning}"), err=True)
+
+
+def _format_of(out: Path) -> str:
+    """The format that the ending of a name says, MCAP without one. Raises ValueError for one that says nothing."""
+    ending = out.suffix[1:].lower()
+    if ending and ending != "nc" and ending not in FORMATS:
+        raise ValueError(f"{out}: '.{ending}' is the ending of no format; name one by --format")
+    return "netcdf" if ending == "nc" else ending or "mcap"
+
+
+def _writer(form: str, raw: bool, images: bool) -> Callable[[Source, Path, Progress], int]:
+    # The libraries of a format are loaded only where it is wanted.
+    match form:
+        case "mcap":
+            from shoal.logs.export.mcap import export_mcap
+
+            return lambda source, path, tell: export_mcap(source, path, raw, images, tell)
+        case "parquet":
+            from shoal.logs.export.parquet import export_parquet
+
+            return export_parquet
+        case "netcdf":
+            from shoal.logs.export.netcdf import export_netcdf
+
+            return export_netcdf
+        case "csv":
+            from shoal.logs.export.csv import export_csv
+
+            return export_csv
+        case _:
+            from shoal.logs.export.llf import export_llf
+
+            return export_llf
+
+
+def _import_mcap(file: Path, folder: Path, _: Progress) -> list[str]:
+    from shoal.logs.edit.mcap_import import import_mcap
+
+    return import_mcap(file, folder)
+
+
+def _tlog_reader(system: str) -> Callable[[Path, Path, Progress], list[str]]:
+    from shoal.logs.edit.tlog_import import import_tlog
+
+    def read(file: Path, folder: Path, tell: Progress) -> list[str]:
+        done = import_tlog(file, folder, system, tell)
+        return [f"{number(done.lost, 'byte')} of {file} belong to no MAVLink frame"] if done.lost else []
+
+    return read
+
+
+@contextmanager
+def _extra(name: str) -> Generator[None]:
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise click.ClickException(f"this needs {error.name}: pip install 'shoal[{name}]'") from None
+
+
+@contextmanager
+def _named(out: Path) -> Generator[None]:
+    """Says which file, where an error of the operating system does not."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None:
+            raise OSError(error.errno, error.strerror or str(error), str(out)) from error
+        raise
+
+
+def _name(path: Path) -> str:
+    """What a log is called: vehicle, date and time, as far as its folders say them."""
+    if not path.name.startswith("Data.lsf"):
+        return path.name.split(".")[0]
+    folder = path.resolve().parent
+    dated = re.fullmatch(r"\d{8}", folder.parent.name)
+    return "-".join((folder.parent.parent.name, folder.parent.name, folder.name)) if dated else folder.name

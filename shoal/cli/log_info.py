@@ -1,0 +1,91 @@
+"""`shoal log info` and `ls`: what is in logs."""
+
+from pathlib import Path
+
+import click
+
+from runtime.logs import Summary, Tally, summarize
+from runtime.problem import printable
+from shoal.cli.log_open import LOG, check_found, make_console, make_table, open_log, progress, refusals
+from shoal.logs.look import logs_below, moment, number, rate, size, span
+
+MOST_LINES = 20  # of damage
+
+
+@click.command()
+@click.argument("log", type=LOG)
+@click.option("--entities/--no-entities", default=True, help="Also list who spoke.")
+def info(log: Path, entities: bool) -> None:
+    """Say what is in LOG, a folder or a Data.lsf: who, when, what, how often, and what is damaged."""
+    with refusals():
+        opened = open_log(log)
+        with progress(opened.path) as tell:
+            summary = summarize(opened, tell)
+        check_found(opened, summary.packets)
+    console = make_console()
+    for title, text in _facts(summary):
+        console.print(f"{title:10}{printable(text)}", soft_wrap=True)
+    console.print()
+    table = make_table("message", "count", "rate", "bytes", right=("count", "rate", "bytes"))
+    for name, tally in summary.by_type.items():
+        table.add_row(name, *_figures(tally))
+    console.print(table)
+    if entities:
+        table = make_table("entity", "id", "of", "count", "rate", "bytes", right=("id", "count", "rate", "bytes"))
+        for (src, entity), tally in summary.by_entity.items():
+            label, system = summary.names.entity(src, entity), summary.names.system(src)
+            table.add_row(printable(label), str(entity), printable(system), *_figures(tally))
+        console.print()
+        console.print(table)
+
+
+def _facts(summary: Summary) -> list[tuple[str, str]]:
+    others = [summary.names.system(src) for src in summary.clocks if src != summary.owner]
+    heard = f", heard {', '.join(others)}" if others else ""
+    packed = f", {size(summary.unpacked)} unpacked" if summary.path.suffix != ".lsf" else ""
+    source = summary.schema_source or "none beside the log; built-in"
+    facts = [
+        ("log", str(summary.path)),
+        ("system", f"{summary.names.system(summary.owner)}{heard}"),
+        ("from", moment(summary.start)),
+        ("to", f"{moment(summary.end)} ({span(summary.duration)})"),
+        ("messages", f"{number(summary.packets, 'message')} of {number(len(summary.by_type), 'type')}"),
+        ("size", f"{size(summary.file_size)}{packed}"),
+        ("schema", f"IMC {summary.schema.version}: {source}"),
+    ]
+    for step in summary.steps[:MOST_LINES]:
+        leap = span(step.after - step.before)
+        text = f"of {summary.names.system(step.src)} set by {leap} at {moment(step.before)}, byte {step.offset}"
+        facts.append(("clock", text))
+    if summary.losses:
+        lost = sum(loss.length for loss in summary.losses)
+        facts.append(("damage", f"{number(len(summary.losses), 'place')}, {size(lost)}"))
+        facts += [("", f"byte {at}: {size(length)}: {why}") for at, length, why in summary.losses[:MOST_LINES]]
+        if len(summary.losses) > MOST_LINES:
+            facts.append(("", f"and {len(summary.losses) - MOST_LINES} more"))
+    else:
+        facts.append(("damage", "none"))
+    return facts
+
+
+def _figures(tally: Tally) -> tuple[str, str, str]:
+    return str(tally.count), rate(tally.rate), str(tally.size)
+
+
+@click.command()
+@click.argument("folder", type=LOG, default=Path("log"))
+def ls(folder: Path) -> None:
+    """List the logs below FOLDER (log by default), one line each."""
+    if not folder.exists():
+        raise click.ClickException(printable(f"{folder}: there is no such folder"))
+    found = logs_below(folder)
+    if not found:
+        raise click.ClickException(printable(f"{folder}: there are no logs in it"))
+    console = make_console()
+    table = make_table("log", "system", "from", "duration", "size", "", right=("duration", "size"))
+    for glance in found:
+        path = glance.path.parent if glance.path.name.startswith("Data.lsf") else glance.path
+        when = moment(glance.start) if glance.start == glance.start else ""
+        length = span(glance.end - glance.start) if when else ""
+        table.add_row(*map(printable, (str(path), glance.system, when, length, size(glance.size), glance.problem)))
+    console.print(table)

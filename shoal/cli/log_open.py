@@ -1,0 +1,78 @@
+"""What the commands of `shoal log` have in common: opening logs, showing how far it is, refusing in words."""
+
+import os
+from collections.abc import Callable, Generator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+import imc
+from imc.lsf import Spread
+from runtime.logs import UnknownName
+from runtime.problem import printable
+
+LOG = click.Path(path_type=Path)
+IMPORTED = (".mcap", ".tlog")
+
+
+@contextmanager
+def refusals() -> Generator[None]:
+    """Turns what can be wrong with files and names into messages of the command line."""
+    try:
+        yield
+    except imc.SchemaError as error:
+        hint = "`shoal log doctor` says more, and repairs it"
+        raise click.ClickException(printable(f"the definitions of the log are bad: {error}; {hint}")) from None
+    except (UnknownName, ValueError) as error:
+        raise click.ClickException(printable(str(error))) from None
+    except OSError as error:
+        raise click.ClickException(printable(f"{error.filename}: {error.strerror or error}")) from None
+
+
+def open_log(path: Path) -> imc.Log:
+    """A log that is unpacked on all processors. Raises what imc.Log does."""
+    return imc.Log(path, spread=all_processors())
+
+
+def all_processors() -> Spread:
+    """Unpacks a log on all processors."""
+    return ThreadPoolExecutor(os.cpu_count()).map
+
+
+def check_found(log: imc.Log, packets: int) -> None:
+    """Raises ClickException for a file without a message."""
+    if packets == 0:
+        length = log.path.stat().st_size
+        why = f"none of its {length} bytes belongs to a message" if length else "the file is empty"
+        if log.path.suffix.lower() in IMPORTED and length:
+            why += f"; shoal log import {log.path} makes a log of it"
+        raise click.ClickException(printable(f"{log.path}: there is no message in this log: {why}"))
+
+
+@contextmanager
+def progress(path: Path, what: str = "reading") -> Generator[Callable[[float], None]]:
+    """A bar on a terminal: the function takes the share that is done, 0 to 1."""
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(f"{what} {printable(path.parent.name)}/{printable(path.name)}", total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+def make_console() -> Console:
+    """As wide as the terminal, or wide enough for a pipe."""
+    console = Console(highlight=False, markup=False, emoji=False)
+    return console if console.is_terminal else Console(highlight=False, markup=False, emoji=False, width=200)
+
+
+def make_table(*columns: str, right: tuple[str, ...] = ()) -> Table:
+    """A plain table; the columns in `right` hold numbers."""
+    table = Table(box=None, header_style="dim", pad_edge=False)
+    for place, column in enumerate(columns):
+        table.add_column(column, overflow="fold", no_wrap=place == 0, justify="right" if column in right else "left")
+    return table

@@ -1,0 +1,24 @@
+"""`shoal log report`: a log as a page to look at."""
+
+from pathlib import Path
+
+import click
+
+from runtime.problem import printable
+from shoal.cli.log_open import LOG, open_log, progress, refusals
+from shoal.logs.look import report as draw
+from shoal.logs.look import size
+
+
+@click.command()
+@click.argument("log", type=LOG)
+@click.option("-o", "--out", type=LOG, help="The page [default: report.html in the folder of the log]")
+def report(log: Path, out: Path | None) -> None:
+    """Draw LOG as one HTML page that needs nothing else, for people who would rather look than read."""
+    with refusals():
+        opened = open_log(log)
+        with progress(opened.path) as tell:
+            text = draw(opened, tell)
+        out = out or opened.path.parent / "report.html"
+        out.write_text(text, encoding="utf-8")
+    click.echo(printable(f"{size(len(text.encode()))}: {out}"))

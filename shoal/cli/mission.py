@@ -1,0 +1,150 @@
+"""`shoal mission`: flies a plan on a virtual clock, and says how it went."""
+
+import json
+import math
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+import imc
+from runtime.durations import parse_duration, period_option
+from runtime.problem import ProfileError
+from runtime.profile import Profile
+from runtime.vehicle import check, find_task
+from shoal.cli.run import tell_warnings
+from shoal.missions import Leg, Mission, Report, load_plan, prepare
+from shoal.missions.files import PlanFileError
+
+REFRESH = 0.1  # s between two pictures
+CANNOT_FLY = 2  # exit status: neither flown nor failed
+
+
+@click.command()
+@click.argument("profile")
+@click.argument("plan", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("-d", "--config-dir", multiple=True, type=click.Path(path_type=Path), help="A folder with profiles.")
+@click.option("-p", "--profiles", multiple=True, help="Modes to select [default: those that simulate all].")
+@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Overrides a value.")
+@click.option("--for", "limit", default="24h", show_default=True, help="Longest time of the vehicle.")
+@click.option("--seed", type=click.IntRange(0), help="Seed of all random numbers [default: the profile's, or 0]")
+@click.option("--calibrate", is_flag=True, help="Calibrate before the plan starts.")
+@click.option(
+    "--snapshot-every", callback=period_option, metavar="TIME", help="Save the state of the vehicle, with its log."
+)
+@click.option("--log-dir", default="log", show_default=True, type=click.Path(path_type=Path), help="Where logs go.")
+@click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
+def mission(
+    profile: str,
+    plan: Path,
+    config_dir: tuple[Path, ...],
+    profiles: tuple[str, ...],
+    overrides: tuple[str, ...],
+    limit: str,
+    seed: int | None,
+    calibrate: bool,
+    snapshot_every: float | None,
+    log_dir: Path,
+    as_json: bool,
+) -> None:
+    """Fly PLAN (YAML or JSON) with the vehicle PROFILE: shoal mission lauv-noptilus-1 plan.yaml
+
+    The exit status is 0 for a plan that was completed, 1 for one that the vehicle refused or did not complete, 2 for a
+    file or a profile that is wrong.
+    """
+    try:
+        longest = parse_duration(limit)
+        specification = load_plan(plan)
+        state_folder = log_dir.parent / "db"
+        made = prepare(
+            profile,
+            profiles,
+            config_dir=config_dir,
+            overrides=overrides,
+            seed=seed,
+            log_root=log_dir,
+            state_folder=state_folder,
+        )
+        if isinstance(flown := made.vehicle.profile, Profile):
+            tell_warnings(check(flown, {}, flown.select(flown.value("General", "Selected")), find_task), profile)
+    except (PlanFileError, ProfileError, OSError, ValueError) as error:
+        click.echo(f"Error: {error}", err=True)
+        sys.exit(CANNOT_FLY)
+    bar = _Bar(specification.plan_id)
+    try:
+        with bar.progress:
+            flight = Mission(made.vehicle, specification, calibrate=calibrate, watch=bar.show)
+            report = flight.fly(longest, snapshot_every=snapshot_every)
+    except Exception as error:
+        report = Report("FAILURE", f"{type(error).__name__}: {error}")
+    if as_json:
+        click.echo(json.dumps(_plain(report), indent=1))
+    else:
+        _print(specification.plan_id, report)
+    sys.exit(0 if report.completed else 1)
+
+
+class _Bar:
+    """The progress of the plan, on a terminal; on stderr, so that the outcome can be piped."""
+
+    def __init__(self, title: str):
+        console = Console(stderr=True)
+        columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"))
+        self.progress = Progress(*columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal)
+        self._title = title
+        self._task = self.progress.add_task(title, total=100.0)
+        self._next = 0.0
+
+    def show(self, state: imc.PlanControlState) -> None:
+        if time.monotonic() >= self._next:
+            self._next = time.monotonic() + REFRESH
+            text = f"{self._title} {state.man_id}"
+            self.progress.update(self._task, completed=max(0.0, state.plan_progress), description=text)
+
+
+def _plain(report: Report) -> dict[str, object]:
+    summary: dict[str, object] = {
+        "outcome": report.outcome,
+        "reason": report.reason,
+        "seconds": report.seconds,
+        "distance": report.distance,
+        "cross_track": _known(report.cross_track),
+        "depth_error": _known(report.depth_error),
+        "deepest": report.deepest,
+    }
+    legs = [{key: _known(value) for key, value in asdict(leg).items()} for leg in report.legs]
+    return {**summary, "legs": legs}
+
+
+def _known(value: object) -> object:
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
+def _print(title: str, report: Report) -> None:
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(f"{title}: {report.outcome}, {report.reason}", markup=False)
+    if not report.legs:
+        return
+    table = Table(box=None, pad_edge=False)
+    table.add_column("maneuver")
+    for name in ("time", "distance", "cross-track", "depth error"):
+        table.add_column(name, justify="right")
+    total = Leg("all", 0.0, report.seconds, report.distance, report.cross_track, report.depth_error)
+    for leg in (*report.legs, total):
+        table.add_row(
+            leg.name,
+            f"{leg.seconds:.1f} s",
+            f"{leg.distance:.1f} m",
+            _metres(leg.cross_track),
+            _metres(leg.depth_error),
+        )
+    console.print(table)
+
+
+def _metres(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.2f} m"

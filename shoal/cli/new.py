@@ -1,0 +1,132 @@
+"""`shoal new`: a task or a vehicle to begin with, that runs and has a test."""
+
+import keyword
+import re
+import sys
+from pathlib import Path
+
+import click
+
+TASK = '''"""{title}: counts what the vehicle says about itself and reports the greatest depth."""
+
+import imc
+from runtime import State, Task, consume, param, periodic
+
+
+class {cls}(Task):
+    """Reports the greatest depth so far."""
+
+    rate: float = param(1.0, "Hz", "How often to report.", minimum=0.1, maximum=10.0)
+
+    def start(self) -> None:
+        self.deepest = 0.0
+        self.set_entity_state(State.NORMAL, "active")
+
+    @consume
+    def follow(self, state: imc.EstimatedState) -> None:
+        self.deepest = max(self.deepest, state.depth)
+
+    @periodic("rate")
+    def report(self) -> None:
+        self.publish(imc.Depth(value=self.deepest))
+'''
+
+TASK_TEST = '''"""{cls} reports the greatest depth."""
+
+import imc
+import pytest
+from {module} import {cls}
+from runtime.testing import simulate
+
+
+def test_it_reports_the_greatest_depth():
+    dive = [imc.EstimatedState(timestamp=t, depth=depth) for t, depth in enumerate([0.0, 3.0, 7.5, 2.0])]
+    run = simulate({cls}, feed=dive, seconds=10.0)
+    assert max(report.value for report in run.of(imc.Depth)) == pytest.approx(7.5)
+    assert run.of(imc.Depth)[0].value == 0.0
+'''
+
+VEHICLE = """# {name}: swims circles in simulation, without forces; see `shoal explain {name}`.
+# One with forces, navigation, control and plans begins with [Require lauv-noptilus-1.ini].
+
+[General]
+Vehicle                       = {name}
+
+[Simulators.EstimatedState]
+Enabled                       = Simulation
+Entity Label                  = Simulation Engine
+Pattern                       = Circle
+Speed                         = 1.5
+Depth                         = 2
+
+[Simulators.IMU]
+Enabled                       = Simulation
+
+[Simulators.GPS]
+Enabled                       = Simulation
+
+[Transports.Logging]
+Enabled                       = Always
+Entity Label                  = Logger
+"""
+
+VEHICLE_TEST = '''"""{name} swims."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+
+def test_it_swims_and_leaves_a_log(tmp_path):
+    command = "-m shoal.cli run {name} -p Simulation --clock virtual --for 10s --log-dir".split()
+    run = [sys.executable, *command, tmp_path]
+    done = subprocess.run(run, cwd=Path(__file__).parent, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert list(tmp_path.glob("{name}/*/*/Data.lsf.gz"))
+'''
+
+
+@click.group()
+def new() -> None:
+    """Make a task or a vehicle of your own, with a test, in the current folder."""
+
+
+@new.command()
+@click.argument("name")
+def task(name: str) -> None:
+    """A task NAME, such as DepthAlarm: a module and its test."""
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9]*", name) or keyword.iskeyword(name):
+        raise click.BadParameter(f"{name!r} is not a class name such as DepthAlarm: letters and digits only")
+    cls = name[:1].upper() + name[1:]
+    module = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", cls).lower()
+    if module in ("imc", "mavlink", "runtime", "shoal", "tasks", "world", *sys.stdlib_module_names):
+        raise click.BadParameter(f"{name!r}: a module {module} is there already")
+    _write(Path(f"{module}.py"), TASK.format(title=cls, cls=cls))
+    _write(Path(f"test_{module}.py"), TASK_TEST.format(cls=cls, module=module))
+    click.echo(f"\nTest it:  python -m pytest test_{module}.py   (pip install pytest)")
+    click.echo(f"Use it:   [{module}.{cls}] with `Enabled = Always` in a profile of this folder, or for one run:")
+    click.echo(f'          shoal run lauv-noptilus-1 -p Simulation --set "{module}.{cls}:Enabled=Always"')
+
+
+@new.command()
+@click.argument("name")
+def vehicle(name: str) -> None:
+    """A vehicle NAME, such as lauv-mine: a profile and its test."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]{0,62}", name):
+        raise click.BadParameter(f"{name!r} is not a system name such as lauv-mine: letters, digits, - and _ only")
+    _write(Path(f"{name}.ini"), VEHICLE.format(name=name))
+    module = re.sub(r"\W", "_", name)
+    _write(Path(f"test_{module}.py"), VEHICLE_TEST.format(name=name))
+    click.echo(f"\nRun it:   shoal run {name} -p Simulation")
+    click.echo(f"Test it:  python -m pytest test_{module}.py   (pip install pytest)")
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise click.ClickException(f"{path} exists already; nothing was written to it") from None
+    except OSError as error:
+        raise click.ClickException(f"{path} cannot be written: {error.strerror}") from None
+    click.echo(f"wrote {path}")

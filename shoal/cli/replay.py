@@ -1,0 +1,86 @@
+"""`shoal replay`: plays a log onto the bus."""
+
+from pathlib import Path
+from typing import cast
+
+import click
+
+from runtime.kernel import parse_clock
+from runtime.problem import ProfileError
+from runtime.profile import derived_id, load_profile, own_etc
+from runtime.vehicle import Vehicle, find_task, join_zenoh
+from shoal.cli.keys import Player, steering
+from shoal.cli.run import options, swim
+
+NAME = "replay"
+
+
+@click.command()
+@click.argument("log", type=click.Path(exists=True, path_type=Path))
+@click.option(
+    "--from", "begin", default="", metavar="PLACE", help="Where to begin: 90, 1h30min or 2026-01-01T00:05:00."
+)
+@click.option("--to", "end", default="", metavar="PLACE", help="Where to end, as --from.")
+@click.option("-m", "--messages", multiple=True, help="Messages to play, by name; all by default.")
+@click.option("-s", "--systems", multiple=True, help="Systems to play, by name or id.")
+@click.option("-e", "--entities", multiple=True, help="Entities to play, by label.")
+@click.option("--loop", is_flag=True, help="Begin again at the end.")
+@options
+def replay(
+    log: Path,
+    begin: str,
+    end: str,
+    messages: tuple[str, ...],
+    systems: tuple[str, ...],
+    entities: tuple[str, ...],
+    loop: bool,
+    clock: str,
+    duration: float | None,
+    seed: int | None,
+    bus: str | None,
+    log_dir: Path,
+    keep_going: bool | None,
+) -> None:
+    """Play LOG, a folder or a Data.lsf of Shoal or DUNE, with the headers and in the order of the log.
+
+    The player is a system of its own, named replay, so nothing is mixed into what the log says. Several messages,
+    systems or entities are separated by commas. On a terminal the space bar pauses, and the arrows go 10 s back or on.
+    """
+    cls = find_task("Transports.Replay")
+    assert cls is not None
+    try:
+        profile = load_profile(own_etc() / "common" / "imc-addresses.ini", vehicle=NAME)
+        vehicle = Vehicle(
+            NAME,
+            derived_id(NAME),
+            clock=parse_clock(clock, profile.start_time_ns),
+            profile=profile,
+            systems=profile.systems,
+            seed=seed or 0,
+            keep_going=bool(keep_going),
+            log_root=log_dir,
+        )
+        player = vehicle.add(
+            cls,
+            "Transports.Replay",
+            load_at_start=str(log),
+            exit_at_end=True,
+            begin=begin,
+            end=end,
+            replay_messages=_words(messages),
+            replay_systems=_words(systems),
+            replay_entities=_words(entities),
+            loop=loop,
+        )
+        if bus == "zenoh":
+            join_zenoh(vehicle, profile)
+    except ModuleNotFoundError as error:
+        raise click.ClickException(f"{error}; a zenoh bus needs pip install 'shoal[zenoh]'") from None
+    except (ProfileError, ConnectionError, ValueError) as error:
+        raise click.ClickException(str(error)) from None
+    with steering(cast(Player, player), vehicle.kernel):
+        swim(vehicle, f"replay of {log}", duration)
+
+
+def _words(texts: tuple[str, ...]) -> list[str]:
+    return [word.strip() for text in texts for word in text.split(",") if word.strip()]

@@ -1,0 +1,135 @@
+"""`shoal resim`: runs tasks again on a log, and says what is different."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.table import Table
+
+import imc
+from runtime.problem import ProfileError, printable
+from shoal.logs.look import number
+from shoal.rerun import Resimulation, ResimulationError, resimulate
+
+PIPE_WIDTH = 160
+HEADER = frozenset({*imc.Message.__struct_fields__})
+
+
+@click.command()
+@click.argument("log", type=click.Path(exists=True, path_type=Path))
+@click.option("-t", "--task", "tasks", multiple=True, required=True, help="Section, entity label or class of a task.")
+@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="What if: overrides a value.")
+@click.option("-c", "--config-file", help="The profile, in place of the log's Config.ini.")
+@click.option("-o", "--out", type=click.Path(path_type=Path), help="A new folder for the log of the re-simulation.")
+def resim(
+    log: Path, tasks: tuple[str, ...], overrides: tuple[str, ...], config_file: str | None, out: Path | None
+) -> None:
+    """Run tasks again on what LOG has of all others, and compare what they say with the log.
+
+    For example: shoal resim log/lauv-noptilus-1/20260101/000000 --task Simulators.MUGDetectionCamera. On a log of a
+    virtual run nothing may differ; if it does, the exit status is 1. With --set it shows what would have changed. The
+    other tasks say what the log has of them: they do not react to the change.
+    """
+    try:
+        done = resimulate(imc.Log(log), tasks, overrides=overrides, profile=config_file, out=out)
+    except (ResimulationError, ProfileError, OSError) as error:
+        raise click.ClickException(printable(str(error))) from None
+    show(done)
+    if out is not None:
+        click.echo(f"log of the re-simulation: {out}")
+    sys.exit(1 if done.exact and not done.comparison.equal else 0)
+
+
+def show(done: Resimulation) -> None:
+    """Print the comparison."""
+    console = Console(highlight=False, soft_wrap=True)
+    if not console.is_terminal:
+        console.width = PIPE_WIDTH
+    for note in done.notes:
+        click.echo(printable(f"note: {note}"), err=True)
+    comparison = done.comparison
+    if comparison.tallies:
+        console.print(_messages(done))
+    if any(tally.fields for tally in comparison.tallies.values()):
+        console.print(_fields(done))
+    for line in _first(done):
+        click.echo(printable(line))
+    names = ", ".join(done.tasks)
+    total = sum(tally.logged for tally in comparison.tallies.values())
+    if comparison.equal:
+        click.echo(printable(f"{names}: {number(total, 'message')}, 0 bytes of difference"))
+    else:
+        click.echo(printable(f"{names}: {number(comparison.bytes, 'byte')} of difference"))
+
+
+def _messages(done: Resimulation) -> Table:
+    table = _table("entity", "message", "log", "again", "equal", "changed", "only log", "only again")
+    for (entity, kind), tally in sorted(done.comparison.tallies.items()):
+        counts = tally.logged, tally.said, tally.equal, tally.changed, tally.only_logged, tally.only_said
+        table.add_row(_label(done, entity), _name(done, kind), *map(str, counts))
+    return table
+
+
+def _fields(done: Resimulation) -> Table:
+    table = _table("message", "field", "changed", "mean", "rms", "largest")
+    for (_, kind), tally in sorted(done.comparison.tallies.items()):
+        for name, statistics in tally.fields.items():
+            if statistics.changed:
+                figures = [f"{value:.4g}" for value in (statistics.mean, statistics.rms, statistics.largest)]
+                title = f"{name} [{statistics.unit}]" if statistics.unit else name
+                table.add_row(_name(done, kind), _plain(title), str(statistics.changed), *figures)
+    return table
+
+
+def _table(*columns: str) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for index, column in enumerate(columns):
+        table.add_column(column, justify="left" if index < 2 else "right", no_wrap=True)
+    return table
+
+
+def _first(done: Resimulation) -> Iterator[str]:
+    """When, what, and in which fields the two first differ."""
+    first = done.comparison.first
+    if first is None or (packet := first.logged or first.said) is None:
+        return
+    since = imc.header(packet).timestamp - done.begin
+    yield f"first difference: at {since:.3f} s, after {number(first.after, 'equal message')}"
+    yield f"  log    {_words(done, first.logged, first.said)}"
+    yield f"  again  {_words(done, first.said, first.logged)}"
+
+
+def _words(done: Resimulation, packet: bytes | None, other: bytes | None) -> str:
+    """A message with the fields in which it differs from another one."""
+    if packet is None:
+        return "nothing"
+    message, like = (_decoded(done.log, p) for p in (packet, other))
+    if message is None:
+        return f"{len(packet)} bytes"
+    same = type(like) is type(message) and like is not None and like.src_ent == message.src_ent
+    names = [n for n in message.__struct_fields__ if n not in HEADER] if not same else message.__struct_fields__
+    values = [f"{n}={getattr(message, n)!r}" for n in names if not same or getattr(like, n) != getattr(message, n)]
+    return f"{type(message).__name__} of {_label(done, message.src_ent)}: {', '.join(values)}"
+
+
+def _decoded(log: imc.Log, packet: bytes | None) -> imc.Message | None:
+    try:
+        return None if packet is None else log.schema.decode(packet)
+    except imc.DecodeError:
+        return None
+
+
+def _label(done: Resimulation, entity: int) -> str:
+    return printable(done.labels.get(entity, f"entity {entity}"))
+
+
+def _name(done: Resimulation, kind: int) -> str:
+    logged = any(tally.logged for (_, number), tally in done.comparison.tallies.items() if number == kind)
+    found = (done.log.schema if logged else imc.builtin()).types_by_id.get(kind)
+    return found.abbrev if found else f"id {kind}"
+
+
+def _plain(text: str) -> str:
+    return text.replace("[", "\\[")

@@ -1,0 +1,205 @@
+"""`shoal run`: brings a profile to life and shows it."""
+
+import contextlib
+import signal
+import sys
+import traceback
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from types import FrameType
+from typing import Any, NoReturn, TypeVar
+
+import click
+
+from runtime.durations import duration_option, period_option
+from runtime.kernel import kernel, parse_clock
+from runtime.problem import Problem, ProfileError
+from runtime.profile import load_profile
+from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load, run_with_snapshots
+from runtime.vehicle import Build, Vehicle, build, check, find_task, join_zenoh
+from runtime.vehicle import vehicle as vehicle_module
+from shoal.cli.status import Status
+from shoal.rerun import continued
+
+F = TypeVar("F", bound=Callable[..., Any])
+MOST_WARNINGS = 10
+STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+OWN_FILES = (kernel.__file__, vehicle_module.__file__)
+
+
+def options(function: F) -> F:
+    """What `run` and `replay` have in common."""
+    folder = click.Path(path_type=Path)
+    declared = [
+        click.option("--clock", default="real", show_default=True, help="real, virtual, or a factor such as 10x."),
+        click.option("--for", "duration", callback=duration_option, help="Stop after this time: 90s, 10min, 1h30min."),
+        click.option(
+            "--seed", type=click.IntRange(0), help="Seed of all random numbers [default: the profile's, or 0]"
+        ),
+        click.option("--bus", type=click.Choice(["inprocess", "zenoh"]), help="Overrides the profile's Bus."),
+        click.option("--log-dir", default="log", show_default=True, type=folder, help="Where logs go."),
+        click.option("--keep-going/--stop-on-error", default=None, help="Restart a failing task, or end the run."),
+    ]
+    for option in reversed(declared):
+        function = option(function)
+    return function
+
+
+@click.command()
+@click.argument("profile", required=False)
+@click.option("-c", "--config-file", help="The profile, as DUNE has it.")
+@click.option("-d", "--config-dir", multiple=True, type=click.Path(path_type=Path), help="A folder with profiles.")
+@click.option("-p", "--profiles", multiple=True, help="Modes to select, such as Simulation, separated by commas.")
+@click.option("-V", "--vehicle", default="", help="Name of the vehicle, in place of the profile's.")
+@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Overrides a value.")
+@click.option(
+    "--snapshot-every", callback=period_option, metavar="TIME", help="Save the state of a virtual run, with its log."
+)
+@click.option("--from-snapshot", type=click.Path(exists=True, path_type=Path), help="Go on from a saved state.")
+@options
+def run(
+    profile: str | None,
+    config_file: str | None,
+    config_dir: tuple[Path, ...],
+    profiles: tuple[str, ...],
+    vehicle: str,
+    overrides: tuple[str, ...],
+    snapshot_every: float | None,
+    from_snapshot: Path | None,
+    clock: str,
+    duration: float | None,
+    seed: int | None,
+    bus: str | None,
+    log_dir: Path,
+    keep_going: bool | None,
+) -> None:
+    """Run the vehicle PROFILE, for example: shoal run lauv-noptilus-1 -p Simulation"""
+    name = profile or config_file
+    if from_snapshot is not None:
+        go_on(from_snapshot, log_dir, duration, overrides, snapshot_every)
+    if name is None:
+        raise click.UsageError("name a profile, for example: shoal run lauv-noptilus-1 -p Simulation")
+    try:
+        state_folder = log_dir.parent / "db"
+        saved = None if clock.strip().lower() == "virtual" else state_folder
+        loaded = load_profile(name, config_dir, vehicle=vehicle, saved=saved, overrides=overrides)
+        selected = loaded.select(profiles)
+        tell_warnings(check(loaded, {}, selected, find_task), loaded.name)
+        made = build(
+            loaded,
+            selected,
+            clock=parse_clock(clock, loaded.start_time_ns),
+            seed=seed,
+            keep_going=keep_going,
+            log_root=log_dir,
+            state_folder=state_folder,
+        )
+        if (bus or loaded.bus) == "zenoh":
+            join_zenoh(made.vehicle, loaded)
+    except ModuleNotFoundError as error:
+        raise click.ClickException(f"{error}; a zenoh bus needs pip install 'shoal[zenoh]'") from None
+    except (ProfileError, ConnectionError, ValueError) as error:
+        raise click.ClickException(str(error)) from None
+    _tell_left_out(made, selected)
+    if saved is not None and (path := saved / f"{loaded.vehicle}-saved.ini").exists():
+        click.echo(f"with the parameters saved in {path}", err=True)
+    if made.vehicle.virtual and (bus or loaded.bus) == "zenoh":
+        click.echo(
+            "note: with a zenoh bus a virtual run takes messages from the outside and may not be reproducible", err=True
+        )
+    if snapshot_every is not None and not made.vehicle.virtual:
+        raise click.UsageError("only a virtual run can be saved: --clock virtual")
+    if snapshot_every is not None:
+        Journals(made.vehicle)
+    title = f"{loaded.vehicle} ({', '.join(sorted(selected)) or 'no mode selected'})"
+    swim(made.vehicle, title, duration, snapshot_every=snapshot_every)
+
+
+def go_on(
+    path: Path, log_dir: Path, duration: float | None, overrides: tuple[str, ...], snapshot_every: float | None
+) -> NoReturn:
+    """Run from a snapshot; all but the changes is in it."""
+    try:
+        state = load(path.read_bytes())
+        vehicle = continued(state, log_dir, overrides=overrides, journals=snapshot_every is not None)
+    except (SnapshotError, ProfileError, OSError) as error:
+        raise click.ClickException(f"{path}: {error}") from None
+    swim(vehicle, f"{vehicle.name} from {path}", duration, start=False, snapshot_every=snapshot_every)
+
+
+def swim(
+    vehicle: Vehicle,
+    title: str,
+    duration: float | None,
+    *,
+    start: bool = True,
+    snapshot_every: float | None = None,
+) -> NoReturn:
+    """Run a vehicle to its end, its time or Ctrl-C, with its status shown, and leave with its exit status.
+
+    `start` is False for one that goes on from a snapshot; `snapshot_every` (s) saves its state beside its log.
+    """
+    status = Status(vehicle, title, duration)
+    stop = _stopper(vehicle)
+    previous = {n: signal.signal(n, stop) for n in STOPPING if signal.getsignal(n) is not signal.SIG_IGN}
+    try:
+        with status:
+            if start:
+                vehicle.start()
+            try:
+                if snapshot_every is None:
+                    vehicle.run(duration)
+                else:
+                    run_with_snapshots(vehicle, duration, snapshot_every, partial(keep_beside_log, vehicle))
+            finally:
+                vehicle.close()
+    except Exception as error:
+        click.echo(_own_part(error), err=True)
+        vehicle.exit_status = 1
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+        with contextlib.suppress(OSError):
+            click.echo(status.summary())
+    sys.exit(vehicle.exit_status)
+
+
+def _own_part(error: Exception) -> str:
+    """The traceback without what leads from the command line to the task."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None and trace.tb_frame.f_code.co_filename != kernel.__file__:
+        trace = trace.tb_next
+    while trace is not None and trace.tb_next is not None and trace.tb_frame.f_code.co_filename in OWN_FILES:
+        trace = trace.tb_next
+    return "".join(traceback.format_exception(type(error), error, trace)).rstrip()
+
+
+def _stopper(vehicle: Vehicle) -> Callable[[int, FrameType | None], None]:
+    """A handler that ends the run in order at the first signal, at once at the second (a lost terminal tells twice)."""
+    asked: list[int] = []
+
+    def stop(number: int, _: FrameType | None) -> None:
+        asked.append(number)
+        if len(asked) > 1 and signal.Signals(number).name != "SIGHUP":
+            raise KeyboardInterrupt
+        vehicle.kernel.post(vehicle.stop)
+
+    return stop
+
+
+def tell_warnings(problems: list[Problem], profile: str) -> None:
+    """Say what a profile asks for in vain; errors are left to those who meet them."""
+    warnings = [problem for problem in problems if problem.severity == "warning"]
+    for problem in warnings[:MOST_WARNINGS]:
+        click.echo(problem, err=True)
+    if len(warnings) > MOST_WARNINGS:
+        click.echo(f"{len(warnings) - MOST_WARNINGS} more warnings: shoal check {profile}", err=True)
+
+
+def _tell_left_out(made: Build, selected: frozenset[str]) -> None:
+    for reason, sections in made.left_out.items():
+        click.echo(f"left out: {', '.join(sections)} ({reason})", err=True)
+    if len(made.vehicle.tasks) == 1:
+        hint = "" if selected else "; select a mode, such as -p Simulation"
+        click.echo(f"warning: no task of this profile is enabled{hint}", err=True)

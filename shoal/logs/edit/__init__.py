@@ -1,0 +1,16 @@
+"""Makes logs of logs: cut, merged, imported."""
+
+from shoal.logs.edit.atomic import new_file, new_folder
+from shoal.logs.edit.cutting import Choice, Watch, choose, cut, wanted
+from shoal.logs.edit.merging import merge
+
+__all__ = [
+    "Choice",
+    "Watch",
+    "choose",
+    "cut",
+    "merge",
+    "new_file",
+    "new_folder",
+    "wanted",
+]

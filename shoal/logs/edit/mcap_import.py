@@ -1,0 +1,108 @@
+"""Makes a log again of an MCAP file that holds its packets."""
+
+import struct
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+from mcap.records import Attachment, Channel, Chunk, Message
+from mcap.stream_reader import StreamReader, breakup_chunk
+from zstandard import ZstdError
+
+from imc.lsf import LsfWriter
+from shoal.logs.export.mcap import BESIDE, LARGEST_BESIDE, PACKETS, PACKETS_TOPIC
+
+TOPIC = "/" + "/".join(PACKETS_TOPIC)
+LARGEST_CHUNK = 1 << 28
+RECORD_HEAD = 9
+
+
+class BadFile(ValueError):
+    """A file that cannot be imported; the text says which and why."""
+
+
+def import_mcap(path: Path, folder: Path) -> list[str]:
+    """Write the packets of an MCAP file to Data.lsf.gz in `folder`, byte for byte, and what it has of IMC.xml.gz,
+    IMC.xml and Config.ini beside it; returns what is wrong with the file.
+
+    Damaged chunks are left out; of a file that ends early, all complete ones are read. Raises BadFile where it holds
+    no packets, OSError.
+    """
+    wrong: list[str] = []
+    count = 0
+    with path.open("rb") as file:
+        writer = LsfWriter(folder / "Data.lsf.gz")
+        try:
+            for data in _attached(file, wrong):
+                if data.name in BESIDE and len(data.data) <= LARGEST_BESIDE:
+                    (folder / data.name).write_bytes(data.data)
+            for chunk, numbers in _chunks(file, wrong):
+                for packets in _packets(chunk, numbers, wrong):
+                    writer.write(packets)
+                    count += 1
+        finally:
+            writer.close()
+    if not count:
+        why = f"; {wrong[0]}" if wrong else ""
+        raise BadFile(f"{path}: there are no IMC packets in it (topic {TOPIC}, type {PACKETS.full_name}){why}")
+    return [f"{path}: {text}" for text in dict.fromkeys(wrong)]
+
+
+def _attached(file: IO[bytes], wrong: list[str]) -> Iterator[Attachment]:
+    with _noting(wrong, "its list of attachments"):
+        yield from make_reader(file).iter_attachments()
+
+
+def _chunks(file: IO[bytes], wrong: list[str]) -> Iterator[tuple[Chunk, set[int]]]:
+    """The chunks that may have packets, and the numbers of the channels that do, in the order of the file."""
+    summary = None
+    with _noting(wrong, "its end"):
+        file.seek(0)
+        summary = make_reader(file).get_summary()
+    if summary is None or not summary.chunk_indexes:
+        file.seek(0)
+        yield from _salvaged(file, wrong)
+        return
+    numbers = {channel.id for channel in summary.channels.values() if channel.topic == TOPIC}
+    for index in sorted(summary.chunk_indexes, key=lambda index: index.chunk_start_offset):
+        if numbers & index.message_index_offsets.keys():
+            with _noting(wrong, f"the chunk at byte {index.chunk_start_offset}"):
+                file.seek(index.chunk_start_offset + RECORD_HEAD)
+                yield Chunk.read(ReadDataStream(file)), numbers
+
+
+def _salvaged(file: IO[bytes], wrong: list[str]) -> Iterator[tuple[Chunk, set[int]]]:
+    """All chunks of a file without its end."""
+    numbers: set[int] = set()
+    with _noting(wrong, "its end"):
+        for record in StreamReader(file, emit_chunks=True, record_size_limit=LARGEST_CHUNK).records:
+            if isinstance(record, Channel) and record.topic == TOPIC:
+                numbers.add(record.id)
+            elif isinstance(record, Chunk):
+                yield record, numbers
+
+
+def _packets(chunk: Chunk, numbers: set[int], wrong: list[str]) -> Iterator[bytes]:
+    if chunk.uncompressed_size > LARGEST_CHUNK:
+        wrong.append(f"damaged: a chunk of {chunk.uncompressed_size} bytes; {LARGEST_CHUNK} at most")
+        return
+    with _noting(wrong, "a chunk"):
+        for record in breakup_chunk(chunk, validate_crc=True):
+            if isinstance(record, Message) and record.channel_id in numbers:
+                size = int.from_bytes(record.data[4:8], "little")
+                if len(record.data) != 8 + size:
+                    raise ValueError(f"a message of {len(record.data)} bytes that says {8 + size}")
+                yield record.data[8:]
+
+
+@contextmanager
+def _noting(wrong: list[str], what: str) -> Generator[None]:
+    """Notes what the reader stumbles over."""
+    try:
+        yield
+    except (McapError, ZstdError, struct.error, EOFError, ValueError, LookupError, MemoryError, OverflowError) as error:
+        wrong.append(f"{what} is damaged: {error or type(error).__name__}")

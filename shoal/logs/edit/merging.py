@@ -1,0 +1,160 @@
+"""Makes one log of several, in order of time."""
+
+import tempfile
+from array import array
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+import imc
+from imc.layout import SMALLEST_PACKET
+from imc.lsf import Progress
+from imc.schema import MessageType
+from runtime.logs import NAMING, Array, Names, blocks, new_log, type_name
+
+
+class Conflict(ValueError):
+    """Logs that cannot be one; the text says why."""
+
+
+@dataclass
+class Merged:
+    """What was written: packets, packets left out because another log has them too, and what to know."""
+
+    packets: int = 0
+    copies: int = 0
+    losses: list[tuple[Path, imc.Loss]] = field(default_factory=list[tuple[Path, imc.Loss]])
+    warnings: list[str] = field(default_factory=list[str])
+
+
+def merge(logs: list[imc.Log], folder: Path, keep_copies: bool = False, progress: Progress | None = None) -> Merged:
+    """Write all packets of the logs to a new log in `folder`, byte for byte, by time and then by log and order.
+
+    A packet without a time goes behind the one before it. One that stands in several logs is written once, unless
+    `keep_copies`. The packets wait unpacked in a temporary file; 20 bytes of memory for each. Raises Conflict where
+    the logs' definitions of a message in them differ, FileExistsError, OSError.
+    """
+    merged = Merged()
+    with tempfile.TemporaryFile() as spill:
+        collected = _Collected(spill)
+        for number, log in enumerate(logs):
+            merged.losses += [(log.path, loss) for loss in collected.take(number, log, progress)]
+        if not collected.times:
+            raise ValueError("there is no message in these logs")
+        source = _common_schema(logs, collected.ids)
+        merged.warnings = _label_conflicts(logs, collected.names)
+        with new_log(folder, source) as writer:
+            for packet in collected.in_order(None if keep_copies else merged):
+                writer.write(packet)
+                merged.packets += 1
+    return merged
+
+
+class _Collected:
+    """The packets of several logs, one behind the other in a file."""
+
+    def __init__(self, spill: IO[bytes]):
+        self._spill = spill
+        self.times, self._ends, self._logs = array("d"), array("q"), array("i")
+        self.ids: list[set[int]] = []
+        self.names: list[Names] = []
+        self._end = 0
+
+    def take(self, number: int, log: imc.Log, progress: Progress | None) -> list[imc.Loss]:
+        """Read a log; returns what was damaged."""
+        losses: list[imc.Loss] = []
+        ids: set[int] = set()
+        names = Names()
+        latest = 0.0
+        for block in blocks(log, losses, progress):
+            heads = block.headers
+            times = _filled(heads["timestamp"], latest)
+            latest = float(times[-1])
+            self.times.frombytes(times.tobytes())
+            ends = self._end + np.cumsum(heads["size"].astype(np.int64) + SMALLEST_PACKET)
+            self._ends.frombytes(ends.tobytes())
+            self._logs.frombytes(np.full(len(heads), number, np.int32).tobytes())
+            self._end = int(ends[-1])
+            self._spill.write(b"".join(block.packets))
+            ids.update(np.unique(heads["id"]).tolist())
+            for index in np.flatnonzero(np.isin(heads["id"], list(NAMING))):
+                try:
+                    names.learn(log.schema.decode(block.packets[index]))
+                except imc.DecodeError:
+                    continue
+        self.ids.append(ids)
+        self.names.append(names)
+        return losses
+
+    def in_order(self, merged: Merged | None) -> Iterator[bytes]:
+        """The packets by time; copies are left out and counted in `merged`, if that is given."""
+        self._spill.flush()
+        data = np.memmap(self._spill, np.uint8, "r")
+        times, ends, logs = (np.asarray(column) for column in (self.times, self._ends, self._logs))
+        now = np.nan
+        group: dict[tuple[bytes, int], int] = {}
+        ranks: dict[tuple[bytes, int], int] = {}
+        for index in np.argsort(times, kind="stable").tolist():
+            packet = data[ends[index - 1] if index else 0 : ends[index]].tobytes()
+            if merged is not None:
+                if times[index] != now:
+                    now = times[index]
+                    group.clear()
+                    ranks.clear()
+                log = int(logs[index])
+                rank = ranks[packet, log] = ranks.get((packet, log), 0) + 1
+                if group.setdefault((packet, rank), log) != log:
+                    merged.copies += 1
+                    continue
+            yield packet
+
+
+def _filled(times: Array, latest: float) -> Array:
+    """Times that are none replaced by those before them."""
+    said = np.concatenate(([latest], times))
+    places = np.maximum.accumulate(np.where(np.isfinite(said), np.arange(len(said)), 0))
+    return said[places][1:]
+
+
+def _common_schema(logs: list[imc.Log], ids: list[set[int]]) -> imc.Log:
+    """The log whose definitions suit all packets. Raises Conflict."""
+    reasons: list[str] = []
+    for candidate in logs:
+        if candidate.schema.sync != logs[0].schema.sync:
+            raise Conflict(f"{candidate.path} and {logs[0].path} are of versions with different packets")
+        reason = next(filter(None, (_misfit(candidate, log, used) for log, used in zip(logs, ids, strict=True))), None)
+        if reason is None:
+            return candidate
+        reasons.append(reason)
+    raise Conflict(f"no log's definitions suit all of them: {'; '.join(dict.fromkeys(reasons))}")
+
+
+def _misfit(candidate: imc.Log, log: imc.Log, used: set[int]) -> str:
+    """Why definitions do not suit the messages of a log; empty where they do."""
+    for number in sorted(used):
+        mine, theirs = candidate.schema.types_by_id.get(number), log.schema.types_by_id.get(number)
+        if theirs is not None and (mine is None or _layout(mine) != _layout(theirs)):
+            has = "is missing" if mine is None else f"is another {mine.abbrev}"
+            has = f"is {mine.abbrev}" if mine and mine.abbrev != theirs.abbrev else has
+            return f"message {number} of {log.path}, {type_name(log.schema, number)}, {has} in {candidate.path}"
+    return ""
+
+
+def _layout(message: MessageType) -> object:
+    return message.abbrev, message.wire, [field.attribute for field in message.fields]
+
+
+def _label_conflicts(logs: list[imc.Log], names: list[Names]) -> list[str]:
+    """Entities that have one label here and another there."""
+    first: dict[tuple[int, int], tuple[str, Path]] = {}
+    found: list[str] = []
+    for log, known in zip(logs, names, strict=True):
+        for key, label in known.labels.items():
+            before, path = first.setdefault(key, (label, log.path))
+            if before != label:
+                who = f"entity {key[1]} of {known.system(key[0])}"
+                found.append(f"{who} is {before!r} in {path} and {label!r} in {log.path}")
+    return found

@@ -1,0 +1,174 @@
+"""What of a log is exported: packets in batches, grouped by message, those of one size as arrays."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+import imc
+from imc.layout import ADDRESS_FIELDS, HEADER_FIELDS, SMALLEST_PACKET, VARIABLE, columns
+from imc.lsf import Batch, at_each
+from runtime.logs import Array, Names, Summary
+from shoal.logs.edit import Choice, Watch, wanted
+
+BATCH_BYTES = 1 << 21
+
+HEADER_AND_ORDER = np.dtype([*columns({"id": "H", "size": "H", **ADDRESS_FIELDS}), ("big", "?")])
+"""A header, and whether the packet is big-endian."""
+
+Progress = Callable[[int], object]
+
+
+class ExportBatch(NamedTuple):
+    """Consecutive packets of the export: the number of the first; the bytes they lie in, and where they begin and end
+    there; their headers (an array of HEADER_AND_ORDER)."""
+
+    first: int
+    data: bytes
+    starts: Array
+    ends: Array
+    headers: Array
+
+    def packet(self, row: int) -> bytes:
+        return self.data[self.starts[row] : self.ends[row]]
+
+    def joined(self) -> bytes:
+        """All packets, one behind the other."""
+        if np.array_equal(self.ends[:-1], self.starts[1:]):
+            return self.data[self.starts[0] : self.ends[-1]]
+        places = zip(self.starts.tolist(), self.ends.tolist(), strict=True)
+        return b"".join([self.data[start:end] for start, end in places])
+
+
+class Group(NamedTuple):
+    """Packets of one message in a batch: where they are in it.
+
+    array: the packets, where all of them are little-endian and of the one size that the message has; its fields are
+    named as in Python, those of the header too. None where they have to be decoded one by one.
+    """
+
+    message: imc.MessageType
+    rows: Array
+    array: Array | None
+
+
+@dataclass
+class Source:
+    """A log, and what of it is wanted. skipped: what could not be written, and how often."""
+
+    log: imc.Log
+    summary: Summary
+    choice: Choice = field(default_factory=Choice)
+    skipped: Counter[str] = field(default_factory=Counter[str])
+    packets: int = 0
+
+    @property
+    def schema(self) -> imc.Schema:
+        return self.log.schema
+
+    @property
+    def names(self) -> Names:
+        return self.summary.names
+
+    @cached_property
+    def _layouts(self) -> dict[int, np.dtype[np.void]]:
+        return {m.id: layout for m in self.schema.messages if (layout := _layout(m)) is not None}
+
+    def batches(self, progress: Progress = lambda _: None) -> Iterator[ExportBatch]:
+        """The wanted packets; `progress` hears how many bytes of the unpacked log have been read."""
+        watch = Watch(self.summary.owner)
+        self.packets = 0
+        for batch in _merged(self.log.batches()):
+            progress(batch.base + len(batch.data))
+            heads = _headers(batch)
+            keep = wanted(heads, self.choice, watch)
+            if keep.any():
+                yield ExportBatch(self.packets, batch.data, batch.starts[keep], batch.ends[keep], heads[keep])
+                self.packets += int(keep.sum())
+
+    def groups(self, batch: ExportBatch) -> Iterator[Group]:
+        """The packets of a batch by message, without those of unknown id, which count as skipped."""
+        ids = batch.headers["id"]
+        order = np.argsort(ids, kind="stable")
+        found, begins = np.unique(ids[order], return_index=True)
+        parts: list[Array] = np.split(order, begins[1:])
+        for number, rows in zip(found.tolist(), parts, strict=True):
+            message = self.schema.types_by_id.get(number)
+            if message is None:
+                self.skipped[f"message id {number} is unknown"] += len(rows)
+                continue
+            layout = self._layouts.get(number)
+            if layout is not None:
+                heads = batch.headers[rows]
+                plain = (heads["size"] == layout.itemsize - SMALLEST_PACKET) & ~heads["big"]
+                if bool(np.all(plain)):
+                    yield Group(message, rows, at_each(batch.data, batch.starts[rows], layout))
+                    continue
+            yield Group(message, rows, None)
+
+    def decoded(self, batch: ExportBatch, rows: Array) -> Iterator[tuple[int, imc.Message]]:
+        """Messages of a batch, and which of the rows they are in; what cannot be decoded counts as skipped."""
+        starts, ends = batch.starts[rows].tolist(), batch.ends[rows].tolist()
+        for place, (start, end) in enumerate(zip(starts, ends, strict=True)):
+            try:
+                yield place, self.schema.decode(batch.data[start:end])
+            except imc.DecodeError as error:
+                self.skipped[str(error)] += 1
+
+
+def _merged(batches: Iterable[Batch]) -> Iterator[Batch]:
+    """The same packets in fewer batches, of BATCH_BYTES about."""
+    waiting: list[Batch] = []
+    for batch in batches:
+        waiting.append(batch)
+        if sum(len(batch.data) for batch in waiting) >= BATCH_BYTES:
+            yield _joined(waiting)
+            waiting = []
+    if waiting:
+        yield _joined(waiting)
+
+
+def _joined(batches: list[Batch]) -> Batch:
+    shifts = np.cumsum([0, *(len(batch.data) for batch in batches)])
+    pairs = list(zip(batches, shifts[:-1], strict=True))
+    return Batch(
+        batches[0].base,
+        b"".join([batch.data for batch in batches]),
+        np.concatenate([batch.starts + shift for batch, shift in pairs]),
+        np.concatenate([batch.ends + shift for batch, shift in pairs]),
+        np.concatenate([batch.heads for batch in batches]),
+        np.concatenate([batch.big for batch in batches]),
+    )
+
+
+def _headers(batch: Batch) -> Array:
+    """Headers as HEADER_AND_ORDER."""
+    found = np.empty(len(batch.starts), HEADER_AND_ORDER)
+    found["id"], found["size"], found["big"] = batch.heads & 0xFFFF, batch.heads >> 16, batch.big
+    for name in ADDRESS_FIELDS:
+        found[name] = batch.header_values(name)
+    return found
+
+
+def nanoseconds(times: Array) -> Array:
+    """Times (s since 1970 UTC) in integer ns, exact to half of one; what is not between 1970 and 2038 takes the time
+    before it."""
+    good = (times >= 0.0) & (times < 1 << 31)
+    if not good.all():
+        last = np.maximum.accumulate(np.where(good, np.arange(len(times)), -1))
+        first = times[good][0] if good.any() else 0.0
+        times = np.where(last >= 0, times[last], first)
+    whole = np.floor(times)
+    return whole.astype(np.int64) * 1_000_000_000 + np.rint((times - whole) * 1e9).astype(np.int64)
+
+
+def _layout(message: imc.MessageType) -> np.dtype[np.void] | None:
+    """The whole packet of a message; None if it has text, bytes or messages inside."""
+    if VARIABLE.intersection(message.wire):
+        return None
+    header = {name if name in ADDRESS_FIELDS else f"_{name}": code for name, code in HEADER_FIELDS.items()}
+    fields = {field_.attribute: code for field_, code in zip(message.fields, message.wire, strict=True)}
+    return np.dtype(columns({**header, **fields, "_crc": "H"}))

@@ -1,0 +1,72 @@
+"""Logs as comma-separated values (RFC 4180, UTF-8): one file per message type."""
+
+import csv
+from contextlib import ExitStack
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import imc
+from shoal.logs.export.batches import Progress, Source
+from shoal.logs.export.table import HEADER, NUMPY, Table, Values, columns_of, plain, table_of
+
+
+def export_csv(source: Source, folder: Path, progress: Progress = lambda _: None) -> int:
+    """Write <Message>.csv for each type to `folder`; returns how many rows there are.
+
+    The first row has the names of the columns with their units: `timestamp (s)`, `utc`, `system`, `label`, the rest of
+    the header, the fields. Numbers are as short as they can be without loss, enumerations are numbers, raw data are
+    hexadecimal, messages inside are JSON. Raises OSError.
+    """
+    writers: dict[int, Any] = {}
+    rows = 0
+    with ExitStack() as stack:
+        for batch in source.batches(progress):
+            for group in source.groups(batch):
+                writer = writers.get(group.message.id)
+                if writer is None:
+                    path = folder / f"{group.message.abbrev}.csv"
+                    file = stack.enter_context(path.open("w", encoding="utf-8", newline=""))
+                    writer = writers[group.message.id] = csv.writer(file)
+                    writer.writerow(_heading(source.schema, group.message))
+                table = table_of(source, batch, group)
+                writer.writerows(zip(*_columns(source, table), strict=True))
+                rows += table.rows
+    return rows
+
+
+def texts(values: Values, type_: str) -> list[str]:
+    """Values of a column as text."""
+    if type_ == "rawdata":
+        return [data.hex() for data in values]
+    if type_ not in NUMPY:
+        return list(plain(values, type_))
+    numbers = np.asarray(values)
+    return numbers.astype("U32").tolist() if type_ == "fp32_t" else list(map(repr, numbers.tolist()))
+
+
+def _heading(schema: imc.Schema, message: imc.MessageType) -> list[str]:
+    columns = columns_of(schema, message)
+    fields = [f"{column.name} ({column.unit})" if column.unit else column.name for column in columns]
+    return ["timestamp (s)", "utc", "system", "label", *HEADER[1:], *fields]
+
+
+def _columns(source: Source, table: Table) -> list[list[str]]:
+    columns = table.columns
+    times: list[float] = np.asarray(columns["timestamp"]).tolist()
+    pairs: list[tuple[int, int]] = list(
+        zip(np.asarray(columns["src"]).tolist(), np.asarray(columns["src_ent"]).tolist(), strict=True)
+    )
+    known = {pair: (source.names.system(pair[0]), source.names.entity(*pair)) for pair in set(pairs)}
+    found = [list(map(repr, times)), [_utc(time) for time in times]]
+    found += [list(plain([known[pair][place] for pair in pairs], "plaintext")) for place in (0, 1)]
+    found += [texts(columns[name], "uint16_t") for name in HEADER[1:]]
+    return found + [texts(columns[field.attribute], field.type) for field in table.message.fields]
+
+
+def _utc(time: float) -> str:
+    if not 0.0 <= time < 1e11:
+        return ""
+    return datetime.fromtimestamp(time, UTC).isoformat(timespec="microseconds").replace("+00:00", "Z")

@@ -1,0 +1,102 @@
+"""Logs as LLF, the text form that LSTS' Java tools and Neptus read: one file per message type, tabs between columns.
+
+Source of the form: what imcjava's LSF2LLF writes. Two of its faults are not repeated: tabs and line ends in text are
+written as spaces, for they would break rows, and messages inside others do not get rows of their own.
+"""
+
+import re
+from contextlib import ExitStack
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+import imc
+from shoal.logs.export.batches import Progress, Source
+from shoal.logs.export.table import HEADER, HEADER_TYPES, NUMPY, Table, Values, table_of
+
+_BREAKS = re.compile(r"[\t\r\n]")
+
+
+def export_llf(source: Source, folder: Path, progress: Progress = lambda _: None) -> int:
+    """Write <Message>.llf for each type to `folder`; returns how many rows there are.
+
+    Times are in s from `#startTime`, the first of the log. Raises OSError.
+    """
+    files: dict[int, TextIO] = {}
+    rows = 0
+    start = source.summary.start if source.summary.start == source.summary.start else 0.0
+    with ExitStack() as stack:
+        for batch in source.batches(progress):
+            for group in source.groups(batch):
+                file = files.get(group.message.id)
+                if file is None:
+                    path = folder / f"{group.message.abbrev}.llf"
+                    file = stack.enter_context(path.open("w", encoding="utf-8", newline="\r\n"))
+                    file.write(_heading(source.schema, group.message, start))
+                    files[group.message.id] = file
+                table = table_of(source, batch, group)
+                file.writelines("\t".join(row) + "\n" for row in zip(*_columns(table, start), strict=True))
+                rows += table.rows
+    return rows
+
+
+def _heading(schema: imc.Schema, message: imc.MessageType, start: float) -> str:
+    date = datetime.fromtimestamp(start, UTC) if 0.0 <= start < 1e11 else datetime.fromtimestamp(0, UTC)
+    types = [*HEADER_TYPES, *(field.type for field in message.fields)]
+    names = [*HEADER, *(field.abbrev for field in message.fields)]
+    return (
+        f"#LLF1\n#generator: Shoal\n#standard: IMC\n#version: {schema.version}\n#name: {message.abbrev}\n"
+        f"#date: {date:%a %b %d %H:%M:%S} UTC {date.year}\n#startTime: {java_number(start)}\n"
+        f"#types: {_TAB.join(types)}\n{_TAB.join(names)}\n"
+    )
+
+
+_TAB = "\t"
+
+
+def _columns(table: Table, start: float) -> list[list[str]]:
+    times = np.asarray(table.columns["timestamp"]) - start
+    found = [_texts(times, "fp64_t"), *(_texts(table.columns[name], "uint16_t") for name in HEADER[1:])]
+    return found + [_texts(table.columns[field.attribute], field.type) for field in table.message.fields]
+
+
+def _texts(values: Values, type_: str) -> list[str]:
+    if type_ == "rawdata":
+        return [data.hex().upper() for data in values]
+    if type_ == "plaintext":
+        return [_BREAKS.sub(" ", text).encode("utf-8", "replace").decode() for text in values]
+    if type_ == "message":
+        return ["null" if value is None else f"%INLINE{{{type(value).__name__}}}" for value in values]
+    if type_ == "message-list":
+        names = [", ".join("null" if item is None else type(item).__name__ for item in value) for value in values]
+        return [f"%MESSAGE-LIST[{text}]" for text in names]
+    array = np.asarray(values)
+    if type_ == "fp32_t":
+        return [java_number(text) for text in array.astype("U32").tolist()]
+    return [java_number(number) for number in array.tolist()] if NUMPY[type_] is np.float64 else list(map(str, array))
+
+
+def java_number(value: float | str) -> str:
+    """A number, or the shortest text of one, as Java's toString writes it: 1.0, 1.0E-4, NaN, -Infinity."""
+    text = value if isinstance(value, str) else repr(value)
+    number = float(text)
+    if number != number:
+        return "NaN"
+    if number in (float("inf"), float("-inf")):
+        return "Infinity" if number > 0 else "-Infinity"
+    sign = "-" if text.startswith("-") else ""
+    mantissa, _, power = text.lstrip("-").partition("e")
+    whole, _, part = mantissa.partition(".")
+    digits = (whole + part).lstrip("0")
+    if not digits:
+        return sign + "0.0"
+    # The number is 0.digits times ten to the `scale`.
+    scale = len(whole.lstrip("0")) if whole.lstrip("0") else -(len(part) - len(part.lstrip("0")))
+    scale += int(power or 0)
+    digits = digits.rstrip("0")
+    if 1e-3 <= abs(number) < 1e7:
+        padded = digits.ljust(max(scale, 0), "0") if scale > 0 else "0" * -scale + digits
+        return sign + (f"{padded[:scale]}.{padded[scale:] or '0'}" if scale > 0 else f"0.{padded}")
+    return f"{sign}{digits[0]}.{digits[1:] or '0'}E{scale - 1}"

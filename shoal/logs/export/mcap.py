@@ -1,0 +1,277 @@
+"""Logs as MCAP files that Foxglove, PlotJuggler and ROS 2 tools open (profile ros2, types as text, messages in CDR)."""
+
+import struct
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+import imc
+from imc.layout import ADDRESS_FIELDS
+from imc.lsf import gzip_member
+from runtime.logs import Array
+from shoal.logs.export import ros_standard as well_known
+from shoal.logs.export.batches import ExportBatch, Group, Progress, Source, nanoseconds
+from shoal.logs.export.cdr import ENCAPSULATION, Item, Record, Unfit, Write, text, writer
+from shoal.logs.export.mcap_file import MESSAGE, MESSAGE_LENGTH, Chunk, McapFile
+from shoal.logs.export.ros_messages import PACKAGE, RosType, ros_type
+from shoal.logs.export.ros_standard import STAMP
+from shoal.logs.export.topics import Topics, ros_name
+
+LIBRARY = "shoal"
+PACKETS = RosType(f"{PACKAGE}/Packets", "# IMC packets, one behind the other, as in an LSF log\nuint8[] data\n")
+PACKETS_TOPIC = ("imc", "packets")
+BESIDE = ("IMC.xml.gz", "IMC.xml", "Config.ini")
+LARGEST_BESIDE = 1 << 24
+
+_ADDRESSES = {name: code for name, code in ADDRESS_FIELDS.items() if name != "timestamp"}
+_BILLION = 1_000_000_000
+
+
+def export_mcap(
+    source: Source, path: Path, raw: bool = True, images: bool = True, progress: Progress = lambda _: None
+) -> int:
+    """Write the wanted messages of a log to a new MCAP file; returns how many messages are in it.
+
+    Each message is on the topic /<system>/<Message>/<entity>, with the time of its packet as log time, its number in
+    the export as sequence. EstimatedState and SimulatedState are also .../pose, .../location and on /tf, GpsFix is also
+    .../location, LogBookEntry is also on /rosout, pictures in the folder Photos are on /<system>/<camera>/image.
+    With `raw`, /imc/packets holds the packets themselves, of which `import_mcap` makes the same log again.
+    Messages that their ROS type cannot hold count as skipped. Raises OSError.
+    """
+    with path.open("wb") as opened:
+        file = McapFile(opened, "ros2", LIBRARY)
+        _attach(file, source)
+        export = _Export(file, source)
+        for batch in source.batches(progress):
+            export.write(batch)
+            if raw:
+                export.write_packets(batch)
+        if images:
+            export.write_photos(source.log.path.parent / "Photos")
+        export.close()
+        file.finish()
+        return file.messages
+
+
+def _attach(file: McapFile, source: Source) -> None:
+    schema = source.log.schema_source
+    if schema is None:
+        file.add_attachment("IMC.xml.gz", "application/gzip", 0, gzip_member(imc.dump(source.schema)))
+    for name in BESIDE:
+        path = source.log.path.parent / name
+        if (path == schema or (name == "Config.ini" and path.is_file())) and path.stat().st_size <= LARGEST_BESIDE:
+            media = {".gz": "application/gzip", ".xml": "application/xml"}.get(path.suffix, "text/plain")
+            file.add_attachment(name, media, 0, path.read_bytes())
+
+
+class _Export:
+    def __init__(self, file: McapFile, source: Source):
+        self._file = file
+        self._source = source
+        self._topics = Topics(file)
+        self._types: dict[int, tuple[RosType, Write]] = {}
+        self._heads: dict[int, tuple[Callable[..., bytes], bytes]] = {}
+        self._known: dict[tuple[int, int, int, str], int] = {}
+        self._origin: well_known.Origin | None = None
+        self._moving: dict[int, int] = {}
+        self._records: dict[tuple[int, bytes], Record] = {}
+        self._prefix = cache(_plain_record)
+
+    def write(self, batch: ExportBatch) -> None:
+        """All messages of a batch, in one chunk."""
+        chunk = Chunk()
+        times = nanoseconds(batch.headers["timestamp"])
+        for group in self._source.groups(batch):
+            if group.array is None:
+                self._write_each(chunk, batch, group, times)
+                continue
+            sources = group.array["src"]
+            for src in np.unique(sources).tolist():
+                own = sources == src
+                rows = group.rows[own]
+                self._write_array(chunk, group.message, group.array[own], src, times[rows], rows + batch.first)
+        self._file.add_chunk(chunk)
+
+    def write_packets(self, batch: ExportBatch) -> None:
+        """The packets, in a chunk of their own that viewers need not read."""
+        chunk = Chunk()
+        data = batch.joined()
+        time = int(nanoseconds(batch.headers["timestamp"][:1])[0])
+        body = ENCAPSULATION + len(data).to_bytes(4, "little") + data
+        chunk.add(self._topics.channel(PACKETS_TOPIC, PACKETS), batch.first & 0xFFFFFFFF, time, body)
+        self._file.add_chunk(chunk)
+
+    def write_photos(self, folder: Path) -> None:
+        """The pictures in a folder that were taken in the wanted time."""
+        source = self._source
+        system = source.names.system(source.summary.owner)
+        for number, photo in enumerate(well_known.photos(folder, source.summary.start)):
+            if not source.choice.start <= photo.time < source.choice.end or not 0.0 <= photo.time < 1 << 31:
+                continue
+            chunk = Chunk()
+            channel = self._topics.channel((system, photo.camera, "image"), well_known.IMAGE)
+            time = round(photo.time * 1e6) * 1000
+            frame = ros_name(photo.camera).encode()
+            body = well_known.image_body(time, frame, photo.form, photo.path.read_bytes())
+            chunk.add(channel, number, time, ENCAPSULATION + body)
+            self._file.add_chunk(chunk)
+
+    def close(self) -> None:
+        """What is known only at the end."""
+        if self._origin is not None:
+            lat, lon, height = self._origin
+            where = {"latitude_rad": repr(lat), "longitude_rad": repr(lon), "height_m": repr(height)}
+            self._file.add_metadata("map", {"axes": "east, north, up", **where})
+
+    def _type(self, message: imc.MessageType) -> tuple[RosType, Write]:
+        found = self._types.get(message.id)
+        if found is None:
+            type_ = ros_type(self._source.schema, message)
+            found = self._types[message.id] = (type_, writer(type_))
+        return found
+
+    def _channel(
+        self, message: imc.MessageType, src: int, entity: int, suffix: str = "", other: RosType | None = None
+    ) -> int:
+        key = message.id, src, entity, suffix
+        channel = self._known.get(key)
+        if channel is not None:
+            return channel
+        names = self._source.names
+        system, label = names.system(src), names.entity(src, entity)
+        parts = (system, message.abbrev, label, *([suffix] if suffix else []))
+        channel = self._known[key] = self._topics.channel(
+            parts,
+            other or self._type(message)[0],
+            system=system,
+            entity=label,
+            message=message.abbrev,
+            imc_source=f"{src:#06x}",
+            imc_source_entity=str(entity),
+            imc_id=str(message.id),
+        )
+        return channel
+
+    def _channels(
+        self, message: imc.MessageType, src: int, entities: Array, suffix: str = "", other: RosType | None = None
+    ) -> Array:
+        table = np.zeros(256, np.int64)
+        for entity in np.unique(entities).tolist():
+            table[entity] = self._channel(message, src, entity, suffix, other)
+        return table[entities]
+
+    def _write_array(
+        self, chunk: Chunk, message: imc.MessageType, array: Array, src: int, times: Array, numbers: Array
+    ) -> None:
+        frame = ros_name(self._source.names.system(src)).encode()
+        type_, _ = self._type(message)
+        record = self._records.get((message.id, frame))
+        if record is None:
+            record = self._records[message.id, frame] = _record(type_, frame)
+        records = record.make(len(array))
+        for name in _ADDRESSES:
+            records["header " + name] = array[name]
+        for member in type_.members:
+            records["." + member.name] = array[member.attribute]
+        _emit(chunk, record, records, self._channels(message, src, array["src_ent"]), times, numbers)
+        names = {member.attribute for member in type_.members}
+        if names >= well_known.STATE:
+            self._write_pose(chunk, message, array, src, frame, times, numbers)
+        elif message.abbrev == "GpsFix" and names >= well_known.FIX:
+            record = self._prefix(well_known.location_items(frame))
+            records = record.make(len(array))
+            well_known.fill_fix(records, array)
+            channels = self._channels(message, src, array["src_ent"], "location", well_known.LOCATION)
+            _emit(chunk, record, records, channels, times, numbers)
+
+    def _write_pose(
+        self,
+        chunk: Chunk,
+        message: imc.MessageType,
+        array: Array,
+        src: int,
+        frame: bytes,
+        times: Array,
+        numbers: Array,
+    ) -> None:
+        entities = array["src_ent"]
+        record = self._prefix(well_known.location_items(frame))
+        records = record.make(len(array))
+        well_known.fill_location(records, array)
+        channels = self._channels(message, src, entities, "location", well_known.LOCATION)
+        _emit(chunk, record, records, channels, times, numbers)
+        self._origin = self._origin or well_known.first_origin(array)
+        if self._origin is None:
+            return
+        record = self._prefix(well_known.pose_items())
+        records = record.make(len(array))
+        well_known.fill_pose(records, array, self._origin)
+        channels = self._channels(message, src, entities, "pose", well_known.POSE)
+        _emit(chunk, record, records, channels, times, numbers)
+        if message.abbrev != "EstimatedState":
+            return
+        # A vehicle moves one frame only: that of the first entity that estimates its state.
+        own = entities == self._moving.setdefault(src, int(entities[0]))
+        record = self._prefix(well_known.transform_items(frame))
+        transforms = record.make(int(own.sum()))
+        transforms["count"] = 1
+        for name in ("x", "y", "z", "qx", "qy", "qz", "qw"):
+            transforms[name] = records[name][own]
+        channel = self._topics.channel(("tf",), well_known.TRANSFORM)
+        _emit(chunk, record, transforms, np.full(len(transforms), channel), times[own], numbers[own])
+
+    def _write_each(self, chunk: Chunk, batch: ExportBatch, group: Group, times: Array) -> None:
+        message, entries = group.message, group.message.abbrev == "LogBookEntry"
+        write = self._type(message)[1]
+        seconds, rests = (part.tolist() for part in np.divmod(times[group.rows], _BILLION))
+        numbers = (group.rows + batch.first & 0xFFFFFFFF).tolist()
+        for place, said in self._source.decoded(batch, group.rows):
+            src = said.src
+            pack, frame = self._heads.get(src) or self._head(src)
+            body = bytearray(pack(seconds[place], rests[place], frame, src, said.src_ent, said.dst, said.dst_ent))
+            try:
+                write(said, body)
+            except Unfit as error:
+                self._source.skipped[str(error)] += 1
+                continue
+            time, number = seconds[place] * _BILLION + rests[place], numbers[place]
+            channel = self._known.get((message.id, src, said.src_ent, "")) or self._channel(message, src, said.src_ent)
+            chunk.add(channel, number, time, ENCAPSULATION + body)
+            if entries:
+                self._write_entry(chunk, said, time, number)
+
+    def _head(self, src: int) -> tuple[Callable[..., bytes], bytes]:
+        """What packs header and addresses of messages from a system: a function, and the frame it wants."""
+        frame = text(ros_name(self._source.names.system(src)).encode())
+        layout = struct.Struct(f"<II{len(frame)}s{len(frame) % 2}xHBxHB")
+        self._heads[src] = layout.pack, frame
+        return self._heads[src]
+
+    def _write_entry(self, chunk: Chunk, entry: imc.Message, time: int, number: int) -> None:
+        names = self._source.names
+        name = f"{names.system(entry.src)}.{names.entity(entry.src, entry.src_ent)}"
+        body = well_known.log_body(time, entry, name)
+        chunk.add(self._topics.channel(("rosout",), well_known.LOG), number, time, ENCAPSULATION + body)
+
+
+def _plain_record(items: tuple[Item, ...]) -> Record:
+    return Record(MESSAGE, items)
+
+
+def _record(type_: RosType, frame: bytes) -> Record:
+    # No field of a message begins with a point, so it is not taken for one of the record's own.
+    addresses = [("header " + name, code) for name, code in _ADDRESSES.items()]
+    return Record(MESSAGE, (*STAMP, frame, *addresses, *(("." + member.name, member.code) for member in type_.members)))
+
+
+def _emit(chunk: Chunk, record: Record, records: Array, channels: Array, times: Array, numbers: Array) -> None:
+    """Complete the records with all that is outside of their message's own fields, and put them into the chunk."""
+    records["opcode"] = 5
+    records["length"] = MESSAGE_LENGTH + record.data_size
+    records["channel"] = channels
+    records["sequence"] = numbers & 0xFFFFFFFF
+    records["log_time"] = records["publish_time"] = times
+    records["sec"], records["nanosec"] = np.divmod(times, _BILLION)
+    chunk.add_block(records.tobytes(), record.size, channels, times)

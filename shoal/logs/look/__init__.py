@@ -1,0 +1,24 @@
+"""Looks at logs: what is in them, what is wrong with them, where two differ."""
+
+from shoal.logs.look.comparison import Difference, FieldDifference, Place, compare, differing
+from shoal.logs.look.doctor import examine, repair
+from shoal.logs.look.formatting import moment, number, rate, size, span
+from shoal.logs.look.listing import logs_below
+from shoal.logs.look.page import report
+
+__all__ = [
+    "Difference",
+    "FieldDifference",
+    "Place",
+    "compare",
+    "differing",
+    "examine",
+    "logs_below",
+    "moment",
+    "number",
+    "rate",
+    "repair",
+    "report",
+    "size",
+    "span",
+]

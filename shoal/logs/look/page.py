@@ -1,0 +1,269 @@
+"""Draws a log as one HTML page that needs nothing else: no network, no other file."""
+
+import base64
+import hashlib
+import math
+from collections.abc import Iterable
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+import imc
+from imc import coordinates
+from imc.lsf import Progress
+from runtime.logs import Summary, summarize
+from runtime.problem import printable
+from shoal.logs.look.content import Entry, Story, Stretch, tell
+from shoal.logs.look.formatting import moment, number, rate, size, span
+from shoal.logs.look.plot import Curve, bands, chart, clock, css_class
+from shoal.logs.look.track import draw_track
+
+MOST_ROWS = 40  # entities in the timeline
+MOST_ENTRIES = 200
+MOST_TYPES = 20
+MOST_STRETCHES = 300
+LONGEST_TEXT = 400  # characters
+SEVERE = ("WARNING", "ERROR", "CRITICAL")
+_HERE = Path(__file__).parent
+
+
+def report(log: imc.Log, progress: Progress | None = None) -> str:
+    """The page of a log. The log's text is shown, never interpreted. Raises ValueError for an empty log."""
+    summary = summarize(log, progress)
+    if summary.packets == 0:
+        raise ValueError(f"{log.path}: there is no message in this log")
+    return page(tell(log, summary))
+
+
+def page(story: Story) -> str:
+    summary = story.summary
+    script = (_HERE / "report.js").read_text(encoding="utf-8")
+    allowed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{allowed}'; base-uri 'none'"
+    name = summary.names.system(summary.owner)
+    title = f"{name}, {moment(summary.start)}"
+    duration = max(summary.duration, 0.0) if math.isfinite(summary.duration) else 0.0
+    parts = [
+        _tiles(story),
+        draw_track(story),
+        *_charts(story, duration),
+        *_timelines(story, duration),
+        _detections(story),
+        _book(story.entries, story),
+        _rates(summary),
+        _troubles(summary),
+    ]
+    source = summary.schema_source.name if summary.schema_source else "the built-in definitions"
+    text = f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{_safe(title)}</title><style>{(_HERE / "report.css").read_text(encoding="utf-8")}</style></head>
+<body><main data-duration="{duration:.6f}" data-start="{summary.start:.3f}">
+<header><h1>{_safe(name)}</h1>
+<p>{moment(summary.start)}, {span(summary.duration)} · {_safe(str(summary.path))}</p></header>
+{"".join(parts)}
+<footer>Point at a curve to read all of them; drag to zoom, double-click to see all again. Times are since the start.
+IMC {_safe(summary.schema.version)} by {_safe(source)}.</footer>
+</main><div id="tip"></div><button id="reset" hidden>Show all</button><script>{script}</script></body></html>
+"""
+    return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def _tiles(story: Story) -> str:
+    summary, motion = story.summary, story.motion
+    tiles = [("", span(summary.duration), "duration")]
+    if len(motion.time):
+        moving = motion.speed[motion.speed > 0.05]
+        tiles.append(("", f"{story.distance:,.0f} m".replace(",", " "), "over ground"))
+        for height, what in ((motion.depth, "greatest depth"), (motion.altitude, "greatest altitude")):
+            if np.isfinite(height).any() and not story.afloat:
+                tiles.append(("", f"{float(np.nanmax(height)):.1f} m", what))
+                break
+        tiles.append(("", f"{float(np.median(moving)) if len(moving) else 0.0:.2f} m/s", "usual speed"))
+    if len(story.detections.time):
+        tiles.append(
+            ("", f"{len(story.detections.time)}", f"detections of {number(len(np.unique(story.detections.id)), 'MUG')}")
+        )
+    tiles.append(("", f"{summary.packets:,}".replace(",", " "), "messages"))
+    bad, fair = story.levels["ERROR"] + story.levels["CRITICAL"], story.levels["WARNING"]
+    tiles.append(("bad" if bad else "fair" if fair else "", f"{bad} · {fair}", "errors · warnings"))
+    if summary.losses:
+        tiles.append(("bad", str(len(summary.losses)), "damaged places"))
+    return f'<div class="tiles">{"".join(_tile(*tile) for tile in tiles)}</div>'
+
+
+def _tile(kind: str, value: str, what: str) -> str:
+    return f'<div class="tile {kind}"><b>{_safe(value)}</b><span>{_safe(what)}</span></div>'
+
+
+def _charts(story: Story, duration: float) -> Iterable[str]:
+    motion = story.motion
+    if len(motion.time) == 0:
+        return
+    bed = motion.depth + motion.altitude
+    curves = [Curve("depth", "a", motion.time, motion.depth, "m", 2)]
+    if story.afloat:
+        if np.isfinite(bed).any():
+            below = [Curve("altitude", "c", motion.time, motion.altitude, "m", 2)]
+            yield chart("Altitude above the seabed, m", below, duration, 130)
+    elif not np.isfinite(motion.depth).any():
+        curves = [Curve("altitude", "c", motion.time, motion.altitude, "m", 2)]
+        yield chart("Altitude, m", curves, duration, 200)
+    elif np.isfinite(bed).any():
+        curves.append(Curve("altitude", "c", motion.time, motion.altitude, "m", 2))
+        curves.insert(0, Curve("seabed", "ground", motion.time, bed, "m", 1))
+        low, high = min(0.0, float(np.nanmin(motion.depth))), float(np.nanmax(bed)) * 1.08
+        yield chart(
+            "Depth and seabed, m", curves[:2], duration, 220, down=True, ground="seabed", limits=(low - 0.3, high)
+        )
+        yield chart("Altitude above the seabed, m", curves[2:], duration, 130)
+    else:
+        yield chart("Depth, m", curves, duration, 200, down=True)
+    roll, pitch = (np.degrees(angle) for angle in (motion.roll, motion.pitch))
+    yield chart(
+        "Roll and pitch, °",
+        [Curve("roll", "b", motion.time, roll, "°"), Curve("pitch", "a", motion.time, pitch, "°")],
+        duration,
+    )
+    heading = np.degrees(motion.heading) % 360.0
+    turn = [Curve("heading", "a", motion.time, heading, "°", 0, wraps=True)]
+    yield chart("Heading, °", turn, duration, 160, limits=(0.0, 360.0), marks=(0.0, 90.0, 180.0, 270.0, 360.0))
+    yield chart("Speed over ground, m/s", [Curve("speed", "c", motion.time, motion.speed, "m/s", 2)], duration, 150)
+    times, percent = story.progress
+    if np.isfinite(percent).any():
+        plan = [Curve("progress", "a", times, percent, "%", 0)]
+        yield chart("Plan progress, %", plan, duration, 130, limits=(0.0, 103.0), marks=(0.0, 50.0, 100.0))
+
+
+def _timelines(story: Story, duration: float) -> Iterable[str]:
+    rows: list[tuple[str, list[Stretch]]] = []
+    if story.maneuvers:
+        rows.append(("maneuver", story.maneuvers))
+    if story.modes:
+        rows.append(("mode", story.modes))
+    severe = [entry for entry in story.entries if entry.level in SEVERE]
+    if severe:
+        marks = [Stretch(entry.time, entry.time, entry.level, f"{entry.context}: {entry.text}") for entry in severe]
+        rows.append(("log book", marks))
+    if rows:
+        yield bands("Plan and mode", _printable(rows), duration)
+    changing = {name: found for name, found in story.entities.items() if _worst(found) > 0}
+    calm = [name for name in story.entities if name not in changing]
+    few = len(story.entities) <= 12
+    order = sorted(story.entities if few else changing, key=lambda name: (-_worst(story.entities[name]), name))
+    if order:
+        states = ("BOOT", "NORMAL", "FAULT", "ERROR", "FAILURE")
+        legend = "".join(f'<span><i class="state {css_class(s)}"></i>{s.lower()}</span>' for s in states)
+        shown = [(name, story.entities[name]) for name in order[:MOST_ROWS]]
+        yield bands("Entity states", _printable(shown), duration, legend)
+    if calm and not few:
+        more = f" {len(order) - MOST_ROWS} more changed." if len(order) > MOST_ROWS else ""
+        names = ", ".join(sorted(calm))
+        yield (
+            f"<section><details><summary>{number(len(calm), 'entity was', 'entities were')} normal all the time.{more}"
+            f"</summary>{_safe(names)}</details></section>"
+        )
+
+
+def _worst(stretches: list[Stretch]) -> int:
+    """How bad the worst state is; starting up is not bad, if it comes to an end."""
+    ranks = {"NORMAL": 0, "BOOT": 0, "WARNING": 2, "FAULT": 2, "ERROR": 3, "CRITICAL": 4, "FAILURE": 4}
+    ended = int(bool(stretches) and stretches[-1].value != "NORMAL")
+    return max((ranks.get(stretch.value, 1) for stretch in stretches), default=0) or ended
+
+
+def _detections(story: Story) -> str:
+    seen = story.detections
+    if len(seen.time) == 0:
+        return ""
+    rows: list[tuple[str, ...]] = []
+    for identity in np.unique(seen.id)[:MOST_ENTRIES].tolist():
+        of = seen.id == identity
+        north, east = float(seen.north[of].mean()), float(seen.east[of].mean())
+        spread = math.hypot(float(seen.north[of].std()), float(seen.east[of].std()))
+        lat, lon, _ = coordinates.displace(*(story.origin or (0.0, 0.0)), 0.0, north, east)
+        where = f"{math.degrees(lat):.6f}° {math.degrees(lon):.6f}°"
+        times = (clock(float(seen.time[of].min())), clock(float(seen.time[of].max())))
+        figures = (f"{north:.2f} m", f"{east:.2f} m", f"± {spread:.2f} m")
+        rows.append((f"MUG {identity}", str(int(of.sum())), *times, *figures, where))
+    head = ("", "detections", "first", "last", "north", "east", "spread", "latitude, longitude")
+    return _section("MUG detections", _table(head, rows, range(1, 7)))
+
+
+def _book(entries: list[Entry], story: Story) -> str:
+    severe = [entry for entry in entries if entry.level in SEVERE]
+    others = [entry for entry in entries if entry.level not in SEVERE]
+    head = ("time", "level", "who", "what")
+    text = _table(head, map(_line, severe[:MOST_ENTRIES]), (0,)) if severe else '<p class="none">None.</p>'
+    if len(severe) > MOST_ENTRIES:
+        text += f'<p class="none">The first {MOST_ENTRIES} of {sum(story.levels[level] for level in SEVERE)}.</p>'
+    if others:
+        table = _table(head, map(_line, others[:MOST_ENTRIES]), (0,))
+        first = f"the first {MOST_ENTRIES} of " if len(others) > MOST_ENTRIES else ""
+        text += (
+            f"<details><summary>{first}{number(len(others), 'other entry', 'other entries')}</summary>{table}</details>"
+        )
+    return _section("Errors and warnings of the log book", text)
+
+
+def _line(entry: Entry) -> tuple[str, ...]:
+    return clock(entry.time), entry.level.lower(), _short(entry.context), _short(entry.text)
+
+
+def _rates(summary: Summary) -> str:
+    most = max(tally.size for tally in summary.by_type.values())
+    rows = [
+        f"<tr><td>{_safe(name)}</td><td class=n>{tally.count}</td><td class=n>{rate(tally.rate)}</td>"
+        f'<td class=n>{size(tally.size)}</td><td class=bar><i style="width:{100 * tally.size / most:.0f}%"></i></tr>'
+        for name, tally in summary.by_type.items()
+    ]
+    head = "<tr><th>message<th class=n>count<th class=n>rate<th class=n>size<th></tr>"
+    text = f"<div class=scroll><table>{head}{''.join(rows[:MOST_TYPES])}</table></div>"
+    if rows[MOST_TYPES:]:
+        table = f"<div class=scroll><table>{head}{''.join(rows[MOST_TYPES:])}</table></div>"
+        text += f"<details><summary>{len(rows) - MOST_TYPES} rarer ones</summary>{table}</details>"
+    return _section("Messages", text)
+
+
+def _troubles(summary: Summary) -> str:
+    rows = [(f"byte {loss.offset}", number(loss.length, "byte"), loss.reason) for loss in summary.losses[:MOST_ENTRIES]]
+    for step in summary.steps[:MOST_ENTRIES]:
+        what = f"the clock of {summary.names.system(step.src)} was set at {moment(step.before)}"
+        rows.append((f"byte {step.offset}", span(step.after - step.before), what))
+    return _section("Damage and clock steps", _table(("where", "how much", "what"), rows, (1,))) if rows else ""
+
+
+def _section(title: str, body: str) -> str:
+    return f"<section><h2>{title}</h2>{body}</section>"
+
+
+def _table(head: Iterable[str], rows: Iterable[Iterable[str]], numbers: Iterable[int]) -> str:
+    right = frozenset(numbers)
+
+    def line(cells: Iterable[str], tag: str) -> str:
+        return "".join(f"<{tag}{' class=n' * (at in right)}>{_safe(cell)}</{tag}>" for at, cell in enumerate(cells))
+
+    body = "".join(f"<tr>{line(row, 'td')}</tr>" for row in rows)
+    return f"<div class=scroll><table><tr>{line(head, 'th')}</tr>{body}</table></div>"
+
+
+def _printable(rows: Iterable[tuple[str, list[Stretch]]]) -> list[tuple[str, list[Stretch]]]:
+    """Fit to be drawn: text without control characters, and of very many stretches the worst and longest."""
+    found: list[tuple[str, list[Stretch]]] = []
+    for name, stretches in rows:
+        by_weight = sorted(stretches, key=lambda at: (-_worst([at]), at.begin - at.end))[:MOST_STRETCHES]
+        kept = sorted(by_weight, key=lambda at: at.begin)
+        drawn = [at._replace(value=printable(_short(at.value)), text=printable(_short(at.text))) for at in kept]
+        found.append((printable(_short(name)), drawn))
+    return found
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= LONGEST_TEXT else text[:LONGEST_TEXT] + "…"
+
+
+def _safe(text: str) -> str:
+    """Text of a log as HTML shows it: nothing in it is markup, and control characters are seen."""
+    return escape(printable(text))

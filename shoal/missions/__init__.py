@@ -1,0 +1,22 @@
+"""Missions: plan files, the flight of a plan, and the report of how it went."""
+
+from shoal.missions.files import load_plan, parse_plan, plan_text
+from shoal.missions.flight import fly, prepare
+from shoal.missions.mission import Mission
+from shoal.missions.reader import PlanFileError
+from shoal.missions.report import Leg, Report
+from shoal.missions.request import PlanRequest, given_in
+
+__all__ = [
+    "Leg",
+    "Mission",
+    "PlanFileError",
+    "PlanRequest",
+    "Report",
+    "fly",
+    "given_in",
+    "load_plan",
+    "parse_plan",
+    "plan_text",
+    "prepare",
+]

@@ -1,0 +1,80 @@
+"""Flies a plan with the simulated vehicle of a profile."""
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import imc
+from runtime.kernel import parse_clock
+from runtime.profile import load_profile
+from runtime.vehicle import Build, Fleet, build
+from shoal.missions.files import load_plan
+from shoal.missions.mission import Mission
+from shoal.missions.report import Report
+
+USUAL_MODES = ("Simulation", "Kinematic")
+AUTOSTART = "Plan.Autostart"
+
+
+def fly(
+    plan: imc.PlanSpecification | Path,
+    profile: str = "lauv-noptilus-1",
+    modes: Sequence[str] = (),
+    *,
+    limit: float = 86400.0,
+    overrides: Sequence[str] = (),
+    config_dir: Sequence[Path] = (),
+    seed: int | None = None,
+    log_root: Path | None = None,
+) -> Report:
+    """Fly a plan, or the plan of a file, with the vehicle of a profile in virtual time, and return how it went.
+
+    `modes` are by default those that simulate the vehicle with all it has, `overrides` "Section:Option=value", `limit`
+    is in s of the vehicle's time. Logs are kept where there is a `log_root`. Exceptions of tasks are raised.
+    """
+    specification = load_plan(plan) if isinstance(plan, Path) else plan
+    with tempfile.TemporaryDirectory() as folder:
+        made = prepare(
+            profile,
+            modes,
+            config_dir=config_dir,
+            overrides=overrides,
+            seed=seed,
+            log_root=log_root or Path(folder) / "log",
+            state_folder=Path(folder) / "db",
+        )
+        return Mission(made.vehicle, specification).fly(limit)
+
+
+def prepare(
+    profile: str,
+    modes: Sequence[str] = (),
+    *,
+    config_dir: Sequence[Path] = (),
+    overrides: Sequence[str] = (),
+    clock: str = "virtual",
+    vehicle: str = "",
+    fleet: Fleet | None = None,
+    seed: int | None = None,
+    log_root: Path = Path("log"),
+    state_folder: Path = Path("db"),
+) -> Build:
+    """The vehicle of a profile for a mission, which begins no plan by itself.
+
+    Without `modes` those that simulate it with all it has. `vehicle` is its name, in place of the profile's; in a
+    `fleet` it has no clock of its own. Raises ProfileError for what is wrong with the profile, FleetError for a name
+    that is taken.
+    """
+    loaded = load_profile(profile, tuple(config_dir), vehicle=vehicle, overrides=tuple(overrides))
+    usual = [mode for mode in USUAL_MODES if mode in loaded.modes][:1]
+    if AUTOSTART in loaded.config.sections:
+        loaded.override(f"{AUTOSTART}:Enabled=Never")
+    return build(
+        loaded,
+        loaded.select(list(modes) or usual),
+        clock=parse_clock(clock, loaded.start_time_ns) if fleet is None else None,
+        fleet=fleet,
+        seed=seed,
+        log_root=log_root,
+        state_folder=state_folder,
+    )

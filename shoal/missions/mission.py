@@ -1,0 +1,150 @@
+"""Flies a plan without anybody watching, and says how it went."""
+
+import math
+from collections.abc import Callable
+from functools import partial
+from zlib import crc32
+
+import imc
+from imc.coordinates import absolute, displacement
+from runtime.snapshot import Journals, keep_beside_log, run_with_snapshots
+from runtime.vehicle import Vehicle
+from shoal.missions.report import COMPLETED, FAILED, Leg, Report
+from shoal.missions.request import PlanRequest
+
+NEEDED = ("Supervisors.Vehicle", "Plan.Engine")  # whose word a mission waits for
+ON_TRACK, AT_DEPTH = 1.5, 0.5  # m; errors count from where they have first been smaller, on each path
+ON_COURSE = math.radians(15.0)
+NEXT_STATES = (imc.PlanControlState.State.READY, imc.PlanControlState.State.BLOCKED)
+Followed = imc.PathControlState.Flags
+
+
+class Mission:
+    """Starts a plan on a vehicle as soon as it is ready, follows it, and stops the vehicle when it is over.
+
+    `patience` (s) is how long the vehicle may take to be ready. `watch` is called with each PlanControlState.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        plan: imc.PlanSpecification,
+        *,
+        calibrate: bool = False,
+        patience: float = 120.0,
+        watch: Callable[[imc.PlanControlState], object] | None = None,
+    ):
+        self.report = Report()
+        self._vehicle = vehicle
+        flags = imc.PlanControl.Flags.CALIBRATE if calibrate else 0
+        request = imc.PlanControl(plan_id=plan.plan_id, flags=flags, arg=plan, dst=vehicle.system, request_id=1)
+        vehicle.profile.override(f"General:Plan={crc32(imc.encode(request)):08x}")
+        self._request = PlanRequest(vehicle, request, patience=patience, refused=self._give_up)
+        self._watch = watch
+        self._position: tuple[float, float] | None = None
+        self._errors: dict[str, tuple[int, bool]] = {}
+        self._trouble = ""
+        self._answer = ""
+        self._is_flying = self._has_flown = self._is_over = False
+        vehicle.tap(imc.PlanControl, self._judge)
+        vehicle.tap(imc.PlanControlState, self._follow)
+        vehicle.tap(imc.PathControlState, self._compare)
+        vehicle.tap(imc.EstimatedState, self._move)
+        vehicle.tap(imc.EntityMonitoringState, self._note_trouble)
+
+    def begin(self) -> None:
+        """Start the vehicle, and the plan as soon as it is ready; whoever runs the vehicle flies it."""
+        self._vehicle.start()
+        self._request.begin()
+
+    def fly(self, limit: float, *, snapshot_every: float | None = None) -> Report:
+        """Run the vehicle until the plan is over, at most `limit` seconds of its time, and close it.
+
+        Its state is saved beside its log every `snapshot_every` seconds. Raises SnapshotError, OSError.
+        """
+        if snapshot_every is not None:
+            Journals(self._vehicle)
+        self.begin()
+        try:
+            if snapshot_every is None:
+                self._vehicle.run(limit)
+            else:
+                run_with_snapshots(self._vehicle, limit, snapshot_every, partial(keep_beside_log, self._vehicle))
+        finally:
+            self._vehicle.close()
+        return self.report
+
+    def _give_up(self, reason: str) -> None:
+        missing = [name for name in NEEDED if not any(task.name == name for task in self._vehicle.tasks)]
+        trouble = f"no {' and no '.join(missing)} runs in it" if missing else self._trouble
+        self._end(FAILED, f"{reason}: {trouble}" if trouble else reason)
+
+    def _judge(self, answer: imc.PlanControl) -> None:
+        if self._is_over or answer.src != self._vehicle.system:
+            return
+        if answer.type == imc.PlanControl.Type.FAILURE:
+            self._end(FAILED, answer.info)
+        elif answer.type == imc.PlanControl.Type.SUCCESS:
+            self._answer = answer.info
+
+    def _end(self, outcome: str, reason: str) -> None:
+        self._is_over = True
+        self.report.outcome, self.report.reason = outcome, reason
+        self._vehicle.stop()
+
+    def _follow(self, state: imc.PlanControlState) -> None:
+        if state.src != self._vehicle.system:
+            return
+        legs, names = self.report.legs, imc.PlanControlState.State
+        name = names(state.state).name if state.state <= max(names) else str(state.state)
+        if self.report.states[-1:] != [name]:
+            self.report.states.append(name)
+        if legs and self._is_flying:
+            legs[-1].seconds = state.timestamp - legs[-1].began
+        self._is_flying = state.state == names.EXECUTING
+        if self._is_flying and (not legs or legs[-1].name != state.man_id):
+            legs.append(Leg(state.man_id, state.timestamp))
+        if self._watch is not None:
+            self._watch(state)
+        if self._request.given and not self._is_over:
+            self._look_for_end(state)
+
+    def _look_for_end(self, state: imc.PlanControlState) -> None:
+        self.report.reason = "plan is not over"
+        self._has_flown |= self._is_flying
+        if self._has_flown and state.state in NEXT_STATES:
+            done = state.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
+            self._end(COMPLETED if done else FAILED, self._answer if done else "plan was stopped")
+
+    def _compare(self, path: imc.PathControlState) -> None:
+        if not self._is_flying or not self.report.legs:
+            return
+        leg = self.report.legs[-1]
+        if not path.flags & (Followed.LOITERING | Followed.NEAR) and path.lradius == 0.0:
+            on_track = abs(path.y) <= ON_TRACK and abs(path.course_error) <= ON_COURSE
+            leg.cross_track = self._worst("across", path.path_ref, abs(path.y), on_track, leg.cross_track)
+        if not path.flags & Followed.NO_Z:
+            leg.depth_error = self._worst("depth", path.path_ref, abs(path.z), abs(path.z) <= AT_DEPTH, leg.depth_error)
+
+    def _worst(self, kind: str, path_ref: int, error: float, small: bool, before: float) -> float:
+        """The larger of two errors, once this one has been small on its path."""
+        reference, settled = self._errors.get(kind, (-1, False))
+        settled = small or (settled and reference == path_ref)
+        self._errors[kind] = path_ref, settled
+        if not settled:
+            return before
+        return error if math.isnan(before) else max(before, error)
+
+    def _move(self, state: imc.EstimatedState) -> None:
+        if state.src != self._vehicle.system:
+            return
+        position = absolute(state)[:2]
+        if self._is_flying and self._position is not None and self.report.legs:
+            north, east, _ = displacement(*self._position, 0.0, *position, 0.0)
+            self.report.legs[-1].distance += math.hypot(north, east)
+            self.report.deepest = max(self.report.deepest, state.depth)
+        self._position = position
+
+    def _note_trouble(self, state: imc.EntityMonitoringState) -> None:
+        names = ", ".join(name for name in (state.cnames, state.enames) if name)
+        self._trouble = " - ".join(text for text in (names, state.last_error) if text) if names else ""

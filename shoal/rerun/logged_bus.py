@@ -1,0 +1,98 @@
+"""A bus on which tasks that run again meet what a log has of all others, in the order of the log."""
+
+from collections.abc import Callable
+
+import imc
+from runtime.bus import Bus
+from runtime.kernel import Kernel
+from runtime.task import SYSTEM_ENTITY
+from shoal.rerun.history import Entry, History
+
+
+class LoggedBus(Bus):
+    """Delivers the log's messages at their times, those of one moment in the order of the log.
+
+    What a task says here comes behind the messages that the log has before the same one; what the log has of the
+    tasks themselves is not delivered, and what is said in the name of others (the Daemon's heartbeat) is in the log.
+    `heard` and `said` are told of each packet of the tasks: of the log's, and of the one that is published here.
+    `seen` is told of all that passes the bus. Behind a log that is `cut_short` nobody knows what was said.
+    """
+
+    cut_short = False
+
+    history: History
+    schema: imc.Schema
+    daemon: object
+    heard: Callable[[imc.Header, bytes], object]
+    said: Callable[[imc.Header, bytes], object]
+    seen: Callable[[bytes], object]
+
+    def __init__(self, kernel: Kernel, system: int):
+        super().__init__(kernel, system)
+        self.malformed_in_log = 0
+        self._names = dict[int, type | None]()
+
+    def follow(self, history: History, schema: imc.Schema, speakers: Callable[[imc.Header], bool]) -> None:
+        """Begin to deliver the log; `speakers` says whose packets are the tasks' own."""
+        self.history, self.schema, self._is_own = history, schema, speakers
+        self.kernel.soon(self._feed)
+
+    def publish(self, message: imc.Message, packet: bytes, origin: object) -> None:
+        header = imc.header(packet)
+        if not self._is_own(header):
+            return
+        over = self.cut_short and self.history.next() is None
+        for entry in self.history.until((header.id, header.src_ent), self.kernel.now_ns):
+            self._pass(entry)
+        if not over:
+            self.said(header, packet)
+        self.seen(packet)
+        super().publish(message, packet, origin)
+
+    def finish(self) -> None:
+        """Pass what is left of the log."""
+        while self.history.next() is not None:
+            self._pass(self.history.take())
+
+    def _feed(self) -> None:
+        """Deliver what is due up to the next message that a task has to say, and come back when it has, or has not."""
+        now = self.kernel.now_ns
+        while (entry := self.history.next()) is not None and entry.time <= now and not entry.own:
+            self._pass(self.history.take())
+        if entry is None:
+            return
+        if entry.time > now:
+            self.kernel.at(entry.time, self._arrive)
+            return
+        if self.kernel.idle:
+            self._pass(self.history.take())
+        self.kernel.soon(self._feed)
+
+    def _arrive(self) -> None:
+        # Ticks of this moment, which wait behind this call, come first, as they did.
+        self.kernel.soon(self._feed)
+
+    def _pass(self, entry: Entry) -> None:
+        if entry.own:
+            self.heard(entry.header, entry.packet)
+            return
+        self.seen(entry.packet)
+        kind = self._kind(entry.header.id)
+        if kind is not None and not self._route(kind):
+            return
+        try:
+            message = self.schema.decode(entry.packet)
+        except imc.DecodeError:
+            self.malformed_in_log += 1
+            return
+        of_daemon = entry.header.src == self.system and entry.header.src_ent == SYSTEM_ENTITY
+        self._deliver(message, entry.packet, self.daemon if of_daemon else None)
+
+    def _kind(self, number: int) -> type | None:
+        """The class of a message id, None where only decoding tells."""
+        if number not in self._names:
+            try:
+                self._names[number] = self.schema.by_id(number)
+            except KeyError:
+                self._names[number] = None
+        return self._names[number]

@@ -1,0 +1,250 @@
+"""Runs tasks again on the messages that a log has of all others, and compares what they say with the log."""
+
+import contextlib
+import tempfile
+from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import cast
+
+import imc
+from runtime.kernel import SECOND, VirtualClock, nanoseconds
+from runtime.logs import new_log
+from runtime.problem import quoted, suggestion
+from runtime.profile import Profile, default_label, items, load_profile, own_etc
+from runtime.task import Task, consumers, tickers
+from runtime.vehicle import TaskImportError, all_tasks, build, find_task
+from shoal.rerun.comparison import Comparison, LastMoment
+from shoal.rerun.history import History, Instants, spoken_by
+from shoal.rerun.logged_bus import LoggedBus
+from shoal.rerun.outlines import Outline, outline
+from shoal.rerun.run import CONFIGURATION, Run, run_of
+
+TOLERANCE = 0.5  # s, between a message of a log made on a wall clock and its like
+
+
+class ResimulationError(ValueError):
+    """What keeps a log from being simulated again; the text says why and what to do."""
+
+
+@dataclass
+class Resimulation:
+    """What came of it. `exact`: the log is of a virtual run from its start, so nothing may differ without changes.
+
+    notes: what cannot be reproduced, and why. labels: entity ids of the tasks and their labels.
+    """
+
+    log: imc.Log
+    tasks: list[str]
+    comparison: Comparison
+    exact: bool
+    begin: float
+    notes: list[str] = field(default_factory=list[str])
+    labels: dict[int, str] = field(default_factory=dict[int, str])
+
+
+def resimulate(
+    log: imc.Log,
+    tasks: Sequence[str],
+    *,
+    overrides: Sequence[str] = (),
+    profile: str | Path | None = None,
+    out: Path | None = None,
+) -> Resimulation:
+    """Run the tasks of these sections on the rest of the log, with `overrides` ("Section:Option=value").
+
+    They begin with the run, whose earlier logs are read as well. The parameters are those of its Config.ini, or of
+    `profile`. `out` becomes a log of what then is on the bus.
+    Raises ResimulationError, ProfileError, FileExistsError, OSError, and what the tasks raise.
+    """
+    run = run_of(log)
+    about = outline(run)
+    if about is None:
+        raise ResimulationError(f"{log.path}: the log has no messages")
+    loaded, notes = _profile(run.logs[0], about, profile)
+    if before := ", ".join(earlier.path.parent.name for earlier in run.logs[:-1]):
+        notes.append(f"from the start of the run, with the logs before this one: {before}")
+    sections = [_section(loaded, name) for name in tasks]
+    for section in sections:
+        _check(section)
+        if section not in loaded.config.sections:
+            loaded.override(f"{section}:Enabled=Always")
+    for assignment in overrides:
+        loaded.override(assignment)
+    loaded.refuse_errors()
+    virtual = about.begin == loaded.start_time
+    start = loaded.start_time_ns if virtual else nanoseconds(about.begin)
+    with tempfile.TemporaryDirectory() as folder:
+        made = build(
+            loaded,
+            frozenset(items(loaded.config.value("General", "Selected"))),
+            clock=VirtualClock(start),
+            keep_going=False,
+            log_root=Path(folder) / "log",
+            state_folder=Path(folder) / "db",
+            only=sections,
+            bus=LoggedBus,
+            entity_ids=about.labels,
+        )
+        vehicle = made.vehicle
+        for reason, left_out in made.left_out.items():
+            vehicle.close()
+            raise ResimulationError(f"{', '.join(left_out)}: {reason}")
+        again = [vehicle.task(section) for section in sections]
+        chosen = {entity.id: entity.label for entity in vehicle.entities if entity.component in sections}
+        own = spoken_by(about.owner, chosen.keys())
+        comparison = Comparison(log.schema, 0.0 if virtual else TOLERANCE)
+        bus = vehicle.bus
+        assert isinstance(bus, LoggedBus)
+        moment = LastMoment(comparison, lambda: vehicle.kernel.now_ns)
+        bus.heard, bus.said = moment.log_has, moment.task_says
+        bus.daemon, bus.cut_short = vehicle.daemon, not about.closed
+        for label, entity in about.labels.items():
+            vehicle.entities.hear(about.owner, entity, label)
+        with _written(out, log, loaded) as bus.seen:
+            rates = Instants(start, (rate for _, rate in _rates(loaded)), virtual=virtual)
+            of_entity = _rates_by_entity(loaded, about) if virtual else {}
+            bus.follow(History(run, about.owner, rates, own, start, about.late, of_entity), log.schema, own)
+            try:
+                vehicle.start()
+                end = rates.of(about.end)
+                moment.end = end if about.closed else None
+                vehicle.kernel.run(until=end if about.closed else end + 1)
+            finally:
+                vehicle.close()
+            bus.finish()
+        if not moment.settle(about.lived and not overrides):
+            notes.append("the run was stopped within its last moment, which is not compared")
+        comparison.finish()
+    notes += _reservations(run, about, loaded, again, chosen, virtual, bus.malformed_in_log)
+    return Resimulation(log, sections, comparison, virtual and not overrides, start / SECOND, notes, chosen)
+
+
+def _profile(log: imc.Log, about: Outline, named: str | Path | None) -> tuple[Profile, list[str]]:
+    beside = log.path.parent / CONFIGURATION
+    if named is not None:
+        return load_profile(named, strict=False), []
+    if beside.is_file():
+        return load_profile(beside, strict=False), []
+    name = about.names.system(about.owner)
+    addresses = own_etc() / "common" / "imc-addresses.ini"
+    note = f"the log has no {CONFIGURATION}: parameters are the defaults; -c names a profile"
+    return load_profile(addresses, vehicle=name, strict=False), [note]
+
+
+def _section(profile: Profile, name: str) -> str:
+    """The section that is meant: its name, its entity's label, or the class where there is only one of it."""
+    sections = profile.config.sections
+    if name in sections:
+        return name
+    labels = {section: profile.config.value(section, "Entity Label", default_label(section)) for section in sections}
+    classes = {section: section.partition("/")[0] for section in sections}
+    found = [s for s in sections if name in (labels[s], classes[s], classes[s].rpartition(".")[2])]
+    selected = items(profile.config.value("General", "Selected"))
+    found = [section for section in found if profile.enabled(section, selected)] or found
+    if len(found) == 1:
+        return found[0]
+    if len(found) > 1:
+        raise ResimulationError(f"{quoted(name)} can be {', '.join(found)}")
+    with contextlib.suppress(TaskImportError):
+        if find_task(name) is not None:
+            return name
+    tasks = [section for section in sections if "Enabled" in sections[section].options] or list(all_tasks([]))
+    known = dict.fromkeys([*tasks, *(labels[section] for section in tasks if section in labels)])
+    hint = suggestion(name, known) or "`shoal tasks` lists them"
+    raise ResimulationError(f"there is no task {quoted(name)}: {hint}")
+
+
+def _check(section: str) -> None:
+    try:
+        cls = find_task(section)
+    except TaskImportError as error:
+        raise ResimulationError(str(error)) from None
+    if cls is None:
+        raise ResimulationError(f"{section} is not in Shoal")
+    if cls.external:
+        raise ResimulationError(f"{section} talks to the outside, of which a log does not tell")
+
+
+def _rates_by_entity(profile: Profile, about: Outline) -> dict[int, set[float]]:
+    found: dict[int, set[float]] = {}
+    for section, rate in _rates(profile):
+        label = profile.config.value(section, "Entity Label", default_label(section))
+        if label in about.labels:
+            found.setdefault(about.labels[label], set()).add(rate)
+    return found
+
+
+def _rates(profile: Profile) -> Iterator[tuple[str, float]]:
+    """The rates at which the tasks of the profile tick, with their sections."""
+    for name in profile.config.sections:
+        try:
+            cls = find_task(name)
+        except TaskImportError:
+            continue
+        for ticking in tickers(cls) if cls is not None else ():
+            if not isinstance(ticking.rate, str):
+                yield name, ticking.rate
+                continue
+            for parameter in cls.parameters().values() if cls is not None else ():
+                if parameter.attribute == ticking.rate:
+                    text = profile.options(name).get(parameter.name)
+                    with contextlib.suppress(ValueError):
+                        yield name, float(parameter.parse(text) if text else parameter.default)
+
+
+def _reservations(
+    run: Run,
+    about: Outline,
+    profile: Profile,
+    tasks: Sequence[Task],
+    chosen: dict[int, str],
+    virtual: bool,
+    malformed: int,
+) -> Iterator[str]:
+    """What cannot be reproduced, and why."""
+    if not virtual:
+        late = about.begin - profile.start_time
+        if about.marked and 0.0 < late < 1e6:
+            yield f"the log begins {late:.1f} s after the vehicle: what the tasks had in mind then is unknown"
+        else:
+            yield "made on a wall clock: ticks, delays and what came first are as that computer had them"
+    if not about.closed:
+        yield "the log does not end in order: it may lack what was said last"
+    if damaged := sum(len(log.losses) for log in run.logs):
+        yield f"the log has {damaged} damaged places: what the tasks heard there is unknown"
+    if malformed:
+        yield f"{malformed} messages of the log are malformed, and nobody hears them"
+    if left_out := profile.config.value("Transports.Logging", "Transports"):
+        yield f"the log has only the messages that were chosen for it: {left_out}"
+    schema = run.schema
+    present = {number: schema.by_id(number) for number in about.counts if number in schema.types_by_id}
+    for task in tasks:
+        for consumer in consumers(type(task)):
+            wanted = cast(type[object], consumer.type)
+            number = getattr(wanted, "ID", -1)
+            if not issubclass(wanted, imc.Message):
+                yield f"{task.name} hears {wanted.__name__}, which no log has: run its source, too"
+            elif not any(issubclass(kind, wanted) for kind in present.values()):
+                reason = f"means another message by {number}" if number in present else f"has no {wanted.__name__}"
+                yield f"{task.name} hears {wanted.__name__}, but the log {reason}"
+    for entity, label in chosen.items():
+        if not any(speaker == entity for _, speaker in about.speakers):
+            yield f"the log has nothing of the entity {quoted(label)}" + _others(about, label)
+
+
+def _others(about: Outline, label: str) -> str:
+    hint = suggestion(label, about.labels)
+    return f"; {hint}; --set 'Section:Entity Label=...' gives it another name" if hint else ""
+
+
+@contextlib.contextmanager
+def _written(out: Path | None, log: imc.Log, profile: Profile) -> Generator[Callable[[bytes], object]]:
+    """What takes the packets of the new log."""
+    if out is None:
+        yield len
+        return
+    with new_log(out, log) as writer:
+        configuration = profile.dump().encode(errors="surrogateescape")
+        (out / CONFIGURATION).write_bytes(configuration)
+        yield writer.write

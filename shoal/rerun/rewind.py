@@ -1,0 +1,213 @@
+"""Goes back in the log of a virtual run: from the nearest snapshot, or from its start, and on from there."""
+
+import math
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from itertools import takewhile
+from pathlib import Path
+from typing import Any
+
+import imc
+from runtime.kernel import SECOND, VirtualClock
+from runtime.profile import Profile, items, load_profile
+from runtime.snapshot import STATE, SUFFIX, Journals, Snapshot, SnapshotError, load, restore, save
+from runtime.task import Parameter, Task
+from runtime.vehicle import Vehicle, build
+from shoal.missions import PlanRequest, given_in
+from shoal.rerun.outlines import outline
+from shoal.rerun.run import Run, run_of
+
+
+def continued(
+    snapshot: Snapshot,
+    log_root: Path,
+    *,
+    overrides: Sequence[str] = (),
+    journals: bool = False,
+    look_on: Callable[[Vehicle], object] = lambda _: None,
+) -> Vehicle:
+    """A vehicle in the state of a snapshot, with the configuration that is in it; it is started already.
+
+    `overrides`, "Section:Option=value", give parameters other values from then on. With `journals` it can be saved
+    again in the midst of scripts. `look_on` is called before the tasks have their state, for who is to hear messages
+    before them. Raises SnapshotError, ProfileError; no log begins where the vehicle has no such parameter or value.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "Config.ini"
+        path.write_bytes(snapshot.configuration)
+        vehicle = _vehicle(
+            load_profile(path), log_root, snapshot.time, {label: number for label, number, *_ in snapshot.entities}
+        )
+    try:
+        if journals:
+            Journals(vehicle)
+        look_on(vehicle)
+        for assignment in overrides:
+            _value(vehicle, assignment)
+        restore(vehicle, snapshot)
+    except BaseException:
+        vehicle.running.clear()
+        vehicle.close()
+        raise
+    try:
+        for assignment in overrides:
+            _change(vehicle, assignment)
+    except BaseException:
+        vehicle.close()
+        raise
+    return vehicle
+
+
+class Rewound:
+    """The run of a log: `state_at` a time, and the vehicle that goes on from there.
+
+    Raises SnapshotError where the log is not one of a virtual run of Shoal, ProfileError.
+    """
+
+    def __init__(self, log: imc.Log):
+        folder = log.path.parent
+        if not (folder / "Config.ini").is_file():
+            raise SnapshotError(f"{folder} has no Config.ini: only runs of Shoal can be repeated")
+        self._log = log
+        self._run = run_of(log)
+        first = self._run.logs[0].path.parent / "Config.ini"
+        self._profile = load_profile(first if first.is_file() else folder / "Config.ini")
+
+    @property
+    def end(self) -> float:
+        """Where the log ends, in s of the run."""
+        about = outline(self._log)
+        return about.end - self._profile.start_time if about is not None else 0.0
+
+    def state_at(self, seconds: float) -> Snapshot:
+        """The state at a time of the run (s): found in the folders of its logs, or computed from what is there.
+
+        Raises SnapshotError where the run cannot be repeated, ProfileError.
+        """
+        wanted = self._profile.start_time_ns + round(seconds * SECOND)
+        nearest = _nearest(self._run, seconds)
+        if nearest is not None and nearest.time == wanted:
+            return nearest
+        with tempfile.TemporaryDirectory() as scratch:
+            if nearest is not None:
+                vehicle = self.vehicle(nearest, Path(scratch), journals=True)
+            else:
+                vehicle = self._from_start(Path(scratch), seconds)
+            try:
+                vehicle.kernel.run(until=wanted)
+                state = save(vehicle)
+            finally:
+                vehicle.close()
+            if nearest is None:
+                self._compare(Path(scratch), wanted)
+        return load(state)
+
+    def vehicle(
+        self, snapshot: Snapshot, log_root: Path, *, overrides: Sequence[str] = (), journals: bool = False
+    ) -> Vehicle:
+        """The vehicle in a state of the run; the plan that it is still to be asked for is asked for.
+
+        `overrides` are those of `continued`. Raises SnapshotError, ProfileError.
+        """
+
+        def look_on(vehicle: Vehicle) -> None:
+            self._request(vehicle, snapshot.time)
+
+        return continued(snapshot, log_root, overrides=overrides, journals=journals, look_on=look_on)
+
+    def _from_start(self, scratch: Path, seconds: float) -> Vehicle:
+        profile, first = self._profile, self._run.logs[0]
+        _, packet = next(first.packets(), (0, b""))
+        if not packet or imc.header(packet).timestamp != profile.start_time:
+            raise SnapshotError(
+                f"{first.path} does not begin with its vehicle on a virtual clock, and has no snapshot before "
+                f"{seconds:g} s: rewind the log that it came from"
+            )
+        about = outline(self._run)
+        vehicle = _vehicle(profile, scratch, profile.start_time_ns, about.labels if about is not None else {})
+        Journals(vehicle)
+        self._request(vehicle, profile.start_time_ns)
+        vehicle.start()
+        return vehicle
+
+    def _request(self, vehicle: Vehicle, time: int) -> None:
+        """Ask for the plan that was asked for in this run, as far as that was still to be done at a time (ns)."""
+        found = given_in(self._run.packets(), self._run.schema, vehicle, time / SECOND)
+        if found is not None and not found.given:
+            PlanRequest(vehicle, found.request, calm=found.calm)
+
+    def _compare(self, scratch: Path, wanted: int) -> None:
+        """Hold the log against the repeated run. Raises SnapshotError where they part before a time (ns)."""
+        _, first = next(self._log.packets(), (0, b""))
+        begin, end = imc.header(first).timestamp, wanted / SECOND
+        for path in sorted(scratch.glob("*/*/*")):
+            again = imc.Log(path)
+            _, packet = next(again.packets(), (0, b""))
+            if not packet or imc.header(packet).timestamp != begin:
+                continue
+            pairs = zip(self._log.packets(), again.packets(), strict=False)
+            for (_, old), (_, new) in takewhile(lambda pair: imc.header(pair[1][1]).timestamp < end, pairs):
+                if old != new:
+                    at = imc.header(new).timestamp - self._profile.start_time
+                    raise SnapshotError(
+                        f"{self._log.path} cannot be repeated from the start of its run: they part at {at:.3f} s. "
+                        "It was changed on its way, or written by another version"
+                    )
+            return
+        if begin < end:
+            raise SnapshotError(f"{self._log.path} cannot be repeated from the start of its run: no such log begins")
+
+
+def _value(vehicle: Vehicle, assignment: str) -> tuple[Task, Parameter, Any]:
+    """What "Section:Option=value" is about. Raises SnapshotError."""
+    left, _, text = assignment.partition("=")
+    section, _, option = left.rpartition(":")
+    try:
+        task = vehicle.task(section.strip())
+    except KeyError:
+        raise SnapshotError(f"{assignment}: the vehicle has no task {section.strip()!r}") from None
+    parameter = task.parameter_set.find(option.strip())
+    if parameter is None:
+        raise SnapshotError(f"{assignment}: {task.name} has no such parameter")
+    try:
+        return task, parameter, parameter.parse(text.strip())
+    except ValueError as error:
+        raise SnapshotError(f"{assignment}: {error}") from None
+
+
+def _change(vehicle: Vehicle, assignment: str) -> None:
+    """Give a parameter of a running vehicle another value. Raises SnapshotError."""
+    task, parameter, value = _value(vehicle, assignment)
+    task.parameter_set.set(parameter, value)
+    try:
+        task.configure()
+    except ValueError as error:
+        raise SnapshotError(f"{assignment}: {error}") from None
+    task.reconfigured()
+    vehicle.remember(task)
+
+
+def _nearest(run: Run, seconds: float) -> Snapshot | None:
+    """The latest state in the folders of a run's logs that is not behind a time of the run (s)."""
+    paths = {_seconds(path): path for log in run.logs for path in log.path.parent.glob(f"{STATE}*{SUFFIX}")}
+    latest = max((time for time in paths if time <= seconds), default=None)
+    if latest is None:
+        return None
+    try:
+        return load(paths[latest].read_bytes())
+    except SnapshotError as error:
+        raise SnapshotError(f"{paths[latest]}: {error}") from None
+
+
+def _seconds(path: Path) -> float:
+    """The time of the run (s) that the name of a state says, NaN where it says none."""
+    try:
+        return float(path.name.removeprefix(STATE).removesuffix(SUFFIX))
+    except ValueError:
+        return math.nan
+
+
+def _vehicle(profile: Profile, log_root: Path, time: int, entity_ids: Mapping[str, int]) -> Vehicle:
+    selected = frozenset(items(profile.config.value("General", "Selected")))
+    clock = VirtualClock(time)
+    return build(profile, selected, clock=clock, keep_going=False, log_root=log_root, entity_ids=entity_ids).vehicle

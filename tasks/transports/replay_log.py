@@ -1,0 +1,259 @@
+"""The packets of a log as another bus can have them: when each is due, and under which entity."""
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NamedTuple, cast
+
+import msgspec
+
+import imc
+from imc.lsf import Log
+from imc.lsf.log import packet_id
+from runtime.durations import parse_duration
+from runtime.logs import summarize, types_called
+
+TOLERANCE = 10.0  # s
+ENOUGH = 20
+UNKNOWN_ENTITY = 0xFF
+BROADCAST = (0xFFFF, 0xFFF0)
+
+
+class Timeline:
+    """Seconds since the begin of a log: the latest time so far, so that it never goes back.
+
+    A time that is more than `longest_pause` seconds ahead of it, or TOLERANCE behind, is astray and does not count;
+    when ENOUGH in a row agree, the log's clock has been set, and the step costs no time.
+    """
+
+    def __init__(self, longest_pause: float):
+        self.elapsed = 0.0
+        self.steps = 0
+        self.origin = math.nan
+        self._longest_pause = longest_pause
+        self._stray = math.nan
+        self._strays = 0
+
+    def advance(self, time: float) -> float:
+        """Take the next packet's time (s since 1970 UTC), and return the seconds at which it is due."""
+        if not math.isfinite(time):
+            return self.elapsed
+        if math.isnan(self.origin):
+            self.origin = time
+        if -TOLERANCE <= time - self.origin - self.elapsed <= self._longest_pause:
+            self.elapsed = max(self.elapsed, time - self.origin)
+            self._strays = 0
+            return self.elapsed
+        self._strays = self._strays + 1 if abs(time - self._stray) <= TOLERANCE else 1
+        self._stray = time
+        if self._strays == ENOUGH:
+            self.origin = time - self.elapsed
+            self._strays = 0
+            self.steps += 1
+        return self.elapsed
+
+
+class Due(NamedTuple):
+    """A packet, the seconds since the begin of the log at which it is due, and the log's time at its begin."""
+
+    elapsed: float
+    origin: float
+    packet: bytes
+
+
+class Place(NamedTuple):
+    """A place in a log: seconds from its begin, or, where it is a `date`, since 1970 UTC."""
+
+    seconds: float
+    date: bool = False
+
+    @classmethod
+    def parse(cls, text: str) -> "Place":
+        """From "90", "1h30min" or "2026-01-01T00:05:00" (UTC). Raises ValueError."""
+        try:
+            return cls(parse_duration(text))
+        except ValueError:
+            pass
+        try:
+            time = datetime.fromisoformat(text.strip())
+        except ValueError:
+            raise ValueError(f"{text!r} is no place in a log; write 90, 1h30min or 2026-01-01T00:05:00") from None
+        return cls((time if time.tzinfo else time.replace(tzinfo=UTC)).timestamp(), True)
+
+    def elapsed(self, origin: float) -> float:
+        """Seconds from the begin of a log that began at `origin` (s since 1970 UTC)."""
+        return self.seconds - origin if self.date else self.seconds
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What of a log is played: names of messages and systems, labels of entities (empty is all), and until where."""
+
+    messages: tuple[str, ...] = ()
+    systems: tuple[str, ...] = ()
+    entities: tuple[str, ...] = ()
+    end: Place | None = None
+
+
+class Recording:
+    """The packets of a log that the bus can have.
+
+    A packet whose id means another message here than in the log, or has another layout, is left out and counted in
+    `foreign`. `entities` maps labels to ids here; where there are some, the entity ids of the log's owner are
+    translated by label and those of other labels become 255.
+    Raises UnknownName (a ValueError) for a choice that the log does not have.
+    """
+
+    def __init__(self, log: Log, choice: Choice, entities: Mapping[str, int], longest_pause: float):
+        self.log = log
+        self.timeline = Timeline(longest_pause)
+        self.foreign: Counter[str] = Counter()
+        self._end = choice.end or Place(math.inf)
+        self._longest_pause = longest_pause
+        self._types = types_called(choice.messages, log.schema)
+        self._systems: set[int] = set()
+        self._speakers: set[tuple[int, int]] = set()
+        if choice.systems or choice.entities:
+            summary = summarize(log)
+            self._systems = summary.names.systems_called(choice.systems, summary.clocks)
+            self._speakers = summary.names.entities_called(choice.entities, summary.by_entity)
+        self._verdicts: dict[int, str] = {}
+        first = next((packet for _, packet in log.packets()), None)
+        self.owner = imc.header(first).src if first is not None else None
+        self._led = first is not None and packet_id(first) == imc.LoggingControl.ID
+        self.entities = self._find_entities(entities)
+        self.missing = [label for label, here in entities.items() if here not in self.entities.values()]
+        self._translating = bool(entities)
+
+    def __iter__(self) -> Iterator[Due]:
+        return self.play()
+
+    def play(self, begin: Place | None = None) -> Iterator[Due]:
+        """The packets from `begin` on; each call reads the log anew."""
+        self.timeline = timeline = Timeline(self._longest_pause)
+        self.foreign.clear()
+        same = self.log.schema == imc.builtin()
+        chosen = bool(self._types or self._systems or self._speakers)
+        owner, led, end = self.owner, self._led, self._end
+        reached = begin is None
+        for _, packet in self.log.packets():
+            header = imc.header(packet)
+            # Other systems have other clocks: where the first packet says whose log it is, that one's clock counts.
+            if header.src == owner or not led:
+                timeline.advance(header.timestamp)
+            elapsed, origin = timeline.elapsed, timeline.origin
+            if begin is not None and not reached:
+                if not elapsed >= begin.elapsed(origin):
+                    continue
+                reached = True
+            if elapsed >= end.elapsed(origin):
+                return
+            if chosen and not self._is_wanted(header):
+                continue
+            if not same and (name := self._foreign(packet, header.id)):
+                self.foreign[name] += 1
+                continue
+            if self._translating:
+                packet = self._translate(packet, header)
+            yield Due(elapsed, origin, packet)
+
+    def _find_entities(self, wanted: Mapping[str, int]) -> dict[int, int]:
+        """The log's entity ids and those of the same label here; reads until all of `wanted` are found."""
+        found: dict[int, int] = {}
+        left = set(wanted)
+        if left and "EntityInfo" in self.log.schema:
+            for info in self.log.messages("EntityInfo"):
+                label = str(getattr(info, "label", ""))
+                if info.src == self.owner and label in wanted:
+                    found[info.src_ent] = wanted[label]
+                    left.discard(label)
+                    if not left:
+                        break
+        return found
+
+    def _is_wanted(self, header: imc.Header) -> bool:
+        if self._types and header.id not in self._types and not self._is_followed(header):
+            return False
+        if self._systems and header.src not in self._systems:
+            return False
+        return not self._speakers or (header.src, header.src_ent) in self._speakers
+
+    def _is_followed(self, header: imc.Header) -> bool:
+        """Whether it is the state of an entity that is translated."""
+        found = self.log.schema.types_by_id.get(header.id)
+        known = header.src == self.owner and header.src_ent in self.entities
+        return known and found is not None and found.abbrev == "EntityState"
+
+    def _foreign(self, packet: bytes, number: int) -> str:
+        """What the packet is called that would be something else here, else an empty text."""
+        verdict = self._verdict(number)
+        if verdict or not (kind := self.log.schema.types_by_id.get(number)) or not set(kind.wire) & {"M", "L"}:
+            return verdict
+        try:
+            message = self.log.schema.decode(packet)
+        except imc.DecodeError:
+            return f"{kind.abbrev} ({number}), malformed"
+        inner = (self._verdict(part.ID) for part in _parts(message))
+        return next((f"{kind.abbrev} with {verdict}" for verdict in inner if verdict), "")
+
+    def _verdict(self, number: int) -> str:
+        if number not in self._verdicts:
+            theirs = self.log.schema.types_by_id.get(number)
+            ours = imc.builtin().types_by_id.get(number)
+            same = ours is None or (
+                theirs is not None
+                and (theirs.abbrev, theirs.wire) == (ours.abbrev, ours.wire)
+                and [f.attribute for f in theirs.fields] == [f.attribute for f in ours.fields]
+            )
+            name = theirs.abbrev if theirs else "a message"
+            self._verdicts[number] = "" if same else f"{name} ({number}, here {ours.abbrev if ours else 'unknown'})"
+        return self._verdicts[number]
+
+    def _translate(self, packet: bytes, header: imc.Header) -> bytes:
+        src_ent, dst_ent = header.src_ent, header.dst_ent
+        if header.src == self.owner:
+            src_ent = self.entities.get(src_ent, UNKNOWN_ENTITY)
+        if header.dst == self.owner or header.dst in BROADCAST:
+            dst_ent = self.entities.get(dst_ent, UNKNOWN_ENTITY)
+        return imc.with_header(packet, src_ent=src_ent, dst_ent=dst_ent)
+
+
+class Opened(NamedTuple):
+    """A log at a place: what comes from there, and the first of it."""
+
+    recording: Recording
+    packets: Iterator[Due]
+    first: Due | None
+
+
+def open_recording(
+    path: Path, choice: Choice, entities: dict[str, int], longest_pause: float, place: Place
+) -> Opened | str:
+    """The recording at `path`, or why it cannot be played."""
+    try:
+        return go_to(Recording(Log(path), choice, entities, longest_pause), place)
+    except OSError as error:
+        return f"{path}: {error.strerror or error}"
+    except ValueError as error:
+        return str(error)
+
+
+def go_to(recording: Recording, place: Place) -> Opened | str:
+    """The recording from `place` on, or why it cannot be read."""
+    packets = recording.play(place)
+    try:
+        return Opened(recording, packets, next(packets, None))
+    except OSError as error:
+        return f"{error.filename}: {error.strerror}"
+
+
+def _parts(message: imc.Message) -> Iterator[imc.Message]:
+    """All messages inside a message."""
+    for value in msgspec.structs.astuple(message):
+        for part in cast(tuple[object, ...], value) if isinstance(value, tuple) else (value,):
+            if isinstance(part, imc.Message):
+                yield part
+                yield from _parts(part)

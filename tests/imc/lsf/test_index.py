@@ -1,0 +1,309 @@
+"""Indices of logs: as good as the log itself, fresh, safe to read, and those of Neptus."""
+
+import bz2
+import gzip
+import os
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from fastcrc import crc32
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import imc
+from imc.lsf import Log, LsfWriter, index_file, members, members_ahead, read_neptus_index, write_neptus_index
+from imc.lsf import bytes as log_bytes
+from imc.lsf import log as lsf
+
+LOGS = Path(__file__).parents[2] / "data" / "logs"
+FAST = settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@pytest.fixture(autouse=True)
+def every_index_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
+    """Indices of small logs, too, are written; the cache is in the test's folder."""
+    monkeypatch.setattr(lsf, "WORTH_KEEPING", 1)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return iter([None])
+
+
+def messages(count: int) -> list[imc.Message]:
+    """Of several types and sizes."""
+    return [
+        (
+            imc.Rpm(timestamp=1e9 + n / 8, value=n),
+            imc.EntityState(timestamp=1e9 + n / 8, description="x" * (n % 90)),
+            imc.EstimatedState(timestamp=1e9 + n / 8, depth=n),
+        )[n % 3]
+        for n in range(count)
+    ]
+
+
+def write_log(path: Path, count: int = 600) -> Path:
+    """With damage and a packet in the other byte order."""
+    packets = [imc.encode(message, "big" if n % 50 == 9 else "little") for n, message in enumerate(messages(count))]
+    packets[7] = packets[7][:-1] + b"?"
+    packets.insert(20, b"garbage")
+    path.write_bytes(b"".join(packets))
+    return path
+
+
+def all_of(log: Log) -> object:
+    arrays = {name: array.tobytes() for name, array in log.arrays().items()}
+    return log.counts(), log.losses, arrays, list(log.objects("EntityState"))
+
+
+def reads(patch: pytest.MonkeyPatch) -> list[Path]:
+    """Grows by a path whenever a log is read from end to end."""
+    found: list[Path] = []
+    chunks = log_bytes.chunks
+
+    def noted(path: Path, *rest: Any) -> Iterator[bytes]:
+        found.append(path)
+        return chunks(path, *rest)
+
+    patch.setattr(index_file, "chunks", noted)
+    return found
+
+
+@pytest.mark.parametrize("crc", [True, False])
+def test_index_is_written_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, crc: bool) -> None:
+    path = write_log(tmp_path / "Data.lsf")
+    seen = reads(monkeypatch)
+    without = all_of(Log(path, crc=crc, keep_index=False))
+    assert [file.name for file in tmp_path.iterdir()] == ["Data.lsf"]
+    first = all_of(Log(path, crc=crc))
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["Data.lsf", "Data.lsf.index"]
+    assert seen == [path, path]
+    second = all_of(Log(tmp_path, crc=crc))
+    assert len(seen) == 2
+    assert first == second == without
+    assert all_of(Log(path, crc=not crc)) != first
+
+
+@pytest.mark.parametrize("together", [1, 7, 100, 1 << 16])
+def test_packets_sorted_in_parts_are_where_they_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, together: int
+) -> None:
+    monkeypatch.setattr("imc.lsf.scanner.PIECE", 256)
+    monkeypatch.setattr("imc.lsf.index.TOGETHER", together)
+    log = Log(write_log(tmp_path / "Data.lsf"))
+    whole = [(packet, offset) for offset, packet in log.packets()]
+    places = log.index().places()
+    assert places.offsets.tolist() == [offset for _, offset in whole]
+    assert places.big.tolist() == [packet[0] == 0xFE for packet, _ in whole]
+    assert [int(end - begin) for begin, end in zip(places.offsets, places.ends, strict=True)] == [
+        len(packet) for packet, _ in whole
+    ]
+
+
+def test_checked_index_of_undamaged_log_serves_both(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "Data.lsf").write_bytes(b"".join(map(imc.encode, messages(60))))
+    seen = reads(monkeypatch)
+    assert Log(tmp_path).counts() == Log(tmp_path, crc=False).counts()
+    assert len(seen) == 1
+
+
+def test_index_is_small(tmp_path: Path) -> None:
+    (tmp_path / "Data.lsf").write_bytes(b"".join(map(imc.encode, messages(6000))))
+    assert len(Log(tmp_path)) == 6000
+    assert (tmp_path / "Data.lsf.index").stat().st_size < 3.5 * 6000
+
+
+@pytest.mark.parametrize("change", ["append", "begin", "end", "touch", "shorten"])
+def test_stale_index_is_rebuilt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: str) -> None:
+    path = write_log(tmp_path / "Data.lsf")
+    log = Log(path)
+    count, state, seen = len(log), path.stat(), reads(monkeypatch)
+    data = bytearray(path.read_bytes())
+    if change == "append":
+        data += imc.encode(imc.Rpm())
+    elif change == "shorten":
+        del data[-100:]
+    elif change != "touch":
+        data[30 if change == "begin" else -30] ^= 1
+    path.write_bytes(data)
+    later = state.st_mtime_ns + (10**9 if change in ("touch", "append", "shorten") else 0)
+    os.utime(path, ns=(later, later))
+    expected = len(list(Log(path, keep_index=False).packets()))
+    assert len(Log(path)) == expected
+    assert len(seen) == 1
+    assert (expected == count) is (change == "touch")
+    if change in ("append", "shorten", "touch"):
+        assert len(log) == expected
+        fresh = Log(path, keep_index=False)
+        fresh.index()
+        assert log.losses == fresh.losses
+
+
+def test_cache_is_used_where_the_folder_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write_log(tmp_path / "Data.lsf")
+    (tmp_path / "Data.lsf.index").mkdir()
+    seen = reads(monkeypatch)
+    assert all_of(Log(path)) == all_of(Log(path))
+    assert len(seen) == 1
+    (kept,) = (tmp_path / "cache" / "shoal" / "logs").iterdir()
+    kept.unlink()
+    (tmp_path / "cache" / "shoal" / "logs").rmdir()
+    (tmp_path / "cache" / "shoal" / "logs").write_bytes(b"in the way")
+    assert len(Log(path)) == 599
+    assert len(seen) == 2
+
+
+@FAST
+@given(st.floats(0.0, 1.0), st.binary(max_size=40), st.integers(0, 40))
+def test_damaged_index_is_replaced(tmp_path: Path, where: float, piece: bytes, cut: int) -> None:
+    path = write_log(tmp_path / "Data.lsf", 60)
+    expected = all_of(Log(path))
+    index = tmp_path / "Data.lsf.index"
+    data = bytearray(index.read_bytes())
+    place = int(where * len(data))
+    data[place : place + cut] = piece
+    index.write_bytes(data)
+    assert all_of(Log(path)) == expected
+
+
+@FAST
+@given(st.data())
+def test_index_that_lies_does_no_harm(tmp_path: Path, data: st.DataObject) -> None:
+    """One with a right checksum, but with other numbers inside."""
+    path = write_log(tmp_path / "Data.lsf", 60)
+    len(Log(path))
+    index = tmp_path / "Data.lsf.index"
+    body = bytearray(index.read_bytes()[12:])
+    length = int.from_bytes(body[:4], "little")
+    head = msgspec.msgpack.decode(bytes(body[4 : 4 + length]))
+    number = st.one_of(st.integers(-(2**63), 2**64 - 1), st.integers(0, 99))
+    for entry in head["types"]:
+        name = data.draw(st.sampled_from(sorted(entry)))
+        entry[name] = data.draw(st.one_of(st.just(entry[name]), number))
+    head["length"] = data.draw(st.one_of(st.just(head["length"]), number))
+    head["members"] = data.draw(st.lists(st.tuples(number, number), max_size=3))
+    arrays = bytearray(body[4 + length :])
+    for _ in range(data.draw(st.integers(0, 5))):
+        arrays[data.draw(st.integers(0, len(arrays) - 1))] = data.draw(st.integers(0, 255))
+    packed = msgspec.msgpack.encode(head)
+    forged = len(packed).to_bytes(4, "little") + packed + arrays
+    index.write_bytes(index_file.MAGIC + crc32.iso_hdlc(forged).to_bytes(4, "little") + forged)
+    log = Log(path)
+    try:
+        log.counts()
+        log.arrays()
+        list(log.messages("Rpm", "EntityState"))
+        list(log.time_ordered())
+    except (IndexError, imc.DecodeError):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("suffix", "pack"), [(".gz", gzip.compress), (".bz2", bz2.compress), (".z", zlib.compress), ("", bytes)]
+)
+@pytest.mark.parametrize("size", [5000, 70_001, 10**9])
+def test_packed_logs(tmp_path: Path, suffix: str, pack: Callable[[bytes], bytes], size: int) -> None:
+    plain = write_log(tmp_path / "plain.lsf", 6000)
+    data = plain.read_bytes()
+    path = tmp_path / f"packed.lsf{suffix}"
+    path.write_bytes(b"".join(pack(data[at : at + size]) for at in range(0, len(data), size)))
+    expected = all_of(Log(plain))
+    assert all_of(Log(path)) == expected
+    log = Log(path)
+    assert all_of(log) == expected
+    objects, found = log.objects("Rpm"), list(Log(plain).objects("Rpm"))
+    assert [objects[n] for n in (1500, 3, 4, 1999, 0)] == [found[n] for n in (1500, 3, 4, 1999, 0)]
+    assert list(log.time_ordered()) == list(log)
+
+
+def test_members_that_are_not_needed_are_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "Data.lsf.gz"
+    writer = LsfWriter(path, block=1 << 17)
+    for number, message in enumerate(messages(30000)):
+        if number in (1000, 25000):
+            writer.write(imc.encode(imc.PlanControl(timestamp=float(number), info="x")))
+        writer.write(imc.encode(message))
+    writer.close()
+    assert len(Log(path)) == 30002
+    unpacked: set[int] = set()
+
+    def noted(*arguments: Any) -> Iterator[members.Piece]:
+        for piece in members_ahead.unpack_ahead(*arguments):
+            unpacked.add(piece.member)
+            yield piece
+
+    monkeypatch.setattr(log_bytes, "unpack_ahead", noted)
+    log = Log(path)
+    assert log["PlanControl"]["timestamp"].tolist() == [1000.0, 25000.0]
+    assert len(log.index().members) == 16
+    assert len(unpacked) == 2
+    assert [message.info for message in log.messages("PlanControl")] == ["x", "x"]
+    assert len(unpacked) == 2
+
+
+def test_damaged_members_are_read_again_as_the_first_time(tmp_path: Path) -> None:
+    parts: list[bytes] = []
+    made = messages(6000)
+    for at in range(0, 6000, 500):
+        member = bytearray(gzip.compress(b"".join(map(imc.encode, made[at : at + 500]))))
+        if at in (1500, 4000):
+            member[len(member) // 2 : len(member) // 2 + 20] = bytes(20)
+        parts.append(bytes(member))
+    path = tmp_path / "Data.lsf.gz"
+    path.write_bytes(b"".join(parts))
+    streamed = list(Log(path, keep_index=False).messages())
+    for _ in "written", "loaded":
+        log = Log(path)
+        for name in ("Rpm", "EntityState", "EstimatedState"):
+            assert list(log.objects(name)) == [m for m in streamed if type(m).__name__ == name]
+        assert len(log) == len(streamed) < 6000
+        assert sum("member at byte" in loss.reason for loss in log.losses) == 2
+
+
+def test_progress_reaches_the_end(tmp_path: Path) -> None:
+    for path in (write_log(tmp_path / "Data.lsf", 20000), LOGS / "dune-idle"):
+        shares: list[float] = []
+        Log(path, keep_index=False).index(shares.append)
+        assert shares == sorted(shares)
+        assert shares[-1] == 1.0
+
+
+def test_index_of_neptus(tmp_path: Path) -> None:
+    times = [1e9, 1e9 + 1.9999, 1e9 - 2.5, 1e20, -1e20, 1e9 + 0.25]
+    packets = [imc.encode(imc.Rpm(timestamp=time)) for time in times]
+    packets.insert(3, imc.encode(imc.Unknown(id=9999, timestamp=1e9, payload=b"?")))
+    (tmp_path / "Data.lsf").write_bytes(b"".join(packets))
+    path = write_neptus_index(Log(tmp_path))
+    assert path == tmp_path / "mra" / "lsf.index"
+    entries = [
+        (0, imc.Rpm.ID, 0),
+        (1999, imc.Rpm.ID, 24),
+        (-2500, imc.Rpm.ID, 48),
+        (0, 9999, 72),
+        (2**31 - 1, imc.Rpm.ID, 95),
+        (-(2**31), imc.Rpm.ID, 119),
+    ]
+    entries.append((250, imc.Rpm.ID, 143))
+    assert path.read_bytes() == b"IDX1" + struct.pack(">d", 1e9) + b"".join(struct.pack(">iHq", *e) for e in entries)
+    origin, found = read_neptus_index(path)
+    assert origin == 1e9
+    assert found.tolist() == entries
+
+
+def test_index_of_neptus_of_a_real_log(tmp_path: Path) -> None:
+    log = Log(LOGS / "dune-idle")
+    path = write_neptus_index(log, tmp_path / "lsf.index")
+    assert path.stat().st_size == 12 + 14 * 6647
+    _, found = read_neptus_index(path)
+    assert list(zip(found["offset"].tolist(), found["id"].tolist(), strict=True)) == [
+        (offset, lsf.packet_id(packet)) for offset, packet in log.packets()
+    ]
+    assert np.bincount(found["id"])[imc.Rpm.ID] == 101
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(ValueError, match="Neptus"):
+        read_neptus_index(path)
+    (tmp_path / "Empty.lsf").write_bytes(b"")
+    assert read_neptus_index(write_neptus_index(Log(tmp_path / "Empty.lsf"), path))[1].size == 0

@@ -1,0 +1,176 @@
+"""The bus: what comes from other processes, and what goes to them."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import imc
+from runtime import Task, consume, param, periodic
+from runtime.bus import Bus, Subscription
+from runtime.kernel import Kernel, VirtualClock
+from runtime.testing import simulate
+
+OWN, OTHER = 0x1A, 0x1B
+
+
+class Wire:
+    """A transport that keeps what it is given."""
+
+    def __init__(self):
+        self.sent = []
+        self.receive = None
+
+    def open(self, receive):
+        self.receive = receive
+
+    def send(self, message, packet):
+        self.sent.append(packet)
+
+    def close(self):
+        self.receive = None
+
+
+@pytest.fixture
+def bus():
+    kernel = Kernel(VirtualClock(0))
+    bus = Bus(kernel, OWN)
+    bus.resume()
+    yield bus
+    kernel.close()
+
+
+def depth(value, src=OWN):
+    message = imc.Depth(value=value, src=src, timestamp=1.0)
+    return message, imc.encode(message)
+
+
+def test_what_is_published_here_goes_out_as_the_same_bytes(bus):
+    wire = Wire()
+    bus.attach(wire)
+    message, packet = depth(1.0)
+    bus.publish(message, packet, None)
+    assert wire.sent[0] is packet
+
+
+def test_what_comes_in_is_delivered_and_not_sent_back(bus):
+    wire, heard = Wire(), []
+    bus.attach(wire)
+    bus.subscribe(Subscription(imc.Depth, heard.append))
+    bus.subscribe(Subscription(imc.Message, lambda message, packet: heard.append(packet), others=True, packets=True))
+    message, packet = depth(2.0)
+    wire.receive(packet + b"behind the packet")
+    bus.kernel.run()
+    assert heard == [message, packet]
+    assert wire.sent == []
+
+
+@pytest.mark.parametrize("junk", [b"", b"junk", b"T\xfe", bytes(100), depth(1.0)[1][:-1], depth(1.0)[1][:-1] + b"x"])
+def test_junk_from_outside_is_counted_and_harms_nobody(bus, junk):
+    wire, heard = Wire(), []
+    bus.attach(wire)
+    bus.subscribe(Subscription(imc.Depth, heard.append))
+    wire.receive(junk)
+    wire.receive(depth(3.0)[1])
+    bus.kernel.run()
+    assert bus.malformed == 1
+    assert [message.value for message in heard] == [3.0]
+
+
+def test_until_resume_everything_is_kept_in_order():
+    kernel = Kernel(VirtualClock(0))
+    bus, heard = Bus(kernel, OWN), []
+    bus.publish(*depth(1.0), None)
+    bus.subscribe(Subscription(imc.Depth, heard.append))
+    bus.publish(*depth(2.0), None)
+    kernel.run()
+    assert heard == []
+    bus.resume()
+    kernel.run()
+    assert [message.value for message in heard] == [1.0, 2.0]
+    kernel.close()
+
+
+def test_a_relayed_packet_keeps_its_header_and_loses_what_follows_it():
+    class Link(Task):
+        """Relays."""
+
+        def start(self):
+            self.relay(depth(4.0, OTHER)[1] + b"rest")
+
+    class Ear(Task):
+        """Listens."""
+
+        def configure(self):
+            self.heard = []
+
+        @consume(others=True, packets=True)
+        def hear(self, message: imc.Depth, packet: bytes) -> None:
+            self.heard.append((message, packet))
+
+    run = simulate([Link, Ear], seconds=1.0)
+    assert run.tasks[1].heard == [depth(4.0, OTHER)]
+
+
+def test_a_peer_that_is_faster_than_this_process_costs_packets_and_no_memory(bus, monkeypatch):
+    monkeypatch.setattr("runtime.bus.bus.MOST_WAITING", 100)
+    wire, heard = Wire(), []
+    bus.attach(wire)
+    bus.subscribe(Subscription(imc.Depth, heard.append))
+    for number in range(250):
+        wire.receive(depth(number)[1])
+    assert len(bus._waiting) == 100
+    bus.kernel.run()
+    assert [message.value for message in heard] == list(range(100))
+    assert bus.overrun == 150
+    wire.receive(depth(7.0)[1])
+    bus.kernel.run()
+    assert heard[-1].value == 7.0
+
+
+class Speaker(Task):
+    """Numbers what it says, and fails when it is told to."""
+
+    rate: float = param(7.0, "Hz", "How often.")
+
+    def configure(self):
+        self.number = 0
+
+    @periodic("rate")
+    def speak(self) -> None:
+        self.number += 1
+        self.publish(imc.Depth(value=self.number))
+
+    @consume
+    def stumble(self, message: imc.Temperature) -> None:
+        if message.value == self.rate:
+            raise ValueError("stumbled")
+
+
+class Clerk(Task):
+    """Keeps what it hears."""
+
+    def configure(self):
+        self.heard = []
+
+    @consume
+    def hear(self, message: imc.Depth) -> None:
+        self.heard.append(message)
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    st.lists(st.tuples(st.floats(0.0, 9.0), st.sampled_from([3.0, 5.0])), max_size=5),
+    st.permutations([3.0, 5.0, 8.0]),
+)
+def test_nothing_is_lost_doubled_or_swapped_while_others_restart(stumbles, rates):
+    feed = [imc.Temperature(value=rate, timestamp=at) for at, rate in stumbles]
+    tasks = [(Speaker, {"rate": rate, "entity_label": f"Speaker {rate}"}) for rate in rates]
+    run = simulate([Clerk, *tasks, (Clerk, {"entity_label": "Second"})], feed, seconds=15.0, keep_going=True)
+    first, second = run.tasks[0].heard, run.tasks[-1].heard
+    assert first == second == run.of(imc.Depth)
+    assert [m.timestamp for m in first] == sorted(m.timestamp for m in first)
+    for task in run.tasks[1:-1]:
+        said = [m.value for m in first if m.src_ent == task.entity.id]
+        assert said == list(range(1, task.number + 1))
+        if task.rate == 8.0:
+            assert task.number == 120

@@ -1,0 +1,409 @@
+"""Snapshots: a run that goes on from one says the same bytes as the one that was never interrupted."""
+
+import math
+from collections import Counter, deque
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import imc
+from runtime import State, Task, periodic
+from runtime.kernel import VirtualClock
+from runtime.profile import load_profile, read_sections
+from runtime.snapshot import SnapshotError, load, restore, save
+from runtime.snapshot.values import Reader, Writer
+from runtime.testing import NoProfile
+from runtime.vehicle import Vehicle, build
+from shoal.rerun import continued
+
+LENGTH = 6.0
+MIXER = "tests.shoal.rerun.interplay.Mixer"
+
+
+def vehicle_of(profile: str | Path, root: Path, time: int | None = None, modes: str = "Kinematic") -> Vehicle:
+    loaded = load_profile(profile)
+    clock = VirtualClock(loaded.start_time_ns if time is None else time)
+    return build(loaded, set(modes.split(",")), clock=clock, seed=1, log_root=root).vehicle
+
+
+class Packets(list[bytes]):
+    """The packets of a log, which nobody wants to see when a test fails."""
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} packets>"
+
+
+def packets(root: Path) -> Packets:
+    (path,) = root.glob("*/*/*")
+    return Packets(packet for _, packet in imc.Log(path).packets())
+
+
+def run_to(vehicle: Vehicle, seconds: float) -> None:
+    """Run to a time of the vehicle's own, to the nanosecond."""
+    vehicle.kernel.run(until=round(vehicle.start_time) * 1_000_000_000 + round(seconds * 1e9))
+
+
+def whole(
+    profile: str | Path, root: Path, *times: float, modes: str = "Kinematic", length: float = LENGTH
+) -> list[bytes]:
+    """Run, with snapshots at these times; returns them."""
+    vehicle = vehicle_of(profile, root, modes=modes)
+    vehicle.start()
+    saved: list[bytes] = []
+    for time in times:
+        run_to(vehicle, time)
+        saved.append(save(vehicle))
+    run_to(vehicle, length)
+    vehicle.close()
+    return saved
+
+
+def go_on(
+    profile: str | Path, root: Path, snapshot: bytes, modes: str = "Kinematic", length: float = LENGTH
+) -> list[bytes]:
+    """The packets from the snapshot on, without those that begin every log."""
+    state = load(snapshot)
+    vehicle = vehicle_of(profile, root, state.time, modes)
+    restore(vehicle, state)
+    run_to(vehicle, length)
+    vehicle.close()
+    found = packets(root)
+    heading = 1 + sum(imc.header(packet).id == imc.EntityInfo.ID for packet in found[:20])
+    return Packets(found[heading:])
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> list[bytes]:
+    root = tmp_path_factory.mktemp("whole")
+    assert whole("lauv-noptilus-1", root) == []
+    return packets(root)
+
+
+@given(time=st.one_of(st.floats(0.001, LENGTH - 0.1), st.sampled_from([1.0, 3.01, 5.0])))
+@settings(
+    max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
+)
+def test_the_stock_vehicle_goes_on_with_the_same_bytes(
+    uninterrupted: list[bytes], tmp_path_factory: pytest.TempPathFactory, time: float
+) -> None:
+    folder = tmp_path_factory.mktemp("parts")
+    (snapshot,) = whole("lauv-noptilus-1", folder / "a", time)
+    assert packets(folder / "a") == uninterrupted
+    after = go_on("lauv-noptilus-1", folder / "b", snapshot)
+    assert after == uninterrupted[-len(after) :]
+    time_ns = load(snapshot).time
+    states = [imc.header(p).timestamp for p in uninterrupted if imc.header(p).id == imc.SimulatedState.ID]
+    resumed = next(imc.header(p).timestamp for p in after if imc.header(p).id == imc.SimulatedState.ID)
+    assert resumed == next(time for time in states if time >= time_ns / 1e9)
+
+
+def test_a_camera_that_is_about_to_deliver_goes_on(tmp_path: Path) -> None:
+    modes = "Kinematic,Camera"
+    overrides = "[Require lauv-noptilus-1.ini]\n[Vision.FisheyeCamera]\nSize = 64\nFace Size = 32\n"
+    (tmp_path / "small.ini").write_text(overrides)
+    (snapshot,) = whole(tmp_path / "small.ini", tmp_path / "a", 3.03, modes=modes)
+    after = go_on(tmp_path / "small.ini", tmp_path / "b", snapshot, modes)
+    assert after == packets(tmp_path / "a")[-len(after) :]
+    assert len(after) > 1000
+
+
+@given(st.lists(st.floats(0.0, 1.4), min_size=2, max_size=4), st.integers(0, 2**32))
+@settings(max_examples=5, deadline=None)
+def test_delays_heavy_work_and_random_numbers_go_on(
+    tmp_path_factory: pytest.TempPathFactory, times: list[float], numbers: int
+) -> None:
+    folder = tmp_path_factory.mktemp("mixed")
+    lines = ["[General]", "Vehicle = mixed", "[Transports.Logging]", "Enabled = Always"]
+    for letter, rate in zip("ABC", (7.0, 10.0, 30.0), strict=True):
+        delay, latency, numbers = numbers % 7 / 50, numbers // 7 % 5 / 30, numbers // 35
+        lines += [
+            f"[{MIXER}/{letter}]",
+            "Enabled = Always",
+            f"Rate = {rate}",
+            f"Delay = {delay}",
+            f"Latency = {latency}",
+        ]
+    (folder / "mixed.ini").write_text("\n".join(lines) + "\n")
+    for number, snapshot in enumerate(whole(folder / "mixed.ini", folder / "a", *sorted(times), length=1.5)):
+        after = go_on(folder / "mixed.ini", folder / str(number), snapshot, length=1.5)
+        assert after == packets(folder / "a")[-len(after) :]
+
+
+class Keeper(Task):
+    """Holds what tasks hold."""
+
+    def start(self) -> None:
+        self.count = 0
+        self.items: Any = None
+        self.later = self.after(2.0, self.say, "late", 3)
+        self.over = self.after(0.5, self.say, "soon", 1)
+        self.set_entity_state(State.NORMAL, "keeping")
+
+    def say(self, text: str, number: int) -> None:
+        self.publish(imc.LogBookEntry(text=f"{text} {number} {self.random.integers(1000)}"))
+
+    @periodic(3.0)
+    def tick(self) -> None:
+        self.count += 1
+
+
+class Pair(NamedTuple):
+    """A named tuple."""
+
+    left: int
+    right: str
+
+
+class Box:
+    """An object with slots, and a reference to itself."""
+
+    __slots__ = ("me", "value")
+
+    def __init__(self, value: object):
+        self.value = value
+        self.me = self
+
+
+def keeper(time: int = 0) -> Vehicle:
+    vehicle = Vehicle("kept", 0x1A, clock=VirtualClock(time), profile=NoProfile(), seed=3)
+    vehicle.add(Keeper, "Keeper")
+    return vehicle
+
+
+def through(items: object) -> Any:
+    """Attributes after a way through a snapshot."""
+    vehicle = keeper()
+    vehicle.start()
+    vehicle.run(1.0)
+    task: Any = vehicle.task("Keeper")
+    task.items = items
+    again = keeper(vehicle.kernel.now_ns)
+    restore(again, load(save(vehicle)))
+    vehicle.close()
+    again.close()
+    return again.task("Keeper")
+
+
+VALUES = st.recursive(
+    st.one_of(st.none(), st.booleans(), st.integers(), st.floats(allow_nan=False), st.text(), st.binary()),
+    lambda inner: st.one_of(
+        st.lists(inner), st.dictionaries(st.one_of(st.text(), st.integers()), inner), st.lists(inner).map(tuple)
+    ),
+    max_leaves=8,
+)
+
+
+@given(VALUES)
+def test_plain_values_come_back(value: object) -> None:
+    writer, reader = Writer(lambda _: None), Reader(lambda _: None, (), ())
+    plain = msgspec.msgpack.decode(msgspec.msgpack.encode(writer.write(value, "here")))
+    assert reader.read(plain) == value
+    assert type(reader.read(plain)) is type(value)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        Counter(a=2),
+        deque([1, 2], maxlen=2),
+        {1, 2},
+        frozenset({(1, "ü")}),
+        Pair(1, "x"),
+        State.FAULT,
+        imc.GpsFix(lat=0.1, hacc=1.1, timestamp=5.0, src=3),
+        imc.MsgList(msgs=(imc.Heartbeat(), None)),
+        imc.Unknown(id=9999, payload=b"abc"),
+        imc.EstimatedState,
+        Path("a/b"),
+        2**100,
+        "\udcff",
+        math.inf,
+    ],
+    ids=repr,
+)
+def test_values_of_tasks_come_back(value: object) -> None:
+    back = through(value).items
+    assert back == value
+    assert type(back) is type(value)
+
+
+def test_arrays_and_random_numbers_come_back() -> None:
+    image, random = np.arange(6, dtype=np.uint8).reshape(2, 3), np.random.default_rng(7)
+    random.random()
+    back_image, back_random, number = through([image, random, np.float32(1.5)]).items
+    assert (back_image == image).all()
+    assert back_image.dtype == image.dtype
+    assert back_random.random() == random.random()
+    assert number == np.float32(1.5)
+
+
+def test_what_is_shared_stays_shared() -> None:
+    shared = [1]
+    first, second, box = through([shared, shared, Box(shared)]).items
+    assert first is second is box.value
+    assert box.me is box
+
+
+def test_what_belongs_to_the_vehicle_is_the_vehicles() -> None:
+    vehicle = keeper()
+    task: Any = vehicle.task("Keeper")
+    vehicle.close()
+    items = through([task, task.entity]).items
+    assert items[0].items is items
+    assert items[1] is items[0].entity
+
+
+def test_timers_go_on_also_those_that_a_task_holds() -> None:
+    vehicle = keeper()
+    vehicle.start()
+    vehicle.run(1.0)
+    again = keeper(vehicle.kernel.now_ns)
+    restore(again, load(save(vehicle)))
+    task: Any = again.task("Keeper")
+    assert (task.later.function, task.later.args) == (task.say, ("late", 3))
+    assert task.over.function is None
+    heard: list[str] = []
+    again.tap(imc.LogBookEntry, lambda entry: heard.append(entry.text))
+    again.run(0.9)
+    assert heard == []
+    again.run(0.2)
+    assert [text[:6] for text in heard] == ["late 3"]
+    assert task.count == 7
+    vehicle.close()
+    again.close()
+
+
+@pytest.mark.parametrize(
+    ("value", "what"),
+    [
+        (iter([1]), "list_iterator"),
+        (lambda: 1, "the function"),
+        ((n for n in [1]), "generator"),
+        (open, "the function open"),
+        (np.array([object()]), "array of objects"),
+    ],
+)
+def test_what_cannot_be_saved_is_named(value: object, what: str) -> None:
+    with pytest.raises(SnapshotError, match=rf"Keeper: items\[\.\.\.\] is (a|an|the) .*{what.split()[-1]}"):
+        through([value])
+
+
+def test_a_script_cannot_be_saved() -> None:
+    async def wait(script: Any) -> None:
+        await script.sleep(5)
+
+    vehicle = keeper()
+    vehicle.start()
+    vehicle.task("Keeper").run(wait)
+    vehicle.run(1.0)
+    with pytest.raises(SnapshotError, match="Keeper runs a script"):
+        save(vehicle)
+    vehicle.close()
+
+
+@pytest.mark.parametrize("data", [b"", b"\x80", b"garbage", msgspec.msgpack.encode({"format": 1})])
+def test_what_is_no_snapshot_is_refused(data: bytes) -> None:
+    with pytest.raises(SnapshotError, match="no snapshot"):
+        load(data)
+
+
+@pytest.mark.parametrize(
+    "plain",
+    [
+        ["object", "os:system", []],
+        ["new", 0, "object", "subprocess:Popen", []],
+        ["enum", "runtime.vehicle.vehicle:Vehicle", 1],
+        ["struct", "runtime.kernel.kernel:Kernel", []],
+        ["method", ["new", 0, "list", []], "clear"],
+        ["type", "os:path"],
+        ["function", "os:system"],
+    ],
+)
+def test_a_snapshot_cannot_make_or_call_what_it_wants(plain: Any) -> None:
+    def nothing(words: list[Any]) -> object:
+        raise SnapshotError(f"{words[0]} is unknown")
+
+    with pytest.raises(SnapshotError):
+        Reader(nothing, (), ()).read(plain)
+
+
+GPS, HACC = "Simulators.GPS/Kinematic", "HACC"
+
+
+def accurate(vehicle: Vehicle, text: str) -> Task:
+    """The GPS with another parameter, as if somebody had set it."""
+    task = vehicle.task(GPS)
+    parameter = task.parameter_set.find(HACC)
+    assert parameter is not None
+    task.parameter_set.set(parameter, parameter.parse(text))
+    vehicle.remember(task)
+    return task
+
+
+def saved_parameters(vehicle: Vehicle, folder: Path) -> dict[str, str]:
+    vehicle.state_folder = folder
+    return read_sections(vehicle.save_parameters(vehicle.task(GPS)))[GPS]
+
+
+def test_parameters_that_were_changed_are_still_saved_after_a_snapshot(tmp_path: Path) -> None:
+    vehicle = vehicle_of("lauv-noptilus-1", tmp_path / "a")
+    vehicle.start()
+    of_profile = vehicle.task(GPS).parameter_set.text(vehicle.task(GPS).parameters()[HACC])
+    accurate(vehicle, "7.5")
+    run_to(vehicle, 1.0)
+    state = save(vehicle)
+    vehicle.close()
+    assert load(state).profile == {GPS: {HACC: of_profile.encode()}}
+    again = continued(load(state), tmp_path / "b")
+    second = save(again)
+    assert saved_parameters(again, tmp_path / "c") == {HACC: "7.5"}
+    again.close()
+    assert load(second).profile == load(state).profile
+    third = continued(load(second), tmp_path / "d")
+    accurate(third, of_profile)
+    assert saved_parameters(third, tmp_path / "e") == {}
+    third.close()
+
+
+@pytest.mark.parametrize("profile", [{"Simulators.GPX": {HACC: b"1"}}, {GPS: {"HACK": b"1"}}])
+def test_parameters_that_a_vehicle_does_not_have_are_refused(tmp_path: Path, profile: Any) -> None:
+    vehicle = vehicle_of("lauv-noptilus-1", tmp_path / "a")
+    vehicle.start()
+    run_to(vehicle, 1.0)
+    state = load(save(vehicle))
+    vehicle.close()
+    state.profile = profile
+    with pytest.raises(SnapshotError, match=r"this is no snapshot: .*(GPX|HACK)"):
+        continued(state, tmp_path / "b")
+
+
+def test_a_vehicle_whose_task_refuses_an_override_is_closed(tmp_path: Path) -> None:
+    vehicle = vehicle_of("lauv-noptilus-1", tmp_path / "a")
+    vehicle.start()
+    run_to(vehicle, 1.0)
+    state = load(save(vehicle))
+    vehicle.close()
+    seen: list[Vehicle] = []
+    override = f"{GPS}:Initial Position=100, 0"
+    with pytest.raises(SnapshotError, match=r"Initial Position=100, 0: .* is not a latitude and a longitude"):
+        continued(state, tmp_path / "b", overrides=[override], look_on=seen.append)
+    (again,) = seen
+    assert again.closing
+    assert again.running == set()
+
+
+def test_another_vehicle_is_refused(tmp_path: Path) -> None:
+    vehicle = keeper()
+    vehicle.start()
+    vehicle.run(1.0)
+    state = load(save(vehicle))
+    vehicle.close()
+    other = vehicle_of("lauv-noptilus-1", tmp_path, state.time)
+    with pytest.raises(SnapshotError, match="other tasks than the snapshot"):
+        restore(other, state)
+    other.close()

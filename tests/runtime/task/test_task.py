@@ -1,0 +1,478 @@
+"""Tasks: what they hear, when they tick, what publishing does, and how they are tested without a vehicle."""
+
+import math
+import socket
+import struct
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import imc
+from runtime import Frame, ParameterError, State, Task, consume, param, periodic
+from runtime.kernel import WallClock
+from runtime.testing import START, simulate
+
+OTHER = 0x4001
+
+
+class Echo(Task):
+    """Repeats depths and temperatures."""
+
+    @consume
+    def echo(self, message: imc.Depth | imc.Temperature) -> None:
+        self.publish(imc.Pressure(value=message.value))
+
+
+class Gossip(Task):
+    """Counts what it hears, of everybody."""
+
+    def configure(self):
+        self.heard = []
+
+    @consume(others=True, packets=True)
+    def hear(self, message: imc.Message, packet: bytes) -> None:
+        self.heard.append((message, packet))
+
+
+class Clockwork(Task):
+    """Ticks at a rate."""
+
+    rate: float = param(10.0, "Hz", "Ticks per second.", minimum=0.0)
+
+    def configure(self):
+        self.ticks = []
+
+    @periodic("rate")
+    def tick(self) -> None:
+        self.ticks.append(self.now_ns)
+
+
+def test_a_union_is_heard_and_other_types_and_other_systems_are_not():
+    feed = [
+        imc.Depth(value=1.0, timestamp=1.0),
+        imc.Temperature(value=2.0, timestamp=2.0),
+        imc.Depth(value=3.0, timestamp=3.0, src=OTHER),
+        imc.SoundSpeed(value=4.0, timestamp=4.0),
+    ]
+    assert [p.value for p in simulate(Echo, feed).of(imc.Pressure)] == [1.0, 2.0]
+
+
+def test_publishing_fills_the_header_and_rounds_to_the_wire():
+    run = simulate(Echo, [imc.Depth(value=0.1, timestamp=2.5)])
+    reply = run.of(imc.Pressure)[0]
+    assert reply.value == struct.unpack("<f", struct.pack("<f", 0.1))[0]
+    assert reply.timestamp == START + 2.5
+    assert (reply.src, reply.src_ent, reply.dst) == (0x1A, run.task.entity.id, 0xFFFF)
+    assert imc.decode(run.packets[0]) == reply
+
+
+def test_everybody_is_heard_where_it_is_asked_for_with_the_packet():
+    run = simulate([Gossip, Echo], [imc.Depth(value=1.0, src=OTHER), imc.Depth(value=2.0)])
+    gossip = run.tasks[0]
+    depths = [m.value for m, _ in gossip.heard if isinstance(m, imc.Depth)]
+    assert depths == [1.0, 2.0]
+    assert all(imc.decode(packet) == message for message, packet in gossip.heard)
+
+
+def test_a_task_does_not_hear_itself():
+    class Loud(Task):
+        """Speaks and listens."""
+
+        def start(self):
+            self.heard = 0
+            self.publish(imc.Depth(value=1.0))
+
+        @consume
+        def hear(self, depth: imc.Depth) -> None:
+            self.heard += 1
+
+    assert simulate(Loud, seconds=1).task.heard == 0
+    assert simulate(Loud, seconds=1, loopback_internal_messages=True).task.heard == 1
+
+
+def test_ticks_come_at_start_plus_n_over_rate_without_drift():
+    run = simulate(Clockwork, seconds=100.0, rate=3.0)
+    assert run.task.ticks == [START * 10**9 + round(n * 1e9 / 3.0) for n in range(300)]
+
+
+def test_a_rate_of_zero_pauses():
+    assert simulate(Clockwork, seconds=5.0, rate=0.0).task.ticks == []
+
+
+def test_late_ticks_become_one_on_a_wall_clock():
+    class Stalling(Clockwork):
+        """Stalls once."""
+
+        @periodic(100.0)
+        def stall(self) -> None:
+            self.calls = getattr(self, "calls", 0) + 1
+            if self.calls == 3:
+                time.sleep(0.25)
+
+    run = simulate(Stalling, seconds=0.5, rate=100.0, clock=WallClock())
+    assert len(run.task.ticks) <= 30
+    assert run.task._tickers == []
+    assert any("took" in text for text in run.log)
+
+
+def test_a_script_waits_hears_and_acts_in_order():
+    async def mission(script):
+        state = await script.hear(imc.Depth, where=lambda depth: depth.value > 5.0)
+        await script.sleep(2.0)
+        script.publish(imc.Pressure(value=state.value))
+        with pytest.raises(TimeoutError, match="no Temperature within 1 s"):
+            await script.hear(imc.Temperature, timeout=1.0)
+        return script.now
+
+    class Captain(Task):
+        """Runs a mission."""
+
+        def start(self):
+            self.script = self.run(mission)
+
+    run = simulate(Captain, [imc.Depth(value=v, timestamp=float(v)) for v in range(9)], seconds=20.0)
+    assert [(p.value, p.timestamp - START) for p in run.of(imc.Pressure)] == [(6.0, 8.0)]
+    assert run.task.script.done
+    assert run.task.script.result == START + 9.0
+
+
+def test_an_error_in_a_script_is_the_tasks_error():
+    async def mission(script):
+        await script.sleep(1.0)
+        raise ValueError("no such waypoint")
+
+    class Captain(Task):
+        """Fails."""
+
+        def start(self):
+            self.run(mission)
+
+    with pytest.raises(ValueError, match="no such waypoint") as caught:
+        simulate(Captain, seconds=5.0)
+    assert "Captain" in caught.value.__notes__[0]
+    assert "1.000 s" in caught.value.__notes__[0]
+
+
+class Captain(Task):
+    """Runs the scripts that it is given."""
+
+    def run_all(self, *scripts):
+        self.orders = [self.run(script) for script in scripts]
+
+
+def captain(*scripts):
+    class Nemo(Captain):
+        """Runs them from the start."""
+
+        def start(self):
+            self.run_all(*scripts)
+
+    return Nemo
+
+
+def test_a_script_that_cancels_itself_ends_where_it_waits_next():
+    steps = []
+
+    async def mission(script):
+        try:
+            script.cancel()
+            steps.append("on")
+            await script.sleep(1.0)
+            steps.append("never")
+        finally:
+            steps.append("ended")
+
+    run = simulate(captain(mission), seconds=5.0)
+    assert steps == ["on", "ended"]
+    assert run.task.orders[0].done
+
+
+def test_an_error_in_where_is_raised_where_the_script_waits():
+    def vague(depth):
+        raise ValueError(f"what is {depth.value}?")
+
+    async def careful(script):
+        with pytest.raises(ValueError, match="what is 1"):
+            await script.hear(imc.Depth, where=vague)
+        return "caught"
+
+    async def careless(script):
+        await script.hear(imc.Depth, where=vague)
+
+    feed = [imc.Depth(value=1.0, timestamp=1.0)]
+    assert simulate(captain(careful), feed).task.orders[0].result == "caught"
+    with pytest.raises(ValueError, match="what is 1") as caught:
+        simulate(captain(careless), feed)
+    assert "Nemo" in caught.value.__notes__[0]
+
+
+def test_a_script_that_does_not_end_in_order_does_not_keep_the_others_from_it():
+    ended = []
+
+    async def stubborn(script):
+        try:
+            await script.sleep(100.0)
+        finally:
+            await script.sleep(1.0)
+
+    async def orderly(script):
+        try:
+            await script.sleep(100.0)
+        finally:
+            ended.append(script)
+
+    with pytest.raises(RuntimeError, match="GeneratorExit"):
+        simulate([captain(orderly, stubborn, orderly), Clockwork], seconds=1.0)
+    assert len(ended) == 2
+
+
+def test_a_script_is_an_async_function():
+    def plain(script):
+        return 1
+
+    with pytest.raises(TypeError, match="write async def"):
+        simulate(captain(plain), seconds=1.0)
+
+
+class Listener(Task):
+    """Fails on what its socket says, and has nothing in stop()."""
+
+    def start(self):
+        self.sockets = [*getattr(self, "sockets", ()), *socket.socketpair()]
+        ours = self.sockets[-2]
+        self.sockets[-1].send(b"nonsense")
+        self.watch(ours, lambda: self.read(ours))
+
+    def read(self, ours):
+        raise ValueError(f"malformed: {ours.recv(100)!r}")
+
+
+def test_an_error_in_what_watches_is_the_tasks_error_and_its_restart_watches_anew():
+    with pytest.raises(ValueError, match="nonsense") as caught:
+        simulate(Listener, seconds=1.0)
+    assert "Listener" in caught.value.__notes__[0]
+    run = simulate(Listener, seconds=5.0, keep_going=True)
+    assert len(run.task.sockets) >= 4
+    assert run.vehicle.kernel._sources.count == 0
+    for end in run.task.sockets:
+        end.close()
+
+
+def test_offloaded_work_arrives_after_its_latency_on_a_virtual_clock():
+    class Thinker(Task):
+        """Thinks."""
+
+        def start(self):
+            self.threads = []
+            self.offload(self.think, 20, then=self.use, latency=0.5)
+
+        def think(self, number):
+            self.threads.append(threading.current_thread())
+            return number + 1
+
+        def use(self, result):
+            self.publish(imc.Depth(value=result))
+
+    run = simulate(Thinker, seconds=1.0)
+    assert [(d.value, d.timestamp) for d in run.of(imc.Depth)] == [(21.0, START + 0.5)]
+    run = simulate(Thinker, seconds=0.5, clock=WallClock())
+    assert [d.value for d in run.of(imc.Depth)] == [21.0]
+    assert run.task.threads[0] is not threading.main_thread()
+
+
+@pytest.mark.parametrize("clock", [None, WallClock()])
+def test_an_error_in_offloaded_work_is_the_tasks_error(clock):
+    class Thinker(Task):
+        """Fails to think."""
+
+        def start(self):
+            self.offload(math.sqrt, -1.0, then=print)
+
+    with pytest.raises(ValueError, match=r"math domain|nonnegative"):
+        simulate(Thinker, seconds=1.0, clock=clock)
+
+
+def test_random_numbers_depend_on_seed_and_task_and_on_nothing_else():
+    class Dice(Task):
+        """Throws dice."""
+
+        def start(self):
+            self.publish(imc.Depth(value=self.random.standard_normal()))
+
+    def throw(tasks, seed):
+        return [d.value for d in simulate(tasks, seconds=1, seed=seed).of(imc.Depth)]
+
+    first = throw([Dice], 1)
+    assert throw([Dice], 1) == first
+    assert throw([Dice], 2) != first
+    assert throw([Dice, Clockwork], 1) == first
+    both = throw([Dice, Dice], 1)
+    assert both[0] == first[0] != both[1]
+
+
+def test_frames_are_shared_as_they_are_and_not_published():
+    class Camera(Task):
+        """Takes one picture."""
+
+        def start(self):
+            self.share(Frame(self.now, "Camera", 0, np.zeros((2, 3, 4), np.uint8), {}))
+
+    class Viewer(Task):
+        """Looks."""
+
+        def start(self):
+            self.seen = []
+
+        @consume
+        def look(self, frame: Frame) -> None:
+            self.seen.append(frame)
+
+    run = simulate([Camera, Viewer], seconds=1.0)
+    assert run.tasks[1].seen[0] is run.frames[0]
+    assert run.messages == []
+
+
+def test_the_log_book_cuts_and_keeps_debug_for_those_who_ask():
+    class Talker(Task):
+        """Talks."""
+
+        def start(self):
+            self.log.info("ä" * 2000)
+            self.log.debug("detail")
+
+    assert [len(t.encode()) for t in simulate(Talker, seconds=1).log] == [1022]
+    assert simulate(Talker, seconds=1, debug_level="Debug").log[1] == "detail"
+
+
+def test_entity_states_are_published_when_they_change():
+    class Moody(Task):
+        """Changes its mind."""
+
+        def start(self):
+            self.set_entity_state(State.NORMAL, "fine")
+            self.set_entity_state(State.NORMAL, "still fine")
+            self.set_entity_state(State.FAULT, "not fine")
+
+    states = simulate(Moody, seconds=0.5).of(imc.EntityState)
+    reports = dict.fromkeys((s.state, s.description) for s in states)
+    assert list(reports) == [(State.NORMAL, "fine"), (State.FAULT, "not fine")]
+
+
+def test_values_that_a_parameter_cannot_have_are_refused():
+    with pytest.raises(ParameterError, match=r"Rate: -1 is below the minimum .*0 to inf, Hz"):
+        simulate(Clockwork, rate=-1.0)
+    with pytest.raises(ParameterError, match="has no such parameter"):
+        simulate(Clockwork, speed=1.0)
+
+
+def test_a_handler_without_a_message_type_is_an_error_that_names_it():
+    class Vague(Task):
+        """Hears what?"""
+
+        @consume
+        def hear(self, message) -> None: ...
+
+    with pytest.raises(TypeError, match=r"Vague\.hear: annotate"):
+        simulate(Vague)
+
+
+def test_settings_stand_in_for_the_profile() -> None:
+    run = simulate(Echo, settings={"General": {"Absolute Maximum Depth": "50", "Recovery Plan": ""}})
+    settings = run.vehicle.profile
+    assert settings.value("General", "Absolute Maximum Depth") == "50"
+    assert settings.value("General", "Recovery Plan", "dislodge") == "dislodge"
+    assert (settings.value("VSIM", "Mass"), settings.value("General", "None", "1")) == ("", "1")
+
+
+def test_an_async_handler_is_an_error_that_names_it():
+    class Hasty(Task):
+        """Waits in a handler."""
+
+        @consume
+        async def hear(self, depth: imc.Depth) -> None: ...
+
+    class Ticking(Task):
+        """Waits in a tick."""
+
+        @periodic(1.0)
+        async def tick(self) -> None: ...
+
+    with pytest.raises(TypeError, match=r"Hasty\.hear: handlers are not async"):
+        simulate(Hasty)
+    with pytest.raises(TypeError, match=r"Ticking\.tick: handlers are not async"):
+        simulate(Ticking)
+
+
+def test_a_changed_rate_counts_from_the_moment_of_the_change():
+    wish = imc.SetEntityParameters(
+        name="Clockwork", params=(imc.EntityParameter(name="Rate", value="2"),), timestamp=1.03
+    )
+
+    class Lasting(Clockwork):
+        """Keeps its ticks when it is configured."""
+
+        def configure(self):
+            self.ticks = getattr(self, "ticks", [])
+
+    run = simulate(Lasting, [wish.replace(name="Lasting")], seconds=3.0, rate=4.0)
+    assert [round(t / 1e9 - START, 3) for t in run.task.ticks] == [0.0, 0.25, 0.5, 0.75, 1.0, 1.03, 1.53, 2.03, 2.53]
+
+
+def test_nothing_from_before_a_restart_reaches_the_task_after_it():
+    class Restarting(Task):
+        """Fails once, with a timer, a script and offloaded work on their way."""
+
+        def start(self):
+            self.starts = getattr(self, "starts", 0) + 1
+            self.seen = getattr(self, "seen", [])
+            self.after(2.0, self.seen.append, ("timer", self.starts))
+            self.offload(int, then=self.offloaded(self.starts), latency=2.0)
+            self.run(self.wait, self.starts)
+            if self.starts == 1:
+                self.after(1.5, int, "no number")
+
+        def offloaded(self, starts):
+            return lambda _: self.seen.append(("offloaded", starts))
+
+        async def wait(self, script, starts):
+            await script.sleep(2.0)
+            self.seen.append(("script", starts))
+
+        @periodic(1.0)
+        def tick(self) -> None:
+            self.seen.append(("tick", self.starts))
+
+    seen = simulate(Restarting, seconds=5.0, keep_going=True).task.seen
+    assert seen.count(("tick", 1)) == 2
+    assert [what for what, starts in seen if starts == 1 and what != "tick"] == []
+    assert sorted(what for what, starts in seen if starts == 2) == [
+        "offloaded",
+        "script",
+        "tick",
+        "tick",
+        "tick",
+        "timer",
+    ]
+
+
+def test_times_that_a_float_can_carry_are_kept_to_the_nanosecond():
+    class Punctual(Task):
+        """Is there when it is asked to be."""
+
+        def start(self):
+            self.times = []
+            for n in range(1, 16):
+                self.at(START + n / 8, self.note)
+
+        def note(self) -> None:
+            self.times.append(self.now_ns - START * 10**9)
+
+        @consume
+        def hear(self, _: imc.Depth) -> None:
+            self.note()
+
+    feed = [imc.Depth(timestamp=n / 8) for n in range(1, 16)]
+    times = simulate(Punctual, feed, seconds=2.0).task.times
+    assert times == [n * 10**9 // 8 for n in range(1, 16) for _ in range(2)]

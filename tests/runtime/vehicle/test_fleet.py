@@ -1,0 +1,488 @@
+"""Several vehicles on one kernel: each is as it is alone, and who fails is named."""
+
+import itertools
+import time
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import imc
+from runtime import State, Task, consume, param, periodic
+from runtime.kernel import LivelockError, VirtualClock, WallClock
+from runtime.kernel.kernel import SECOND
+from runtime.profile import load_profile
+from runtime.snapshot import SnapshotError, save
+from runtime.testing import START, NoProfile
+from runtime.vehicle import Fleet, FleetError, Vehicle, build
+from shoal.missions import Mission, parse_plan, prepare
+
+
+class Diver(Task):
+    """Says noisy depths at a rate, and answers what it hears with a script."""
+
+    rate: float = param(10.0, "Hz", "Rate.", minimum=0.0)
+    patience: float = param(0.3, "s", "Time between hearing and answering.")
+    leaves_after: float = param(0.0, "s", "When it stops the vehicle; 0 is never.")
+    stumbles_after: float = param(0.0, "s", "When it fails; 0 is never.")
+
+    def start(self) -> None:
+        self.set_entity_state(State.NORMAL, "active")
+        if self.leaves_after:
+            self.after(self.leaves_after, self.vehicle.stop)
+        if self.stumbles_after:
+            self.after(self.stumbles_after, self.stumble)
+
+    def stop(self) -> None:
+        self.publish(imc.Depth(value=-1.0))
+
+    def stumble(self) -> None:
+        raise ValueError("a stone")
+
+    @periodic("rate")
+    def tick(self) -> None:
+        self.publish(imc.Depth(value=self.random.normal()))
+
+    @consume
+    def answer(self, depth: imc.Depth) -> None:
+        self.run(self.wait, depth.value)
+
+    async def wait(self, script, value) -> None:
+        await script.sleep(self.patience)
+        script.publish(imc.Temperature(value=value))
+
+
+class Echo(Task):
+    """Answers at once, and a little later."""
+
+    def start(self) -> None:
+        self.set_entity_state(State.NORMAL, "active")
+
+    @consume
+    def hear(self, depth: imc.Depth) -> None:
+        self.publish(imc.Salinity(value=depth.value))
+        self.after(0.05, self.publish, imc.Pressure(value=depth.value))
+
+
+class Impatient:
+    """Looks on, and stops a vehicle at some time, as who flies a mission does."""
+
+    def __init__(self, vehicle):
+        self.vehicle = vehicle
+        self.lost = False
+
+    def lose_patience(self) -> None:
+        self.lost = True
+        self.vehicle.stop()
+
+
+def vehicle(name, *, seed=0, keep_going=False, clock=None, fleet=None, tasks=(Diver, Echo), **values):
+    if fleet is None and clock is None:
+        clock = VirtualClock(START * SECOND)
+    made = Vehicle(name, 1, clock=clock, fleet=fleet, profile=NoProfile(), seed=seed, keep_going=keep_going)
+    for task in tasks:
+        made.add(task, f"Test.{task.__name__}", **(values if task is Diver else {}))
+    return made
+
+
+def recorded(made):
+    packets = []
+    made.tap(imc.Message, lambda _, packet: packets.append(packet), packets=True)
+    return packets
+
+
+def alone(seconds, name, **how):
+    made = vehicle(name, **how)
+    packets = recorded(made)
+    made.start()
+    made.run(seconds)
+    made.close()
+    return packets
+
+
+def run(fleet, seconds):
+    with fleet:
+        fleet.start()
+        fleet.run(seconds)
+
+
+def together(seconds, members):
+    with Fleet(VirtualClock(START * SECOND)) as fleet:
+        packets = {name: recorded(vehicle(name, fleet=fleet, **how)) for name, how in members}
+        fleet.start()
+        fleet.run(seconds)
+    return packets
+
+
+times = st.sampled_from([0.0, 0.5, 1.0, 1.7])
+members = st.fixed_dictionaries(
+    {
+        "seed": st.integers(0, 3),
+        "rate": st.sampled_from([1.0, 3.0, 10.0]),
+        "patience": st.sampled_from([0.0, 0.1, 0.35]),
+        "leaves_after": times,
+        "stumbles_after": times,
+        "keep_going": st.just(True),
+    }
+)
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.lists(members, min_size=2, max_size=3), st.randoms(use_true_random=False))
+def test_each_is_as_it_is_alone_to_the_byte_in_any_order(hows, shuffler):
+    fleet = [(f"v{number}", how) for number, how in enumerate(hows)]
+    expected = {name: alone(2.5, name, **how) for name, how in fleet}
+    shuffler.shuffle(fleet)
+    assert together(2.5, fleet) == expected
+    assert all(len(packets) > 3 for packets in expected.values())
+
+
+def test_whole_vehicles_leave_the_same_logs_as_alone(tmp_path):
+    def swimming(name, seed, root, fleet=None):
+        profile = load_profile("lauv-noptilus-1", vehicle=name)
+        clock = VirtualClock(profile.start_time_ns) if fleet is None else None
+        return build(profile, {"Simulation"}, clock=clock, fleet=fleet, seed=seed, log_root=root / "log").vehicle
+
+    for name, seed in (("one", 1), ("two", 2)):
+        made = swimming(name, seed, tmp_path / "alone")
+        made.start()
+        made.run(15.0)
+        made.close()
+    for order in (("one", 1), ("two", 2)), (("two", 2), ("one", 1)):
+        folder = tmp_path / order[0][0]
+        with Fleet(VirtualClock(START * SECOND)) as fleet:
+            for name, seed in order:
+                swimming(name, seed, folder, fleet)
+            fleet.start()
+            fleet.run(15.0)
+        for path in (tmp_path / "alone").rglob("*"):
+            if path.is_file():
+                assert (folder / path.relative_to(tmp_path / "alone")).read_bytes() == path.read_bytes(), path.name
+    assert len(list(tmp_path.rglob("Data.lsf.gz"))) == 12  # two of each vehicle, since a plan begins another
+
+
+def test_a_vehicle_may_join_later():
+    with Fleet(VirtualClock(START * SECOND)) as fleet:
+        first = recorded(vehicle("first", fleet=fleet))
+        fleet.start()
+        fleet.run(1.25)
+        late = vehicle("late", fleet=fleet)
+        second = recorded(late)
+        late.start()
+        fleet.run(1.25)
+    assert first == alone(2.5, "first")
+    assert second == alone(1.25, "late", clock=VirtualClock(START * SECOND + 5 * SECOND // 4))
+
+
+def test_names_are_taken_until_their_vehicle_is_closed():
+    with Fleet(VirtualClock(0)) as fleet:
+        first = vehicle("twin", fleet=fleet)
+        with pytest.raises(FleetError, match=r"'twin' in the fleet already: give each a name of its own"):
+            vehicle("twin", fleet=fleet)
+        assert fleet.vehicles == [first]
+        first.close()
+        first.close()
+        vehicle("twin", fleet=fleet)
+
+
+def test_a_vehicle_has_a_clock_or_a_fleet():
+    for both in ({}, {"clock": VirtualClock(0), "fleet": Fleet(VirtualClock(0))}):
+        with pytest.raises(TypeError, match="either a clock or a fleet"):
+            Vehicle("v", 1, profile=NoProfile(), **both)
+
+
+def test_a_fatal_error_ends_the_run_of_all_and_names_vehicle_and_task():
+    fleet = Fleet(VirtualClock(0))
+    one, two = vehicle("one", fleet=fleet), vehicle("two", fleet=fleet, stumbles_after=1.5)
+    packets = recorded(one)
+    with pytest.raises(ValueError, match="a stone") as caught:
+        run(fleet, 10.0)
+    assert caught.value.__notes__ == ["in two, Test.Diver at 1.500 s of the run"]
+    assert (one.running, two.running, fleet.vehicles) == (set(), set(), [])
+    assert imc.decode(packets[-2]).timestamp == 1.5
+
+
+def test_a_task_that_is_restarted_is_no_business_of_the_others():
+    hows = [("good", {}), ("bad", {"stumbles_after": 0.5, "keep_going": True})]
+    packets = together(5.0, hows)
+    assert packets["good"] == alone(5.0, "good")
+    texts = [m.text for m in map(imc.decode, packets["bad"]) if isinstance(m, imc.LogBookEntry)]
+    assert sum("a stone" in text for text in texts) > 1
+
+
+def test_one_that_stops_is_closed_and_the_others_go_on_until_all_have():
+    with Fleet(WallClock(20.0)) as fleet:
+        made = [vehicle(f"v{n}", fleet=fleet, leaves_after=n) for n in (1.0, 2.0)]
+        packets = [recorded(one) for one in made]
+        fleet.start()
+        fleet.run()
+        assert fleet.vehicles == []
+    last = [imc.decode(mine[-1]).timestamp - made[0].start_time for mine in packets]
+    assert last[0] < last[1]
+    assert not any(one.running for one in made)
+
+
+def test_who_stops_a_vehicle_that_has_left_does_not_end_the_run_of_the_others():
+    with Fleet(VirtualClock(START * SECOND)) as fleet:
+        gone = vehicle("gone", fleet=fleet, leaves_after=1.0)
+        packets = recorded(vehicle("stays", fleet=fleet, tasks=(Diver,)))
+        impatient = Impatient(gone)
+        fleet.kernel.after(2.0, impatient.lose_patience)
+        fleet.start()
+        fleet.run(5.0)
+    assert impatient.lost
+    assert imc.decode(packets[-1]).timestamp == START + 5.0
+
+
+def test_stop_of_the_fleet_ends_the_run_of_all():
+    with Fleet(VirtualClock(0)) as fleet:
+        for name in "ab":
+            vehicle(name, fleet=fleet)
+        fleet.start()
+        fleet.kernel.at(SECOND, fleet.stop)
+        fleet.run(10.0)
+        assert (fleet.kernel.now_ns, len(fleet.vehicles)) == (SECOND, 2)
+        fleet.vehicles[0].run(1.0)
+        assert (fleet.kernel.now_ns, len(fleet.vehicles)) == (2 * SECOND, 2)
+
+
+class Rude(Task):
+    """Fails to stop."""
+
+    def stop(self) -> None:
+        raise OSError(f"{self.system_name} is still open")
+
+
+class Clumsy(Task):
+    """Fails at the moment at which others leave."""
+
+    def start(self) -> None:
+        self.after(1.0, self.wait)
+
+    def wait(self) -> None:
+        self.vehicle.kernel.soon(self.fall)
+
+    def fall(self) -> None:
+        raise ValueError("fell")
+
+
+def test_errors_at_the_end_keep_nobody_from_stopping():
+    fleet = Fleet(VirtualClock(0))
+    made = [vehicle(name, fleet=fleet, tasks=(Diver, Rude)) for name in "ab"]
+    packets = [recorded(one) for one in made]
+    fleet.start()
+    fleet.run(1.0)
+    with pytest.raises(OSError, match="a is still open"):
+        fleet.close()
+    assert [imc.decode(mine[-1]).value for mine in packets] == [-1.0, -1.0]
+    assert fleet.vehicles == []
+
+
+def test_who_fails_while_another_leaves_is_named_when_that_one_has_left():
+    fleet = Fleet(VirtualClock(0))
+    leaver = vehicle("leaver", fleet=fleet, leaves_after=1.0)
+    clumsy = vehicle("clumsy", fleet=fleet, tasks=(Clumsy,))
+    packets = recorded(leaver)
+    fleet.start()
+    with pytest.raises(ValueError, match="fell") as caught:
+        fleet.run(2.0)
+    assert caught.value.__notes__ == ["in clumsy, Test.Clumsy at 1.000 s of the run"]
+    assert imc.decode(packets[-1]).value == -1.0
+    assert fleet.vehicles == [clumsy]
+    fleet.close()
+
+
+def test_what_looks_on_is_its_vehicles_and_what_is_nobodys_ends_the_run():
+    def look(_):
+        raise KeyError("cannot see")
+
+    fleet = Fleet(VirtualClock(0))
+    vehicle("one", fleet=fleet)
+    vehicle("two", fleet=fleet).tap(imc.Depth, look)
+    with pytest.raises(KeyError) as caught:
+        run(fleet, 1.0)
+    assert "in two, <function" in caught.value.__notes__[0]
+    fleet = Fleet(VirtualClock(0))
+    one = vehicle("one", fleet=fleet)
+    fleet.kernel.soon(lambda: Clumsy.fall(one))
+    with pytest.raises(ValueError, match="fell") as caught:
+        run(fleet, 1.0)
+    assert "belongs to no vehicle" in caught.value.__notes__[0]
+
+
+class Chatterbox(Task):
+    """Never ends."""
+
+    def start(self) -> None:
+        self.after(0.5, self.talk)
+
+    def talk(self) -> None:
+        self.vehicle.kernel.soon(self.talk)
+
+
+def test_a_livelock_names_vehicle_and_task():
+    with Fleet(VirtualClock(0)) as fleet:
+        vehicle("one", fleet=fleet)
+        vehicle("two", fleet=fleet, tasks=(Chatterbox,))
+        vehicle("three", fleet=fleet)
+        fleet.kernel.livelock_events = 3000
+        fleet.start()
+        with pytest.raises(LivelockError, match=r"in Test\.Chatterbox") as caught:
+            fleet.run(1.0)
+    assert caught.value.__notes__ == ["in two: Test.Chatterbox"]
+
+
+class Sleeper(Task):
+    """Takes long in a handler, and when it starts."""
+
+    def start(self) -> None:
+        time.sleep(0.15)
+        self.after(0.01, self.sleep)
+
+    def sleep(self) -> None:
+        time.sleep(0.15)
+
+
+def test_a_slow_handler_is_told_in_the_log_book_of_its_vehicle():
+    with Fleet(WallClock()) as fleet:
+        made = [vehicle("one", fleet=fleet, tasks=(Echo,)), vehicle("two", fleet=fleet, tasks=(Sleeper,))]
+        said = [[], []]
+        for one, texts in zip(made, said, strict=True):
+            one.tap(imc.LogBookEntry, lambda entry, texts=texts: texts.append(entry.text))
+        fleet.start()
+        fleet.run(0.5)
+    assert said[0] == []
+    assert [text.split(" took")[0] for text in said[1]] == ["Test.Sleeper"]
+
+
+def test_the_configuration_of_a_vehicle_has_the_time_at_which_it_began():
+    profile = load_profile("lauv-noptilus-1", overrides=["General:Start Time=2027-01-01T00:00:00Z"])
+    with Fleet(VirtualClock(START * SECOND + 1500 * SECOND // 1000)) as fleet:
+        made = build(profile, {"Kinematic"}, fleet=fleet).vehicle
+        assert profile.start_time_ns == fleet.kernel.now_ns
+        assert made.start_time == START + 1.5
+
+
+def test_more_vehicles_change_nothing_for_the_others():
+    packets = [together(1.5, [(f"v{n}", {"seed": n}) for n in range(count)]) for count in (1, 2, 9)]
+    for fewer, more in itertools.pairwise(packets):
+        assert fewer == {name: more[name] for name in fewer}
+
+
+class Gossip(Task):
+    """Tells numbers, and remembers those of others."""
+
+    rate: float = param(10.0, "Hz", "Rate.")
+
+    def configure(self) -> None:
+        self.told = 0
+        self.heard = []
+
+    def start(self) -> None:
+        self.tick()
+
+    @periodic("rate")
+    def tick(self) -> None:
+        self.told += 1
+        self.publish(imc.Depth(value=self.told))
+
+    @consume(others=True)
+    def hear(self, depth: imc.Depth) -> None:
+        self.heard.append((depth.src, depth.value))
+        if depth.value % 3 == 0:
+            self.publish(imc.Temperature(value=depth.value))
+
+
+def gossips(rates, *kinds, seconds=1.0):
+    with Fleet(VirtualClock(0)) as fleet:
+        tasks = []
+        for number, rate in enumerate(rates):
+            made = Vehicle(f"v{number}", number, fleet=fleet, profile=NoProfile())
+            tasks.append(made.add(Gossip, "Test.Gossip", rate=rate))
+        fleet.connect(*kinds)
+        packets = [recorded(one) for one in fleet.vehicles]
+        fleet.start()
+        fleet.run(seconds)
+    return tasks, packets
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.sampled_from([1.0, 3.0, 7.0, 50.0]), min_size=2, max_size=5), st.booleans())
+def test_connected_vehicles_lose_nothing_and_keep_the_order(rates, everything):
+    kinds = () if everything else (imc.Depth,)
+    tasks, packets = gossips(rates, *kinds)
+    for task in tasks:
+        assert {source for source, _ in task.heard} == {other.system for other in tasks if other is not task}
+        for other in tasks:
+            if other is not task:
+                assert [value for source, value in task.heard if source == other.system] == list(
+                    range(1, other.told + 1)
+                )
+    strangers = {
+        type(m) for system, mine in enumerate(packets) for m in map(imc.decode, mine) if m.src not in (system, 0xFFFF)
+    }
+    assert strangers >= {imc.Depth, imc.Heartbeat} if everything else strangers == {imc.Depth}
+    assert gossips(rates, *kinds)[1] == packets
+
+
+def test_one_that_joins_or_leaves_a_connected_fleet():
+    with Fleet(VirtualClock(0)) as fleet:
+        fleet.connect(imc.Depth)
+        with pytest.raises(FleetError, match="connected already"):
+            fleet.connect()
+        first = Vehicle("first", 1, fleet=fleet, profile=NoProfile())
+        task = first.add(Gossip, "Test.Gossip")
+        with pytest.raises(FleetError, match=r"second and first have the same IMC id, 0x0001: .*\[IMC Addresses\]"):
+            Vehicle("second", 1, fleet=fleet, profile=NoProfile())
+        first.start()
+        fleet.run(1.0)
+        assert task.heard == []
+        late = Vehicle("late", 2, fleet=fleet, profile=NoProfile())
+        other = late.add(Gossip, "Test.Gossip", rate=0.0)
+        late.start()
+        fleet.run(0.05)
+        late.stop()
+        fleet.run(1.0)
+    assert task.heard == [(2, 1.0)]
+    assert [value for _, value in other.heard] == [12.0]
+
+
+def test_whole_vehicles_that_hear_everything_of_each_other_do_their_own_plans(tmp_path):
+    with Fleet(VirtualClock(START * SECOND)) as fleet:
+        missions = []
+        for number, name in enumerate(("lauv-noptilus-1", "lauv-noptilus-2")):
+            made = prepare("lauv-noptilus-1", vehicle=name, seed=number, fleet=fleet, log_root=tmp_path)
+            goto = f"{{north: {15 + 10 * number}, depth: 1, speed: 1.2 m/s}}"
+            plan = parse_plan(f"plan: line {number}\norigin: 41.185°, -8.7062°\nmaneuvers: [goto: {goto}]")
+            missions.append(Mission(made.vehicle, plan))
+        fleet.connect()
+        for mission in missions:
+            mission.begin()
+        fleet.run(120.0)
+    first, second = (mission.report for mission in missions)
+    assert first.completed
+    assert second.completed
+    assert second.distance - first.distance == pytest.approx(10.0, abs=2.0)
+
+
+def test_a_fleet_is_not_connected_where_a_bus_reaches_further():
+    class Wire:
+        def open(self, receive):
+            pass
+
+        send = close = lambda *_: None
+
+    with Fleet(VirtualClock(0)) as fleet:
+        vehicle("far", fleet=fleet).bus.attach(Wire())
+        with pytest.raises(FleetError, match="bus of far reaches other processes already"):
+            fleet.connect()
+
+
+def test_a_vehicle_of_a_fleet_cannot_be_saved():
+    with Fleet(VirtualClock(START * SECOND)) as fleet:
+        for name in "ab":
+            vehicle(name, fleet=fleet, tasks=(Echo,))
+        fleet.start()
+        fleet.run(1.0)
+        with pytest.raises(SnapshotError, match="several vehicles on one kernel cannot be saved"):
+            save(fleet.vehicles[0])

@@ -1,0 +1,208 @@
+import json
+import socket
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+import zenoh
+
+import imc
+import runtime.zenoh.transport
+from runtime.zenoh import ZenohConfig, ZenohTransport
+from runtime.zenoh.meeting import is_held
+from runtime.zenoh.transport import chunk, key
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("lauv-noptilus-1", "lauv-noptilus-1"),
+        ("0x1234", "0x1234"),
+        ("Path Control", "Path_Control"),
+        ("Camera/Front", "Camera%2FFront"),
+        ("@cmd", "%40cmd"),
+        ("a*$?#b", "a%2A%24%3F%23b"),
+        ("**", "%2A%2A"),
+        ("Câmara", "C%C3%A2mara"),
+        ("\udcff", "%5Cudcff"),
+        ("", "_"),
+        (" ", "_"),
+        ("x" * 1000, "x" * 255),
+    ],
+)
+def test_a_name_is_one_chunk_of_a_key(name: str, expected: str) -> None:
+    assert chunk(name) == expected
+
+
+def test_keys_say_whose_message_it_is() -> None:
+    assert key("EstimatedState", "lauv-1", "Navigation") == "imc/lauv-1/EstimatedState/Navigation"
+    assert key("Abort", "ccu", "7", destination="lauv-1") == "imc/lauv-1/@cmd/Abort/ccu"
+
+
+def test_options_become_a_config() -> None:
+    options = {
+        "Mode": "Router",
+        "Local Port": "7500",
+        "Listen": "tls/0.0.0.0:7448, quic/[::]:7449#iface=eth0",
+        "Connect": "tcp/10.0.10.1:7447",
+        "Scouting": "eth0, wlan0",
+        "Scouting Address": "224.0.0.225:7446",
+        "Shared Memory": "true",
+        "Config File": "net.json5",
+    }
+    assert ZenohConfig.from_options(options, Path("/etc/shoal")) == ZenohConfig(
+        mode="router",
+        local_port=7500,
+        listen=("tls/0.0.0.0:7448", "quic/[::]:7449#iface=eth0"),
+        connect=("tcp/10.0.10.1:7447",),
+        scouting="eth0,wlan0",
+        scouting_address="224.0.0.225:7446",
+        shared_memory=True,
+        config_file=Path("/etc/shoal/net.json5"),
+    )
+    assert ZenohConfig.from_options({"Mode": " ", "Listen": ""}) == ZenohConfig()
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("Mode", "boss"),
+        ("Local Port", "65536"),
+        ("Local Port", "-1"),
+        ("Listen", "tcp/0.0.0.0"),
+        ("Listen", "tcp/0.0.0.0:7447, what"),
+        ("Connect", "10.0.10.1:7447"),
+        ("Scouting", "eth0; rm"),
+        ("Scouting Address", "224.0.0.224"),
+        ("Shared Memory", "perhaps"),
+        ("Sharing", "true"),
+    ],
+)
+def test_a_wrong_option_is_named(name: str, text: str) -> None:
+    with pytest.raises(ValueError, match=rf"^\[Zenoh\] {name}: "):
+        ZenohConfig.from_options({name: text})
+
+
+def built(config: ZenohConfig, name: str) -> Any:
+    return json.loads(config.build()[0].get_json(name))
+
+
+def test_everything_stays_on_the_loopback_interface_by_default() -> None:
+    config = ZenohConfig()
+    assert config.build()[1] == ["tcp/127.0.0.1:7447"]
+    assert built(config, "mode") == "peer"
+    assert built(config, "listen/endpoints") == ["tcp/127.0.0.1:0"]
+    assert built(config, "connect/endpoints") == ["tcp/127.0.0.1:7447"]
+    assert built(config, "scouting/multicast/interface") == "127.0.0.1"
+    assert built(config, "scouting/gossip/autoconnect") == []
+    assert built(config, "transport/shared_memory/enabled") is False
+
+
+def test_a_client_listens_nowhere_and_connects_where_it_is_told() -> None:
+    config = ZenohConfig(mode="client", connect=("tls/vehicle:7448",))
+    assert config.build()[1] == built(config, "listen/endpoints") == []
+    assert built(config, "connect/endpoints") == ["tls/vehicle:7448"]
+    assert built(ZenohConfig(mode="client"), "connect/endpoints") == ["tcp/127.0.0.1:7447"]
+
+
+def test_options_win_over_the_file_and_the_file_over_the_defaults(tmp_path: Path) -> None:
+    file = tmp_path / "net.json5"
+    file.write_text("""{
+        mode: "router", // comments as in JSON5
+        listen: {endpoints: {router: ["tls/0.0.0.0:7448"], peer: ["tcp/[::]:0"]}},
+        scouting: {multicast: {enabled: false, interface: "eth0"}},
+        transport: {link: {tx: {lease: 3000}}},
+    }""")
+    config = ZenohConfig(config_file=file)
+    assert built(config, "mode") == "router"
+    assert config.build()[1] == ["tcp/127.0.0.1:7447", "tls/0.0.0.0:7448"]
+    assert built(config, "scouting/multicast/enabled") is False
+    assert built(config, "transport/link/tx/lease") == 3000
+    config = ZenohConfig(config_file=file, mode="peer", scouting="loopback", local_port=0, listen=())
+    assert config.build()[1] == built(config, "connect/endpoints") == []
+    assert built(config, "scouting/multicast/enabled") is True
+    assert built(config, "scouting/multicast/interface") == "127.0.0.1"
+
+
+@pytest.mark.parametrize("content", ["{", '{mode: "boss"}', "{lisen: {}}", None])
+def test_a_wrong_file_is_named(tmp_path: Path, content: str | None) -> None:
+    file = tmp_path / "net.json5"
+    if content is not None:
+        file.write_text(content)
+    with pytest.raises(ValueError, match=r"net\.json5"):
+        ZenohConfig(config_file=file).build()
+
+
+def test_held_endpoints_are_recognised() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        assert is_held(f"tcp/127.0.0.1:{port}#iface=lo")
+        assert is_held(f"tls/localhost:{port}")
+    assert not is_held(f"tcp/127.0.0.1:{port}")
+    assert not is_held("tcp/no-such-host.invalid:1")
+
+
+def transport(**values: Any) -> ZenohTransport:
+    config = ZenohConfig(local_port=0, scouting="none", **values)
+    return ZenohTransport(config, lambda system: f"0x{system:04X}", lambda system, entity: "")
+
+
+def test_a_listener_that_cannot_work_is_an_error_with_its_reason() -> None:
+    with pytest.raises(ConnectionError, match=r"tls/127.0.0.1:1.*key"):
+        transport(listen=("tls/127.0.0.1:1",)).open(lambda packet: None)
+    with pytest.raises(ConnectionError, match="onnect"):
+        transport(mode="client", connect=("tcp/127.0.0.1:1",)).open(lambda packet: None)
+
+
+def test_a_transport_that_is_not_open_sends_nothing_and_closes_twice() -> None:
+    closed = transport()
+    message = imc.Abort(src=1)
+    closed.send(message, imc.encode(message))
+    closed.open(lambda packet: None)
+    closed.close()
+    closed.close()
+    closed.send(message, imc.encode(message))
+    assert closed.unsent.total == 0
+
+
+def test_unknown_messages_entities_and_odd_names_have_keys_too() -> None:
+    packets: list[bytes] = []
+    odd = ZenohTransport(ZenohConfig(local_port=0, scouting="none"), lambda system: "a/*", lambda system, entity: "@ #")
+    odd.open(packets.append)
+    for message in (imc.Abort(src=1), imc.Abort(src=1, dst=2), imc.Unknown(id=65000, payload=b"x", src=1)):
+        odd.send(message, imc.encode(message))
+    odd.close()
+    assert odd.unsent.total == 0
+
+
+def test_the_sources_of_relayed_packets_do_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runtime.zenoh.transport, "MOST_PUBLISHERS", 3)
+    relay = transport()
+    relay.open(lambda packet: None)
+    for source in (1, 2, 3, 4, 1, 5, 4):
+        message = imc.Heartbeat(src=source)
+        relay.send(message, imc.encode(message))
+    assert len(relay._publishers) == 3
+    relay.close()
+    assert relay.unsent.total == 0
+
+
+def test_lost_and_repeated_packets_are_told_by_their_numbers(caplog: pytest.LogCaptureFixture) -> None:
+    receiver, packets = transport(), []
+
+    def arrive(number: int, publisher: int = 1) -> None:
+        source = SimpleNamespace(source_id=SimpleNamespace(zid="zid", eid=publisher), source_sn=number)
+        payload = zenoh.ZBytes(bytes([number & 0xFF]))
+        sample: Any = SimpleNamespace(source_info=source, payload=payload, key_expr="imc/a/b/c")
+        receiver._arrive(sample, packets.append)
+
+    for number in (7, 8, 8, 7, 9, 12):
+        arrive(number)
+    arrive(3, publisher=2)
+    assert packets == [b"\x07", b"\x08", b"\x09", b"\x0c", b"\x03"]
+    assert receiver.lost.total == 2
+    for number in (0xFFFFFFFF, 0, 1):
+        arrive(number, publisher=3)
+    assert receiver.lost.total == 2
+    assert caplog.text.count("lost on the way") == 1

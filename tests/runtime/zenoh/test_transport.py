@@ -1,0 +1,348 @@
+"""The zenoh transport between processes: real sessions, killed, stopped and restarted."""
+
+import contextlib
+import json
+import queue
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import imc
+
+PEERS = Path(__file__).parent / "peers"
+REPOSITORY = Path(__file__).parents[3]
+PATIENCE = 20.0
+
+
+def free_port(kind: int = socket.SOCK_STREAM) -> int:
+    with socket.socket(socket.AF_INET, kind) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Process:
+    """A Python process, which prints one JSON object per line or something else, which is passed over."""
+
+    def __init__(self, *arguments: object) -> None:
+        command = [sys.executable, *map(str, arguments)]
+        pipe = subprocess.PIPE
+        self.popen = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True, cwd=REPOSITORY)
+        self.lines: queue.Queue[Any] = queue.Queue()
+        self.errors: list[str] = []
+        self.threads = [
+            threading.Thread(target=reader, daemon=True) for reader in (self._read_lines, self._read_errors)
+        ]
+        for thread in self.threads:
+            thread.start()
+
+    def _read_lines(self) -> None:
+        for line in self.popen.stdout or ():
+            if line.startswith("{"):
+                self.lines.put(json.loads(line))
+        self.lines.put(None)
+
+    def _read_errors(self) -> None:
+        self.errors.extend(self.popen.stderr or ())
+
+    def line(self) -> Any:
+        with contextlib.suppress(queue.Empty):
+            if (answer := self.lines.get(timeout=PATIENCE)) is not None:
+                return answer
+        raise AssertionError(f"no answer from {self.popen.args}: {''.join(self.errors)}")
+
+    def line_where(self, **wanted: object) -> Any:
+        """The next line with these values."""
+        deadline = time.monotonic() + PATIENCE
+        while not wanted.items() <= (answer := self.line()).items():
+            assert time.monotonic() < deadline, f"no {wanted}"
+        return answer
+
+    def ask(self, command: str) -> Any:
+        assert self.popen.stdin is not None
+        self.popen.stdin.write(command + "\n")
+        self.popen.stdin.flush()
+        return self.line()
+
+    def until(self, condition: Callable[[Any], bool], command: str = "status") -> Any:
+        deadline = time.monotonic() + PATIENCE
+        while not condition(status := self.ask(command)):
+            assert time.monotonic() < deadline, f"still {status}"
+            time.sleep(0.02)
+        return status
+
+    def hears(self, system: int, at_least: int = 1) -> Any:
+        """Wait for so many more messages of a system."""
+        before = count(self.ask("status"), system)
+        return self.until(lambda status: count(status, system) >= before + at_least)
+
+    def wait(self) -> int:
+        assert self.popen.stdin is not None
+        self.popen.stdin.close()
+        return self.popen.wait(PATIENCE)
+
+    def end(self) -> None:
+        with contextlib.suppress(OSError):
+            self.popen.kill()
+        self.popen.wait()
+        for thread in self.threads:
+            thread.join()
+        for pipe in (self.popen.stdin, self.popen.stdout, self.popen.stderr):
+            if pipe is not None:
+                with contextlib.suppress(OSError):
+                    pipe.close()
+
+
+def count(status: Any, system: int) -> int:
+    return status["heard"].get(str(system), [0])[0]
+
+
+class Network:
+    """A bus of its own: a port to meet at and a port for scouting that no other test has."""
+
+    def __init__(self) -> None:
+        self.local_port = free_port()
+        self.scouting_port = free_port(socket.SOCK_DGRAM)
+        self.processes: list[Process] = []
+
+    def add(self, *arguments: object) -> Process:
+        process = Process(*arguments)
+        self.processes.append(process)
+        return process
+
+    def bus(self, system: int, *, scouting: bool = True) -> Process:
+        return self.add(PEERS / "bus.py", system, self.local_port, self.scouting_port if scouting else 0)
+
+    def plain(self, expression: str, mode: str) -> Process:
+        return self.add(PEERS / "plain.py", expression, mode, self.local_port, self.scouting_port)
+
+    def buses(self, *systems: int, scouting: bool = True) -> list[Process]:
+        """Processes that have started at the same time and hear each other, each sending 100 messages per second."""
+        processes = [self.bus(system, scouting=scouting) for system in systems]
+        for process in processes:
+            assert process.line() == {"opened": True}
+            process.ask("flow 100")
+        hear_each_other(dict(zip(systems, processes, strict=True)))
+        return processes
+
+
+@pytest.fixture
+def network() -> Iterator[Network]:
+    network = Network()
+    yield network
+    for process in network.processes:
+        process.end()
+
+
+def test_two_processes_hear_each_other_in_order_and_close_under_traffic(network: Network) -> None:
+    first, second = network.buses(1, 2)
+    for process, other in ((first, 2), (second, 1)):
+        status = process.hears(other, 50)
+        _, _, in_order = status["heard"][str(other)]
+        assert in_order
+        assert set(status["heard"]) == {str(other)}, "a process does not hear itself"
+        assert (status["lost"], status["malformed"], status["unsent"]) == (0, 0, 0)
+    assert "closed" in first.ask("close")
+    assert first.wait() == 0
+    second.ask("status")
+    assert "closed" in second.ask("close")
+    assert second.wait() == 0
+
+
+def test_plain_subscribers_get_packets_that_imcpy_decodes(network: Network) -> None:
+    peer = network.plain("imc/**", "peer")
+    bus = network.bus(30)
+    assert bus.line() == peer.line() == {"opened": True}
+    client = network.plain("imc/*/@cmd/**", "client")
+    assert client.line() == {"opened": True}
+
+    def publish(abbrev: str, **fields: object) -> Callable[[], object]:
+        return lambda: bus.ask("send " + json.dumps({"abbrev": abbrev, **fields}))
+
+    told = first_answer(peer, publish("EstimatedState", x=1.5))
+    assert told == {
+        "key": "imc/system-30/EstimatedState/Navigation",
+        "encoding": "application/octet-stream;imc/5.4.31",
+        "priority": "DATA",
+        "abbrev": "EstimatedState",
+        "src": 30,
+        "x": 1.5,
+        "label": None,
+    }
+    told = first_answer(client, publish("SetEntityParameters", dst=31, name="Navigation"))
+    assert (told["key"], told["priority"]) == ("imc/system-31/@cmd/SetEntityParameters/system-30", "REAL_TIME")
+    told = first_answer(peer, publish("Abort"))
+    if told["abbrev"] != "Abort":
+        told = peer.line_where(abbrev="Abort")
+    assert (told["key"], told["priority"]) == ("imc/system-30/Abort/Navigation", "REAL_TIME")
+
+
+def first_answer(process: Process, publish: Callable[[], object]) -> Any:
+    """What a subscriber tells first while `publish` is repeated: the first ones may come before it is connected."""
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        publish()
+        with contextlib.suppress(queue.Empty):
+            return process.lines.get(timeout=0.1)
+    raise AssertionError(f"heard nothing: {process.errors}")
+
+
+def test_commands_reach_the_other_processes(network: Network) -> None:
+    first, second = network.buses(1, 2)
+    first.ask('send {"abbrev": "SetEntityParameters", "dst": 9}')
+    first.ask('send {"abbrev": "Abort"}')
+    second.until(lambda status: {"SetEntityParameters", "Abort"} <= set(status["names"]))
+
+
+@pytest.mark.parametrize("scouting", [True, False])
+def test_three_processes_survive_the_death_of_the_one_that_listens(network: Network, scouting: bool) -> None:
+    running = dict(zip((1, 2, 3), network.buses(1, 2, 3, scouting=scouting), strict=True))
+    client = network.plain("imc/**", "client")
+    assert client.line() == {"opened": True}
+    client.line()
+    for victim in (1, 2):
+        killed = running.pop(victim)
+        killed.popen.send_signal(signal.SIGKILL)
+        killed.popen.wait()
+        hear_each_other(running)
+        client.lines.queue.clear()
+        for survivor in running:
+            client.line_where(src=survivor)
+        running[victim] = network.bus(victim, scouting=scouting)
+        assert running[victim].line() == {"opened": True}
+        running[victim].ask("flow 100")
+        hear_each_other(running)
+
+
+def hear_each_other(running: dict[int, Process]) -> None:
+    for system, process in running.items():
+        for other in running.keys() - {system}:
+            process.hears(other, 5)
+
+
+def test_a_stopped_process_delays_nobody_and_comes_back(network: Network) -> None:
+    first, second, third = network.buses(1, 2, 3)
+    second.popen.send_signal(signal.SIGSTOP)
+    first.ask("flow 2000")
+    third.hears(1, 2000)
+    first.hears(3, 20)
+    first.ask("flow 100")
+    second.popen.send_signal(signal.SIGCONT)
+    second.hears(1, 20)
+    first.hears(2, 20)
+    third.popen.send_signal(signal.SIGSTOP)
+    assert "closed" in first.ask("close")
+    assert first.wait() == 0
+    assert second.wait() == 0, "ends by itself, without having closed"
+
+
+def test_a_bus_that_does_not_listen_loses_counted_packets(network: Network) -> None:
+    first, second = network.buses(1, 2)
+    second.ask("deaf")
+    before = first.ask("status")["sent"]
+    first.ask("flow 20000")
+    first.until(lambda status: status["sent"] > before + 6000)
+    sent = first.ask("flow 100")["sent"]
+    second.ask("hear")
+    status = second.until(lambda status: status["heard"]["1"][1] > sent)
+    number, last, _ = status["heard"]["1"]
+    assert status["lost"] > 0
+    assert number + status["lost"] <= last
+    assert any("lost on the way" in line for line in second.errors)
+
+
+def test_garbage_is_counted_and_costs_nothing_else(network: Network) -> None:
+    (bus,) = network.buses(1)
+    foreign = network.add(PEERS / "foreign.py", network.local_port)
+    assert foreign.line() == {"published": 6}
+    status = bus.until(lambda status: status["heard"].get("77") and status["malformed"] >= 4)
+    assert status["heard"]["77"] == [1, 5.0, True]
+    assert status["malformed"] == 4
+    assert status["oversize"] == 2
+    assert sum("larger than a packet" in line for line in bus.errors) == 1
+
+
+def test_a_port_held_by_something_else_keeps_nobody_apart_and_is_taken_over(network: Network) -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", network.local_port))
+        other.listen()
+        first, _ = network.buses(1, 2)
+    first.until(lambda _: accepts(network.local_port))
+    client = network.plain("imc/**", "client")
+    assert client.line() == {"opened": True}
+    assert client.line()["src"] in (1, 2)
+
+
+def accepts(port: int) -> bool:
+    with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port)):
+        return True
+    return False
+
+
+PROFILE = """
+[Profiles]
+Payload = The camera in a process of its own
+
+[General]
+Vehicle = lauv-test-1
+Bus = zenoh
+
+[Zenoh]
+Local Port = {0.local_port}
+Scouting Address = 224.0.0.224:{0.scouting_port}
+
+[IMC Addresses]
+lauv-test-1 = 0x001f
+
+[Simulators.EstimatedState]
+Enabled = Simulation
+Start Latitude = 41.185
+Bottom Depth = 13
+
+[Transports.Logging]
+Enabled = Simulation
+
+[Simulators.MUGDetectionCamera]
+Enabled = Payload
+Entity Label = MUG Camera
+MUGs = 0 0
+"""
+
+
+def test_a_vehicle_in_two_processes_is_one_vehicle(network: Network, tmp_path: Path) -> None:
+    profile = tmp_path / "lauv-test-1.ini"
+    profile.write_text(PROFILE.format(network))
+    ground_station = network.plain("imc/lauv-test-1/**", "peer")
+    inside = network.plain("imc/lauv-test-1/@cmd/**", "peer")
+
+    def run(mode: str) -> Process:
+        return network.add("-m", "shoal.cli", "run", profile, "-p", mode, "--log-dir", tmp_path / mode)
+
+    assert ground_station.line() == inside.line() == {"opened": True}
+    camera = run("Payload")
+    vehicle = run("Simulation")
+    key = "imc/lauv-test-1/EstimatedMugState/MUG_Camera"
+    assert ground_station.line_where(key=key)["src"] == 0x001F
+    inside.line_where(abbrev="EntityInfo", label="MUG Camera")
+
+    camera.popen.send_signal(signal.SIGKILL)
+    camera.popen.wait()
+    camera = run("Payload")
+    ground_station.lines.queue.clear()
+    for _ in range(5):
+        ground_station.line_where(key=key)
+
+    for process in (vehicle, camera):
+        process.popen.terminate()
+        assert process.wait() == 0, process.errors
+    (log,) = (tmp_path / "Simulation").rglob("Data.lsf*")
+    logged = list(imc.Log(log.parent))
+    assert {"EstimatedMugState", "EstimatedState"} <= {type(message).__name__ for message in logged}
+    assert "MUG Camera" in {message.label for message in logged if isinstance(message, imc.EntityInfo)}

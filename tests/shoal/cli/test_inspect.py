@@ -1,0 +1,188 @@
+"""`shoal check`, `explain`, `tasks`, `message` and `new`."""
+
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from runtime.durations import parse_duration
+from shoal.cli import main
+
+
+@pytest.fixture
+def shoal(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return lambda *arguments: CliRunner().invoke(main, arguments)
+
+
+def test_check_finds_nothing_in_our_profiles(shoal):
+    result = shoal("check", "lauv-noptilus-1", "-p", "Simulation")
+    assert (result.exit_code, result.output) == (0, "lauv-noptilus-1: nothing wrong\n")
+
+
+def test_check_names_file_line_and_fix_and_fails(shoal, tmp_path):
+    gps = "[Simulators.GPS]\nEnabled = Simulation\nHDPO = 1\nHACC = -2\n"
+    (tmp_path / "mine.ini").write_text(f"[General]\nVehicle = mine\n\n{gps}")
+    result = shoal("check", "mine")
+    assert result.exit_code == 1
+    assert "mine.ini:6: warning" in result.output
+    assert "did you mean 'HDOP'?" in result.output
+    assert "mine.ini:7: error" in result.output
+    assert "below the minimum" in result.output
+
+
+def test_check_asks_the_tasks_what_they_think_of_their_values(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text(
+        "[Require lauv-noptilus-1.ini]\n[Simulators.MUGDetectionCamera]\nMUGs = 1.0\n"
+        "[Vision.FisheyeCamera]\nField of View = 400\n"
+    )
+    result = shoal("check", "mine")
+    assert result.exit_code == 1
+    assert "mine.ini:3: error" in result.output
+    assert "mine.ini:5: error" in result.output
+    assert result.output.endswith("2 errors\n")
+    assert "mine.ini:5" not in shoal("check", "mine", "-p", "Simulation").output
+
+
+def test_check_is_strict_where_asked(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text("[Require lauv-noptilus-1.ini]\n[Simulators.GPS]\nHDPO = 1\n")
+    assert shoal("check", "mine").exit_code == 0
+    assert shoal("check", "mine", "--strict").exit_code == 1
+
+
+def test_a_module_that_cannot_be_imported_is_named_with_its_line(shoal, tmp_path):
+    (tmp_path / "broken_module.py").write_text("import nothing_like_it\n")
+    (tmp_path / "mine.ini").write_text("[General]\nVehicle = mine\n\n[broken_module.Task]\nEnabled = Always\n")
+    result = shoal("check", "mine")
+    assert result.exit_code == 1
+    assert "mine.ini:4: error" in result.output
+
+
+def test_a_task_that_is_declared_wrong_is_one_problem_with_its_line(shoal, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "odd_drums.py").write_text(
+        "from runtime import Task, param\n\n\nclass Drum(Task):\n    beat: float = param('a', 'Hz', 'Beat.')\n"
+    )
+    (tmp_path / "mine.ini").write_text("[General]\nVehicle = mine\n\n[odd_drums.Drum]\nEnabled = Always\n")
+    result = shoal("check", "mine")
+    assert result.exit_code == 1
+    assert "mine.ini:4: error: [odd_drums.Drum]: odd_drums.Drum is not declared as a task is" in result.output
+    listing = shoal("explain", "mine")
+    assert (listing.exit_code, "not declared as a task is" in listing.output) == (0, True)
+    alone = shoal("tasks", "odd_drums.Drum")
+    assert (alone.exit_code, alone.output.count("\n")) == (1, 1)
+
+
+def test_check_looks_into_texts_that_name_links_and_messages(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text(
+        "[Require lauv-noptilus-1.ini]\n[Transports.Logging]\nTransports = EstimatedStat, GpsFix\n"
+        "[Transports.MAVLink]\nLinks = udpin:127.0.0.1:14550:px5, udpout:127.0.0.1:14540:px4\n"
+    )
+    result = shoal("check", "mine", "-p", "Kinematic")
+    assert "mine.ini:3: warning: [Transports.Logging] Transports: there is no message 'EstimatedStat'" in result.output
+    assert "did you mean EstimatedState?" in result.output
+    assert "mine.ini:5: warning: [Transports.MAVLink] Links: 'udpin:127.0.0.1:14550:px5': 'px5'" in result.output
+    assert "did you mean 'px4'?" in result.output
+
+
+def test_check_names_entities_that_nobody_has_and_options_of_a_model_that_nobody_reads(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text(
+        "[Require otter.ini]\n[Monitors.Entities]\nDefault Monitoring = Navigaton, GPS\n"
+        "[VSIM/Model/otter]\nYaw Inertai = 3\n"
+    )
+    result = shoal("check", "mine", "-p", "Simulation")
+    assert "mine.ini:3: warning: [Monitors.Entities] Default Monitoring: no task" in result.output
+    assert "'Navigaton', so the mode is ERROR (did you mean 'Navigation'?)" in result.output
+    assert "mine.ini:5: warning: [VSIM/Model/otter] nothing reads 'Yaw Inertai' (did you mean 'Yaw Inertia'?)" in (
+        result.output
+    )
+    assert result.output.endswith("2 warnings\n")
+
+
+def test_a_folder_is_no_profile(shoal, tmp_path):
+    (tmp_path / "boat.ini").mkdir()
+    assert "boat" not in shoal("check").output
+
+
+def test_explain_calls_unknown_options_so(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text("[General]\nVehicel = mine\n[Simulators.GPS]\nHDPO = 1\nZzz = 2\n")
+    rows = {line.split()[0]: line for line in shoal("explain", "mine", "Simulators.GPS").output.splitlines()}
+    assert rows["HDPO"].rstrip().endswith("unknown: no parameter of this task; did you mean 'HDOP'?")
+    assert rows["Zzz"].rstrip().endswith("unknown: no parameter of this task")
+    assert "unknown; did you mean 'Vehicle'?" in shoal("explain", "mine", "General").output
+
+
+def test_explain_says_who_set_what(shoal):
+    section = "Simulators.EstimatedState"
+    text = shoal("explain", "lauv-noptilus-1", section, "--set", f"{section}:Depth=5").output
+    row = next(line for line in text.splitlines() if line.startswith("Depth "))
+    assert row.split()[1:3] == ["5", "m"]
+    assert "command line (over etc/auv/kinematic.ini:" in row
+    assert "Simulators.GPS" in shoal("explain", "lauv-noptilus-1").output
+
+
+def test_explain_names_the_nearest_section(shoal):
+    result = shoal("explain", "lauv-noptilus-1", "Simulators.GSP")
+    assert result.exit_code == 1
+    assert "Simulators.GPS" in result.output
+
+
+def test_tasks_are_listed_and_described(shoal):
+    assert "Vision.FisheyeCamera" in shoal("tasks").output
+    assert "Activation Depth" in shoal("tasks", "gps").output
+    assert "did you mean Simulators.GPS" in shoal("tasks", "Simulators.GSP").output
+
+
+def test_messages_are_found_by_name_and_id(shoal):
+    assert shoal("message", "2001").output == shoal("message", "estimatedmugstate").output
+    assert "EstimatedMugState, id 2001" in shoal("message", "2001").output
+    assert "did you mean EstimatedState" in shoal("message", "EstimatedStat").output
+    assert shoal("message", "12345").exit_code == 1
+
+
+def test_a_new_task_runs_and_its_test_passes(shoal, tmp_path):
+    result = shoal("new", "task", "DepthAlarm")
+    assert result.exit_code == 0, result.output
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "test_depth_alarm.py"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert "1 passed" in done.stdout, done.stdout + done.stderr
+    assert shoal("new", "task", "DepthAlarm").exit_code == 1
+    assert "How often to report." in shoal("tasks", "depth_alarm.DepthAlarm").output
+
+
+def test_a_new_vehicle_runs_and_its_test_passes(shoal, tmp_path):
+    assert shoal("new", "vehicle", "lauv-mine").exit_code == 0
+    result = shoal("check", "lauv-mine")
+    assert result.exit_code == 0
+    assert "warning" not in result.output
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "test_lauv_mine.py"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("name", ["../evil", "a/b", "class", "", "1up", "imc"])
+def test_names_of_tasks_that_cannot_be_are_refused(shoal, tmp_path, name):
+    assert shoal("new", "task", name).exit_code != 0
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["../evil", "a/b", "", ".hidden", "a b", "x" * 100])
+def test_names_of_vehicles_that_cannot_be_are_refused(shoal, tmp_path, name):
+    assert shoal("new", "vehicle", name).exit_code != 0
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"), [("90", 90), ("90s", 90), ("10min", 600), ("1h30min", 5400), ("500ms", 0.5), (" 1.5 h ", 5400)]
+)
+def test_durations(text, seconds):
+    assert parse_duration(text) == seconds
+
+
+@pytest.mark.parametrize("text", ["", "ten", "10 parsecs", "-5s", "5s!"])
+def test_other_texts_are_no_durations(text):
+    with pytest.raises(ValueError, match="is not a duration"):
+        parse_duration(text)

@@ -1,0 +1,119 @@
+"""`shoal mission` and `shoal.fly` with a whole simulated vehicle."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from shoal import fly
+from shoal.missions import load_plan, parse_plan
+
+RECORDED = Path(__file__).parents[2] / "data" / "plans" / "three_gotos.json"
+SHORT = """
+plan: short
+origin: 41.185°, -8.7062°
+speed: 1.2 m/s
+maneuvers:
+  - goto: {north: 40, depth: 2}
+  - idle: {duration: 2}
+"""
+DUNE_SECONDS = (58.8, 46.4, 69.6, 57.9)  # of the same plan in the log that it is from
+
+
+def mission(*arguments, cwd):
+    """Exit status, stdout and stderr of the command."""
+    command = [sys.executable, "-m", "shoal.cli", "mission", *map(str, arguments)]
+    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=60)
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.fixture(scope="module")
+def report():
+    return fly(RECORDED, limit=900)
+
+
+def test_the_recorded_plan_completes_as_it_did_in_dune(report):
+    assert (report.outcome, report.reason) == ("SUCCESS", "plan completed")
+    assert report.maneuvers == ["Goto1", "Goto2", "Goto3", "SK1"]
+    assert [leg.seconds for leg in report.legs] == pytest.approx(DUNE_SECONDS, rel=0.1)
+    assert report.cross_track < 5.0
+    assert report.depth_error < 0.6
+    assert 0.8 < report.deepest < 5.5
+    assert report.distance == pytest.approx(255.0, abs=15.0)
+    assert report.states[-3:] == ["INITIALIZING", "EXECUTING", "READY"]
+
+
+def test_a_mission_is_reproducible():
+    first, second = (fly(parse_plan(SHORT), seed=3, limit=300) for _ in range(2))
+    assert first.completed
+    assert first == second
+
+
+def test_a_plan_that_cannot_be_flown_says_why():
+    deep = parse_plan(SHORT.replace("depth: 2", "depth: 200"))
+    report = fly(deep, limit=300)
+    assert (report.outcome, report.reason) == ("FAILURE", "Goto1: maneuver depth beyond limits")
+    assert report.legs == []
+
+
+def test_a_vehicle_that_knows_no_plans_says_what_it_lacks():
+    report = fly(parse_plan(SHORT), modes=["Kinematic"], limit=300)
+    assert report.outcome == "FAILURE"
+    assert report.reason == "vehicle not ready within 120 s: no Supervisors.Vehicle and no Plan.Engine runs in it"
+
+
+def test_a_limit_ends_a_mission():
+    report = fly(load_plan(RECORDED), limit=60)
+    assert (report.outcome, report.reason) == ("TIMEOUT", "plan is not over")
+    assert report.maneuvers == ["Goto1"]
+
+
+def test_the_command_prints_what_came_of_it(tmp_path):
+    (tmp_path / "plan.yaml").write_text(SHORT, encoding="utf-8")
+    status, out, err = mission("lauv-noptilus-1", "plan.yaml", cwd=tmp_path)
+    assert (status, err) == (0, "")
+    lines = out.splitlines()
+    assert lines[0] == "short: SUCCESS, plan completed"
+    assert [line.split()[0] for line in lines[1:]] == ["maneuver", "Goto1", "IdleManeuver2", "all"]
+    assert list((tmp_path / "log" / "lauv-noptilus-1").glob("*/*_short/Data.lsf.gz"))
+
+
+def test_the_command_has_an_exit_status_for_ci(tmp_path):
+    (tmp_path / "plan.yaml").write_text(SHORT.replace("depth: 2", "depth: 200"), encoding="utf-8")
+    status, out, _ = mission("lauv-noptilus-1", "plan.yaml", "--json", cwd=tmp_path)
+    summary = json.loads(out)
+    assert (status, summary["outcome"], summary["legs"]) == (1, "FAILURE", [])
+    assert summary["cross_track"] is None
+    (tmp_path / "plan.yaml").write_text("plan: x\nmaneuvers:\n  - fly: {}\n", encoding="utf-8")
+    for arguments in (
+        ["lauv-noptilus-1", "plan.yaml"],
+        ["no-such-vehicle", "plan.yaml"],
+        ["lauv-noptilus-1", "no.yaml"],
+    ):
+        status, out, err = mission(*arguments, cwd=tmp_path)
+        assert (status, out) == (2, "")
+        assert err.startswith("Error: ")
+        assert "Traceback" not in err
+
+
+def test_changes_that_change_nothing_are_said(tmp_path):
+    (tmp_path / "plan.yaml").write_text(SHORT.replace("depth: 2", "depth: 200"), encoding="utf-8")
+    for change, status, words in (
+        ("Simulators.StreamVelocity:Default Speed Nort=1", 1, "'Default Speed Nort' is no parameter"),
+        (
+            "Simulators.IMU:Enabled=Never",
+            2,
+            "no section [Simulators.IMU] (did you mean 'Simulators.IMU/AHRS'?)",
+        ),
+    ):
+        done, _, err = mission("lauv-noptilus-1", "plan.yaml", "--set", change, cwd=tmp_path)
+        assert (done, words in err) == (status, True), err
+
+
+@pytest.mark.parametrize("period", ["0", "0.001s", "-1s"])
+def test_a_state_is_saved_now_and_then_only(period, tmp_path):
+    (tmp_path / "plan.yaml").write_text(SHORT, encoding="utf-8")
+    status, _, err = mission("lauv-noptilus-1", "plan.yaml", f"--snapshot-every={period}", cwd=tmp_path)
+    assert (status, "--snapshot-every" in err, "Traceback" in err) == (2, True, False)

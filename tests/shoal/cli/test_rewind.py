@@ -1,0 +1,109 @@
+"""Saved states, `shoal rewind` and `shoal run --from-snapshot`, each in a process of its own."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import imc
+
+SHOAL = [sys.executable, "-m", "shoal.cli"]
+VIRTUAL = ["run", "lauv-noptilus-1", "-p", "Kinematic", "--clock", "virtual", "--for", "8s", "--seed", "4"]
+
+
+def shoal(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*SHOAL, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=60)
+
+
+def packets(folder: Path) -> list[bytes]:
+    """Without what begins the log of a run that goes on."""
+    (path,) = folder.glob("*/*/*")
+    found = [packet for _, packet in imc.Log(path).packets()]
+    heading = 1 + sum(imc.header(packet).id == imc.EntityInfo.ID for packet in found[:20])
+    return found[heading:]
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of eight seconds with a state at three and at six."""
+    root = tmp_path_factory.mktemp("run")
+    done = shoal(root, *VIRTUAL, "--snapshot-every", "3s")
+    assert done.returncode == 0, done.stderr
+    (path,) = root.glob("log/*/*/*")
+    assert sorted(p.name for p in path.glob("State-*")) == ["State-3.msgpack", "State-6.msgpack"]
+    return path
+
+
+def test_saving_changes_nothing(log: Path, tmp_path: Path) -> None:
+    shoal(tmp_path, *VIRTUAL)
+    (other,) = tmp_path.glob("log/*/*/*/Data.lsf.gz")
+    assert other.read_bytes() == (log / "Data.lsf.gz").read_bytes()
+
+
+def test_a_run_goes_on_from_a_saved_state(log: Path, tmp_path: Path) -> None:
+    done = shoal(tmp_path, "run", "--from-snapshot", log / "State-3.msgpack", "--for", "5s")
+    assert done.returncode == 0, done.stderr
+    after, whole = packets(tmp_path / "log"), [packet for _, packet in imc.Log(log).packets()]
+    assert len(after) > 1000
+    assert after == whole[-len(after) :]
+
+
+@pytest.mark.parametrize("states", [True, False])
+def test_rewinding_repeats_the_rest_of_the_log(log: Path, tmp_path: Path, states: bool) -> None:
+    copy = tmp_path / "copy"
+    copy.mkdir()
+    for path in log.iterdir():
+        if states or not path.name.startswith("State"):
+            (copy / path.name).write_bytes(path.read_bytes())
+    done = shoal(tmp_path, "rewind", copy, "--at", "4.503s")
+    assert done.returncode == 0, done.stderr
+    after, whole = packets(tmp_path / "log"), [packet for _, packet in imc.Log(log).packets()]
+    assert len(after) > 1000
+    assert after == whole[-len(after) :]
+
+
+def test_rewinding_with_a_change(log: Path, tmp_path: Path) -> None:
+    change = "Simulators.EstimatedState:Simulated State Rate=10"
+    done = shoal(tmp_path, "rewind", log, "--at", "4s", "--for", "2s", "--set", change)
+    assert done.returncode == 0, done.stderr
+    (path,) = tmp_path.glob("log/*/*/*")
+    assert imc.Log(path).counts()["SimulatedState"] == pytest.approx(20, abs=1)
+
+
+@pytest.mark.parametrize(("at", "said"), [("20s", True), ("8s", False)])
+def test_a_time_behind_the_end_of_the_log_is_said(log: Path, tmp_path: Path, at: str, said: bool) -> None:
+    done = shoal(tmp_path, "rewind", log, "--at", at, "--for", "1s")
+    assert done.returncode == 0, done.stderr
+    line = f"{log} ends at 8 s of its run: from there to {at} the vehicle just goes on\n"
+    assert (line in done.stderr) is said
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ("Simulators.GPS/Kinematic:HACK=1", "Simulators.GPS/Kinematic has no such parameter"),
+        ("Simulators.GPX:HACC=1", "the vehicle has no task 'Simulators.GPX'"),
+        ("Simulators.GPS/Kinematic:HACC=many", "many"),
+    ],
+)
+def test_what_cannot_be_changed_is_refused(log: Path, tmp_path: Path, change: str, reason: str) -> None:
+    done = shoal(tmp_path, "rewind", log, "--at", "3s", "--set", change)
+    assert done.returncode == 1
+    assert reason in done.stderr
+    go_on = ("run", "--from-snapshot", log / "State-3.msgpack", "--set", change)
+    assert reason in shoal(tmp_path, *go_on).stderr
+    assert list(tmp_path.glob("log/*/*/*")) == []
+
+
+def test_a_log_of_dune_cannot_be_rewound(tmp_path: Path) -> None:
+    dune = Path(__file__).parents[2] / "data" / "logs" / "dune-idle"
+    done = shoal(tmp_path, "rewind", dune, "--at", "3s")
+    assert done.returncode == 1
+    assert "has no Config.ini" in done.stderr
+
+
+def test_only_a_virtual_run_is_saved(tmp_path: Path) -> None:
+    done = shoal(tmp_path, "run", "lauv-noptilus-1", "-p", "Kinematic", "--snapshot-every", "3s", "--for", "1s")
+    assert done.returncode == 2
+    assert "only a virtual run can be saved" in done.stderr

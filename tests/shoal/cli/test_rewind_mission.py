@@ -1,0 +1,120 @@
+"""`shoal rewind` of a mission: its logs, its states, and the request for its plan."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import imc
+
+SHOAL = [sys.executable, "-m", "shoal.cli"]
+PLAN = """
+plan: {name}
+origin: 41.185°, -8.7062°
+speed: 1.3 m/s
+maneuvers:
+  - goto: {{north: 8, depth: 0}}
+  - station_keeping: {{north: {north}, depth: 0, radius: 15, duration: 3}}
+"""
+
+
+def shoal(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*SHOAL, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=60)
+
+
+def packets(folder: Path) -> list[bytes]:
+    return [packet for _, packet in imc.Log(folder).packets()]
+
+
+def without_head(found: list[bytes]) -> list[bytes]:
+    """Without what begins the log of a run that goes on."""
+    end = next(i for i, packet in enumerate(found[1:], 1) if imc.header(packet).id != imc.EntityInfo.ID)
+    return found[end:]
+
+
+@pytest.fixture(scope="module")
+def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The logs of a mission with states, and beside them those of others."""
+    root = tmp_path_factory.mktemp("missions")
+    others = ("--set", "Plan.Engine:State Report Frequency=4")
+    for name, north, options in (("one", 12, ()), ("two", 16, ()), ("one", 12, others)):
+        (root / "plan.yaml").write_text(PLAN.format(name=name, north=north))
+        done = shoal(root, "mission", "lauv-noptilus-1", "plan.yaml", "--snapshot-every", "3s", *options)
+        assert done.returncode == 0, done.stdout + done.stderr
+    (found,) = root.glob("log/*/*")
+    names = sorted(path.name for path in found.iterdir())
+    assert names[:6] == ["000000", "000000_2", "000000_3", "000005_one", "000005_one_2", "000005_two"]
+    assert len(list(found.glob("*_one/State-*"))) == 3
+    return found
+
+
+@pytest.mark.parametrize(
+    ("plan", "at", "states"), [("one", 9.5, True), ("one", 12.3, False), ("two", 2.1, False), ("one", 4.2, True)]
+)
+def test_a_mission_is_repeated_from_any_time(day: Path, tmp_path: Path, plan: str, at: float, states: bool) -> None:
+    copy = tmp_path / day.parent.name / day.name
+    shutil.copytree(day, copy, ignore=None if states else shutil.ignore_patterns("State-*"))
+    done = shoal(tmp_path, "rewind", copy / f"000005_{plan}", "--at", f"{at}s", "--log-dir", "again")
+    assert done.returncode == 0, done.stderr
+    first, *rest = sorted((tmp_path / "again").glob("*/*/*"))
+    old = packets(day / (f"000005_{plan}" if at > 5.0 else {"one": "000000", "two": "000000_2"}[plan]))
+    tail = without_head(packets(first))
+    assert len(tail) > 400
+    assert tail == old[-len(tail) :]
+    if at < 5.0:
+        assert packets(rest[0]) == packets(day / f"000005_{plan}")
+
+
+def test_a_mission_is_changed_on_its_way(day: Path, tmp_path: Path) -> None:
+    change = "Plan.Engine:State Report Frequency=20"
+    done = shoal(tmp_path, "rewind", day / "000005_one", "--at", "9s", "--for", "5s", "--set", change)
+    assert done.returncode == 0, done.stderr
+    (log,) = tmp_path.glob("log/*/*/*")
+    assert imc.Log(log).counts()["PlanControlState"] == pytest.approx(100, abs=4)
+
+
+def test_a_log_that_is_not_of_its_configuration_is_refused(day: Path, tmp_path: Path) -> None:
+    copy = tmp_path / day.parent.name / day.name
+    shutil.copytree(day, copy, ignore=shutil.ignore_patterns("State-*", "*_[23]", "*_two"))
+    for path in copy.glob("*/Config.ini"):
+        path.write_text(path.read_text().replace("State Report Frequency", "State Report Frequency = 5\n#"))
+        path.write_text(path.read_text() + "\n[Plan.Engine]\nState Report Frequency = 5\n")
+    done = shoal(tmp_path, "rewind", copy / "000005_one", "--at", "9s")
+    assert done.returncode == 1
+    assert "cannot be repeated from the start of its run" in done.stderr
+
+
+def test_a_state_that_is_damaged_is_named(day: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "copy"
+    shutil.copytree(day / "000005_one", copy)
+    state = copy / "State-6.msgpack"
+    data = bytearray(state.read_bytes())
+    data[len(data) // 2] ^= 1
+    state.write_bytes(data)
+    done = shoal(tmp_path, "rewind", copy, "--at", "8s")
+    assert done.returncode == 1
+    assert "State-6.msgpack: this snapshot is damaged" in done.stderr
+
+
+def test_a_mission_goes_on_from_a_saved_state(day: Path, tmp_path: Path) -> None:
+    done = shoal(tmp_path, "run", "--from-snapshot", day / "000005_one" / "State-6.msgpack", "--for", "2s")
+    assert done.returncode == 0, done.stderr
+    (log,) = tmp_path.glob("log/*/*/*")
+    after, whole = without_head(packets(log)), packets(day / "000005_one")
+    begin, lasting = whole.index(after[0]), len(after) - 100  # it is closed where the other went on
+    assert whole[begin : begin + lasting] == after[:lasting]
+
+
+def test_a_run_that_begins_a_plan_by_itself_is_repeated(tmp_path: Path) -> None:
+    options = ("-p", "Simulation", "--clock", "virtual", "--for", "12s", "--snapshot-every", "8s")
+    done = shoal(tmp_path, "run", "lauv-noptilus-1", *options)
+    assert done.returncode == 0, done.stderr
+    (state,) = tmp_path.glob("log/*/*/*/State-8.msgpack")
+    done = shoal(tmp_path, "rewind", state.parent, "--at", "10s", "--log-dir", "again")
+    assert done.returncode == 0, done.stderr
+    (log,) = tmp_path.glob("again/*/*/*")
+    tail, whole = without_head(packets(log)), packets(state.parent)
+    assert len(tail) > 1000
+    assert tail == whole[-len(tail) :]

@@ -1,0 +1,256 @@
+"""Re-simulation: the same bytes as in the log without changes, and what would be different with them."""
+
+import gzip
+import shutil
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+import imc
+from imc.lsf import LsfWriter
+from runtime.kernel import VirtualClock, nanoseconds
+from runtime.profile import load_profile
+from runtime.vehicle import build
+from shoal import fly
+from shoal.cli import main
+from shoal.rerun import Instants, ResimulationError, resimulate
+
+LOGS = Path(__file__).parents[2] / "data" / "logs"
+MIXER = "tests.shoal.rerun.interplay.Mixer"
+CAMERA = "Simulators.MUGDetectionCamera"
+STOCK = [
+    "Simulators.DepthSensor",
+    "Simulators.EstimatedState",
+    "Simulators.GPS/Kinematic",
+    "Simulators.IMU/AHRS",
+    CAMERA,
+]
+
+
+def run(
+    folder: Path, profile: str | Path, seconds: float, *feed: tuple[float, imc.Message], mode: str = "Kinematic"
+) -> imc.Log:
+    """The log of a virtual run, in which an operator says the messages of `feed` at their times."""
+    loaded = load_profile(profile)
+    made = build(loaded, {mode}, clock=VirtualClock(loaded.start_time_ns), seed=1, log_root=folder)
+    for time, message in feed:
+        said = message.replace(timestamp=loaded.start_time + time, src=0x4001, dst=made.vehicle.system)
+        made.vehicle.kernel.after(time, made.vehicle.bus.publish, said, imc.encode(said), None)
+    made.vehicle.start()
+    made.vehicle.run(seconds)
+    made.vehicle.close()
+    return imc.Log(max(folder.glob("*/*/*")))
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> imc.Log:
+    return run(tmp_path_factory.mktemp("log"), "lauv-noptilus-1", 15.0)
+
+
+def copy(log: imc.Log, folder: Path, count: int) -> imc.Log:
+    """The first packets of a log, with its configuration."""
+    shutil.copy(log.path.parent / "Config.ini", folder)
+    writer = LsfWriter(folder / "Data.lsf", "none")
+    for _, (_, packet) in zip(range(count), log.packets(), strict=False):
+        writer.write(packet)
+    writer.close()
+    return imc.Log(folder)
+
+
+@pytest.mark.parametrize("sections", [*([section] for section in STOCK), STOCK], ids=lambda names: names[-1])
+def test_every_task_says_again_what_is_in_the_log(log: imc.Log, sections: list[str]) -> None:
+    done = resimulate(log, sections)
+    assert done.exact
+    assert done.comparison.equal
+    assert done.comparison.bytes == 0
+    assert done.notes == []
+    said = sum(tally.said for tally in done.comparison.tallies.values())
+    labels = {section: load_profile("lauv-noptilus-1").config.value(section, "Entity Label") for section in sections}
+    assert set(done.labels.values()) == set(labels.values())
+    owned = [p for _, p in log.packets() if imc.header(p).src_ent in done.labels]
+    assert said == len(owned) > 30
+
+
+def test_late_measurements_and_labels_of_others_are_what_they_were(tmp_path: Path) -> None:
+    (tmp_path / "idle.ini").write_text("[Require lauv-noptilus-1.ini]\n[Plan.Autostart]\nEnabled = Never\n")
+    log = run(tmp_path / "log", tmp_path / "idle.ini", 11.0, mode="Simulation")
+    for section in ("Navigation.AUV.Navigation", "Monitors.FuelLevel", "Monitors.Entities"):
+        done = resimulate(log, [section])
+        assert done.comparison.first is None
+        assert len(done.comparison.tallies) > 2
+
+
+def test_the_log_of_a_plan_begins_with_its_run(tmp_path: Path) -> None:
+    log = run(tmp_path, "lauv-noptilus-1", 9.0, mode="Simulation")
+    assert log.path.parent.name == "000005_dive"
+    profile = load_profile(log.path.parent / "Config.ini")
+    every = [
+        s for s in profile.config.sections if profile.enabled(s, ["Simulation"]) and not s.startswith("Transports.")
+    ]
+    assert len(every) > 40
+    for sections in (["Plan.Engine"], ["Maneuver.Loiter"], ["Simulators.Servos"], [CAMERA], every):
+        done = resimulate(log, sections)
+        assert done.exact
+        assert done.comparison.bytes == 0
+        assert done.comparison.first is None
+        assert sum(tally.equal for tally in done.comparison.tallies.values()) > 15
+        assert "from the start of the run, with the logs before this one: 000000" in done.notes
+    (log.path.parent.parent / "000000" / "Data.lsf.gz").unlink()
+    done = resimulate(log, [CAMERA])
+    assert not done.exact
+    assert done.notes[0].startswith("the log begins 5.0 s after the vehicle")
+
+
+def test_measurements_of_the_moment_in_which_a_mission_ends(tmp_path: Path) -> None:
+    maneuvers = [imc.PlanManeuver(maneuver_id="hold", data=imc.StationKeeping(lat=0.7, lon=-0.15, duration=1))]
+    plan = imc.PlanSpecification(plan_id="refused", start_man_id="hold", maneuvers=maneuvers)
+    assert not fly(plan, "hexa-00", log_root=tmp_path).completed
+    log = imc.Log(max(tmp_path.glob("*/*/*")))
+    for section in ("Simulators.Barometer", "Simulators.GPS", "Navigation.UAV.Navigation"):
+        assert resimulate(log, [section]).comparison.bytes == 0
+
+
+def test_the_log_of_the_re_simulation_is_the_log(log: imc.Log, tmp_path: Path) -> None:
+    resimulate(log, [CAMERA, "Simulators.GPS/Kinematic"], out=tmp_path / "out")
+    again = tmp_path / "out"
+    assert list(imc.Log(again).packets()) == list(log.packets())
+    assert (again / "Config.ini").read_bytes() == (log.path.parent / "Config.ini").read_bytes()
+    assert gzip.decompress((again / "IMC.xml.gz").read_bytes()) == imc.dump(imc.builtin())
+
+
+RATES = st.sampled_from([0.0, 1.0, 3.0, 7.0, 10.0, 20.0, 30.0])
+DELAYS = st.sampled_from([0.0, 0.01, 0.05, 0.1, 0.0123, 0.25])
+TASKS = st.lists(st.tuples(RATES, DELAYS, DELAYS, st.integers(1, 4)), min_size=2, max_size=4)
+
+
+@given(tasks=TASKS, data=st.data())
+@settings(
+    max_examples=25,
+    deadline=None,
+    phases=[Phase.explicit, Phase.generate],
+    suppress_health_check=[HealthCheck.too_slow],
+)
+def test_what_comes_in_one_moment_keeps_its_order(
+    tmp_path_factory: pytest.TempPathFactory, tasks: list[tuple[float, float, float, int]], data: st.DataObject
+) -> None:
+    folder = tmp_path_factory.mktemp("interplay")
+    names = [f"{MIXER}/{letter}" for letter in "ABCD"[: len(tasks)]]
+    lines = ["[General]", "Vehicle = mixed", "[Transports.Logging]", "Enabled = Always"]
+    for name, (rate, delay, latency, answers) in zip(names, tasks, strict=True):
+        lines += [f"[{name}]", "Enabled = Always", f"Rate = {rate}", f"Delay = {delay}"]
+        lines += [f"Latency = {latency}", f"Answers = {answers}"]
+    (folder / "mixed.ini").write_text("\n".join(lines) + "\n")
+    log = run(folder / "log", folder / "mixed.ini", 1.5)
+    chosen = data.draw(st.lists(st.sampled_from(names), min_size=1, unique=True))
+    done = resimulate(log, chosen)
+    assert done.comparison.first is None
+    assert done.comparison.bytes == 0
+
+
+def test_parameters_that_were_set_on_the_way_are_set_again(tmp_path: Path) -> None:
+    entry = imc.EntityParameter(name="Detection Rate", value="2")
+    changes = [(3.0, imc.SetEntityParameters(name="MUG Camera", params=(entry,)))]
+    changes += [(4.0, imc.QueryEntityParameters(name="MUG Camera"))]
+    done = resimulate(run(tmp_path, "lauv-noptilus-1", 8.0, *changes), [CAMERA])
+    assert done.comparison.equal
+    assert any(kind == imc.EntityParameters.ID for _, kind in done.comparison.tallies)
+
+
+def test_what_if(log: imc.Log) -> None:
+    done = resimulate(log, [CAMERA], overrides=[f"{CAMERA}:MUGs=1.0 0.3, 2.0 1.0"])
+    assert not done.exact
+    (tally,) = [t for (_, kind), t in done.comparison.tallies.items() if kind == imc.EstimatedMugState.ID]
+    assert tally.logged > 10
+    assert tally.said > tally.logged
+    assert tally.only_logged == 0
+    first = done.comparison.first
+    assert first is not None
+    assert imc.header(first.said or b"").id == imc.EstimatedMugState.ID
+
+
+def test_what_if_tells_the_differences_of_fields(log: imc.Log) -> None:
+    done = resimulate(log, ["GPS"], overrides=["Simulators.GPS/Kinematic:HACC=5"])
+    (tally,) = [t for (_, kind), t in done.comparison.tallies.items() if kind == imc.GpsFix.ID]
+    changed = {name: figures for name, figures in tally.fields.items() if figures.changed}
+    assert list(changed) == ["hacc"]
+    assert (changed["hacc"].mean, changed["hacc"].rms, changed["hacc"].largest) == pytest.approx((3.0, 3.0, 3.0))
+    assert (tally.changed, tally.equal, tally.only_logged, tally.only_said) == (tally.logged, 0, 0, 0)
+
+
+def test_another_seed_is_another_noise(log: imc.Log) -> None:
+    done = resimulate(log, ["AHRS"], overrides=["General:Seed=2"])
+    assert not done.comparison.equal
+
+
+def test_a_log_that_was_cut_short_is_the_same_as_far_as_it_goes(log: imc.Log, tmp_path: Path) -> None:
+    done = resimulate(copy(log, tmp_path, 1801), ["IMU", "MUG Camera"])
+    assert done.comparison.equal
+    assert done.notes == ["the log does not end in order: it may lack what was said last"]
+
+
+def test_a_damaged_log_says_what_nobody_can_know(log: imc.Log, tmp_path: Path) -> None:
+    part = copy(log, tmp_path, 3000).path
+    data = bytearray(part.read_bytes())
+    data[50_000] ^= 1
+    part.write_bytes(data)
+    assert any("damaged places" in note for note in resimulate(imc.Log(part), [CAMERA]).notes)
+
+
+def test_a_log_of_dune_says_what_cannot_be_reproduced() -> None:
+    done = resimulate(imc.Log(LOGS / "dune-idle"), ["Simulators.GPS", CAMERA])
+    assert not done.exact
+    assert any("has no Config.ini" in note for note in done.notes)
+    assert any("wall clock" in note for note in done.notes)
+    assert any(tally.said for tally in done.comparison.tallies.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("Simulators.MUGDetectionCamara", "did you mean 'Simulators.MUGDetectionCamera'?"),
+        ("Transports.MAVLink", "talks to the outside"),
+        ("Simulators.Nothing", "there is no task"),
+        ("Xyzzy", "there is no task 'Xyzzy': `shoal tasks` lists them"),
+    ],
+)
+def test_what_cannot_be_simulated_again_is_refused(log: imc.Log, name: str, reason: str) -> None:
+    with pytest.raises(ResimulationError) as caught:
+        resimulate(log, [name])
+    assert reason in str(caught.value)
+
+
+def test_a_task_that_was_not_there_says_something_new(log: imc.Log) -> None:
+    done = resimulate(log, [f"{MIXER}/New"])
+    (tally,) = [t for (_, kind), t in done.comparison.tallies.items() if kind == imc.Rpm.ID]
+    assert tally.logged == 0
+    assert tally.said > 100
+    assert any("nothing of the entity 'Mixer/New'" in note for note in done.notes)
+
+
+def test_the_command_tells_and_shows(log: imc.Log, tmp_path: Path) -> None:
+    folder = str(log.path.parent)
+    same = CliRunner().invoke(main, ["resim", folder, "--task", CAMERA])
+    assert same.exit_code == 0, same.output
+    assert "0 bytes of difference" in same.output
+    change = ["--set", f"{CAMERA}:Error Model=None", "--out", str(tmp_path / "out")]
+    other = CliRunner().invoke(main, ["resim", folder, "--task", "MUG Camera", *change])
+    assert other.exit_code == 0, other.output
+    for words in ("EstimatedMugState", "x [m]", "first difference: at", "bytes of difference"):
+        assert words in other.output
+    assert (tmp_path / "out" / "Data.lsf.gz").exists()
+
+
+@given(st.integers(0, 10**6), st.sampled_from([1.0, 3.0, 7.0, 29.97, 30.0, 100.0, 1000.0]))
+def test_instants_of_ticks_are_found_in_times_of_packets(count: int, rate: float) -> None:
+    start = 1_767_225_600_000_000_000
+    tick = start + round(count * 1e9 / rate)
+    assert Instants(start, [rate]).of(tick / 1_000_000_000) == tick
+
+
+def test_instants_of_a_wall_clock_are_not_rounded() -> None:
+    start, time = 1_700_000_000_000_000_000, 1_700_000_003.1200001
+    assert Instants(start).of(time) == start + 3_120_000_100
+    assert Instants(start, virtual=False).of(time) == nanoseconds(time)

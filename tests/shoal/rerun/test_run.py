@@ -1,0 +1,34 @@
+"""Which logs are of one run."""
+
+import struct
+from pathlib import Path
+
+import pytest
+from fastcrc.crc16 import arc
+
+import imc
+from shoal.rerun.run import run_of
+
+BEGIN, CUT = 1767225600.0, 1767225610.0
+CONFIGURATION = "[General]\nVehicle = lauv-noptilus-1\nStart Time = 2026-01-01T00:00:00Z\n"
+STOPPED = imc.encode(imc.LoggingControl(timestamp=CUT, src=26, op=imc.LoggingControl.Op.STOPPED))
+
+
+def malformed(packet: bytes) -> bytes:
+    """The packet with one byte of its payload alone, and the CRC of that."""
+    short = packet[:4] + struct.pack("<H", 1) + packet[6:21]
+    return short + struct.pack("<H", arc(short))
+
+
+def put(folder: Path, *packets: bytes) -> Path:
+    folder.mkdir()
+    (folder / "Config.ini").write_text(CONFIGURATION)
+    (folder / "Data.lsf").write_bytes(b"".join(packets))
+    return folder
+
+
+@pytest.mark.parametrize(("last", "count"), [(STOPPED, 2), (malformed(STOPPED), 1)])
+def test_a_run_goes_on_in_the_log_that_begins_where_one_ended_in_order(tmp_path: Path, last: bytes, count: int) -> None:
+    put(tmp_path / "000000", imc.encode(imc.Heartbeat(timestamp=BEGIN, src=26)), last)
+    second = put(tmp_path / "000010", imc.encode(imc.Heartbeat(timestamp=CUT, src=26)))
+    assert len(run_of(imc.Log(second)).logs) == count

@@ -1,0 +1,105 @@
+"""Lenses, and where rays fall in the image."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from world.optics import PRESETS, Lens, Projection, preset_lens
+from world.optics.lens import original_size_criterion
+
+VECTORS = json.loads((Path(__file__).parents[2] / "data/sensors/fisheye.json").read_text())
+
+
+@pytest.mark.parametrize("case", VECTORS["fisheye_lens_inverse"])
+def test_inverse_matches_the_vectors(case):
+    lens = Lens(tuple(case["k"]), math.radians(case["fov_deg"]))
+    absolute, relative = VECTORS["_tolerances"]["angles_rad"]
+    np.testing.assert_allclose(lens.angle(case["r"]), case["phi"], rtol=relative, atol=absolute)
+
+
+@pytest.mark.parametrize("case", VECTORS["fisheye_nonmonotone"])
+def test_lenses_that_make_no_sense_are_refused(case):
+    fov = math.radians(case["fov_deg"])
+    if case["expect"] == "ok":
+        assert Lens(tuple(case["k"]), fov).edge_radius > 0
+    else:
+        with pytest.raises(ValueError, match=r"°|zero"):
+            Lens(tuple(case["k"]), fov)
+
+
+def test_a_bend_inside_the_field_of_view_is_found_however_narrow():
+    """r' touches zero at 0.7 rad only."""
+    k3 = 1 / (3 * 0.49)
+    with pytest.raises(ValueError, match="does not grow"):
+        Lens((1.0, -3 * k3 * 0.7, k3, 0.0), math.radians(160))
+
+
+@pytest.mark.parametrize("k", [(1.0, math.nan, 0.0, 0.0), (1.0, 0.0, 0.0), (math.inf, 0.0, 0.0, 0.0)])
+def test_a_lens_has_four_finite_coefficients(k):
+    with pytest.raises(ValueError, match="four finite"):
+        Lens(k, 1.0)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_inverse_of_every_preset_to_a_trillionth(name):
+    lens = preset_lens(name, math.radians(170))
+    phi = np.linspace(0, lens.edge, 4999)
+    np.testing.assert_allclose(lens.angle(lens.radius(phi)), phi, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "ideal", "widest", "error"),
+    [
+        ("equidistant", lambda phi: phi, 135, 0),
+        ("equisolid", lambda phi: 2 * np.sin(phi / 2), 135, 1.5e-4),
+        ("stereographic_220", lambda phi: 2 * np.tan(phi / 2), 110, 8.5e-3),
+        ("orthographic", np.sin, 85, 2.5e-4),
+    ],
+)
+def test_presets_follow_their_names(name, ideal, widest, error):
+    lens = preset_lens(name, math.radians(2 * widest))
+    phi = np.linspace(0, lens.edge, 999)
+    assert np.abs(lens.radius(phi) - ideal(phi)).max() <= error
+
+
+@pytest.mark.parametrize(("name", "fov"), [("stereographic_220", 221), ("orthographic", 171)])
+def test_presets_are_refused_beyond_their_fit(name, fov):
+    with pytest.raises(ValueError, match=f"up to {fov - 1}°"):
+        preset_lens(name, math.radians(fov))
+
+
+def test_the_image_circle_fits_the_image_unless_a_scale_is_given():
+    lens = preset_lens("woodscape", math.radians(190))
+    assert Projection(lens, 960).circle == pytest.approx(960)
+    assert Projection(lens, 960, 339.749).circle == pytest.approx(2 * 339.749 * lens.edge_radius)
+
+
+@pytest.mark.parametrize(("size", "scale"), [(0, 0.0), (-1, 0.0), (64, -1.0), (64, math.nan)])
+def test_images_without_pixels_are_refused(size, scale):
+    with pytest.raises(ValueError, match="px"):
+        Projection(preset_lens("equidistant", math.pi), size, scale)
+
+
+@pytest.mark.parametrize("name", ["equidistant", "tumvi_195"])
+def test_rays_and_pixels_are_inverse(name):
+    projection = Projection(preset_lens(name, math.radians(260)), 33)
+    rays, inside = projection.rays()
+    i, j = np.meshgrid(np.arange(33) + 0.5, np.arange(33) + 0.5)
+    np.testing.assert_allclose(projection.project(rays)[inside], np.stack([i, j], axis=-1)[inside], atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(rays, axis=-1), 1)
+    assert not inside[0, 0]
+    assert inside[16].all()
+
+
+def test_the_middle_of_the_image_looks_along_the_axis():
+    projection = Projection(preset_lens("equidistant", math.pi), 64)
+    np.testing.assert_allclose(projection.project([[0.0, 0.0, 7.0]]), [[32, 32]])
+    np.testing.assert_allclose(projection.project([[1.0, 0.0, 1.0]]), [[48, 32]])
+    assert np.isnan(projection.project([[1.0, 0.0, -0.1]])).all()
+
+
+def test_the_printed_size_criterion():
+    assert original_size_criterion() == pytest.approx(332159737.875, abs=5e-4)

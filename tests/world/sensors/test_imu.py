@@ -1,0 +1,93 @@
+"""The noise model against the vectors, Allan's variance and the articles' block."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from world.sensors import NoiseDensity, NoisyTriad, StandardNormals, specific_force, vins_parameters
+
+DATA = Path(__file__).parents[2] / "data" / "sensors"
+GYROSCOPE = NoiseDensity.gyroscope(0.3, 4.6, 500.0)
+ACCELEROMETER = NoiseDensity.accelerometer(0.24, 36.0, 800.0)
+
+
+def rows(name):
+    return json.loads((DATA / f"{name}.json").read_text())
+
+
+def matrix(w, x, y, z):
+    n = math.sqrt(w * w + x * x + y * y + z * z)
+    w, x, y, z = w / n, x / n, y / n, z / n
+    return (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+
+
+@pytest.mark.parametrize("row", rows("imu_specific_force"))
+def test_specific_force(row):
+    given = row["in"]
+    got = specific_force(matrix(*given["q_nb"]), tuple(given["a_ned"]), given["g"])
+    assert got == pytest.approx(row["specific_force_body"], abs=1e-9, rel=1e-9)
+
+
+@pytest.mark.parametrize("row", rows("imu_sigmas"))
+def test_sigmas_per_sample(row):
+    assert GYROSCOPE.per_sample(row["dt"]) == pytest.approx((row["gyro"], row["gyro_bias_step"]), rel=1e-9)
+    assert ACCELEROMETER.per_sample(row["dt"]) == pytest.approx((row["acc"], row["acc_bias_step"]), rel=1e-9)
+
+
+def test_shortest_interval_bounds_the_noise():
+    assert GYROSCOPE.per_sample(0.0) == GYROSCOPE.per_sample(1e-3)
+
+
+def record(density, seconds, rate, seed):
+    triad, draws = NoisyTriad(density), StandardNormals(np.random.default_rng(seed), 6)
+    return np.array([triad.corrupt((0.0, 0.0, 0.0), 1.0 / rate, next(draws)) for _ in range(seconds * rate)])
+
+
+def allan(samples, rate, tau):
+    """Overlapping Allan deviation of each column (IEEE Std 952-1997, annex C)."""
+    m = round(tau * rate)
+    angle = np.vstack([np.zeros((1, samples.shape[1])), np.cumsum(samples, axis=0) / rate])
+    second = angle[2 * m :] - 2.0 * angle[m:-m] + angle[: -2 * m]
+    return np.sqrt(np.mean(second**2, axis=0) / (2.0 * tau**2))
+
+
+@pytest.mark.parametrize(("density", "column"), [(GYROSCOPE, "gyro"), (ACCELEROMETER, "acc")])
+def test_allan_deviation(density, column):
+    seconds, rate = 3600, 100
+    samples = record(density, seconds, rate, seed=7)
+    for row in rows("imu_allan"):
+        tau = row["tau"]
+        measured = math.sqrt(np.mean(allan(samples, rate, tau) ** 2))
+        assert abs(measured / row[column] - 1.0) <= 4.0 / math.sqrt(6.0 * seconds / tau)
+    for tau in (30.0, 100.0):
+        expected = math.sqrt(density.white**2 / tau + density.walk**2 * tau / 3.0)
+        measured = math.sqrt(np.mean(allan(samples, rate, tau) ** 2))
+        assert abs(measured / expected - 1.0) <= 4.0 / math.sqrt(6.0 * seconds / tau)
+    white = np.diff(samples, axis=0)[::2]
+    correlation = np.corrcoef(white.T)[np.triu_indices(3, 1)]
+    assert np.all(np.abs(correlation) < 4.0 / math.sqrt(len(white)))
+    kurtosis = np.mean(white**4) / np.mean(white**2) ** 2
+    assert abs(kurtosis - 3.0) < 0.05
+
+
+def test_first_sample_has_the_bias_of_before_its_step():
+    triad = NoisyTriad(NoiseDensity(0.0, 2.0))
+    assert triad.corrupt((1.0, 2.0, 3.0), 4.0, [9.0, 9.0, 9.0, 1.0, 1.0, 1.0]) == (1.0, 2.0, 3.0)
+    assert triad.corrupt((1.0, 2.0, 3.0), 4.0, [9.0] * 6) == (5.0, 6.0, 7.0)
+
+
+def test_vins_block_is_the_articles():
+    assert vins_parameters(GYROSCOPE, ACCELEROMETER, 0.025).splitlines() == [
+        "acc_n: 1.4885e-02",
+        "gyr_n: 5.5192e-04",
+        "acc_w: 1.9736e-06",
+        "gyr_w: 1.5769e-07",
+        "g_norm: 9.81007",
+    ]

@@ -1,0 +1,110 @@
+"""The camera's geometry against the vectors, in all fidelities."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from world.attitude import rotation
+from world.optics import Pinhole
+from world.sensors import View, detect, detect_originally, gsd_sigma, mug_original
+
+DATA = Path(__file__).parents[2] / "data" / "sensors"
+DEFAULT = Pinhole(1280, 960, math.radians(92.8), math.radians(50.0))
+
+
+def rows(name):
+    return json.loads((DATA / f"{name}.json").read_text())
+
+
+def camera_of(given):
+    return Pinhole(given["W"], given["H"], math.radians(given["hfov"]), math.radians(given["vfov"]))
+
+
+@pytest.mark.parametrize("row", rows("mug_physical"))
+def test_physical(row):
+    given, camera = row["in"], camera_of(row["in"])
+    r = rotation(given["phi"], given["theta"], given["psi"])
+    to_mug = tuple(m - v for m, v in zip(given["mug_ned"], given["veh_ned"], strict=True))
+    height = given["z_plane"] - given["veh_ned"][2]
+    point = camera.project(r, to_mug)
+    view = View(given["phi"], given["theta"], given["psi"], height)
+    seen = detect(camera, view, to_mug[:2])
+    assert (seen is not None) is row["visible"]
+    if row["uv"] is None:
+        assert point is None
+        return
+    assert point == pytest.approx(row["uv"], abs=1e-6, rel=1e-8)
+    assert camera.covers(*point) is row["visible"]
+    for at, expected in (
+        (point, row["ned_back"]),
+        ([math.floor(x) + 0.5 for x in point], row["ned_from_pixel_centre"]),
+    ):
+        back = camera.locate(r, *at, height)
+        assert [b + v for b, v in zip(back, given["veh_ned"][:2], strict=True)] == pytest.approx(
+            expected[:2], abs=1e-8, rel=1e-9
+        )
+
+
+@pytest.mark.parametrize("row", rows("mug_original"))
+def test_original(row):
+    given, camera = row["in"], camera_of(row["in"])
+    target, alt, psi = (given["dN"], given["dE"]), given["alt"], given["psi"]
+    assert mug_original.visible(camera, alt, *target) is row["visible"]
+    pixel = mug_original.to_pixel(camera, alt, psi, *target)
+    assert list(pixel) == row["pixel"]
+    back = mug_original.to_offset(camera, alt, psi, *pixel)
+    assert back == pytest.approx(row["ned_from_pixel"], abs=1e-8, rel=1e-9)
+    assert mug_original.error_bound(camera, alt) == pytest.approx(row["err_bound"], abs=1e-8, rel=1e-9)
+    assert detect_originally(camera, View(0.0, 0.0, psi, alt), target) == (back if row["visible"] else None)
+
+
+@pytest.mark.parametrize("row", [row for row in rows("mug_edges") if "u" in row])
+def test_borders(row):
+    assert DEFAULT.covers(row["u"], row["v"]) is row["visible"]
+
+
+def test_original_border_is_not_visible():
+    limit = 10.0 * math.tan(0.5 * DEFAULT.horizontal)
+    assert not mug_original.visible(DEFAULT, 10.0, limit, 0.0)
+    assert mug_original.visible(DEFAULT, 10.0, math.nextafter(limit, 0.0), 0.0)
+
+
+def test_default_example():
+    assert DEFAULT.project(rotation(0, 0, 0), (1.0, 0.3, 10.0)) == pytest.approx((658.28, 377.06), abs=0.01)
+
+
+TILT, SIDE = st.floats(-0.4, 0.4), st.floats(-1.0, 1.0)
+
+
+@given(TILT, TILT, st.floats(-10.0, 10.0), st.floats(0.5, 80.0), SIDE, SIDE)
+def test_through_the_pixel_and_back(phi, theta, psi, height, north, east):
+    view, target = View(phi, theta, psi, height), (north * height, east * height)
+    r = rotation(phi, theta, psi)
+    point = DEFAULT.project(r, (*target, height))
+    assume(point is not None and DEFAULT.covers(*point))
+    assert DEFAULT.locate(r, *point, height) == pytest.approx(target, abs=1e-9 * max(1.0, height))
+    seen = detect(DEFAULT, view, target)
+    if phi == theta == 0.0:
+        size = math.hypot(DEFAULT.ground_sample(height), height * 2 * math.tan(0.5 * DEFAULT.vertical) / DEFAULT.height)
+        assert math.dist(seen, target) <= 0.5 * size + 1e-9
+
+
+@pytest.mark.parametrize("view", [View(math.pi, 0.0, 0.0, 10.0), View(0.0, 0.0, 0.0, -1.0), View(0.0, 0.0, 0.0, 0.0)])
+def test_nothing_is_seen_upwards_or_on_the_plane(view):
+    assert detect(DEFAULT, view, (0.0, 0.0)) is None
+
+
+def test_heading_does_not_move_a_target():
+    for psi in (0.0, 1.0, math.pi / 2, 3.0, -2.0):
+        assert detect(DEFAULT, View(0.0, 0.0, psi, 10.0), (1.0, 0.3)) == pytest.approx((1.0, 0.3), abs=0.02)
+
+
+def test_gsd_error_shrinks_with_resolution_and_grows_with_height():
+    fine = Pinhole(2560, 1920, DEFAULT.horizontal, DEFAULT.vertical)
+    assert gsd_sigma(fine, 10.0, (0.0, 0.0)) < gsd_sigma(DEFAULT, 10.0, (0.0, 0.0))
+    assert gsd_sigma(DEFAULT, 20.0, (2.0, 0.0)) > gsd_sigma(DEFAULT, 10.0, (1.0, 0.0))
+    assert DEFAULT.ground_sample(10.0) == pytest.approx(0.0164, abs=1e-4)

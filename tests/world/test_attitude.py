@@ -1,0 +1,43 @@
+"""Rotations against their definitions."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from world.attitude import body_rates, rotation, to_body, to_ned, wrap
+
+ANGLES = st.floats(-4.0, 4.0)
+
+
+def test_bow_right_and_keel():
+    r = rotation(0.0, 0.0, math.pi / 2)
+    assert to_ned(r, (1.0, 0.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0), abs=1e-15)
+    assert to_ned(rotation(0.0, 0.1, 0.0), (1.0, 0.0, 0.0))[2] < 0.0  # bow up
+    assert to_ned(rotation(0.1, 0.0, 0.0), (0.0, 1.0, 0.0))[2] > 0.0  # starboard down
+
+
+@given(ANGLES, ANGLES, ANGLES, st.tuples(*[st.floats(-10, 10)] * 3))
+def test_back_and_forth(phi, theta, psi, v):
+    r = rotation(phi, theta, psi)
+    assert to_body(r, to_ned(r, v)) == pytest.approx(v, abs=1e-12)
+
+
+@given(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2), ANGLES, st.tuples(*[st.floats(-1, 1)] * 3))
+def test_body_rates_turn_the_rotation(phi, theta, psi, rates):
+    h = 1e-6
+    a = rotation(phi - h * rates[0], theta - h * rates[1], psi - h * rates[2])
+    b = rotation(phi + h * rates[0], theta + h * rates[1], psi + h * rates[2])
+    p, q, r = body_rates(phi, theta, *rates)
+    # the columns of R^T dR/dt are the cross products of omega with the axes
+    for axis, expected in (((1.0, 0.0, 0.0), (0.0, r, -q)), ((0.0, 1.0, 0.0), (-r, 0.0, p))):
+        moved = [(y - x) / (2 * h) for x, y in zip(to_ned(a, axis), to_ned(b, axis), strict=True)]
+        assert to_body(rotation(phi, theta, psi), tuple(moved)) == pytest.approx(expected, abs=1e-8)
+
+
+@given(st.floats(-1e6, 1e6))
+def test_wrap(angle):
+    wrapped = wrap(angle)
+    assert -math.pi <= wrapped < math.pi
+    assert math.cos(wrapped - angle) == pytest.approx(1.0, abs=1e-9)

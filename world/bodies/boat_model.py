@@ -1,0 +1,126 @@
+"""The numbers of a simulated boat, as a section [VSIM/Model/...] of type ASV has them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from world.bodies.model_section import ModelSection
+
+KINDS = ("ASV", "USV")
+
+
+@dataclass(frozen=True)
+class Propeller:
+    """A thruster: F = (gain n - loss u) |n| in N, with n in revolutions per second and u in m/s; astern times reverse.
+
+    `full_speed` is n at full actuation, reached with the time constant `lag` (s); `x`, `y` is where it pushes (m), at
+    an `angle` (rad) from ahead.
+    """
+
+    gain: float
+    loss: float
+    full_speed: float
+    reverse: float
+    lag: float
+    x: float
+    y: float
+    angle: float
+
+
+@dataclass(frozen=True)
+class Rudder:
+    """A rudder of an `area` (m²) with an aspect ratio, at `x`, `y` (m); a `share` of it is in a propeller's stream.
+
+    The stream is that of the propeller with the rudder's number, of a `diameter` (m).
+    """
+
+    area: float
+    aspect: float
+    x: float
+    y: float
+    share: float
+    diameter: float
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceModel:
+    """Mass, geometry and coefficients of a boat in SI units; body frame forward, starboard, down, origin midships.
+
+    `inertia` is the moment about the origin, `centre` how far ahead of it the centre of gravity is. `added` are the
+    derivatives by accelerations of X by that of u, Y by v, N by r, and Y by r. `linear` and `quadratic` are the
+    coefficients of drag X_u, Y_v, N_r, Y_r, N_v; `lift` those of Y_uv, Y_ur, N_uv, N_ur. `cross_flow` are length and
+    draught (m) and a drag coefficient. `munk` says whether the added masses turn the boat, or the other coefficients
+    hold that. `wind` are the frontal and the lateral area (m²), the length (m), and the coefficients c_x, c_y, c_n.
+    """
+
+    mass: float
+    inertia: float
+    centre: float
+    added: tuple[float, ...]
+    linear: tuple[float, ...]
+    quadratic: tuple[float, ...]
+    lift: tuple[float, ...]
+    cross_flow: tuple[float, ...]
+    munk: bool
+    wind: tuple[float, ...]
+    rudders: tuple[Rudder, ...]
+    engines: tuple[Propeller, ...]
+
+
+def is_boat(value: Callable[[str, str], str], name: str) -> bool:
+    """Whether the model of this name is a boat, with `value(section, option)` giving the texts of the profile."""
+    return value(f"VSIM/Model/{name}", "Type") in KINDS
+
+
+def read_surface_model(value: Callable[[str, str], str], name: str) -> SurfaceModel:
+    """The model of a section, with `value(section, option)` giving its texts. Raises ModelError."""
+    section = ModelSection(value, name)
+
+    def positive(option: str) -> float:
+        (found,) = section.positive(option)
+        return found
+
+    def damping(option: str) -> tuple[float, ...]:
+        found = section.numbers(option, 5, (0.0,) * 5)
+        if max(found[:3]) > 0.0:
+            raise section.error(f"{option}: drag of surge, sway and yaw cannot be more than 0")
+        return found
+
+    def engine(i: int) -> Propeller:
+        gain, loss, rpm = section.numbers(f"Engine Parameters {i}", 3)
+        (reverse,) = section.numbers(f"Engine Reverse Factor {i}", 1, (1.0,))
+        (lag,) = section.numbers(f"Engine Time Constant {i}", 1, (0.0,))
+        if min(gain, rpm) <= 0.0 or min(loss, reverse, lag) < 0.0:
+            raise section.error(f"engine {i} has a number that is less than 0")
+        x, y, _ = section.numbers(f"Engine Position {i}", 3, (0.0, 0.0, 0.0))
+        angle, _ = section.numbers(f"Engine Orientation {i}", 2, (0.0, 0.0))
+        return Propeller(gain, loss, rpm / 60.0, reverse, lag, x, y, angle)
+
+    def rudder(i: int) -> Rudder:
+        x, y, _ = section.numbers(f"Rudder Position {i}", 3)
+        share, diameter = section.numbers(f"Rudder Slipstream {i}", 2, (0.0, 1.0))
+        if not 0.0 <= share <= 1.0 or diameter <= 0.0:
+            raise section.error(f"Rudder Slipstream {i} is not a share from 0 to 1 and a diameter")
+        if share and i >= section.count("Engine Count"):
+            raise section.error(f"Rudder Slipstream {i}: there is no engine {i}")
+        return Rudder(positive(f"Rudder Area {i}"), positive(f"Rudder Aspect Ratio {i}"), x, y, share, diameter)
+
+    mass, inertia = positive("Mass"), positive("Yaw Inertia")
+    (centre,) = section.numbers("Centre of Gravity", 1, (0.0,))
+    added = section.numbers("Added Mass Coefficients", 4, (0.0,) * 4)
+    surge, sway, yaw = mass - added[0], mass - added[1], inertia - added[2]
+    if min(surge, sway, yaw) <= 0.0 or sway * yaw <= (mass * centre - added[3]) ** 2:
+        raise section.error("mass and Added Mass Coefficients make no inertia that is more than 0")
+    return SurfaceModel(
+        mass=mass,
+        inertia=inertia,
+        centre=centre,
+        added=added,
+        linear=damping("Linear Drag Coefficients"),
+        quadratic=damping("Quadratic Drag Coefficients"),
+        lift=section.numbers("Body Lift Coefficients", 4, (0.0,) * 4),
+        cross_flow=section.numbers("Cross Flow", 3, (0.0,) * 3),
+        munk=section.text("Munk Moment") not in ("false", "False", "0"),
+        wind=section.numbers("Wind", 6, (0.0,) * 6),
+        rudders=tuple(rudder(i) for i in range(section.count("Rudder Count"))),
+        engines=tuple(engine(i) for i in range(section.count("Engine Count"))),
+    )

@@ -1,0 +1,125 @@
+"""How a multirotor moves: thrust along its mast, tilt, gravity, drag in moving air, and the ground."""
+
+import math
+from dataclasses import dataclass
+
+from world.attitude import Matrix, Vector, body_rates, rotation, to_body, wrap
+
+GRAVITY = 9.80665
+LIMIT = 1e3  # m/s, no vehicle is faster
+
+
+@dataclass(frozen=True)
+class Airframe:
+    """What a multirotor is like: kg, N at full rotor speed, s, rad/s; drag in N s/m and N s²/m², `tilt` in rad."""
+
+    mass: float = 3.0
+    thrust: float = 60.0
+    rotor_lag: float = 0.05
+    bandwidth: float = 12.0
+    damping: float = 0.8
+    tilt: float = math.radians(45.0)
+    yaw_lag: float = 0.2
+    yaw_rate: float = math.radians(120.0)
+    linear_drag: float = 0.35
+    quadratic_drag: float = 0.02
+
+    @property
+    def hover(self) -> float:
+        """The rotor speed that carries the weight, as a share of the full one."""
+        return math.sqrt(self.mass * GRAVITY / self.thrust)
+
+
+class Multirotor:
+    """A multirotor over flat ground. All attributes are of the same instant; `step` moves them on.
+
+    `x`, `y`, `z` are m north, east and down of where it stood, `vn`, `ve`, `vd` m/s over ground, `p`, `q`, `r` rad/s in
+    the body frame, `wind` m/s north, east and down. Thrust acts along the mast, with the square of the rotor speed, and
+    m dv/dt = m g e3 - T R e3 - (k1 + k2 |v - w|) (v - w), with drag of the rotors and of the body (Mahony, Kumar and
+    Corke, Multirotor Aerial Vehicles, IEEE Robotics & Automation Magazine 19(3), 2012). Roll and pitch follow their
+    commands as its attitude controller has them do: as a damped oscillator; rotors and yaw rate as first-order lags.
+
+    On the ground it stands until thrust exceeds weight; `impact` is the speed (m/s) of the last touchdown.
+    """
+
+    def __init__(self, airframe: Airframe):
+        self.airframe = airframe
+        self.x = self.y = self.z = 0.0
+        self.vn = self.ve = self.vd = 0.0
+        self.phi = self.theta = self.psi = 0.0
+        self.p = self.q = self.r = 0.0
+        self.wind: Vector = (0.0, 0.0, 0.0)
+        self.rotors = 0.0
+        self.impact = 0.0
+        self.on_ground = True
+        self._roll = self._pitch = self._turn = self._rotors = 0.0
+        self._phi_rate = self._theta_rate = self._psi_rate = 0.0
+
+    def roll(self, angle: float) -> None:
+        """Command a roll (rad)."""
+        limit = self.airframe.tilt
+        self._roll = max(-limit, min(limit, angle))
+
+    def pitch(self, angle: float) -> None:
+        """Command a pitch (rad)."""
+        limit = self.airframe.tilt
+        self._pitch = max(-limit, min(limit, angle))
+
+    def turn(self, rate: float) -> None:
+        """Command a rate of the heading (rad/s)."""
+        limit = self.airframe.yaw_rate
+        self._turn = max(-limit, min(limit, rate))
+
+    def drive(self, share: float) -> None:
+        """Command a rotor speed as a share of the full one."""
+        self._rotors = max(0.0, min(1.0, share))
+
+    @property
+    def air_velocity(self) -> Vector:
+        """Velocity through the air in the body frame (m/s)."""
+        north, east, down = self.wind
+        return to_body(self._attitude, (self.vn - north, self.ve - east, self.vd - down))
+
+    @property
+    def _attitude(self) -> Matrix:
+        return rotation(self.phi, self.theta, self.psi)
+
+    def step(self, h: float) -> None:
+        """Move on by `h` s. Raises ArithmeticError where the motion has no bounds."""
+        a = self.airframe
+        self._incline(h)
+        self.rotors += (self._rotors - self.rotors) * -math.expm1(-h / a.rotor_lag)
+        lift = a.thrust * self.rotors * self.rotors / a.mass
+        cp, sp, cr, sr = math.cos(self.theta), math.sin(self.theta), math.cos(self.phi), math.sin(self.phi)
+        if self.on_ground and lift * cp * cr <= GRAVITY:
+            self.vn = self.ve = self.vd = 0.0
+            return
+        self.on_ground = False
+        cy, sy = math.cos(self.psi), math.sin(self.psi)
+        wn, we, wd = self.vn - self.wind[0], self.ve - self.wind[1], self.vd - self.wind[2]
+        drag = (a.linear_drag + a.quadratic_drag * math.sqrt(wn * wn + we * we + wd * wd)) / a.mass
+        vn = self.vn + h * (-lift * (cy * sp * cr + sy * sr) - drag * wn)
+        ve = self.ve + h * (-lift * (sy * sp * cr - cy * sr) - drag * we)
+        vd = self.vd + h * (GRAVITY - lift * cp * cr - drag * wd)
+        if not abs(vn) + abs(ve) + abs(vd) < LIMIT:
+            raise ArithmeticError(f"at {vn:.3g}, {ve:.3g}, {vd:.3g} m/s")
+        self.x += 0.5 * h * (self.vn + vn)
+        self.y += 0.5 * h * (self.ve + ve)
+        self.z += 0.5 * h * (self.vd + vd)
+        self.vn, self.ve, self.vd = vn, ve, vd
+        if self.z >= 0.0 and vd >= 0.0:
+            self.impact, self.on_ground = vd, True
+            self.z = self.vn = self.ve = self.vd = 0.0
+
+    def _incline(self, h: float) -> None:
+        """Turn towards the commands; on the ground the legs keep it level and in its heading."""
+        a, stands = self.airframe, self.on_ground
+        roll, pitch, turn = (0.0, 0.0, 0.0) if stands else (self._roll, self._pitch, self._turn)
+        stiffness, damping = a.bandwidth * a.bandwidth, 2.0 * a.damping * a.bandwidth
+        self._phi_rate += h * (stiffness * (roll - self.phi) - damping * self._phi_rate)
+        self._theta_rate += h * (stiffness * (pitch - self.theta) - damping * self._theta_rate)
+        self._psi_rate = 0.0 if stands else self._psi_rate + (turn - self._psi_rate) * -math.expm1(-h / a.yaw_lag)
+        self.phi += h * self._phi_rate
+        self.theta += h * self._theta_rate
+        self.psi = wrap(self.psi + h * self._psi_rate)
+        self.p, self.q, self.r = body_rates(self.phi, self.theta, self._phi_rate, self._theta_rate, self._psi_rate)

@@ -1,0 +1,123 @@
+"""How bright and in what colour water, sea surface, sky and seabed are: linear light, 0 to 1, colours first."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from world.pictures.texture import TONES
+
+Floats = NDArray[np.floating[Any]]
+
+ROWS = 1024  # steps of the sine of the elevation, from the horizon to the nadir or the zenith
+SUMS = 2 * TONES  # the tones of two textures are added
+CONTRAST_LEFT = 3.912  # -ln 0.02: visibility is where 2 % of the contrast is left (Koschmieder)
+WINDOW = math.cos(math.asin(1 / 1.34))  # cosine of the zenith angle inside which the sky is seen from below
+
+
+def rgb(red: float, green: float, blue: float) -> Floats:
+    """(3, 1, 1)"""
+    return np.array([red, green, blue], dtype=np.float32)[:, np.newaxis, np.newaxis]
+
+
+def sines() -> Floats:
+    """(ROWS, 1) sines of the elevation."""
+    return ((np.arange(ROWS, dtype=np.float32) + 0.5) / ROWS)[:, np.newaxis]
+
+
+def tones() -> Floats:
+    """(SUMS,) texture from 0 to 1."""
+    return np.arange(SUMS, dtype=np.float32) / (SUMS - 2)
+
+
+@dataclass(frozen=True)
+class Medium:
+    """Water or air: 1/m of `attenuation` along a beam and of `extinction` of daylight with depth, by colour.
+
+    `glow` is what endlessly much of it scatters to the camera from the horizon.
+    """
+
+    attenuation: Floats
+    extinction: Floats
+    glow: Floats
+
+    def daylight(self, depth: float, exposed_at: float) -> Floats:
+        """Light at a depth for a camera that exposes green right at another."""
+        brightest = 60.0  # of the exponent: white at any rate, and within single precision
+        return np.exp(np.minimum(self.extinction[1] * exposed_at - self.extinction * depth, brightest))
+
+    def transmission(self, distance: Floats) -> Floats:
+        """(3, n, m) share of the light that is left after a distance (n, m) in m."""
+        return np.exp(-self.attenuation * distance)
+
+
+def water(visibility: float) -> Medium:
+    """Green coastal water through which green is seen as far as `visibility` m."""
+    beam = CONTRAST_LEFT / visibility
+    return Medium(beam * rgb(1.4, 1.0, 1.08), beam * rgb(0.28, 0.2, 0.23), rgb(0.014, 0.115, 0.145))
+
+
+def air(visibility: float) -> Medium:
+    beam = CONTRAST_LEFT / visibility
+    return Medium(beam * rgb(1.0, 1.1, 1.25), rgb(0.0, 0.0, 0.0), rgb(0.60, 0.71, 0.80))
+
+
+def sideways(glow: Floats, upward: Floats) -> Floats:
+    """(3, n, m) the glow of water by the sine of the elevation (n, m): brightest from above."""
+    return glow * (0.5 + 1.1 * (0.5 + 0.5 * upward) ** 1.3)
+
+
+def seabed() -> Floats:
+    """(3, 1, SUMS) reflectance of sand by texture."""
+    dark, bright = rgb(0.17, 0.14, 0.09), rgb(2.9, 2.3, 1.55)
+    return dark + (bright - dark) * tones() ** 1.6
+
+
+def surface_from_below() -> Floats:
+    """(3, ROWS, SUMS): the sky inside Snell's window, a mirror of the deep outside; waves fray the edge."""
+    cosine = sines() + 0.55 * (tones() - 0.5)
+    inside = np.clip((cosine - WINDOW) / 0.14 + 0.5, 0.0, 1.0)
+    inside = inside * inside * (3 - 2 * inside)
+    window = rgb(1.15, 1.3, 1.45) * (0.45 + 0.55 * np.clip(cosine, 0.0, 1.0))
+    mirror = rgb(0.02, 0.14, 0.16) * (0.75 + 1.1 * tones())
+    return mirror + (window - mirror) * inside
+
+
+def sky(sine: Floats) -> Floats:
+    """(3, n, m) clear sky by the sine of the elevation (n, m)."""
+    horizon, zenith = rgb(0.60, 0.71, 0.80), rgb(0.075, 0.20, 0.50)
+    return zenith + (horizon - zenith) * np.exp(-4.0 * sine)
+
+
+def sea() -> Floats:
+    """(3, ROWS, SUMS): the sea from above: mirrored sky (Schlick's Fresnel term), light from within, crests of foam."""
+    slope = tones() - 0.5
+    cosine = np.clip(0.93 * sines() + 0.07 + 0.6 * slope, 0.0, 1.0)
+    mirrored = 0.02 + 0.70 * (1 - cosine) ** 5
+    body = rgb(0.006, 0.055, 0.085) * (1.0 + 1.6 * np.clip(slope + 0.1, 0.0, 1.0))
+    foam = np.clip((tones() - 0.86) / 0.10, 0.0, 1.0) * 0.7
+    colours = body + (sky(cosine) - body) * mirrored
+    return colours + (0.85 - colours) * foam
+
+
+def clouds() -> Floats:
+    """(3, ROWS, SUMS): clouds before the sky."""
+    clear = sky(sines())
+    cover = np.clip((tones() - 0.08) * 2.4, 0.0, 1.0)
+    white = 0.95 - 0.35 * np.clip(tones() * 1.5 - 0.45, 0.0, 1.0)
+    return clear + (white - clear) * cover
+
+
+def encode(linear: Floats) -> Floats:
+    """Linear light to 0..255, with a gamma of 2."""
+    return np.sqrt(np.clip(linear, 0.0, 1.0)) * np.float32(255.0)
+
+
+def words(linear: Floats) -> NDArray[np.uint32]:
+    """RGBA words of (3, n, m) linear light: flat."""
+    pixels = np.full((linear[0].size, 4), 255, dtype=np.uint8)
+    for channel, values in enumerate(encode(linear)):
+        pixels[:, channel] = values.ravel()
+    return pixels.view(np.uint32).ravel()

@@ -1,0 +1,91 @@
+"""Micro underwater gliders: bright yellow bodies, drawn over the faces of a fisheye camera."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from world.pictures.faces import pixel_axis
+from world.pictures.light import rgb
+
+Floats = NDArray[np.floating[Any]]
+
+LENGTH = 0.8  # m
+RADIUS = 0.08  # m
+YELLOW = rgb(3.2, 1.9, 0.02)
+RIM = math.radians(80.0)  # a face ends before, at 45°
+
+
+@dataclass(frozen=True)
+class Mug:
+    """A glider that points to `heading` (rad); its middle lies at (north, east, down) m from the camera."""
+
+    centre: tuple[float, float, float]
+    heading: float = 0.0
+
+
+def draw(
+    face: NDArray[np.uint8],
+    turn: NDArray[np.float64],
+    rows: tuple[int, int],
+    mug: Mug,
+    light: Callable[[Floats, Floats], Floats],
+) -> None:
+    """Draws a glider into `rows` of a face (w, w, 4), whose optical frame `turn` (3, 3) turns to NED.
+
+    `light(reflected, distance)` is what the camera sees, 0 to 255, of reflectances (3, n, m) at distances (n, m) in m.
+    """
+    width = face.shape[0]
+    centre = turn.T @ np.array(mug.centre)
+    bow = turn.T @ np.array([math.cos(mug.heading), math.sin(mug.heading), 0.0])
+    window = _window(centre, LENGTH / 2, width, rows)
+    if window is None:
+        return
+    axis = pixel_axis(width)
+    x, y = np.meshgrid(axis[window[1]], axis[window[0]])
+    ray = np.stack([x, y, np.ones_like(x)])
+    norm = np.linalg.norm(ray, axis=0)
+    ray /= norm
+    # Nearest points of the ray and of the body's axis.
+    along, ahead, aside = _dot(bow, ray), _dot(centre, ray), float(centre @ bow)
+    half = LENGTH / 2 - RADIUS
+    place = np.clip((along * ahead - aside) / np.maximum(1 - along * along, 1e-9), -half, half)
+    distance = ahead + place * along
+    apart = centre[:, None, None] + place * bow[:, None, None] - distance * ray
+    gap = np.linalg.norm(apart, axis=0)
+    pixel = distance * 2 / width / norm**2
+    cover = np.where(distance > 0, np.clip((RADIUS - gap) / pixel + 0.5, 0.0, 1.0), 0.0)
+    if not cover.any():
+        return
+    normal = -apart / RADIUS - ray * np.sqrt(np.clip(1 - (gap / RADIUS) ** 2, 0.0, 1.0))
+    lit = 0.4 + 0.6 * np.clip(-_dot(turn.T @ np.array([0.0, 0.0, 1.0]), normal), 0.0, 1.0)
+    colour = np.moveaxis(light((YELLOW * lit).astype(np.float32), distance.astype(np.float32)), 0, -1)
+    shown = face[window[0], window[1], :3]
+    shown[...] = np.rint(shown + (colour - shown) * cover[..., np.newaxis])
+
+
+def _dot(vector: NDArray[np.float64], field: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.tensordot(vector, field, axes=1)
+
+
+def _window(
+    centre: NDArray[np.float64], radius: float, width: int, rows: tuple[int, int]
+) -> tuple[slice, slice] | None:
+    """Rows and columns of a face that a ball can touch; None if there are none."""
+    x, y, z = (float(value) for value in centre)
+    spans: list[slice] = []
+    for across, (first, last) in ((y, rows), (x, (0, width))):
+        away = math.hypot(across, z)
+        if away > radius:
+            middle, half = math.atan2(across, z), math.asin(radius / away)
+            low, high = (
+                (math.tan(max(-RIM, min(RIM, angle))) + 1) * width / 2 for angle in (middle - half, middle + half)
+            )
+            first, last = max(first, math.floor(low) - 1), min(last, math.ceil(high) + 1)
+        if first >= last:
+            return None
+        spans.append(slice(first, last))
+    return spans[0], spans[1]

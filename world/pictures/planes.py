@@ -1,0 +1,141 @@
+"""Casts the rays of square faces onto textured horizontal planes below and above the camera."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from world.pictures.faces import pixel_axis
+from world.pictures.light import ROWS, SUMS
+from world.pictures.texture import LEVELS, SIZE, STRIDE, level_offset
+
+Floats = NDArray[np.floating[Any]]
+Words = NDArray[np.uint32]
+
+STRIP = 32  # rows of a face that are cast at once: their scratch stays in the second cache level
+GRAZING = 1e-4  # sine of the elevation, next to the horizon, below which no texture is told apart
+FAR = 64 * SIZE  # keeps texture coordinates positive, so that cutting them off rounds them down
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A texture laid on a plane: pyramid (see texture.pyramid), texel size in m, heading in rad, drift in m/s."""
+
+    pyramid: NDArray[np.uint8]
+    texel: float
+    heading: float = 0.0
+    drift: float = 0.0
+
+
+@dataclass(frozen=True)
+class Plane:
+    """One plane as one picture shows it: `distance` m below (side 1) or above (side -1) the camera.
+
+    The tones of both layers are added. `palette` (ROWS * SUMS) holds the RGBA words by elevation and sum of tones.
+    """
+
+    side: int
+    distance: float
+    layers: tuple[Layer, Layer]
+    palette: Words
+
+
+class Caster:
+    """Faces of `width` px, cast strip by strip."""
+
+    def __init__(self, width: int):
+        self.width = width
+        self.axis = pixel_axis(width)
+        length = np.sqrt(1 + self.axis[np.newaxis, :] ** 2 + self.axis[:, np.newaxis] ** 2)
+        # Steps of the palette to which a ray of length 1 through each pixel climbs, per unit of its height.
+        self.steps = (ROWS / length).astype(np.float32)
+
+    def cast(
+        self,
+        atlas: Words,
+        faces: NDArray[np.float64],
+        rows: Sequence[tuple[int, int]],
+        planes: tuple[Plane, Plane],
+        position: tuple[float, float],
+        time: float,
+    ) -> None:
+        """Fills `rows` of each face; `faces` (n, 3, 3) turn optical frames to NED, `position` is north, east in m."""
+        below, above = (Shot(self, plane, position, time) for plane in planes)
+        pixels = atlas[:-1].reshape(len(faces), self.width, self.width)
+        for turn, (first, last), face in zip(faces, rows, pixels, strict=True):
+            for start in range(first, last, STRIP):
+                strip = slice(start, min(start + STRIP, last))
+                out, down = face[strip], self.affine(turn[2], strip)
+                if down.min() > GRAZING:
+                    below.shade(out, turn, strip, down)
+                elif down.max() < -GRAZING:
+                    above.shade(out, turn, strip, -down)
+                else:
+                    sky = np.empty_like(out)
+                    above.shade(sky, turn, strip, np.maximum(-down, GRAZING))
+                    below.shade(out, turn, strip, np.maximum(down, GRAZING))
+                    np.copyto(out, sky, where=down < 0)
+
+    def affine(self, row: NDArray[np.float64], strip: slice) -> Floats:
+        """row · (x, y, 1) at the pixels of a strip, for x, y from -1 to 1 across the face."""
+        a, b, c = row.astype(np.float32)
+        return a * self.axis[np.newaxis, :] + (b * self.axis[strip, np.newaxis] + c)
+
+
+class Shot:
+    """A plane with what stays the same all over one picture of it."""
+
+    def __init__(self, caster: Caster, plane: Plane, position: tuple[float, float], time: float):
+        self.caster = caster
+        self.palette = plane.palette
+        self.prints = [Print(layer, plane.distance, 2 / caster.width, position, time) for layer in plane.layers]
+
+    def shade(self, out: Words, turn: NDArray[np.float64], strip: slice, height: Floats) -> None:
+        """Colours pixels whose rays, of length 1 along the face's axis, come `height` > 0 nearer to the plane."""
+        step = (height * self.caster.steps[strip]).astype(np.int64)
+        np.minimum(step, ROWS - 1, out=step)
+        index = step * SUMS
+        scale = np.reciprocal(height)
+        for layer in self.prints:
+            across, down = (self.caster.affine(axis @ turn, strip) * scale for axis in layer.axes)
+            index += layer.tones(across, down, step)
+        np.take(self.palette, index, out=out, mode="clip")
+
+
+class Print:
+    """A layer as one picture shows it: `axes` (2, 3) takes directions in NED to texels across and down the texture."""
+
+    def __init__(self, layer: Layer, distance: float, pixel: float, position: tuple[float, float], time: float):
+        self.pyramid = layer.pyramid
+        cos, sin = math.cos(layer.heading) / layer.texel, math.sin(layer.heading) / layer.texel
+        axes = np.array([[-sin, cos, 0.0], [cos, sin, 0.0]])
+        self.axes = axes * distance
+        across, down = axes[:, :2] @ np.array(position)
+        across += layer.drift * time / layer.texel
+        self.origin = np.float32(across % SIZE + FAR), np.float32(down % SIZE + FAR)
+        sine = (np.arange(ROWS) + 0.5) / ROWS
+        # Between the extent of a pixel along the view, that grows with sine**-2, and across it, with sine**-1.
+        footprint = pixel * distance / layer.texel * sine**-1.75
+        self.level = np.clip(np.ceil(np.log2(footprint) - 0.3), 0, LEVELS - 1).astype(np.int32)
+        self.column = level_offset(self.level)
+
+    def tones(self, across: Floats, down: Floats, step: NDArray[np.int64]) -> NDArray[np.uint8]:
+        """The texture at a distance in texels from below the camera, as coarse as its elevation asks for."""
+        column, row = (self._whole(*place) for place in ((across, self.origin[0]), (down, self.origin[1])))
+        level = self.level.take(step, mode="clip")
+        row >>= level
+        column >>= level
+        row *= STRIDE
+        row += column
+        row += self.column.take(step, mode="clip")
+        return self.pyramid.take(row, mode="clip")
+
+    def _whole(self, texels: Floats, origin: np.float32) -> NDArray[np.int32]:
+        texels += origin
+        with np.errstate(invalid="ignore"):  # beyond all range next to the horizon, where the texture is one texel
+            whole = texels.astype(np.int32)
+        whole &= SIZE - 1
+        return whole

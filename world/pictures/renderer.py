@@ -1,0 +1,71 @@
+"""Renders the surroundings of a vehicle into the faces of a fisheye camera that looks down."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from world.pictures.faces import empty_atlas, rotations
+from world.pictures.mug import Mug, draw
+from world.pictures.planes import Caster
+from world.pictures.scenes import Pose, Surroundings
+
+# Nadir mount: the top of the image looks to the bow. Columns are the camera's x, y, z in the body frame.
+MOUNT = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+def attitude(roll: float, pitch: float, yaw: float) -> NDArray[np.float64]:
+    """Rz(yaw) Ry(pitch) Rx(roll): body to NED."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    return np.array(
+        [
+            [cp * cy, sr * sp * cy - cr * sy, cr * sp * cy + sr * sy],
+            [cp * sy, sr * sp * sy + cr * cy, cr * sp * sy - sr * cy],
+            [-sp, sr * cp, cr * cp],
+        ]
+    )
+
+
+def camera(pose: Pose) -> NDArray[np.float64]:
+    """(3, 3) rotation from the optical frame of the camera to NED."""
+    return attitude(pose.roll, pose.pitch, pose.yaw) @ MOUNT
+
+
+class Renderer:
+    """Five or six faces of `width` px, of which only `rows` (see Lookup) are drawn; all of them by default.
+
+    `mugs` are places north and east of the scene's origin in m.
+    """
+
+    def __init__(
+        self,
+        scene: Surroundings,
+        width: int,
+        faces: int = 5,
+        rows: Sequence[tuple[int, int]] = (),
+        mugs: Sequence[tuple[float, float]] = (),
+    ):
+        self.scene = scene
+        self.width = width
+        self.faces = rotations(faces)
+        self.rows = tuple(rows) or ((0, width),) * faces
+        self.mugs = tuple(mugs)
+        self.caster = Caster(width)
+
+    def render(self, pose: Pose) -> NDArray[np.uint32]:
+        """The atlas of the faces (see faces.empty_atlas) at a pose; its height must be positive."""
+        atlas = empty_atlas(len(self.faces), self.width)
+        turns = camera(pose) @ self.faces
+        self.caster.cast(atlas, turns, self.rows, self.scene.planes(pose), (pose.north, pose.east), pose.time)
+        pixels = atlas[:-1].view(np.uint8).reshape(len(turns), self.width, self.width, 4)
+        for mug in self.place(pose):
+            look = self.scene.seen(pose, -mug.centre[2] / float(np.linalg.norm(mug.centre)))
+            for face, turn, rows in zip(pixels, turns, self.rows, strict=True):
+                draw(face, turn, rows, mug, look)
+        return atlas
+
+    def place(self, pose: Pose) -> list[Mug]:
+        """The gliders as seen from the camera, the farthest first."""
+        down = pose.height - self.scene.floating
+        mugs = [Mug((north - pose.north, east - pose.east, down)) for north, east in self.mugs]
+        return sorted(mugs, key=lambda mug: -float(np.linalg.norm(mug.centre)))

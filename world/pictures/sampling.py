@@ -1,0 +1,121 @@
+"""Putting a fisheye picture together from its faces, along a look-up table."""
+
+import importlib
+import importlib.util
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from world.pictures.lookup import Lookup
+
+Atlas = NDArray[np.uint32]
+Image = NDArray[np.uint8]
+
+INTERPOLATIONS = ("nearest", "bilinear")
+TILE = 1 << 15  # pixels per step of the blend: what the second cache level holds
+EVEN_BYTES = np.uint32(0x00FF00FF)
+HALVES = np.uint32(0x00800080)
+EIGHT = np.uint32(8)
+WHOLE = np.uint32(256)
+
+
+def sampler(lookup: Lookup, interpolation: str) -> Callable[[Atlas], Image]:
+    """Makes an atlas (see faces.stack) into a picture (size, size, 4); OpenCV blends if it is installed."""
+    if interpolation == "nearest":
+        return Nearest(lookup)
+    return Remap(lookup) if importlib.util.find_spec("cv2") is not None else Blend(lookup)
+
+
+class Nearest:
+    """The nearest pixel of the face."""
+
+    def __init__(self, lookup: Lookup):
+        self.size, self.pixels = lookup.size, _pixels(lookup)
+        last = lookup.face_width - 1
+        column, row = (
+            np.clip(np.floor(np.nan_to_num(a) + 0.5), 0, last).astype(np.int64) for a in (lookup.u, lookup.v)
+        )
+        self.index = _index(lookup, column, row)
+
+    def __call__(self, atlas: Atlas) -> Image:
+        _check(atlas, self.pixels)
+        picture = np.empty(self.size * self.size, dtype=np.uint32)
+        # np.take runs on an int64 index with mode clip without a converted copy or a buffered output.
+        np.take(atlas, self.index, out=picture, mode="clip")
+        return _image(picture, self.size)
+
+
+class Blend:
+    """The four nearest pixels of the same face, blended in NumPy: two colours at a time in the halves of a word."""
+
+    def __init__(self, lookup: Lookup):
+        self.size, self.pixels, self.width = lookup.size, _pixels(lookup), lookup.face_width
+        last = lookup.face_width - 1
+        u, v = (np.clip(np.nan_to_num(a), 0, last) for a in (lookup.u, lookup.v))
+        column, row = (np.clip(np.floor(a), 0, max(0, last - 1)).astype(np.int64) for a in (u, v))
+        self.corner = _index(lookup, column, row)
+        self.right, self.below = (np.rint(a.ravel() * 256).astype(np.uint32) for a in (u - column, v - row))
+
+    def __call__(self, atlas: Atlas) -> Image:
+        _check(atlas, self.pixels)
+        picture = np.zeros(self.size * self.size, dtype=np.uint32)
+        for start in range(0, picture.size, TILE):
+            part = slice(start, start + TILE)
+            corner, right, below = self.corner[part], self.right[part], self.below[part]
+            upper = atlas.take(corner, mode="clip"), atlas.take(corner + 1, mode="clip")
+            corner = corner + self.width
+            lower = atlas.take(corner, mode="clip"), atlas.take(corner + 1, mode="clip")
+            for shift in (np.uint32(0), EIGHT):
+                top, bottom = (_mix(left >> shift, other >> shift, right) for left, other in (upper, lower))
+                picture[part] |= _mix(top, bottom, below) << shift
+        return _image(picture, self.size)
+
+
+class Remap:
+    """The four nearest pixels of the same face, blended by OpenCV."""
+
+    def __init__(self, lookup: Lookup):
+        self.cv2 = importlib.import_module("cv2")
+        self.size, self.pixels, self.width = lookup.size, _pixels(lookup), lookup.face_width
+        last, nowhere = lookup.face_width - 1, -10.0
+        below = np.clip(lookup.v, 0, last) + lookup.face.astype(np.float64) * lookup.face_width
+        self.x = np.nan_to_num(np.clip(lookup.u, 0, last), nan=nowhere).astype(np.float32)
+        self.y = np.nan_to_num(below, nan=nowhere).astype(np.float32)
+
+    def __call__(self, atlas: Atlas) -> Image:
+        _check(atlas, self.pixels)
+        pixels = atlas[:-1].view(np.uint8).reshape(-1, self.width, 4)
+        return np.asarray(self.cv2.remap(pixels, self.x, self.y, self.cv2.INTER_LINEAR), dtype=np.uint8)
+
+
+def _pixels(lookup: Lookup) -> int:
+    return lookup.faces * lookup.face_width**2
+
+
+def _index(lookup: Lookup, column: NDArray[np.int64], row: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Flat index into the atlas; the black pixel behind the faces where there is no face."""
+    index = (lookup.face.astype(np.int64) * lookup.face_width + row) * lookup.face_width + column
+    index[lookup.face < 0] = _pixels(lookup)
+    return index.ravel()
+
+
+def _mix(first: Atlas, second: Atlas, weight: NDArray[np.uint32]) -> Atlas:
+    """Bytes 0 and 2 of two words, `weight`/256 of the second, rounded."""
+    mixed, other = first & EVEN_BYTES, second & EVEN_BYTES
+    mixed *= WHOLE - weight
+    other *= weight
+    mixed += other
+    mixed += HALVES
+    mixed >>= EIGHT
+    mixed &= EVEN_BYTES
+    return mixed
+
+
+def _check(atlas: Atlas, pixels: int) -> None:
+    if atlas.shape != (pixels + 1,):
+        raise ValueError(f"the atlas has {atlas.size} pixels; the faces have {pixels}, and one more is black")
+
+
+def _image(picture: Atlas, size: int) -> Image:
+    return picture.view(np.uint8).reshape(size, size, 4)

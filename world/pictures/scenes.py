@@ -1,0 +1,120 @@
+"""The two places where a vehicle takes pictures: over a seabed under water, and over the sea in the air."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from world.pictures import light, texture
+from world.pictures.mug import RADIUS
+from world.pictures.planes import Layer, Plane
+
+Floats = NDArray[np.floating[Any]]
+
+CLOUDS = 900.0  # height of the clouds, m
+SHALLOWEST = 0.05  # m; any nearer, and a few texels of the surface would fill the sky
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where the camera is: m north and east of the scene's origin, Euler angles of body to NED in rad.
+
+    `height` is m above the seabed or the sea surface, `depth` m below the sea surface; `time` in s moves the waves.
+    """
+
+    north: float
+    east: float
+    height: float
+    depth: float = 0.0
+    roll: float = 0.0
+    pitch: float = 0.0
+    yaw: float = 0.0
+    time: float = 0.0
+
+
+class Seabed:
+    """Rippled sand below, the waves of the sea surface above, and water in between."""
+
+    visibility = 20.0
+    floating = RADIUS  # height of a glider's middle above the ground, m
+
+    def __init__(self, visibility: float, random: Generator):
+        self.water = light.water(visibility)
+        sand, patches, waves = (texture.pyramid(f(random)) for f in (texture.sand, texture.patches, texture.waves))
+        self.bottom = Layer(sand, 0.012, 0.3), Layer(patches, 0.083, 1.1)
+        self.surface = Layer(waves, 0.02, 0.5, 0.7), Layer(waves, 0.083, 0.9, 1.6)
+        self.bottom_colours, self.surface_colours = light.seabed(), light.surface_from_below()
+
+    def planes(self, pose: Pose) -> tuple[Plane, Plane]:
+        """What lies below and above the camera."""
+        depth = max(pose.depth, SHALLOWEST)
+        on_bottom, on_top = (self.water.daylight(d, depth) for d in (depth + pose.height, 0.0))
+        return (
+            Plane(1, pose.height, self.bottom, self._palette(self.bottom_colours * on_bottom, 1, pose.height, depth)),
+            Plane(-1, depth, self.surface, self._palette(self.surface_colours * on_top, -1, depth, depth)),
+        )
+
+    def seen(self, pose: Pose, sine: float) -> Callable[[Floats, Floats], Floats]:
+        """How a body near the ground looks from the camera, `sine` being that of the elevation (see mug.draw)."""
+        depth = max(pose.depth, SHALLOWEST)
+        lit = self.water.daylight(depth + pose.height, depth)
+        glow = self._glow(np.array([[sine]], dtype=np.float32), depth)
+
+        def look(reflected: Floats, distance: Floats) -> Floats:
+            left = self.water.transmission(distance)
+            return light.encode(reflected * lit * left + glow * (1 - left))
+
+        return look
+
+    def _glow(self, sine: Floats, depth: float) -> Floats:
+        return light.sideways(self.water.glow * self.water.daylight(depth, depth), sine)
+
+    def _palette(self, colours: Floats, side: int, distance: float, depth: float) -> NDArray[np.uint32]:
+        left = self.water.transmission(distance / light.sines())
+        return light.words(colours * left + self._glow(-side * light.sines(), depth) * (1 - left))
+
+
+class SeaSurface:
+    """A wind sea below, sky and clouds above."""
+
+    visibility = 20e3
+    floating = 0.0
+
+    def __init__(self, visibility: float, random: Generator):
+        self.air = light.air(visibility)
+        waves, sky = (texture.pyramid(f(random)) for f in (texture.waves, texture.clouds))
+        self.sea = Layer(waves, 0.045, 0.4, 1.2), Layer(waves, 0.31, 0.75, 3.4)
+        self.sky = Layer(sky, 3.0, 0.2, 6.0), Layer(sky, 11.0, 1.3, 6.0)
+        self.sea_colours = light.sea()
+        self.sky_words = light.words(self._hazy(light.clouds(), CLOUDS))
+
+    def planes(self, pose: Pose) -> tuple[Plane, Plane]:
+        """What lies below and above the camera."""
+        sea = light.words(self._hazy(self.sea_colours, pose.height))
+        return Plane(1, pose.height, self.sea, sea), Plane(-1, CLOUDS, self.sky, self.sky_words)
+
+    def seen(self, pose: Pose, sine: float) -> Callable[[Floats, Floats], Floats]:
+        """How a body near the ground looks from the camera, `sine` being that of the elevation (see mug.draw)."""
+
+        def look(reflected: Floats, distance: Floats) -> Floats:
+            left = self.air.transmission(distance)
+            return light.encode(reflected * left + self.air.glow * (1 - left))
+
+        return look
+
+    def _hazy(self, colours: Floats, distance: float) -> Floats:
+        left = self.air.transmission(distance / light.sines())
+        return colours * left + self.air.glow * (1 - left)
+
+
+Surroundings = Seabed | SeaSurface
+SCENES: tuple[str, ...] = ("Seabed", "Sea Surface")
+
+
+def surroundings(scene: str, visibility: float, random: Generator) -> Surroundings:
+    """The scene of that name; visibility in m, 0 for that of the scene."""
+    kind = Seabed if scene == "Seabed" else SeaSurface
+    return kind(visibility or kind.visibility, random)

@@ -1,0 +1,28 @@
+"""What sensors measure: noise and geometry."""
+
+from world.sensors.imu import (
+    STANDARD_GRAVITY,
+    NoiseDensity,
+    NoisyTriad,
+    StandardNormals,
+    specific_force,
+    vins_parameters,
+)
+from world.sensors.mug_detection import UNIFORM_ERROR, Offset, View, detect, detect_originally, gsd_sigma
+from world.sensors.sonar import Beam
+
+__all__ = [
+    "STANDARD_GRAVITY",
+    "UNIFORM_ERROR",
+    "Beam",
+    "NoiseDensity",
+    "NoisyTriad",
+    "Offset",
+    "StandardNormals",
+    "View",
+    "detect",
+    "detect_originally",
+    "gsd_sigma",
+    "specific_force",
+    "vins_parameters",
+]

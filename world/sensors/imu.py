@@ -1,0 +1,92 @@
+"""Noise of inertial sensors after AirSim: white noise and a bias that walks at random."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from world.attitude import Matrix, Vector, to_body
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+STANDARD_GRAVITY = 9.80665
+SHORTEST_INTERVAL = 1e-3  # s, AirSim's floor
+VINS_GRAVITY = 9.81007
+BLOCK = 256
+
+
+def specific_force(r: Matrix, acceleration: Vector, gravity: float) -> Vector:
+    """What an accelerometer feels (m/s², body): R_nb^T (a_n - g_n); level and at rest (0, 0, -gravity)."""
+    north, east, down = acceleration
+    return to_body(r, (north, east, down - gravity))
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseDensity:
+    """Strength of a sensor's noise: `white` per √Hz, and `walk` per √s of the bias; SI units."""
+
+    white: float
+    walk: float
+
+    @classmethod
+    def gyroscope(cls, random_walk: float, bias_stability: float, tau: float) -> "NoiseDensity":
+        """From degrees per √h, degrees per h, and s."""
+        return cls(math.radians(random_walk) / 60.0, math.radians(bias_stability) / 3600.0 / math.sqrt(tau))
+
+    @classmethod
+    def accelerometer(cls, random_walk: float, bias_stability: float, tau: float) -> "NoiseDensity":
+        """From mg/√Hz, µg, and s."""
+        milli = 1e-3 * STANDARD_GRAVITY
+        return cls(random_walk * milli, bias_stability * 1e-3 * milli / math.sqrt(tau))
+
+    def per_sample(self, interval: float) -> tuple[float, float]:
+        """Standard deviations of the white noise and of the bias's step for samples `interval` s apart."""
+        root = math.sqrt(max(interval, SHORTEST_INTERVAL))
+        return self.white / root, self.walk * root
+
+
+class NoisyTriad:
+    """Three like axes: `corrupt` adds white noise and the bias as it stood before its step."""
+
+    __slots__ = ("_bias", "density")
+
+    def __init__(self, density: NoiseDensity):
+        self.density = density
+        self._bias = (0.0, 0.0, 0.0)
+
+    def corrupt(self, value: Vector, interval: float, draws: Sequence[float]) -> Vector:
+        """`value` with noise of six standard normal `draws`: three of white noise, three of the bias."""
+        white, step = self.density.per_sample(interval)
+        x, y, z = self._bias
+        self._bias = (x + step * draws[3], y + step * draws[4], z + step * draws[5])
+        return value[0] + white * draws[0] + x, value[1] + white * draws[1] + y, value[2] + white * draws[2] + z
+
+
+class StandardNormals:
+    """Rows of `count` standard normal numbers without end, drawn a block at a time."""
+
+    def __init__(self, random: "Generator", count: int):
+        self._random = random
+        self._count = count
+        self._block: list[list[float]] = []
+        self._used = 0
+
+    def __iter__(self) -> "StandardNormals":
+        return self
+
+    def __next__(self) -> list[float]:
+        if self._used == len(self._block):
+            self._block, self._used = self._random.standard_normal((BLOCK, self._count)).tolist(), 0
+        self._used += 1
+        return self._block[self._used - 1]
+
+
+def vins_parameters(gyroscope: NoiseDensity, accelerometer: NoiseDensity, interval: float) -> str:
+    """The noise block of a VINS configuration for samples `interval` s apart, as articles on AirSim print it.
+
+    Its numbers are per sample although VINS takes densities, and its gravity is VINS's own, not AirSim's.
+    """
+    acc_n, acc_w = accelerometer.per_sample(interval)
+    gyr_n, gyr_w = gyroscope.per_sample(interval)
+    return f"acc_n: {acc_n:.4e}\ngyr_n: {gyr_n:.4e}\nacc_w: {acc_w:.4e}\ngyr_w: {gyr_w:.4e}\ng_norm: {VINS_GRAVITY:.5f}"

@@ -1,0 +1,70 @@
+"""What the beam of a sonar meets: the surface, the bottom, or a pier."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from world.attitude import Vector, rotation, to_ned
+
+STEPS = 10
+BISECTIONS = 12
+
+
+@dataclass(frozen=True)
+class Beam:
+    """A beam that leaves the vehicle: where from (north, east, down in m) and where to (a unit vector)."""
+
+    start: Vector
+    direction: Vector
+
+    @classmethod
+    def of(cls, place: Vector, angles: Vector, position: Vector, pan: float, tilt: float) -> "Beam":
+        """Of a sonar at `position` (m, body) that looks `pan` to starboard and `tilt` up (rad), by its pose."""
+        attitude = rotation(*angles)
+        north, east, down = to_ned(attitude, position)
+        forward = math.cos(tilt) * math.cos(pan), math.cos(tilt) * math.sin(pan), -math.sin(tilt)
+        return cls((place[0] + north, place[1] + east, place[2] + down), to_ned(attitude, forward))
+
+    def surface(self) -> float:
+        """Distance (m) to the surface, 0 out of the water; infinite where the beam leads down."""
+        depth, down = self.start[2], self.direction[2]
+        return max(0.0, depth) / -down if down < 0.0 else math.inf
+
+    def bottom(self, depth: Callable[[float, float], float], reach: float, shallowest: float = 0.0) -> float:
+        """Distance (m) to a bottom of `depth` (north, east), not beyond `reach`; infinite where it meets none.
+
+        Nowhere is the bottom higher than `shallowest` m.
+        """
+        clear, down = shallowest - self.start[2], self.direction[2]
+        if clear > 0.0 and clear >= reach * down:
+            return math.inf
+        first = near = clear / down if clear > 0.0 else 0.0
+        if self._above(depth, near) <= 0.0:
+            return near
+        for step in range(1, STEPS + 1):
+            far = first + (reach - first) * step / STEPS
+            if self._above(depth, far) <= 0.0:
+                for _ in range(BISECTIONS):
+                    middle = 0.5 * (near + far)
+                    if self._above(depth, middle) > 0.0:
+                        near = middle
+                    else:
+                        far = middle
+                return 0.5 * (near + far)
+            near = far
+        return math.inf
+
+    def wall(self, a: tuple[float, float], b: tuple[float, float]) -> float:
+        """Distance (m) to an upright wall between two points (north, east in m); infinite where the beam passes by."""
+        (n, e, _), (dn, de, _) = self.start, self.direction
+        wn, we = b[0] - a[0], b[1] - a[1]
+        cross = dn * we - de * wn
+        if cross == 0.0:
+            return math.inf
+        an, ae = a[0] - n, a[1] - e
+        along, share = (an * we - ae * wn) / cross, (an * de - ae * dn) / cross
+        return along if along >= 0.0 and 0.0 <= share <= 1.0 else math.inf
+
+    def _above(self, depth: Callable[[float, float], float], distance: float) -> float:
+        north, east, down = (s + distance * d for s, d in zip(self.start, self.direction, strict=True))
+        return depth(north, east) - down
