@@ -19,7 +19,7 @@ from runtime.testing import simulate
 from runtime.vehicle import build
 from tasks.simulators.gps import GPS
 from tasks.simulators.vsim import VSIM
-from world.bodies import Craft, read_model
+from world.bodies import UnderwaterVehicle, read_underwater_model
 
 MODELS = read_sections(own_etc() / "common/vsim-models.ini")
 LAUV = MODELS["VSIM/Model/lauv"]
@@ -28,9 +28,9 @@ SURFACED = 110
 PROFILE = "lauv-noptilus-1"
 
 
-def craft(state, **changes: str) -> Craft:
+def craft(state, **changes: str) -> UnderwaterVehicle:
     section = LAUV | {name.replace("_", " "): text for name, text in changes.items()}
-    made = Craft(read_model(lambda _, option: section.get(option, ""), "lauv"))
+    made = UnderwaterVehicle(read_underwater_model(lambda _, option: section.get(option, ""), "lauv"))
     made.x, made.y, made.z = map(float, state[:3])
     made.orient(*map(float, state[3:6]))
     made.u, made.v, made.w, made.p, made.q, made.r = map(float, state[6:])

@@ -59,7 +59,7 @@ def split(datagram: bytes, dialect: Dialect) -> tuple[list[Received], int]:
     return found, damages
 
 
-class Frame(NamedTuple):
+class FrameHeader(NamedTuple):
     """Where the parts of a frame are in a buffer: begin, payload, checksum, end; and what its header says."""
 
     start: int
@@ -71,7 +71,7 @@ class Frame(NamedTuple):
     component: int
 
 
-def frame_at(data: bytes, start: int) -> Frame | None:
+def frame_at(data: bytes, start: int) -> FrameHeader | None:
     """The frame whose header begins at `start`; its end may lie beyond the buffer. None where no frame can begin."""
     if data[start] == V2 and len(data) >= start + LONGEST_HEADER:
         flags, system, component = data[start + 2], data[start + 5], data[start + 6]
@@ -86,16 +86,16 @@ def frame_at(data: bytes, start: int) -> Frame | None:
         return None
     checksum = payload + data[start + 1]
     end = checksum + 2 + (SIGNATURE if flags & SIGNED else 0)
-    return Frame(start, payload, checksum, end, number, system, component)
+    return FrameHeader(start, payload, checksum, end, number, system, component)
 
 
-def is_intact(data: bytes, frame: Frame, definition: Definition) -> bool:
+def is_intact(data: bytes, frame: FrameHeader, definition: Definition) -> bool:
     """Whether the checksum of a whole frame is right for the message that its id stands for."""
     given = int.from_bytes(data[frame.checksum : frame.checksum + 2], "little")
     return _checksum(data[frame.start + 1 : frame.checksum], definition) == given
 
 
-def received(data: bytes, frame: Frame, definition: Definition) -> Received:
+def received(data: bytes, frame: FrameHeader, definition: Definition) -> Received:
     """The message in a frame that is intact."""
     payload = definition.fill(data[frame.payload : frame.checksum])
     return Received(definition, frame.system, frame.component, payload, definition.unpack(payload))

@@ -37,7 +37,7 @@ SENSORS = (
 )
 
 
-class Place(NamedTuple):
+class Position(NamedTuple):
     """Where the vehicle is: latitude and longitude in rad, altitudes in m above mean sea level and above home."""
 
     lat: float
@@ -65,7 +65,7 @@ def home_of(state: imc.EstimatedState, *, afloat: bool, undulation: float = 0.0)
     return Home(state.lat, state.lon, state.height, 0.0 if afloat else state.height - undulation)
 
 
-def place_of(state: imc.EstimatedState, home: Home, *, afloat: bool, undulation: float = 0.0) -> Place | None:
+def place_of(state: imc.EstimatedState, home: Home, *, afloat: bool, undulation: float = 0.0) -> Position | None:
     """Where the vehicle is: the reference point of `state`, moved by its offsets on the WGS-84 ellipsoid.
 
     A vessel is `depth` under home, or `z` under the reference point where the depth is invalid (-1).
@@ -82,9 +82,9 @@ def place_of(state: imc.EstimatedState, home: Home, *, afloat: bool, undulation:
         return None
     if afloat:
         altitude = -max(0.0, state.depth) if valid_depth(state) else -state.z
-        return Place(lat, lon, altitude, altitude)
+        return Position(lat, lon, altitude, altitude)
     altitude = height - undulation
-    return Place(lat, lon, altitude, altitude - home.altitude)
+    return Position(lat, lon, altitude, altitude - home.altitude)
 
 
 def valid_depth(state: imc.EstimatedState) -> bool:
@@ -131,7 +131,7 @@ def attitude(state: imc.EstimatedState, time: int) -> Fields | None:
     }
 
 
-def global_position(state: imc.EstimatedState, place: Place | None, time: int) -> Fields | None:
+def global_position(state: imc.EstimatedState, place: Position | None, time: int) -> Fields | None:
     velocity = velocity_of(state)
     if place is None or velocity is None:
         return None
@@ -148,7 +148,7 @@ def global_position(state: imc.EstimatedState, place: Place | None, time: int) -
     }
 
 
-def local_position(state: imc.EstimatedState, place: Place | None, home: Home, time: int) -> Fields | None:
+def local_position(state: imc.EstimatedState, place: Position | None, home: Home, time: int) -> Fields | None:
     velocity = velocity_of(state)
     if place is None or velocity is None:
         return None
@@ -160,7 +160,7 @@ def local_position(state: imc.EstimatedState, place: Place | None, home: Home, t
     return {"time_boot_ms": time, **dict(zip(names, (north, east, -place.relative, *velocity), strict=True))}
 
 
-def hud(state: imc.EstimatedState, place: Place | None, airspeed: float, throttle: float) -> Fields | None:
+def hud(state: imc.EstimatedState, place: Position | None, airspeed: float, throttle: float) -> Fields | None:
     """VFR_HUD. `airspeed` is the speed through water or air in m/s, NaN where unknown; `throttle` is in %."""
     velocity = velocity_of(state)
     if place is None or velocity is None or not math.isfinite(state.psi):

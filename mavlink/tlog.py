@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from mavlink.dialect import Dialect
-from mavlink.frames import LONGEST_HEADER, MAGICS, Frame, Received, frame_at, is_intact, received
+from mavlink.frames import LONGEST_HEADER, MAGICS, FrameHeader, Received, frame_at, is_intact, received
 
 CHUNK = 1 << 20
 TIME = 8
@@ -46,7 +46,7 @@ class Tlog:
             if (definition := definitions.get(frame.id)) is not None:
                 yield Recorded(time / 1e6, received(buffer, frame, definition))
 
-    def _frames(self) -> Iterator[tuple[int, bytes, Frame]]:
+    def _frames(self) -> Iterator[tuple[int, bytes, FrameHeader]]:
         buffer, position = b"", 0
         with self.path.open("rb") as file:
             more = True
@@ -68,7 +68,7 @@ class Tlog:
                     yield int.from_bytes(buffer[position : position + TIME]), buffer, frame
                     position = frame.end
 
-    def _is_good(self, buffer: bytes, frame: Frame) -> bool:
+    def _is_good(self, buffer: bytes, frame: FrameHeader) -> bool:
         definition = self._dialect.by_id.get(frame.id)
         if definition is not None:
             return is_intact(buffer, frame, definition)
@@ -79,7 +79,7 @@ class Tlog:
         return good
 
 
-def _record_at(buffer: bytes, position: int) -> Frame | None:
+def _record_at(buffer: bytes, position: int) -> FrameHeader | None:
     """The frame behind a time; None where there is no time, or no frame can begin behind it."""
     if position + TIME >= len(buffer) or not _is_time(buffer, position):
         return None

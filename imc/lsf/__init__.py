@@ -1,6 +1,6 @@
 """Logs on disk: messages, columns and tables out of them, and packets into them."""
 
-from imc.lsf.bytes import Progress, chunks
+from imc.lsf.bytes import ReportShare, chunks
 from imc.lsf.log import Log
 from imc.lsf.members import COMPRESSIONS, Compression, gzip_member
 from imc.lsf.members_ahead import Spread
@@ -15,7 +15,7 @@ __all__ = [
     "Compression",
     "Log",
     "LsfWriter",
-    "Progress",
+    "ReportShare",
     "Spread",
     "at_each",
     "chunks",

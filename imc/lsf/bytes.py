@@ -17,11 +17,11 @@ MEMBER_STEP = 1 << 16  # unpacked bytes between members that are remembered, at 
 Members = list[tuple[int, int]]
 """Where members of a compressed file begin: in the file, and in what it unpacks to."""
 
-Progress = Callable[[float], None]
+ReportShare = Callable[[float], None]
 """Is told the share that is done, 0 to 1."""
 
 
-class Reader(Protocol):
+class ByteReader(Protocol):
     """Reads parts of an open log; close it, or use it in a `with` statement."""
 
     def read(self, begin: int, end: int) -> Any:
@@ -42,7 +42,7 @@ def chunks(
     path: Path,
     lose: Lose,
     members: Members | None = None,
-    progress: Progress | None = None,
+    progress: ReportShare | None = None,
     spread: Spread | None = None,
 ) -> Iterator[bytes]:
     """All bytes of a log. Damage to members goes to `lose`; where they begin is added to `members`.
@@ -79,7 +79,7 @@ def _unpacked_chunks(
         yield piece.data
 
 
-def open_reader(path: Path, members: Members, spread: Spread | None = None) -> Reader:
+def open_reader(path: Path, members: Members, spread: Spread | None = None) -> ByteReader:
     """A reader of parts of a log; `members` as `chunks` gave them. Raises OSError."""
     form = compression_of(path)
     file = path.open("rb")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from imc.errors import DecodeError
 from imc.layout import ADDRESS_FIELDS, FOOTER_SIZE, LARGEST_PACKET, NUMPY, OFFSETS, SMALLEST_PACKET, VARIABLE, columns
-from imc.lsf.bytes import Reader
+from imc.lsf.bytes import ByteReader
 from imc.lsf.index import WINDOW, Places
 from imc.lsf.scanner import Batch, Lose, at_each
 from imc.message import Message
@@ -52,7 +52,7 @@ def long_enough(kind: MessageType, places: Places, lose: Lose) -> Places:
     return places.having(fits)
 
 
-class Table:
+class ColumnReader:
     """The messages of one type while they are read: a row of `dtype_of(kind)` for each packet.
 
     The packets must be `long_enough`. `whole` tells which of the rows are whole messages; what is not goes to `lose`.
@@ -71,7 +71,7 @@ class Table:
         self._fixed = next((index for index, code in enumerate(self._codes) if code in VARIABLE), len(self._codes))
         self._fronts = {order: self._front(order) for order in "<>"}
 
-    def read(self, reader: Reader) -> "NDArray[Any]":
+    def read(self, reader: ByteReader) -> "NDArray[Any]":
         """Fill all rows, and return those that are whole. Raises IndexError where the log has become shorter."""
         begin = 0
         for batch in self.places.batches(reader):
@@ -157,7 +157,7 @@ class Table:
             _lose_short(self.kind, offset, len(packet) - SMALLEST_PACKET, self._lose)
 
 
-def fill_together(tables: Sequence[Table], reader: Reader) -> None:
+def fill_together(tables: Sequence[ColumnReader], reader: ByteReader) -> None:
     """Fill several tables while the log is read once. Raises IndexError where it has become shorter."""
     import numpy as np
 

@@ -5,7 +5,7 @@ from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from imc.layout import SMALLEST_PACKET
-from imc.lsf.bytes import Members, Reader
+from imc.lsf.bytes import ByteReader, Members
 from imc.lsf.scanner import Batch
 from imc.stream import Loss
 
@@ -35,7 +35,7 @@ class Places(NamedTuple):
         """Only those that a mask, a slice or an array of indices chooses."""
         return Places(self.offsets[chosen], self.heads[chosen], self.big[chosen])
 
-    def batches(self, reader: Reader) -> Iterator[Batch]:
+    def batches(self, reader: ByteReader) -> Iterator[Batch]:
         """The packets with their bytes, read in parts. Raises IndexError where the log has become shorter."""
         import numpy as np
 

@@ -10,7 +10,7 @@ import msgspec
 from fastcrc import crc32
 
 from imc.layout import SMALLEST_PACKET
-from imc.lsf.bytes import Members, Progress, chunks
+from imc.lsf.bytes import Members, ReportShare, chunks
 from imc.lsf.index import LogIndex, TypeIndex, build
 from imc.lsf.members_ahead import Spread
 from imc.lsf.scanner import scan
@@ -64,7 +64,7 @@ def stamp_of(path: Path) -> Stamp:
 
 
 def index_of(
-    path: Path, sync: int, crc: bool, kept: bool, progress: Progress | None = None, spread: Spread | None = None
+    path: Path, sync: int, crc: bool, kept: bool, progress: ReportShare | None = None, spread: Spread | None = None
 ) -> LogIndex:
     """The index of a log: the one on disk if it is of the log's present state, else a new one, which `kept` writes.
 

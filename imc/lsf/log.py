@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Unpack
 from fastcrc.crc16 import arc
 
 from imc.errors import DecodeError
-from imc.lsf.bytes import Progress, chunks, open_reader
-from imc.lsf.columns import Table, fill_together, is_fixed, long_enough
+from imc.lsf.bytes import ReportShare, chunks, open_reader
+from imc.lsf.columns import ColumnReader, fill_together, is_fixed, long_enough
 from imc.lsf.dataframe import frame_of
 from imc.lsf.folder import find_log, find_schema
 from imc.lsf.index import LogIndex, Places
@@ -191,7 +191,7 @@ class Log:
             self._names["systems"] = {m.src: str(getattr(m, "sys_name", "")) for m in found}
         return self._names["systems"]
 
-    def index(self, progress: Progress | None = None) -> LogIndex:
+    def index(self, progress: ReportShare | None = None) -> LogIndex:
         """Where the packets are. Reads the log where no index of its present state is at hand.
 
         progress: called now and then with the share that has been read, 0 to 1.
@@ -259,10 +259,10 @@ class Log:
             packet = packet[:-2] + arc(packet[:-2]).to_bytes(2, "big")
         return self.schema.decode(packet)
 
-    def _table(self, kind: Kind) -> Table:
+    def _table(self, kind: Kind) -> ColumnReader:
         found = self.schema.types[_name(kind)]
         places = long_enough(found, self.index().places((found.id,)), self._lose)
-        return Table(found, places, self._decode, self._lose)
+        return ColumnReader(found, places, self._decode, self._lose)
 
     def _rows(self, kind: Kind) -> "NDArray[Any]":
         table = self._table(kind)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, TypeVar, overload
 from weakref import finalize
 
-from imc.lsf.bytes import Members, Reader, open_reader
+from imc.lsf.bytes import ByteReader, Members, open_reader
 from imc.lsf.index import Places
 from imc.lsf.scanner import Batch
 from imc.message import Message
@@ -116,7 +116,7 @@ class Objects(Sequence[Message]):
         return Objects(self._path, self._members, lambda: self._places.having(chosen), self._decode)
 
     @cached_property
-    def _reader(self) -> Reader:
+    def _reader(self) -> ByteReader:
         reader = open_reader(self._path, self._members)
         finalize(self, reader.__exit__)
         return reader
@@ -126,7 +126,7 @@ class Objects(Sequence[Message]):
         return self._find()
 
 
-def select(places: Places, where: Where, reader: Reader) -> Places:
+def select(places: Places, where: Where, reader: ByteReader) -> Places:
     """Those of the packets that meet the conditions."""
     import numpy as np
 

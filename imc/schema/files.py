@@ -21,7 +21,7 @@ MERGED = _DEFINITIONS / "merged.json"
 _LARGEST = 1 << 24
 
 
-class Merged(msgspec.Struct):
+class MergedDefinitions(msgspec.Struct):
     """Definitions as they come out of the YAML files, in a form that is read fast."""
 
     xml: str
@@ -101,8 +101,8 @@ def definitions() -> Schema:
 
 
 @cache
-def _merged() -> Merged:
-    return msgspec.json.decode(MERGED.read_bytes(), type=Merged)
+def _merged() -> MergedDefinitions:
+    return msgspec.json.decode(MERGED.read_bytes(), type=MergedDefinitions)
 
 
 def fields(cls: type[Message]) -> tuple[FieldInfo, ...]:

@@ -3,7 +3,7 @@
 from runtime.logs.clocks import without_strays
 from runtime.logs.names import KEPT, NAMING, UNKNOWN_ENTITY, Names, UnknownName, type_name, types_called
 from runtime.logs.packet_headers import Array, Block, blocks, headers
-from runtime.logs.summary import Summary, Tally, summarize
+from runtime.logs.summary import PacketCount, Summary, summarize
 from runtime.logs.writing import new_log
 
 __all__ = [
@@ -13,8 +13,8 @@ __all__ = [
     "Array",
     "Block",
     "Names",
+    "PacketCount",
     "Summary",
-    "Tally",
     "UnknownName",
     "blocks",
     "headers",

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import imc
 from imc.layout import HEADER_FIELDS, HEADER_SIZE, columns
-from imc.lsf import Progress, at_each, chunks, scan
+from imc.lsf import ReportShare, at_each, chunks, scan
 
 Array: TypeAlias = NDArray[Any]
 
@@ -23,7 +23,7 @@ class Block(NamedTuple):
     headers: Array
 
 
-def blocks(log: imc.Log, losses: list[imc.Loss], progress: Progress | None = None) -> Iterator[Block]:
+def blocks(log: imc.Log, losses: list[imc.Loss], progress: ReportShare | None = None) -> Iterator[Block]:
     """All good packets of a log; `losses` gets the damage, once all is read. `progress` hears the share, 0 to 1."""
     found: dict[tuple[int, str], imc.Loss] = {}
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import imc
 from imc.layout import SMALLEST_PACKET
-from imc.lsf import Progress
+from imc.lsf import ReportShare
 from runtime.logs.clocks import Clock, ClockStep
 from runtime.logs.names import KEPT, NAMING, Names, type_name
 from runtime.logs.packet_headers import Array, Block, blocks
@@ -21,7 +21,7 @@ SHORTEST = 1.0  # s that a rate is measured over
 
 
 @dataclass(slots=True)
-class Tally:
+class PacketCount:
     """Packets of one kind: how many, their bytes, the first and the last time (s since 1970 UTC)."""
 
     count: int = 0
@@ -51,7 +51,7 @@ class Summary:
     schema_source: Path | None
     file_size: int
     unpacked: int = 0
-    tallies: dict[tuple[int, int, int], Tally] = field(default_factory=dict[tuple[int, int, int], Tally])
+    tallies: dict[tuple[int, int, int], PacketCount] = field(default_factory=dict[tuple[int, int, int], PacketCount])
     clocks: dict[int, Clock] = field(default_factory=dict[int, Clock])
     names: Names = field(default_factory=Names)
     losses: list[imc.Loss] = field(default_factory=list[imc.Loss])
@@ -85,12 +85,12 @@ class Summary:
         return sorted(step for step in found if step.after < step.before or step.src == self.owner)
 
     @property
-    def by_type(self) -> dict[str, Tally]:
+    def by_type(self) -> dict[str, PacketCount]:
         """Tallies by name of the message, most frequent first."""
         return self._grouped(lambda key: type_name(self.schema, key[0]))
 
     @property
-    def by_entity(self) -> dict[tuple[int, int], Tally]:
+    def by_entity(self) -> dict[tuple[int, int], PacketCount]:
         """Tallies by (system, entity), most frequent first."""
         return self._grouped(lambda key: (key[1], key[2]))
 
@@ -116,7 +116,7 @@ class Summary:
         counts = np.diff(np.append(begins, len(keys)))
         total, first, last = np.add.reduceat(sizes, begins), *_extent(times, begins)
         for row, key in enumerate(found.tolist()):
-            tally = self.tallies.setdefault((key >> 24, key >> 8 & 0xFFFF, key & 0xFF), Tally())
+            tally = self.tallies.setdefault((key >> 24, key >> 8 & 0xFFFF, key & 0xFF), PacketCount())
             tally.add(int(counts[row]), int(total[row]), float(first[row]), float(last[row]))
 
     def _learn(self, packet: bytes) -> None:
@@ -125,15 +125,15 @@ class Summary:
         except imc.DecodeError:
             return
 
-    def _grouped(self, group: Callable[[tuple[int, int, int]], K]) -> dict[K, Tally]:
-        found: dict[K, Tally] = {}
+    def _grouped(self, group: Callable[[tuple[int, int, int]], K]) -> dict[K, PacketCount]:
+        found: dict[K, PacketCount] = {}
         for key, tally in self.tallies.items():
-            found.setdefault(group(key), Tally()).add(tally.count, tally.size, tally.first, tally.last)
+            found.setdefault(group(key), PacketCount()).add(tally.count, tally.size, tally.first, tally.last)
         return dict(sorted(found.items(), key=lambda item: -item[1].count))
 
 
 def summarize(
-    log: imc.Log, progress: Progress | None = None, also: Iterable[Callable[[Block], object]] = ()
+    log: imc.Log, progress: ReportShare | None = None, also: Iterable[Callable[[Block], object]] = ()
 ) -> Summary:
     """Read a log once and sum it up. `progress` hears the share that is read, `also` all packets."""
     summary = Summary(log.path, log.schema, log.schema_source, log.path.stat().st_size)

@@ -20,7 +20,7 @@ DEEPEST = 40
 LARGEST = 1 << 63
 
 
-def likeness(task: Task, timers: list[Timer]) -> int:
+def state_checksum(task: Task, timers: list[Timer]) -> int:
     """A checksum of a task's attributes, of its calls that are due, and of where its scripts wait and what they hold.
 
     What a snapshot cannot take, such as an iterator, counts by its type. The order of a set does not count.

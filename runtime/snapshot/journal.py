@@ -21,9 +21,9 @@ LARGEST_CHUNK = 1 << 26  # bytes
 TIMER, CHANGED, SET = "", "!changed", "!set"
 """What an entry names in place of a method: the next timer that is due, values to be followed, values that are set."""
 
-Entry = tuple[int, int | str, tuple[Any, ...]]
-PlainEntry = tuple[int, int | str, list[Any]]
-Values = tuple[dict[str, Any], list[dict[str, Any]], bool]
+JournalEntry = tuple[int, int | str, tuple[Any, ...]]
+PlainJournalEntry = tuple[int, int | str, list[Any]]
+TaskValues = tuple[dict[str, Any], list[dict[str, Any]], bool]
 
 
 class Past(msgspec.Struct, array_like=True):
@@ -41,11 +41,11 @@ class Past(msgspec.Struct, array_like=True):
     likeness: int = 0
 
 
-class Chunk(msgspec.Struct, array_like=True):
+class JournalChunk(msgspec.Struct, array_like=True):
     """Entries: time (ns), method or number of the subscription, arguments; those that are messages by number."""
 
     packets: list[bytes]
-    entries: list[PlainEntry]
+    entries: list[PlainJournalEntry]
 
 
 class Journal:
@@ -56,9 +56,9 @@ class Journal:
         self.past: Past | None = None
         self.trouble = "it has not started"
         self.begun = False
-        self.entries: list[Entry] = []
+        self.entries: list[JournalEntry] = []
         self.handlers: list[Callable[..., object]] = []
-        self.values: Values = _values(task)
+        self.values: TaskValues = _values(task)
 
     def begin(self, time: int, hears: list[Subscription], timers: list[Timer]) -> None:
         """Forget all before now, where no script runs."""
@@ -113,7 +113,7 @@ class Journal:
             return places[id(value)]
 
         entries = [(time, key, [plain(value) for value in args]) for time, key, args in self.entries]
-        return zlib.compress(msgspec.msgpack.encode(Chunk(packets, entries)), 1)
+        return zlib.compress(msgspec.msgpack.encode(JournalChunk(packets, entries)), 1)
 
 
 class Journals:
@@ -225,14 +225,14 @@ class Journals:
                 self._handlers[id(handler)] = journal, number
 
 
-def unpacked(chunk: bytes) -> Chunk:
+def unpacked(chunk: bytes) -> JournalChunk:
     """Raises SnapshotError."""
     try:
         unpacker = zlib.decompressobj()
         data = unpacker.decompress(chunk, LARGEST_CHUNK)
         if not unpacker.eof:
             raise SnapshotError("this is no snapshot: a journal is cut off")
-        return msgspec.msgpack.decode(data, type=Chunk)
+        return msgspec.msgpack.decode(data, type=JournalChunk)
     except (zlib.error, msgspec.DecodeError) as error:
         raise SnapshotError(f"this is no snapshot: {error}") from None
 
@@ -242,7 +242,7 @@ def _has_scripts(cls: type) -> bool:
     return any(inspect.iscoroutinefunction(value) for base in cls.__mro__ for value in vars(base).values())
 
 
-def _values(task: Task) -> Values:
+def _values(task: Task) -> TaskValues:
     """What others set: the values of all parameters, those that are pushed, and whether the task is active."""
     activation = task.vehicle.activations.get(task.name)
     pushed = [dict(values) for values in task.parameter_set.pushed]

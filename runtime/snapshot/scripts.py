@@ -6,7 +6,7 @@ from typing import Any
 import imc
 from runtime.bus import Subscription
 from runtime.kernel import Timer
-from runtime.snapshot.checksum import likeness
+from runtime.snapshot.checksum import state_checksum
 from runtime.snapshot.journal import CHANGED, SET, TIMER, Past, unpacked
 from runtime.snapshot.state import (
     connect,
@@ -21,7 +21,7 @@ from runtime.snapshot.values import SnapshotError
 from runtime.task import State, Task
 
 
-def relive(task: Task, past: Past) -> tuple[list[Timer], list[Callable[..., object]]]:
+def replay_journal(task: Task, past: Past) -> tuple[list[Timer], list[Callable[..., object]]]:
     """Bring a task that hears nothing yet into the state behind its journal; what it publishes is kept by the bus.
 
     Its timers in their order, and the handlers of its subscriptions in the order of their numbers. The kernel's queue
@@ -43,7 +43,7 @@ def relive(task: Task, past: Past) -> tuple[list[Timer], list[Callable[..., obje
     finally:
         vehicle.bus.witness = before
         kernel.clear()
-    if likeness(task, timers) != past.likeness:
+    if state_checksum(task, timers) != past.likeness:
         raise SnapshotError(
             f"{task.name} cannot be brought back: it is not where it was. Another version wrote the snapshot, or a "
             "script depends on more than what its task hears, its timers and its own state"

@@ -8,9 +8,9 @@ from typing import Any
 import msgspec
 
 from runtime.kernel import SECOND, Timer, nanoseconds
-from runtime.snapshot.checksum import likeness
+from runtime.snapshot.checksum import state_checksum
 from runtime.snapshot.journal import Journals, Past
-from runtime.snapshot.scripts import relive
+from runtime.snapshot.scripts import replay_journal
 from runtime.snapshot.state import (
     TaskState,
     TimerState,
@@ -24,7 +24,7 @@ from runtime.snapshot.state import (
     timer_state,
     writer_for,
 )
-from runtime.snapshot.values import SnapshotError, Writer
+from runtime.snapshot.values import SnapshotError, StateWriter
 from runtime.task import Task
 from runtime.vehicle import Vehicle
 
@@ -208,7 +208,7 @@ def _relive(vehicle: Vehicle, pasts: dict[str, Past]) -> dict[str, list[Timer]]:
     journals, timers = vehicle.bus.witness, dict[str, list[Timer]]()
     for section, past in pasts.items():
         task = vehicle.task(section)
-        timers[section], handlers = relive(task, past)
+        timers[section], handlers = replay_journal(task, past)
         if isinstance(journals, Journals):
             journals.take_over(task, past, handlers)
     return timers
@@ -218,10 +218,10 @@ def _past(task: Task, timers: list[Timer]) -> Past:
     journals = task.vehicle.bus.witness
     if not isinstance(journals, Journals):
         raise SnapshotError(f"{task.name} runs a script, and no journals are kept")
-    return journals.of(task).saved(likeness(task, [timer for timer in timers if timer.owner is task]))
+    return journals.of(task).saved(state_checksum(task, [timer for timer in timers if timer.owner is task]))
 
 
-def _timer_state(timer: Timer, scripted: list[Task], writer: Writer) -> TimerState:
+def _timer_state(timer: Timer, scripted: list[Task], writer: StateWriter) -> TimerState:
     """A timer; without a function where its task has it again when it has lived through its journal."""
     if isinstance(timer.owner, Task) and timer.owner in scripted:
         return TimerState(timer.time, timer.owner.name, None, [])

@@ -8,7 +8,7 @@ import msgspec
 
 from runtime.bus import Bus, Subscription
 from runtime.kernel import Timer
-from runtime.snapshot.values import Reader, SnapshotError, Writer
+from runtime.snapshot.values import SnapshotError, StateReader, StateWriter
 from runtime.task import Entity, Logbook, Script, Task, Ticker
 from runtime.vehicle import Vehicle
 
@@ -73,7 +73,7 @@ def entities_of(task: Task) -> list[Entity]:
     return [entity for entity in task.vehicle.entities if entity.component == task.name]
 
 
-def task_state(task: Task, hears: Iterable[Subscription], writer: Writer) -> TaskState:
+def task_state(task: Task, hears: Iterable[Subscription], writer: StateWriter) -> TaskState:
     """The state of a task that runs no script; `hears` are its subscriptions. Raises SnapshotError."""
     task.saving()
     skipped = BELONGINGS.union(task.transient)
@@ -89,14 +89,14 @@ def task_state(task: Task, hears: Iterable[Subscription], writer: Writer) -> Tas
     )
 
 
-def timer_state(timer: Timer, writer: Writer) -> TimerState:
+def timer_state(timer: Timer, writer: StateWriter) -> TimerState:
     """Raises SnapshotError."""
     where = f"{timer.owner!r}: a call that is due"
     owner, function = writer.write(timer.owner, where), writer.write(timer.function, where)
     return TimerState(timer.time, owner, function, [writer.write(part, where) for part in timer.args])
 
 
-def connect(task: Task, state: TaskState, reader: Reader) -> None:
+def connect(task: Task, state: TaskState, reader: StateReader) -> None:
     """Have a task hear what it heard."""
     for hearing in state.hears:
         handler = reader.read(["method", ["task", task.name], hearing.method])
@@ -105,7 +105,7 @@ def connect(task: Task, state: TaskState, reader: Reader) -> None:
         )
 
 
-def restore_task(task: Task, state: TaskState, reader: Reader) -> None:
+def restore_task(task: Task, state: TaskState, reader: StateReader) -> None:
     """Bring attributes, ticks and parameters back; the timers are there already. Raises SnapshotError."""
     if _kind(task) != state.kind:
         raise SnapshotError(f"{task.name} is a {_kind(task)} here, and a {state.kind} in the snapshot")
@@ -118,23 +118,23 @@ def restore_task(task: Task, state: TaskState, reader: Reader) -> None:
     task.parameter_set.pushed.extend(reader.read(state.pushed))
 
 
-def restore_timer(timer: Timer, state: TimerState, reader: Reader) -> None:
+def restore_timer(timer: Timer, state: TimerState, reader: StateReader) -> None:
     """Give a timer its owner and function."""
     timer.owner = reader.read(state.owner)
     timer.function = reader.read(state.function)
     timer.args = tuple(reader.read(word) for word in state.args)
 
 
-def writer_for(vehicle: Vehicle, timers: list[Timer]) -> Writer:
+def writer_for(vehicle: Vehicle, timers: list[Timer]) -> StateWriter:
     """Writes states in which calls that are due go by their place in `timers`."""
     places = {id(timer): index for index, timer in enumerate(timers)}
-    return Writer(lambda value: _name(value, vehicle, places))
+    return StateWriter(lambda value: _name(value, vehicle, places))
 
 
-def reader_for(vehicle: Vehicle, timers: list[Timer]) -> Reader:
+def reader_for(vehicle: Vehicle, timers: list[Timer]) -> StateReader:
     """Reads what `writer_for` wrote."""
     trusted = {type(task).__module__.partition(".")[0] for task in vehicle.tasks}
-    return Reader(lambda words: _find(words, vehicle, timers), trusted, (Task, Ticker, Bus))
+    return StateReader(lambda words: _find(words, vehicle, timers), trusted, (Task, Ticker, Bus))
 
 
 def nothing() -> None:
@@ -145,7 +145,7 @@ def _kind(task: Task) -> str:
     return f"{type(task).__module__}:{type(task).__qualname__}"
 
 
-def _hearing(task: Task, subscription: Subscription, writer: Writer) -> HearingState:
+def _hearing(task: Task, subscription: Subscription, writer: StateWriter) -> HearingState:
     handler = subscription.handler
     if not isinstance(handler, MethodType) or handler.__self__ is not task:
         raise SnapshotError(

@@ -22,7 +22,7 @@ class SnapshotError(ValueError):
     """State that cannot be saved or brought back; the text says whose and why."""
 
 
-class Writer:
+class StateWriter:
     """Turns values into plain ones. `name` gives the name of what is part of the vehicle, and not state itself."""
 
     def __init__(self, name: Callable[[object], list[Any] | None]):
@@ -102,7 +102,7 @@ class Writer:
         return [[self.write(key, where), self.write(item, f"{where}[{key!r}]")] for key, item in items]
 
 
-class Reader:
+class StateReader:
     """Turns plain values back. `find` gives what a name of a Writer stands for.
 
     Only classes of Shoal and of the packages in `trusted` are used, that are imported already; no constructor but those

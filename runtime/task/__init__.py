@@ -3,7 +3,7 @@
 from runtime.task.activation import Activation, ActivationError
 from runtime.task.entities import SYSTEM_ENTITY, Entities, Entity, EntityError, State, Systems, allot
 from runtime.task.handlers import Ticker, consume, consumers, periodic, rate_of, tickers
-from runtime.task.logbook import Logbook, summary, words
+from runtime.task.logbook import Logbook, one_line, with_place
 from runtime.task.parameters import Parameter, ParameterError, param
 from runtime.task.script import Inbox, Script
 from runtime.task.task import UNKNOWN_ENTITY, UNKNOWN_SYSTEM, Task
@@ -29,10 +29,10 @@ __all__ = [
     "allot",
     "consume",
     "consumers",
+    "one_line",
     "param",
     "periodic",
     "rate_of",
-    "summary",
     "tickers",
-    "words",
+    "with_place",
 ]

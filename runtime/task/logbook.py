@@ -45,13 +45,13 @@ def cut(text: str) -> str:
     return text.encode(errors="replace")[:LONGEST].decode(errors="ignore")
 
 
-def words(error: Exception) -> str:
+def one_line(error: Exception) -> str:
     """The exception in one line."""
     return traceback.format_exception_only(error)[0].strip()
 
 
-def summary(error: Exception) -> str:
+def with_place(error: Exception) -> str:
     """The exception and the innermost place in the code that raised it."""
     frames = traceback.extract_tb(error.__traceback__, limit=-1)
     where = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno} in {frames[-1].name})" if frames else ""
-    return f"{words(error)}{where}"
+    return f"{one_line(error)}{where}"

@@ -8,7 +8,7 @@ from runtime.bus import Bus
 from runtime.kernel import Kernel, VirtualClock, WallClock
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
 from runtime.profile import ENTITY_IDS, EVERY_TASK, NEVER, Option, Profile, default_label
-from runtime.task import EntityError, ParameterError, Task, allot, summary
+from runtime.task import EntityError, ParameterError, Task, allot, with_place
 from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra
 from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.vehicle import Vehicle
@@ -109,7 +109,7 @@ def build(
             except EntityError as error:
                 problems.append(Problem("error", *_origin(profile, section.name, "Entity Label"), str(error)))
             except Exception as error:
-                problems.append(Problem("error", *section.origin, f"{section.name}: {summary(error)}"))
+                problems.append(Problem("error", *section.origin, f"{section.name}: {with_place(error)}"))
     if problems:
         vehicle.close()
         raise ProfileError(problems)

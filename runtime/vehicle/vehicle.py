@@ -13,7 +13,7 @@ from runtime.bus import Bus, Subscription
 from runtime.kernel import Kernel, VirtualClock, WallClock, owner_of
 from runtime.kernel.kernel import SECOND
 from runtime.profile import default_label
-from runtime.task import Activation, Entities, State, Systems, Task, consumers, rate_of, summary, tickers, words
+from runtime.task import Activation, Entities, State, Systems, Task, consumers, one_line, rate_of, tickers, with_place
 from runtime.vehicle.changes import Changes, Settings, assign, give
 from runtime.vehicle.daemon import Daemon
 from runtime.vehicle.fleet import Fleet
@@ -265,7 +265,7 @@ class Vehicle:
 
     def _note(self, owner: object, error: Exception) -> None:
         """Keep an error that comes up while tasks stop, for when they have."""
-        logger.error("%r while stopping: %s", owner, summary(error))
+        logger.error("%r while stopping: %s", owner, with_place(error))
         self._error = self._error or error
 
     def failed(self, owner: object, error: Exception) -> None:
@@ -289,8 +289,8 @@ class Vehicle:
         count = 0 if self.kernel.now_ns - since > HEALTHY_AFTER * SECOND else count
         delay = min(LONGEST_BACKOFF, 2.0 ** min(count, 10))
         self.failures[owner.name] = (count + 1, self.kernel.now_ns + round(delay * SECOND))
-        owner.set_entity_state(State.FAILURE, words(error))
-        owner.log.error(f"{summary(error)}: restarting in {delay:g} s")
+        owner.set_entity_state(State.FAILURE, one_line(error))
+        owner.log.error(f"{with_place(error)}: restarting in {delay:g} s")
         self._soon(self._restart, owner, delay)
 
     def slow(self, owner: object, seconds: float) -> None:

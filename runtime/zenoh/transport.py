@@ -48,7 +48,7 @@ def key(message: str, source: str, entity: str, destination: str = "") -> str:
     return f"{PREFIX}/{chunk(source)}/{chunk(message)}/{chunk(entity)}"
 
 
-class Tally:
+class FaultCounter:
     """A count of one kind of trouble, told when it begins and then at most once in REPORT_PERIOD seconds."""
 
     def __init__(self, what: str) -> None:
@@ -103,9 +103,9 @@ class ZenohTransport:
         self, config: ZenohConfig, system_name: Callable[[int], str], entity_label: Callable[[int, int], str]
     ) -> None:
         self.config = config
-        self.lost = Tally("of other processes were lost on the way")
-        self.oversize = Tally("were larger than a packet can be and dropped")
-        self.unsent = Tally("could not be sent")
+        self.lost = FaultCounter("of other processes were lost on the way")
+        self.oversize = FaultCounter("were larger than a packet can be and dropped")
+        self.unsent = FaultCounter("could not be sent")
         self._system_name = system_name
         self._entity_label = entity_label
         self._session: zenoh.Session | None = None

@@ -8,7 +8,7 @@ import click
 
 from runtime.problem import printable
 from shoal.cli.log_open import LOG, make_console, make_table, open_log, progress, refusals
-from shoal.logs.look import Difference, FieldDifference, Place, compare, differing, moment, number
+from shoal.logs.look import FieldDifference, LogDifference, LogMessage, compare, differing, moment, number
 
 MOST_FIELDS = 30
 LONGEST = 60  # characters of a value
@@ -47,7 +47,7 @@ def diff(a: Path, b: Path) -> None:
     sys.exit(1)
 
 
-def _first(found: Difference) -> list[str]:
+def _first(found: LogDifference) -> list[str]:
     assert found.first is not None
     one, two = found.first
     if one.message is None or two.message is None:
@@ -66,7 +66,7 @@ def _first(found: Difference) -> list[str]:
     return [*lines, f"A has {_what(one, found)}", f"B has {_what(two, found)}"]
 
 
-def _what(place: Place, found: Difference) -> str:
+def _what(place: LogMessage, found: LogDifference) -> str:
     message = place.message
     assert message is not None
     who = f"{found.names.entity(message.src, message.src_ent)} of {found.names.system(message.src)}"
@@ -78,7 +78,7 @@ def _value(value: Any) -> str:
     return text if len(text) <= LONGEST else text[:LONGEST] + "…"
 
 
-def _show_types(found: Difference) -> None:
+def _show_types(found: LogDifference) -> None:
     columns = ("equal", "changed", "only in A", "only in B")
     table = make_table("message", *columns, right=columns)
     different = {name: row for name, row in found.types.items() if row.changed or row.only_a or row.only_b}
@@ -93,7 +93,7 @@ def _show_types(found: Difference) -> None:
         console.print(f"{types} with {number(same, 'message')} are equal", style="dim")
 
 
-def _show_fields(found: Difference) -> None:
+def _show_fields(found: LogDifference) -> None:
     if not found.fields:
         return
     columns = ("differs", "mean", "greatest")

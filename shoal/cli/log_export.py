@@ -14,7 +14,7 @@ from shoal.cli.log_change import TIMES, read_time, split_words
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals
 from shoal.logs.edit import choose, new_file, new_folder
 from shoal.logs.export import Source
-from shoal.logs.export.batches import Progress
+from shoal.logs.export.batches import ReportBytes
 from shoal.logs.look import number
 
 ENDINGS = {"mcap": ".mcap", "netcdf": ".nc", "parquet": "-parquet", "csv": "-csv", "llf": "-llf"}
@@ -115,7 +115,7 @@ def _format_of(out: Path) -> str:
     return "netcdf" if ending == "nc" else ending or "mcap"
 
 
-def _writer(form: str, raw: bool, images: bool) -> Callable[[Source, Path, Progress], int]:
+def _writer(form: str, raw: bool, images: bool) -> Callable[[Source, Path, ReportBytes], int]:
     # The libraries of a format are loaded only where it is wanted.
     match form:
         case "mcap":
@@ -140,16 +140,16 @@ def _writer(form: str, raw: bool, images: bool) -> Callable[[Source, Path, Progr
             return export_llf
 
 
-def _import_mcap(file: Path, folder: Path, _: Progress) -> list[str]:
+def _import_mcap(file: Path, folder: Path, _: ReportBytes) -> list[str]:
     from shoal.logs.edit.mcap_import import import_mcap
 
     return import_mcap(file, folder)
 
 
-def _tlog_reader(system: str) -> Callable[[Path, Path, Progress], list[str]]:
+def _tlog_reader(system: str) -> Callable[[Path, Path, ReportBytes], list[str]]:
     from shoal.logs.edit.tlog_import import import_tlog
 
-    def read(file: Path, folder: Path, tell: Progress) -> list[str]:
+    def read(file: Path, folder: Path, tell: ReportBytes) -> list[str]:
         done = import_tlog(file, folder, system, tell)
         return [f"{number(done.lost, 'byte')} of {file} belong to no MAVLink frame"] if done.lost else []
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from runtime.logs import Summary, Tally, summarize
+from runtime.logs import PacketCount, Summary, summarize
 from runtime.problem import printable
 from shoal.cli.log_open import LOG, check_found, make_console, make_table, open_log, progress, refusals
 from shoal.logs.look import logs_below, moment, number, rate, size, span
@@ -68,7 +68,7 @@ def _facts(summary: Summary) -> list[tuple[str, str]]:
     return facts
 
 
-def _figures(tally: Tally) -> tuple[str, str, str]:
+def _figures(tally: PacketCount) -> tuple[str, str, str]:
     return str(tally.count), rate(tally.rate), str(tally.size)
 
 

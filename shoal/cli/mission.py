@@ -18,7 +18,7 @@ from runtime.problem import ProfileError
 from runtime.profile import Profile
 from runtime.vehicle import check, find_task
 from shoal.cli.run import tell_warnings
-from shoal.missions import Leg, Mission, Report, load_plan, prepare
+from shoal.missions import ManeuverReport, Mission, Report, load_plan, prepare
 from shoal.missions.files import PlanFileError
 
 REFRESH = 0.1  # s between two pictures
@@ -134,7 +134,7 @@ def _print(title: str, report: Report) -> None:
     table.add_column("maneuver")
     for name in ("time", "distance", "cross-track", "depth error"):
         table.add_column(name, justify="right")
-    total = Leg("all", 0.0, report.seconds, report.distance, report.cross_track, report.depth_error)
+    total = ManeuverReport("all", 0.0, report.seconds, report.distance, report.cross_track, report.depth_error)
     for leg in (*report.legs, total):
         table.add_row(
             leg.name,

@@ -4,11 +4,11 @@ from shoal.missions.files import load_plan, parse_plan, plan_text
 from shoal.missions.flight import fly, prepare
 from shoal.missions.mission import Mission
 from shoal.missions.reader import PlanFileError
-from shoal.missions.report import Leg, Report
+from shoal.missions.report import ManeuverReport, Report
 from shoal.missions.request import PlanRequest, given_in
 
 __all__ = [
-    "Leg",
+    "ManeuverReport",
     "Mission",
     "PlanFileError",
     "PlanRequest",

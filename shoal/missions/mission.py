@@ -9,7 +9,7 @@ import imc
 from imc.coordinates import absolute, displacement
 from runtime.snapshot import Journals, keep_beside_log, run_with_snapshots
 from runtime.vehicle import Vehicle
-from shoal.missions.report import COMPLETED, FAILED, Leg, Report
+from shoal.missions.report import COMPLETED, FAILED, ManeuverReport, Report
 from shoal.missions.request import PlanRequest
 
 NEEDED = ("Supervisors.Vehicle", "Plan.Engine")  # whose word a mission waits for
@@ -103,7 +103,7 @@ class Mission:
             legs[-1].seconds = state.timestamp - legs[-1].began
         self._is_flying = state.state == names.EXECUTING
         if self._is_flying and (not legs or legs[-1].name != state.man_id):
-            legs.append(Leg(state.man_id, state.timestamp))
+            legs.append(ManeuverReport(state.man_id, state.timestamp))
         if self._watch is not None:
             self._watch(state)
         if self._request.given and not self._is_over:

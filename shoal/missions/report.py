@@ -7,7 +7,7 @@ COMPLETED, FAILED, LATE = "SUCCESS", "FAILURE", "TIMEOUT"
 
 
 @dataclass
-class Leg:
+class ManeuverReport:
     """One maneuver of a flight: its time (s), distance over ground (m), and worst errors (m), NaN where it has none."""
 
     name: str
@@ -29,7 +29,7 @@ class Report:
     outcome: str = LATE
     reason: str = "no answer of the plan engine"
     deepest: float = 0.0
-    legs: list[Leg] = field(default_factory=list[Leg])
+    legs: list[ManeuverReport] = field(default_factory=list[ManeuverReport])
     states: list[str] = field(default_factory=list[str])
 
     @property

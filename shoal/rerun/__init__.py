@@ -1,6 +1,6 @@
 """Runs part of a log again: tasks on what all others said, or a vehicle from a moment on."""
 
-from shoal.rerun.comparison import Comparison, Difference, FieldStatistics, Tally
+from shoal.rerun.comparison import Comparison, FieldStatistics, FirstDifference, MessageCount
 from shoal.rerun.history import Instants
 from shoal.rerun.outlines import outline
 from shoal.rerun.resimulation import Resimulation, ResimulationError, resimulate
@@ -8,13 +8,13 @@ from shoal.rerun.rewind import Rewound, continued
 
 __all__ = [
     "Comparison",
-    "Difference",
     "FieldStatistics",
+    "FirstDifference",
     "Instants",
+    "MessageCount",
     "Resimulation",
     "ResimulationError",
     "Rewound",
-    "Tally",
     "continued",
     "outline",
     "resimulate",

@@ -50,7 +50,7 @@ class FieldStatistics:
 
 
 @dataclass(slots=True)
-class Tally:
+class MessageCount:
     """Messages of one type and entity: of the log, of the re-simulation, and how their pairs differ."""
 
     logged: int = 0
@@ -68,7 +68,7 @@ class Tally:
         return self.said - self.equal - self.changed
 
 
-class Difference(NamedTuple):
+class FirstDifference(NamedTuple):
     """Where the two first differ: after so many equal packets; None where one has none any more."""
 
     after: int
@@ -91,10 +91,10 @@ class Comparison:
     """
 
     def __init__(self, schema: imc.Schema, tolerance: float):
-        self.tallies: dict[Key, Tally] = {}
+        self.tallies: dict[Key, MessageCount] = {}
         self.bytes = 0
         self.packets = 0
-        self.first: Difference | None = None
+        self.first: FirstDifference | None = None
         self._schema = schema
         self._tolerance = tolerance
         self._pending: dict[tuple[int, int, int], _Pending] = {}
@@ -131,10 +131,10 @@ class Comparison:
         self._pending.clear()
         if self.first is None and (self._logged or self._said):
             logged, said = self._logged, self._said
-            self.first = Difference(self.packets, logged[0] if logged else None, said[0] if said else None)
+            self.first = FirstDifference(self.packets, logged[0] if logged else None, said[0] if said else None)
 
-    def _tally(self, header: imc.Header) -> Tally:
-        return self.tallies.setdefault((header.src_ent, header.id), Tally())
+    def _tally(self, header: imc.Header) -> MessageCount:
+        return self.tallies.setdefault((header.src_ent, header.id), MessageCount())
 
     def _queue(self, header: imc.Header, packet: bytes) -> _Pending:
         number = 0
@@ -147,7 +147,7 @@ class Comparison:
         while self._logged and self._said:
             logged, said = self._logged.popleft(), self._said.popleft()
             if logged != said:
-                self.first = Difference(self.packets, logged, said)
+                self.first = FirstDifference(self.packets, logged, said)
                 self._logged.clear()
                 self._said.clear()
                 return
@@ -171,7 +171,7 @@ class Comparison:
         """Whether the second of a queue is nearer to a time than the first."""
         return len(queue) > 1 and self._tolerance > 0.0 and abs(queue[1][0] - time) < abs(queue[0][0] - time)
 
-    def _compare(self, tally: Tally, number: int, logged: bytes, said: bytes) -> None:
+    def _compare(self, tally: MessageCount, number: int, logged: bytes, said: bytes) -> None:
         if logged == said:
             tally.equal += 1
             for statistics in tally.fields.values():

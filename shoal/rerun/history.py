@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import imc
 from runtime.kernel import SECOND, nanoseconds
-from shoal.rerun.run import Run
+from shoal.rerun.run import LoggedRun
 
 GRAINS = tuple(10**power for power in range(9, 0, -1))
 REMEMBERED = 32
@@ -15,7 +15,7 @@ LATEST = 1e10  # s since 1970
 MOST_WAITING = 1000
 
 
-class Entry(NamedTuple):
+class LoggedPacket(NamedTuple):
     """A packet, when it was published (ns since 1970 UTC), and whether a task that runs again should publish it."""
 
     time: int
@@ -78,7 +78,7 @@ class History:
 
     def __init__(
         self,
-        log: imc.Log | Run,
+        log: imc.Log | LoggedRun,
         owner: int,
         instants: Instants,
         own: Callable[[imc.Header], bool],
@@ -93,27 +93,27 @@ class History:
         self._latest = start
         self._late = late
         self._rates = rates or {}
-        self._ahead: deque[Entry] = deque()
-        self._timed: deque[Entry] = deque()
+        self._ahead: deque[LoggedPacket] = deque()
+        self._timed: deque[LoggedPacket] = deque()
 
-    def next(self) -> Entry | None:
+    def next(self) -> LoggedPacket | None:
         """The entry that is the turn of; None at the end."""
         if not self._ahead and (entry := self._read()) is not None:
             self._ahead.append(entry)
         return self._ahead[0] if self._ahead else None
 
-    def take(self) -> Entry:
+    def take(self) -> LoggedPacket:
         """The next entry, which is then over."""
         return self._ahead.popleft()
 
-    def until(self, kind: tuple[int, int], now: int) -> list[Entry]:
+    def until(self, kind: tuple[int, int], now: int) -> list[LoggedPacket]:
         """The entries up to the first own one of a message id and entity, and that one; empty where `now` has none."""
         for index, entry in enumerate(self._until(now)):
             if entry.own and (entry.header.id, entry.header.src_ent) == kind:
                 return [self._ahead.popleft() for _ in range(index + 1)]
         return []
 
-    def _until(self, now: int) -> Iterator[Entry]:
+    def _until(self, now: int) -> Iterator[LoggedPacket]:
         index = 0
         while index < len(self._ahead) or self._extend():
             if self._ahead[index].time > now:
@@ -127,7 +127,7 @@ class History:
             self._ahead.append(entry)
         return entry is not None
 
-    def _read(self) -> Entry | None:
+    def _read(self) -> LoggedPacket | None:
         if not self._timed:
             waiting: list[tuple[imc.Header, bytes]] = []
             for _, packet in self._packets:
@@ -161,7 +161,7 @@ class History:
                 rates = self._rates[header.src_ent]
                 if self._instants.is_tick(following, rates) and not self._instants.is_tick(self._latest, rates):
                     self._latest = following
-            self._timed.append(Entry(self._latest, header, packet, self._own(header)))
+            self._timed.append(LoggedPacket(self._latest, header, packet, self._own(header)))
         waiting.clear()
         last = self._timed.pop()
         self._latest = following

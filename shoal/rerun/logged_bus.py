@@ -6,7 +6,7 @@ import imc
 from runtime.bus import Bus
 from runtime.kernel import Kernel
 from runtime.task import SYSTEM_ENTITY
-from shoal.rerun.history import Entry, History
+from shoal.rerun.history import History, LoggedPacket
 
 
 class LoggedBus(Bus):
@@ -72,7 +72,7 @@ class LoggedBus(Bus):
         # Ticks of this moment, which wait behind this call, come first, as they did.
         self.kernel.soon(self._feed)
 
-    def _pass(self, entry: Entry) -> None:
+    def _pass(self, entry: LoggedPacket) -> None:
         if entry.own:
             self.heard(entry.header, entry.packet)
             return

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import imc
 from runtime.logs import Names
-from shoal.rerun.run import Run
+from shoal.rerun.run import LoggedRun
 
 Op = imc.LoggingControl.Op
 CLOSING = frozenset({imc.LoggingControl.ID, imc.QueryEntityInfo.ID, imc.EntityInfo.ID})
@@ -38,7 +38,7 @@ class Outline:
         return {label: entity for (system, entity), label in self.names.labels.items() if system == self.owner}
 
 
-def outline(log: imc.Log | Run) -> Outline | None:
+def outline(log: imc.Log | LoggedRun) -> Outline | None:
     """Read a log, or those of a run, over; None for one without messages."""
     found: Outline | None = None
     naming = {imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID}
@@ -63,14 +63,14 @@ def outline(log: imc.Log | Run) -> Outline | None:
     return found
 
 
-def _learn(found: Outline, log: imc.Log | Run, packet: bytes) -> None:
+def _learn(found: Outline, log: imc.Log | LoggedRun, packet: bytes) -> None:
     try:
         found.names.learn(log.schema.decode(packet))
     except imc.DecodeError:
         return
 
 
-def _is_stop(log: imc.Log | Run, packet: bytes) -> bool:
+def _is_stop(log: imc.Log | LoggedRun, packet: bytes) -> bool:
     try:
         return getattr(log.schema.decode(packet), "op", None) == Op.STOPPED
     except imc.DecodeError:

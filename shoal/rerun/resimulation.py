@@ -18,7 +18,7 @@ from shoal.rerun.comparison import Comparison, LastMoment
 from shoal.rerun.history import History, Instants, spoken_by
 from shoal.rerun.logged_bus import LoggedBus
 from shoal.rerun.outlines import Outline, outline
-from shoal.rerun.run import CONFIGURATION, Run, run_of
+from shoal.rerun.run import CONFIGURATION, LoggedRun, run_of
 
 TOLERANCE = 0.5  # s, between a message of a log made on a wall clock and its like
 
@@ -194,7 +194,7 @@ def _rates(profile: Profile) -> Iterator[tuple[str, float]]:
 
 
 def _reservations(
-    run: Run,
+    run: LoggedRun,
     about: Outline,
     profile: Profile,
     tasks: Sequence[Task],

@@ -15,7 +15,7 @@ from runtime.task import Parameter, Task
 from runtime.vehicle import Vehicle, build
 from shoal.missions import PlanRequest, given_in
 from shoal.rerun.outlines import outline
-from shoal.rerun.run import Run, run_of
+from shoal.rerun.run import LoggedRun, run_of
 
 
 def continued(
@@ -187,7 +187,7 @@ def _change(vehicle: Vehicle, assignment: str) -> None:
     vehicle.remember(task)
 
 
-def _nearest(run: Run, seconds: float) -> Snapshot | None:
+def _nearest(run: LoggedRun, seconds: float) -> Snapshot | None:
     """The latest state in the folders of a run's logs that is not behind a time of the run (s)."""
     paths = {_seconds(path): path for log in run.logs for path in log.path.parent.glob(f"{STATE}*{SUFFIX}")}
     latest = max((time for time in paths if time <= seconds), default=None)

@@ -13,7 +13,7 @@ CONFIGURATION = "Config.ini"
 IDENTITY = ("Vehicle", "Seed", "Selected", "Start Time", "Plan")
 
 
-class Run:
+class LoggedRun:
     """Logs, one after the other, as if they were one: nothing that was on the bus lies between them."""
 
     def __init__(self, logs: Sequence[imc.Log]):
@@ -27,21 +27,21 @@ class Run:
             yield from log.packets()
 
 
-def run_of(log: imc.Log) -> Run:
+def run_of(log: imc.Log) -> LoggedRun:
     """The logs of a virtual run up to this one, where all are beside it; else this one alone.
 
     Each ends in order at the moment at which the next begins, with the same vehicle, seed and modes.
     """
     profile = _profile(log.path.parent)
     if profile is None:
-        return Run([log])
+        return LoggedRun([log])
     logs = [log]
     while _begin(logs[0]) != profile.start_time:
         before = _before(logs[0], profile)
         if before is None:
-            return Run([log])
+            return LoggedRun([log])
         logs.insert(0, before)
-    return Run(logs)
+    return LoggedRun(logs)
 
 
 def _before(log: imc.Log, profile: Profile) -> imc.Log | None:

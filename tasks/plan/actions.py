@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 
 import imc
 from runtime.task import Entities
-from tasks.plan.graph import Actions, Graph, Node
+from tasks.plan.graph import Actions, Graph, PlanNode
 
 Publish = Callable[[imc.Message], object]
 
@@ -57,13 +57,13 @@ class PlanActions:
         self._fire(self._graph.plan.start_actions)
         self.activate(self._graph.nodes[self._graph.start])
 
-    def enter(self, node: Node) -> None:
+    def enter(self, node: PlanNode) -> None:
         """A maneuver begins."""
         self.activate(node)
         self._early.discard(node.name)
         self._fire(node.start_actions, activations=False)
 
-    def leave(self, node: Node) -> None:
+    def leave(self, node: PlanNode) -> None:
         """A maneuver ends."""
         self._fire(node.end_actions)
 
@@ -77,7 +77,7 @@ class PlanActions:
                 self.activate(node)
             seconds += duration(node.name)
 
-    def activate(self, node: Node) -> None:
+    def activate(self, node: PlanNode) -> None:
         """Activate what a maneuver needs, once."""
         if node.name not in self._early:
             self._early.add(node.name)

@@ -8,7 +8,7 @@ from runtime import Script, State, Task, consume, param, periodic
 from runtime.task import Inbox
 from tasks.plan.actions import Leads, PlanActions
 from tasks.plan.flight import NOTHING, Flight
-from tasks.plan.graph import FINISH, Node, PlanError
+from tasks.plan.graph import FINISH, PlanError, PlanNode
 from tasks.plan.outlook import Outlook
 from tasks.plan.preflight import Preflight
 from tasks.plan.replies import Replies
@@ -223,7 +223,7 @@ class Engine(Task):
         except PlanError as error:
             self._fail(flight, str(error))
 
-    async def _execute(self, inbox: Inbox, flight: Flight, node: Node) -> str:
+    async def _execute(self, inbox: Inbox, flight: Flight, node: PlanNode) -> str:
         """One maneuver, until a transition leads on; the name of the next."""
         flight.enter(node, self.now)
         if self._phase is Phase.INITIALIZING:

@@ -7,7 +7,7 @@ import imc
 from runtime import Script
 from tasks.plan.actions import PlanActions
 from tasks.plan.estimate import Estimate
-from tasks.plan.graph import Node
+from tasks.plan.graph import PlanNode
 from tasks.plan.outlook import Outlook, tuples
 
 UNFORESEEN = Estimate()
@@ -27,7 +27,7 @@ class Flight:
     outlook: Outlook | None = None
     actions: PlanActions | None = None
     statistics: imc.PlanStatistics | None = None
-    node: Node | None = None
+    node: PlanNode | None = None
     node_began: float = 0.0
     durations: dict[str, float] = field(default_factory=dict[str, float])
     commanding: bool = False
@@ -39,7 +39,7 @@ class Flight:
         same = request.replace(timestamp=self.request.timestamp) == self.request
         return same and now - self.began < REPEATED
 
-    def enter(self, node: Node, now: float) -> None:
+    def enter(self, node: PlanNode, now: float) -> None:
         """A maneuver begins."""
         self.node, self.node_began = node, now
         if self.actions is not None:

@@ -19,7 +19,7 @@ class PlanError(ValueError):
 
 
 @dataclass
-class Node:
+class PlanNode:
     """A maneuver of a plan and the transitions that leave it, in their order; the destination FINISH ends the plan."""
 
     name: str
@@ -43,10 +43,10 @@ class Graph:
     """The maneuvers of a plan by name, the first being `start`."""
 
     plan: imc.PlanSpecification
-    nodes: dict[str, Node]
+    nodes: dict[str, PlanNode]
     start: str
 
-    def chain(self, name: str) -> Iterator[Node]:
+    def chain(self, name: str) -> Iterator[PlanNode]:
         """The maneuvers from `name` on, each by the first transition of the one before, until one comes again."""
         seen: set[str] = set()
         while name in self.nodes and name not in seen:
@@ -72,7 +72,7 @@ def parse(plan: imc.PlanSpecification, supported: Collection[int], deepest: floa
     _check_id(plan.plan_id)
     if not plan.maneuvers:
         raise PlanError(f"{plan.plan_id}: no maneuvers")
-    nodes: dict[str, Node] = {}
+    nodes: dict[str, PlanNode] = {}
     for item in plan.maneuvers:
         if not isinstance(item, imc.PlanManeuver):
             raise PlanError(f"{plan.plan_id}: {_name(item)} is not a PlanManeuver")
@@ -85,7 +85,7 @@ def parse(plan: imc.PlanSpecification, supported: Collection[int], deepest: floa
         if maneuver.ID not in supported:
             raise PlanError(f"{name}: maneuver is not supported")
         _check_fields(name, maneuver, deepest)
-        nodes[name] = Node(name, maneuver, item.start_actions, item.end_actions)
+        nodes[name] = PlanNode(name, maneuver, item.start_actions, item.end_actions)
     if plan.start_man_id not in nodes:
         raise PlanError(f"{plan.start_man_id}: invalid start maneuver")
     reached = {plan.start_man_id}

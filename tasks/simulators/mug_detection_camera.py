@@ -8,7 +8,7 @@ from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param
 from world.bodies import parse_points
 from world.optics import Pinhole
-from world.sensors import UNIFORM_ERROR, Offset, View, detect, detect_originally, gsd_sigma, mug_original
+from world.sensors import UNIFORM_ERROR, CameraPose, Offset, detect, detect_originally, gsd_sigma, mug_original
 
 SMALLEST_FIELD = 1e-3  # °
 NO_ALTITUDE = "no altitude"
@@ -105,7 +105,7 @@ class MUGDetectionCamera(Task):
             return
         self.set_entity_state(State.NORMAL, "active")
         find = detect if self.fidelity == "Physical" else detect_originally
-        view = View(state.phi, state.theta, state.psi, self._height(state))
+        view = CameraPose(state.phi, state.theta, state.psi, self._height(state))
         for number, (north, east) in enumerate(self.offsets, start=1):
             mug = self._start[0] + north - state.x, self._start[1] + east - state.y
             draws = self._draw()

@@ -6,7 +6,16 @@ from collections.abc import Callable, Iterator
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.problem import Doubt, quoted, suggestion
-from world.bodies import Boat, Craft, Model, ModelError, SurfaceModel, is_boat, read_model, read_surface_model
+from world.bodies import (
+    Boat,
+    BoatModel,
+    ModelError,
+    UnderwaterModel,
+    UnderwaterVehicle,
+    is_boat,
+    read_boat_model,
+    read_underwater_model,
+)
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 
@@ -52,7 +61,7 @@ class VSIM(Task):
                 yield Doubt(option, f"nothing reads {quoted(option)}", suggestion(option, read), section)
 
     def start(self) -> None:
-        self.craft = Boat(self._model) if isinstance(self._model, SurfaceModel) else Craft(self._model)
+        self.craft = Boat(self._model) if isinstance(self._model, BoatModel) else UnderwaterVehicle(self._model)
         self._origin: imc.GpsFix | None = None
         self._unknown: set[tuple[str, int]] = set()
         self._period = 1.0 / self.execution_frequency
@@ -61,10 +70,10 @@ class VSIM(Task):
     def _vehicle_type(self) -> str:
         return self.vehicle.profile.value("General", "Vehicle Type", "lauv")
 
-    def _read(self, value: Callable[[str, str], str]) -> Model | SurfaceModel:
+    def _read(self, value: Callable[[str, str], str]) -> UnderwaterModel | BoatModel:
         """The model, with `value(section, option)` giving its texts. Raises ModelError."""
         name = self._vehicle_type()
-        return read_surface_model(value, name) if is_boat(value, name) else read_model(value, name)
+        return read_boat_model(value, name) if is_boat(value, name) else read_underwater_model(value, name)
 
     @consume(others=True)
     def place(self, fix: imc.GpsFix) -> None:

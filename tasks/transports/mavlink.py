@@ -8,11 +8,11 @@ from mavlink import KINDS, Flavour, Received, dialect, split, text
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
 from runtime.task import ParameterError
-from tasks.transports.mavlink_protocol.autopilot import Autopilot
 from tasks.transports.mavlink_protocol.links import Link, parse_route
-from tasks.transports.mavlink_protocol.parameters import Entry, ParameterTable
+from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, SOON, Session, addressed
+from tasks.transports.mavlink_protocol.system import MavlinkSystem
 
 LINKS = ["udpout:127.0.0.1:14550:ardupilot", "udpout:127.0.0.1:14540:px4", "udpin:127.0.0.1:14551:ardupilot"]
 SYSTEMS = 250
@@ -68,7 +68,7 @@ class MAVLink(Task):
         self.asked: dict[str, Timer] = {}
         self.detected: dict[int, float] = {}
         self.pump_timer: Timer | None = None
-        self.autopilot = Autopilot(
+        self.autopilot = MavlinkSystem(
             dialect.load_dialect(),
             name=self.system_name,
             system=self.system_id or ((self.system & 0xFF) - 1) % SYSTEMS + 1,
@@ -216,14 +216,14 @@ class MAVLink(Task):
             if entry is not None and (entry.id in self.asked or entry.value != self.values[entry.id]):
                 self.show_parameter(entry)
 
-    def ask_for(self, entry: Entry, value: str) -> None:
+    def ask_for(self, entry: ParameterEntry, value: str) -> None:
         """Ask the vehicle to set a parameter; without an answer the old value is shown."""
         wish = imc.EntityParameter(name=entry.parameter.name, value=value)
         self.publish(imc.SetEntityParameters(name=entry.task.entity.label, params=(wish,), dst=self.system))
         if entry.id not in self.asked:
             self.asked[entry.id] = self.after(SET_TIMEOUT, self.show_parameter, entry)
 
-    def show_parameter(self, entry: Entry) -> None:
+    def show_parameter(self, entry: ParameterEntry) -> None:
         asked = self.asked.pop(entry.id, None)
         if asked is not None:
             asked.cancel()

@@ -6,7 +6,7 @@ from pathlib import Path
 import imc
 from runtime import ParameterError, State, Task, Timer, consume, param, periodic
 from runtime.kernel.kernel import SECOND
-from tasks.transports.replay_log import Choice, Due, Opened, Place, Recording, go_to, open_recording
+from tasks.transports.replay_log import Due, LogTime, Opened, Recording, ReplaySelection, go_to, open_recording
 
 BATCH = 200  # packets in one go, so that others have their turn while a replay is behind
 BREATH = 1e-6  # s, so that time passes however many packets are due at once
@@ -49,8 +49,8 @@ class Replay(Task):
 
     def configure(self) -> None:
         self._entities = {label: self.reserve(label).id for label in self.entities if label}
-        self._from = self._place("From", self.begin) or Place(self.seconds_to_skip)
-        self._choice = Choice(
+        self._from = self._place("From", self.begin) or LogTime(self.seconds_to_skip)
+        self._choice = ReplaySelection(
             tuple(filter(None, self.replay_messages)),
             tuple(filter(None, self.replay_systems)),
             tuple(filter(None, self.replay_entities)),
@@ -59,7 +59,7 @@ class Replay(Task):
         if self._recording is None:
             self._speed = self.time_multiplier
         elif self.position >= 0.0:
-            self.seek(Place(self.position))
+            self.seek(LogTime(self.position))
         elif self._speed != self.time_multiplier:
             self._continue_from(self.elapsed)
         self.position = STAY
@@ -127,7 +127,7 @@ class Replay(Task):
             if not self._seeking:
                 self._play()
 
-    def seek(self, place: Place) -> None:
+    def seek(self, place: LogTime) -> None:
         """Go on from another place of the log, or wait there while paused."""
         if self._recording is not None:
             self._cancel()
@@ -138,7 +138,7 @@ class Replay(Task):
     def skip(self, seconds: float) -> None:
         """Go on by so many seconds of the log, or back."""
         if self._recording is not None:
-            self.seek(Place(max(0.0, self.elapsed + seconds)))
+            self.seek(LogTime(max(0.0, self.elapsed + seconds)))
 
     @periodic(1.0)
     def tell(self) -> None:
@@ -156,12 +156,12 @@ class Replay(Task):
         arguments = path, self._choice, self._entities, self.longest_pause, self._from
         self.offload(open_recording, *arguments, then=self._landing(self._from))
 
-    def _landing(self, place: Place) -> "Callable[[Opened | str], None]":
+    def _landing(self, place: LogTime) -> "Callable[[Opened | str], None]":
         """What begins there, unless something else has been asked for meanwhile."""
         turn = self._loading
         return lambda opened: self._land(opened, place) if turn == self._loading else None
 
-    def _land(self, opened: Opened | str, place: Place) -> None:
+    def _land(self, opened: Opened | str, place: LogTime) -> None:
         if isinstance(opened, str):
             self._leave()
             self._refuse(opened)
@@ -267,8 +267,8 @@ class Replay(Task):
             self._timer.cancel()
             self._timer = None
 
-    def _place(self, name: str, text: str) -> Place | None:
+    def _place(self, name: str, text: str) -> LogTime | None:
         try:
-            return Place.parse(text) if text else None
+            return LogTime.parse(text) if text else None
         except ValueError as error:
             raise ParameterError(name, str(error)) from None

@@ -64,14 +64,14 @@ class Due(NamedTuple):
     packet: bytes
 
 
-class Place(NamedTuple):
+class LogTime(NamedTuple):
     """A place in a log: seconds from its begin, or, where it is a `date`, since 1970 UTC."""
 
     seconds: float
     date: bool = False
 
     @classmethod
-    def parse(cls, text: str) -> "Place":
+    def parse(cls, text: str) -> "LogTime":
         """From "90", "1h30min" or "2026-01-01T00:05:00" (UTC). Raises ValueError."""
         try:
             return cls(parse_duration(text))
@@ -89,13 +89,13 @@ class Place(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Choice:
+class ReplaySelection:
     """What of a log is played: names of messages and systems, labels of entities (empty is all), and until where."""
 
     messages: tuple[str, ...] = ()
     systems: tuple[str, ...] = ()
     entities: tuple[str, ...] = ()
-    end: Place | None = None
+    end: LogTime | None = None
 
 
 class Recording:
@@ -107,11 +107,11 @@ class Recording:
     Raises UnknownName (a ValueError) for a choice that the log does not have.
     """
 
-    def __init__(self, log: Log, choice: Choice, entities: Mapping[str, int], longest_pause: float):
+    def __init__(self, log: Log, choice: ReplaySelection, entities: Mapping[str, int], longest_pause: float):
         self.log = log
         self.timeline = Timeline(longest_pause)
         self.foreign: Counter[str] = Counter()
-        self._end = choice.end or Place(math.inf)
+        self._end = choice.end or LogTime(math.inf)
         self._longest_pause = longest_pause
         self._types = types_called(choice.messages, log.schema)
         self._systems: set[int] = set()
@@ -131,7 +131,7 @@ class Recording:
     def __iter__(self) -> Iterator[Due]:
         return self.play()
 
-    def play(self, begin: Place | None = None) -> Iterator[Due]:
+    def play(self, begin: LogTime | None = None) -> Iterator[Due]:
         """The packets from `begin` on; each call reads the log anew."""
         self.timeline = timeline = Timeline(self._longest_pause)
         self.foreign.clear()
@@ -230,7 +230,7 @@ class Opened(NamedTuple):
 
 
 def open_recording(
-    path: Path, choice: Choice, entities: dict[str, int], longest_pause: float, place: Place
+    path: Path, choice: ReplaySelection, entities: dict[str, int], longest_pause: float, place: LogTime
 ) -> Opened | str:
     """The recording at `path`, or why it cannot be played."""
     try:
@@ -241,7 +241,7 @@ def open_recording(
         return str(error)
 
 
-def go_to(recording: Recording, place: Place) -> Opened | str:
+def go_to(recording: Recording, place: LogTime) -> Opened | str:
     """The recording from `place` on, or why it cannot be read."""
     packets = recording.play(place)
     try:

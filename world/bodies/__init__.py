@@ -1,9 +1,9 @@
 """How vehicles move: underwater vehicles, boats, a multirotor, and motion without forces."""
 
-from world.bodies.auv import Craft, Diverged
-from world.bodies.auv_model import Engine, Fin, Model, read_model
+from world.bodies.auv import Diverged, UnderwaterVehicle
+from world.bodies.auv_model import Fin, Thruster, UnderwaterModel, read_underwater_model
 from world.bodies.boat import Boat
-from world.bodies.boat_model import SurfaceModel, is_boat, read_surface_model
+from world.bodies.boat_model import BoatModel, is_boat, read_boat_model
 from world.bodies.kinematics import Motion
 from world.bodies.model_section import ModelError
 from world.bodies.multirotor import Airframe, Multirotor
@@ -12,23 +12,23 @@ from world.bodies.trajectory import Circle, Legs, Line, Pattern, Ramp, lawn_mowe
 __all__ = [
     "Airframe",
     "Boat",
+    "BoatModel",
     "Circle",
-    "Craft",
     "Diverged",
-    "Engine",
     "Fin",
     "Legs",
     "Line",
-    "Model",
     "ModelError",
     "Motion",
     "Multirotor",
     "Pattern",
     "Ramp",
-    "SurfaceModel",
+    "Thruster",
+    "UnderwaterModel",
+    "UnderwaterVehicle",
     "is_boat",
     "lawn_mower",
     "parse_points",
-    "read_model",
-    "read_surface_model",
+    "read_boat_model",
+    "read_underwater_model",
 ]

@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable
 
 from world.attitude import Vector, cross
-from world.bodies.auv_model import FULL_DEFLECTION, MAXIMUM_TORQUE, Model
+from world.bodies.auv_model import FULL_DEFLECTION, MAXIMUM_TORQUE, UnderwaterModel
 
 GRAVITY = 9.80665
 WATER = 1000.0  # kg/m³
@@ -21,7 +21,7 @@ class Diverged(ArithmeticError):
     """The motion has no bounds, so the numbers of the model cannot be right."""
 
 
-class Craft:
+class UnderwaterVehicle:
     """A vehicle in the water. All attributes are of the same instant; `step` moves them on.
 
     `x`, `y`, `z` are m north, east and down; `u`, `v`, `w` m/s through the water and `p`, `q`, `r` rad/s in the body
@@ -35,7 +35,7 @@ class Craft:
     a hull that rises out of the water as a level box, and fins and thrusters that see the speed of the whole vehicle.
     """
 
-    def __init__(self, model: Model):
+    def __init__(self, model: UnderwaterModel):
         self.model = model
         self.x: float = 0.0
         self.y: float = 0.0
@@ -138,7 +138,7 @@ class Craft:
 
 
 @functools.lru_cache(maxsize=64)
-def _accelerations(model: Model) -> Acceleration:
+def _accelerations(model: UnderwaterModel) -> Acceleration:
     """The six accelerations in the body frame as a function of depth, attitude, velocities and actuators.
 
     All numbers of the model are bound as variables of the closure, which Python reads as fast as local ones.

@@ -20,7 +20,7 @@ class Fin:
 
 
 @dataclass(frozen=True)
-class Engine:
+class Thruster:
     """A thruster: F = (gain n - loss V) |n| in N, with n in revolutions per second and V in m/s.
 
     `full_speed` is n at full actuation; `direction` is where it pushes, a unit vector; `position` is in m.
@@ -34,7 +34,7 @@ class Engine:
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class UnderwaterModel:
     """Mass, geometry and hydrodynamic coefficients in SI units; body frame forward, starboard, down (SNAME).
 
     `inertia` divides the six forces and moments. `linear` and `quadratic` drag are of u, v, w, p, q, r, then Y_r, Z_q,
@@ -53,12 +53,12 @@ class Model:
     lift: tuple[float, ...]
     rotational: Vector
     fins: tuple[Fin, ...]
-    engines: tuple[Engine, ...]
+    engines: tuple[Thruster, ...]
     maximum_force: float
     fins_roll: bool
 
 
-def read_model(value: Callable[[str, str], str], name: str) -> Model:
+def read_underwater_model(value: Callable[[str, str], str], name: str) -> UnderwaterModel:
     """The model of a section, with `value(section, option)` giving its texts. Raises ModelError.
 
     Options are DUNE's, and besides `Rotational Inertia` (by default the last three of `Inertial Matrix`; DUNE takes the
@@ -70,11 +70,11 @@ def read_model(value: Callable[[str, str], str], name: str) -> Model:
         x, y, z = section.numbers(option, 3, default)
         return x, y, z
 
-    def engine(i: int) -> Engine:
+    def engine(i: int) -> Thruster:
         gain, loss, rpm = section.numbers(f"Engine Parameters {i}", 3)
         a, b = section.numbers(f"Engine Orientation {i}", 2, (0.0, 0.0))
         direction = math.cos(a) * math.cos(b), math.sin(a) * math.cos(b), math.sin(b)
-        return Engine(gain, loss, rpm / 60.0, vector(f"Engine Position {i}", (0.0, 0.0, 0.0)), direction)
+        return Thruster(gain, loss, rpm / 60.0, vector(f"Engine Position {i}", (0.0, 0.0, 0.0)), direction)
 
     kind, method = section.text("Type"), section.text("Integration Method")
     if method == "false" or kind not in ("", "UUV", "AUV", "ROV"):
@@ -82,7 +82,7 @@ def read_model(value: Callable[[str, str], str], name: str) -> Model:
     inertia = section.positive("Inertial Matrix", 6)
     x, y, z = section.positive("Rotational Inertia", 3, inertia[3:])
     sides = section.positive("Volume", 3)
-    return Model(
+    return UnderwaterModel(
         mass=section.positive("Mass", 1)[0],
         buoyancy=vector("Buoyancy"),
         volume=(sides[0], sides[1], sides[2]),

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from world.attitude import Vector, wrap
 from world.bodies.auv import LIMIT, Diverged
-from world.bodies.boat_model import SurfaceModel
+from world.bodies.boat_model import BoatModel
 
 WATER = 1025.0  # kg/m³
 AIR = 1.225  # kg/m³
@@ -37,7 +37,7 @@ class Boat:
     momentum theory; hull and rudder do not interact.
     """
 
-    def __init__(self, model: SurfaceModel):
+    def __init__(self, model: BoatModel):
         self.model = model
         self.x: float = 0.0
         self.y: float = 0.0
@@ -103,7 +103,7 @@ class Boat:
 
 
 @functools.lru_cache(maxsize=64)
-def _accelerations(model: SurfaceModel) -> Acceleration:
+def _accelerations(model: BoatModel) -> Acceleration:
     """The accelerations of surge, sway and yaw as a function of velocities, rudders, engine speeds and air.
 
     All numbers of the model are bound as variables of the closure, which Python reads as fast as local ones.

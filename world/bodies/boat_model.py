@@ -42,7 +42,7 @@ class Rudder:
 
 
 @dataclass(frozen=True, eq=False)
-class SurfaceModel:
+class BoatModel:
     """Mass, geometry and coefficients of a boat in SI units; body frame forward, starboard, down, origin midships.
 
     `inertia` is the moment about the origin, `centre` how far ahead of it the centre of gravity is. `added` are the
@@ -71,7 +71,7 @@ def is_boat(value: Callable[[str, str], str], name: str) -> bool:
     return value(f"VSIM/Model/{name}", "Type") in KINDS
 
 
-def read_surface_model(value: Callable[[str, str], str], name: str) -> SurfaceModel:
+def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
     """The model of a section, with `value(section, option)` giving its texts. Raises ModelError."""
     section = ModelSection(value, name)
 
@@ -110,7 +110,7 @@ def read_surface_model(value: Callable[[str, str], str], name: str) -> SurfaceMo
     surge, sway, yaw = mass - added[0], mass - added[1], inertia - added[2]
     if min(surge, sway, yaw) <= 0.0 or sway * yaw <= (mass * centre - added[3]) ** 2:
         raise section.error("mass and Added Mass Coefficients make no inertia that is more than 0")
-    return SurfaceModel(
+    return BoatModel(
         mass=mass,
         inertia=inertia,
         centre=centre,

@@ -32,7 +32,7 @@ ORIGINAL_QUATERNIONS = (
 )
 
 
-def rotation(quaternion: Sequence[float]) -> NDArray[np.float64]:
+def quaternion_matrix(quaternion: Sequence[float]) -> NDArray[np.float64]:
     """(3, 3) matrix of a unit quaternion [w, x, y, z] (Hamilton)."""
     w, x, y, z = quaternion
     return np.array(
@@ -48,7 +48,7 @@ def rotations(count: int) -> NDArray[np.float64]:
     """(count, 3, 3) matrices from each face's optical frame to that of `down`. Raises ValueError unless 5 or 6."""
     if count not in (5, 6):
         raise ValueError(f"a fisheye is put together from 5 or 6 faces, not {count}")
-    return np.rint([rotation(q) for q in QUATERNIONS[:count]])
+    return np.rint([quaternion_matrix(q) for q in QUATERNIONS[:count]])
 
 
 def pixel_axis(width: int) -> NDArray[np.float32]:

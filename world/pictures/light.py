@@ -33,7 +33,7 @@ def tones() -> Floats:
 
 
 @dataclass(frozen=True)
-class Medium:
+class OpticalMedium:
     """Water or air: 1/m of `attenuation` along a beam and of `extinction` of daylight with depth, by colour.
 
     `glow` is what endlessly much of it scatters to the camera from the horizon.
@@ -53,15 +53,15 @@ class Medium:
         return np.exp(-self.attenuation * distance)
 
 
-def water(visibility: float) -> Medium:
+def water(visibility: float) -> OpticalMedium:
     """Green coastal water through which green is seen as far as `visibility` m."""
     beam = CONTRAST_LEFT / visibility
-    return Medium(beam * rgb(1.4, 1.0, 1.08), beam * rgb(0.28, 0.2, 0.23), rgb(0.014, 0.115, 0.145))
+    return OpticalMedium(beam * rgb(1.4, 1.0, 1.08), beam * rgb(0.28, 0.2, 0.23), rgb(0.014, 0.115, 0.145))
 
 
-def air(visibility: float) -> Medium:
+def air(visibility: float) -> OpticalMedium:
     beam = CONTRAST_LEFT / visibility
-    return Medium(beam * rgb(1.0, 1.1, 1.25), rgb(0.0, 0.0, 0.0), rgb(0.60, 0.71, 0.80))
+    return OpticalMedium(beam * rgb(1.0, 1.1, 1.25), rgb(0.0, 0.0, 0.0), rgb(0.60, 0.71, 0.80))
 
 
 def sideways(glow: Floats, upward: Floats) -> Floats:
@@ -115,7 +115,7 @@ def encode(linear: Floats) -> Floats:
     return np.sqrt(np.clip(linear, 0.0, 1.0)) * np.float32(255.0)
 
 
-def words(linear: Floats) -> NDArray[np.uint32]:
+def rgba_words(linear: Floats) -> NDArray[np.uint32]:
     """RGBA words of (3, n, m) linear light: flat."""
     pixels = np.full((linear[0].size, 4), 255, dtype=np.uint8)
     for channel, values in enumerate(encode(linear)):

@@ -74,7 +74,7 @@ class Seabed:
 
     def _palette(self, colours: Floats, side: int, distance: float, depth: float) -> NDArray[np.uint32]:
         left = self.water.transmission(distance / light.sines())
-        return light.words(colours * left + self._glow(-side * light.sines(), depth) * (1 - left))
+        return light.rgba_words(colours * left + self._glow(-side * light.sines(), depth) * (1 - left))
 
 
 class SeaSurface:
@@ -89,11 +89,11 @@ class SeaSurface:
         self.sea = Layer(waves, 0.045, 0.4, 1.2), Layer(waves, 0.31, 0.75, 3.4)
         self.sky = Layer(sky, 3.0, 0.2, 6.0), Layer(sky, 11.0, 1.3, 6.0)
         self.sea_colours = light.sea()
-        self.sky_words = light.words(self._hazy(light.clouds(), CLOUDS))
+        self.sky_words = light.rgba_words(self._hazy(light.clouds(), CLOUDS))
 
     def planes(self, pose: Pose) -> tuple[Plane, Plane]:
         """What lies below and above the camera."""
-        sea = light.words(self._hazy(self.sea_colours, pose.height))
+        sea = light.rgba_words(self._hazy(self.sea_colours, pose.height))
         return Plane(1, pose.height, self.sea, sea), Plane(-1, CLOUDS, self.sky, self.sky_words)
 
     def seen(self, pose: Pose, sine: float) -> Callable[[Floats, Floats], Floats]:

@@ -8,18 +8,18 @@ from world.sensors.imu import (
     specific_force,
     vins_parameters,
 )
-from world.sensors.mug_detection import UNIFORM_ERROR, Offset, View, detect, detect_originally, gsd_sigma
+from world.sensors.mug_detection import UNIFORM_ERROR, CameraPose, Offset, detect, detect_originally, gsd_sigma
 from world.sensors.sonar import Beam
 
 __all__ = [
     "STANDARD_GRAVITY",
     "UNIFORM_ERROR",
     "Beam",
+    "CameraPose",
     "NoiseDensity",
     "NoisyTriad",
     "Offset",
     "StandardNormals",
-    "View",
     "detect",
     "detect_originally",
     "gsd_sigma",

@@ -15,7 +15,7 @@ ATTITUDE_ERROR = math.radians(0.2)
 HEIGHT_ERROR = 0.01  # of the height
 
 
-class View(NamedTuple):
+class CameraPose(NamedTuple):
     """From where the camera looks: attitude (rad), and the height (m) above the plane of the targets."""
 
     phi: float
@@ -24,7 +24,7 @@ class View(NamedTuple):
     height: float
 
 
-def detect(camera: Pinhole, view: View, target: Offset) -> Offset | None:
+def detect(camera: Pinhole, view: CameraPose, target: Offset) -> Offset | None:
     """North and east (m, from the camera) that the pixel of a `target` there gives; None outside the image."""
     r = rotation(view.phi, view.theta, view.psi)
     point = camera.project(r, (*target, view.height))
@@ -33,7 +33,7 @@ def detect(camera: Pinhole, view: View, target: Offset) -> Offset | None:
     return camera.locate(r, math.floor(point[0]) + 0.5, math.floor(point[1]) + 0.5, view.height)
 
 
-def detect_originally(camera: Pinhole, view: View, target: Offset) -> Offset | None:
+def detect_originally(camera: Pinhole, view: CameraPose, target: Offset) -> Offset | None:
     """As `detect`, with the geometry of the original."""
     if not mug_original.visible(camera, view.height, *target):
         return None

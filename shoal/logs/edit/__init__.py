@@ -1,11 +1,11 @@
 """Makes logs of logs: cut, merged, imported."""
 
 from shoal.logs.edit.atomic import new_file, new_folder
-from shoal.logs.edit.cutting import Choice, Watch, choose, cut, wanted
+from shoal.logs.edit.cutting import Selection, Watch, choose, cut, wanted
 from shoal.logs.edit.merging import merge
 
 __all__ = [
-    "Choice",
+    "Selection",
     "Watch",
     "choose",
     "cut",

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 import imc
-from imc.lsf import Progress
+from imc.lsf import ReportShare
 from runtime.logs import KEPT, Array, Summary, blocks, new_log, types_called
 
 
 @dataclass(frozen=True)
-class Choice:
+class Selection:
     """What to take: times in s since 1970 UTC, `end` not included; ids; None takes all."""
 
     start: float = -math.inf
@@ -24,7 +24,7 @@ class Choice:
 
 
 @dataclass
-class Cut:
+class CutReport:
     """What was written: packets of the choice, and packets kept for their names; and the damage left out."""
 
     chosen: int = 0
@@ -39,12 +39,12 @@ def choose(
     types: Iterable[str] = (),
     systems: Iterable[str] = (),
     entities: Iterable[str] = (),
-) -> Choice:
+) -> Selection:
     """A choice by names. Raises UnknownName for those that neither log nor schema have."""
     called = frozenset(types_called(types, summary.schema))
     of_systems = frozenset(summary.names.systems_called(systems, summary.clocks))
     of_entities = frozenset(summary.names.entities_called(entities, summary.by_entity))
-    return Choice(
+    return Selection(
         -math.inf if start is None else start,
         math.inf if end is None else end,
         called or None,
@@ -53,14 +53,14 @@ def choose(
     )
 
 
-def cut(log: imc.Log, folder: Path, choice: Choice, owner: int, progress: Progress | None = None) -> Cut:
+def cut(log: imc.Log, folder: Path, choice: Selection, owner: int, progress: ReportShare | None = None) -> CutReport:
     """Write the chosen packets to a new log in `folder`, byte for byte and in their order, and the messages in KEPT.
 
     The time of the owner's packets is their own; another system's clock may be wrong, so its packets have the time
     of the owner's packet before them. Raises FileExistsError, OSError; ValueError where nothing is chosen, and
     then nothing is written.
     """
-    done, watch = Cut(), Watch(owner)
+    done, watch = CutReport(), Watch(owner)
     with new_log(folder, log) as writer:
         for block in blocks(log, done.losses, progress):
             chosen = wanted(block.headers, choice, watch)
@@ -93,7 +93,7 @@ class Watch:
         return said[places]
 
 
-def wanted(heads: Array, choice: Choice, watch: Watch) -> Array:
+def wanted(heads: Array, choice: Selection, watch: Watch) -> Array:
     """Which packets are chosen, by their headers, which must come in the order of the log."""
     times = watch.times(heads)
     found = np.ones(len(heads), bool)

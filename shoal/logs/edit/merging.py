@@ -11,7 +11,7 @@ import numpy as np
 
 import imc
 from imc.layout import SMALLEST_PACKET
-from imc.lsf import Progress
+from imc.lsf import ReportShare
 from imc.schema import MessageType
 from runtime.logs import NAMING, Array, Names, blocks, new_log, type_name
 
@@ -21,7 +21,7 @@ class Conflict(ValueError):
 
 
 @dataclass
-class Merged:
+class MergeReport:
     """What was written: packets, packets left out because another log has them too, and what to know."""
 
     packets: int = 0
@@ -30,14 +30,16 @@ class Merged:
     warnings: list[str] = field(default_factory=list[str])
 
 
-def merge(logs: list[imc.Log], folder: Path, keep_copies: bool = False, progress: Progress | None = None) -> Merged:
+def merge(
+    logs: list[imc.Log], folder: Path, keep_copies: bool = False, progress: ReportShare | None = None
+) -> MergeReport:
     """Write all packets of the logs to a new log in `folder`, byte for byte, by time and then by log and order.
 
     A packet without a time goes behind the one before it. One that stands in several logs is written once, unless
     `keep_copies`. The packets wait unpacked in a temporary file; 20 bytes of memory for each. Raises Conflict where
     the logs' definitions of a message in them differ, FileExistsError, OSError.
     """
-    merged = Merged()
+    merged = MergeReport()
     with tempfile.TemporaryFile() as spill:
         collected = _Collected(spill)
         for number, log in enumerate(logs):
@@ -63,7 +65,7 @@ class _Collected:
         self.names: list[Names] = []
         self._end = 0
 
-    def take(self, number: int, log: imc.Log, progress: Progress | None) -> list[imc.Loss]:
+    def take(self, number: int, log: imc.Log, progress: ReportShare | None) -> list[imc.Loss]:
         """Read a log; returns what was damaged."""
         losses: list[imc.Loss] = []
         ids: set[int] = set()
@@ -89,7 +91,7 @@ class _Collected:
         self.names.append(names)
         return losses
 
-    def in_order(self, merged: Merged | None) -> Iterator[bytes]:
+    def in_order(self, merged: MergeReport | None) -> Iterator[bytes]:
         """The packets by time; copies are left out and counted in `merged`, if that is given."""
         self._spill.flush()
         data = np.memmap(self._spill, np.uint8, "r")

@@ -7,7 +7,7 @@ import imc
 from imc.lsf import LsfWriter, gzip_member
 from mavlink import AUTOPILOT_NONE, ENTITIES, GROUND_STATION, AutopilotTranslator, Dialect, Tlog, load_dialect
 from runtime.profile import derived_id, load_profile, own_etc
-from shoal.logs.export.batches import Progress
+from shoal.logs.export.batches import ReportBytes
 
 AUTOPILOT = 1  # component
 
@@ -34,7 +34,7 @@ class _System:
     count: int = 0
 
 
-def import_tlog(path: Path, folder: Path, system: str = "", progress: Progress = lambda _: None) -> Imported:
+def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportBytes = lambda _: None) -> Imported:
     """Write Data.lsf.gz and IMC.xml.gz to `folder`; `progress` hears the bytes read.
 
     Each autopilot is a system "mavlink-<id>", the first one `system` if that is given; ground stations, cameras and

@@ -12,14 +12,14 @@ import imc
 from imc.layout import ADDRESS_FIELDS, HEADER_FIELDS, SMALLEST_PACKET, VARIABLE, columns
 from imc.lsf import Batch, at_each
 from runtime.logs import Array, Names, Summary
-from shoal.logs.edit import Choice, Watch, wanted
+from shoal.logs.edit import Selection, Watch, wanted
 
 BATCH_BYTES = 1 << 21
 
 HEADER_AND_ORDER = np.dtype([*columns({"id": "H", "size": "H", **ADDRESS_FIELDS}), ("big", "?")])
 """A header, and whether the packet is big-endian."""
 
-Progress = Callable[[int], object]
+ReportBytes = Callable[[int], object]
 
 
 class ExportBatch(NamedTuple):
@@ -43,7 +43,7 @@ class ExportBatch(NamedTuple):
         return b"".join([self.data[start:end] for start, end in places])
 
 
-class Group(NamedTuple):
+class MessageBatch(NamedTuple):
     """Packets of one message in a batch: where they are in it.
 
     array: the packets, where all of them are little-endian and of the one size that the message has; its fields are
@@ -61,7 +61,7 @@ class Source:
 
     log: imc.Log
     summary: Summary
-    choice: Choice = field(default_factory=Choice)
+    choice: Selection = field(default_factory=Selection)
     skipped: Counter[str] = field(default_factory=Counter[str])
     packets: int = 0
 
@@ -77,7 +77,7 @@ class Source:
     def _layouts(self) -> dict[int, np.dtype[np.void]]:
         return {m.id: layout for m in self.schema.messages if (layout := _layout(m)) is not None}
 
-    def batches(self, progress: Progress = lambda _: None) -> Iterator[ExportBatch]:
+    def batches(self, progress: ReportBytes = lambda _: None) -> Iterator[ExportBatch]:
         """The wanted packets; `progress` hears how many bytes of the unpacked log have been read."""
         watch = Watch(self.summary.owner)
         self.packets = 0
@@ -89,7 +89,7 @@ class Source:
                 yield ExportBatch(self.packets, batch.data, batch.starts[keep], batch.ends[keep], heads[keep])
                 self.packets += int(keep.sum())
 
-    def groups(self, batch: ExportBatch) -> Iterator[Group]:
+    def groups(self, batch: ExportBatch) -> Iterator[MessageBatch]:
         """The packets of a batch by message, without those of unknown id, which count as skipped."""
         ids = batch.headers["id"]
         order = np.argsort(ids, kind="stable")
@@ -105,9 +105,9 @@ class Source:
                 heads = batch.headers[rows]
                 plain = (heads["size"] == layout.itemsize - SMALLEST_PACKET) & ~heads["big"]
                 if bool(np.all(plain)):
-                    yield Group(message, rows, at_each(batch.data, batch.starts[rows], layout))
+                    yield MessageBatch(message, rows, at_each(batch.data, batch.starts[rows], layout))
                     continue
-            yield Group(message, rows, None)
+            yield MessageBatch(message, rows, None)
 
     def decoded(self, batch: ExportBatch, rows: Array) -> Iterator[tuple[int, imc.Message]]:
         """Messages of a batch, and which of the rows they are in; what cannot be decoded counts as skipped."""

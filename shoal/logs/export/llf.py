@@ -13,13 +13,13 @@ from typing import TextIO
 import numpy as np
 
 import imc
-from shoal.logs.export.batches import Progress, Source
+from shoal.logs.export.batches import ReportBytes, Source
 from shoal.logs.export.table import HEADER, HEADER_TYPES, NUMPY, Table, Values, table_of
 
 _BREAKS = re.compile(r"[\t\r\n]")
 
 
-def export_llf(source: Source, folder: Path, progress: Progress = lambda _: None) -> int:
+def export_llf(source: Source, folder: Path, progress: ReportBytes = lambda _: None) -> int:
     """Write <Message>.llf for each type to `folder`; returns how many rows there are.
 
     Times are in s from `#startTime`, the first of the log. Raises OSError.

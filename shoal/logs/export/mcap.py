@@ -12,7 +12,7 @@ from imc.layout import ADDRESS_FIELDS
 from imc.lsf import gzip_member
 from runtime.logs import Array
 from shoal.logs.export import ros_standard as well_known
-from shoal.logs.export.batches import ExportBatch, Group, Progress, Source, nanoseconds
+from shoal.logs.export.batches import ExportBatch, MessageBatch, ReportBytes, Source, nanoseconds
 from shoal.logs.export.cdr import ENCAPSULATION, Item, Record, Unfit, Write, text, writer
 from shoal.logs.export.mcap_file import MESSAGE, MESSAGE_LENGTH, Chunk, McapFile
 from shoal.logs.export.ros_messages import PACKAGE, RosType, ros_type
@@ -30,7 +30,7 @@ _BILLION = 1_000_000_000
 
 
 def export_mcap(
-    source: Source, path: Path, raw: bool = True, images: bool = True, progress: Progress = lambda _: None
+    source: Source, path: Path, raw: bool = True, images: bool = True, progress: ReportBytes = lambda _: None
 ) -> int:
     """Write the wanted messages of a log to a new MCAP file; returns how many messages are in it.
 
@@ -74,7 +74,7 @@ class _Export:
         self._types: dict[int, tuple[RosType, Write]] = {}
         self._heads: dict[int, tuple[Callable[..., bytes], bytes]] = {}
         self._known: dict[tuple[int, int, int, str], int] = {}
-        self._origin: well_known.Origin | None = None
+        self._origin: well_known.MapOrigin | None = None
         self._moving: dict[int, int] = {}
         self._records: dict[tuple[int, bytes], Record] = {}
         self._prefix = cache(_plain_record)
@@ -222,7 +222,7 @@ class _Export:
         channel = self._topics.channel(("tf",), well_known.TRANSFORM)
         _emit(chunk, record, transforms, np.full(len(transforms), channel), times[own], numbers[own])
 
-    def _write_each(self, chunk: Chunk, batch: ExportBatch, group: Group, times: Array) -> None:
+    def _write_each(self, chunk: Chunk, batch: ExportBatch, group: MessageBatch, times: Array) -> None:
         message, entries = group.message, group.message.abbrev == "LogBookEntry"
         write = self._type(message)[1]
         seconds, rests = (part.tolist() for part in np.divmod(times[group.rows], _BILLION))

@@ -29,7 +29,7 @@ LEVEL = 1
 _INDEX = np.dtype([("time", "<u8"), ("offset", "<u8")])
 
 
-class Place(NamedTuple):
+class MessageIndex(NamedTuple):
     """Messages in a chunk: for each its channel, log time (ns) and offset in the chunk."""
 
     channels: Array
@@ -43,13 +43,13 @@ class Chunk:
     def __init__(self) -> None:
         self.size = 0
         self._parts: list[bytes] = []
-        self._places: list[Place] = []
+        self._places: list[MessageIndex] = []
         self._single: list[tuple[int, int, int]] = []
 
     def add_block(self, data: bytes, size: int, channels: Array, times: Array) -> None:
         """Take complete message records of `size` bytes each."""
         offsets = np.arange(len(channels), dtype=np.int64) * size + self.size
-        self._places.append(Place(channels, times, offsets))
+        self._places.append(MessageIndex(channels, times, offsets))
         self._append(data)
 
     def add(self, channel: int, sequence: int, time: int, data: bytes | bytearray) -> None:
@@ -58,13 +58,13 @@ class Chunk:
         length = MESSAGE_LENGTH + len(data)
         self._append(MESSAGE_HEAD.pack(Opcode.MESSAGE, length, channel, sequence, time, time) + data)
 
-    def end(self) -> tuple[bytes, Place]:
+    def end(self) -> tuple[bytes, MessageIndex]:
         """All records, and where each is, sorted by channel and time."""
         single = np.array(self._single, np.int64).reshape(-1, 3).T
-        places = [*self._places, Place(*single)]
+        places = [*self._places, MessageIndex(*single)]
         channels, times, offsets = (np.concatenate(columns) for columns in zip(*places, strict=True))
         order = np.lexsort((times, channels))
-        return b"".join(self._parts), Place(channels[order], times[order], offsets[order])
+        return b"".join(self._parts), MessageIndex(channels[order], times[order], offsets[order])
 
     def _append(self, data: bytes) -> None:
         self._parts.append(data)

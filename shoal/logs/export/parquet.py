@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import imc
-from shoal.logs.export.batches import Progress, Source
+from shoal.logs.export.batches import ReportBytes, Source
 from shoal.logs.export.table import HEADER, HEADER_TYPES, NUMPY, Column, Table, Values, columns_of, plain, table_of
 
 ROWS = 1 << 16  # of a row group
@@ -20,7 +20,7 @@ _pa: Any = import_module("pyarrow")
 _pq: Any = import_module("pyarrow.parquet")
 
 
-def export_parquet(source: Source, folder: Path, progress: Progress = lambda _: None) -> int:
+def export_parquet(source: Source, folder: Path, progress: ReportBytes = lambda _: None) -> int:
     """Write <Message>.parquet for each type to `folder`; returns how many rows there are.
 
     Columns: `utc` (µs, empty where the timestamp is no date), `system` and `label` (who sent it), the header, the

@@ -128,7 +128,7 @@ def fill_fix(records: Array, fixes: Array) -> None:
     records["covariance_type"] = np.where(known, 2, 0)
 
 
-class Origin(NamedTuple):
+class MapOrigin(NamedTuple):
     """Where the frame `map` has its origin: latitude, longitude (rad), height (m)."""
 
     lat: float
@@ -136,16 +136,16 @@ class Origin(NamedTuple):
     height: float
 
 
-def first_origin(states: Array) -> Origin | None:
+def first_origin(states: Array) -> MapOrigin | None:
     """The first reference position that is one."""
     good = np.isfinite(states["lat"]) & np.isfinite(states["lon"]) & np.isfinite(states["height"])
     if not good.any():
         return None
     state = states[int(np.argmax(good))]
-    return Origin(float(state["lat"]), float(state["lon"]), float(state["height"]))
+    return MapOrigin(float(state["lat"]), float(state["lon"]), float(state["height"]))
 
 
-def fill_pose(records: Array, states: Array, origin: Origin) -> None:
+def fill_pose(records: Array, states: Array, origin: MapOrigin) -> None:
     """Positions (m) and attitudes (quaternions) of states in the frame `map`.
 
     Attitudes are relative to north at the vehicle: the difference to that at the origin is left out.

@@ -8,7 +8,7 @@ import imc
 from imc import layout
 from imc.layout import ADDRESS_FIELDS, TYPES_BY_CODE
 from runtime.logs import Array
-from shoal.logs.export.batches import ExportBatch, Group, Source
+from shoal.logs.export.batches import ExportBatch, MessageBatch, Source
 from shoal.logs.export.cdr import json_text
 
 HEADER = tuple(ADDRESS_FIELDS)
@@ -53,7 +53,7 @@ def columns_of(schema: imc.Schema, message: imc.MessageType) -> list[Column]:
     return found
 
 
-def table_of(source: Source, batch: ExportBatch, group: Group) -> Table:
+def table_of(source: Source, batch: ExportBatch, group: MessageBatch) -> Table:
     """The messages of a group; what cannot be decoded is left out and counts as skipped."""
     names = [field.attribute for field in group.message.fields]
     if group.array is not None:

@@ -1,15 +1,15 @@
 """Looks at logs: what is in them, what is wrong with them, where two differ."""
 
-from shoal.logs.look.comparison import Difference, FieldDifference, Place, compare, differing
+from shoal.logs.look.comparison import FieldDifference, LogDifference, LogMessage, compare, differing
 from shoal.logs.look.doctor import examine, repair
 from shoal.logs.look.formatting import moment, number, rate, size, span
 from shoal.logs.look.listing import logs_below
 from shoal.logs.look.page import report
 
 __all__ = [
-    "Difference",
     "FieldDifference",
-    "Place",
+    "LogDifference",
+    "LogMessage",
     "compare",
     "differing",
     "examine",

@@ -10,14 +10,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import imc
-from imc.lsf import Progress
+from imc.lsf import ReportShare
 from runtime.logs import NAMING, Array, Names, blocks, type_name
 
 MOST_PAIRS = 100_000  # whose fields are compared
 RELATED = 0.1  # of the messages that two logs of the same time have in common
 
 
-class Place(NamedTuple):
+class LogMessage(NamedTuple):
     """A message of a log: its number from 1, offset in the unpacked log, the message (None behind the end)."""
 
     number: int
@@ -51,13 +51,13 @@ class FieldDifference:
 
 
 @dataclass
-class Difference:
+class LogDifference:
     """What two logs differ in. `by_time`: whether messages were paired by their times, else by their order."""
 
     packets: tuple[int, int]
     names: Names
     losses: tuple[list[imc.Loss], list[imc.Loss]]
-    first: tuple[Place, Place] | None = None
+    first: tuple[LogMessage, LogMessage] | None = None
     reordered: bool = False
     by_time: bool = True
     types: dict[str, TypeDifference] = field(default_factory=dict[str, TypeDifference])
@@ -73,7 +73,7 @@ class Difference:
 class _Content:
     """A log's packets as arrays: key of type and sender, time, offset, fingerprint."""
 
-    def __init__(self, log: imc.Log, names: Names, losses: list[imc.Loss], progress: Progress | None):
+    def __init__(self, log: imc.Log, names: Names, losses: list[imc.Loss], progress: ReportShare | None):
         keys, times, offsets, prints = array("q"), array("d"), array("q"), array("q")
         for block in blocks(log, losses, progress):
             heads = block.headers
@@ -102,19 +102,19 @@ class _Content:
                 if number < 0:
                     return
 
-    def place(self, number: int) -> Place:
+    def place(self, number: int) -> LogMessage:
         if number >= len(self.keys):
-            return Place(number + 1, -1, None)
+            return LogMessage(number + 1, -1, None)
         packet = next(self.fetch(np.array([number])))
-        return Place(number + 1, int(self.offsets[number]), _decoded(self.log, packet))
+        return LogMessage(number + 1, int(self.offsets[number]), _decoded(self.log, packet))
 
 
-def compare(a: imc.Log, b: imc.Log, progress: Progress | None = None) -> Difference:
+def compare(a: imc.Log, b: imc.Log, progress: ReportShare | None = None) -> LogDifference:
     """Compare two logs. Some 30 bytes of memory for each packet, and the changed ones up to MOST_PAIRS."""
     names = Names()
     losses: tuple[list[imc.Loss], list[imc.Loss]] = ([], [])
     one, two = _Content(a, names, losses[0], progress), _Content(b, names, losses[1], progress)
-    found = Difference((len(one.keys), len(two.keys)), names, losses)
+    found = LogDifference((len(one.keys), len(two.keys)), names, losses)
     common = min(found.packets)
     parting = np.flatnonzero(one.prints[:common] != two.prints[:common])
     if len(parting) == 0 and found.packets[0] == found.packets[1]:
@@ -142,7 +142,7 @@ def _unmatched(mine: Array, theirs: Array) -> Array:
     return np.sort(order[rank >= np.repeat(shared, counts)])
 
 
-def _pairs(one: _Content, two: _Content, left_a: Array, left_b: Array, found: Difference) -> tuple[Array, Array]:
+def _pairs(one: _Content, two: _Content, left_a: Array, left_b: Array, found: LogDifference) -> tuple[Array, Array]:
     """The numbers of messages that are the same one, changed: of one type, sender and time, else of one rank."""
     pairs = _matched(one.keys[left_a], one.times[left_a], two.keys[left_b], two.times[left_b])
     shared = len(one.keys) - len(left_a)
@@ -171,7 +171,7 @@ def _matched(keys_a: Array, times_a: Array, keys_b: Array, times_b: Array) -> tu
     return places_a, places_b
 
 
-def _count(one: _Content, two: _Content, left_a: Array, left_b: Array, pairs: Array, found: Difference) -> None:
+def _count(one: _Content, two: _Content, left_a: Array, left_b: Array, pairs: Array, found: LogDifference) -> None:
     columns = (one.keys, one.keys[left_a], two.keys[left_b], one.keys[pairs])
     ids: list[list[int]] = [(keys >> 24).tolist() for keys in columns]
     totals, a, b, changed = map(Counter, ids)
@@ -181,7 +181,7 @@ def _count(one: _Content, two: _Content, left_a: Array, left_b: Array, pairs: Ar
         found.types[name] = TypeDifference(totals[number] - a[number], both, a[number] - both, b[number] - both)
 
 
-def _compare_fields(one: _Content, two: _Content, pairs_a: Array, pairs_b: Array, found: Difference) -> None:
+def _compare_fields(one: _Content, two: _Content, pairs_a: Array, pairs_b: Array, found: LogDifference) -> None:
     pairs_a, pairs_b = pairs_a[:MOST_PAIRS], pairs_b[:MOST_PAIRS]
     order = np.argsort(pairs_b)
     theirs = dict(zip(pairs_b[order].tolist(), two.fetch(pairs_b[order]), strict=True))

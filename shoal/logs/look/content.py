@@ -35,7 +35,7 @@ class Stretch(NamedTuple):
     text: str = ""
 
 
-class Entry(NamedTuple):
+class LogbookLine(NamedTuple):
     """A line of the log book; `level` is INFO, WARNING, ERROR, CRITICAL or DEBUG."""
 
     time: float
@@ -44,7 +44,7 @@ class Entry(NamedTuple):
     text: str
 
 
-class Motion(NamedTuple):
+class Track(NamedTuple):
     """Arrays of one length: time (s since the log's start), north and east of the origin, depth, altitude (m; NaN where
     unknown), roll, pitch, heading (rad), speed over ground (m/s)."""
 
@@ -69,18 +69,18 @@ class Detections(NamedTuple):
 
 
 @dataclass
-class Story:
+class LogContent:
     """A log, as a report tells it. origin: latitude, longitude (rad) of north = east = 0; None without position."""
 
     summary: Summary
-    motion: Motion
+    motion: Track
     detections: Detections
     origin: tuple[float, float] | None = None
     entities: dict[str, list[Stretch]] = field(default_factory=dict[str, list[Stretch]])
     modes: list[Stretch] = field(default_factory=list[Stretch])
     maneuvers: list[Stretch] = field(default_factory=list[Stretch])
     progress: tuple[Array, Array] = field(default_factory=lambda: (np.empty(0), np.empty(0)))
-    entries: list[Entry] = field(default_factory=list[Entry])
+    entries: list[LogbookLine] = field(default_factory=list[LogbookLine])
     levels: Counter[str] = field(default_factory=Counter[str])
 
     @property
@@ -95,7 +95,7 @@ class Story:
         return len(known) > 0 and float(np.abs(known).max()) < AFLOAT
 
 
-def tell(log: imc.Log, summary: Summary) -> Story:
+def content_of(log: imc.Log, summary: Summary) -> LogContent:
     """Read the owner's messages of a log that a report needs; its times are seconds since the log's start."""
     collected: dict[str, list[Any]] = {kind: [] for kind in _NEEDED}
     types = log.schema.types
@@ -115,17 +115,19 @@ def tell(log: imc.Log, summary: Summary) -> Story:
                 continue
         collected[kind].append(_state(message) if kind == "EstimatedState" else message)
     motion, origin = _motion(collected["EstimatedState"], summary)
-    story = Story(summary, motion, _detections(collected["EstimatedMugState"], motion, summary), origin, levels=levels)
+    story = LogContent(
+        summary, motion, _detections(collected["EstimatedMugState"], motion, summary), origin, levels=levels
+    )
     _states(story, collected["EntityState"])
     _plans(story, collected["PlanControlState"])
     _modes(story, collected["VehicleState"])
     for entry in collected["LogBookEntry"]:
-        story.entries.append(Entry(entry.timestamp - summary.start, _level(entry), entry.context, entry.text))
+        story.entries.append(LogbookLine(entry.timestamp - summary.start, _level(entry), entry.context, entry.text))
     story.entries.sort(key=lambda entry: entry.time)
     return story
 
 
-def track_length(motion: Motion, least: float = 1.0) -> float:
+def track_length(motion: Track, least: float = 1.0) -> float:
     """The way over ground in m, in steps of `least` m, so that noise at rest adds nothing."""
     total, north, east = 0.0, math.nan, math.nan
     for n, e in zip(motion.north.tolist(), motion.east.tolist(), strict=True):
@@ -140,7 +142,7 @@ def _state(message: Any) -> tuple[float, ...]:
     return (message.timestamp, message.src_ent, *(getattr(message, name, math.nan) for name in _STATE))
 
 
-def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Motion, tuple[float, float] | None]:
+def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Track, tuple[float, float] | None]:
     """The states of the entity that says most, in order of time, with the origin that offsets are from."""
     table = np.array(rows, float).reshape(len(rows), 2 + len(_STATE))
     within = (table[:, 0] >= summary.start - 1.0) & (table[:, 0] <= summary.end + 1.0)
@@ -150,7 +152,7 @@ def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Motion, tu
     values[~(np.abs(values) < FARTHEST)] = np.nan
     if len(table) == 0:
         empty = np.empty(0)
-        return Motion(*(empty,) * 9), None
+        return Track(*(empty,) * 9), None
     speakers, counts = np.unique(table[:, 1], return_counts=True)
     table = table[table[:, 1] == speakers[counts.argmax()]]
     table = table[np.argsort(table[:, 0], kind="stable")]
@@ -160,7 +162,7 @@ def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Motion, tu
     points: list[tuple[float, float]] = references.tolist()
     offsets = np.array([coordinates.displacement(*origin, 0.0, *point, 0.0)[:2] for point in points])
     north, east = (offsets[places.reshape(-1)] + np.column_stack((x, y))).T
-    motion = Motion(
+    motion = Track(
         table[:, 0] - summary.start,
         north,
         east,
@@ -174,7 +176,7 @@ def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Motion, tu
     return motion, origin
 
 
-def _detections(messages: list[Any], motion: Motion, summary: Summary) -> Detections:
+def _detections(messages: list[Any], motion: Track, summary: Summary) -> Detections:
     """Where gliders were seen: the vehicle's position then, and the offset from it."""
     if len(motion.time) == 0:
         return Detections(*(np.empty(0),) * 4)
@@ -185,7 +187,7 @@ def _detections(messages: list[Any], motion: Motion, summary: Summary) -> Detect
     return Detections(time, np.array([message.id for message in known], np.int64), north, east)
 
 
-def _states(story: Story, messages: list[Any]) -> None:
+def _states(story: LogContent, messages: list[Any]) -> None:
     names, owner = story.summary.names, story.summary.owner
     by_entity: dict[int, list[Any]] = {}
     for message in messages:
@@ -198,12 +200,12 @@ def _states(story: Story, messages: list[Any]) -> None:
         story.entities[label] = _stretches(rows, story.summary)
 
 
-def _modes(story: Story, messages: list[Any]) -> None:
+def _modes(story: LogContent, messages: list[Any]) -> None:
     rows = [(m.timestamp, _named(imc.VehicleState.OpMode, m.op_mode), m.last_error) for m in messages]
     story.modes = _stretches(rows, story.summary, by_text=False)
 
 
-def _plans(story: Story, messages: list[Any]) -> None:
+def _plans(story: LogContent, messages: list[Any]) -> None:
     messages.sort(key=lambda message: message.timestamp)
     rows = [
         (

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 import imc
-from imc.lsf import Progress, Spread
+from imc.lsf import ReportShare, Spread
 from runtime.logs import UNKNOWN_ENTITY, Block, Summary, new_log, summarize, type_name
 from shoal.logs.look.formatting import moment, number, span
 from shoal.logs.look.gaps import Rhythms
@@ -63,7 +63,7 @@ class _Marks:
         self.stopped = type(message).__name__ == "LoggingControl" and getattr(message, "op", None) == stop
 
 
-def examine(path: Path, progress: Progress | None = None, spread: Spread | None = None) -> Examination:
+def examine(path: Path, progress: ReportShare | None = None, spread: Spread | None = None) -> Examination:
     """Read a log once and judge it; `spread` is that of imc.Log. Raises FileNotFoundError, OSError."""
     try:
         log, findings = imc.Log(path, spread=spread), list[Finding]()

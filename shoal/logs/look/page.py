@@ -11,10 +11,10 @@ import numpy as np
 
 import imc
 from imc import coordinates
-from imc.lsf import Progress
+from imc.lsf import ReportShare
 from runtime.logs import Summary, summarize
 from runtime.problem import printable
-from shoal.logs.look.content import Entry, Story, Stretch, tell
+from shoal.logs.look.content import LogbookLine, LogContent, Stretch, content_of
 from shoal.logs.look.formatting import moment, number, rate, size, span
 from shoal.logs.look.plot import Curve, bands, chart, clock, css_class
 from shoal.logs.look.track import draw_track
@@ -28,15 +28,15 @@ SEVERE = ("WARNING", "ERROR", "CRITICAL")
 _HERE = Path(__file__).parent
 
 
-def report(log: imc.Log, progress: Progress | None = None) -> str:
+def report(log: imc.Log, progress: ReportShare | None = None) -> str:
     """The page of a log. The log's text is shown, never interpreted. Raises ValueError for an empty log."""
     summary = summarize(log, progress)
     if summary.packets == 0:
         raise ValueError(f"{log.path}: there is no message in this log")
-    return page(tell(log, summary))
+    return page(content_of(log, summary))
 
 
-def page(story: Story) -> str:
+def page(story: LogContent) -> str:
     summary = story.summary
     script = (_HERE / "report.js").read_text(encoding="utf-8")
     allowed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
@@ -71,7 +71,7 @@ IMC {_safe(summary.schema.version)} by {_safe(source)}.</footer>
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def _tiles(story: Story) -> str:
+def _tiles(story: LogContent) -> str:
     summary, motion = story.summary, story.motion
     tiles = [("", span(summary.duration), "duration")]
     if len(motion.time):
@@ -98,7 +98,7 @@ def _tile(kind: str, value: str, what: str) -> str:
     return f'<div class="tile {kind}"><b>{_safe(value)}</b><span>{_safe(what)}</span></div>'
 
 
-def _charts(story: Story, duration: float) -> Iterable[str]:
+def _charts(story: LogContent, duration: float) -> Iterable[str]:
     motion = story.motion
     if len(motion.time) == 0:
         return
@@ -137,7 +137,7 @@ def _charts(story: Story, duration: float) -> Iterable[str]:
         yield chart("Plan progress, %", plan, duration, 130, limits=(0.0, 103.0), marks=(0.0, 50.0, 100.0))
 
 
-def _timelines(story: Story, duration: float) -> Iterable[str]:
+def _timelines(story: LogContent, duration: float) -> Iterable[str]:
     rows: list[tuple[str, list[Stretch]]] = []
     if story.maneuvers:
         rows.append(("maneuver", story.maneuvers))
@@ -174,7 +174,7 @@ def _worst(stretches: list[Stretch]) -> int:
     return max((ranks.get(stretch.value, 1) for stretch in stretches), default=0) or ended
 
 
-def _detections(story: Story) -> str:
+def _detections(story: LogContent) -> str:
     seen = story.detections
     if len(seen.time) == 0:
         return ""
@@ -192,7 +192,7 @@ def _detections(story: Story) -> str:
     return _section("MUG detections", _table(head, rows, range(1, 7)))
 
 
-def _book(entries: list[Entry], story: Story) -> str:
+def _book(entries: list[LogbookLine], story: LogContent) -> str:
     severe = [entry for entry in entries if entry.level in SEVERE]
     others = [entry for entry in entries if entry.level not in SEVERE]
     head = ("time", "level", "who", "what")
@@ -208,7 +208,7 @@ def _book(entries: list[Entry], story: Story) -> str:
     return _section("Errors and warnings of the log book", text)
 
 
-def _line(entry: Entry) -> tuple[str, ...]:
+def _line(entry: LogbookLine) -> tuple[str, ...]:
     return clock(entry.time), entry.level.lower(), _short(entry.context), _short(entry.text)
 
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from runtime.logs import Array
-from shoal.logs.look.content import Detections, Motion, Story
+from shoal.logs.look.content import Detections, LogContent, Track
 from shoal.logs.look.plot import WIDTH, figure, ticks
 
 HEIGHT, MARGIN = 560, 46
@@ -19,7 +19,7 @@ ARROW, MOST_ARROWS = 230, 12
 SMALLEST = 4.0  # m that are shown of a vehicle that stays where it is
 
 
-class View:
+class PlotView:
     """Metres north and east to the drawing's units."""
 
     def __init__(self, north: Array, east: Array):
@@ -34,12 +34,12 @@ class View:
         return HEIGHT / 2 - (np.asarray(north) - self.middle[0]) / self.span
 
 
-def draw_track(story: Story) -> str:
+def draw_track(story: LogContent) -> str:
     """The track, where it begins and ends, and the detections; a grid in m north and east of the origin."""
     motion, seen = story.motion, story.detections
     if len(motion.time) == 0:
         return figure("Track over ground", "", '<p class="none">The log has no EstimatedState with a position.</p>')
-    view = View(np.concatenate((motion.north, seen.north)), np.concatenate((motion.east, seen.east)))
+    view = PlotView(np.concatenate((motion.north, seen.north)), np.concatenate((motion.east, seen.east)))
     kept = thin(motion, view.span)
     body = [
         *_grid(view),
@@ -66,7 +66,7 @@ def draw_track(story: Story) -> str:
     return figure("Track over ground", legend, drawing)
 
 
-def thin(motion: Motion, span: float) -> Array:
+def thin(motion: Track, span: float) -> Array:
     """The places of points that are enough for a drawing of `span` m per unit; never more than MOST_POINTS."""
     kept = [0]
     least = 0.7 * span
@@ -81,7 +81,7 @@ def thin(motion: Motion, span: float) -> Array:
     return np.unique([*kept[::step], kept[-1]])
 
 
-def _grid(view: View) -> Iterator[str]:
+def _grid(view: PlotView) -> Iterator[str]:
     left, right = (view.middle[1] + side * WIDTH / 2 * view.span for side in (-1, 1))
     low, high = (view.middle[0] + side * HEIGHT / 2 * view.span for side in (-1, 1))
     step = (marks := ticks(left, right, 8))[1] - marks[0]
@@ -105,7 +105,7 @@ def _metres(value: float) -> str:
     return f"{value:.6g}".replace("-", "−")
 
 
-def _line(motion: Motion, kept: Array, view: View) -> Iterator[str]:
+def _line(motion: Track, kept: Array, view: PlotView) -> Iterator[str]:
     """The track in pieces of one shade each."""
     depth = np.nan_to_num(motion.depth[kept])
     deepest = max(float(depth.max()), 1.0)
@@ -120,7 +120,7 @@ def _line(motion: Motion, kept: Array, view: View) -> Iterator[str]:
         yield f'<path class="track s{shade[begin]}" d="M{piece}"/>'
 
 
-def _arrows(motion: Motion, kept: Array, view: View) -> Iterator[str]:
+def _arrows(motion: Track, kept: Array, view: PlotView) -> Iterator[str]:
     """Arrowheads along the way, ARROW units apart or more."""
     x, y = view.x(motion.east[kept]), view.y(motion.north[kept])
     way = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
@@ -132,7 +132,7 @@ def _arrows(motion: Motion, kept: Array, view: View) -> Iterator[str]:
             yield f'<path class="way" d="M0-7 5 5 0 2-5 5Z" transform="{place}"/>'
 
 
-def _shades(motion: Motion) -> str:
+def _shades(motion: Track) -> str:
     deepest = float(np.nan_to_num(motion.depth).max())
     if deepest < 0.5:
         return ""
@@ -140,7 +140,7 @@ def _shades(motion: Motion) -> str:
     return f'<span class="depths">surface {boxes} {deepest:.1f} m deep</span>'
 
 
-def _dots(seen: Detections, view: View) -> Iterator[str]:
+def _dots(seen: Detections, view: PlotView) -> Iterator[str]:
     step = math.ceil(len(seen.time) / MOST_DOTS) or 1
     for x, y in zip(view.x(seen.east[::step]).tolist(), view.y(seen.north[::step]).tolist(), strict=True):
         yield f'<circle class="seen" cx="{x:.1f}" cy="{y:.1f}" r="2.5"/>'
@@ -156,7 +156,7 @@ def _key(seen: Detections) -> str:
     return '<span class="key mugs"><i></i>MUG detections</span>' if len(seen.time) else ""
 
 
-def _ends(motion: Motion, view: View) -> Iterator[str]:
+def _ends(motion: Track, view: PlotView) -> Iterator[str]:
     xs, ys = view.x(motion.east[[0, -1]]).tolist(), view.y(motion.north[[0, -1]]).tolist()
     close = math.hypot(xs[1] - xs[0], ys[1] - ys[0]) < 60
     yield f'<g class="start"><circle cx="{xs[0]:.1f}" cy="{ys[0]:.1f}" r="6"/></g>'

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from tasks.control.path.track import Progress
+from tasks.control.path.track import PathProgress
 from tasks.control.pid import wrap
 
 MISSES = 2
@@ -42,7 +42,7 @@ class Divergence:
         self._misses = 0
         self._remaining = self._error = 0.0
 
-    def error(self, now: float, where: Progress, target: float, uncertainty: float) -> str:
+    def error(self, now: float, where: PathProgress, target: float, uncertainty: float) -> str:
         """What is wrong, an empty text for nothing. `target` is the course to the path (rad)."""
         if now < self._begin:
             return ""
@@ -52,7 +52,7 @@ class Divergence:
             return "cross-track divergence error"
         return ""
 
-    def _is_stuck(self, along: AlongTrack, now: float, where: Progress, target: float) -> bool:
+    def _is_stuck(self, along: AlongTrack, now: float, where: PathProgress, target: float) -> bool:
         off_course = abs(wrap(target - where.course))
         if self._checked is not None and now - self._checked < along.period:
             return False
@@ -68,7 +68,7 @@ class Divergence:
         self._misses = 0 if gained else self._misses + 1
         return self._misses >= MISSES
 
-    def _is_off(self, cross: CrossTrack, now: float, where: Progress, uncertainty: float) -> bool:
+    def _is_off(self, cross: CrossTrack, now: float, where: PathProgress, uncertainty: float) -> bool:
         if abs(where.y) < cross.distance + uncertainty:
             self._outside = None
             return False

@@ -9,7 +9,7 @@ from runtime import ParameterError, State, Task, consume, param
 from tasks.control.loops import EnabledLoops
 from tasks.control.path.bottom import BottomGuard
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
-from tasks.control.path.track import Point, Progress, Track, bearing, is_somewhere, progress
+from tasks.control.path.track import PathProgress, Point, Track, bearing, is_somewhere, progress
 from tasks.control.pid import clamp, wrap
 
 Flags = imc.DesiredPath.Flags
@@ -69,7 +69,7 @@ class PathFollower(Task):
     )
     lowest: float = param(2.5, "m", "That altitude.", name="Bottom Track -- Admissible Altitude", minimum=0)
 
-    def along(self, where: Progress, bearing: float) -> float:
+    def along(self, where: PathProgress, bearing: float) -> float:
         """The course (rad) along a track of a `bearing` (rad)."""
         raise NotImplementedError
 
@@ -242,7 +242,7 @@ class PathFollower(Task):
             self.publish(avoids if self._bottom.active else imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
 
     def _report(
-        self, path: imc.DesiredPath, state: imc.EstimatedState, where: Progress, error: float, eta: float
+        self, path: imc.DesiredPath, state: imc.EstimatedState, where: PathProgress, error: float, eta: float
     ) -> None:
         flags = path.flags & KEPT_FLAGS
         flags |= StateFlags.NEAR if self._near else 0
@@ -275,7 +275,7 @@ class PathFollower(Task):
             )
         )
 
-    def _supervise(self, where: Progress, target: float) -> None:
+    def _supervise(self, where: PathProgress, target: float) -> None:
         if self._near and self.now - self._ended > self.new_reference_timeout:
             self._fail("expected new path control reference")
         elif not self._loitering and not self._near:

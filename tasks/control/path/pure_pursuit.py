@@ -4,7 +4,7 @@ import math
 
 from runtime import param
 from tasks.control.path.follower import PathFollower
-from tasks.control.path.track import Progress, bearing
+from tasks.control.path.track import PathProgress, bearing
 
 
 class PurePursuit(PathFollower):
@@ -12,7 +12,7 @@ class PurePursuit(PathFollower):
 
     lookahead: float = param(5.0, "m", "How far ahead the point on a circle is.", name="Loiter Lookahead", minimum=0.1)
 
-    def along(self, where: Progress, bearing: float) -> float:
+    def along(self, where: PathProgress, bearing: float) -> float:
         return where.line_of_sight
 
     def around(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:

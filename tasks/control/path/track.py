@@ -37,7 +37,7 @@ class Track:
 
 
 @dataclass(frozen=True)
-class Progress:
+class PathProgress:
     """Where a vehicle is: `x` along and `y` to starboard of the track, `left` before its end, `range` to the end (m).
 
     `speed` (m/s) and `course` (rad) are of its movement, `vx` and `vy` (m/s) those along and across; `line_of_sight`
@@ -63,14 +63,14 @@ class Progress:
         return (ex if abeam else math.hypot(ex, ey)) / speed - early
 
 
-def progress(track: Track, at: Point, speed: float, course: float, psi: float) -> Progress:
+def progress(track: Track, at: Point, speed: float, course: float, psi: float) -> PathProgress:
     """Where a vehicle at a point is on a straight track."""
     direction = track.bearing
     c, s = math.cos(direction), math.sin(direction)
     north, east = at[0] - track.start[0], at[1] - track.start[1]
     x, y = c * north + s * east, c * east - s * north
     drift = course - direction
-    return Progress(
+    return PathProgress(
         x=x,
         y=y,
         left=track.length - x,

@@ -4,7 +4,7 @@ import math
 
 from runtime import param
 from tasks.control.path.follower import PathFollower
-from tasks.control.path.track import Progress
+from tasks.control.path.track import PathProgress
 
 
 class VectorField(PathFollower):
@@ -24,7 +24,7 @@ class VectorField(PathFollower):
         super().configure()
         self._gain = math.tan(math.radians(self.entry_angle)) / self.corridor_width
 
-    def along(self, where: Progress, bearing: float) -> float:
+    def along(self, where: PathProgress, bearing: float) -> float:
         return bearing - math.atan(self._gain * where.y)
 
     def around(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:

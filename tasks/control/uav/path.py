@@ -8,7 +8,7 @@ from imc.coordinates import displacement
 from runtime import State, Task, consume, param
 from tasks.control.loops import EnabledLoops
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
-from tasks.control.path.track import Progress, is_somewhere
+from tasks.control.path.track import PathProgress, is_somewhere
 from tasks.control.pid import wrap
 from tasks.control.uav.guidance import Circle, Line, Pace
 from tasks.control.uav.limits import Limits, ground, highest_altitude
@@ -236,7 +236,7 @@ class Path(Task):
         low = state.alt < self.landing_altitude
         return north, east, self.landing_rate if low else self.maximum_descent_rate
 
-    def _progress(self, at: Vector, state: imc.EstimatedState) -> Progress:
+    def _progress(self, at: Vector, state: imc.EstimatedState) -> PathProgress:
         line, circle = self._line, self._circle
         left, across = line.left(at), line.across(at)
         if self._landing:
@@ -247,7 +247,7 @@ class Path(Task):
         bearing = line.bearing if line.level > 0.1 else math.atan2(state.vy, state.vx)
         speed, course = math.hypot(state.vx, state.vy), math.atan2(state.vy, state.vx)
         drift = wrap(course - bearing) if speed > SLOWEST else 0.0
-        return Progress(
+        return PathProgress(
             x=math.dist(line.start, line.end) - left,
             y=0.0 if circle is not None and not self._loitering else across,
             left=left,
@@ -260,7 +260,7 @@ class Path(Task):
             vy=speed * math.sin(drift),
         )
 
-    def _report(self, path: imc.DesiredPath, state: imc.EstimatedState, where: Progress, pace: Pace) -> None:
+    def _report(self, path: imc.DesiredPath, state: imc.EstimatedState, where: PathProgress, pace: Pace) -> None:
         flags = path.flags & KEPT_FLAGS
         flags |= Reached.NEAR if self._near else 0
         flags |= Reached.NO_Z if self._landing else 0

@@ -31,7 +31,7 @@ class Refusal(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class ParameterEntry:
     """One parameter of one task: its MAVLink name and place, and its type there."""
 
     id: str
@@ -98,28 +98,28 @@ class ParameterTable:
             for parameter in task.parameters().values()
             if _fits(task, parameter)
         }
-        self._entries: list[Entry] = []
+        self._entries: list[ParameterEntry] = []
         for (pair, name), index in zip(identifiers(found).items(), range(len(found)), strict=True):
             task, parameter = found[pair]
             kind = REAL32 if parameter.type is float else INT32
-            self._entries.append(Entry(name, index, kind, task, parameter))
+            self._entries.append(ParameterEntry(name, index, kind, task, parameter))
         self._by_id = {entry.id: entry for entry in self._entries}
         self._by_name = {(e.task.entity.label, e.parameter.name): e for e in self._entries}
 
     def __len__(self) -> int:
         return len(self._entries)
 
-    def __iter__(self) -> Iterator[Entry]:
+    def __iter__(self) -> Iterator[ParameterEntry]:
         return iter(self._entries)
 
-    def at(self, index: int) -> Entry | None:
+    def at(self, index: int) -> ParameterEntry | None:
         return self._entries[index] if 0 <= index < len(self._entries) else None
 
-    def named(self, name: bytes) -> Entry | None:
+    def named(self, name: bytes) -> ParameterEntry | None:
         """The entry of a MAVLink name."""
         return self._by_id.get(name.decode("ascii", errors="replace"))
 
-    def of(self, label: str, parameter: str) -> Entry | None:
+    def of(self, label: str, parameter: str) -> ParameterEntry | None:
         """The entry of an entity's parameter."""
         return self._by_name.get((label, parameter))
 

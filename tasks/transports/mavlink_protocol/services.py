@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 
 from mavlink import Received, text
 from tasks.transports.mavlink_protocol.commands import Result, obey, set_mode
-from tasks.transports.mavlink_protocol.parameters import DOES_NOT_EXIST, Entry, Refusal
+from tasks.transports.mavlink_protocol.parameters import DOES_NOT_EXIST, ParameterEntry, Refusal
 from tasks.transports.mavlink_protocol.session import Session
 
 MISSION_ACCEPTED, MISSION_UNSUPPORTED, MISSION_INVALID_SEQUENCE = 0, 3, 13
@@ -86,7 +86,7 @@ def _set_parameter(session: Session, message: Received, now: float) -> None:
     session.autopilot.set_parameter(entry, wanted)
 
 
-def _plain(entry: Entry) -> str:
+def _plain(entry: ParameterEntry) -> str:
     return f"{entry.task.entity.label}, {entry.parameter.name}"
 
 

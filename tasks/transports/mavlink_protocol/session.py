@@ -5,8 +5,8 @@ from collections.abc import Callable
 from typing import Any
 
 from mavlink import Fields, Flavour, Received, encode, text
-from tasks.transports.mavlink_protocol.autopilot import COMPONENT, Autopilot
-from tasks.transports.mavlink_protocol.parameters import Entry
+from tasks.transports.mavlink_protocol.parameters import ParameterEntry
+from tasks.transports.mavlink_protocol.system import COMPONENT, MavlinkSystem
 
 HEARTBEAT_PERIOD = 1.0
 LIST_PERIOD = 0.02
@@ -23,7 +23,7 @@ class Session:
     A peer is in contact from its first message on until it has been silent for long; texts wait for that.
     """
 
-    def __init__(self, autopilot: Autopilot, flavour: Flavour, transmit: Callable[[bytes], object], now: float):
+    def __init__(self, autopilot: MavlinkSystem, flavour: Flavour, transmit: Callable[[bytes], object], now: float):
         self.autopilot = autopilot
         self.flavour = flavour
         self.heard_at = now
@@ -34,7 +34,7 @@ class Session:
         self._sequence = itertools.cycle(range(256))
         self._periods: dict[str, float] = {}
         self._due: dict[str, float] = {}
-        self._listing: list[Entry] = []
+        self._listing: list[ParameterEntry] = []
         self._listing_due = now
         self._texts = text.Tap(TEXTS_PER_SECOND, TEXT_BURST, now)
         self._text_number = 0
@@ -72,7 +72,7 @@ class Session:
             self.send(name, fields)
         return fields is not None
 
-    def send_parameter(self, entry: Entry) -> None:
+    def send_parameter(self, entry: ParameterEntry) -> None:
         payload = self.autopilot.dialect.by_name["PARAM_VALUE"].pack(
             {
                 "param_id": entry.id.encode(),

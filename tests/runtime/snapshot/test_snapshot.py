@@ -16,7 +16,7 @@ from runtime import State, Task, periodic
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile, read_sections
 from runtime.snapshot import SnapshotError, load, restore, save
-from runtime.snapshot.values import Reader, Writer
+from runtime.snapshot.values import StateReader, StateWriter
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle, build
 from shoal.rerun import continued
@@ -200,7 +200,7 @@ VALUES = st.recursive(
 
 @given(VALUES)
 def test_plain_values_come_back(value: object) -> None:
-    writer, reader = Writer(lambda _: None), Reader(lambda _: None, (), ())
+    writer, reader = StateWriter(lambda _: None), StateReader(lambda _: None, (), ())
     plain = msgspec.msgpack.decode(msgspec.msgpack.encode(writer.write(value, "here")))
     assert reader.read(plain) == value
     assert type(reader.read(plain)) is type(value)
@@ -329,7 +329,7 @@ def test_a_snapshot_cannot_make_or_call_what_it_wants(plain: Any) -> None:
         raise SnapshotError(f"{words[0]} is unknown")
 
     with pytest.raises(SnapshotError):
-        Reader(nothing, (), ()).read(plain)
+        StateReader(nothing, (), ()).read(plain)
 
 
 GPS, HACC = "Simulators.GPS/Kinematic", "HACC"

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from runtime.profile import read_sections
-from world.bodies import Craft, read_model
+from world.bodies import UnderwaterVehicle, read_underwater_model
 
 ROOT = Path(__file__).parents[3]
 LAUV = read_sections(ROOT / "etc/common/vsim-models.ini")["VSIM/Model/lauv"]
@@ -24,26 +24,28 @@ def mission():
     return dict(np.load(ROOT / "tests/data/simulators/dune_mission.npz"))
 
 
-def craft_at(state, model) -> Craft:
-    craft = Craft(model)
+def craft_at(state, model) -> UnderwaterVehicle:
+    craft = UnderwaterVehicle(model)
     craft.x, craft.y, craft.z = map(float, state[:3])
     craft.orient(*map(float, state[3:6]))
     craft.u, craft.v, craft.w, craft.p, craft.q, craft.r = map(float, state[6:])
     return craft
 
 
-def command(craft: Craft, commands) -> None:
+def command(craft: UnderwaterVehicle, commands) -> None:
     for fin in range(4):
         craft.deflect(fin, float(commands[fin]))
     craft.drive(0, float(commands[4]))
 
 
 def as_dune():
-    return read_model(lambda _, option: (LAUV | {"Rotational Inertia": "19, 34, 34"}).get(option, ""), "lauv")
+    return read_underwater_model(
+        lambda _, option: (LAUV | {"Rotational Inertia": "19, 34, 34"}).get(option, ""), "lauv"
+    )
 
 
 def as_it_should_be():
-    return read_model(lambda _, option: LAUV.get(option, ""), "lauv")
+    return read_underwater_model(lambda _, option: LAUV.get(option, ""), "lauv")
 
 
 def swim(mission, model):

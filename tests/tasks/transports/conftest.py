@@ -6,10 +6,10 @@ import imc
 from mavlink import FLAVOURS, KINDS, encode, load_dialect, split
 from runtime import Task, param
 from runtime.testing import simulate
-from tasks.transports.mavlink_protocol.autopilot import Autopilot
 from tasks.transports.mavlink_protocol.parameters import ParameterTable
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import Session, addressed
+from tasks.transports.mavlink_protocol.system import MavlinkSystem
 
 DIALECT = load_dialect()
 BOOT = 1000.0
@@ -33,7 +33,7 @@ class Desk:
         self.wishes = []
         self.stops = 0
         self.frames = []
-        self.autopilot = Autopilot(
+        self.autopilot = MavlinkSystem(
             DIALECT,
             name="lauv-noptilus-1",
             system=system,

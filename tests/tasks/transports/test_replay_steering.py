@@ -11,7 +11,7 @@ from runtime import ParameterError, State, Task, consume
 from runtime.testing import START, simulate
 from shoal.cli.keys import press
 from tasks.transports.replay import Replay
-from tasks.transports.replay_log import Place
+from tasks.transports.replay_log import LogTime
 
 LOGGED, OTHER = 0x001A, 0x0030
 T0 = 1.7e9
@@ -177,4 +177,4 @@ def test_keys() -> None:
     ("text", "place"), [("90", (90.0, False)), ("1h30min", (5400.0, False)), ("1970-01-01T00:01:00", (60.0, True))]
 )
 def test_places(text: str, place: tuple[float, bool]) -> None:
-    assert Place.parse(text) == place
+    assert LogTime.parse(text) == place

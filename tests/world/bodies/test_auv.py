@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from runtime.profile import read_sections
-from world.bodies import Craft, Diverged, Engine, Fin, ModelError, read_model
+from world.bodies import Diverged, Fin, ModelError, Thruster, UnderwaterVehicle, read_underwater_model
 from world.bodies.auv import GRAVITY
 
 MODELS = read_sections(Path(__file__).parents[3] / "etc/common/vsim-models.ini")
@@ -15,7 +15,9 @@ MODELS = read_sections(Path(__file__).parents[3] / "etc/common/vsim-models.ini")
 
 def lauv(**changes: str):
     section = MODELS["VSIM/Model/lauv"] | {name.replace("_", " "): text for name, text in changes.items()}
-    return read_model(lambda name, option: section.get(option, "") if name == "VSIM/Model/lauv" else "", "lauv")
+    return read_underwater_model(
+        lambda name, option: section.get(option, "") if name == "VSIM/Model/lauv" else "", "lauv"
+    )
 
 
 LAUV = lauv()
@@ -23,21 +25,21 @@ AFLOAT = LAUV.mass / (1000.0 * LAUV.volume[0] * LAUV.volume[1]) - 0.5 * LAUV.vol
 NEUTRAL = replace(LAUV, volume=(2.0, 0.11, 24.0 / (1000.0 * 2.0 * 0.11)))
 
 
-def swim(craft: Craft, seconds: float, h: float = 0.01) -> Craft:
+def swim(craft: UnderwaterVehicle, seconds: float, h: float = 0.01) -> UnderwaterVehicle:
     for _ in range(round(seconds / h)):
         craft.step(h)
     return craft
 
 
-def under_way(model=NEUTRAL, depth: float = 20.0, actuation: float = 0.5) -> Craft:
-    craft = Craft(model)
+def under_way(model=NEUTRAL, depth: float = 20.0, actuation: float = 0.5) -> UnderwaterVehicle:
+    craft = UnderwaterVehicle(model)
     craft.z = depth
     craft.drive(0, actuation)
     return swim(craft, 30.0)
 
 
 def test_it_floats_where_it_displaces_its_mass():
-    craft = swim(Craft(LAUV), 60.0)
+    craft = swim(UnderwaterVehicle(LAUV), 60.0)
     assert abs(AFLOAT - 0.0541) < 1e-4
     assert craft.z == pytest.approx(AFLOAT, abs=1e-6)
     assert (craft.y, craft.v, craft.p, craft.r) == (0.0, 0.0, 0.0, 0.0)
@@ -46,7 +48,7 @@ def test_it_floats_where_it_displaces_its_mass():
 
 def test_it_rises_with_the_speed_that_drag_allows():
     level = replace(LAUV, linear=(*LAUV.linear[:6], 0.0, 0.0, 0.0, 0.0), quadratic=(*LAUV.quadratic[:6], *(0.0,) * 4))
-    craft = Craft(level)
+    craft = UnderwaterVehicle(level)
     craft.z = 1000.0
     swim(craft, 200.0)
     surplus = GRAVITY * (1000.0 * math.prod(LAUV.volume) - LAUV.mass)
@@ -111,7 +113,7 @@ def test_crossed_fins_roll_it_only_if_the_model_says_so():
 
 
 def test_port_and_starboard_are_mirror_images():
-    crafts: list[Craft] = []
+    crafts: list[UnderwaterVehicle] = []
     for sign in (1.0, -1.0):
         craft = under_way(LAUV)
         craft.deflect(0, 0.2 * sign)
@@ -129,7 +131,7 @@ def test_without_drag_and_weight_energy_stays():
         NEUTRAL, linear=(0.0,) * 10, quadratic=(0.0,) * 10, lift=(0.0,) * 8, rotational=NEUTRAL.inertia[3:], mass=24.2
     )
     free = replace(free, volume=(2.0, 0.11, 24.2 / 220.0))
-    craft = Craft(free)
+    craft = UnderwaterVehicle(free)
     craft.z = 500.0
     craft.u, craft.v, craft.w, craft.p, craft.q, craft.r = 1.0, 0.1, -0.1, 0.3, 0.1, -0.2
 
@@ -167,7 +169,7 @@ def test_the_error_of_a_step_falls_with_its_square():
 
 
 def test_no_pitch_is_special():
-    craft = Craft(NEUTRAL)
+    craft = UnderwaterVehicle(NEUTRAL)
     craft.z = 300.0
     craft.orient(0.2, 0.5 * math.pi, 0.3)
     craft.u, craft.q = 1.0, 0.5
@@ -178,13 +180,13 @@ def test_no_pitch_is_special():
 
 @pytest.mark.parametrize("angles", [(0.0, 0.0, 0.0), (0.3, -0.4, 2.5), (-3.0, 1.4, -3.1), (0.1, 0.2, 3.14)])
 def test_euler_angles_come_back(angles):
-    craft = Craft(LAUV)
+    craft = UnderwaterVehicle(LAUV)
     craft.orient(*angles)
     assert craft.euler_angles() == pytest.approx(angles)
 
 
 def test_it_never_leaves_the_water_and_its_fins_do_not_lift_it_out():
-    craft = Craft(LAUV)
+    craft = UnderwaterVehicle(LAUV)
     craft.drive(0, 1.0)
     highest = 1.0
     for _ in range(6000):
@@ -207,15 +209,15 @@ def test_fins_stop_and_thrust_is_limited():
 
 
 def test_engines_aside_of_the_centre_turn_it():
-    side = Engine(0.96, 12.6, 41.7, (-0.5, 0.3, 0.0), (1.0, 0.0, 0.0))
-    lifter = Engine(0.96, 12.6, 41.7, (0.4, 0.0, 0.0), (0.0, 0.0, 1.0))
-    craft = Craft(replace(NEUTRAL, engines=(side, lifter), maximum_force=2.0))
+    side = Thruster(0.96, 12.6, 41.7, (-0.5, 0.3, 0.0), (1.0, 0.0, 0.0))
+    lifter = Thruster(0.96, 12.6, 41.7, (0.4, 0.0, 0.0), (0.0, 0.0, 1.0))
+    craft = UnderwaterVehicle(replace(NEUTRAL, engines=(side, lifter), maximum_force=2.0))
     craft.z = 50.0
     craft.drive(0, 0.3)
     swim(craft, 1.0)
     assert craft.u > 0.05
     assert craft.r < -0.02
-    craft = Craft(craft.model)
+    craft = UnderwaterVehicle(craft.model)
     craft.z = 50.0
     craft.drive(1, 0.3)
     swim(craft, 0.05)
@@ -224,7 +226,7 @@ def test_engines_aside_of_the_centre_turn_it():
 
 
 def test_a_model_that_cannot_be_diverges_with_a_word():
-    craft = Craft(replace(LAUV, linear=(5000.0,) * 10))
+    craft = UnderwaterVehicle(replace(LAUV, linear=(5000.0,) * 10))
     craft.z, craft.u = 10.0, 1.0
     with pytest.raises(Diverged, match="m/s"):
         swim(craft, 10.0)

@@ -13,7 +13,7 @@ from tasks.simulators.battery import Battery
 from tasks.simulators.motor import Motor
 from tasks.simulators.vsim import VSIM
 from tasks.simulators.wind import Wind
-from world.bodies import Boat, Diverged, ModelError, is_boat, read_surface_model
+from world.bodies import Boat, Diverged, ModelError, is_boat, read_boat_model
 from world.bodies.boat import AIR
 
 MODELS = read_sections(Path(__file__).parents[3] / "etc/common/vsim-models.ini")
@@ -21,7 +21,7 @@ MODELS = read_sections(Path(__file__).parents[3] / "etc/common/vsim-models.ini")
 
 def model(name, **changes):
     section = MODELS[f"VSIM/Model/{name}"] | {option.replace("_", " "): text for option, text in changes.items()}
-    return read_surface_model(lambda _, option: section.get(option, ""), name)
+    return read_boat_model(lambda _, option: section.get(option, ""), name)
 
 
 OTTER, DISPLACEMENT = model("otter"), model("displacement-boat")

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from world.pictures.faces import NAMES, ORIGINAL_QUATERNIONS, QUATERNIONS, rotation, rotations, stack
+from world.pictures.faces import NAMES, ORIGINAL_QUATERNIONS, QUATERNIONS, quaternion_matrix, rotations, stack
 
 VECTORS = json.loads((Path(__file__).parents[2] / "data/sensors/fisheye.json").read_text())
 AXES = dict(zip(NAMES, ((0, 0, 1), (0, -1, 0), (1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, 0, -1)), strict=True))
@@ -17,7 +17,7 @@ def test_rotations_match_the_vectors(number, name):
     case = VECTORS["fisheye_face_rotations"][name]
     assert NAMES[number] == name
     np.testing.assert_array_equal(rotations(5)[number], case["R_face_to_d"])
-    np.testing.assert_allclose(rotation(case["q_optical"]), case["R_face_to_d"], atol=1e-9)
+    np.testing.assert_allclose(quaternion_matrix(case["q_optical"]), case["R_face_to_d"], atol=1e-9)
     np.testing.assert_allclose(QUATERNIONS[number], case["q_optical"], atol=1e-9)
 
 
@@ -34,7 +34,7 @@ def test_the_table_of_the_thesis_means_the_same_with_the_sign_of_front_put_back(
     """Its image coordinates are (row, column, depth): left-handed."""
     swap = np.array([[0, 1, 0], [1, 0, 0], [0, 0, 1]])
     for original, turn in zip(ORIGINAL_QUATERNIONS, rotations(5), strict=True):
-        np.testing.assert_allclose(swap @ rotation(original) @ swap, turn, atol=1e-12)
+        np.testing.assert_allclose(swap @ quaternion_matrix(original) @ swap, turn, atol=1e-12)
 
 
 def test_stacking_takes_three_or_four_colours():

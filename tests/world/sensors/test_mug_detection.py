@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from world.attitude import rotation
 from world.optics import Pinhole
-from world.sensors import View, detect, detect_originally, gsd_sigma, mug_original
+from world.sensors import CameraPose, detect, detect_originally, gsd_sigma, mug_original
 
 DATA = Path(__file__).parents[2] / "data" / "sensors"
 DEFAULT = Pinhole(1280, 960, math.radians(92.8), math.radians(50.0))
@@ -31,7 +31,7 @@ def test_physical(row):
     to_mug = tuple(m - v for m, v in zip(given["mug_ned"], given["veh_ned"], strict=True))
     height = given["z_plane"] - given["veh_ned"][2]
     point = camera.project(r, to_mug)
-    view = View(given["phi"], given["theta"], given["psi"], height)
+    view = CameraPose(given["phi"], given["theta"], given["psi"], height)
     seen = detect(camera, view, to_mug[:2])
     assert (seen is not None) is row["visible"]
     if row["uv"] is None:
@@ -59,7 +59,7 @@ def test_original(row):
     back = mug_original.to_offset(camera, alt, psi, *pixel)
     assert back == pytest.approx(row["ned_from_pixel"], abs=1e-8, rel=1e-9)
     assert mug_original.error_bound(camera, alt) == pytest.approx(row["err_bound"], abs=1e-8, rel=1e-9)
-    assert detect_originally(camera, View(0.0, 0.0, psi, alt), target) == (back if row["visible"] else None)
+    assert detect_originally(camera, CameraPose(0.0, 0.0, psi, alt), target) == (back if row["visible"] else None)
 
 
 @pytest.mark.parametrize("row", [row for row in rows("mug_edges") if "u" in row])
@@ -82,7 +82,7 @@ TILT, SIDE = st.floats(-0.4, 0.4), st.floats(-1.0, 1.0)
 
 @given(TILT, TILT, st.floats(-10.0, 10.0), st.floats(0.5, 80.0), SIDE, SIDE)
 def test_through_the_pixel_and_back(phi, theta, psi, height, north, east):
-    view, target = View(phi, theta, psi, height), (north * height, east * height)
+    view, target = CameraPose(phi, theta, psi, height), (north * height, east * height)
     r = rotation(phi, theta, psi)
     point = DEFAULT.project(r, (*target, height))
     assume(point is not None and DEFAULT.covers(*point))
@@ -93,14 +93,16 @@ def test_through_the_pixel_and_back(phi, theta, psi, height, north, east):
         assert math.dist(seen, target) <= 0.5 * size + 1e-9
 
 
-@pytest.mark.parametrize("view", [View(math.pi, 0.0, 0.0, 10.0), View(0.0, 0.0, 0.0, -1.0), View(0.0, 0.0, 0.0, 0.0)])
+@pytest.mark.parametrize(
+    "view", [CameraPose(math.pi, 0.0, 0.0, 10.0), CameraPose(0.0, 0.0, 0.0, -1.0), CameraPose(0.0, 0.0, 0.0, 0.0)]
+)
 def test_nothing_is_seen_upwards_or_on_the_plane(view):
     assert detect(DEFAULT, view, (0.0, 0.0)) is None
 
 
 def test_heading_does_not_move_a_target():
     for psi in (0.0, 1.0, math.pi / 2, 3.0, -2.0):
-        assert detect(DEFAULT, View(0.0, 0.0, psi, 10.0), (1.0, 0.3)) == pytest.approx((1.0, 0.3), abs=0.02)
+        assert detect(DEFAULT, CameraPose(0.0, 0.0, psi, 10.0), (1.0, 0.3)) == pytest.approx((1.0, 0.3), abs=0.02)
 
 
 def test_gsd_error_shrinks_with_resolution_and_grows_with_height():

@@ -7,7 +7,7 @@ import pytest
 
 import imc
 from runtime.logs import summarize
-from shoal.logs.edit import Choice, choose, cut, merge
+from shoal.logs.edit import Selection, choose, cut, merge
 from shoal.logs.edit.merging import Conflict
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
@@ -84,14 +84,14 @@ def test_other_systems_have_the_time_at_which_they_were_heard(make_log, tmp_path
 def test_nothing_chosen_leaves_nothing(make_log, tmp_path):
     log = imc.Log(make_log([at(0)]))
     with pytest.raises(ValueError, match="nothing is written"):
-        cut(log, tmp_path / "out", Choice(types=frozenset({imc.Abort.ID})), VEHICLE)
+        cut(log, tmp_path / "out", Selection(types=frozenset({imc.Abort.ID})), VEHICLE)
     assert not (tmp_path / "out").exists()
 
 
 def test_an_existing_folder_is_left_alone(make_log, tmp_path):
     folder = make_log([at(0)])
     with pytest.raises(FileExistsError):
-        cut(imc.Log(folder), folder, Choice(), VEHICLE)
+        cut(imc.Log(folder), folder, Selection(), VEHICLE)
     assert len(packets_of(folder)) == 1
 
 
@@ -99,7 +99,7 @@ def test_merging_the_parts_gives_the_whole(make_log, tmp_path):
     folder = make_log([at(n / 100) for n in range(3000)])
     parts = [(20.0, INF), (0.0, 10.0), (10.0, 20.0)]
     for number, (begin, end) in enumerate(parts):
-        cut(imc.Log(folder), tmp_path / f"part{number}", Choice(START + begin, START + end), VEHICLE)
+        cut(imc.Log(folder), tmp_path / f"part{number}", Selection(START + begin, START + end), VEHICLE)
     merged = merge([imc.Log(tmp_path / f"part{number}") for number in range(3)], tmp_path / "whole")
     assert packets_of(tmp_path / "whole") == packets_of(folder)
     assert (merged.packets, merged.copies, merged.warnings) == (3000, 0, [])

@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 import imc
 from imc.layout import WIRE_CODES
 from runtime.logs import summarize
-from shoal.logs.edit import Choice
+from shoal.logs.edit import Selection
 from shoal.logs.edit.mcap_import import import_mcap
 from shoal.logs.export import Source
 from shoal.logs.export.mcap import export_mcap
@@ -31,7 +31,7 @@ def packets_of(log):
 
 def source_of(log, **choice):
     opened = imc.Log(log)
-    return Source(opened, summarize(opened), Choice(**choice))
+    return Source(opened, summarize(opened), Selection(**choice))
 
 
 class Reader:

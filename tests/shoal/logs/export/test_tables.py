@@ -11,7 +11,7 @@ import pytest
 
 import imc
 from runtime.logs import summarize
-from shoal.logs.edit import Choice
+from shoal.logs.edit import Selection
 from shoal.logs.export import Source
 from shoal.logs.export.csv import export_csv
 from shoal.logs.export.llf import export_llf, java_number
@@ -35,7 +35,7 @@ ODD = [
 
 def source_of(log, *types):
     opened = imc.Log(log)
-    return Source(opened, summarize(opened), Choice(types=frozenset(types) or None))
+    return Source(opened, summarize(opened), Selection(types=frozenset(types) or None))
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import pytest
 import imc
 from runtime.logs import summarize
 from shoal.logs.look import report
-from shoal.logs.look.content import tell
+from shoal.logs.look.content import content_of
 from shoal.logs.look.plot import decimate, ticks
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
@@ -108,7 +108,7 @@ def test_what_stays_at_the_surface_has_no_depth(make_log, altitude, drawn):
 
 def test_what_the_story_holds(make_log):
     log = imc.Log(make_log([*labels(DVL=8), *mission()]))
-    story = tell(log, summarize(log))
+    story = content_of(log, summarize(log))
     assert story.origin == (0.7, -0.15)
     assert story.motion.north[-1] == pytest.approx(119.9)
     assert story.distance == pytest.approx(122.0, rel=0.05)
@@ -169,7 +169,7 @@ def test_logs_that_lack_most(make_log, kinds):
 def test_a_state_beyond_the_pole_or_without_a_place_is_left_out(make_log):
     states = [(math.nan, 0.0), (9.0, 0.0), (0.7, math.inf)]
     log = imc.Log(make_log(at(n, imc.EstimatedState, lat=lat, lon=lon) for n, (lat, lon) in enumerate(states)))
-    assert tell(log, summarize(log)).origin is None
+    assert content_of(log, summarize(log)).origin is None
 
 
 def test_a_page_stays_small_whatever_the_log_says(make_log):

@@ -11,7 +11,7 @@ from imc import coordinates
 from mavlink import ARMED, CRITICAL, CUSTOM_MODE, STANDBY, STATUS, Dialect, Fields, Flavour, Kind, Mode, mode_of, moving
 from mavlink import from_imc as conversion
 from runtime.task import Entity, State
-from tasks.transports.mavlink_protocol.parameters import Entry, ParameterTable
+from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 
 COMPONENT = 1
 STALE = 3.0
@@ -41,7 +41,7 @@ class Figures:
     load: float = math.nan
 
 
-class Autopilot:
+class MavlinkSystem:
     """What all ground stations share.
 
     `set_parameter(entry, text)` and `stop_plan()` ask the vehicle for it; `entities` gives those whose state counts for
@@ -61,7 +61,7 @@ class Autopilot:
         rates: Callable[[], Mapping[str, float]],
         parameters: ParameterTable,
         entities: Callable[[], Iterable[Entity]],
-        set_parameter: Callable[[Entry, str], None],
+        set_parameter: Callable[[ParameterEntry, str], None],
         stop_plan: Callable[[], None],
     ):
         self.dialect = dialect
@@ -182,7 +182,7 @@ class Autopilot:
         ill = next((e for e in self._entities() if e.stateful and e.state != State.NORMAL), None)
         return f"{ill.label} is in {ill.state.name}: {ill.description}" if ill else ""
 
-    def place(self, now: float) -> tuple[imc.EstimatedState, conversion.Place] | None:
+    def place(self, now: float) -> tuple[imc.EstimatedState, conversion.Position] | None:
         """The present estimate and where that is; None where there is none, or an old or impossible one."""
         state = self._present(now)
         if state is None or self.home is None:
