@@ -7,7 +7,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import imc
-from mavlink import from_imc as conversion
+from mavlink import from_imc
 from mavlink import load_dialect
 
 DIALECT = load_dialect()
@@ -19,20 +19,20 @@ ANY_STATE = st.builds(imc.EstimatedState, **dict.fromkeys(FIGURES, ANY))
 
 
 def located(state, *, afloat=True, home=None, undulation=0.0):
-    home = home or conversion.home_of(state, afloat=afloat, undulation=undulation)
-    return home, home and conversion.place_of(state, home, afloat=afloat, undulation=undulation)
+    home = home or from_imc.home_of(state, afloat=afloat, undulation=undulation)
+    return home, home and from_imc.place_of(state, home, afloat=afloat, undulation=undulation)
 
 
 def everything(state, afloat=True):
     """All messages that a state becomes, by name."""
     home, place = located(state, afloat=afloat)
     found = {
-        "ATTITUDE": conversion.attitude(state, 0),
-        "GLOBAL_POSITION_INT": conversion.global_position(state, place, 0),
-        "LOCAL_POSITION_NED": conversion.local_position(state, place, home, 0) if home else None,
-        "VFR_HUD": conversion.hud(state, place, math.nan, math.nan),
-        "HOME_POSITION": conversion.home_position(home, 0.0) if home else None,
-        "GPS_GLOBAL_ORIGIN": conversion.global_origin(home, 0.0) if home else None,
+        "ATTITUDE": from_imc.attitude(state, 0),
+        "GLOBAL_POSITION_INT": from_imc.global_position(state, place, 0),
+        "LOCAL_POSITION_NED": from_imc.local_position(state, place, home, 0) if home else None,
+        "VFR_HUD": from_imc.hud(state, place, math.nan, math.nan),
+        "HOME_POSITION": from_imc.home_position(home, 0.0) if home else None,
+        "GPS_GLOBAL_ORIGIN": from_imc.global_origin(home, 0.0) if home else None,
     }
     return {name: fields for name, fields in found.items() if fields is not None}
 
@@ -55,8 +55,8 @@ def test_position_is_where_the_vehicle_is_not_its_reference():
 
 
 def test_degrees_are_rounded_not_cut():
-    assert conversion.degrees_e7(math.radians(12.34567899)) == 123456790
-    assert conversion.degrees_e7(math.radians(-12.34567899)) == -123456790
+    assert from_imc.degrees_e7(math.radians(12.34567899)) == 123456790
+    assert from_imc.degrees_e7(math.radians(-12.34567899)) == -123456790
 
 
 @pytest.mark.parametrize(("degrees", "hdg"), [(0, 0), (-1, 35900), (359.996, 0), (-0.004, 0), (180, 18000), (720, 0)])
@@ -77,30 +77,30 @@ def test_flying_vehicle_is_above_the_sea_by_the_geoid():
     home, _ = located(first, afloat=False, undulation=54.5)
     higher = imc.EstimatedState(**PORTO, z=-100.0, depth=-1.0)
     _, place = located(higher, afloat=False, home=home, undulation=54.5)
-    fields = conversion.global_position(higher, place, 0)
+    fields = from_imc.global_position(higher, place, 0)
     assert fields["alt"] == pytest.approx(100500, abs=2)
     assert fields["relative_alt"] == pytest.approx(100000, abs=2)
-    assert conversion.home_position(home, 0.0)["altitude"] == 500
+    assert from_imc.home_position(home, 0.0)["altitude"] == 500
 
 
 def test_local_position_counts_from_home_also_after_a_new_reference():
     first = imc.EstimatedState(**PORTO, x=10.0, y=20.0, z=2.0, depth=2.0)
     home, place = located(first)
-    fields = conversion.local_position(first, place, home, 0)
+    fields = from_imc.local_position(first, place, home, 0)
     assert (fields["x"], fields["y"], fields["z"]) == (10.0, 20.0, 2.0)
     later = imc.EstimatedState(lat=PORTO["lat"] + 1e-4, lon=PORTO["lon"], height=55.0, x=1.0, y=2.0, depth=3.0, z=3.0)
     _, place = located(later, home=home)
-    fields = conversion.local_position(later, place, home, 0)
+    fields = from_imc.local_position(later, place, home, 0)
     north, east = metres(PORTO["lat"], PORTO["lon"], place.lat, place.lon)
     assert (fields["x"], fields["y"], fields["z"]) == (pytest.approx(north, abs=0.2), pytest.approx(east, abs=0.2), 3.0)
 
 
 def test_velocity_over_ground_comes_from_the_body_where_it_is_missing():
     state = imc.EstimatedState(**PORTO, u=2.0, psi=math.pi / 2)
-    assert conversion.velocity_of(state) == pytest.approx((0.0, 2.0, 0.0))
+    assert from_imc.velocity_of(state) == pytest.approx((0.0, 2.0, 0.0))
     down = imc.EstimatedState(**PORTO, u=2.0, theta=-math.pi / 6)
-    assert conversion.velocity_of(down) == pytest.approx((math.sqrt(3.0), 0.0, 1.0))
-    assert conversion.velocity_of(imc.EstimatedState(vx=math.nan, u=math.inf)) is None
+    assert from_imc.velocity_of(down) == pytest.approx((math.sqrt(3.0), 0.0, 1.0))
+    assert from_imc.velocity_of(imc.EstimatedState(vx=math.nan, u=math.inf)) is None
 
 
 def test_attitude_is_as_it_was():
@@ -113,23 +113,23 @@ def test_attitude_is_as_it_was():
 def test_hud():
     state = imc.EstimatedState(**PORTO, u=1.5, vx=3.0, vy=4.0, vz=0.5, psi=-0.001, depth=7.0)
     _, place = located(state)
-    fields = conversion.hud(state, place, math.nan, 45.4)
+    fields = from_imc.hud(state, place, math.nan, 45.4)
     expected = {"airspeed": 1.5, "groundspeed": 5.0, "heading": 0, "throttle": 45, "alt": -7.0, "climb": -0.5}
     assert fields == pytest.approx(expected)
 
 
 def test_time_since_boot_wraps():
-    assert conversion.boot_ms(1002.5, 1000.0) == 2500
-    assert conversion.boot_ms(999.0, 1000.0) == 0
-    assert conversion.boot_ms(1000.0 + 2**32 / 1000.0 + 1.0, 1000.0) == 1000
+    assert from_imc.boot_ms(1002.5, 1000.0) == 2500
+    assert from_imc.boot_ms(999.0, 1000.0) == 0
+    assert from_imc.boot_ms(1000.0 + 2**32 / 1000.0 + 1.0, 1000.0) == 1000
 
 
 def test_system_status_says_what_is_unknown():
-    bits = conversion.sensors([("IMU", State.NORMAL), ("DVL", State.ERROR)], located=True, ready=False)
-    unknown = conversion.system_status(bits, math.nan, math.nan, math.nan, math.nan)
+    bits = from_imc.sensors([("IMU", State.NORMAL), ("DVL", State.ERROR)], located=True, ready=False)
+    unknown = from_imc.system_status(bits, math.nan, math.nan, math.nan, math.nan)
     assert unknown["voltage_battery"] == 0xFFFF
     assert (unknown["current_battery"], unknown["battery_remaining"]) == (-1, -1)
-    known = conversion.system_status(bits, 12.0, 24.5, 3.25, 61.0)
+    known = from_imc.system_status(bits, 12.0, 24.5, 3.25, 61.0)
     assert [known[n] for n in ("load", "voltage_battery", "current_battery", "battery_remaining")] == [
         120,
         24500,
@@ -137,18 +137,18 @@ def test_system_status_says_what_is_unknown():
         61,
     ]
     present, healthy = known["onboard_control_sensors_present"], known["onboard_control_sensors_health"]
-    assert present & conversion.GYRO
-    assert healthy & conversion.GYRO
-    assert present & conversion.OPTICAL_FLOW
-    assert not healthy & conversion.OPTICAL_FLOW
-    assert healthy & conversion.GPS
-    assert not healthy & conversion.PREARM
+    assert present & from_imc.GYRO
+    assert healthy & from_imc.GYRO
+    assert present & from_imc.OPTICAL_FLOW
+    assert not healthy & from_imc.OPTICAL_FLOW
+    assert healthy & from_imc.GPS
+    assert not healthy & from_imc.PREARM
 
 
 def test_landed_state_follows_the_medium():
     media = imc.VehicleMedium.Medium
     states = [(None, False), (media.GROUND, True), (media.WATER, False), (media.WATER, True), (media.UNDERWATER, False)]
-    assert [conversion.extended_state(*state)["landed_state"] for state in states] == [0, 1, 1, 2, 2]
+    assert [from_imc.extended_state(*state)["landed_state"] for state in states] == [0, 1, 1, 2, 2]
 
 
 @settings(max_examples=400, deadline=None)
@@ -181,7 +181,7 @@ def test_no_state_raises_and_none_lies(state, afloat):
 @settings(max_examples=200, deadline=None)
 @given(*[st.floats() for _ in range(4)])
 def test_no_figure_raises(load, voltage, current, fuel):
-    fields = conversion.system_status((0, 0), load, voltage, current, fuel)
+    fields = from_imc.system_status((0, 0), load, voltage, current, fuel)
     definition = DIALECT.by_name["SYS_STATUS"]
     said = definition.unpack(definition.pack(fields))
     assert all(said[name] == value for name, value in fields.items())

@@ -11,7 +11,7 @@ import imc
 from imc.layout import ADDRESS_FIELDS
 from imc.lsf import gzip_member
 from runtime.logs import Array
-from shoal.logs.export import ros_standard as well_known
+from shoal.logs.export import ros_standard
 from shoal.logs.export.batches import ExportBatch, MessageBatch, ReportBytes, Source, nanoseconds
 from shoal.logs.export.cdr import ENCAPSULATION, Item, Record, Unfit, Write, text, writer
 from shoal.logs.export.mcap_file import MESSAGE, MESSAGE_LENGTH, Chunk, McapFile
@@ -74,7 +74,7 @@ class _Export:
         self._types: dict[int, tuple[RosType, Write]] = {}
         self._heads: dict[int, tuple[Callable[..., bytes], bytes]] = {}
         self._known: dict[tuple[int, int, int, str], int] = {}
-        self._origin: well_known.MapOrigin | None = None
+        self._origin: ros_standard.MapOrigin | None = None
         self._moving: dict[int, int] = {}
         self._records: dict[tuple[int, bytes], Record] = {}
         self._prefix = cache(_plain_record)
@@ -107,14 +107,14 @@ class _Export:
         """The pictures in a folder that were taken in the wanted time."""
         source = self._source
         system = source.names.system(source.summary.owner)
-        for number, photo in enumerate(well_known.photos(folder, source.summary.start)):
+        for number, photo in enumerate(ros_standard.photos(folder, source.summary.start)):
             if not source.choice.start <= photo.time < source.choice.end or not 0.0 <= photo.time < 1 << 31:
                 continue
             chunk = Chunk()
-            channel = self._topics.channel((system, photo.camera, "image"), well_known.IMAGE)
+            channel = self._topics.channel((system, photo.camera, "image"), ros_standard.IMAGE)
             time = round(photo.time * 1e6) * 1000
             frame = ros_name(photo.camera).encode()
-            body = well_known.image_body(time, frame, photo.form, photo.path.read_bytes())
+            body = ros_standard.image_body(time, frame, photo.form, photo.path.read_bytes())
             chunk.add(channel, number, time, ENCAPSULATION + body)
             self._file.add_chunk(chunk)
 
@@ -177,13 +177,13 @@ class _Export:
             records["." + member.name] = array[member.attribute]
         _emit(chunk, record, records, self._channels(message, src, array["src_ent"]), times, numbers)
         names = {member.attribute for member in type_.members}
-        if names >= well_known.STATE:
+        if names >= ros_standard.STATE:
             self._write_pose(chunk, message, array, src, frame, times, numbers)
-        elif message.abbrev == "GpsFix" and names >= well_known.FIX:
-            record = self._prefix(well_known.location_items(frame))
+        elif message.abbrev == "GpsFix" and names >= ros_standard.FIX:
+            record = self._prefix(ros_standard.location_items(frame))
             records = record.make(len(array))
-            well_known.fill_fix(records, array)
-            channels = self._channels(message, src, array["src_ent"], "location", well_known.LOCATION)
+            ros_standard.fill_fix(records, array)
+            channels = self._channels(message, src, array["src_ent"], "location", ros_standard.LOCATION)
             _emit(chunk, record, records, channels, times, numbers)
 
     def _write_pose(
@@ -197,29 +197,29 @@ class _Export:
         numbers: Array,
     ) -> None:
         entities = array["src_ent"]
-        record = self._prefix(well_known.location_items(frame))
+        record = self._prefix(ros_standard.location_items(frame))
         records = record.make(len(array))
-        well_known.fill_location(records, array)
-        channels = self._channels(message, src, entities, "location", well_known.LOCATION)
+        ros_standard.fill_location(records, array)
+        channels = self._channels(message, src, entities, "location", ros_standard.LOCATION)
         _emit(chunk, record, records, channels, times, numbers)
-        self._origin = self._origin or well_known.first_origin(array)
+        self._origin = self._origin or ros_standard.first_origin(array)
         if self._origin is None:
             return
-        record = self._prefix(well_known.pose_items())
+        record = self._prefix(ros_standard.pose_items())
         records = record.make(len(array))
-        well_known.fill_pose(records, array, self._origin)
-        channels = self._channels(message, src, entities, "pose", well_known.POSE)
+        ros_standard.fill_pose(records, array, self._origin)
+        channels = self._channels(message, src, entities, "pose", ros_standard.POSE)
         _emit(chunk, record, records, channels, times, numbers)
         if message.abbrev != "EstimatedState":
             return
         # A vehicle moves one frame only: that of the first entity that estimates its state.
         own = entities == self._moving.setdefault(src, int(entities[0]))
-        record = self._prefix(well_known.transform_items(frame))
+        record = self._prefix(ros_standard.transform_items(frame))
         transforms = record.make(int(own.sum()))
         transforms["count"] = 1
         for name in ("x", "y", "z", "qx", "qy", "qz", "qw"):
             transforms[name] = records[name][own]
-        channel = self._topics.channel(("tf",), well_known.TRANSFORM)
+        channel = self._topics.channel(("tf",), ros_standard.TRANSFORM)
         _emit(chunk, record, transforms, np.full(len(transforms), channel), times[own], numbers[own])
 
     def _write_each(self, chunk: Chunk, batch: ExportBatch, group: MessageBatch, times: Array) -> None:
@@ -252,8 +252,8 @@ class _Export:
     def _write_entry(self, chunk: Chunk, entry: imc.Message, time: int, number: int) -> None:
         names = self._source.names
         name = f"{names.system(entry.src)}.{names.entity(entry.src, entry.src_ent)}"
-        body = well_known.log_body(time, entry, name)
-        chunk.add(self._topics.channel(("rosout",), well_known.LOG), number, time, ENCAPSULATION + body)
+        body = ros_standard.log_body(time, entry, name)
+        chunk.add(self._topics.channel(("rosout",), ros_standard.LOG), number, time, ENCAPSULATION + body)
 
 
 def _plain_record(items: tuple[Item, ...]) -> Record:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import imc
 from imc import coordinates
 from mavlink import ARMED, CRITICAL, CUSTOM_MODE, STANDBY, STATUS, Dialect, Fields, Flavour, Kind, Mode, mode_of, moving
-from mavlink import from_imc as conversion
+from mavlink import from_imc
 from runtime.task import Entity, State
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 
@@ -72,7 +72,7 @@ class MavlinkSystem:
         self.stop_plan = stop_plan
         self.figures = Figures()
         self.rates = rates
-        self.home: conversion.Home | None = None
+        self.home: from_imc.Home | None = None
         self.armed = False
         self.held = False
         self.notices: deque[tuple[int, str]] = deque(maxlen=REMEMBERED)
@@ -85,15 +85,15 @@ class MavlinkSystem:
             "SYS_STATUS": self._sys_status,
             "SYSTEM_TIME": lambda _, now: {
                 "time_unix_usec": round(now * 1e6),
-                "time_boot_ms": conversion.boot_ms(now, boot),
+                "time_boot_ms": from_imc.boot_ms(now, boot),
             },
             "ATTITUDE": self._attitude,
             "LOCAL_POSITION_NED": self._local_position,
             "GLOBAL_POSITION_INT": self._global_position,
-            "GPS_GLOBAL_ORIGIN": lambda _, now: self.home and conversion.global_origin(self.home, now),
+            "GPS_GLOBAL_ORIGIN": lambda _, now: self.home and from_imc.global_origin(self.home, now),
             "VFR_HUD": self._hud,
             "AUTOPILOT_VERSION": lambda flavour, _: self._version(flavour),
-            "HOME_POSITION": lambda _, now: self.home and conversion.home_position(self.home, now),
+            "HOME_POSITION": lambda _, now: self.home and from_imc.home_position(self.home, now),
             "EXTENDED_SYS_STATE": lambda _, now: self._extended_state(),
         }
 
@@ -110,7 +110,7 @@ class MavlinkSystem:
         self.figures.state = state
         self.figures.state_at = now
         if self.home is None:
-            self.home = conversion.home_of(state, afloat=self.kind.afloat, undulation=self._undulation)
+            self.home = from_imc.home_of(state, afloat=self.kind.afloat, undulation=self._undulation)
 
     def hear_mode(self, state: imc.VehicleState | imc.PlanControlState) -> None:
         """Take what the supervisors say that the vehicle does; a new activity ends the wish to hold."""
@@ -182,12 +182,12 @@ class MavlinkSystem:
         ill = next((e for e in self._entities() if e.stateful and e.state != State.NORMAL), None)
         return f"{ill.label} is in {ill.state.name}: {ill.description}" if ill else ""
 
-    def place(self, now: float) -> tuple[imc.EstimatedState, conversion.Position] | None:
+    def place(self, now: float) -> tuple[imc.EstimatedState, from_imc.Position] | None:
         """The present estimate and where that is; None where there is none, or an old or impossible one."""
         state = self._present(now)
         if state is None or self.home is None:
             return None
-        place = conversion.place_of(state, self.home, afloat=self.kind.afloat, undulation=self._undulation)
+        place = from_imc.place_of(state, self.home, afloat=self.kind.afloat, undulation=self._undulation)
         return (state, place) if place is not None else None
 
     def describe(self, north: float, east: float, now: float) -> str:
@@ -206,7 +206,7 @@ class MavlinkSystem:
         return self.figures.state if now - self.figures.state_at <= STALE else None
 
     def _time(self, state: imc.EstimatedState) -> int:
-        return conversion.boot_ms(state.timestamp, self._boot)
+        return from_imc.boot_ms(state.timestamp, self._boot)
 
     def _heartbeat(self, flavour: Flavour, now: float) -> Fields:
         vehicle, mode = self.figures.vehicle, self.mode
@@ -225,32 +225,32 @@ class MavlinkSystem:
     def _extended_state(self) -> Fields:
         figures = self.figures
         if self.kind.afloat or figures.motors is None:
-            return conversion.extended_state(figures.medium, self.armed_or_moving)
+            return from_imc.extended_state(figures.medium, self.armed_or_moving)
         kind = figures.vehicle.maneuver_type if figures.vehicle is not None else None
         rises, lands = kind == imc.Takeoff.ID, kind == imc.Land.ID or figures.autopilot == LANDS
-        return conversion.flying_state(figures.motors, rises=rises, lands=lands)
+        return from_imc.flying_state(figures.motors, rises=rises, lands=lands)
 
     def _sys_status(self, _: Flavour, now: float) -> Fields:
         states = [(entity.label, entity.state) for entity in self._entities() if entity.stateful]
-        bits = conversion.sensors(states, located=self.place(now) is not None, ready=not self.obstacle)
+        bits = from_imc.sensors(states, located=self.place(now) is not None, ready=not self.obstacle)
         figures = self.figures
-        return conversion.system_status(bits, figures.load, figures.voltage, figures.current, figures.fuel)
+        return from_imc.system_status(bits, figures.load, figures.voltage, figures.current, figures.fuel)
 
     def _attitude(self, _: Flavour, now: float) -> Fields | None:
         state = self._present(now)
-        return conversion.attitude(state, self._time(state)) if state is not None else None
+        return from_imc.attitude(state, self._time(state)) if state is not None else None
 
     def _global_position(self, _: Flavour, now: float) -> Fields | None:
         found = self.place(now)
-        return conversion.global_position(*found, self._time(found[0])) if found else None
+        return from_imc.global_position(*found, self._time(found[0])) if found else None
 
     def _local_position(self, _: Flavour, now: float) -> Fields | None:
         found = self.place(now)
-        return conversion.local_position(*found, self.home, self._time(found[0])) if found and self.home else None
+        return from_imc.local_position(*found, self.home, self._time(found[0])) if found and self.home else None
 
     def _hud(self, _: Flavour, now: float) -> Fields | None:
         found = self.place(now)
-        return conversion.hud(*found, self.figures.airspeed, self.figures.throttle) if found else None
+        return from_imc.hud(*found, self.figures.airspeed, self.figures.throttle) if found else None
 
     def _version(self, flavour: Flavour) -> Fields:
         return {
