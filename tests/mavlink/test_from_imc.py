@@ -7,8 +7,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import imc
-from mavlink import from_imc
-from mavlink import load_dialect
+from mavlink import from_imc, load_dialect
 
 DIALECT = load_dialect()
 State = imc.EntityState.State

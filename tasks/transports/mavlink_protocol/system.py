@@ -8,8 +8,21 @@ from dataclasses import dataclass
 
 import imc
 from imc import coordinates
-from mavlink import ARMED, CRITICAL, CUSTOM_MODE, STANDBY, STATUS, Dialect, Fields, Flavour, Kind, Mode, mode_of, moving
-from mavlink import from_imc
+from mavlink import (
+    ARMED,
+    CRITICAL,
+    CUSTOM_MODE,
+    STANDBY,
+    STATUS,
+    Dialect,
+    Fields,
+    Flavour,
+    Kind,
+    Mode,
+    from_imc,
+    mode_of,
+    moving,
+)
 from runtime.task import Entity, State
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 
