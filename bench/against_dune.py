@@ -1,7 +1,7 @@
-"""A plan flown by Shoal against the same plan flown by DUNE: sequence of states, track, times and depth.
+"""Compares a plan flown by Shoal with the same plan flown by DUNE: sequence of states, track, times and depth.
 
-`python bench/against_dune.py` flies it and prints the comparison; `--picture FILE.svg` draws it. `--reduce LOG` writes
-what is kept of DUNE's log, from which all this is made without it.
+`python bench/against_dune.py` flies it and prints the comparison; `--picture FILE.svg` draws it. `--reduce LOG` makes
+the file of DUNE's flight, which the comparison uses, from DUNE's log.
 """
 
 import argparse
@@ -26,10 +26,10 @@ LINES = {"DUNE": "#d97706", "Shoal": "#2563eb"}
 
 
 def reduce(log: Path) -> dict:
-    """Flight of a log: `plan` states, `vehicle` modes, `legs` (name, seconds) and `track`.
+    """The flight in a log: `plan` states, `vehicle` modes, `legs` (name, seconds) and `track`.
 
-    Rows of the track are time (s) since the first maneuver began, the leg, metres north and east of the end of the
-    first leg, and depth (m), of the true state, and the depth of the bottom (m) as it was measured.
+    Rows of the track: time (s) since the first maneuver began, leg, true position (m north and east of the end of the
+    first leg), true depth (m), and the measured depth of the bottom (m).
     """
     begin, end, due, bottom = None, 0.0, 0.0, 0.0
     goal = load_plan(PLAN).maneuvers[0].data
@@ -70,7 +70,7 @@ def recorded() -> dict:
 
 
 def flown(plan: imc.PlanSpecification) -> dict:
-    """The same of a flight with Shoal's simulated vehicle."""
+    """The same for a flight of Shoal's simulated vehicle."""
     with tempfile.TemporaryDirectory() as folder:
         report = fly(plan, limit=900, log_root=Path(folder) / "log")
         if not report.completed:
@@ -79,14 +79,14 @@ def flown(plan: imc.PlanSpecification) -> dict:
 
 
 def of_leg(flight: dict, leg: int) -> np.ndarray:
-    """Rows of a leg: seconds since it began, north, east, depth (m)."""
+    """Rows of a leg: s since it began, north, east, depth (m)."""
     rows = np.array([[time, *rest[:3]] for time, number, *rest in flight["track"] if number == leg])
     rows[:, 0] -= sum(seconds for _, seconds in flight["legs"][:leg])
     return rows
 
 
 def across(ours: dict, other: dict, leg: int) -> float:
-    """RMS distance (m) of the points of a leg from the line of the other's."""
+    """RMS distance (m) of the points of a leg from the track of the other flight."""
     points, line = of_leg(ours, leg)[:, 1:3], of_leg(other, leg)[:, 1:3]
     start, way = line[:-1], np.diff(line, axis=0)
     length = np.maximum((way**2).sum(axis=1), 1e-12)
@@ -96,7 +96,7 @@ def across(ours: dict, other: dict, leg: int) -> float:
 
 
 def depths_apart(ours: dict, other: dict, leg: int) -> np.ndarray:
-    """Differences of depth (m) at the same times of a leg, once settled."""
+    """Differences in depth (m) at the same times of a leg, from SETTLED on."""
     mine, theirs = of_leg(ours, leg), of_leg(other, leg)
     times = np.arange(SETTLED, min(mine[-1, 0], theirs[-1, 0]), STEP)
     depths = (np.interp(times, rows[:, 0], rows[:, 3]) for rows in (mine, theirs))
@@ -161,7 +161,7 @@ def picture(flights: dict[str, dict]) -> str:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--reduce", type=Path, help="a log of DUNE with this plan; writes the file that is kept of it")
+    parser.add_argument("--reduce", type=Path, help="a log of DUNE with this plan, to make the file of its flight from")
     parser.add_argument("--picture", type=Path, help="where to draw the comparison")
     arguments = parser.parse_args()
     if arguments.reduce:

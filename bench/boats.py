@@ -1,4 +1,4 @@
-"""How boats keep to their plans: legs, corners, stations, current and wind, the true position against the plan.
+"""How well boats follow their plans, by true position: legs, corners, stations, current and wind.
 
 `python bench/boats.py` flies the boats and prints a table; `--picture FILE.svg` draws the tracks.
 """
@@ -51,7 +51,7 @@ def of_leg(voyage: dict, leg: int) -> np.ndarray:
 
 
 def settled(across: np.ndarray, along: np.ndarray, limit: float = 0.5) -> float:
-    """How far along a leg (m) the distance from it stays below a limit."""
+    """How far along a leg (m) the distance from it begins to stay below a limit."""
     outside = np.flatnonzero(np.abs(across) > limit)
     return float(along[outside[-1]]) if outside.size else 0.0
 
@@ -60,8 +60,8 @@ def table(boat: str) -> None:
     harbour, again = sail(boat, load_plan(HARBOUR)), sail(boat, load_plan(HARBOUR))
     first, second, third = (of_leg(harbour, leg) for leg in range(3))
     print(f"{boat}: speed on the first leg {first[first[:, 0] > 25.0][:, 3].mean():.2f} m/s of 1.50")
-    print(f"  on the first leg {np.abs(first[:, 2]).max():.2f} m aside at most")
-    print(f"  corners: {second[:, 1].max() - 60.0:.1f} and {third[:, 2].max() - 60.0:.1f} m beyond")
+    print(f"  on the first leg {np.abs(first[:, 2]).max():.2f} m off the leg at most")
+    print(f"  corners: overshoot {second[:, 1].max() - 60.0:.1f} and {third[:, 2].max() - 60.0:.1f} m")
     print(f"  within 0.5 m {settled(second[:, 1] - 60.0, second[:, 2]):.0f} m after the corner")
     for name, overrides in (("still water", ()), ("0.3 m/s", FLOW)):
         voyage = sail(boat, parse_plan(STATION), *overrides)

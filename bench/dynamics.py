@@ -1,6 +1,6 @@
-"""Simulated vehicle: cost of a step, cost of all simulators, and how it moves with the commands of a mission of DUNE.
+"""Simulated vehicle: cost of a step, cost of all simulators, and its motion with the commands of a mission of DUNE.
 
-`python bench/dynamics.py` prints figures of this machine; nothing here passes or fails.
+`python bench/dynamics.py` prints figures for this machine; it does not pass or fail.
 """
 
 import argparse
@@ -38,7 +38,7 @@ def craft(state, **changes: str) -> UnderwaterVehicle:
 
 
 def compare(mission, parts: int, **changes: str) -> None:
-    """RMS differences of a run with the recorded commands, in `parts` steps each 10 ms."""
+    """RMS differences of a run with the recorded commands, in `parts` steps per 10 ms."""
     swimmer = craft(mission["states"][0], **changes)
     found: list[tuple[float, ...]] = []
     began = time.process_time()
@@ -107,11 +107,11 @@ if __name__ == "__main__":
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
     steps(arguments.seconds)
     simulators(arguments.seconds)
-    print(f"first {SURFACED} s of DUNE's mission (160 m, dives to 2.4 m), its commands, no correction:")
+    print(f"first {SURFACED} s of DUNE's mission (160 m, dives to 2.4 m), with its commands, not corrected:")
     recorded = np.load(MISSION)
-    print("  with the rotational inertia that DUNE takes by mistake (19, 34, 34 kg m2)")
+    print("  with the rotational inertia that DUNE uses by mistake (19, 34, 34 kg m2)")
     compare(recorded, 1, Rotational_Inertia="19, 34, 34")
-    print("  with that of the model (0.04, 2.1, 2.1 kg m2), which Shoal takes")
+    print("  with that of the model (0.04, 2.1, 2.1 kg m2), as in Shoal")
     compare(recorded, 1)
     print("  the same in steps of 1 ms")
     compare(recorded, 10)

@@ -1,8 +1,8 @@
-"""Side by side: logs to MCAP by Shoal, and by the `mcap` package writing the same messages as JSON.
+"""Compares Shoal's export to MCAP with the `mcap` package writing the same messages as JSON.
 
-Run it on a quiet machine: `python bench/export.py LOG`, with any log, or one of `bench/make_log.py`. Both read the log
-with imc.Log, check CRCs and compress with zstd; the sides alternate and keep their best time. A ratio above 1 means
-that Shoal is faster. Shoal's export also has the packets, poses, positions and texts that viewers know.
+Run it on a quiet machine: `python bench/export.py LOG`, with any log, or one from `bench/make_log.py`. Both read the
+log with imc.Log, check CRCs and compress with zstd; they run alternately, and the best time counts. A ratio above 1
+means that Shoal is faster. Shoal's export also has the packets, and poses, positions and texts for viewers.
 """
 
 import argparse

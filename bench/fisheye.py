@@ -1,6 +1,6 @@
-"""Measures the fisheye camera: putting pictures together, side by side with OpenCV, and rendering scenes.
+"""Measures the fisheye camera: assembling pictures, compared with OpenCV, and rendering scenes.
 
-Figures are the best processor time of one thread; all methods take turns, so that the ratios are fair.
+Figures are the best processor time of one thread; the methods run alternately, so that the ratios are fair.
 """
 
 import importlib.util
@@ -42,7 +42,7 @@ def best(methods: dict[str, Callable[[], object]], rounds: int) -> dict[str, flo
 
 
 def remap_nearest(lookup: Lookup) -> Callable[[np.ndarray], np.ndarray]:
-    """OpenCV's nearest neighbour, with the fixed-point maps that it is fastest with."""
+    """OpenCV's nearest neighbor, with fixed-point maps, its fastest way."""
     import cv2
 
     floats = Remap(lookup)

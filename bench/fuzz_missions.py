@@ -1,4 +1,4 @@
-"""Flies missions out of the strategies of the tests until one goes wrong, which is shown at its smallest.
+"""Flies missions from the strategies of the tests until one fails, and shows that one in its smallest form.
 
 `python bench/fuzz_missions.py --examples 1000 [--dynamics] [--seed 1]` with the extra `dev` installed.
 """
@@ -18,7 +18,7 @@ from sailing import check_voyage, sail, sailings
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--examples", type=int, default=1000)
-    parser.add_argument("--dynamics", action="store_true", help="the vehicle with all that it has, about 2 s each")
+    parser.add_argument("--dynamics", action="store_true", help="fly the complete vehicle, about 2 s per mission")
     parser.add_argument("--seed", type=int, default=int(time.time()))
     options = parser.parse_args()
     print(f"seed {options.seed}")

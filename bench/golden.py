@@ -1,7 +1,7 @@
-"""The golden hash: what a minute of lauv-noptilus-1 in virtual time must be, byte for byte.
+"""The golden hash: the SHA-256 of the log of a minute of lauv-noptilus-1 in virtual time.
 
-`--check` fails where it differs from the one in golden.txt, which names the platform it was made on:
-the last digit of a sine may differ elsewhere. Without it the file is written anew.
+`--check` fails if it differs from the one in golden.txt; without it, golden.txt is written. The file names its
+platform, because the last digit of a sine may differ on others.
 """
 
 import gzip

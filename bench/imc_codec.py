@@ -1,7 +1,7 @@
-"""Side by side with imcpy (DUNE's C++ codec): making, writing and reading messages, and importing the package.
+"""Compares imc with imcpy (DUNE's C++ codec): making, encoding and decoding messages, and importing the package.
 
-Run it on a quiet machine: `python bench/imc_codec.py`. Each pair alternates in one process and keeps its best time;
-a ratio above 1 means that imc is faster. Imports run in new processes, both with compiled bytecode.
+Run it on a quiet machine: `python bench/imc_codec.py`. Each pair runs alternately in one process, and the best time
+counts; a ratio above 1 means that imc is faster. Imports run in new processes, both with compiled bytecode.
 """
 
 import os
@@ -22,7 +22,7 @@ GOTO = {"timeout": 300, "lat": 0.7, "lon": -0.15, "z": 3.0, "z_units": 1, "speed
 
 
 def function(name: str, body: str) -> Callable[..., object]:
-    """A function written out, so that neither side pays for a loop over fields."""
+    """A function with unrolled code, so that neither side pays for a loop over fields."""
     space: dict[str, object] = {"imc": imc, "imcpy": imcpy}
     exec(f"def {name}(m=None):\n    {body}", space)
     return space[name]
@@ -74,7 +74,7 @@ def their_plan() -> object:
 
 
 def read_plan(plan: object) -> object:
-    """Reads every field of a plan of either side."""
+    """Reads every field of a plan of either package."""
     read = [plan.plan_id, plan.start_man_id, plan.description, plan.vnamespace, *plan.variables]
     for maneuver in plan.maneuvers:
         goto = maneuver.data

@@ -1,8 +1,8 @@
-"""Logs side by side with imcpy: all messages, the first index, one type of an indexed log, one field of a large one.
+"""Compares imc with imcpy on logs: all messages, first index, one type of an indexed log, one field of a large log.
 
 Run it on a quiet machine: `python bench/logs.py` (200 MB of logs, two minutes), with `--large` also 1 GB and 2 GB.
-Each pair alternates in one process and keeps its best time; a ratio above 1 means that imc is faster. imcpy reads
-objects, so that is what it is timed with; it needs pandas to be imported.
+Each pair runs alternately, and the best time counts; a ratio above 1 means that imc is faster. imcpy is timed reading
+objects, since it has nothing else; its import needs pandas.
 """
 
 import argparse
@@ -46,7 +46,7 @@ def forget(log: Path) -> None:
 
 
 def our_columns(path: Path, crc: bool = True) -> int:
-    """All messages: as arrays where all fields are numbers, as objects that are not decoded yet where not."""
+    """All messages: types with only numbers as arrays, the others as objects, not decoded yet."""
     log = imc.Log(path, crc=crc, keep_index=False)
     counts = log.counts()
     numbers = [name for name in counts if not set(log.schema[name].WIRE) & set("TRML")]
@@ -98,7 +98,7 @@ def our_field_threaded(path: Path) -> float:
 
 
 def pack(plain: Path, packed: Path) -> None:
-    """Write a log as Shoal logs it."""
+    """Compress a log as Shoal does."""
     writer = LsfWriter(packed)
     with plain.open("rb") as file:
         while block := file.read(BLOCK):
@@ -107,7 +107,7 @@ def pack(plain: Path, packed: Path) -> None:
 
 
 def seconds(run: Run, path: Path) -> float:
-    """The time that it takes in a new process, without imports and without reading the definitions."""
+    """The time (s) it takes in a new process, without imports and without reading the definitions."""
     command = [sys.executable, __file__, "--time", run.__name__, str(path)]
     return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 

@@ -1,7 +1,7 @@
 """Writes a log with a vehicle's mix of messages: `python bench/make_log.py Data.lsf --mb 200 --seed 1`.
 
-The same arguments give the same bytes. All numbers are noise, but for the times; texts, lists and plans are of a few
-kinds each. Messages come in the order of their times with some jitter, as tasks in several threads log them.
+The same arguments give the same bytes. All numbers except the times are noise; texts, lists and plans repeat a few
+examples. Messages are in the order of their times with some jitter, as if tasks in several threads had logged them.
 """
 
 import argparse
@@ -43,7 +43,7 @@ NUMBERS = {  # messages per 10 s of types without text or lists
 
 
 def others() -> dict[str, tuple[float, list[imc.Message]]]:
-    """Types with text, lists or messages inside: how many per 10 s, and what they say."""
+    """Types with text, lists or messages inside: how many per 10 s, and examples."""
     beam = imc.BeamConfig(beam_width=0.02, beam_height=0.05)
     plan = imc.PlanSpecification(
         plan_id="survey",
@@ -98,7 +98,7 @@ def make(path: Path, megabytes: float, seed: int) -> int:
 
 
 def _packets(example: imc.Message, times: NDArray[np.float64], random: np.random.Generator) -> Iterator[bytes]:
-    """Packets like `example` at these times; where it is made of numbers only, these are noise."""
+    """Packets like `example` at these times; if it has only numbers, they are replaced by noise."""
     packet = imc.encode(example)
     rows = np.tile(np.frombuffer(packet, np.uint8), (times.size, 1))
     rows[:, 6:14] = times.view(np.uint8).reshape(-1, 8)

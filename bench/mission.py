@@ -1,6 +1,6 @@
 """A whole mission in virtual time: cost of the full task graph, of many vehicles in one process, and equal logs.
 
-`python bench/mission.py` prints figures of this machine; nothing here passes or fails.
+`python bench/mission.py` prints figures for this machine; it does not pass or fail.
 """
 
 import argparse
@@ -31,7 +31,7 @@ START = 1_767_225_600_000_000_000  # ns, 2026-01-01T00:00:00Z
 
 
 def flying(folder: Path, name: str, seed: int, fleet: Fleet) -> Vehicle:
-    """A vehicle that begins the plan READY seconds after its start, everything logged."""
+    """A vehicle that starts the plan READY s after its own start and logs everything."""
     made = prepare(PROFILE, vehicle=name, fleet=fleet, seed=seed, log_root=folder / "log", state_folder=folder / "db")
     plan = load_plan(PLAN)
     request = imc.PlanControl(plan_id=plan.plan_id, arg=plan, request_id=1, dst=made.vehicle.system)
@@ -40,7 +40,7 @@ def flying(folder: Path, name: str, seed: int, fleet: Fleet) -> Vehicle:
 
 
 def together(count: int, seconds: float) -> tuple[float, float]:
-    """CPU seconds per simulated second and vehicle, and messages per simulated second of one, of `count` together."""
+    """CPU seconds and messages, each per simulated second and vehicle, of `count` vehicles together."""
     with tempfile.TemporaryDirectory() as name, Fleet(VirtualClock(START)) as fleet:
         vehicles = [flying(Path(name), f"lauv-{seed}", seed, fleet) for seed in range(count)]
         fleet.start()
@@ -54,7 +54,7 @@ def together(count: int, seconds: float) -> tuple[float, float]:
 
 
 def leave_logs(count: int, seconds: float) -> None:
-    """Run many vehicles together, and leave their logs in the present folder."""
+    """Run many vehicles together, and leave their logs in the current folder."""
     with Fleet(VirtualClock(START)) as fleet:
         for seed in range(count):
             flying(Path(), f"lauv-{seed}", seed, fleet)
@@ -63,7 +63,7 @@ def leave_logs(count: int, seconds: float) -> None:
 
 
 def share(count: int, seconds: float, repeats: int) -> None:
-    """Compare one vehicle with many, each measured in turn and in a process of its own, so that both meet one load."""
+    """Compare one vehicle with many, alternately and in new processes, so that both see the same load."""
     figures: dict[int, list[float]] = {1: [], count: []}
     for _ in range(repeats):
         for number in figures:
@@ -94,7 +94,7 @@ def burn() -> None:
 
 
 def sameness(what: str, runs: int, command: list[str]) -> None:
-    """Run a command that leaves logs in processes of its own, half of them beside others that keep all cores busy."""
+    """Run a command several times in new processes, every second time with all cores busy, and compare its logs."""
     hashes: set[str] = set()
     for run in range(runs):
         busy = [multiprocessing.Process(target=burn, daemon=True) for _ in range((run % 2) * (os.cpu_count() or 1))]
@@ -108,7 +108,7 @@ def sameness(what: str, runs: int, command: list[str]) -> None:
         for process in busy:
             process.terminate()
             process.join()
-    print(f"logs of {runs} {what}, each with its hash seed, every second under load: {len(hashes)} different")
+    print(f"logs of {runs} {what}, each with its own hash seed, every second under load: {len(hashes)} different")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-"""Replay at full speed: messages per CPU second of a log of our own, and none lost.
+"""Replay at full speed: messages per CPU second, and messages lost.
 
-`python bench/replay.py` prints figures of this machine; nothing here passes or fails.
+`python bench/replay.py` prints figures for this machine; it does not pass or fail.
 """
 
 import argparse
@@ -21,14 +21,14 @@ SYSTEM = 0xA123
 
 
 class Listener(Task):
-    """Counts what it hears."""
+    """Counts the messages it receives."""
 
     def start(self) -> None:
         self.heard = 0
 
 
 class States(Listener):
-    """Hears two types."""
+    """Receives two types."""
 
     @consume(others=True)
     def hear(self, message: imc.EstimatedState | imc.SimulatedState) -> None:
@@ -36,7 +36,7 @@ class States(Listener):
 
 
 class Sensors(Listener):
-    """Hears three types."""
+    """Receives three types."""
 
     @consume(others=True)
     def hear(self, message: imc.Acceleration | imc.AngularVelocity | imc.GpsFix) -> None:
@@ -44,7 +44,7 @@ class Sensors(Listener):
 
 
 class Everything(Listener):
-    """Hears all, with the packets."""
+    """Receives all types, with the packets."""
 
     @consume(others=True, packets=True)
     def hear(self, message: imc.Message, packet: bytes) -> None:
@@ -52,7 +52,7 @@ class Everything(Listener):
 
 
 def play(path: Path, *listeners: type[Listener]) -> tuple[int, float]:
-    """Messages that the log's listeners were given, and CPU seconds."""
+    """Replay a log to listeners: messages that `Everything` received (0 without it), and CPU seconds."""
     vehicle = Vehicle("replay", SYSTEM, clock=VirtualClock(), profile=NoProfile())
     vehicle.add(Replay, "Transports.Replay", load_at_start=str(path), exit_at_end=True)
     ears = [vehicle.add(cls, f"bench.{cls.__name__}") for cls in listeners]
@@ -68,7 +68,7 @@ def play(path: Path, *listeners: type[Listener]) -> tuple[int, float]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--log", type=Path, help="A log to play, in place of one that is made for it.")
+    parser.add_argument("--log", type=Path, help="A log to replay, instead of a new one.")
     parser.add_argument("--seconds", type=float, default=600.0)
     parser.add_argument("--repeats", type=int, default=3)
     arguments = parser.parse_args()

@@ -1,6 +1,6 @@
-"""A whole vehicle in virtual time: simulated seconds per CPU second, equal logs, flat memory, time to the first state.
+"""A whole vehicle in virtual time: simulated seconds per CPU second, equal logs, memory, time to the first state.
 
-`python bench/vehicle.py` prints figures of this machine; nothing here passes or fails.
+`python bench/vehicle.py` prints figures for this machine; it does not pass or fail.
 """
 
 import argparse
@@ -18,14 +18,14 @@ from pathlib import Path
 import imc
 
 PROFILE = "lauv-noptilus-1"
-SILENT = '''"""Silent: a task that listens and says nothing."""
+SILENT = '''"""Silent: a task that subscribes and publishes nothing."""
 
 import imc
 from runtime import Task, consume
 
 
 class Silent(Task):
-    """Listens."""
+    """Subscribes to states."""
 
     @consume
     def hear(self, state: imc.EstimatedState) -> None:
@@ -34,7 +34,7 @@ class Silent(Task):
 
 
 def swim(folder: Path, seconds: float, mode: str, *more: str, hash_seed: str = "0") -> tuple[float, list[Path]]:
-    """Run the profile on a virtual clock; CPU seconds of the whole process, and its logs."""
+    """Run the profile on a virtual clock; returns CPU seconds of the whole process, and its logs."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [sys.executable, "-m", "shoal.cli", "run", PROFILE, "-p", mode, "--clock", "virtual"]
     command += ["--for", f"{seconds}s", "--seed", "1", "--log-dir", str(folder / "log"), *more]

@@ -29,7 +29,7 @@ def encode(message: Message, byteorder: ByteOrder = "little") -> bytes:
 
 
 def encode_as(message: Message, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
-    """The packet of a message with another header than its own. Raises EncodeError."""
+    """The packet of a message, with this header instead of its own. Raises EncodeError."""
     try:
         return message.to_packet_as(timestamp, src, src_ent, dst, dst_ent)
     except _UNSUITABLE as error:
@@ -38,7 +38,7 @@ def encode_as(message: Message, timestamp: float, src: int, src_ent: int, dst: i
 
 
 def header(packet: bytes) -> Header:
-    """The header of a packet, without looking at the rest. Raises DecodeError."""
+    """The header of a packet; the rest is not checked. Raises DecodeError."""
     return Header._make(_HEADERS[byte_order(packet)].unpack_from(packet)[1:])
 
 
@@ -51,7 +51,7 @@ def with_header(
     dst: int | None = None,
     dst_ent: int | None = None,
 ) -> bytes:
-    """A packet with parts of its header changed and a new CRC; its payload stays. Raises DecodeError, EncodeError."""
+    """A copy of a packet with some header fields changed and a new CRC. Raises DecodeError, EncodeError."""
     order = byte_order(packet)
     sync, id, size, *old = _HEADERS[order].unpack_from(packet)
     if len(packet) < size + SMALLEST_PACKET:
@@ -66,7 +66,7 @@ def with_header(
 
 
 def byte_order(packet: bytes, sync: int = Message.SYNC) -> ByteOrder:
-    """Byte order of a packet, from its first two bytes. Raises DecodeError if it is too short or no IMC packet."""
+    """Byte order of a packet, from its first two bytes. Raises DecodeError if it is too short or not an IMC packet."""
     if len(packet) < SMALLEST_PACKET:
         raise DecodeError(f"truncated: {len(packet)} bytes, a packet has at least {SMALLEST_PACKET}")
     first = int.from_bytes(packet[:2], "little")
@@ -87,19 +87,20 @@ class Codec:
         self._fixed: dict[bytes, _Fixed] = {}
 
     def decode(self, packet: bytes) -> Message:
-        """The message in a packet: of its id's class, or Unknown. Bytes behind the packet are ignored.
+        """The message in a packet: an instance of its id's class, or Unknown. Bytes after the packet are ignored.
 
-        Messages inside it have the default header, as they have none on the wire. All bits of numbers are kept, but
-        that a signalling NaN of fp32_t becomes a quiet one, Python's floats being doubles. Raises DecodeError.
+        Messages inside it have the default header, since they have none on the wire. Numbers keep all their bits,
+        except that a signaling NaN in an fp32_t becomes quiet: Python's floats are doubles. Raises DecodeError.
         """
-        # The first six bytes (sync, id, size) tell everything about a packet without text or lists.
+        # Fast path for messages of fixed size: their first six bytes (sync, id, size) determine byte order, class and
+        # layout. Once `_decode` has accepted one such packet, only length and CRC of the next ones need checks.
         try:
             fixed = self._fixed.get(packet[:6])
         except TypeError:  # a bytearray
             return self.decode(bytes(packet))
         if fixed is not None:
             size, cls, unpack = fixed
-            # The CRC of a packet that ends with its own little-endian CRC is zero.
+            # CRC-16/ARC over data and its own little-endian CRC is zero.
             if len(packet) == size and not arc(packet):
                 return cls(*unpack(packet, 6))
         return self._decode(bytes(packet))
@@ -179,12 +180,12 @@ decode = DEFAULT.decode
 
 
 def decode_datagram(data: bytes) -> Message:
-    """The message of a datagram, which is one packet; as DUNE does, bytes behind it are ignored. Raises DecodeError."""
+    """The message in a datagram, which is one packet; like in DUNE, bytes after it are ignored. Raises DecodeError."""
     return DEFAULT.decode(data)
 
 
 def first_packet(data: bytes) -> bytes:
-    """The packet at the beginning of a datagram, without what follows it. Raises DecodeError."""
+    """The packet at the start of a datagram, without the bytes after it. Raises DecodeError."""
     size = header(data).size + SMALLEST_PACKET
     if len(data) < size:
         raise DecodeError(f"truncated: {len(data)} of {size} bytes")

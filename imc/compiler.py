@@ -1,4 +1,7 @@
-"""Writes and compiles, for one message class, the functions that turn it into bytes and back."""
+"""Generates and compiles the functions that encode and decode one message class."""
+
+# The generated code has no loop over fields: each run of fixed-size fields is one struct call, however many they are.
+# That makes the codec fast, and it is why functions are generated for each class.
 
 import struct
 from collections.abc import Callable
@@ -22,14 +25,14 @@ _NO_HEADER = "-1.0, 0xFFFF, 0xFF, 0xFFFF, 0xFF"  # a message inside another has 
 
 
 def compile_inline(cls: "type[Message]", order: str) -> Any:
-    """A function message -> id and fields, as inside another message, in byte order "<" or ">"."""
+    """A function message -> bytes of its id and fields, as inside another message. order: "<" or ">"."""
     method = "to_inline_little" if order == "<" else "to_inline_big"
     space: dict[str, Any] = {"NULL": _NULL_BYTES}
     lines = ["def inline(m):"]
     parts: list[str] = []
     layout, arguments = "H", [str(cls.ID)]
 
-    def flush() -> None:
+    def flush() -> None:  # ends a run of fixed-size fields
         nonlocal layout
         if layout:
             space[f"pack{len(space)}"] = struct.Struct(order + layout).pack
@@ -48,7 +51,7 @@ def compile_inline(cls: "type[Message]", order: str) -> Any:
             parts.append(f"({local}.{method}() if {local} is not None else NULL)")
         else:
             lines.append(f"    {local} = m.{name}" + (".encode('utf-8', 'surrogateescape')" if code == "T" else ""))
-            layout += "H"
+            layout += "H"  # the length is the last number of the run before the bytes
             arguments.append(f"len({local})")
             flush()
             parts.append(
@@ -72,7 +75,7 @@ def compile_packet(cls: "type[Message]", given_header: bool) -> Any:
     if VARIABLE.intersection(cls.WIRE):
         lines += ["    " + line for line in general]
     else:
-        whole = struct.Struct("<IHdHBHB" + cls.WIRE)
+        whole = struct.Struct("<IHdHBHB" + cls.WIRE)  # I: sync and id together, one constant
         fields = ["m." + name for name in _own_fields(cls)]
         values = ", ".join([str(cls.SYNC | cls.ID << 16), str(whole.size - HEADER_SIZE), *header, *fields])
         space["pack"] = whole.pack
@@ -82,7 +85,7 @@ def compile_packet(cls: "type[Message]", given_header: bool) -> Any:
 
 
 def payload_size(payload: bytes, message: "Message") -> int:
-    """Number of bytes. Raises EncodeError if they make a packet of more than 65535 bytes."""
+    """Size of a payload in bytes. Raises EncodeError if its packet exceeds 65535 bytes."""
     size = len(payload)
     if size > LARGEST_PAYLOAD:
         packet = size + SMALLEST_PACKET
@@ -91,9 +94,9 @@ def payload_size(payload: bytes, message: "Message") -> int:
 
 
 def compile_reader(cls: "type[Message]", order: str, readers: dict[int, Reader]) -> Reader:
-    """A function (bytes, offset, five header values, depth) -> (message, offset behind it).
+    """A function (bytes, offset, five header values, depth) -> (message, offset after it).
 
-    It may read behind the payload's end: the caller compares offsets. Raises struct.error where bytes are missing.
+    It may read past the end of the payload: the caller must compare offsets. Raises struct.error if bytes are missing.
     """
     space: dict[str, Any] = {"cls": cls, "readers": readers, "items": _read_items, "deeper": _deeper}
     head = ", ".join(ADDRESS_FIELDS)
@@ -164,6 +167,6 @@ def _own_fields(cls: "type[Message]") -> tuple[str, ...]:
 
 
 def _compile(lines: list[str], name: str, space: dict[str, Any]) -> Any:
-    # The text is made of our own words, of letters from WIRE_CODES and of names that check_messages has passed.
+    # Safe to exec: the source has only our own text, letters from WIRE_CODES and names that passed check_messages.
     exec(compile("\n".join(lines), f"<imc {name}>", "exec"), space)
     return space[name]

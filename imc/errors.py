@@ -1,8 +1,8 @@
-"""What can be wrong with definitions, messages and packets."""
+"""Errors in definitions, messages and packets."""
 
 
 class SchemaError(ValueError):
-    """A definition file is wrong; the text begins with file:line where that is known."""
+    """A definition file is wrong; the text begins with file:line if known."""
 
     def __init__(self, text: str, where: str = "") -> None:
         super().__init__(f"{where}: {text}" if where else text)

@@ -1,4 +1,4 @@
-"""Writes what follows from the definitions: `python -m imc.generate`, or `--check` to see whether it is current."""
+"""Writes messages.py and merged.json from the definitions: `python -m imc.generate`; `--check` only compares them."""
 
 import sys
 from pathlib import Path
@@ -81,20 +81,20 @@ def _field(field: Field, schema: Schema) -> str:
 
 
 def merged(schema: Schema) -> str:
-    """The text of merged.json: `imc.schema.files.Merged`, a line for each message."""
+    """The text of merged.json: an `imc.schema.files.MergedDefinitions`, one line per message."""
     head = msgspec.json.encode(msgspec.structs.replace(schema, messages=())).decode().removesuffix("}")
     messages = ",\n".join(msgspec.json.encode(message).decode() for message in schema.messages)
     return f'{{"xml":"{digest(dump(schema))}","schema":{head},"messages":[\n{messages}\n]}}}}\n'
 
 
 def main(arguments: list[str]) -> int:
-    """Writes the files; with --check only compares them, 1 if one is not current."""
+    """Writes the files, returns 0; with --check only compares them, returns 1 if one is out of date."""
     schema, stale = definitions(), 0
     for path, text in ((MESSAGES, source(schema)), (MERGED, merged(schema))):
         if "--check" not in arguments:
             path.write_text(text, encoding="utf-8")
         elif not path.exists() or path.read_text(encoding="utf-8") != text:
-            print(f"{path} is not current: run `python -m imc.generate`", file=sys.stderr)
+            print(f"{path} is out of date: run `python -m imc.generate`", file=sys.stderr)
             stale = 1
     return stale
 

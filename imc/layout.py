@@ -1,4 +1,4 @@
-"""How a packet is laid out: header, payload, CRC; and each type of field with its struct letter and NumPy type."""
+"""The layout of a packet (header, payload, CRC), and the struct letter and NumPy type of each field type."""
 
 import struct
 
@@ -14,7 +14,7 @@ HEADER_FIELDS = {
     "dst": "H",
     "dst_ent": "B",
 }
-"""The header in wire order: name -> struct letter. `size` is that of the payload in bytes."""
+"""The header in wire order: name -> struct letter. `size` is the size of the payload in bytes."""
 
 ADDRESS_FIELDS = dict(list(HEADER_FIELDS.items())[3:])
 """The part of the header that a message carries: name -> struct letter."""

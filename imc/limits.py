@@ -1,4 +1,4 @@
-"""Checks on request whether a message keeps the limits that the protocol states for its fields."""
+"""Checks the values of a message against the limits that the protocol gives for its fields."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -12,7 +12,8 @@ from imc.wire_check import Violation, inner_messages, own_wire, wire_violations
 def validate(message: Message) -> list[Violation]:
     """All values outside the limits of the protocol or of their wire type, in the message and those inside it.
 
-    NaN keeps no limits. Nothing else calls this: packets with such values are read and, if they fit, written.
+    NaN is outside any limits. The codec does not call this: packets with such values are read, and written if the
+    values fit their wire types.
     """
     return [*wire_violations(message, ADDRESS_FIELDS), *_violations(message, "")]
 

@@ -1,4 +1,4 @@
-"""What all messages have: the header, copying, and the bytes they become."""
+"""The base classes of messages: header, copying, encoding."""
 
 import struct
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from imc.layout import HEADER
 
 
 class Header(NamedTuple):
-    """Header of a packet: size counts the payload's bytes, timestamp is in s since 1970 UTC."""
+    """Header of a packet: `size` is that of the payload in bytes, `timestamp` is in s since 1970 UTC."""
 
     id: int
     size: int
@@ -37,8 +37,8 @@ class _Addressed(msgspec.Struct, frozen=True, gc=False):
 class Message(_Addressed, frozen=True, kw_only=True, repr_omit_defaults=True):
     """An immutable IMC message: the fields of its header (timestamp in s since 1970 UTC), then its own.
 
-    Give fields by keyword; what is not given is zero, empty or None. Text that is not UTF-8 keeps its bytes as
-    surrogates (PEP 383). `surplus` holds payload bytes behind the last field, as a newer schema may send them.
+    Fields are given by keyword, and default to zero, empty or None. Text that is not UTF-8 keeps its bytes as
+    surrogates (PEP 383). `surplus` holds payload bytes after the last field, which a newer schema may send.
     """
 
     ID: ClassVar[int] = 0xFFFF
@@ -55,7 +55,7 @@ class Message(_Addressed, frozen=True, kw_only=True, repr_omit_defaults=True):
     def to_dict(self) -> dict[str, Any]:
         """Name, header and fields as plain values: {"abbrev": "EntityState", "timestamp": -1.0, ..., "state": 1}.
 
-        Messages inside are such dictionaries without header. `imc.from_dict` is the way back.
+        Messages inside are such dictionaries without a header. `imc.from_dict` is the inverse.
         """
         from imc.plain import to_dict  # imports this module
 
@@ -65,22 +65,22 @@ class Message(_Addressed, frozen=True, kw_only=True, repr_omit_defaults=True):
         """`to_dict` as strict JSON.
 
         NaN and infinities are "nan", "inf", "-inf"; bytes are hexadecimal; text that is not UTF-8 is
-        {"bytes": hexadecimal}. `imc.from_json` is the way back.
+        {"bytes": hexadecimal}. `imc.from_json` is the inverse.
         """
         from imc.plain import to_json  # imports this module
 
         return to_json(self)
 
-    # The first call of one of these compiles the class's own method, which from then on hides the one here.
+    # The first call of one of these compiles a method for the class, which then shadows the one here.
 
     def to_packet(self) -> bytes:
-        """What `imc.encode` calls."""
+        """The packet; `imc.encode` calls this."""
         cls = type(self)
         cls.to_packet = compile_packet(cls, given_header=False)
         return self.to_packet()
 
     def to_packet_as(self, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> bytes:
-        """What `imc.encode_as` calls."""
+        """The packet with another header; `imc.encode_as` calls this."""
         cls = type(self)
         cls.to_packet_as = compile_packet(cls, given_header=True)
         return self.to_packet_as(timestamp, src, src_ent, dst, dst_ent)
@@ -111,7 +111,7 @@ class MessageWithLists(Message, frozen=True):
 
 
 class Unknown(Message, frozen=True):
-    """A message whose id the schema does not know. It is written as it came, in its own byte order."""
+    """A message whose id is not in the schema. It is encoded as it was received, in its own byte order."""
 
     id: int = 0xFFFF
     payload: bytes = b""

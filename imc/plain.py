@@ -26,15 +26,16 @@ def to_json(message: Message) -> str:
 
 
 def from_dict(data: Mapping[str, Any], schema: Schema | None = None) -> Message:
-    """The message that `to_dict` gave. Fields may be left out; an enumerated one may be the name of its value.
+    """The message from which `to_dict` made a dictionary.
 
-    Raises DecodeError with the path of what is unknown, of the wrong type or too large for the wire.
+    Fields may be missing; an enumerated one may be the name of its value. Raises DecodeError with the path of a value
+    that is unknown, of the wrong type or too large for the wire.
     """
     return _outer_message(data, schema, _keep)
 
 
 def from_json(text: str | bytes, schema: Schema | None = None) -> Message:
-    """The message that `to_json` gave. Raises DecodeError with the path of what is wrong, as `from_dict`."""
+    """The message from which `to_json` made a text. Raises DecodeError like `from_dict`."""
     try:
         data = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_unique)
     except (ValueError, RecursionError) as error:
@@ -98,7 +99,7 @@ def _message(data: Any, path: str, schema: Schema, read: Callable[[Any, str], An
     elif isinstance(abbrev, str) and abbrev in schema:
         cls = schema[abbrev]
     else:
-        raise DecodeError(f"{label}: no message {abbrev!r}")
+        raise DecodeError(f"{label}: unknown message {abbrev!r}")
     wire = _wire_of(cls, cls())
     known = {**ADDRESS_FIELDS, **wire, "surplus": "R"} if header else wire
     values: dict[str, Any] = {}

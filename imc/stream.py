@@ -1,4 +1,4 @@
-"""Finds packets in a stream of bytes, whatever damage lies between them."""
+"""Finds the packets in a stream of bytes, even in a damaged one."""
 
 import re
 from collections import deque
@@ -22,7 +22,7 @@ _WRONG_CRC = "wrong CRC"
 
 
 class Loss(NamedTuple):
-    """Bytes of a stream that made no message: offset from its beginning, length, and why."""
+    """Bytes that are not a message: offset from the start of the stream, length, reason."""
 
     offset: int
     length: int
@@ -30,15 +30,15 @@ class Loss(NamedTuple):
 
 
 class StreamParser:
-    """Takes bytes as they arrive and gives the packets in them, in either byte order.
+    """Takes bytes as they arrive and returns the packets in them, in either byte order.
 
-    A packet counts when its CRC is right; then it is skipped as a whole, even if its id is unknown. Otherwise the
-    search goes on one byte further, so nothing good is lost behind a damaged length. Up to one packet of bytes is
-    kept between calls. What looks like the start of a packet is waited for, at most 65535 bytes; `close` gives up
-    waiting (at the end of the stream, or after a silence) and finds what was behind it.
+    A packet is accepted if its CRC is right, even if its id is unknown; the search continues after it. Otherwise the
+    search continues one byte later, so that a damaged length hides no good packet. If bytes look like the start of a
+    packet, the parser waits for the rest and keeps at most 65535 bytes. `close` stops waiting (at the end of the
+    stream, or after a silence) and searches the bytes after that start.
 
-    losses: the latest stretches that made no message (adjoining ones are one), oldest first, at most 1000.
-    lost: bytes in all of them, including those no longer listed.
+    losses: the latest 1000 stretches that are not messages, oldest first; adjoining ones are joined.
+    lost: number of bytes in all of them, including those no longer listed.
     """
 
     def __init__(self, codec: Codec = DEFAULT) -> None:
@@ -54,19 +54,19 @@ class StreamParser:
         self.lost = 0
 
     def feed(self, data: bytes) -> list[Message]:
-        """The messages that these bytes complete; a packet that cannot be decoded is a loss."""
+        """The messages completed by these bytes; a packet that cannot be decoded is a loss."""
         return self._take(data, self._decode)
 
     def feed_packets(self, data: bytes) -> list[bytes]:
-        """The packets that these bytes complete, not decoded."""
+        """The packets completed by these bytes, not decoded."""
         return self._take(data, bytes)
 
     def close(self) -> list[Message]:
-        """The messages behind an incomplete packet that will not be completed. More can be fed afterwards."""
+        """The messages after an incomplete packet that will not be completed. More can be fed afterwards."""
         return self._scan(self._decode, final=True)
 
     def close_packets(self) -> list[bytes]:
-        """As `close`, not decoded."""
+        """Like `close`, not decoded."""
         return self._scan(bytes, final=True)
 
     def _take(self, data: bytes, accept: Callable[[bytes], T]) -> list[T]:
@@ -133,7 +133,7 @@ class StreamParser:
         self.lost += length
         if self._adjoining:
             offset, before, why = self.losses.pop()
-            # A damaged packet says more than the garbage around it.
+            # A damaged packet is a more useful reason than the garbage around it.
             self.losses.append(Loss(offset, before + length, reason if why == _GARBAGE else why))
         else:
             self.losses.append(Loss(self._offset + position, length, reason))
@@ -142,5 +142,5 @@ class StreamParser:
 
 def _crc_is_right(packet: memoryview, order: str) -> bool:
     if order == "little":
-        return not arc(packet)  # the CRC of a packet with its own CRC behind it is zero
+        return not arc(packet)  # the CRC over data and its own CRC is zero
     return arc(packet[:-2]) == int.from_bytes(packet[-2:], "big")

@@ -54,7 +54,7 @@ def inner_messages(message: Message, path: str) -> Iterator[tuple[str, Message]]
 
 
 def wire_expectation(value: Any, code: str) -> str:
-    """What a value would have to be for its letter in `Message.WIRE`; "" if it is."""
+    """What a value must be to fit its letter in `Message.WIRE`; "" if it fits."""
     kind = TYPES_BY_CODE[code]
     if code in INTEGERS:
         low, high = INTEGERS[code]
@@ -63,7 +63,7 @@ def wire_expectation(value: Any, code: str) -> str:
         if not isinstance(value, int | float):
             return f"a number ({kind})"
         largest = LARGEST_FP32 if code == "f" else LARGEST_FP64
-        return f"within what {kind} holds" if largest <= abs(value) != math.inf else ""
+        return f"within the range of {kind}" if largest <= abs(value) != math.inf else ""
     if code == "T":
         return _text_expectation(value)
     if code == "R":
@@ -95,7 +95,7 @@ def _is_known(value: Any) -> bool:
 
 
 def first_problem(message: Message, path: str = "") -> str:
-    """What cannot be written in a message or those inside it: the first such field; "" if there is none."""
+    """The first value that cannot be written, in a message or those inside it; "" if there is none."""
     for violation in wire_violations(message, own_wire(message), path):
         return str(violation)
     for inside, inner in inner_messages(message, path):

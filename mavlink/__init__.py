@@ -1,4 +1,4 @@
-"""MAVLink without sockets: messages, frames, .tlog files, and what they are in IMC."""
+"""MAVLink without sockets: messages, frames, .tlog files, and conversion to and from IMC."""
 
 from mavlink.dialect import Dialect, Fields, load_dialect
 from mavlink.frames import LONGEST_DATAGRAM, Received, encode, split

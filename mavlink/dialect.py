@@ -1,4 +1,4 @@
-"""MAVLink's messages as pymavlink's ardupilotmega dialect defines them; the one module that knows pymavlink."""
+"""MAVLink's messages as pymavlink's ardupilotmega dialect defines them; the only module that uses pymavlink."""
 
 import importlib
 import math
@@ -13,7 +13,7 @@ Fields = Mapping[str, Value]
 ENUMERATIONS = ("PLANE_MODE", "COPTER_MODE", "SUB_MODE", "ROVER_MODE", "TRACKER_MODE")
 FLOAT_MAX = struct.unpack("<f", b"\xff\xff\x7f\x7f")[0]
 EXTENSIONS: Mapping[str, Sequence[tuple[str, str]]] = {
-    # newer than the dialect; without the target two clients take each other's answers
+    # newer than the dialect; without the target, two clients would take each other's answers
     "TIMESYNC": (("target_system", "B"), ("target_component", "B")),
 }
 
@@ -42,8 +42,8 @@ class Definition:
         object.__setattr__(self, "layout", struct.Struct("<" + text))
 
     def pack(self, values: Fields) -> bytes:
-        """The whole payload, trailing zeros included. Numbers are rounded and clamped to their fields; a field that
-        `values` lacks is zero. Raises ValueError where an integer field is given what is not finite."""
+        """The whole payload, with trailing zeros. Numbers are rounded and clamped to their fields; fields that
+        `values` lacks are zero. Raises ValueError if the value of an integer field is not finite."""
         items: list[Any] = []
         for item in self.fields:
             value: Any = values.get(item.name, 0)
@@ -60,7 +60,7 @@ class Definition:
     def unpack(self, payload: bytes) -> dict[str, Any]:
         """Values by name: numbers, bytes up to the first NUL for texts, tuples for arrays.
 
-        A short payload counts as followed by zeros; what is longer than the definition is ignored.
+        A short payload is filled with zeros; bytes beyond the definition are ignored.
         """
         items = self.layout.unpack(self.fill(payload))
         values: dict[str, Any] = {}
@@ -73,13 +73,13 @@ class Definition:
         return values
 
     def fill(self, payload: bytes) -> bytes:
-        """`payload` with as many bytes as the definition has."""
+        """`payload`, cut or filled with zeros to the size of the definition."""
         size = self.layout.size
         return payload[:size].ljust(size, b"\0")
 
 
 class Dialect:
-    """A set of definitions, by id and by name, and the names of the values of enumerations, without their prefix."""
+    """A set of definitions, by id and by name, and the names of enumeration values without their prefix."""
 
     def __init__(self, definitions: Iterable[Definition], enumerations: Mapping[str, Mapping[int, str]]):
         self.enumerations = enumerations
@@ -90,7 +90,7 @@ class Dialect:
 
 
 def load_dialect() -> Dialect:
-    """The dialect. Raises ImportError where pymavlink (the extra "mavlink") is not installed."""
+    """The dialect. Raises ImportError if pymavlink (the extra "mavlink") is not installed."""
     module: Any = importlib.import_module("pymavlink.dialects.v20.ardupilotmega")
     definitions = (_definition(message) for message in module.mavlink_map.values())
     return Dialect(definitions, {name: _names(name, module.enums[name]) for name in ENUMERATIONS})

@@ -17,7 +17,7 @@ LONGEST_HEADER = 10
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """A message that somebody sent: `payload` is as long as the definition, `values` what it says."""
+    """A received message: `payload` has the full length of the definition, `values` are its fields."""
 
     definition: Definition
     system: int
@@ -31,17 +31,17 @@ class Received:
 
 
 def encode(definition: Definition, payload: bytes, sequence: int, system: int, component: int) -> bytes:
-    """A MAVLink 2 frame: zeros at the end of the payload are left out, but never its first byte."""
+    """A MAVLink 2 frame: zeros at the end of the payload are cut, but never its first byte."""
     body = payload.rstrip(b"\0") or payload[:1]
     frame = bytes((V2, len(body), 0, 0, sequence, system, component)) + definition.id.to_bytes(3, "little") + body
     return frame + _checksum(frame[1:], definition).to_bytes(2, "little")
 
 
 def split(datagram: bytes, dialect: Dialect) -> tuple[list[Received], int]:
-    """The frames in a datagram, and how many runs of bytes there are no frames.
+    """The messages in a datagram, and the number of damaged stretches.
 
-    No state is kept from one datagram to the next, and a damaged frame does not hide the good one behind it. Frames of
-    messages that the dialect lacks are passed over. Signatures are not checked.
+    No state is kept between datagrams, and a damaged frame does not hide a good one after it. Frames of messages that
+    the dialect lacks are skipped. Signatures are not checked.
     """
     found: list[Received] = []
     place = damages = 0
@@ -60,7 +60,7 @@ def split(datagram: bytes, dialect: Dialect) -> tuple[list[Received], int]:
 
 
 class FrameHeader(NamedTuple):
-    """Where the parts of a frame are in a buffer: begin, payload, checksum, end; and what its header says."""
+    """Offsets of the parts of a frame in a buffer (start, payload, checksum, end), and its header fields."""
 
     start: int
     payload: int
@@ -72,7 +72,7 @@ class FrameHeader(NamedTuple):
 
 
 def frame_at(data: bytes, start: int) -> FrameHeader | None:
-    """The frame whose header begins at `start`; its end may lie beyond the buffer. None where no frame can begin."""
+    """The frame whose header begins at `start`; its end may lie beyond the buffer. None if no frame can begin there."""
     if data[start] == V2 and len(data) >= start + LONGEST_HEADER:
         flags, system, component = data[start + 2], data[start + 5], data[start + 6]
         number = int.from_bytes(data[start + 7 : start + LONGEST_HEADER], "little")
@@ -90,24 +90,24 @@ def frame_at(data: bytes, start: int) -> FrameHeader | None:
 
 
 def is_intact(data: bytes, frame: FrameHeader, definition: Definition) -> bool:
-    """Whether the checksum of a whole frame is right for the message that its id stands for."""
+    """Whether the checksum of a whole frame is right for its message."""
     given = int.from_bytes(data[frame.checksum : frame.checksum + 2], "little")
     return _checksum(data[frame.start + 1 : frame.checksum], definition) == given
 
 
 def received(data: bytes, frame: FrameHeader, definition: Definition) -> Received:
-    """The message in a frame that is intact."""
+    """The message in an intact frame."""
     payload = definition.fill(data[frame.payload : frame.checksum])
     return Received(definition, frame.system, frame.component, payload, definition.unpack(payload))
 
 
 def _message_at(data: bytes, start: int, dialect: Dialect) -> tuple[int, Received | None]:
-    """Length of the frame that begins at `start`, 0 where none does, and its message where the dialect knows it."""
+    """Length of the frame at `start` (0: there is none), and its message (None: the dialect lacks it)."""
     frame = frame_at(data, start)
     if frame is None or frame.end > len(data):
         return 0, None
     definition = dialect.by_id.get(frame.id)
-    if definition is None:  # its checksum cannot be told, so what follows must look like a frame
+    if definition is None:  # checking the checksum needs the definition; instead, a frame must follow
         return (frame.end - start, None) if frame.end == len(data) or data[frame.end] in MAGICS else (0, None)
     if not is_intact(data, frame, definition):
         return 0, None

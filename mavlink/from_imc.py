@@ -1,4 +1,4 @@
-"""IMC's figures as MAVLink fields. What cannot be said truly is not said: the functions then return None."""
+"""IMC values as MAVLink fields; functions return None for unknown values and values that do not fit."""
 
 import math
 from collections.abc import Iterable
@@ -20,7 +20,7 @@ OPTICAL_FLOW, VISION_POSITION = 0x40, 0x80
 Z_CONTROL, XY_CONTROL, MOTORS = 0x2000, 0x4000, 0x8000
 GEOFENCE, AHRS, LOGGING, BATTERY, PREARM = 0x100000, 0x200000, 0x1000000, 0x2000000, 0x10000000
 
-# MAV_SYS_STATUS_SENSOR bits by a word of the entity label; the first that fits counts
+# MAV_SYS_STATUS_SENSOR bits by a word in the entity label; the first match counts
 SENSORS = (
     ("IMU", GYRO | ACCELEROMETER),
     ("AHRS", MAGNETOMETER | AHRS),
@@ -47,7 +47,7 @@ class Position(NamedTuple):
 
 
 class Home(NamedTuple):
-    """Where altitudes and local positions count from: rad, and m above the ellipsoid and the mean sea level."""
+    """The origin of altitudes and local positions: rad, and m above the ellipsoid and above mean sea level."""
 
     lat: float
     lon: float
@@ -56,7 +56,7 @@ class Home(NamedTuple):
 
 
 def home_of(state: imc.EstimatedState, *, afloat: bool, undulation: float = 0.0) -> Home | None:
-    """Home at the reference point of a state; that of a vessel is at the surface, its altitude 0.
+    """Home at the reference point of a state; for a vessel it is at the surface, with altitude 0.
 
     `undulation` is the height of the geoid above the ellipsoid, in m.
     """
@@ -68,7 +68,7 @@ def home_of(state: imc.EstimatedState, *, afloat: bool, undulation: float = 0.0)
 def place_of(state: imc.EstimatedState, home: Home, *, afloat: bool, undulation: float = 0.0) -> Position | None:
     """Where the vehicle is: the reference point of `state`, moved by its offsets on the WGS-84 ellipsoid.
 
-    A vessel is `depth` under home, or `z` under the reference point where the depth is invalid (-1).
+    A vessel is `depth` below home, or `z` below the reference point if the depth is invalid (-1).
     """
     if not (_on_earth(state.lat, state.lon) and max(abs(state.x), abs(state.y)) <= FARTHEST):
         return None
@@ -88,14 +88,14 @@ def place_of(state: imc.EstimatedState, home: Home, *, afloat: bool, undulation:
 
 
 def valid_depth(state: imc.EstimatedState) -> bool:
-    """Whether the depth means something; -1 says that it is unknown, a little less than 0 is a wave."""
+    """Whether the depth is known: -1 means unknown, values slightly below 0 are waves."""
     return -1.0 < state.depth <= HIGHEST
 
 
 def velocity_of(state: imc.EstimatedState) -> tuple[float, float, float] | None:
-    """Velocity over ground, north, east, down in m/s; from the body's velocity where that is all there is.
+    """Velocity over ground, north, east, down in m/s; from the body velocity if only that is known.
 
-    None where it is unknown, or more than the fields hold.
+    None if it is unknown, or too large for the fields.
     """
     ground, body = (state.vx, state.vy, state.vz), (state.u, state.v, state.w)
     known = _all_finite(*body, state.phi, state.theta, state.psi)
@@ -111,7 +111,7 @@ def velocity_of(state: imc.EstimatedState) -> tuple[float, float, float] | None:
 
 
 def boot_ms(time: float, boot: float) -> int:
-    """Milliseconds since `boot` (both s since 1970), wrapped as MAVLink's 32-bit field wraps."""
+    """Milliseconds since `boot` (both s since 1970), wrapped like MAVLink's 32-bit field."""
     return max(0, round((time - boot) * 1e3)) & 0xFFFFFFFF if math.isfinite(time) else 0
 
 
@@ -161,7 +161,7 @@ def local_position(state: imc.EstimatedState, place: Position | None, home: Home
 
 
 def hud(state: imc.EstimatedState, place: Position | None, airspeed: float, throttle: float) -> Fields | None:
-    """VFR_HUD. `airspeed` is the speed through water or air in m/s, NaN where unknown; `throttle` is in %."""
+    """VFR_HUD. `airspeed` is the speed through water or air in m/s, NaN if unknown; `throttle` is in %."""
     velocity = velocity_of(state)
     if place is None or velocity is None or not math.isfinite(state.psi):
         return None
@@ -204,14 +204,15 @@ def extended_state(medium: int | None, armed: bool) -> Fields:
 
 
 def flying_state(motors: bool, *, rises: bool, lands: bool) -> Fields:
-    """EXTENDED_SYS_STATE of what flies: on the ground without `motors`, else taking off, landing, or in the air."""
+    """EXTENDED_SYS_STATE of an aircraft: on the ground without `motors`, else taking off, landing, or in the air."""
     return {"vtol_state": 0, "landed_state": 1 if not motors else 3 if rises else 4 if lands else 2}
 
 
 def sensors(states: Iterable[tuple[str, State]], *, located: bool, ready: bool) -> tuple[int, int]:
-    """MAV_SYS_STATUS_SENSOR bits that are present, and of those the healthy ones, from labels and states of entities.
+    """MAV_SYS_STATUS_SENSOR bits that are present, and the healthy ones, from labels and states of entities.
 
-    The bit of the GPS means that the position is known, however; the fence's stays healthy, since there is none.
+    The GPS bit means that the position is known, by any means; the geofence bit is always healthy, as there is no
+    fence.
     """
     present = GPS | PREARM
     ill = (0 if located else GPS) | (0 if ready else PREARM)
@@ -223,7 +224,7 @@ def sensors(states: Iterable[tuple[str, State]], *, located: bool, ready: bool) 
 
 
 def system_status(bits: tuple[int, int], load: float, voltage: float, current: float, fuel: float) -> Fields:
-    """SYS_STATUS; load and fuel in %, V, A; NaN is unknown."""
+    """SYS_STATUS; load and fuel in %, voltage in V, current in A; NaN: unknown."""
     present, healthy = bits
     return {
         "onboard_control_sensors_present": present,

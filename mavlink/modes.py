@@ -1,4 +1,4 @@
-"""What the vehicle is doing, and how each flavour of autopilot numbers that."""
+"""The modes of a vehicle, and their numbers in each flavor of autopilot."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ BOOT, CALIBRATING, STANDBY, ACTIVE, CRITICAL = 1, 2, 3, 4, 5
 
 
 class Mode(Enum):
-    """What a vehicle does, in words; `flags` are its MAV_MODE_FLAG besides custom mode and arming."""
+    """What a vehicle does; `flags` are its MAV_MODE_FLAG bits, without those of custom mode and arming."""
 
     MANUAL = "manual", 0
     MISSION = "mission", AUTO | GUIDED | STABILIZE
@@ -33,9 +33,9 @@ class Mode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of vehicle: its MAV_TYPE, what ArduPilot calls its firmware, the numbers of its modes there.
+    """A kind of vehicle: its MAV_TYPE, ArduPilot's name of its firmware, the numbers of its modes there.
 
-    The first number of a mode is the one that is shown. `afloat` says that home is the water's surface.
+    The first number of a mode is the one reported. `afloat`: home is at the water's surface.
     """
 
     type: int
@@ -121,7 +121,7 @@ PX4_NAMES: Mapping[tuple[int, int], str] = {
     (7, 0): "STABILIZED",
     (8, 0): "RATTITUDE",
 }
-"""Main and sub mode of PX4 -> what its ground stations call them."""
+"""Main and sub mode of PX4 -> their name in ground stations."""
 
 ARDUPILOT_MODES: Mapping[int, str] = {
     **dict.fromkeys((1, 19, 20, 21), "PLANE_MODE"),
@@ -143,9 +143,9 @@ STANDARD_MODES: Mapping[int, Mode] = {
 
 @dataclass(frozen=True, slots=True)
 class Flavour:
-    """Which autopilot a link pretends to be: clients choose numbers of modes and encoding of parameters by it.
+    """The autopilot that a link reports: it determines the numbers of modes and the encoding of parameters.
 
-    `version` is the firmware that it passes for: major, minor, patch.
+    `version` is the reported firmware version: major, minor, patch.
     """
 
     name: str
@@ -168,15 +168,15 @@ class Flavour:
         return modes.get(mode, modes[Mode.MANUAL])[0]
 
     def mode(self, kind: Kind, custom_mode: int) -> Mode:
-        """The mode of a number."""
+        """The mode with a number."""
         return next((mode for mode, numbers in self._modes(kind).items() if custom_mode in numbers), Mode.OTHER)
 
     def commanded_mode(self, kind: Kind, main: int, sub: int) -> Mode:
-        """The mode that MAV_CMD_DO_SET_MODE means."""
+        """The mode that MAV_CMD_DO_SET_MODE asks for."""
         return self.mode(kind, main if self.name == "ardupilot" else main << 16 | sub << 24)
 
     def banner(self, kind: Kind) -> str:
-        """The first line that a console wants to read."""
+        """The first line that consoles expect."""
         firmware = {"ardupilot": kind.firmware, "px4": "PX4"}.get(self.name, "Shoal")
         return f"{firmware} V{'.'.join(map(str, self.version))} (Shoal)"
 
@@ -207,7 +207,7 @@ SINGLE: Mapping[int, Mode] = {
 
 
 def mode_name(base: int, custom: int, kind: int, autopilot: int, enumerations: Mapping[str, Mapping[int, str]]) -> str:
-    """What ground stations call the mode in another autopilot's HEARTBEAT; "Mode(n)" where it has no name.
+    """The name that ground stations use for the mode in another autopilot's HEARTBEAT; "Mode(n)" if there is none.
 
     `kind` is its MAV_TYPE, `autopilot` its MAV_AUTOPILOT, `enumerations` those of the dialect.
     """
@@ -221,12 +221,12 @@ def mode_name(base: int, custom: int, kind: int, autopilot: int, enumerations: M
 
 
 def moving(vehicle: imc.VehicleState | None) -> bool:
-    """Whether the vehicle acts by itself or is steered, whoever asked for it."""
+    """Whether the vehicle executes a maneuver or is steered, whoever asked for it."""
     return vehicle is not None and vehicle.op_mode in (OpMode.MANEUVER, OpMode.EXTERNAL)
 
 
 def mode_of(vehicle: imc.VehicleState | None, plan: imc.PlanControlState | None, *, aloft: bool = False) -> Mode:
-    """What a vehicle of these states does; one that is `aloft` holds where nothing else is asked for."""
+    """The mode of a vehicle with these states; one that is `aloft` holds if nothing else is asked for."""
     if vehicle is None or not moving(vehicle):
         return Mode.HOLD if aloft else Mode.MANUAL
     if vehicle.op_mode == OpMode.EXTERNAL or vehicle.maneuver_type == imc.Teleoperation.ID:

@@ -1,4 +1,4 @@
-"""STATUSTEXT: long texts in chunks, few at a time."""
+"""STATUSTEXT: splits long texts into chunks, and limits their rate."""
 
 from collections.abc import Mapping
 
@@ -20,9 +20,9 @@ SEVERITY: Mapping[int, int] = {
 
 
 def chunks(severity: int, text: str, number: int) -> list[Fields]:
-    """The STATUSTEXTs that carry `text`, cut to 200 bytes; `number` (1..65535) tells those of one text from others.
+    """The STATUSTEXTs that carry `text`, cut to 200 bytes; `number` (1..65535) identifies the chunks of one text.
 
-    A NUL ends a text at the receiver, so all chunks but the last are full: where a character would be cut in two,
+    A NUL ends a text at the receiver, so all chunks but the last must be full: if a character does not fit whole,
     spaces fill the chunk.
     """
     parts = _cut(text.replace("\0", " "))
@@ -51,7 +51,7 @@ def _cut(text: str) -> list[bytes]:
 
 
 class Tap:
-    """Lets through `rate` per second, and `burst` at once after a pause."""
+    """Lets through `rate` per second, and after a pause `burst` at the same time."""
 
     def __init__(self, rate: float, burst: float, now: float):
         self._rate = rate

@@ -1,6 +1,6 @@
-"""Reads .tlog files: MAVLink frames, each behind the time at which a ground station received it.
+"""Reads .tlog files: MAVLink frames, each after the time at which a ground station received it.
 
-Source of the form: MAVLink's telemetry logs, as QGroundControl, MAVProxy and Mission Planner write them: eight bytes,
+Source of the format: MAVLink's telemetry logs, as QGroundControl, MAVProxy and Mission Planner write them: eight bytes,
 big endian, µs since 1970 UTC, then the frame of version 1 or 2.
 """
 
@@ -26,8 +26,8 @@ class Recorded(NamedTuple):
 class Tlog:
     """A .tlog file.
 
-    position: bytes read so far. lost: those that belong to no frame. frames: whole ones. unknown: those of messages
-    that the dialect does not have.
+    position: bytes read so far. lost: bytes outside of frames. frames: number of whole frames. unknown: how many of
+    them have messages that the dialect lacks.
     """
 
     def __init__(self, path: Path, dialect: Dialect):
@@ -40,7 +40,7 @@ class Tlog:
         self._dialect = dialect
 
     def read(self, names: frozenset[str]) -> Iterator[Recorded]:
-        """The messages of these names, in the order of the file; what is damaged is skipped and counted."""
+        """The messages with these names, in the order of the file; damage is skipped and counted."""
         definitions = {number: d for number, d in self._dialect.by_id.items() if d.name in names}
         for time, buffer, frame in self._frames():
             if (definition := definitions.get(frame.id)) is not None:
@@ -72,7 +72,7 @@ class Tlog:
         definition = self._dialect.by_id.get(frame.id)
         if definition is not None:
             return is_intact(buffer, frame, definition)
-        # Its checksum cannot be told; what follows it must look like a record.
+        # Checking the checksum needs the definition; instead, a record must follow.
         after = buffer[frame.end : frame.end + TIME + 1]
         good = len(after) <= TIME or (_is_time(after, 0) and after[TIME] in MAGICS)
         self.unknown += good
@@ -80,7 +80,7 @@ class Tlog:
 
 
 def _record_at(buffer: bytes, position: int) -> FrameHeader | None:
-    """The frame behind a time; None where there is no time, or no frame can begin behind it."""
+    """The frame after a time at `position`; None if there is no time, or no frame can begin after it."""
     if position + TIME >= len(buffer) or not _is_time(buffer, position):
         return None
     return frame_at(buffer, position + TIME)

@@ -1,4 +1,4 @@
-"""What MAVLink's messages of an autopilot are in IMC."""
+"""Translates the MAVLink messages of an autopilot to IMC."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator
@@ -20,7 +20,7 @@ GROUND_STATION = 6  # type in HEARTBEAT
 SUBMARINE = 12
 AUTOPILOT_NONE = 8
 ENTITIES = ("Autopilot", "Navigation", "GPS", "Batteries", "IMU", "Pressure Sensor", "Depth Sensor", "Range Finder")
-"""Labels of the entities that speak; their ids count from 1."""
+"""Labels of the entities that send messages; their ids count from 1."""
 
 _KINDS = {
     imc.SystemType.UUV: (SUBMARINE,),
@@ -35,10 +35,9 @@ _Said = Iterable[tuple[str, imc.Message]]
 class AutopilotTranslator:
     """Turns the MAVLink messages of one autopilot into IMC, each with the label of the entity that sends it.
 
-    EstimatedState comes with ATTITUDE, its position extrapolated from the last GLOBAL_POSITION_INT; the reference is
-    where the vehicle is, so x, y and z are 0. `height` is above mean sea level, as MAVLink gives it: how far the
-    geoid is from the ellipsoid is not known. `depth` is that of a submarine below where it was started, -1 for others.
-    type_: MAV_TYPE.
+    ATTITUDE gives EstimatedState, its position extrapolated from the last GLOBAL_POSITION_INT; the reference is the
+    position of the vehicle, so x, y and z are 0. `height` is above mean sea level, as in MAVLink, because the height of
+    the geoid is unknown. `depth` is that of a submarine below its start, -1 for other vehicles. type_: MAV_TYPE.
     """
 
     def __init__(self, dialect: Dialect, type_: int = 0) -> None:
@@ -72,7 +71,7 @@ class AutopilotTranslator:
         return frozenset(self._handlers)
 
     def hear(self, received: Received, time: float) -> Iterator[tuple[str, imc.Message]]:
-        """What a message says: labels, and messages with the time (s since 1970 UTC) in their headers."""
+        """A message in IMC: labels of entities, and messages with `time` (s since 1970 UTC) in their headers."""
         message = SimpleNamespace(**received.values)
         for label, said in self._handlers[received.name](message):
             if isinstance(said, imc.LogBookEntry):
@@ -83,7 +82,7 @@ class AutopilotTranslator:
 
     @property
     def system_type(self) -> imc.SystemType:
-        """What kind of system it is."""
+        """The type of the system in IMC."""
         return next((kind for kind, types in _KINDS.items() if self.type in types), imc.SystemType.UAV)
 
     def _heartbeat(self, m: Any) -> _Said:
@@ -218,7 +217,7 @@ def _status(m: Any) -> _Said:
 
 
 def _battery(m: Any) -> _Said:
-    """Batteries beyond the first, which SYS_STATUS has."""
+    """Batteries after the first one, which is in SYS_STATUS."""
     if m.id == 0 or m.id > MOST_BATTERIES:
         return ()
     cells = [cell for cell in m.voltages if cell != 0xFFFF]
@@ -254,7 +253,7 @@ def _imu(m: Any) -> _Said:
 
 
 def _to_body(phi: float, theta: float, psi: float, north: float, east: float, down: float) -> tuple[float, ...]:
-    """A vector of the navigation frame in the body frame (rotation about z, y, x)."""
+    """A north-east-down vector in the body frame; as in `world.attitude`, which this package cannot import."""
     cphi, sphi, ct, st, cpsi, spsi = *_cs(phi), *_cs(theta), *_cs(psi)
     return (
         ct * cpsi * north + ct * spsi * east - st * down,

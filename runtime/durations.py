@@ -1,4 +1,4 @@
-"""Spans of time as people write them."""
+"""Parses durations such as 90s, 10min or 1h30min."""
 
 import re
 
@@ -6,7 +6,7 @@ import click
 
 _UNITS = {"ms": 0.001, "s": 1.0, "": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 _LONGEST = 1e10  # s; three centuries
-SHORTEST = 0.01  # s between two of what is done again and again
+SHORTEST = 0.01  # s; the shortest period of a repeated action
 _PART = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*([a-z]*)\s*")
 
 
@@ -25,15 +25,15 @@ def parse_duration(text: str) -> float:
 
 
 def period_option(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:
-    """The callback of an option that says how often: a span of time that is more than none."""
+    """Click callback of a period: a duration of at least `SHORTEST`."""
     period = duration_option(context, parameter, text)
     if period is not None and period < SHORTEST:
-        raise click.BadParameter(f"{text!r} is too short, at least {SHORTEST:g} s")
+        raise click.BadParameter(f"{text!r} is too short; use at least {SHORTEST:g} s")
     return period
 
 
 def duration_option(_: click.Context, __: click.Parameter, text: str | None) -> float | None:
-    """The callback of an option that takes a span of time."""
+    """Click callback of a duration."""
     try:
         return None if text is None else parse_duration(text)
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""What is wrong with a file or a name: where, how bad, and what would be right."""
+"""Problems of files and names: where, how bad, and how to fix them."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ Severity = Literal["error", "warning", "note"]
 
 
 class Origin(NamedTuple):
-    """Where something was said: a file and its line, or "command line" and line 0."""
+    """A place in a file: the file and its line, or "command line" and line 0."""
 
     file: str
     line: int = 0
@@ -23,9 +23,9 @@ COMMAND_LINE = Origin("command line")
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Something to know about a file: how bad, where, what, and the fix.
+    """A problem of a file: how bad, where, what, and the fix.
 
-    An error keeps a profile or a task from working, a warning loads but hardly as meant, a note is for information.
+    An error stops a profile or a task from working; a warning loads, but probably not as intended; a note informs.
     """
 
     severity: Severity
@@ -41,7 +41,7 @@ class Problem:
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """What a task finds odd in its profile: an option, in its own section where none is named, why, and the fix."""
+    """Something odd that a task finds in its profile: the option, why, and the fix; no `section` means its own."""
 
     option: str
     text: str
@@ -50,7 +50,7 @@ class Doubt:
 
 
 class ProfileError(ValueError):
-    """A profile that cannot be used; `problems` says why."""
+    """The profile cannot be used; `problems` lists why."""
 
     def __init__(self, problems: Sequence[Problem]):
         super().__init__("\n".join(map(str, problems)))
@@ -58,14 +58,14 @@ class ProfileError(ValueError):
 
 
 def printable(text: str) -> str:
-    """`text` with control characters and bytes that are no UTF-8 as escapes, fit for a terminal."""
+    """`text` with control characters and non-UTF-8 bytes escaped, safe for a terminal."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else _escape(c) for c in text)
 
 
 def nearest(word: str, words: Iterable[str]) -> str:
-    """The most similar of `words`, whatever the letter case; empty where none is near."""
+    """The most similar of `words`, ignoring case; empty if none is close."""
     candidates: dict[str, str] = {}
     for candidate in words:
         candidates.setdefault(candidate.casefold(), candidate)
@@ -74,15 +74,15 @@ def nearest(word: str, words: Iterable[str]) -> str:
 
 
 def suggestion(word: str, words: Iterable[str]) -> str:
-    """A hint that names the nearest of `words`, or where there are few, all of them."""
+    """A hint with the nearest of `words`, or all of them if there are at most 12."""
     words = list(words)
     if near := nearest(word, words):
         return f"did you mean {quoted(near)}?"
-    return f"there are {', '.join(words)}" if 0 < len(words) <= 12 else ""
+    return f"known: {', '.join(words)}" if 0 < len(words) <= 12 else ""
 
 
 def quoted(text: str) -> str:
-    """`text` in quotes, fit for a terminal and for a line."""
+    """`text` in quotes, safe for a terminal and cut to 80 characters."""
     return f"'{printable(text if len(text) <= 80 else text[:79] + '…')}'"
 
 

@@ -1,4 +1,4 @@
-"""Runs tasks without a vehicle, in virtual time: feed messages, look at what comes out."""
+"""Runs tasks without a profile, in virtual time: feed messages, look at what they publish."""
 
 import tempfile
 from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
@@ -7,24 +7,23 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import imc
+from imc.addresses import UNKNOWN_SYSTEM
 from runtime.bus import Frame
-from runtime.kernel import VirtualClock, WallClock, nanoseconds
-from runtime.kernel.kernel import SECOND
-from runtime.task import UNKNOWN_SYSTEM, Task
-from runtime.vehicle import Vehicle, section_group
-from runtime.vehicle.catalogue import OWN
+from runtime.kernel import SECOND, Clock, VirtualClock, nanoseconds
+from runtime.task import Task
+from runtime.vehicle import Vehicle, section_name
 
 M = TypeVar("M", bound=imc.Message)
 START = 1_767_225_600  # 2026-01-01T00:00:00Z
-ABSOLUTE = 1e8  # timestamps above it are dates, below it seconds from the start
+ABSOLUTE = 1e8  # timestamps above are s since 1970, below seconds from the start
 LAUV_NOPTILUS_1 = 0x001A
 
 
 @dataclass
 class Run:
-    """What came of a simulation: `messages` in order of publication, without those that were fed in and the Daemon's.
+    """The result of a simulation: `messages` in order of publication, except those fed in and the Daemon's.
 
-    `log` has the texts of the log book, the Daemon's included.
+    `log` has the texts of the log book, including the Daemon's.
     """
 
     vehicle: Vehicle
@@ -60,7 +59,7 @@ class NoProfile:
         return ""
 
     def override(self, assignment: str) -> None:
-        """Nothing to keep it in."""
+        """Ignored: there is no profile to change."""
 
 
 def simulate(
@@ -76,17 +75,17 @@ def simulate(
     log_root: Path | None = None,
     script: Callable[..., Coroutine[Any, Any, Any]] | None = None,
     keep_going: bool = False,
-    clock: VirtualClock | WallClock | None = None,
+    clock: Clock | None = None,
     settings: Mapping[str, Mapping[str, str]] | None = None,
     **parameters: Any,
 ) -> Run:
     """Run tasks in virtual time and return what they published.
 
-    `tasks` is a class, whose parameters are the further keyword arguments by attribute name, or a list of classes and
+    `tasks` is a class, with its parameters as further keyword arguments by attribute name, or a list of classes and
     (class, parameters). `feed` is published at its timestamps: seconds from the start, or absolute; a message without
-    source is the vehicle's own, one without timestamp comes at the start. The run takes `seconds`, by default until the
-    feed is through. `script` is a coroutine function that runs beside the tasks. `settings` stands in for the profile:
-    texts by section and option. Exceptions of tasks are raised.
+    source is the vehicle's own, one without timestamp is published at the start. The run takes `seconds`, by default
+    until the end of the feed, or 1 s without a feed. `script` is a coroutine function that runs along with the tasks.
+    `settings` stands in for the profile: texts by section and option. Exceptions of tasks are raised.
     """
     wanted = [tasks] if isinstance(tasks, type) else list(tasks)
     with tempfile.TemporaryDirectory() as folder:
@@ -121,16 +120,8 @@ def simulate(
     return run
 
 
-def section_name(cls: type[Task]) -> str:
-    """The section that names a class in a profile."""
-    parts = cls.__module__.split(".")
-    if parts[0] == OWN and len(parts) > 2:
-        return f"{section_group(cls.__module__)}.{cls.__name__}"
-    return f"{cls.__module__}.{cls.__name__}"
-
-
 def _record(run: Run, fed: set[int]) -> None:
-    """Keep what is published, apart from the messages (by identity) that are fed in."""
+    """Record what is published, except the fed messages (by identity) and the Daemon's."""
     system = run.vehicle.system
 
     def record(message: imc.Message, packet: bytes) -> None:

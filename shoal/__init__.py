@@ -1,4 +1,4 @@
-"""What people use: missions, logs, re-simulation, and the command `shoal`."""
+"""Missions, logs, re-simulation, and the command `shoal`."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -10,7 +10,7 @@ __all__ = ["Mission", "Report", "fly"]
 
 
 def __getattr__(name: str) -> Any:
-    """Imported at first use, so that `shoal --help` need not wait for it."""
+    """Import missions at first use, so that `shoal --help` starts fast."""
     if name in __all__:
         return getattr(import_module("shoal.missions"), name)
     raise AttributeError(f"module 'shoal' has no attribute {name!r}")

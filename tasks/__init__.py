@@ -1,1 +1,1 @@
-"""The tasks that come with Shoal: one file each, the path is the name."""
+"""The tasks of Shoal: one file each, named by its path."""

@@ -1,4 +1,4 @@
-"""Logs made of messages."""
+"""Fixtures that write logs."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -13,7 +13,7 @@ DEFINITIONS = gzip_member(imc.dump(imc.builtin()))
 
 @pytest.fixture
 def make_log(tmp_path: Path) -> Callable[..., Path]:
-    """Writes messages or packets to a log folder in the test's own."""
+    """Writes messages or packets to a log folder in the test's temporary folder."""
 
     def make(
         content: Iterable[imc.Message | bytes],

@@ -1,4 +1,4 @@
-"""What holds for every task, profile and module there is, or will be."""
+"""Rules for every task, profile and module."""
 
 import ast
 import subprocess
@@ -75,7 +75,7 @@ def test_the_core_install_imports_without_the_extras():
         "import sys\n"
         "for name in ('zenoh', 'pymavlink', 'PIL', 'cv2'): sys.modules[name] = None\n"
         "from runtime.vehicle.catalogue import all_tasks\n"
-        "import shoal.cli.run, shoal.cli.replay, shoal.cli.inspect, runtime.zenoh\n"
+        "import shoal.cli.run, shoal.cli.replay, shoal.cli.check, shoal.cli.tasks, runtime.zenoh\n"
         "assert len(all_tasks()) >= 9\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)

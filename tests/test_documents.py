@@ -1,4 +1,4 @@
-"""Every block of code in the README and the docs runs: python and sh, in order, in a folder of their own.
+"""Every block of code in the README and the docs runs: python and sh, in order, in one temporary folder.
 
 `file=NAME` writes the block to that file first. Blocks in other languages (bash, text) are not run.
 """

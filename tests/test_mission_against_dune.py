@@ -1,6 +1,6 @@
-"""A plan that DUNE flew, flown by Shoal: states, modes, track, times and depth against what is kept of DUNE's log.
+"""A plan that DUNE flew, flown by Shoal: states, modes, track, times and depth compared with DUNE's log.
 
-On the first two legs the water is too shallow for the plan: both keep 2.5 m above the bottom, as an altimeter sees it.
+On the first two legs the water is too shallow for the plan: both keep 2.5 m above the bottom, measured by altimeter.
 """
 
 import importlib.util
@@ -58,7 +58,7 @@ def test_the_track_is_that_of_dune(ours, dune, leg):
 
 def test_it_dives_as_dune_does(ours, dune):
     mine, theirs = (bench.of_leg(flight, 0) for flight in (ours, dune))
-    diving = np.arange(0.0, 14.0, 0.5)  # then the bottom is too near
+    diving = np.arange(0.0, 14.0, 0.5)  # then the bottom is too close
     depths = [np.interp(diving, rows[:, 0], rows[:, 3]) for rows in (mine, theirs)]
     assert depths[0] == pytest.approx(depths[1], abs=0.15)
 

@@ -1,1 +1,1 @@
-"""World."""
+"""The simulated world: vehicle dynamics, sea, sensors and pictures."""

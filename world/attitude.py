@@ -7,7 +7,7 @@ Matrix = tuple[Vector, Vector, Vector]
 
 
 def rotation(phi: float, theta: float, psi: float) -> Matrix:
-    """R_nb = Rz(psi) Ry(theta) Rx(phi), row by row: turns body vectors into north-east-down ones. Angles in rad.
+    """R_nb = Rz(psi) Ry(theta) Rx(phi), as rows: rotates body vectors to north-east-down. Angles in rad.
 
     Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), eq. 2.18.
     """
@@ -22,14 +22,14 @@ def rotation(phi: float, theta: float, psi: float) -> Matrix:
 
 
 def to_ned(r: Matrix, v: Vector) -> Vector:
-    """A body vector in north-east-down."""
+    """Rotate a body vector to north-east-down."""
     (a, b, c), (d, e, f), (g, h, i) = r
     x, y, z = v
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
 def to_body(r: Matrix, v: Vector) -> Vector:
-    """A north-east-down vector in the body frame."""
+    """Rotate a north-east-down vector to the body frame."""
     (a, b, c), (d, e, f), (g, h, i) = r
     x, y, z = v
     return a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
@@ -41,7 +41,7 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 
 def body_rates(phi: float, theta: float, phi_rate: float, theta_rate: float, psi_rate: float) -> Vector:
-    """p, q, r (rad/s) of the rates of the Euler angles (rad/s); Fossen 2011, eq. 2.28 inverted."""
+    """p, q, r (rad/s) from the Euler angle rates (rad/s); Fossen 2011, eq. 2.28 inverted."""
     cr, sr = math.cos(phi), math.sin(phi)
     cp = math.cos(theta)
     return (
@@ -52,5 +52,5 @@ def body_rates(phi: float, theta: float, phi_rate: float, theta_rate: float, psi
 
 
 def wrap(angle: float) -> float:
-    """The angle in [-pi, pi), rad."""
+    """The angle wrapped to [-pi, pi), rad."""
     return angle if -math.pi <= angle < math.pi else (angle + math.pi) % (2.0 * math.pi) - math.pi

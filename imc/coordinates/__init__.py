@@ -1,6 +1,17 @@
-"""Positions on the WGS-84 ellipsoid, offsets between them, and patterns of rows; `arrays` has the first for NumPy."""
+"""Positions on the WGS-84 ellipsoid, offsets between them (in `arrays` also for NumPy), and patterns of rows."""
 
 from imc.coordinates.patterns import rows, rows_of, swath
+from imc.coordinates.start import StartPoint
 from imc.coordinates.wgs84 import FLATTENING, SEMI_MAJOR_AXIS, absolute, displace, displacement
 
-__all__ = ["FLATTENING", "SEMI_MAJOR_AXIS", "absolute", "displace", "displacement", "rows", "rows_of", "swath"]
+__all__ = [
+    "FLATTENING",
+    "SEMI_MAJOR_AXIS",
+    "StartPoint",
+    "absolute",
+    "displace",
+    "displacement",
+    "rows",
+    "rows_of",
+    "swath",
+]

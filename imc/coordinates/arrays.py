@@ -17,7 +17,7 @@ _EP2 = _E2 / (1.0 - _E2)
 def displace(
     lat: Array, lon: Array, height: Array, north: Array, east: Array, down: Array
 ) -> tuple[Array, Array, Array]:
-    """The positions (rad, rad, m) at offsets (m) from others; each offset is in the other's tangent plane."""
+    """Positions (rad, rad, m) displaced by offsets (m), each in the tangent plane of its own position."""
     slat, clat, slon, clon = np.sin(lat), np.cos(lat), np.sin(lon), np.cos(lon)
     normal = _A / np.sqrt(1.0 - _E2 * slat**2)
     outward = -slat * north - clat * down
@@ -39,7 +39,7 @@ def displace(
 def displacement(
     origin: tuple[float, float, float], lat: Array, lon: Array, height: Array
 ) -> tuple[Array, Array, Array]:
-    """North, east and down (m), in the tangent plane of the origin (rad, rad, m), to positions (rad, rad, m)."""
+    """Offsets north, east and down (m) of positions (rad, rad, m), in the tangent plane of the origin (rad, rad, m)."""
     places, (start,) = _cartesian(lat, lon, height), _cartesian(*(np.array([value]) for value in origin))
     slat, clat, slon, clon = np.sin(origin[0]), np.cos(origin[0]), np.sin(origin[1]), np.cos(origin[1])
     north = [-slat * clon, -slat * slon, clat]

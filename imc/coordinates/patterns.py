@@ -1,4 +1,4 @@
-"""Patterns of parallel rows, as offsets in metres from their first corner."""
+"""Patterns of parallel rows, as offsets in m from their first corner."""
 
 from math import cos, sin, tan
 
@@ -22,9 +22,9 @@ def rows(
     """North and east (m) of the corners of rows of `length` at `bearing`, side by side over `width`.
 
     The first point is `overshoot` before the corner. The step at the far end is `alternation` times `step`, the one at
-    the near end 2 - `alternation` times. The sides lean by `cross_angle`. With `square` a row is left `overshoot`
-    beyond its end. Lengths are in m, angles in rad. Raises ValueError where a length is below a millimetre, or where
-    there would be more than 10 000 rows.
+    the near end 2 - `alternation` times. The sides lean by `cross_angle`. With `square`, the path turns `overshoot`
+    beyond the end of each row. Lengths are in m, angles in rad. Raises ValueError if width, length or step is below
+    1 mm, or for more than 10 000 rows.
     """
     if min(width, length, step) < 1e-3:
         raise ValueError("width, length and step must be at least 1 mm")
@@ -52,9 +52,9 @@ def rows(
 
 
 def rows_of(area: Rows | RowsCoverage) -> list[tuple[float, float]]:
-    """North and east (m) of the corners that a maneuver goes through. Raises ValueError for what has no rows.
+    """North and east (m) of the corners of a maneuver. Raises ValueError like `rows`.
 
-    The distance of the rows of RowsCoverage follows from its sonar.
+    The row spacing of RowsCoverage follows from its sonar.
     """
     if isinstance(area, Rows):
         step, alternation = area.hstep, area.alternation / 100.0
@@ -74,8 +74,8 @@ def rows_of(area: Rows | RowsCoverage) -> list[tuple[float, float]]:
 
 
 def swath(aperture: float, reach: float, overlap: float) -> float:
-    """Distance (m) of rows that a sonar covers: `aperture` (rad) of its fan, `reach` (m), `overlap` of rows (0 to 1).
+    """Row spacing (m) that a sonar covers: `aperture` (rad) of its fan, `reach` (m), `overlap` of rows (0 to 1).
 
-    The fan looks down symmetrically, so that it covers 2 reach sin(aperture/2) at its range.
+    The fan points straight down, so at its range it covers 2 reach sin(aperture/2).
     """
     return 2.0 * reach * sin(0.5 * abs(aperture)) * (1.0 - overlap)

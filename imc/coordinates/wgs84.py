@@ -1,6 +1,6 @@
 """Positions on the WGS-84 ellipsoid, and offsets north, east and down between them.
 
-Source of the equations: NIMA TR8350.2 (the ellipsoid), Bowring 1976 (the way back from Cartesian coordinates).
+Source of the equations: NIMA TR8350.2 (the ellipsoid), Bowring 1976 (Cartesian to geodetic coordinates).
 """
 
 from math import atan2, cos, hypot, sin, sqrt
@@ -17,7 +17,7 @@ _EP2 = _E2 / (1.0 - _E2)
 def displace(
     lat: float, lon: float, height: float, north: float, east: float, down: float = 0.0
 ) -> tuple[float, float, float]:
-    """The position (rad, rad, m) at offsets (m) from another; the offsets are in that one's tangent plane."""
+    """A position (rad, rad, m) displaced by offsets (m) in its tangent plane."""
     x, y, z = _cartesian(lat, lon, height)
     slat, clat, slon, clon = sin(lat), cos(lat), sin(lon), cos(lon)
     outward = -slat * north - clat * down
@@ -30,7 +30,7 @@ def displace(
 def displacement(
     lat: float, lon: float, height: float, to_lat: float, to_lon: float, to_height: float
 ) -> tuple[float, float, float]:
-    """North, east and down (m) in the tangent plane of the first position (rad, rad, m), to the second."""
+    """Offsets north, east and down (m) of the second position (rad, rad, m), in the tangent plane of the first."""
     x, y, z = _cartesian(lat, lon, height)
     tx, ty, tz = _cartesian(to_lat, to_lon, to_height)
     dx, dy, dz = tx - x, ty - y, tz - z
@@ -40,7 +40,7 @@ def displacement(
 
 
 def absolute(state: EstimatedState) -> tuple[float, float, float]:
-    """Where a vehicle is (rad, rad, m): its reference position displaced by its offsets."""
+    """Position of a vehicle (rad, rad, m): its reference position displaced by its offsets."""
     return displace(state.lat, state.lon, state.height, state.x, state.y, state.z)
 
 

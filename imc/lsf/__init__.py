@@ -1,4 +1,4 @@
-"""Logs on disk: messages, columns and tables out of them, and packets into them."""
+"""Logs on disk: reads messages, columns and tables, writes packets."""
 
 from imc.lsf.bytes import ReportShare, chunks
 from imc.lsf.log import Log

@@ -1,4 +1,4 @@
-"""The bytes of a log file, unpacked: from end to end, or a part of them."""
+"""The unpacked bytes of a log file: all of them in order, or parts."""
 
 import os
 from bisect import bisect_left, bisect_right
@@ -12,20 +12,20 @@ from imc.lsf.members_ahead import Spread, unpack_ahead
 from imc.lsf.scanner import PIECE, Lose
 
 MEMORY = 1 << 24
-MEMBER_STEP = 1 << 16  # unpacked bytes between members that are remembered, at least
+MEMBER_STEP = 1 << 16  # least unpacked bytes between two members of `Members`
 
 Members = list[tuple[int, int]]
-"""Where members of a compressed file begin: in the file, and in what it unpacks to."""
+"""Where members of a compressed file begin: offset in the file, offset in the unpacked bytes."""
 
 ReportShare = Callable[[float], None]
-"""Is told the share that is done, 0 to 1."""
+"""Called with the share that is done, 0 to 1."""
 
 
 class ByteReader(Protocol):
     """Reads parts of an open log; close it, or use it in a `with` statement."""
 
     def read(self, begin: int, end: int) -> Any:
-        """The bytes from begin to end, fewer where the log has ended, as a buffer that the next call overwrites."""
+        """The bytes from begin to end, fewer if the log ends before, in a buffer that the next call overwrites."""
         ...
 
     def __enter__(self) -> Self: ...
@@ -34,7 +34,7 @@ class ByteReader(Protocol):
 
 
 def compression_of(path: Path) -> Compression | None:
-    """How a log is packed, by the end of its name."""
+    """How a log is packed, by its suffix; None if it is not."""
     return next((form for form in COMPRESSIONS.values() if form.suffix == path.suffix), None)
 
 
@@ -45,7 +45,7 @@ def chunks(
     progress: ReportShare | None = None,
     spread: Spread | None = None,
 ) -> Iterator[bytes]:
-    """All bytes of a log. Damage to members goes to `lose`; where they begin is added to `members`.
+    """All bytes of a log. Calls `lose` for damaged members; appends to `members` where members begin.
 
     spread: unpacks stretches of the file ahead.
     """
@@ -80,7 +80,7 @@ def _unpacked_chunks(
 
 
 def open_reader(path: Path, members: Members, spread: Spread | None = None) -> ByteReader:
-    """A reader of parts of a log; `members` as `chunks` gave them. Raises OSError."""
+    """A reader of parts of a log; `members` is the list that `chunks` filled. Raises OSError."""
     form = compression_of(path)
     file = path.open("rb")
     return _Plain(file) if form is None else _Packed(file, form, members, spread)
@@ -106,9 +106,9 @@ class _Plain:
 
 
 class _Packed:
-    """Unpacks from the last known member before what is wanted, or goes on from where it is.
+    """Unpacks from the last known member before the wanted bytes, or continues from its position.
 
-    It remembers the latest MEMORY bytes, as most logs are nearly in order of time.
+    It keeps the latest MEMORY bytes, because messages read in order of time may be a little out of order in the log.
     """
 
     def __init__(self, file: BinaryIO, form: Compression, members: Members, spread: Spread | None):

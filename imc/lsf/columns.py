@@ -1,4 +1,4 @@
-"""Messages of one type as a NumPy structured array: a row for each, a column for each number."""
+"""Messages of one type as a NumPy structured array: a row per message, a column per number."""
 
 import struct
 from collections.abc import Callable, Sequence
@@ -30,7 +30,7 @@ def dtype_of(kind: MessageType, order: str = "<") -> "np.dtype[Any]":
 
 
 def smallest_payload(kind: MessageType) -> int:
-    """Bytes that a message of this type has at least."""
+    """Bytes in the smallest payload of this type."""
     return sum(2 if code in VARIABLE else struct.calcsize("<" + code) for code in kind.wire)
 
 
@@ -40,7 +40,7 @@ def is_fixed(kind: MessageType) -> bool:
 
 
 def long_enough(kind: MessageType, places: Places, lose: Lose) -> Places:
-    """The packets whose payloads are not too short for the type; the others go to `lose`."""
+    """The packets whose payloads are not too short for the type; calls `lose` for the others."""
     import numpy as np
 
     sizes = places.heads >> 16
@@ -53,9 +53,9 @@ def long_enough(kind: MessageType, places: Places, lose: Lose) -> Places:
 
 
 class ColumnReader:
-    """The messages of one type while they are read: a row of `dtype_of(kind)` for each packet.
+    """Reads messages of one type into rows of `dtype_of(kind)`, one per packet.
 
-    The packets must be `long_enough`. `whole` tells which of the rows are whole messages; what is not goes to `lose`.
+    The packets must be `long_enough`. `whole` marks the rows that are whole messages; `lose` is called for the others.
     """
 
     def __init__(self, kind: MessageType, places: Places, decode: Decode, lose: Lose):
@@ -72,7 +72,7 @@ class ColumnReader:
         self._fronts = {order: self._front(order) for order in "<>"}
 
     def read(self, reader: ByteReader) -> "NDArray[Any]":
-        """Fill all rows, and return those that are whole. Raises IndexError where the log has become shorter."""
+        """Fill all rows, and return those that are whole. Raises IndexError if the log has become shorter."""
         begin = 0
         for batch in self.places.batches(reader):
             self.fill(slice(begin, begin + batch.starts.size), batch)
@@ -84,7 +84,7 @@ class ColumnReader:
         return self.rows if self.whole.all() else self.rows[self.whole]
 
     def fill(self, part: slice, batch: Batch) -> None:
-        """Fill a part of the rows from their packets."""
+        """Fill part of the rows from their packets."""
         import numpy as np
 
         rows, whole = self.rows[part], self.whole[part]
@@ -100,7 +100,7 @@ class ColumnReader:
                 self._lose_malformed(batch.base + start, bytes(batch.data[start:end]))
 
     def _front(self, order: str) -> "np.dtype[Any]":
-        """Header and numbers before the first field that is none."""
+        """Header and numbers before the first field of variable size."""
         import numpy as np
 
         row = dtype_of(self.kind, order)
@@ -126,7 +126,7 @@ class ColumnReader:
         for field, code in zip(self.kind.fields[self._fixed :], codes[self._fixed :], strict=True):
             width = 2 if code in VARIABLE else struct.calcsize("<" + code)
             good &= at + width <= behind
-            # Where the message has ended, whatever is there is read, and the row is left out.
+            # If a message has ended, read from its start, to stay inside the buffer; `whole` drops the row.
             place = np.where(good, at, batch.starts)
             if code in VARIABLE:
                 at = place + 2 + at_each(batch.data, place, order + "u2")
@@ -136,7 +136,7 @@ class ColumnReader:
         whole[chosen] = good & (at <= behind)
 
     def _fill_decoded(self, batch: Batch, rows: "NDArray[Any]", whole: "NDArray[np.bool_]", indices: list[int]) -> None:
-        """Fill the rest of the rows from objects, as only decoding tells where messages inside others end."""
+        """Fill the other columns from decoded messages: only decoding finds where a message inside another ends."""
         rest = zip(self.kind.fields[self._fixed :], self._codes[self._fixed :], strict=True)
         names = [field.attribute for field, code in rest if code not in VARIABLE]
         for index, (_, packet) in zip(indices, batch.packets(), strict=True):
@@ -158,7 +158,7 @@ class ColumnReader:
 
 
 def fill_together(tables: Sequence[ColumnReader], reader: ByteReader) -> None:
-    """Fill several tables while the log is read once. Raises IndexError where it has become shorter."""
+    """Fill several tables in one pass over the log. Raises IndexError if it has become shorter."""
     import numpy as np
 
     last = max((int(table.places.offsets[-1]) for table in tables if table.rows.size), default=-1)

@@ -1,4 +1,4 @@
-"""CRCs of many overlapping parts of a buffer, in a time that grows with the buffer and not with the parts."""
+"""Checks the CRCs of many overlapping parts of a buffer, in time proportional to the buffer, not to the parts."""
 
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -14,14 +14,17 @@ PERIOD = 32767  # of the powers of x modulo the generator, which is (x + 1) (x¹
 def overlapping_right(
     data: bytes, starts: "NDArray[np.int64]", ends: "NDArray[np.int64]", big: "NDArray[np.bool_]"
 ) -> "NDArray[np.bool_]":
-    """Which of the parts are packets that end with their CRC, in the byte order that `big` says. All lie in `data`.
+    """Which of the parts of `data` are packets that end with their CRC; `big`: it is stored big endian.
 
-    CRC-16/ARC is the remainder of a polynomial over GF(2), so that of a part follows from those of the buffer up to
-    its begin and its end. With each of these divided by x to the power of its length, which can be done as x and the
-    generator have no common factor, the remainder of a part is zero where the two are equal.
+    A right CRC makes the remainder of the whole part zero. CRC-16/ARC is a remainder of polynomials over GF(2), so the
+    remainder of a part follows from those of two prefixes of the buffer: up to its start, and up to its end. Each is
+    divided by x to the power of its length (x and the generator have no common factor). Then the remainder of the part
+    is zero exactly if the two are equal.
     """
     import numpy as np
 
+    # sums[n]: the divided remainder of the first n bytes. Dividing makes the weight of a byte depend only on its place
+    # in the buffer, so one running XOR gives all prefixes.
     octets = np.frombuffer(data, np.uint8)
     sums = np.zeros(octets.size + 1, np.uint16)
     for begin in range(0, octets.size, PERIOD):
@@ -30,6 +33,7 @@ def overlapping_right(
     np.bitwise_xor.accumulate(sums, out=sums)
     found = sums[ends] == sums[starts]
     if big.any():
+        # A big-endian CRC has its two bytes swapped: end the sum before them, and add them in the other order.
         starts, behind = starts[big], ends[big] - 2
         swapped = _weighed(octets[behind + 1], behind % PERIOD) ^ _weighed(octets[behind], (behind + 1) % PERIOD)
         found[big] = sums[behind] ^ swapped == sums[starts]
@@ -37,7 +41,7 @@ def overlapping_right(
 
 
 def _weighed(octets: "NDArray[np.uint8]", places: Any) -> "NDArray[np.uint16]":
-    """What bytes add to the divided remainder, at these places of a period."""
+    """What bytes add to the divided remainder at these places in a period; shape (n,)."""
     import numpy as np
 
     total = np.zeros(octets.size, np.uint16)
@@ -48,7 +52,7 @@ def _weighed(octets: "NDArray[np.uint8]", places: Any) -> "NDArray[np.uint16]":
 
 @cache
 def _weights() -> "NDArray[np.uint16]":
-    """1 / x to the power of the number of a bit, modulo the generator; shape (8, PERIOD): bit, byte."""
+    """1 / x to the power of a bit's number, modulo the generator; shape (8, PERIOD): bit in a byte, byte."""
     import numpy as np
 
     powers, value = [0] * PERIOD, 1

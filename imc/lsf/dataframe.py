@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def frame_of(kind: MessageType, rows: "NDArray[Any]", objects: Iterable[Message]) -> Any:
     """Header and all fields of the messages, in the order of the schema, by time (UTC).
 
-    `rows` and `objects` are the same messages. Raises ImportError where pandas is not installed.
+    `rows` and `objects` are the same messages. Raises ImportError if pandas is not installed.
     """
     pandas = import_module("pandas")
     names = [field.attribute for field in kind.fields]

@@ -1,4 +1,4 @@
-"""Where in a folder a log is, and which schema it comes with."""
+"""Finds the log in a folder, and its schema."""
 
 import errno
 from pathlib import Path
@@ -12,7 +12,7 @@ SCHEMA_NAMES = ("IMC.xml", "IMC.xml.gz")
 
 
 def find_log(path: Path) -> Path:
-    """The log that is at a path or in the folder there. Raises FileNotFoundError."""
+    """The log file at a path: the file itself, or the one in the folder. Raises FileNotFoundError."""
     if path.is_file():
         return path
     if not path.is_dir():
@@ -27,13 +27,13 @@ def find_log(path: Path) -> Path:
 
 
 def find_schema(log: Path) -> tuple[Schema, Path | None]:
-    """The schema beside a log, and in which file; the built-in one and None where there is none. Raises SchemaError."""
+    """The schema beside a log, and its file; else the built-in one and None. Raises SchemaError."""
     source = next((path for path in (log.parent / name for name in SCHEMA_NAMES) if path.is_file()), None)
     return (_familiar(load_beside(source)), source) if source else (builtin(), None)
 
 
 def _familiar(schema: Schema) -> Schema:
-    """The schema with the built-in classes for the messages that are the same."""
+    """The schema, with the built-in classes for messages that are the same there."""
     ours = builtin()
     if schema == ours:
         return ours
@@ -44,7 +44,7 @@ def _familiar(schema: Schema) -> Schema:
 
 
 def _shape(schema: Schema, message: MessageType | None) -> object:
-    """All of a message that its class has: name, types, names of fields and of their values."""
+    """All that the class of a message depends on: name, types, names of fields and of their values."""
     if message is None:
         return None
     values = [[(value.abbrev, value.id) for value in schema.values_of(field)] for field in message.fields]

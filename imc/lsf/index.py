@@ -1,4 +1,4 @@
-"""Where the packets of a log are, by type: small enough to keep all of it in memory and beside the log."""
+"""Where the packets of a log are, by type; small enough to keep in memory and beside the log."""
 
 from collections.abc import Iterable, Iterator
 from itertools import chain, pairwise
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 WINDOW = 1 << 20  # bytes read at a time
-GAP = 1 << 16  # bytes between packets that are not read
-TOGETHER = 1 << 16  # packets that are sorted by type together
+GAP = 1 << 16  # bytes; larger gaps between packets are not read
+TOGETHER = 1 << 16  # packets sorted by type in one step
 
 
 class Places(NamedTuple):
@@ -28,15 +28,15 @@ class Places(NamedTuple):
 
     @property
     def ends(self) -> "NDArray[np.int64]":
-        """Where they end in the log."""
+        """Where the packets end in the log."""
         return self.offsets + (self.heads >> 16) + SMALLEST_PACKET
 
     def having(self, chosen: Any) -> "Places":
-        """Only those that a mask, a slice or an array of indices chooses."""
+        """Only the packets chosen by a mask, a slice or an array of indices."""
         return Places(self.offsets[chosen], self.heads[chosen], self.big[chosen])
 
     def batches(self, reader: ByteReader) -> Iterator[Batch]:
-        """The packets with their bytes, read in parts. Raises IndexError where the log has become shorter."""
+        """The packets with their bytes, read in parts. Raises IndexError if the log has become shorter."""
         import numpy as np
 
         ends = self.ends
@@ -50,7 +50,7 @@ class Places(NamedTuple):
                 first = behind
 
     def batch(self, base: int, data: Any) -> Batch:
-        """The packets, with `data` from `base` of the log. Raises IndexError where these end before the packets."""
+        """The packets with `data`, the log's bytes from `base` on. Raises IndexError if they end before the packets."""
         starts, ends = self.offsets - base, self.ends - base
         if ends.size and ends[-1] > len(data):
             raise IndexError(f"packet up to {ends[-1] + base} of a log of {base + len(data)} bytes")
@@ -58,17 +58,17 @@ class Places(NamedTuple):
 
 
 class TypeIndex(NamedTuple):
-    """The packets of one message id. Arrays of one element stand for the same value everywhere."""
+    """The packets of one message id. An array of one element stands for that value everywhere."""
 
     total: int
     steps: "NDArray[np.unsignedinteger[Any]]"
-    """From the beginning of each packet to that of the next of this id; from the log's beginning to the first."""
+    """Bytes from the start of the previous packet of this id to the start of each; first, from the start of the log."""
     sizes: "NDArray[np.uint16]"
     big: "NDArray[np.uint8]"
 
 
 class LogIndex(NamedTuple):
-    """All good packets of a log, and what was damaged."""
+    """All good packets of a log, and its damage."""
 
     types: dict[int, TypeIndex]
     losses: list[Loss]
@@ -81,7 +81,7 @@ class LogIndex(NamedTuple):
         return {number: self.types[number].total for number in sorted(self.types)}
 
     def places(self, ids: Iterable[int] = ()) -> Places:
-        """The packets with these ids, or all if there are none."""
+        """The packets with these ids; all packets if no ids are given."""
         import numpy as np
 
         chosen = set(ids) or set(self.types)
@@ -114,6 +114,7 @@ def build(batches: Iterable[Batch]) -> dict[int, TypeIndex]:
             offsets = sorted_places.offsets[begin:end]
             step = np.diff(offsets, prepend=lasts.get(number, 0))
             lasts[number] = int(offsets[-1])
+            # | 0x100: at least two bytes, as the index file requires
             steps.setdefault(number, []).append(step.astype(np.min_scalar_type(int(step.max()) | 0x100)))
             sizes.setdefault(number, []).append(all_sizes[begin:end])
             bigs.setdefault(number, []).append(all_bigs[begin:end])
@@ -126,7 +127,7 @@ def build(batches: Iterable[Batch]) -> dict[int, TypeIndex]:
 
 
 def _joined(batches: Iterable[Batch]) -> Iterator[Places]:
-    """Where the packets are, those of several batches together."""
+    """Where the packets of the batches are, several batches at a time."""
     import numpy as np
 
     waiting: list[Places] = []

@@ -1,4 +1,4 @@
-"""Indices of logs on disk: beside the log, or in the user's cache where its folder is not writable."""
+"""Indices of logs on disk: beside the log, or in the user's cache if its folder is not writable."""
 
 import hashlib
 import os
@@ -18,7 +18,7 @@ from imc.stream import Loss
 
 SUFFIX = ".index"
 MAGIC = b"SHOALIX1"
-ENDS = 1 << 16  # bytes of the log at either end that the index knows
+ENDS = 1 << 16  # bytes at each end of the log that identify its state
 LARGEST = 1 << 31
 
 Number = Annotated[int, msgspec.Meta(ge=0, lt=1 << 48)]
@@ -26,13 +26,13 @@ Id = Annotated[int, msgspec.Meta(ge=0, lt=1 << 16)]
 
 
 class Stamp(msgspec.Struct, frozen=True):
-    """Tells one state of a log file from another."""
+    """Identifies a state of a log file."""
 
     size: int
     changed: int
     """ns since 1970 UTC"""
     ends: bytes
-    """A digest of the beginning and the end of the file."""
+    """A digest of the start and the end of the file."""
 
 
 class _Type(msgspec.Struct, frozen=True):
@@ -66,9 +66,9 @@ def stamp_of(path: Path) -> Stamp:
 def index_of(
     path: Path, sync: int, crc: bool, kept: bool, progress: ReportShare | None = None, spread: Spread | None = None
 ) -> LogIndex:
-    """The index of a log: the one on disk if it is of the log's present state, else a new one, which `kept` writes.
+    """The index of a log: the one on disk if it matches the log's present state, else a new one, saved if `kept`.
 
-    Raises OSError where the log cannot be read.
+    Raises OSError if the log cannot be read.
     """
     stamp = stamp_of(path)
     index = load(path, stamp, sync, crc) if kept else None
@@ -87,7 +87,7 @@ def index_of(
 
 
 def has_index(path: Path) -> bool:
-    """Whether there is an index on disk that may be of the log's present state."""
+    """Whether an index on disk may match the log's present state."""
     changed = path.stat().st_mtime_ns
     return any(place.is_file() and place.stat().st_mtime_ns >= changed for place in places_for(path))
 
@@ -100,7 +100,7 @@ def places_for(log: Path) -> list[Path]:
 
 
 def load(log: Path, stamp: Stamp, sync: int, crc: bool) -> LogIndex | None:
-    """The index of a log that is in this state; None where there is none, or another one, or a damaged one."""
+    """The index on disk of a log in this state; None if it is missing, damaged or of another state."""
     for place in places_for(log):
         try:
             if place.stat().st_size > LARGEST:
@@ -114,7 +114,7 @@ def load(log: Path, stamp: Stamp, sync: int, crc: bool) -> LogIndex | None:
 
 
 def save(log: Path, index: LogIndex, stamp: Stamp, sync: int) -> Path | None:
-    """Write the index of a log that is in this state, and return where; None where nothing can be written."""
+    """Write the index of a log in this state, and return its path; None if it cannot be written."""
     parts = _encode(index, stamp, sync)
     for place in places_for(log):
         waiting = place.with_name(f".{place.name}.{os.getpid()}")
@@ -153,13 +153,13 @@ def _encode(index: LogIndex, stamp: Stamp, sync: int) -> list[bytes | memoryview
 
 
 def _decode(data: bytes) -> tuple[_Head, LogIndex]:
-    """Raises ValueError, msgspec.DecodeError for what is no index; no number of the file is trusted."""
+    """Raises ValueError or msgspec.DecodeError if it is not an index; no number in the file is trusted."""
     import numpy as np
 
     begin = len(MAGIC) + 4
     body = memoryview(data)[begin:]
     if not data.startswith(MAGIC) or crc32.iso_hdlc(body) != int.from_bytes(data[len(MAGIC) : begin], "little"):
-        raise ValueError("no index, or a damaged one")
+        raise ValueError("not an index, or damaged")
     place = 4 + int.from_bytes(body[:4], "little")
     head = msgspec.msgpack.decode(body[4:place], type=_Head)
     types: dict[int, TypeIndex] = {}

@@ -1,4 +1,4 @@
-"""LSF logs: packets one behind the other in a file, plain or compressed."""
+"""LSF logs: files of consecutive packets, plain or compressed."""
 
 import os
 from collections.abc import Iterable, Iterator
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-WORTH_KEEPING = 1 << 22  # bytes of a log whose index is written to disk
-SORTED_TOGETHER = 1 << 15  # packets in memory while they are put in order of time
+WORTH_KEEPING = 1 << 22  # bytes of a log from which on its index is written to disk
+SORTED_TOGETHER = 1 << 15  # packets in memory while messages are read in order of time
 
 Kind = type[Message] | str
 
@@ -37,26 +37,26 @@ __all__ = ["BLOCK", "Log", "LsfWriter", "packet_id"]
 class Log:
     """A log on disk: a folder that holds Data.lsf (or .lsf.gz, .lsf.bz2, .lsf.z), or such a file.
 
-    `schema` comes from the IMC.xml or IMC.xml.gz beside the data, and `schema_source` is its path; without one it is
-    the built-in schema and `schema_source` is None. Messages that it defines as the built-in one does are of the
+    `schema` is read from the IMC.xml or IMC.xml.gz beside the data, and `schema_source` is its path. Without one,
+    `schema` is the built-in schema and `schema_source` is None. Messages with the same definition in both are of the
     classes in `imc`.
 
-    There are two ways in. `packets` and `messages` read from one end to the other, in the order of the file, which is
-    not always that of the times; `time_ordered` has that. `log["EstimatedState"]` and `array` are columns, `objects`
-    the same messages one by one. Types are given as classes or names; KeyError for a name that the schema does not
-    have. Conditions, wherever there are some: `start` <= timestamp < `end` (s since 1970 UTC), `src` is a system's id
-    or the name it announces, `entity` is an entity's id or its label; KeyError for a name that the log does not know.
+    `packets` and `messages` read the whole log in the order of the file, which is not always that of the times;
+    `time_ordered` sorts by time. `log["EstimatedState"]` and `array` return columns, `objects` the same messages one
+    by one. Types are given as classes or names; KeyError if the schema has no such name. Conditions: `start` <=
+    timestamp < `end` (s since 1970 UTC), `src` is a system's id or the name it announces, `entity` is an entity's id
+    or its label; KeyError if the log has no such name.
 
-    The first question about a type reads the log once and makes an index. For logs of 4 MiB or more it is written
-    beside the log, or to the user's cache where that is not possible, unless keep_index=False. An index is used as
-    long as size, time of change, beginning and end of the log are the same. Memory does not grow with the log, but for
-    the index (2 to 8 bytes for a packet) and what is returned.
+    The first access to a type reads the log once and makes an index. For logs of 4 MiB or more it is written beside
+    the log, or to the user's cache if that fails, unless keep_index=False. An index is valid while size, time of
+    change, start and end of the log are the same. Memory does not grow with the log, except for the index (2 to 8
+    bytes per packet) and the result.
 
-    What was damaged is skipped and stands in `losses` once it has been read over; every packet around it is found.
-    A packet counts where its CRC is right, with crc=False also where another one follows it at once. Raises
-    FileNotFoundError where there is no log, SchemaError for a bad IMC.xml.
+    Damage is skipped, and listed in `losses` once it has been read; every packet around it is found. A packet is
+    accepted if its CRC is right, with crc=False also if another packet follows it immediately. Raises
+    FileNotFoundError if there is no log, SchemaError for a bad IMC.xml.
 
-    With spread=executor.map, of a ThreadPoolExecutor, the members of a .gz are unpacked by its threads, some MiB ahead.
+    With spread=executor.map of a ThreadPoolExecutor, its threads unpack the members of a .gz, some MiB ahead.
     """
 
     def __init__(
@@ -89,16 +89,16 @@ class Log:
         return sum(self.index().counts().values())
 
     def __getitem__(self, kind: Kind) -> "NDArray[Any]":
-        """All messages of a type, as `array` gives them."""
+        """All messages of a type, like `array`."""
         return self.array(kind)
 
     @property
     def losses(self) -> list[Loss]:
-        """The damage met so far, by offset in the unpacked log."""
+        """The damage found so far, by offset in the unpacked log."""
         return sorted(self._losses.values())
 
     def counts(self) -> dict[str, int]:
-        """How many packets of each message there are, by name ("id 1234" where the schema does not know it)."""
+        """How many packets of each message there are, by name ("id 1234" if it is not in the schema)."""
         known = self.schema.types_by_id
         found = self.index().counts().items()
         return {known[number].abbrev if number in known else f"id {number}": count for number, count in found}
@@ -113,14 +113,14 @@ class Log:
             yield from batch.packets()
 
     def messages(self, *kinds: Kind, **where: Unpack[Conditions]) -> Iterator[Message]:
-        """The decoded messages, of the given types or of all, in the order of the file.
+        """The decoded messages of the given types, or of all, in the order of the file.
 
-        A packet that is not a message of the schema (too short for its fields) is a loss.
+        A packet that is too short for the fields of its message is a loss.
         """
         return self._decoded(self._ids(kinds), self._meaning(where))
 
     def time_ordered(self, *kinds: Kind, **where: Unpack[Conditions]) -> Iterator[Message]:
-        """As `messages`, by timestamp; those of the same time in the order of the file, those of none (NaN) last."""
+        """Like `messages`, by timestamp; messages with equal times in the order of the file, those with NaN last."""
         import numpy as np
 
         index, conditions = self.index(), self._meaning(where)
@@ -146,7 +146,7 @@ class Log:
         return rows if conditions.everything else rows[conditions.of_rows(rows)]
 
     def arrays(self, *kinds: Kind) -> "dict[str, NDArray[Any]]":
-        """By name, what `array` gives for each of the types, or for all in the log; the log is read once."""
+        """By name, the `array` of each of the types, or of all in the log; the log is read once."""
         known = self.schema.types_by_id
         names = [_name(kind) for kind in kinds] or [known[n].abbrev for n in self.index().counts() if n in known]
         tables = [self._table(name) for name in names]
@@ -162,13 +162,13 @@ class Log:
         return Objects(self.path, members, lambda: self._places(kind, meaning), self._decode)
 
     def positions(self, kind: Kind = "EstimatedState", **where: Unpack[Conditions]) -> "NDArray[Any]":
-        """Where the messages of a type were, with the offsets in them: what `imc.lsf.tracks.positions` gives."""
+        """The positions in the messages of a type, displaced by their offsets: see `imc.lsf.tracks.positions`."""
         return positions(self.array(kind, **where))
 
     def to_pandas(self, kind: Kind, **where: Unpack[Conditions]) -> Any:
         """The messages of a type as a pandas.DataFrame, all fields in the order of the schema, by time (UTC).
 
-        Raises ImportError where pandas is not installed.
+        Raises ImportError if pandas is not installed.
         """
         rows, conditions = self._rows(kind), self._meaning(where)
         frame = frame_of(self.schema.types[_name(kind)], rows, self.objects(kind))
@@ -176,7 +176,7 @@ class Log:
 
     @property
     def entities(self) -> dict[tuple[int, int], str]:
-        """Labels of entities, by system and entity id, as EntityInfo and EntityList in the log have them."""
+        """Labels of entities, by system and entity id, from EntityInfo and EntityList in the log."""
         self.index()
         if "entities" not in self._names:
             self._names["entities"] = dict(entity_labels(self.messages(*self._known("EntityInfo", "EntityList"))))
@@ -184,7 +184,7 @@ class Log:
 
     @property
     def systems(self) -> dict[int, str]:
-        """Names of systems, by id, as they announce themselves in the log."""
+        """Names of systems, by id, from Announce in the log."""
         self.index()
         if "systems" not in self._names:
             found = self.messages(*self._known("Announce"))
@@ -192,7 +192,7 @@ class Log:
         return self._names["systems"]
 
     def index(self, progress: ReportShare | None = None) -> LogIndex:
-        """Where the packets are. Reads the log where no index of its present state is at hand.
+        """Where the packets are. Reads the log if there is no index of its present state.
 
         progress: called now and then with the share that has been read, 0 to 1.
         """
@@ -221,7 +221,7 @@ class Log:
         return [name for name in names if name in self.schema]
 
     def _batches(self, ids: frozenset[int]) -> Iterator[Batch]:
-        """The packets with these ids, or all; by the index where there is one already."""
+        """The packets with these ids, or all; by the index if there is one already."""
         import numpy as np
 
         if ids and (index := self._index_at_hand()):
@@ -232,7 +232,7 @@ class Log:
             yield batch.having(np.isin(batch.heads & 0xFFFF, list(ids))) if ids else batch
 
     def _index_at_hand(self) -> LogIndex | None:
-        """The index, if it need not be made."""
+        """The index, if it already exists."""
         from imc.lsf.index_file import has_index
 
         if self._indexed or (self._keep_index and has_index(self.path)):
@@ -252,7 +252,7 @@ class Log:
                 self._lose(offset, len(packet), error.reason)
 
     def _decode(self, packet: bytes) -> Message:
-        """The message in a packet, with crc=False in spite of a wrong CRC."""
+        """The message in a packet; with crc=False even if the CRC is wrong."""
         if not self._crc and packet[0] == self.schema.sync & 0xFF:
             packet = packet[:-2] + arc(packet[:-2]).to_bytes(2, "little")
         elif not self._crc:
@@ -283,7 +283,7 @@ class Log:
             return select(places, where, reader)
 
     def _meaning(self, where: Conditions) -> Where:
-        """The conditions with ids for names. Raises KeyError."""
+        """The conditions, with names replaced by ids. Raises KeyError."""
         src, entity = where.get("src"), where.get("entity")
         sources, entities = None, None
         if src is not None:

@@ -1,4 +1,4 @@
-"""Compressed files as a row of members, each complete in itself: packed one by one, and unpacked around damage."""
+"""Compressed files as sequences of independent members: packs members, unpacks files and skips damage."""
 
 import bz2
 import math
@@ -11,20 +11,20 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 PACKED_CHUNK = 1 << 14  # unpacks to 16 MiB at most
-DOUBTFUL_CHUNK = 1 << 8  # of what may begin a member, and of what lies before, doubled while that goes well
+DOUBTFUL_CHUNK = 1 << 8  # first read of a search for a member, and of what it finds; doubled with each read
 SEARCH_CHUNK = 1 << 18
 LONGEST_MAGIC = 10
 
 
 def gzip_member(data: bytes, level: int = 1) -> bytes:
-    """`data` as one gzip member that says nothing of time, file or computer."""
+    """`data` as one gzip member, without time, file name or operating system, so that equal data pack equally."""
     packer = zlib.compressobj(level, zlib.DEFLATED, -zlib.MAX_WBITS)
     body = packer.compress(data) + packer.flush()
     return b"\x1f\x8b\x08\0\0\0\0\0\0\xff" + body + struct.pack("<II", zlib.crc32(data), len(data) & 0xFFFFFFFF)
 
 
 class Compression(NamedTuple):
-    """How members are packed, how they begin, and how they are unpacked."""
+    """A format: how members are packed, how they begin, and how they are unpacked."""
 
     suffix: str
     pack: Callable[[bytes], bytes]
@@ -40,7 +40,7 @@ COMPRESSIONS = {
 
 
 class Piece(NamedTuple):
-    """Unpacked bytes, or what is wrong with a member that is damaged; `member` is where it begins in the file."""
+    """Unpacked bytes of a member, or its `damage`; `member` is where it begins in the file."""
 
     member: int
     data: bytes
@@ -48,9 +48,9 @@ class Piece(NamedTuple):
 
 
 def unpack(file: BinaryIO, form: Compression, begin: int = 0, stop: float = math.inf) -> Generator[Piece, None, int]:
-    """What the members from the one at `begin` hold; behind damage it goes on with the next member that unpacks.
+    """The contents of the members from `begin` on; after damage, continues with the next member that unpacks.
 
-    It ends with the file, or before a member at `stop` or behind it that follows a good one; returns where that is.
+    Stops at the end of the file, or before a member at or after `stop` that follows a good one; returns where that is.
     """
     end, searching = file.seek(0, os.SEEK_END), False
     while begin < end and (searching or begin < stop):
@@ -71,6 +71,7 @@ def unpack(file: BinaryIO, form: Compression, begin: int = 0, stop: float = math
         if not damage:
             begin, searching = position - len(unpacker.unused_data), False
             continue
+        # The magic bytes also occur by chance; such a false member fails soon and is not reported as damage.
         if not searching or produced > 1024:
             name = Path(getattr(file, "name", "")).name
             yield Piece(begin, b"", f"member at byte {begin} of {name}: {damage}")
@@ -79,7 +80,8 @@ def unpack(file: BinaryIO, form: Compression, begin: int = 0, stop: float = math
 
 
 def _salvage(file: BinaryIO, form: Compression, begin: int, position: int, packed: bytes) -> bytes:
-    """What can be had of `packed`, read at `position` of the member at `begin`: all that comes before the damage."""
+    """The content before the damage in `packed`, which was read at `position`; the member starts at `begin`."""
+    # A call that fails loses its output. So start the member again, and feed the damaged part byte by byte.
     unpacker = form.unpacker()
     file.seek(begin)
     while file.tell() < position:
@@ -94,7 +96,7 @@ def _salvage(file: BinaryIO, form: Compression, begin: int, position: int, packe
 
 
 def _next_member(file: BinaryIO, form: Compression, begin: int) -> int:
-    """Where after `begin` a member may begin; the end of the file where none does."""
+    """Where the next member may begin, at or after `begin`; the end of the file if there is none."""
     overlap = LONGEST_MAGIC - 1
     file.seek(begin)
     window, chunk = b"", DOUBTFUL_CHUNK

@@ -1,4 +1,4 @@
-"""Members of a gzip file unpacked in stretches that do not depend on each other, as several threads can."""
+"""Unpacks a gzip file in independent stretches, so that several threads can share the work."""
 
 import os
 import re
@@ -10,39 +10,41 @@ from typing import BinaryIO, Protocol
 from imc.lsf.members import COMPRESSIONS, LONGEST_MAGIC, Compression, Piece, unpack
 
 STRETCH = 1 << 18  # packed bytes unpacked together, about
-LONGEST = 1 << 20  # packed bytes in which a member has to begin
-LARGEST = 1 << 22  # unpacked bytes of a stretch
+LONGEST = 1 << 20  # packed bytes within which a member must begin
+LARGEST = 1 << 22  # most unpacked bytes of a stretch, which bounds the memory
 AHEAD = 8  # stretches being unpacked at a time
 HEADER = re.compile(rb"\x1f\x8b\x08\x00....[\x00\x02\x04][\x00\x03\x0b\xff]", re.DOTALL)
 
 Pieces = list[Piece] | None
-"""What a stretch holds; nothing where it is not a row of whole members."""
+"""The contents of a stretch; None if it is not a sequence of whole members."""
 
 
 class Spread(Protocol):
-    """Applies a function to each part, results in the order of the parts: `map`, or that of an Executor."""
+    """Applies a function to each part and gives the results in order: `map`, or that of an Executor."""
 
     def __call__(self, function: Callable[[bytes], Pieces], parts: Iterable[bytes], /) -> Iterator[Pieces]: ...
 
 
 def unpack_ahead(file: BinaryIO, form: Compression, begin: int, spread: Spread | None) -> Iterator[Piece]:
-    """What `unpack` gives, some stretches ahead through `spread`.
+    """Like `unpack`, but unpacks some stretches ahead with `spread`.
 
-    A stretch goes from one place that looks like the header of a member to a later one. Where it turns out to be
-    anything but whole members, it is unpacked in order, on to the next member that is good and begins behind it.
+    A stretch goes from one place that looks like the header of a member to a later one. If it is not a sequence of
+    whole members, it is unpacked in order, up to the next good member after it.
     """
+    # Finding headers without unpacking is a guess: the same bytes may occur inside a member. A wrong cut leaves half a
+    # member at the end of a stretch, which `_unpack_stretch` notices. So a bad guess costs time, but never data.
     if spread is None or form is not COMPRESSIONS["gzip"]:
         yield from unpack(file, form, begin)
         return
     end = file.seek(0, os.SEEK_END)
-    begin = yield from unpack(file, form, begin, begin + STRETCH)  # a few packets need no more
+    begin = yield from unpack(file, form, begin, begin + STRETCH)  # enough for a reader of a few packets
     while begin < end:
         reached = yield from _whole_stretches(file, begin, spread)
         begin = yield from unpack(file, form, reached, reached + STRETCH)
 
 
 def _whole_stretches(file: BinaryIO, begin: int, spread: Spread) -> Generator[Piece, None, int]:
-    """The pieces of the stretches from `begin` to the first that is not good; returns where this one begins."""
+    """The pieces of the stretches from `begin` to the first bad one; returns where that one begins."""
     waiting = deque[tuple[int, Iterator[Pieces]]]()
     stretches = _stretches(file, begin)
     while True:
@@ -60,7 +62,7 @@ def _whole_stretches(file: BinaryIO, begin: int, spread: Spread) -> Generator[Pi
 
 
 def _stretches(file: BinaryIO, begin: int) -> Iterator[bytes]:
-    """The file from `begin`, cut where members may begin; it ends early where none does for long."""
+    """The file from `begin`, cut where members may begin; stops early if none begins within LONGEST bytes."""
     data = b""
     while True:
         file.seek(begin + len(data))

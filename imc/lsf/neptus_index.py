@@ -1,4 +1,4 @@
-"""Indices as imcjava and Neptus keep them: mra/lsf.index beside a log."""
+"""The index that imcjava and Neptus keep of a log: mra/lsf.index beside it."""
 
 import struct
 from pathlib import Path
@@ -16,9 +16,9 @@ _HEAD = struct.Struct(">4sd")
 
 
 def write_neptus_index(log: Log, path: Path | None = None) -> Path:
-    """Write the index of a log where Neptus looks for it, or to `path`, and return where it is.
+    """Write the index of a log where Neptus looks for it, or to `path`, and return its path.
 
-    Offsets are those in the unpacked log, as Neptus unpacks a packed one before it reads it. Raises OSError.
+    Offsets are those in the unpacked log, because Neptus unpacks a log before it reads it. Raises OSError.
     """
     import numpy as np
 
@@ -53,11 +53,11 @@ def read_neptus_index(path: Path) -> tuple[float, "NDArray[Any]"]:
     """The time of the first message (s since 1970 UTC), and for each message: time (ms since then), id, offset.
 
     Neptus checks neither CRCs nor whether the log has changed since; compare with `Log` before you rely on it.
-    Raises ValueError for what is no such index, OSError.
+    Raises ValueError if it is not such an index, OSError.
     """
     import numpy as np
 
     data = path.read_bytes()
     if not data.startswith(MAGIC) or (len(data) - _HEAD.size) % np.dtype(_ENTRY).itemsize:
-        raise ValueError(f"{path}: not an index of Neptus")
+        raise ValueError(f"{path}: not a Neptus index")
     return _HEAD.unpack_from(data)[1], np.frombuffer(data, _ENTRY, offset=_HEAD.size)

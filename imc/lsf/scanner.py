@@ -1,4 +1,4 @@
-"""Finds the packets in the bytes of a log, many at a time, whatever damage lies between them."""
+"""Finds the packets in the bytes of a log, many at a time, even in a damaged log."""
 
 from collections.abc import Callable, Iterable, Iterator
 from itertools import chain, repeat
@@ -15,17 +15,18 @@ if TYPE_CHECKING:
 
 PIECE = 1 << 19  # small enough for a processor's cache
 GROUP = 16  # packets whose CRCs are checked together
-COST_OF_ONE = 32  # bytes: as long as the next takes for them, a CRC takes to be called
-COST_OF_PREFIXES = 128  # times as long for a byte, in `overlapping_right`, as in a CRC of its own
+# Costs in units of the time that `overlapping_right` takes for one byte:
+COST_OF_ONE = 32  # units that one call of `arc` takes
+COST_OF_PREFIXES = 128  # bytes that `arc` checks in one unit
 NO_SYNC, BAD_CRC, CUT = "no packet begins here", "wrong CRC", "packet cut short"
-_FAR = 1 << 62
+_FAR = 1 << 62  # end of a candidate whose size lies beyond the bytes read so far
 
 Lose = Callable[[int, int, str], None]
-"""Takes offset, length and reason of what made no packet."""
+"""Called with offset, length and reason of bytes that are not a packet."""
 
 
 class Batch(NamedTuple):
-    """Packets that lie in one piece of a log; all arrays have one element for each, in the order of the log."""
+    """Packets in one piece of a log; all arrays have one element per packet, in the order of the log."""
 
     base: int
     """Offset of `data` in the log."""
@@ -40,13 +41,13 @@ class Batch(NamedTuple):
     """Whether the packet is big endian."""
 
     def packets(self) -> Iterator[tuple[int, bytes]]:
-        """Offset in the log, and bytes, of each."""
+        """Offset in the log, and bytes, of each packet."""
         starts, data = self.starts.tolist(), bytes(self.data)
         cuts = map(slice, starts, self.ends.tolist())
         return zip(map(self.base.__add__, starts), map(data.__getitem__, cuts), strict=True)
 
     def having(self, mask: "NDArray[np.bool_]") -> "Batch":
-        """Only those where `mask` is true."""
+        """Only the packets for which `mask` is true."""
         arrays = self.starts[mask], self.ends[mask], self.heads[mask], self.big[mask]
         return Batch(self.base, self.data, *arrays)
 
@@ -69,7 +70,7 @@ def packet_id(packet: bytes) -> int:
 
 
 def at_each(data: Any, offsets: "NDArray[np.int64]", dtype: Any) -> "NDArray[Any]":
-    """What lies at each of the offsets of a buffer, as an array of `dtype`. Raises IndexError where it has ended."""
+    """The values at the offsets in a buffer, as an array of `dtype`. Raises IndexError beyond its end."""
     import numpy as np
 
     kind = np.dtype(dtype)
@@ -78,15 +79,15 @@ def at_each(data: Any, offsets: "NDArray[np.int64]", dtype: Any) -> "NDArray[Any
         if offsets.size and kind.itemsize:
             raise IndexError(f"{kind.itemsize} bytes at {offsets[0]} of {len(data)}")
         return np.empty(offsets.size, kind)
-    # A view with one element for each byte, and all but the first of them overlapping.
+    # A view with one element per byte: the elements overlap, so that they may begin at any offset.
     return np.ndarray((count,), kind, data, 0, (1,))[offsets]
 
 
 def scan(chunks: Iterable[bytes], sync: int, lose: Lose, crc: bool = True) -> Iterator[Batch]:
-    """The packets of a log of which `chunks` are the bytes, in order; what lies between them goes to `lose`.
+    """The packets in the bytes of a log, in order; calls `lose` for the bytes between them.
 
-    A packet counts where its CRC is right. Then the search goes on behind it, else one byte further. With crc=False
-    a packet counts, too, if another one or the end of the log follows it at once.
+    A packet is accepted if its CRC is right. The search then continues after it, otherwise one byte later. With
+    crc=False, a packet is also accepted if another one or the end of the log follows it immediately.
     """
     data, base = b"", 0
     clean, reason = 0, ""
@@ -118,7 +119,7 @@ def why_not(data: bytes, pos: int, sync: int) -> str:
 
 
 def _find(data: bytes, base: int, sync: int, last: bool, crc: bool) -> tuple[Batch, int]:
-    """The packets in `data`, and where the search must go on when there is more of it."""
+    """The packets in `data`, and where to continue the search when more data has come."""
     import numpy as np
 
     starts, big = _candidates(data, sync)
@@ -129,8 +130,10 @@ def _find(data: bytes, base: int, sync: int, last: bool, crc: bool) -> tuple[Bat
     if starts.size:
         good[:-1] = ends[:-1] == starts[1:]
         good[-1] = last and ends[-1] == len(data)
-    # Where one ends and the next begins at once, both are likely packets; these go through all their CRCs together
-    # below. The others may be garbage, or a packet with garbage behind it or something like a packet in it.
+    # `good`: candidates that end exactly where the next one begins. These are almost surely packets, with no candidate
+    # inside them, so their CRCs are checked in groups below. The others are checked alone, in order: each may be
+    # garbage, a packet before garbage, or a packet whose payload looks like another; a right CRC rejects all
+    # candidates inside the packet.
     stop, begin = len(data), 0
     kept = good.copy()
     alone, checked = _without_most_wrong(data, np.flatnonzero(~good), starts, ends, big)
@@ -158,7 +161,7 @@ def _find(data: bytes, base: int, sync: int, last: bool, crc: bool) -> tuple[Bat
 
 
 def _candidates(data: bytes, sync: int) -> tuple["NDArray[np.int64]", "NDArray[np.bool_]"]:
-    """Where the synchronization number stands in either byte order, and whether that is the big-endian one."""
+    """Where the synchronization number is, in either byte order, and whether it is in the big-endian one."""
     import numpy as np
 
     octets = np.frombuffer(data, np.uint8)
@@ -179,7 +182,7 @@ def _candidates(data: bytes, sync: int) -> tuple["NDArray[np.int64]", "NDArray[n
 
 
 def _heads(data: bytes, starts: "NDArray[np.int64]", big: "NDArray[np.bool_]") -> "NDArray[np.uint32]":
-    """Id and size of each candidate; nothing where `data` ends before they do."""
+    """Id and size of each candidate; zero if `data` ends within them."""
     import numpy as np
 
     whole = int(np.searchsorted(starts, len(data) - 5))
@@ -198,7 +201,9 @@ def _without_most_wrong(
     ends: "NDArray[np.int64]",
     big: "NDArray[np.bool_]",
 ) -> tuple["NDArray[np.int64]", bool]:
-    """The candidates, and whether all that end in `data` have right CRCs: where there are many, others are left out."""
+    """The candidates to check alone, and whether those that end in `data` are known to have right CRCs."""
+    # Candidates may overlap, as in data full of synchronization numbers with large sizes. Checking each would then
+    # take quadratic time; `overlapping_right` takes the same time however many there are.
     wrong = ends[alone] <= len(data)
     chosen = alone[wrong]
     parts = starts[chosen], ends[chosen]
@@ -222,8 +227,10 @@ def _crcs_right(
     """Whether the CRCs of the chosen packets, which do not overlap, are right."""
     import numpy as np
 
-    # The CRC-16/ARC of data with their CRC behind them, low byte first, is zero, and so is that of several packets one
-    # behind the other. Of two damaged ones in a group 1 in 65536 goes unseen, as of any damage to a packet.
+    # CRC-16/ARC over data and its own CRC, low byte first, is zero, and so is that over several such packets in a row.
+    # One call for a group saves most of the calls; only a group with another result is checked packet by packet (it
+    # has damage, or a big-endian packet). The damage of several packets may cancel in 1 of 65536 cases, no more often
+    # than a CRC misses the damage of one packet.
     new = np.arange(chosen.size) % GROUP == 0
     new[1:] |= np.diff(chosen) != 1
     firsts = np.flatnonzero(new)
@@ -245,7 +252,7 @@ def _remainders(data: bytes, starts: "NDArray[np.int64]", ends: "NDArray[np.int6
 
 
 def _gaps(batch: Batch, clean: int) -> list[tuple[int, int]]:
-    """Begin and end, in the log, of what lies between packets; the last one before the batch ended at `clean`."""
+    """Start and end, in the log, of the gaps between packets; the packet before the batch ended at `clean`."""
     import numpy as np
 
     starts = batch.starts + batch.base

@@ -1,4 +1,4 @@
-"""Which messages of a log are wanted, and those of one type as a sequence that decodes what is asked for."""
+"""Selects messages of a log by their headers; a sequence of messages that decodes on access."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, TypeVar, overload
 from weakref import finalize
 
+from imc.addresses import UNKNOWN_ENTITY
 from imc.lsf.bytes import ByteReader, Members, open_reader
 from imc.lsf.index import Places
 from imc.lsf.scanner import Batch
@@ -15,19 +16,18 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-UNKNOWN_ENTITY = 0xFF
-NEAR = 64  # messages that are read together
+NEAR = 64  # messages read together
 
 T = TypeVar("T")
 
 
 class Conditions(TypedDict, total=False):
-    """What the header of a message must be like, as one says it."""
+    """Conditions on the header of a message, as callers give them."""
 
     start: float | None
-    """s since 1970 UTC, the first that is wanted"""
+    """s since 1970 UTC, inclusive"""
     end: float | None
-    """s since 1970 UTC, the first that is not wanted any more"""
+    """s since 1970 UTC, exclusive"""
     src: int | str | None
     """a system's id, or its name"""
     entity: int | str | None
@@ -35,7 +35,7 @@ class Conditions(TypedDict, total=False):
 
 
 class Where(NamedTuple):
-    """The same in numbers. None: no condition."""
+    """The same conditions in numbers. None: no condition."""
 
     start: float | None = None
     end: float | None = None
@@ -49,11 +49,11 @@ class Where(NamedTuple):
         return self == Where()
 
     def of_rows(self, rows: "NDArray[Any]") -> "NDArray[np.bool_]":
-        """Which rows of a structured array of messages meet them."""
+        """Which rows of a structured array of messages meet the conditions."""
         return self._mask(rows["timestamp"], rows["src"], rows["src_ent"])
 
     def of_batch(self, batch: Batch) -> "NDArray[np.bool_]":
-        """Which packets meet them."""
+        """Which packets meet the conditions."""
         return self._mask(batch.times(), batch.header_values("src"), batch.header_values("src_ent"))
 
     def _mask(self, times: "NDArray[Any]", src: "NDArray[Any]", src_ent: "NDArray[Any]") -> "NDArray[np.bool_]":
@@ -74,7 +74,7 @@ class Where(NamedTuple):
 
 
 class Objects(Sequence[Message]):
-    """Messages of a log; each is read and decoded when it is asked for."""
+    """Messages of a log; each is read and decoded on access."""
 
     def __init__(self, path: Path, members: Members, find: Callable[[], Places], decode: Callable[[bytes], Message]):
         self._path = path
@@ -112,7 +112,7 @@ class Objects(Sequence[Message]):
         return f"<messages of {str(self._path)!r}>"
 
     def having(self, chosen: Any) -> "Objects":
-        """Those that a slice, an array of indices or a mask (as of the rows of `Log.array`) chooses."""
+        """The messages chosen by a slice, an array of indices or a mask (of the rows of `Log.array`)."""
         return Objects(self._path, self._members, lambda: self._places.having(chosen), self._decode)
 
     @cached_property
@@ -127,7 +127,7 @@ class Objects(Sequence[Message]):
 
 
 def select(places: Places, where: Where, reader: ByteReader) -> Places:
-    """Those of the packets that meet the conditions."""
+    """The packets that meet the conditions."""
     import numpy as np
 
     if where.everything or not places.offsets.size:
@@ -136,7 +136,7 @@ def select(places: Places, where: Where, reader: ByteReader) -> Places:
 
 
 def having(names: dict[T, str], name: str) -> list[T]:
-    """The keys that have this name. Raises KeyError."""
+    """The keys with this name. Raises KeyError if there are none."""
     found = [key for key, value in names.items() if value == name]
     if not found:
         raise KeyError(name)
@@ -144,7 +144,7 @@ def having(names: dict[T, str], name: str) -> list[T]:
 
 
 def entity_labels(messages: Iterable[Message]) -> Iterator[tuple[tuple[int, int], str]]:
-    """System and entity id, and label, that EntityInfo and EntityList messages give."""
+    """System and entity id, and label, of each entity in EntityInfo and EntityList messages."""
     for message in messages:
         label = getattr(message, "label", None)
         if isinstance(label, str):

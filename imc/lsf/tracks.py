@@ -1,4 +1,4 @@
-"""The positions that the messages of a log report."""
+"""The positions in the messages of a log."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -9,9 +9,9 @@ if TYPE_CHECKING:
 def positions(rows: "NDArray[Any]") -> "NDArray[Any]":
     """WGS-84 positions of rows that have `lat` and `lon` (rad): timestamp (s since 1970 UTC), src, lat, lon, height.
 
-    Angles are in rad and heights above the ellipsoid in m, NaN for messages without a height. Where there are offsets
-    x, y, z as well (m north, east and down of the reference, as in EstimatedState), these are added. Raises ValueError
-    for messages that have no position.
+    Angles are in rad and heights above the ellipsoid in m, NaN for messages without a height. Offsets x, y, z (m
+    north, east and down of the reference, as in EstimatedState), if there are any, are added. Raises ValueError for
+    messages without a position.
     """
     import numpy as np
 

@@ -1,4 +1,4 @@
-"""Writes LSF logs: packets one behind the other, in members that are complete in themselves."""
+"""Writes LSF logs: consecutive packets, in independent members."""
 
 import os
 from collections import deque
@@ -7,15 +7,16 @@ from pathlib import Path
 
 from imc.lsf.members import COMPRESSIONS
 
-BLOCK = 1 << 17  # DUNE's, too: unpacked bytes of one member
+BLOCK = 1 << 17  # unpacked bytes of one member, as in DUNE
 
 
 class LsfWriter:
     """Writes packets to a new LSF file; `compression` is "none", "gzip", "zlib" or "bzip2".
 
-    Packets wait until `block` bytes are together or `flush()` is called, and then go to the file as one complete
-    member with one write, so that the file can be read at any time. What a full disk refuses stays in `waiting`
-    (bytes, packed) and is tried again first; nothing half-written is left. Raises OSError, FileExistsError.
+    Packets are collected until there are `block` bytes or `flush()` is called; then one write appends them as a
+    complete member, so that the file can be read at any time. If the disk is full, members are kept in memory
+    (`waiting` is their size in bytes, packed) and written first next time; no partial member stays in the file.
+    Raises OSError, FileExistsError.
     """
 
     def __init__(self, path: str | os.PathLike[str], compression: str = "gzip", block: int = BLOCK):
@@ -29,7 +30,7 @@ class LsfWriter:
         self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
 
     def write(self, packet: bytes) -> None:
-        """Take one packet. Raises OSError where a full block cannot be written; the packet is kept all the same."""
+        """Take one packet. Raises OSError if a full block cannot be written; the packet is kept even then."""
         self._packets += packet
         if len(self._packets) >= self._block:
             self.flush()
@@ -49,14 +50,14 @@ class LsfWriter:
         return self._file
 
     def in_place(self) -> bool:
-        """Whether the path still leads to the file that is written."""
+        """Whether the path still leads to the open file."""
         try:
             return os.path.samestat(os.stat(self.path), os.fstat(self._file))
         except OSError:
             return False
 
     def close(self) -> None:
-        """Flush and close; it is closed even where the flush raises."""
+        """Flush and close; the file is closed even if the flush raises."""
         try:
             self.flush()
         finally:
@@ -67,7 +68,7 @@ class LsfWriter:
             os.ftruncate(self._file, self.size)
         rest = memoryview(member)
         try:
-            # A full disk takes a part of it first, and says what is wrong when asked for the rest.
+            # A full disk first takes a part; only the next write raises.
             while rest:
                 rest = rest[os.write(self._file, rest) :]
         except OSError as error:

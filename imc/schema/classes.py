@@ -24,7 +24,7 @@ DEFAULTS: dict[str, tuple[Any, Any]] = {
 
 
 def build_class(definition: MessageType, schema: "Schema") -> type[Message]:
-    """A class like those in `imc.messages`, with shared enumerations nested, too."""
+    """A class like those in `imc.messages`; shared enumerations are nested in it as well."""
     wire = definition.wire
     lists = tuple(field.attribute for field, code in zip(definition.fields, wire, strict=True) if code == "L")
     namespace: dict[str, Any] = {"ID": definition.id, "WIRE": wire, "SYNC": schema.sync, "SCHEMA": schema}

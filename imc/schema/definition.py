@@ -43,7 +43,7 @@ class Enumeration(msgspec.Struct, frozen=True):
 
 
 class Field(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """One field of a message, in the protocol's own words (units as written, limits in that unit)."""
+    """One field of a message, as the protocol defines it (limits are in its unit)."""
 
     abbrev: str
     name: str
@@ -96,7 +96,7 @@ class MessageType(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True)
 
 
 class Group(msgspec.Struct, frozen=True):
-    """A set of messages of which a field may carry any."""
+    """A set of messages; a field may carry any of them."""
 
     abbrev: str
     name: str
@@ -126,7 +126,7 @@ def parse_number(text: str, where: str) -> int | float:
 
 
 def check_messages(messages: tuple[MessageType, ...], places: dict[str, str]) -> None:
-    """Raises SchemaError for ids or names used twice, unknown types, and names that Python could not carry.
+    """Raises SchemaError for ids or names used twice, unknown types, and names that cannot be used in Python.
 
     places: "Message" or "Message.field" -> "file:line".
     """
@@ -157,7 +157,7 @@ def check_messages(messages: tuple[MessageType, ...], places: dict[str, str]) ->
 
 
 def check_values(values: tuple[Value, ...], label: str, where: str) -> None:
-    """Raises SchemaError if two values have one name."""
+    """Raises SchemaError if two values have the same name."""
     names: set[str] = set()
     for value in values:
         if value.member in names:

@@ -1,4 +1,4 @@
-"""What a program can ask about the fields of a message class."""
+"""Descriptions of the fields of a message class, for programs."""
 
 from enum import IntEnum, IntFlag
 from typing import Any, NamedTuple, TypeAlias

@@ -1,4 +1,4 @@
-"""Definitions in files: those that come with this package, and any others."""
+"""Reads definitions from files: the built-in ones and others."""
 
 import gzip
 import io
@@ -22,29 +22,29 @@ _LARGEST = 1 << 24
 
 
 class MergedDefinitions(msgspec.Struct):
-    """Definitions as they come out of the YAML files, in a form that is read fast."""
+    """The definitions of the YAML files in a form that loads fast."""
 
     xml: str
-    """The digest of what `dump` makes of them."""
+    """The digest of their IMC.xml, as `dump` writes it."""
     schema: Schema
 
 
 def load(path: str | PathLike[str], over: Schema | None = None) -> Schema:
-    """The definitions in an IMC.xml, IMC.xml.gz or YAML file of our layout; `over` others, if given.
+    """The definitions in an IMC.xml, IMC.xml.gz or YAML file of our layout; they extend `over`, if given.
 
-    The content tells which form it is; 16 MiB at most. Raises SchemaError naming file:line, OSError.
+    The format is detected from the content; 16 MiB at most. Raises SchemaError naming file:line, OSError.
     """
     return _read(_content(path), str(path), over)
 
 
 def load_beside(path: str | PathLike[str]) -> Schema:
-    """As `load`, but at once the built-in definitions where the file has what `dump` makes of them."""
+    """Like `load`, but returns the built-in schema, without parsing, if the file is what `dump` writes for it."""
     data = _content(path)
     return builtin() if digest(data) == _merged().xml else _read(data, str(path), None)
 
 
 def digest(data: bytes) -> str:
-    """What tells an IMC.xml from any other."""
+    """Identifies the content of an IMC.xml."""
     import hashlib
 
     return hashlib.blake2b(data, digest_size=16).hexdigest()
@@ -57,7 +57,7 @@ def _content(path: str | PathLike[str]) -> bytes:
 
 
 def _read(data: bytes, file: str, over: Schema | None) -> Schema:
-    # The readers are imported here, because few programs read definitions and PyYAML takes long to import.
+    # The readers are imported here: few programs read definitions, and PyYAML is slow to import.
     if data.lstrip(b"\xef\xbb\xbf\t\r\n ").startswith(b"<") or data.startswith((b"\xff\xfe", b"\xfe\xff")):
         from imc.schema.xml_reader import read_xml
 
@@ -89,14 +89,14 @@ def _unpacked(data: bytes, file: str) -> bytes:
 
 @cache
 def builtin() -> Schema:
-    """The schema of the classes in `imc.messages`: IMC and what Shoal adds to it."""
+    """The schema of the classes in `imc.messages`: IMC and Shoal's additions."""
     schema = _merged().schema
     schema.adopt(BY_ID)
     return schema
 
 
 def definitions() -> Schema:
-    """The same, read from the YAML files in which it is written."""
+    """The built-in schema, read from its YAML files."""
     return load(_OVERLAY, over=load(_BASE))
 
 

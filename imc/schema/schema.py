@@ -1,4 +1,4 @@
-"""A protocol version as a value, with the message classes and the codec that follow from it."""
+"""A version of the protocol as a value, with its message classes and its codec."""
 
 from functools import cached_property
 from typing import TypeVar
@@ -26,7 +26,7 @@ T = TypeVar("T", Named, Enumeration)
 
 
 class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults=True):
-    """Definitions of messages. Two schemas with the same definitions are equal; none affects another."""
+    """Definitions of messages. Schemas with the same definitions are equal; none affects another."""
 
     name: str
     version: str
@@ -70,15 +70,15 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
         return Codec(self.by_id, self.sync)
 
     def decode(self, packet: bytes) -> Message:
-        """The message in a packet, as `imc.decode` with this schema's classes. Raises DecodeError."""
+        """The message in a packet: like `imc.decode`, with this schema's classes. Raises DecodeError."""
         return self.codec.decode(packet)
 
     def encode(self, message: Message, byteorder: ByteOrder = "little") -> bytes:
-        """The packet of a message of this schema, as `imc.encode`. Raises EncodeError."""
+        """The packet of a message of this schema, like `imc.encode`. Raises EncodeError."""
         return encode(message, byteorder)
 
     def fields(self, cls: type[Message]) -> tuple[FieldInfo, ...]:
-        """What `imc.fields` gives, for a class of this schema."""
+        """The fields of a class of this schema, like `imc.fields`."""
         found = self._infos.get(cls.ID)
         if found is None:
             fields = self.types_by_id[cls.ID].fields
@@ -96,17 +96,17 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
         return field.values
 
     def members(self, name: str) -> frozenset[str]:
-        """Names of the messages that a field restricted to a message or group may carry; empty: any."""
+        """Names of the messages that a field restricted to this message or group may carry; empty: any."""
         for group in self.groups:
             if group.abbrev == name:
                 return frozenset(group.members)
         return frozenset((name,)) if name else frozenset()
 
     def overlay(self, other: "Schema", places: dict[str, str] | None = None) -> "Schema":
-        """This schema with the definitions of another on top.
+        """This schema extended by the definitions of another.
 
-        A message of `other` that takes the id or the name of one here must say so with `replaces`; SchemaError
-        names both otherwise, and the place of the message, if given ("Message" -> "file:line").
+        A message of `other` with the id or name of a message here must name that one in `replaces`; otherwise
+        SchemaError names both, and the place of the message if given ("Message" -> "file:line").
         """
         messages = {message.abbrev: message for message in self.messages}
         order = list(messages)
@@ -123,7 +123,7 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
                 if message.id == old.id or message.abbrev == old.abbrev:
                     raise SchemaError(
                         f"{message.abbrev} (id {message.id}) collides with {old.abbrev} (id {old.id}); "
-                        f"if that is meant, say `replaces: {old.abbrev}`",
+                        f"if intended, add `replaces: {old.abbrev}`",
                         where,
                     )
             messages[message.abbrev] = msgspec.structs.replace(message, replaces="")
@@ -146,7 +146,7 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
         )
 
     def check(self, places: dict[str, str]) -> None:
-        """Raises SchemaError for definitions that contradict each other or refer to what is not there.
+        """Raises SchemaError for definitions that conflict or refer to undefined names.
 
         places: "Message" and "Message.field" -> "file:line".
         """
@@ -168,7 +168,7 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
                         raise SchemaError(f"{label}: {name} is not defined", places.get(label, ""))
 
     def adopt(self, classes: dict[int, type[Message]]) -> None:
-        """Uses these classes, by id, instead of making them."""
+        """Use these classes, by id, instead of building new ones."""
         self._classes.update(classes)
 
     @cached_property

@@ -48,7 +48,7 @@ def _header(root: Element) -> int:
         for element in root.all(tag):
             fields = element.all("field")
             if tuple((field.get("abbrev"), field.get("type")) for field in fields) != layout:
-                raise SchemaError(f"{element.where}: another {tag} than that of IMC 5")
+                raise SchemaError(f"{element.where}: the {tag} differs from that of IMC 5")
             if fields[0].get("value"):
                 sync = _integer(fields[0], "value")
     return sync

@@ -24,7 +24,7 @@ _FRAME = """\
 
 
 def dump(schema: Schema) -> bytes:
-    """The schema as IMC.xml, UTF-8; `load` of it gives an equal schema."""
+    """The schema as IMC.xml, UTF-8; `load` reads an equal schema from it."""
     return "".join(_document(schema)).encode("utf-8")
 
 

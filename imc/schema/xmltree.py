@@ -1,4 +1,4 @@
-"""Reads XML into elements that remember their lines; document types, and with them entities, are refused."""
+"""Reads XML into elements with line numbers; document types, and so entities, are rejected."""
 
 import re
 from xml.parsers import expat
@@ -9,7 +9,7 @@ _DEEPEST = 16
 
 
 class Element:
-    """An element of an XML file, with the place where it stands."""
+    """An element of an XML file, and its place in the file."""
 
     __slots__ = ("attributes", "children", "file", "line", "tag")
 
@@ -28,7 +28,7 @@ class Element:
         return self.attributes.get(name, default)
 
     def require(self, name: str) -> str:
-        """An attribute that must be there. Raises SchemaError."""
+        """A required attribute. Raises SchemaError if it is missing."""
         if name not in self.attributes:
             raise SchemaError(f"{self.where}: <{self.tag}> has no {name!r}")
         return self.attributes[name]
@@ -38,7 +38,7 @@ class Element:
         return tuple(word for word in re.split(r"[,\s]+", self.get(name).lower()) if word)
 
     def all(self, *tags: str) -> "list[Element]":
-        """The elements reached by going down these tags."""
+        """The descendants along this path of tags."""
         found: list[Element] = [self]
         for tag in tags:
             found = [child for element in found for child in element.children if child.tag == tag]
@@ -75,6 +75,6 @@ def read_elements(data: bytes, file: str) -> Element:
         raise SchemaError(f"not XML: {expat.ErrorString(error.code)}", f"{file}:{error.lineno}") from error
     except SchemaError:
         raise
-    except (ValueError, LookupError) as error:  # an encoding that Python does not have
+    except (ValueError, LookupError) as error:  # an encoding that Python does not support
         raise SchemaError(f"not XML: {error}", f"{file}:1") from error
     return top.children[0]

@@ -1,4 +1,4 @@
-"""Reads protocol definitions written in our YAML layout."""
+"""Reads protocol definitions in Shoal's YAML layout."""
 
 from imc.layout import SYNC
 from imc.schema.definition import Enumeration, Field, Group, MessageType, Named, Value
@@ -11,7 +11,7 @@ _FIELD = ("type", "name", "unit", "min", "max", "default", "prefix", "enum", "bi
 
 
 def read_yaml(text: str, file: str) -> tuple[Schema, dict[str, str]]:
-    """The schema in a YAML text, and the places of its messages and fields. Raises SchemaError naming file:line."""
+    """The schema in a YAML text, and the file:line of each message and field. Raises SchemaError naming file:line."""
     top = read_tree(text, file).mapping(*_TOP, "messages", required=("name", "version", "messages"))
     name = top["name"].text()
     places: dict[str, str] = {}

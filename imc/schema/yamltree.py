@@ -1,7 +1,7 @@
-"""Reads YAML into a tree that remembers its lines; scalars stay text, so the reader of a key decides its type."""
+"""Reads YAML into a tree with line numbers; the type of a value is chosen when it is read from the tree."""
 
 from collections.abc import Iterator
-from typing import Any, cast
+from typing import Any, NoReturn, cast
 
 import yaml
 
@@ -10,31 +10,61 @@ from imc.schema.definition import parse_number
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DEEPEST = 16
+_TYPES: Any = yaml.SafeLoader("")
 
 
 class Node:
-    """A scalar, list or mapping of a YAML file, with the place where it stands."""
+    """A scalar, list or mapping of a YAML file, with file and line. A scalar is `plain` if it has no quotes.
 
-    __slots__ = ("content", "file", "line")
+    Methods raise the error class given to `read_tree`, naming file and line.
+    """
 
-    def __init__(self, content: "str | list[Node] | dict[str, Node]", file: str, line: int) -> None:
+    __slots__ = ("content", "error", "file", "line", "plain")
+
+    def __init__(
+        self,
+        content: "str | list[Node] | dict[str, Node]",
+        file: str,
+        line: int,
+        error: type[ValueError] = SchemaError,
+        plain: bool = False,
+    ) -> None:
         self.content = content
         self.file = file
         self.line = line
+        self.error = error
+        self.plain = plain
 
     @property
     def where(self) -> str:
         return f"{self.file}:{self.line}"
 
+    def fail(self, reason: str) -> NoReturn:
+        raise self.error(f"{self.where}: {reason}")
+
+    def value(self) -> Any:
+        """The content as YAML 1.1 types it: numbers, booleans, dates, None, text, lists, dictionaries."""
+        if isinstance(self.content, dict):
+            return {key: node.value() for key, node in self.content.items()}
+        if isinstance(self.content, list):
+            return [node.value() for node in self.content]
+        if not self.plain:
+            return self.content
+        tag: str = _TYPES.resolve(yaml.ScalarNode, self.content, (True, False))
+        try:
+            return _TYPES.yaml_constructors[tag](_TYPES, yaml.ScalarNode(tag, self.content))
+        except (ValueError, KeyError, yaml.YAMLError):
+            self.fail(f"{self.content!r} is not a value")
+
     def text(self) -> str:
         if not isinstance(self.content, str):
-            raise SchemaError(f"{self.where}: expected text")
+            self.fail("expected text")
         return self.content
 
     def integer(self) -> int:
         value = self.number()
         if not isinstance(value, int):
-            raise SchemaError(f"{self.where}: expected an integer, not {self.text()!r}")
+            self.fail(f"expected an integer, not {self.text()!r}")
         return value
 
     def number(self) -> int | float:
@@ -42,59 +72,61 @@ class Node:
 
     def flag(self) -> bool:
         if self.text() not in ("true", "false"):
-            raise SchemaError(f"{self.where}: expected true or false, not {self.text()!r}")
+            self.fail(f"expected true or false, not {self.text()!r}")
         return self.content == "true"
 
     def items(self) -> "list[Node]":
         if not isinstance(self.content, list):
-            raise SchemaError(f"{self.where}: expected a list")
+            self.fail("expected a list")
         return self.content
 
     def texts(self) -> tuple[str, ...]:
         return tuple(item.text() for item in self.items())
 
     def mapping(self, *allowed: str, required: tuple[str, ...] = ()) -> "dict[str, Node]":
-        """The mapping; if keys are given, no others may occur. Raises SchemaError."""
+        """The mapping. Raises an error if a `required` key is missing, or a key is not `allowed` (empty: all are)."""
         if not isinstance(self.content, dict):
-            raise SchemaError(f"{self.where}: expected a mapping")
+            self.fail("expected a mapping")
         for key, node in self.content.items():
             if allowed and key not in allowed:
-                raise SchemaError(f"{node.where}: unknown key {key!r} (known: {', '.join(allowed)})")
+                node.fail(f"unknown key {key!r} (known: {', '.join(allowed)})")
         for key in required:
             if key not in self.content:
-                raise SchemaError(f"{self.where}: {key!r} is missing")
+                self.fail(f"{key!r} is missing")
         return self.content
 
 
-def read_tree(text: str, file: str) -> Node:
-    """The one document in the text. Raises SchemaError naming file:line; refuses anchors, tags and doubled keys."""
+def read_tree(text: str, file: str, error: type[ValueError] = SchemaError) -> Node:
+    """The one document in the text. Raises `error` naming file:line, also for anchors, tags and duplicate keys."""
     try:
-        return _tree(cast(Any, yaml).parse(text, Loader=_LOADER), file)
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise SchemaError(f"{file}:{line}: not YAML: {error.problem}") from error
-    except yaml.YAMLError as error:
-        raise SchemaError(f"{file}: not YAML: {error}") from error
+        return _tree(cast(Any, yaml).parse(text, Loader=_LOADER), file, error)
+    except yaml.MarkedYAMLError as wrong:
+        line = wrong.problem_mark.line + 1 if wrong.problem_mark else 1
+        raise error(f"{file}:{line}: not YAML: {wrong.problem}") from wrong
+    except yaml.YAMLError as wrong:
+        raise error(f"{file}: not YAML: {str(wrong).splitlines()[0]}") from wrong
 
 
-def _tree(events: Iterator[yaml.Event], file: str) -> Node:
-    root = Node([], file, 1)
+def _tree(events: Iterator[yaml.Event], file: str, error: type[ValueError]) -> Node:
+    root = Node([], file, 1, error)
     open_nodes = [root]
     keys: list[Node | None] = [None]
     for event in events:
         line = event.start_mark.line + 1
         if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
-            raise SchemaError(f"{file}:{line}: anchors and aliases are not used here")
+            raise error(f"{file}:{line}: anchors and aliases are not allowed")
+        if (tag := cast(str | None, getattr(event, "tag", None))) not in (None, "!"):
+            raise error(f"{file}:{line}: tags such as {tag!r} are not allowed")
         if isinstance(event, yaml.MappingEndEvent | yaml.SequenceEndEvent):
             open_nodes.pop()
             keys.pop()
             continue
         if isinstance(event, yaml.ScalarEvent):
-            node = Node(event.value, file, line)
+            node = Node(event.value, file, line, error, plain=event.implicit[0])
         elif isinstance(event, yaml.MappingStartEvent):
-            node = Node({}, file, line)
+            node = Node({}, file, line, error)
         elif isinstance(event, yaml.SequenceStartEvent):
-            node = Node([], file, line)
+            node = Node([], file, line, error)
         else:
             continue
         parent = open_nodes[-1].content
@@ -104,7 +136,7 @@ def _tree(events: Iterator[yaml.Event], file: str) -> Node:
             key = keys[-1]
             if key is None:
                 if node.text() in parent:
-                    raise SchemaError(f"{file}:{line}: {node.content!r} occurs twice")
+                    raise error(f"{file}:{line}: {node.content!r} occurs twice")
                 keys[-1] = node
                 continue
             node.line = key.line
@@ -112,10 +144,10 @@ def _tree(events: Iterator[yaml.Event], file: str) -> Node:
             keys[-1] = None
         if not isinstance(node.content, str):
             if len(open_nodes) > _DEEPEST:
-                raise SchemaError(f"{file}:{line}: nested too deeply")
+                raise error(f"{file}:{line}: nested too deeply")
             open_nodes.append(node)
             keys.append(None)
     documents = root.items()
     if len(documents) != 1:
-        raise SchemaError(f"{file}:1: expected one YAML document, not {len(documents)}")
+        raise error(f"{file}:1: expected one YAML document, not {len(documents)}")
     return documents[0]

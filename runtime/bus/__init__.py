@@ -1,10 +1,11 @@
 """Delivers messages within a process, and through transports to others."""
 
-from runtime.bus.bus import Bus, Subscription, Transport
+from runtime.bus.bus import Bus, BusInstrument, Subscription, Transport
 from runtime.bus.frame import Frame
 
 __all__ = [
     "Bus",
+    "BusInstrument",
     "Frame",
     "Subscription",
     "Transport",

@@ -1,4 +1,4 @@
-"""Delivers each published message to those who asked for its type, in order of publication, never re-entrantly."""
+"""Delivers each published message to the subscribers of its type, in order of publication, never re-entrantly."""
 
 import logging
 from collections import deque
@@ -9,28 +9,39 @@ from typing import Any, Protocol
 import imc
 from runtime.kernel import Kernel, owner_of
 
-MOST_WAITING = 8192  # packets of other processes, while the kernel is busy
+MOST_WAITING = 8192  # packets from other processes that wait while the kernel is busy
 
 logger = logging.getLogger("shoal.bus")
 
 
 class Transport(Protocol):
-    """Carries packets between the processes of one bus, below it: local order stays with or without it."""
+    """Carries packets between buses, below them: the order within a process is the same with or without it.
+
+    What every transport keeps, and `tests/runtime/bus/transport_contract.py` checks: packets of one sender arrive in
+    the order in which they were sent, each at most once, and never at their sender. Packets may be lost, but not
+    silently: the transport counts them. A packet that was received is not sent on to other transports.
+    """
 
     def open(self, receive: Callable[[bytes], None]) -> None:
-        """Begin; `receive` takes packets of other processes, from any thread."""
+        """Join the other buses; `receive` takes their packets, from any thread. Raises if it cannot join."""
         ...
 
     def send(self, message: imc.Message, packet: bytes) -> None:
-        """Hand a packet that was published here to the other processes; never waits."""
+        """Send a packet, which decodes to `message`. Never blocks, never raises, and does nothing after `close`."""
         ...
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Leave the other buses; nothing is received afterwards. A second call does nothing."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Subscription:
-    """One handler and what it wants: a type (Message is everything), others' messages too, the packet as well."""
+    """One handler and what it receives.
+
+    `type` is the type of the messages (Message: all), `others` adds those of other systems, `packets` adds the packet
+    as second argument.
+    """
 
     type: type
     handler: Callable[..., object]
@@ -39,22 +50,26 @@ class Subscription:
     packets: bool = False
 
 
-class Witness(Protocol):
-    """Who is told of each subscription as it begins, and of each owner that follows changed parameters."""
+class BusInstrument(Protocol):
+    """Observes a bus; it must not change anything."""
 
-    def subscribed(self, subscription: Subscription) -> None: ...
+    def subscribed(self, subscription: Subscription) -> None:
+        """A subscription is about to begin."""
+        ...
 
-    def reconfigured(self, owner: object) -> None: ...
+    def reconfigured(self, owner: object) -> None:
+        """The owner of subscriptions now uses changed parameters."""
+        ...
 
 
 class Bus:
-    """One in-process bus for one vehicle, `system` being its IMC id.
+    """The in-process bus of one vehicle, whose IMC id is `system`.
 
-    Until `resume` it keeps what is published, so that nobody misses what others say while they start.
-    `on_own` is told of each message of this vehicle that comes from another process.
-    Everything that is delivered has been through the codec, so a receiver here sees what a receiver elsewhere would.
-    Objects that are no messages (frames) are shared between tasks of this process and go nowhere else.
-    Counted: `delivered`; of what other processes send, `malformed` and, where it came too fast, `overrun`.
+    Until `resume` it keeps what is published, so that no task misses what others publish while they start.
+    `on_own` is called with each message of this vehicle that another process has sent.
+    All that is delivered has been through the codec: a receiver here gets the same values as one elsewhere.
+    Frames are not messages: they are shared between the tasks of this process and go nowhere else.
+    Counted: `delivered`; of the packets from other processes `malformed`, and `overrun` if they arrive too fast.
     """
 
     def __init__(self, kernel: Kernel, system: int):
@@ -62,23 +77,23 @@ class Bus:
         self.system = system
         self.delivered = 0
         self.on_own: Callable[[imc.Message], None] = lambda _: None
-        self.witness: Witness | None = None
+        self.instruments: list[BusInstrument] = []
         self.malformed = 0
         self.overrun = 0
         self._waiting: deque[bytes] = deque()
         self._subscriptions: list[Subscription] = []
         self._routes: dict[type, tuple[Subscription, ...]] = {}
-        self._transport: Transport | None = None
+        self._transports: list[Transport] = []
         self._backlog: list[tuple[imc.Message, bytes, object]] | None = []
 
     def resume(self) -> None:
-        """Deliver what has been kept, and from now on at once."""
+        """Deliver what has been kept, and from now on everything immediately."""
         kept, self._backlog = self._backlog or [], None
         for message, packet, origin in kept:
             self._deliver(message, packet, origin)
 
     def forget(self) -> None:
-        """Drop what has been kept, and deliver from now on."""
+        """Drop what has been kept, and deliver everything from now on."""
         self._backlog = None
 
     @property
@@ -92,12 +107,12 @@ class Bus:
         self._routes.clear()
 
     def knows(self, owner: object) -> bool:
-        """Whether messages go to `owner`, or to its methods."""
+        """Whether `owner` or one of its methods receives messages."""
         return any(s.owner is owner or owner_of(s.handler) is owner for s in self._subscriptions)
 
     def subscribe(self, subscription: Subscription) -> None:
-        if self.witness is not None:
-            self.witness.subscribed(subscription)
+        for instrument in self.instruments:
+            instrument.subscribed(subscription)
         self._subscriptions.append(subscription)
         self._routes.clear()
 
@@ -111,50 +126,58 @@ class Bus:
         self._routes.clear()
 
     def publish(self, message: imc.Message, packet: bytes, origin: object) -> None:
-        """Deliver `message`, which `packet` decodes to, to all but `origin`, here and on the transport."""
+        """Deliver `message`, which `packet` decodes to, to all but `origin`, and send it on all transports."""
         self._deliver(message, packet, origin)
-        if self._transport is not None:
-            self._transport.send(message, packet)
+        for transport in self._transports:
+            transport.send(message, packet)
 
     def share(self, frame: object, origin: object) -> None:
-        """Deliver an object that is no message to the tasks of this process."""
+        """Deliver a frame to the tasks of this process."""
         for subscription in self._route(type(frame)):
             if origin is None or subscription.owner is not origin:
                 self.kernel.soon(subscription.handler, frame)
 
     def hear(self, message: imc.Message, packet: bytes) -> None:
-        """Deliver what another bus of this process carries."""
+        """Deliver a message from another bus of this process."""
         self._deliver(message, packet, None)
 
     @property
     def is_attached(self) -> bool:
-        """Whether a transport carries what is published."""
-        return self._transport is not None
+        """Whether any transport carries what is published."""
+        return bool(self._transports)
 
     def attach(self, transport: Transport) -> None:
-        """Join the processes that `transport` reaches."""
+        """Join the buses that `transport` reaches; transports attached earlier stay.
+
+        Raises what `transport.open` raises; the bus is then as before.
+        """
         transport.open(self._take)
-        self._transport = transport
+        self._transports.append(transport)
 
     def detach(self) -> None:
-        """Leave the other processes."""
-        transport, self._transport = self._transport, None
-        if transport is not None:
-            transport.close()
+        """Close all transports, the last one first. All are closed even if one fails; the first error is raised."""
+        errors: list[Exception] = []
+        while self._transports:
+            try:
+                self._transports.pop().close()
+            except Exception as error:
+                errors.append(error)
+        if errors:
+            raise errors[0]
 
     def _take(self, packet: bytes) -> None:
-        """Keep a packet for the kernel's thread; called from any other."""
+        """Queue a packet for the kernel's thread; called from any other thread."""
         if len(self._waiting) < MOST_WAITING:
             self._waiting.append(packet)
             self.kernel.post(self._receive)
             return
         self.overrun += 1
         if self.overrun == 1:
-            logger.warning("other processes send faster than this one hears, so packets are dropped and counted")
+            logger.warning("packets from other processes arrive too fast; some are dropped and counted")
 
     def _receive(self) -> None:
         packet = self._waiting.popleft()
-        if self._transport is None:
+        if not self._transports:
             return
         try:
             packet = imc.first_packet(packet)
@@ -162,7 +185,7 @@ class Bus:
         except imc.DecodeError as error:
             self.malformed += 1
             if self.malformed == 1:
-                logger.warning("a packet from another process is malformed: %s; further ones are counted", error)
+                logger.warning("malformed packet from another process: %s; further ones are only counted", error)
             return
         if message.src == self.system:
             self.on_own(message)

@@ -1,4 +1,4 @@
-"""An image of one camera, shared inside the process beside the bus."""
+"""A picture of one camera, shared between the tasks of a process without going through the codec."""
 
 from dataclasses import dataclass, field
 
@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 class Frame:
     """One picture.
 
-    `time` is the moment of exposure in seconds since 1970 UTC, `camera` the entity label of the camera, `index` counts
-    its frames from 0. `image` is RGBA, uint8, (height, width, 4), row 0 on top; it is made read-only, since all
-    receivers look at the same array. `info` carries figures beside the picture, each in SI units. Raises ValueError for
-    another array.
+    `time` is the moment of exposure in s since 1970 UTC, `camera` the entity label of the camera, `index` counts its
+    frames from 0. `image` is RGBA, uint8, (height, width, 4), row 0 on top; it becomes read-only, because all receivers
+    share it. `info` carries further figures in SI units. Raises ValueError for an array of another type or shape.
     """
 
     time: float

@@ -1,15 +1,49 @@
-"""Wall, scaled and virtual time, in integer nanoseconds since 1970 UTC."""
+"""Wall, scaled and virtual time, in integer nanoseconds since 1970 UTC, and the contract that all clocks keep."""
 
 import math
 import time
+from collections.abc import Callable
+from typing import Protocol
 
 SECOND = 1_000_000_000
+LONGEST_WAIT = 3600.0  # s; epoll takes no more than 24 days
 
 
 def nanoseconds(seconds: float) -> int:
-    """Nanoseconds of a time in seconds, exact where the float is; the product of both would be off by some hundred."""
+    """A time in seconds as nanoseconds; `round(seconds * 1e9)` would be off by hundreds of them."""
     whole = math.floor(seconds)
     return whole * SECOND + round((seconds - whole) * SECOND)
+
+
+class Clock(Protocol):
+    """Where a kernel takes its time from. Times are ns since 1970 UTC and never go back.
+
+    `virtual` is whether time stands still while handlers run: then no ticks are merged, nothing may come from outside
+    the run, and a run ends when nothing is left to do. A simulator that steps its own time can be a clock: its
+    `advance` returns as soon as a step ends, at the time of that step.
+    """
+
+    @property
+    def virtual(self) -> bool: ...
+
+    @property
+    def speed(self) -> float:
+        """Seconds of this clock per second of real time; infinite if it does not wait."""
+        ...
+
+    def read(self) -> int:
+        """The present time."""
+        ...
+
+    def advance(self, target: int | None, wait: Callable[[float], object]) -> int | None:
+        """Let time pass until `target`, the next moment at which the kernel has something to do; return the time.
+
+        None as `target` means that nothing is due. The time may be earlier than `target`: the kernel then looks for
+        what has arrived, and asks again. It is never later on a virtual clock. `wait(seconds)` blocks until a socket
+        or another thread wakes the kernel, at most that long in real time. None is returned if no time will ever pass;
+        the run then ends.
+        """
+        ...
 
 
 class WallClock:
@@ -32,16 +66,19 @@ class WallClock:
         passed = time.monotonic_ns() - self._zero
         return self._start + (passed if self.speed == 1.0 else round(passed * self.speed))
 
-    def wait(self, until: int) -> float:
-        """Real seconds until the clock reads `until`."""
-        return max(0.0, (until - self.read()) / self.speed / SECOND)
+    def advance(self, target: int | None, wait: Callable[[float], object]) -> int:
+        if target is None:
+            wait(LONGEST_WAIT)
+        else:
+            wait(min(LONGEST_WAIT, max(0.0, (target - self.read()) / self.speed / SECOND)))
+        return self.read()
 
 
 class VirtualClock:
-    """Time that passes only when there is nothing left to do at the present moment."""
+    """Time that passes only when nothing is left to do at the present moment, and then without waiting."""
 
     virtual = True
-    speed = float("inf")
+    speed = math.inf
 
     def __init__(self, start: int = 0):
         self._now = start
@@ -49,13 +86,15 @@ class VirtualClock:
     def read(self) -> int:
         return self._now
 
-    def set(self, time_ns: int) -> int:
-        self._now = time_ns
-        return time_ns
+    def advance(self, target: int | None, wait: Callable[[float], object]) -> int | None:
+        if target is None:
+            return None
+        self._now = max(self._now, target)
+        return self._now
 
 
-def parse_clock(text: str, start: int) -> WallClock | VirtualClock:
-    """The clock that `real`, `virtual` or a factor such as `10x` names; a virtual one begins at `start` (ns).
+def parse_clock(text: str, start: int) -> Clock:
+    """The clock for `real`, `virtual` or a factor such as `10x`; a virtual one begins at `start` (ns).
 
     Raises ValueError for anything else.
     """

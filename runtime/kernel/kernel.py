@@ -5,52 +5,61 @@ import logging
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, Protocol
 
-from runtime.kernel.clock import VirtualClock, WallClock
+from runtime.kernel.clock import SECOND, Clock
 from runtime.kernel.sources import Sources
 from runtime.kernel.timer import Readable, Timer, owner_of
 
-SECOND = 1_000_000_000
 LIVELOCK_EVENTS = 100_000
-LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock a queue that has not been empty for so long may be a livelock
-POLL_EVENTS = 64  # on a virtual clock sockets are looked at once in so many events
-POLL_PERIOD = SECOND // 1000  # on a wall clock at least so often, however long the queue
-LONGEST_WAIT = 3600.0  # s; epoll takes no more than 24 days
-FEW_TIMERS = 1000  # cancelled ones among so few do no harm
+LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock, a queue that has not been empty for this long may be a livelock
+POLL_EVENTS = 64  # on a virtual clock, sockets are polled after this many events
+POLL_PERIOD = SECOND // 1000  # on a wall clock, sockets are polled this often even if the queue never empties
+FEW_TIMERS = 1000  # fewer timers than this are not searched for cancelled ones
 
 logger = logging.getLogger("shoal.kernel")
 
 
 class LivelockError(RuntimeError):
-    """Events follow each other without time passing; `owner` has the last of them."""
+    """Events cause each other without time passing; `owner` handled the last of them."""
 
     def __init__(self, events: int, owner: object):
-        super().__init__(f"{events} events without time passing, the last of them in {owner}")
+        super().__init__(f"{events} events without time passing, the last in {owner}")
         self.owner = owner
+
+
+class KernelInstrument(Protocol):
+    """Observes the calls that a kernel makes on a virtual clock; it must not change anything."""
+
+    def calling(self, function: Callable[..., object], args: tuple[Any, ...]) -> None:
+        """A call is about to be made. The argument of a timer's call is the timer."""
+        ...
 
 
 class Kernel:
     """Runs all handlers on one thread, one at a time, each to its end.
 
-    `soon` puts a call behind everything that is already due; `at` puts it at a time (integer nanoseconds since 1970).
-    Calls that are due at the same time run in the order they were asked for. `post` is the only door for other threads.
+    `soon` appends a call to those that are due now; `at` schedules it for a time (integer nanoseconds since 1970).
+    Calls that are due at the same time run in the order in which they were requested. `post` is the only thread-safe
+    method.
 
-    `on_error(owner, exception)` is asked when a call raises: it either deals with it or raises, which ends the run.
-    `slow` is the time in seconds after which a call is reported through `on_slow(owner, seconds)`, on a wall clock.
-    A virtual clock that stands still for `livelock_events` is a livelock; on a wall clock a queue is that does not get
-    empty in so many events while timers and sockets wait.
+    `on_error(owner, exception)` is called when a call raises: it either handles the exception or raises, which ends the
+    run. On a wall clock, `on_slow(owner, seconds)` reports a call that took longer than `slow` seconds. `instruments`
+    observe all calls on a virtual clock.
+    It is a livelock if a virtual clock stands still for `livelock_events` calls; on a wall clock, if the queue does not
+    empty within that many calls although timers and sockets are held back.
     """
 
-    def __init__(self, clock: WallClock | VirtualClock, *, slow: float = 0.1):
+    def __init__(self, clock: Clock, *, slow: float = 0.1):
         self.clock = clock
+        self.virtual = clock.virtual
         self.slow_ns = int(slow * SECOND)
         self.now_ns = clock.read()
         self.events = 0
         self.livelock_events = LIVELOCK_EVENTS
         self.on_error: Callable[[object, Exception], None] = _raise
         self.on_slow: Callable[[object, float], None] = _warn_slow
-        self.witness: Callable[[Callable[..., object], tuple[Any, ...]], None] | None = None
+        self.instruments: list[KernelInstrument] = []
         self._due: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self._later: list[tuple[int, int, Timer]] = []
         self._sweep_at = FEW_TIMERS
@@ -64,29 +73,25 @@ class Kernel:
         self._holding = False
 
     @property
-    def virtual(self) -> bool:
-        return self.clock.virtual
-
-    @property
     def idle(self) -> bool:
-        """Whether nothing else is due at the present moment."""
+        """Whether nothing else is due now."""
         return not self._due
 
     def timers(self) -> list[Timer]:
-        """The timers that are due, now or later, in the order in which they will be called."""
+        """All pending timers, in the order in which they will be called."""
         due = [args[0] for _, args in self._due if args and isinstance(args[0], Timer)]
         later = [timer for _, _, timer in sorted(self._later, key=lambda e: e[:2])]
         return [timer for timer in (*due, *later) if timer.function is not None]
 
     def adopt(self, timers: Iterable[Timer]) -> None:
-        """Have these timers due and nothing else, in this order where the time is the same."""
+        """Replace all pending calls by these timers; those of the same time run in this order."""
         self.clear()
         for timer in timers:
             self._arrivals += 1
             heapq.heappush(self._later, (timer.time, self._arrivals, timer))
 
     def take(self, owner: object) -> Timer | None:
-        """The next timer of `owner` that is due at the present moment; it is in the queue no more."""
+        """Take the next timer of `owner` that is due now out of the queue."""
         self._gather()
         for entry in self._due:
             if self._owner(*entry) is owner and entry[1] and isinstance(timer := entry[1][0], Timer) and timer.function:
@@ -95,7 +100,7 @@ class Kernel:
         return None
 
     def clear(self) -> None:
-        """Forget all that is due, now or later."""
+        """Drop all pending calls."""
         self._due.clear()
         self._later.clear()
 
@@ -117,12 +122,12 @@ class Kernel:
         return self.at(self.now_ns + round(seconds * SECOND), function, *args)
 
     def post(self, function: Callable[..., object], *args: Any) -> None:
-        """Ask for a call from any thread."""
+        """Request a call from any thread."""
         self._posted.append((function, args))
         self._sources.wake()
 
     def discard(self, owner: object) -> None:
-        """Forget all calls to methods of `owner`, its timers, and what it watches."""
+        """Drop all calls to methods of `owner`, its timers, and the sockets that it watches."""
         for _, _, timer in self._later:
             if timer.owner is owner:
                 timer.cancel()
@@ -133,22 +138,22 @@ class Kernel:
         self._sources.discard(owner)
 
     def watch(self, source: Readable, function: Callable[[], object]) -> Timer:
-        """Call `function` whenever `source` has something to read. Raises KeyError where it is watched already."""
+        """Call `function` whenever `source` has something to read. Raises KeyError if it is watched already."""
         return self._sources.watch(source, function)
 
     def unwatch(self, source: Readable | int) -> None:
-        """End `watch`, also for what is on its way; nothing happens where the source is not watched."""
+        """Stop watching a source and drop a call that is pending for it; does nothing if it is not watched."""
         self._sources.unwatch(source)
 
     def stop(self) -> None:
-        """End the run after the call that runs now."""
+        """End the run after the present call."""
         self._stopping = True
 
     def close(self) -> None:
         self._sources.close()
 
     def run(self, until: int | None = None) -> None:
-        """Run until `stop()`, or until the clock reads `until` (ns), which a virtual clock then does to the nanosecond.
+        """Run until `stop()`, or until the clock reads `until` (ns); a virtual clock then stops exactly there.
 
         A virtual run also ends when nothing is left to do. Raises what `on_error` raises, and LivelockError.
         """
@@ -157,7 +162,7 @@ class Kernel:
         while not self._stopping:
             if self._posted:
                 self._admit()
-            if self.clock.virtual:
+            if self.virtual:
                 self._run_moment()
             else:
                 self._run_batch()
@@ -165,7 +170,7 @@ class Kernel:
                 break
 
     def drain(self) -> None:
-        """Run what is due now, and what that makes due, without waiting."""
+        """Run what is due now, and all that this causes, without waiting."""
         self._stopping = False
         for _ in range(self.livelock_events):
             if not self._due:
@@ -177,11 +182,11 @@ class Kernel:
                 self.on_error(self._owner(function, args), error)
 
     def _run_moment(self) -> None:
-        due, witness, on_error = self._due, self.witness, self.on_error
+        due, instruments, on_error = self._due, self.instruments, self.on_error
         while due and not self._stopping:
             function, args = due.popleft()
-            if witness is not None:
-                witness(function, args)
+            for instrument in instruments:
+                instrument.calling(function, args)
             try:
                 function(*args)
             except Exception as error:
@@ -200,7 +205,7 @@ class Kernel:
             self._look_for_livelock()
 
     def _call_next(self) -> tuple[Callable[..., object], tuple[Any, ...]]:
-        """Make the next call, and see how long it takes."""
+        """Make the next call, and report it if it was slow."""
         function, args = self._due.popleft()
         started = time.perf_counter_ns()
         try:
@@ -216,7 +221,11 @@ class Kernel:
         return function, args
 
     def _look_for_livelock(self) -> None:
-        """Hold back what is late: where there is but much to do the queue gets empty, and in a livelock it does not."""
+        """Tell a livelock from a busy machine.
+
+        A queue that stays full for seconds may be either. Timers that are overdue are held back for a while: on a busy
+        machine the queue then empties, because only they filled it; in a livelock the calls cause each other.
+        """
         calls, owner = 0, None
         self._holding = True
         while self._due and not self._stopping and calls < self.livelock_events:
@@ -227,42 +236,53 @@ class Kernel:
             self.on_error(owner, LivelockError(calls, owner))
 
     def _advance(self, until: int | None) -> bool:
-        """Wait for the next moment at which something is due and gather it; False at the end of the run."""
-        later, clock = self._later, self.clock
+        """Let time pass until something is due, and queue it; False at the end of the run."""
+        later = self._later
         while later and later[0][2].function is None:
             heapq.heappop(later)
-        if isinstance(clock, VirtualClock):
-            if self._sources.count and self.events >= self._poll_next:
-                self._poll_next = self.events + POLL_EVENTS
-                self._poll(0)
-            if self._posted or self._due:
-                return True
-            target = later[0][0] if later else None
-            if target is None or (until is not None and target >= until):
-                if until is not None:
-                    self.now_ns = clock.set(max(until, self.now_ns))
-                return False
-            self.now_ns = clock.set(target)
+        return self._advance_virtual(until) if self.virtual else self._advance_wall(until)
+
+    def _advance_virtual(self, until: int | None) -> bool:
+        if self._sources.count and self.events >= self._poll_next:
+            self._poll_next = self.events + POLL_EVENTS
+            self._poll(0)
+        if self._posted or self._due:
+            return True
+        target = self._later[0][0] if self._later else None
+        is_last = until is not None and (target is None or target >= until)
+        if until is not None and is_last:
+            target = max(until, self.now_ns)
+        reached = self.clock.advance(target, self._poll)
+        if reached is None:
+            return False
+        if reached != self.now_ns:
+            self.now_ns = reached
             self._busy = 0
-        else:
-            now = clock.read()
-            if until is not None and now >= until:
-                return False
-            if not self._due:
-                self._busy, self._idle_at = 0, now
-                wake = later[0][0] if later else None
-                if until is not None:
-                    wake = until if wake is None else min(wake, until)
-                self._poll(LONGEST_WAIT if wake is None else min(LONGEST_WAIT, clock.wait(wake)))
-            elif now >= self._poll_next:
-                self._poll_next = now + POLL_PERIOD
-                self._poll(0)
-            self.now_ns = max(self.now_ns, clock.read())
+        if is_last and reached == target:
+            return False
+        self._gather()
+        return True
+
+    def _advance_wall(self, until: int | None) -> bool:
+        clock = self.clock
+        now = clock.read()
+        if until is not None and now >= until:
+            return False
+        if not self._due:
+            self._busy, self._idle_at = 0, now
+            wake = self._later[0][0] if self._later else None
+            if until is not None:
+                wake = until if wake is None else min(wake, until)
+            clock.advance(wake, self._poll)
+        elif now >= self._poll_next:
+            self._poll_next = now + POLL_PERIOD
+            self._poll(0)
+        self.now_ns = max(self.now_ns, clock.read())
         self._gather()
         return True
 
     def _gather(self) -> None:
-        """Move the timers that are due by now to what is called next."""
+        """Move the timers that are due to the queue."""
         later, now = self._later, self.now_ns
         while later and later[0][0] <= now:
             timer = heapq.heappop(later)[2]
@@ -272,7 +292,7 @@ class Kernel:
         self._due.extend((self._fire, (timer,)) for timer in self._sources.wait(timeout))
 
     def _sweep(self) -> None:
-        """Drop cancelled timers whose time is far off, so that watchdogs do not pile up."""
+        """Drop cancelled timers, so that watchdogs that are restarted all the time do not pile up."""
         self._later[:] = [entry for entry in self._later if entry[2].function is not None]
         heapq.heapify(self._later)
         self._sweep_at = max(FEW_TIMERS, 2 * len(self._later))

@@ -1,4 +1,4 @@
-"""What wakes a kernel that waits: sockets that can be read, and other threads."""
+"""Wakes a waiting kernel: sockets that can be read, and other threads."""
 
 import selectors
 import socket
@@ -8,7 +8,7 @@ from runtime.kernel.timer import Readable, Timer
 
 
 class Sources:
-    """Sockets that are watched, each with the call that it causes, and a pipe through which any thread may `wake`."""
+    """Watched sockets, each with the call that it causes, and a pipe through which any thread may `wake` the kernel."""
 
     def __init__(self):
         self.count = 0
@@ -19,14 +19,14 @@ class Sources:
         self._selector.register(self._wake_in, selectors.EVENT_READ, None)
 
     def watch(self, source: Readable, function: Callable[[], object]) -> Timer:
-        """The call that comes when `source` has something to read. Raises KeyError where it is watched already."""
+        """The call for when `source` has something to read. Raises KeyError if it is watched already."""
         timer = Timer(0, function, ())
         self._selector.register(source, selectors.EVENT_READ, timer)
         self.count += 1
         return timer
 
     def unwatch(self, source: Readable | int) -> None:
-        """End `watch`, also for what is on its way; nothing happens where the source is not watched."""
+        """Stop watching and drop a pending call; does nothing if the source is not watched."""
         try:
             key = self._selector.unregister(source)
         except (KeyError, ValueError):
@@ -35,7 +35,7 @@ class Sources:
         self.count -= 1
 
     def discard(self, owner: object) -> None:
-        """End `watch` for all that `owner` watches."""
+        """Stop watching all sources of `owner`."""
         if not self.count:
             return
         for key in list(self._selector.get_map().values()):
@@ -47,10 +47,10 @@ class Sources:
         try:
             self._wake_out.send(b"\0")
         except OSError:
-            pass  # a full pipe wakes the kernel just as well; a closed one has no kernel behind it
+            pass  # a full pipe wakes the kernel anyway; after `close` there is no kernel to wake
 
     def wait(self, timeout: float) -> list[Timer]:
-        """The calls of what can be read, after `timeout` seconds at most, but for those that are queued already."""
+        """Wait at most `timeout` seconds; the calls of sources that can be read, except those already queued."""
         found: list[Timer] = []
         for key, _ in self._selector.select(timeout):
             if key.data is None:

@@ -1,4 +1,4 @@
-"""A call that is due at a time or when a source can be read, and whose it is."""
+"""A call that is due at a time or when a source can be read, and its owner."""
 
 import functools
 from collections.abc import Callable
@@ -12,7 +12,7 @@ class Readable(Protocol):
 
 
 def owner_of(function: Callable[..., object]) -> object:
-    """The object whose method `function` is, or `function` itself: what reports name."""
+    """The object whose method `function` is, else `function` itself; reports name it."""
     while isinstance(function, functools.partial):
         function = function.func
     return getattr(function, "__self__", function)

@@ -1,4 +1,4 @@
-"""Follows the clocks of a log's systems: when they began and ended, and where they were set."""
+"""Follows the clock of each system in a log: its first and last time, and where it was set."""
 
 from typing import NamedTuple
 
@@ -7,13 +7,13 @@ import numpy as np
 from runtime.logs.packet_headers import Array
 
 BACK, AHEAD = 1.0, 10.0  # s
-WINDOW = 16  # packets on each side in which a time that was astray comes back
+WINDOW = 16  # packets on each side; a stray time returns to normal within them
 GROUP = 256
-NEAR, SPREAD = 60.0, 3.0  # s and quartile ranges that times may be from the middle of their group
+NEAR, SPREAD = 60.0, 3.0  # s and interquartile ranges that times may be from the median of their group
 
 
 class ClockStep(NamedTuple):
-    """Where a system's time leaps, and stays: offset in the unpacked log, times (s) before and after."""
+    """Where a system's time jumps, and stays: offset in the unpacked log, times (s) before and after."""
 
     offset: int
     src: int
@@ -24,7 +24,7 @@ class ClockStep(NamedTuple):
 class Clock:
     """The times of one system's packets, in the order of the log.
 
-    start, end: s since 1970 UTC; single times far from those around them do not count. strays: how many those are.
+    start, end: s since 1970 UTC, without stray times: single ones far from their neighbors. strays: the number of them.
     """
 
     def __init__(self, src: int):
@@ -37,7 +37,7 @@ class Clock:
         self._offsets: Array = np.empty(0, np.int64)
 
     def feed(self, times: Array, offsets: Array) -> None:
-        """Take the times and offsets of further packets."""
+        """Add the times and offsets of more packets."""
         self.packets += len(times)
         self._bound(times)
         finite = np.isfinite(times)
@@ -63,18 +63,18 @@ class Clock:
     def _look(self, times: Array, offsets: Array, place: int) -> None:
         before, after = float(times[place - 1]), float(times[place])
         around = np.diff(times[place - WINDOW : place + WINDOW])
-        # Where a time is astray there are two leaps, there and back.
+        # A stray time makes two jumps, there and back; only a clock that was set stays.
         if not (around * np.sign(before - after) > abs(after - before) / 2).any():
             self.steps.append(ClockStep(int(offsets[place]), self.src, before, after))
 
 
 def without_strays(times: Array) -> Array:
-    """Times without those far from the others, and those that are none."""
+    """The finite times, without those far from the others."""
     return times[_near_others(times[np.newaxis])[0]]
 
 
 def _near_others(rows: Array) -> Array:
-    """Which times of each row are near most of that row; NaN are not."""
+    """Which times of each row are near the median of that row; NaN never is."""
     ordered = np.sort(np.where(np.isfinite(rows), rows, np.nan), axis=1)  # NaN come last
     counts = np.isfinite(ordered).sum(axis=1)
     low, middle, high = (

@@ -1,31 +1,31 @@
-"""Who speaks in a log: names of systems, labels of entities, as the log itself tells."""
+"""Names of the systems and labels of the entities in a log, learned from its messages."""
 
 from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from typing import Any
 
 import imc
+from imc.addresses import UNKNOWN_ENTITY
 from runtime.profile import own_etc, parse_address, read_sections
 
 NAMING = frozenset({imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID})
 """Ids of the messages that names come from."""
 
 KEPT = NAMING | {imc.LoggingControl.ID}
-"""Ids of what belongs to a whole log, whatever part of it is looked at."""
+"""Ids of the messages that describe a whole log, so that every part of it needs them."""
 
-UNKNOWN_ENTITY = 0xFF
 NOBODY = 0xFFFF
 
 
 class UnknownName(ValueError):
-    """A name that a log or its schema does not have; the text says what comes near."""
+    """A name that the log or its schema does not have; the text suggests similar ones."""
 
 
 class Names:
     """Names of systems and labels of entities, learned from Announce, EntityInfo and EntityList.
 
-    Systems that never announce themselves have the names of the address table that comes with Shoal.
-    labels: (system, entity) -> label, the latest. earlier: the labels that an entity had before in the same log.
+    A system that never announces itself has its name from Shoal's address table.
+    labels: (system, entity) -> latest label. earlier: the labels that the entity had before in the same log.
     """
 
     def __init__(self) -> None:
@@ -35,10 +35,10 @@ class Names:
         self._table: dict[int, str] | None = None
 
     def learn(self, message: Any) -> None:
-        """Take what a message tells; most tell nothing."""
+        """Learn the names in a message; most messages have none."""
         kind = type(message).__name__
         if kind == "EntityInfo" and message.label:
-            entity = message.id or message.src_ent  # DUNE's daemon also speaks for others; new senders leave id at 0
+            entity = message.id or message.src_ent  # DUNE's daemon also names others; new senders leave id at 0
             if entity != UNKNOWN_ENTITY:
                 self._label(message.src, entity, message.label)
         elif kind == "EntityList" and message.op == imc.EntityList.Op.REPORT:
@@ -50,7 +50,7 @@ class Names:
             self._systems[message.src] = message.sys_name
 
     def system(self, number: int) -> str:
-        """The name of a system, "0x1234" where nobody says one."""
+        """The name of a system; "0x1234" if unknown."""
         if number in self._systems:
             return self._systems[number]
         if self._table is None:
@@ -58,7 +58,7 @@ class Names:
         return self._table.get(number) or f"0x{number:04X}"
 
     def entity(self, system: int, number: int) -> str:
-        """The label of an entity, "entity 12" where the log has none."""
+        """The label of an entity; "entity 12" if the log has none."""
         label = self.labels.get((system, number))
         if label is None:
             return "unknown entity" if number == UNKNOWN_ENTITY else f"entity {number}"
@@ -96,7 +96,7 @@ def types_called(wanted: Iterable[str], schema: imc.Schema) -> set[int]:
 
 
 def type_name(schema: imc.Schema, number: int) -> str:
-    """The name of a message, "id 1234" where the schema does not know it."""
+    """The name of a message; "id 1234" if the schema does not have it."""
     found = schema.types_by_id.get(number)
     return found.abbrev if found else f"id {number}"
 

@@ -24,7 +24,7 @@ class Block(NamedTuple):
 
 
 def blocks(log: imc.Log, losses: list[imc.Loss], progress: ReportShare | None = None) -> Iterator[Block]:
-    """All good packets of a log; `losses` gets the damage, once all is read. `progress` hears the share, 0 to 1."""
+    """All good packets of a log; the damage is in `losses` at the end. `progress` gets the share read, 0 to 1."""
     found: dict[tuple[int, str], imc.Loss] = {}
 
     def lose(offset: int, length: int, reason: str) -> None:

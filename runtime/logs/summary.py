@@ -1,4 +1,4 @@
-"""What a log holds: who speaks, when, what, how often, and what is damaged; found in one pass."""
+"""Sums up a log in one pass: who sends what, when and how often, and what is damaged."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -17,7 +17,7 @@ from runtime.logs.packet_headers import Array, Block, blocks
 
 K = TypeVar("K")
 
-SHORTEST = 1.0  # s that a rate is measured over
+SHORTEST = 1.0  # s; over a shorter time, no rate is given
 
 
 @dataclass(slots=True)
@@ -37,14 +37,14 @@ class PacketCount:
 
     @property
     def rate(self) -> float:
-        """Hz; NaN where one cannot be told, as for a few at once."""
+        """Hz; NaN for too few packets or too short a time."""
         span = self.last - self.first
         return (self.count - 1) / span if self.count > 2 and SHORTEST < span < math.inf else math.nan
 
 
 @dataclass
 class Summary:
-    """A log summed up. tallies: (message id, system, entity) -> Tally; clocks: system -> Clock."""
+    """A log summed up. tallies: (message id, system, entity) -> PacketCount; clocks: system -> Clock."""
 
     path: Path
     schema: imc.Schema
@@ -67,7 +67,7 @@ class Summary:
 
     @property
     def start(self) -> float:
-        """When the owner's time begins, s since 1970 UTC; NaN in an empty log."""
+        """The owner's first time, s since 1970 UTC; NaN for an empty log."""
         return self.clocks[self.owner].start if self.clocks else math.nan
 
     @property
@@ -80,7 +80,7 @@ class Summary:
 
     @property
     def steps(self) -> list[ClockStep]:
-        """Where clocks were set: every leap back, and leaps ahead of the owner, whom the log hears all the time."""
+        """Where clocks were set: all jumps back, and the owner's jumps ahead; others may only have been silent."""
         found = (step for clock in self.clocks.values() for step in clock.steps)
         return sorted(step for step in found if step.after < step.before or step.src == self.owner)
 
@@ -95,10 +95,10 @@ class Summary:
         return self._grouped(lambda key: (key[1], key[2]))
 
     def add(self, block: Block) -> None:
-        """Take further packets of the log."""
+        """Add more packets of the log."""
         heads = block.headers
         offsets = np.asarray(block.offsets)
-        plain = ~np.isin(heads["id"], list(KEPT))  # a cut log begins with what was said long before
+        plain = ~np.isin(heads["id"], list(KEPT))  # a cut log begins with older ones of these
         for src in np.unique(heads["src"]):
             own = heads["src"] == src
             own &= plain | ~(own & plain).any()
@@ -135,7 +135,7 @@ class Summary:
 def summarize(
     log: imc.Log, progress: ReportShare | None = None, also: Iterable[Callable[[Block], object]] = ()
 ) -> Summary:
-    """Read a log once and sum it up. `progress` hears the share that is read, `also` all packets."""
+    """Read a log once and sum it up. `progress` gets the share read, 0 to 1; each of `also` gets all packets."""
     summary = Summary(log.path, log.schema, log.schema_source, log.path.stat().st_size)
     for block in blocks(log, summary.losses, progress):
         summary.add(block)
@@ -147,7 +147,7 @@ def summarize(
 
 
 def _extent(times: Array, begins: Array) -> tuple[Array, Array]:
-    """First and last time of each group, those of a stopped clock (before 1970, not a number) left out."""
+    """First and last time of each group, without those of a stopped clock (before 1970, not finite)."""
     good = np.isfinite(times) & (times > 0.0)
     return (
         np.minimum.reduceat(np.where(good, times, np.inf), begins),

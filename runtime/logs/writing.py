@@ -1,4 +1,4 @@
-"""Writes the folder of a log: packets as they are, and the definitions that belong to them."""
+"""Writes the folder of a log: unchanged packets, and their definitions."""
 
 import shutil
 from collections.abc import Generator
@@ -14,9 +14,9 @@ DATA = "Data.lsf.gz"
 
 @contextmanager
 def new_log(folder: Path, source: imc.Log | None = None) -> Generator[LsfWriter]:
-    """A new folder with the definitions of `source` (of this version without one); what is written goes to its data.
+    """A new log folder with the definitions of `source` (built-in ones without it), and the writer of its packets.
 
-    Where it fails, nothing is left behind. Raises FileExistsError where there is something already, OSError.
+    If anything fails, the folder is removed. Raises FileExistsError if it exists already, OSError.
     """
     folder.mkdir(parents=True)
     try:
@@ -34,7 +34,7 @@ def new_log(folder: Path, source: imc.Log | None = None) -> Generator[LsfWriter]
 
 
 def schema_bytes(source: imc.Log | None) -> bytes:
-    """The definitions of a log as IMC.xml.gz: its own file, byte for byte, where it has one."""
+    """The definitions of a log as IMC.xml.gz; those of its own file, if it has one."""
     if source is None or source.schema_source is None:
         return gzip_member(imc.dump(source.schema if source else imc.builtin()), level=9)
     data = source.schema_source.read_bytes()

@@ -1,4 +1,4 @@
-"""Profiles: ini text to values that know their file and line."""
+"""Profiles: ini files read into values that know their file and line."""
 
 from runtime.profile.config import Config, Option, Section, items, statement, write
 from runtime.profile.dune import EVERY_TASK

@@ -1,4 +1,4 @@
-"""What an ini file says: sections of options that know where they were set, and how that is written back."""
+"""The contents of an ini file: sections of options that know where they were set; also writes them back."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -25,13 +25,13 @@ class Assignment(NamedTuple):
 class Option:
     """An option of a section; `history` has the assignments that were applied, oldest first.
 
-    An option of which only the attributes (scope, visibility, editable) are given has no history and an empty value.
+    If only its attributes (scope, visibility, editable) are given, it has no history and an empty value.
     """
 
     name: str
     attributes: dict[str, str] = field(default_factory=dict[str, str])
     history: list[Assignment] = field(default_factory=list[Assignment])
-    size: int = 0  # characters of the value, blanks around it included
+    size: int = 0  # characters of the value, including blanks around it
     _parts: list[str] = field(default_factory=list[str])
 
     @property
@@ -43,17 +43,17 @@ class Option:
 
     @property
     def origin(self) -> Origin:
-        """The assignment that had the last word."""
+        """The place of the last assignment."""
         return self.history[-1].origin if self.history else Origin("")
 
     @property
     def contributors(self) -> list[Origin]:
-        """The assignments that the value is made of: the last plain one and what extended or reduced it."""
+        """The places of the assignments that make up the value: the last plain one, and what extended or reduced it."""
         return list(dict.fromkeys(assignment.origin for assignment in self.history[self._start() :]))
 
     @property
     def overwritten(self) -> list[Origin]:
-        """The assignments that a later one made void, oldest first."""
+        """The places of the assignments that a later one replaced, oldest first."""
         kept = self.contributors
         return [o for o in dict.fromkeys(a.origin for a in self.history[: self._start()]) if o not in kept]
 
@@ -62,7 +62,7 @@ class Option:
         self.history.append(Assignment(origin, "="))
 
     def extend(self, text: str, origin: Origin) -> None:
-        """Add to the list, or set where nothing was set before."""
+        """Add to the list, or set the value if there is none yet."""
         if not self.history:
             self.set(text, origin)
             return
@@ -71,7 +71,7 @@ class Option:
         self.history.append(Assignment(origin, "+="))
 
     def reduce(self, text: str, origin: Origin) -> None:
-        """Take every occurrence of each item of `text` out, with the comma that follows it."""
+        """Remove every occurrence of each item of `text`, with the comma that follows it."""
         value = self.value
         for item in items(text):
             value = re.sub(re.escape(item) + ",?", "", value)
@@ -100,18 +100,18 @@ class Section:
         return next(iter(self.origins), Origin(""))
 
     def value(self, option: str, default: str = "") -> str:
-        """The text of an option, `default` where it is missing or empty."""
+        """The text of an option, `default` if it is missing or empty."""
         found = self.options.get(option)
         return (found.value if found else "") or default
 
     def open(self, option: str) -> Option:
-        """The option of this name, new where there is none."""
+        """The option of this name, created if missing."""
         return self.options.setdefault(option, Option(option))
 
 
 @dataclass(slots=True, eq=False)
 class Config:
-    """Everything that a file and the files it includes say, in the order of first mention."""
+    """The merged contents of a file and its includes, in the order of first mention."""
 
     sections: dict[str, Section] = field(default_factory=dict[str, Section])
     problems: list[Problem] = field(default_factory=list[Problem])
@@ -122,7 +122,7 @@ class Config:
         return [problem for problem in self.problems if problem.severity == "error"]
 
     def sorted_sections(self) -> list[Section]:
-        """The sections by the bytes of their names: DUNE's order of tasks."""
+        """The sections sorted by the bytes of their names: DUNE's order of tasks."""
         return sorted(self.sections.values(), key=lambda section: byte_order(section.name))
 
     def option(self, section: str, name: str) -> Option | None:
@@ -130,18 +130,18 @@ class Config:
         return found.options.get(name) if found else None
 
     def value(self, section: str, name: str, default: str = "") -> str:
-        """The text of an option, `default` where it is missing or empty."""
+        """The text of an option, `default` if it is missing or empty."""
         found = self.sections.get(section)
         return found.value(name, default) if found else default
 
     def open(self, section: str, origin: Origin) -> Section:
-        """The section of this name, new where there is none."""
+        """The section of this name, created if missing."""
         found = self.sections.setdefault(section, Section(section))
         found.origins.setdefault(origin)
         return found
 
     def options(self, section: str) -> list[Option]:
-        """The options of a section, none where there is no such section."""
+        """The options of a section, empty if there is no such section."""
         found = self.sections.get(section)
         return list(found.options.values()) if found else []
 
@@ -151,7 +151,7 @@ class Config:
 
 
 def write(sections: Mapping[str, Mapping[str, str]]) -> str:
-    """An ini file of these texts, in byte order. Raises ValueError where the grammar cannot carry a name or a text."""
+    """An ini file with these texts, in byte order. Raises ValueError if the grammar cannot hold a name or a text."""
     blocks: list[str] = []
     for name in sorted(sections, key=byte_order):
         options = sections[name]
@@ -161,21 +161,21 @@ def write(sections: Mapping[str, Mapping[str, str]]) -> str:
 
 
 def header(section: str) -> str:
-    """The line that opens a section. Raises ValueError where the grammar cannot carry the name."""
+    """The line that opens a section. Raises ValueError if the grammar cannot hold the name."""
     if not section or section != section.rstrip(BLANKS) or any(c in section for c in "]\n\0"):
-        raise ValueError(f"{quoted(section)} cannot be the name of a section: it is empty, or has a ] or a line end")
+        raise ValueError(f"{quoted(section)} cannot be the name of a section: it is empty, or has a ] or a line break")
     if section.startswith(("Include ", "Require ")):
         raise ValueError(f"{quoted(section)} cannot be the name of a section: it is a directive")
     return f"[{section}]\n"
 
 
 def statement(name: str, value: str, attributes: Mapping[str, str] | None = None) -> str:
-    """The lines that set an option, wrapped where the text allows. Raises ValueError where there are none."""
+    """The lines that set an option, wrapped if possible. Raises ValueError if the grammar cannot hold it."""
     if not name or any(c in name for c in "={\n\0") or name[0] in BLANKS + "[;#":
         raise ValueError(f"{quoted(name)} cannot be the name of an option")
     if any(c in value for c in COMMENTS + "\n\0"):
-        raise ValueError(f"{quoted(value)} cannot be a value: it has one of ; | # or a line end")
-    # DUNE strips a final + or - of the name, and no blanks before it.
+        raise ValueError(f"{quoted(value)} cannot be a value: it has one of ; | # or a line break")
+    # DUNE strips one final + or - from the name, but no blanks before it: an added + protects such a name.
     left = name + "+" if name[-1] in BLANKS + "+-" else name
     left += f" {{{braces(attributes)}}}" if attributes else ""
     pieces = _pieces(value.strip(BLANKS), WIDTH - len(left) - 3)
@@ -199,7 +199,7 @@ def byte_order(name: str) -> bytes:
 
 
 def is_raw(text: str) -> bool:
-    """Whether the text has bytes that are no UTF-8."""
+    """Whether the text has bytes that are not UTF-8."""
     return not text.isascii() and any("\udc80" <= c <= "\udcff" for c in text)
 
 
@@ -216,7 +216,7 @@ def _section_lines(section: Section) -> Iterator[str]:
 
 
 def _pieces(value: str, width: int) -> list[str]:
-    """The value cut at single blanks, near a width, where the rest is read as a continuation."""
+    """The value cut at single blanks, near `width`, only where the rest reads as a continuation."""
     if value.startswith("$("):
         if "{" in value or "=" in value:
             raise ValueError(f"{quoted(value)} would be read as a reference")

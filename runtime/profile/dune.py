@@ -1,4 +1,4 @@
-"""What DUNE's ini files have besides the tasks of Shoal: data sections, general options, and tasks of its own."""
+"""Names that DUNE's ini files use: data sections, general options, task groups and tasks."""
 
 DATA_SECTIONS = (
     "General",
@@ -20,17 +20,17 @@ DATA_PREFIX = "VSIM/Model/"
 GENERAL = {
     "Vehicle": ("", "Name of the system; [IMC Addresses] has its id."),
     "Vehicle Type": ("", "Name of the simulated model."),
-    "Bus": ("", "What carries messages between processes: inprocess or zenoh."),
-    "Start Time": ("", "When virtual time begins, ISO 8601."),
-    "Seed": ("1", "Seed of all random numbers; a log's Config.ini has the one of its run."),
-    "Plan": ("", "Checksum of the plan that shoal mission asked for; in a log's Config.ini."),
-    "Selected": ("", "Modes that were selected with -p; in a log's Config.ini."),
-    "CPU Usage - Maximum": ("%", "Load of the processor that is too high."),
-    "CPU Usage - Moving Average Samples": ("1", "Number of samples of the load's average."),
-    "Absolute Maximum Depth": ("m", "Depth that the vehicle must not go beyond."),
-    "Absolute Minimum Altitude": ("m", "Altitude that the vehicle must not go below."),
-    "Absolute Maximum Altitude": ("m", "Altitude that an aerial vehicle must not go above."),
-    "Underwater Depth Threshold": ("m", "Depth from which on the vehicle is under water."),
+    "Bus": ("", "Transport between processes: inprocess or zenoh."),
+    "Start Time": ("", "Start of virtual time, ISO 8601."),
+    "Seed": ("1", "Seed of all random numbers; recorded in a log's Config.ini."),
+    "Plan": ("", "Checksum of the plan that shoal mission requested; recorded in a log's Config.ini."),
+    "Selected": ("", "Modes selected with -p; recorded in a log's Config.ini."),
+    "CPU Usage - Maximum": ("%", "Processor load that counts as too high."),
+    "CPU Usage - Moving Average Samples": ("1", "Number of samples in the average of the load."),
+    "Absolute Maximum Depth": ("m", "Maximum depth of the vehicle."),
+    "Absolute Minimum Altitude": ("m", "Minimum altitude of the vehicle."),
+    "Absolute Maximum Altitude": ("m", "Maximum altitude of an aerial vehicle."),
+    "Underwater Depth Threshold": ("m", "Depth beyond which the vehicle counts as under water."),
     "Maximum Underwater RPMs": ("rpm", "Highest speed of the motor under water."),
     "Maximum Absolute Speed": ("m/s", "Highest speed of the vehicle."),
     "Speed Conversion -- Actuation": ("%", "Actuations of the speed model."),
@@ -38,7 +38,7 @@ GENERAL = {
     "Speed Conversion -- MPS": ("m/s", "Speeds of the speed model."),
     "Power Model -- Conversion - Watt": ("W", "Powers of the power model."),
     "Power Model -- Conversion - RPM": ("rpm", "Motor speeds of the power model."),
-    "Time Of Arrival Factor": ("s", "How long before a waypoint it counts as near."),
+    "Time Of Arrival Factor": ("s", "Time before arrival at which a waypoint counts as near."),
     "Recovery Plan": ("", "Plan that brings the vehicle back."),
     "Battery Packs": ("1", "Number of battery packs."),
     "Battery Capacity": ("Wh", "Capacity of the batteries."),

@@ -1,4 +1,4 @@
-"""Where profiles are: the folders that are searched for a name."""
+"""Finds profiles by name in a list of folders."""
 
 import os
 from collections.abc import Iterable
@@ -8,27 +8,27 @@ from runtime.problem import Problem, ProfileError, quoted, suggestion
 
 
 def own_etc() -> Path:
-    """Shoal's own profiles: inside the package where it is installed, beside it in a checkout."""
+    """Shoal's own profiles: inside the installed package, or next to it in a checkout."""
     package = Path(__file__).parents[1]
     installed = package / "etc"
     return installed if installed.is_dir() else package.parent / "etc"
 
 
 def user_etc() -> Path:
-    """The user's own folder: SHOAL_ETC, else shoal/etc in the folder of configurations (XDG)."""
+    """The user's profiles: SHOAL_ETC, else shoal/etc in the XDG configuration folder."""
     if named := os.environ.get("SHOAL_ETC"):
         return Path(named)
     return Path(os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config"), "shoal/etc")
 
 
 def search_path(config_dirs: Iterable[str | Path] = ()) -> list[Path]:
-    """The folders in which a profile is looked for, first come, first served."""
+    """The folders searched for a profile; the first match wins."""
     folders = [*map(Path, config_dirs), Path(), Path("etc"), user_etc(), own_etc()]
     return list(dict.fromkeys(folders))
 
 
 def available(config_dirs: Iterable[str | Path] = ()) -> dict[str, Path]:
-    """The profiles by name: files, not folders of that name."""
+    """The files of all profiles by name."""
     found: dict[str, Path] = {}
     for folder in search_path(config_dirs):
         for path in sorted(folder.glob("*.ini")):
@@ -38,9 +38,9 @@ def available(config_dirs: Iterable[str | Path] = ()) -> dict[str, Path]:
 
 
 def find_profile(name: str | Path, config_dirs: Iterable[str | Path] = ()) -> Path:
-    """The file of a profile: a name is looked for in the folders, the path of an .ini file is taken as it is.
+    """The file of a profile: a name is searched for in the folders, the path of an .ini file is used as is.
 
-    Raises ProfileError where there is none, or where a name leads out of the folders.
+    Raises ProfileError if there is none, or if a name leads out of the folders.
     """
     text = os.fspath(name)
     if text.endswith(".ini"):
@@ -51,7 +51,7 @@ def find_profile(name: str | Path, config_dirs: Iterable[str | Path] = ()) -> Pa
         text = text.removesuffix(".ini")
     parts = PurePath(text).parts
     if not parts or not text.isprintable() or text.startswith(("/", "~")) or ".." in parts or "\\" in text:
-        raise _refusal(text, "this is not the name of a profile", "give a name, or the path of an .ini file")
+        raise _refusal(text, "not a profile name", "give a name, or the path of an .ini file")
     config_dirs = list(config_dirs)
     for folder in search_path(config_dirs):
         path = folder / f"{text}.ini"

@@ -18,10 +18,10 @@ _NEARLY_DIRECTIVE = re.compile(r"\s*(include|require)\b", re.IGNORECASE)
 
 
 class Lines:
-    """Takes the lines of one file, in order, into a Config.
+    """Reads the lines of one file, in order, into a Config.
 
-    `include(name, required)` is called for a directive. What DUNE reads otherwise than it looks is read as DUNE does
-    and reported as a warning; an error costs its line. `raw` has the numbers of lines with bytes that are not UTF-8.
+    `include(name, required)` is called for a directive. A line that DUNE reads differently than it looks is read as in
+    DUNE, with a warning; a line with an error is skipped. `raw` lists the lines with bytes that are not UTF-8.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class Lines:
         self._reduced = False
 
     def feed(self, number: int, line: str) -> None:
-        """One line, blanks around it taken away; neither empty nor a comment."""
+        """Read one line, without blanks around it; neither empty nor a comment."""
         self.origin = Origin(self.origin.file, number)
         left, equals, right = line.partition("=")
         if line[0] == "[":
@@ -54,7 +54,7 @@ class Lines:
         elif only := _ATTRIBUTES_ONLY.fullmatch(line):
             self._attribute(only[1].rstrip(BLANKS), only[2])
         elif line[0] == "|":
-            self.error("a line that begins with | is neither comment nor text", "a comment begins with # or ;")
+            self.error("a line that begins with | is neither a comment nor text", "a comment begins with # or ;")
         else:
             self._continue(line)
 
@@ -88,7 +88,7 @@ class Lines:
             self._include(name[8:].strip(BLANKS), name.startswith("Require "))
             return
         if near := _NEARLY_DIRECTIVE.match(name):
-            self.warn(f"[{name}] opens a section, it includes nothing", f"write [{near[1].capitalize()} FILE.ini]")
+            self.warn(f"[{name}] opens a section and includes nothing", f"write [{near[1].capitalize()} FILE.ini]")
         elif name[0] in BLANKS:
             self.warn(f"the name of section [{name}] begins with a blank", f"write [{name.strip(BLANKS)}]")
         self._section = self._config.open(name, self.origin)
@@ -109,9 +109,7 @@ class Lines:
             good = name.rstrip(BLANKS)
             self.warn(f"this sets {quoted(name)} with the blank, not {quoted(good)}", f"write {good}{mark} =")
         if _COMMENT.search(name):
-            self.warn(
-                f"this line sets the option {quoted(name)}", "a comment behind text to be continued must not have a ="
-            )
+            self.warn(f"this line sets the option {quoted(name)}", "a comment after continued text must not have a =")
         self._note_cut(right)
         option = self._target(self._section, name)
         if brace:
@@ -130,12 +128,12 @@ class Lines:
             self._reduce(option, value)
         else:
             if mark == "-":
-                self.warn(f"{name} is not set before, so -= sets it to {quoted(value)}", f"write {name} = to set it")
+                self.warn(f"{name} was not set before, so -= sets it to {quoted(value)}", f"write {name} = to set it")
             option.set(value, self.origin)
 
     def _extend(self, option: Option, text: str) -> None:
         if option.history and not (option.size and text):
-            self.warn(f"{option.name} gets an empty item, since one side of += is empty", "take this line out")
+            self.warn(f"{option.name} gets an empty item, since one side of += is empty", "remove this line")
         option.extend(text, self.origin)
 
     def _reduce(self, option: Option, text: str) -> None:
@@ -159,13 +157,13 @@ class Lines:
             self.error(f"invalid reference: {text} is not set above", hint)
             return
         if not reference[3] or text[reference.end() :].strip(BLANKS):
-            self.warn(f"{quoted(text)} is read as the reference", f"write $({section}, {name})")
+            self.warn(f"{quoted(text)} is read as a reference", f"write $({section}, {name})")
         option.set(source.value, self.origin)
 
     def _attribute(self, name: str, text: str) -> None:
         self._note_raw(name, text)
         if self._section is None:
-            self.error(f"{quoted(name)} is described before any section", "put a [Section] line above")
+            self.error(f"{quoted(name)} has attributes before any section", "put a [Section] line above")
             return
         self._describe(self._target(self._section, name), text + "}")
 
@@ -177,7 +175,7 @@ class Lines:
             )
         elif rest.strip(BLANKS):
             self.warn(
-                f"{quoted(rest.strip(BLANKS))} behind the attributes of {option.name} is ignored",
+                f"{quoted(rest.strip(BLANKS))} after the attributes of {option.name} is ignored",
                 "put + or - before the {",
             )
         for item in items(inside):
@@ -185,7 +183,7 @@ class Lines:
             label, value = label.strip(BLANKS).lower(), value.strip(BLANKS)
             option.attributes[label] = value
             if not colon or label not in ATTRIBUTES:
-                self.warn(f"{quoted(item)} is no attribute", f"they are {', '.join(ATTRIBUTES)}, each with a value")
+                self.warn(f"{quoted(item)} is not an attribute", f"valid: {', '.join(ATTRIBUTES)}, each with a value")
             elif ATTRIBUTES[label] and value not in ATTRIBUTES[label]:
                 self.warn(f"{label} cannot be {quoted(value)}", f"it can be {', '.join(ATTRIBUTES[label])}")
 
@@ -215,7 +213,7 @@ class Lines:
     def _target(self, section: Section, name: str) -> Option:
         if self._behind_directive:
             self.warn(
-                f"{quoted(name)} is set behind [{section.name}] and reaches no section", "put a [Section] line above"
+                f"{quoted(name)} is set after [{section.name}], outside any section", "put a [Section] line above"
             )
         return section.open(name)
 
@@ -226,7 +224,7 @@ class Lines:
         return long
 
     def _note_cut(self, text: str) -> None:
-        """A # or | that may have been meant as a part of the value."""
+        """Warn of a # or | that may have been meant as part of the value."""
         cut = _COMMENT.search(text)
         if cut is None or cut[0] == ";":
             return
@@ -235,7 +233,7 @@ class Lines:
         if meant:
             self.warn(
                 f"the value ends before {quoted(cut[0])}: {quoted(kept.strip(BLANKS))}",
-                "a value cannot have ; | #; put blanks around the sign of a comment",
+                "a value cannot have ; | #; put blanks around the comment sign",
             )
 
     def _note_raw(self, *texts: str) -> None:

@@ -1,4 +1,4 @@
-"""Reads an ini file and the files that it includes, as DUNE does, and says what DUNE keeps silent about; writes one."""
+"""Reads an ini file and its includes as DUNE does, but reports what DUNE accepts silently; writes ini files."""
 
 import os
 import stat
@@ -17,10 +17,10 @@ MOST_ERRORS = 20  # in one file
 
 
 def parse(path: str | Path, config: Config | None = None, shared: Path | None = None) -> Config:
-    """Read a file and what it includes, on top of `config` where given. Never raises: see `Config.problems`.
+    """Read a file and what it includes, on top of `config` if given. Never raises: see `Config.problems`.
 
-    A file that is not where its directive says is looked for in the folder `shared` too.
-    What is wrong with one line costs that line. A file that cannot be read is an error.
+    An included file that is not found at its path is taken from the folder `shared`.
+    A line with an error is skipped. A file that cannot be read is an error.
     """
     config = Config() if config is None else config
     reader = _Reader(config, shared)
@@ -33,9 +33,9 @@ def parse(path: str | Path, config: Config | None = None, shared: Path | None = 
 
 
 def write_sections(path: Path, sections: Mapping[str, Mapping[str, str]]) -> None:
-    """Replace a file as a whole by these texts: a crash, also of the computer, leaves the old or the new one.
+    """Replace a file with these texts: a crash, even of the computer, leaves the complete old or new file.
 
-    Raises OSError, and ValueError where the grammar cannot carry a name or a text.
+    Raises OSError, and ValueError if the grammar cannot hold a name or a text.
     """
     data = write(sections).encode("utf-8", errors="surrogateescape")
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -54,7 +54,7 @@ def write_sections(path: Path, sections: Mapping[str, Mapping[str, str]]) -> Non
 
 
 def read_sections(path: str | Path) -> dict[str, dict[str, str]]:
-    """The values of a file as plain texts by section and option; empty where there is no such file."""
+    """The values of a file as plain texts by section and option; empty if there is no such file."""
     if not Path(path).exists():
         return {}
     return {
@@ -64,11 +64,11 @@ def read_sections(path: str | Path) -> dict[str, dict[str, str]]:
 
 
 class _Abandoned(Exception):
-    """A file that an included file requires is missing: the included file ends there."""
+    """A file that an included file requires is missing: the rest of the included file is skipped."""
 
 
 class _Reader:
-    """Reads files depth first, each as often as it is asked for, with bounds on how many and how deep."""
+    """Reads files depth first, each as often as it is included, with limits on number and depth."""
 
     def __init__(self, config: Config, shared: Path | None):
         self._config = config
@@ -78,18 +78,18 @@ class _Reader:
         self._count = 0
 
     def report(self, problem: Problem) -> None:
-        """Keep a problem; a file that is read twice has its problems once."""
+        """Keep a problem; a file that is read twice reports its problems once."""
         if problem not in self._reported:
             self._reported.add(problem)
             self._config.problems.append(problem)
 
     def read(self, path: str, asked: Origin, *, included: bool) -> None:
-        """Read one file; `asked` is where its directive stands. Raises OSError where it cannot be read."""
+        """Read one file; `asked` is the place of its directive. Raises OSError if it cannot be read."""
         real = os.path.realpath(path)
         if real in self._chain:
             chain = " → ".join([*self._chain.values(), path])
             self.report(
-                Problem("error", *asked, f"the files include each other in a circle: {chain}", "take this line out")
+                Problem("error", *asked, f"the files include each other in a circle: {chain}", "remove this line")
             )
             return
         if len(self._chain) >= DEEPEST:
@@ -158,7 +158,7 @@ class _Reader:
             elif not included:
                 lines.error(f"{text}, and it is required", hint)
             else:
-                lines.warn(f"{text}; the rest of this included file is left out, as DUNE does", hint)
+                lines.warn(f"{text}; the rest of this included file is skipped, as in DUNE", hint)
                 raise _Abandoned from None
         except _Abandoned:
             if required:
@@ -174,7 +174,7 @@ def _unfit(line: bytes) -> tuple[str, str] | None:
 
 
 def _contents(path: str) -> bytes:
-    """Raises OSError where there is no regular file of a sensible size."""
+    """The bytes of a file. Raises OSError if it is not a regular file or larger than `LARGEST_FILE`."""
     status = os.stat(path)
     if not stat.S_ISREG(status.st_mode):
         raise OSError("it is a folder" if stat.S_ISDIR(status.st_mode) else "it is not a regular file")
@@ -185,7 +185,7 @@ def _contents(path: str) -> bytes:
 
 
 def _tidy(path: str) -> str:
-    """The path without a/../, where that is the same file."""
+    """The path without a/../, if that is the same file: a may be a symbolic link."""
     tidy = os.path.normpath(path)
     return tidy if os.path.realpath(tidy) == os.path.realpath(path) else path
 

@@ -1,4 +1,4 @@
-"""A profile: the ini file of a vehicle with all that it includes, and what it says of vehicle, tasks and systems."""
+"""A profile: the ini file of a vehicle with its includes; its settings of vehicle, tasks and systems."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -8,6 +8,7 @@ from typing import Literal, TypeVar
 
 from fastcrc import crc16
 
+from imc.addresses import UNKNOWN_SYSTEM
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
 from runtime.profile.config import BLANKS, Config, header, items, statement
 from runtime.profile.folders import find_profile, own_etc
@@ -22,7 +23,6 @@ BUILT_IN = {
 }
 BUSES = ("inprocess", "zenoh")
 START_TIME = "2026-01-01T00:00:00Z"
-UNKNOWN_SYSTEM = 0xFFFF
 ENTITY_IDS = "Entity Ids"
 
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
@@ -39,10 +39,10 @@ def load_profile(
     overrides: Iterable[str] = (),
     strict: bool = True,
 ) -> "Profile":
-    """Read a profile by its name or path, then `<vehicle>-saved.ini` beside it and in `saved`, then overrides.
+    """Read a profile by its name or path, then `<vehicle>-saved.ini` next to it and in `saved`, then overrides.
 
-    `vehicle` replaces `[General] Vehicle`. Raises ProfileError where there is no such profile, an override is none, or
-    the files have errors and `strict` is set. Saved parameters never have errors, only warnings.
+    `vehicle` replaces `[General] Vehicle`. Raises ProfileError if there is no such profile, an override is malformed,
+    or the files have errors and `strict` is set. Errors in saved parameters are only warnings.
     """
     path = find_profile(name, config_dirs)
     profile = Profile(path, parse(path, shared=own_etc()))
@@ -71,12 +71,12 @@ class Profile:
 
     @property
     def problems(self) -> list[Problem]:
-        """What is wrong with the files; what is wrong with the values, `check` finds."""
+        """The problems of the files; `check` finds those of the values."""
         return self.config.problems
 
     @property
     def vehicle(self) -> str:
-        """The system's name; that of the profile where it is not given."""
+        """The system's name, by default the profile's."""
         return self.config.value("General", "Vehicle", self.name)
 
     @property
@@ -98,15 +98,15 @@ class Profile:
 
     @property
     def bus(self) -> Literal["inprocess", "zenoh"]:
-        """What carries messages between processes. Raises ProfileError."""
+        """The transport between processes. Raises ProfileError."""
         text = self.config.value("General", "Bus", BUSES[0])
         if text == "zenoh" or text == "inprocess":
             return text
-        raise self._error("General", "Bus", f"there is no bus {quoted(text)}", suggestion(text, BUSES))
+        raise self._error("General", "Bus", f"unknown bus {quoted(text)}", suggestion(text, BUSES))
 
     @property
     def start_time_ns(self) -> int:
-        """When virtual time begins, in nanoseconds since 1970 UTC. Raises ProfileError."""
+        """The start of virtual time, in nanoseconds since 1970 UTC. Raises ProfileError."""
         text = self.config.value("General", "Start Time", START_TIME)
         try:
             time = datetime.fromisoformat(text)
@@ -120,11 +120,11 @@ class Profile:
 
     @property
     def start_time(self) -> float:
-        """When virtual time begins, in seconds since 1970 UTC. Raises ProfileError."""
+        """The start of virtual time, in seconds since 1970 UTC. Raises ProfileError."""
         return self.start_time_ns / 1e9
 
     def start_at(self, time_ns: int) -> None:
-        """Have virtual time begin at a time (ns since 1970 UTC), to the microsecond."""
+        """Set the start of virtual time (ns since 1970 UTC), cut to microseconds."""
         time = _EPOCH + timedelta(microseconds=time_ns // 1000)
         self.override(f"General:Start Time={time.isoformat()}")
 
@@ -138,29 +138,27 @@ class Profile:
 
     @property
     def entity_ids(self) -> dict[str, int]:
-        """The ids of entities that the section [Entity Ids] gives, as that of a log does. Raises ProfileError."""
+        """The entity ids in [Entity Ids], a section that a log's Config.ini has. Raises ProfileError."""
         found: dict[str, int] = {}
         for option in self.config.options(ENTITY_IDS):
             if not option.value.isdecimal() or not 1 <= int(option.value) <= 254 or int(option.value) in found.values():
                 text = f"{quoted(option.value)} cannot be the id of {quoted(option.name)}"
-                raise self._error(ENTITY_IDS, option.name, text, "a number from 1 to 254 that no other entity has")
+                raise self._error(ENTITY_IDS, option.name, text, "use a number from 1 to 254 that no other entity has")
             found[option.name] = int(option.value)
         return found
 
     @property
     def modes(self) -> dict[str, str]:
-        """What can be selected with -p, and what it means: DUNE's profiles, and those that [Profiles] declares."""
+        """The modes that -p can select and their meaning: DUNE's own, and those declared in [Profiles]."""
         return BUILT_IN | {option.name: option.value for option in self.config.options("Profiles")}
 
     def select(self, names: str | Iterable[str]) -> frozenset[str]:
-        """The selected modes, a list or separated by commas. Raises ProfileError for one that is not declared."""
+        """The selected modes, from a list or separated by commas. Raises ProfileError for an unknown one."""
         chosen = items(names) if isinstance(names, str) else [name for text in names for name in items(text)]
         for name in chosen:
             if name not in self.modes:
                 hint = suggestion(name, self.modes)
-                raise ProfileError(
-                    [Problem("error", str(self.path), 0, f"there is no mode {quoted(name)} to select", hint)]
-                )
+                raise ProfileError([Problem("error", str(self.path), 0, f"unknown mode {quoted(name)}", hint)])
         return frozenset(chosen)
 
     def enabled(self, section: str, selected: Iterable[str] = ()) -> bool:
@@ -168,7 +166,7 @@ class Profile:
         return not {ALWAYS, *selected}.isdisjoint(items(self.config.value(section, "Enabled")))
 
     def tasks(self, find_task: Callable[[str], T | None], selected: Iterable[str] | None = None) -> dict[str, T]:
-        """What `find_task` gives for each section that is a task, in DUNE's order; of enabled ones if `selected`."""
+        """What `find_task` returns for each task section, in DUNE's order; only enabled ones if `selected`."""
         found: dict[str, T] = {}
         for section in self.config.sorted_sections():
             wanted = selected is None or self.enabled(section.name, selected)
@@ -177,7 +175,7 @@ class Profile:
         return found
 
     def value(self, section: str, option: str, default: str = "") -> str:
-        """The text of an option of any section, `default` where it is missing or empty."""
+        """The text of an option of any section, `default` if it is missing or empty."""
         return self.config.value(section, option, default)
 
     def options(self, section: str) -> dict[str, str]:
@@ -185,15 +183,16 @@ class Profile:
         return {o.name: o.value for o in self.config.options(section) if o.history and o.name != "Enabled"}
 
     def override(self, assignment: str) -> None:
-        """Take "Section:Option=value", as --set gives it. Raises ProfileError where it is none."""
+        """Apply "Section:Option=value", the form of --set. Raises ProfileError if it is malformed."""
         left, equals, value = assignment.partition("=")
         colons = [index for index, character in enumerate(left) if character == ":"]
+        # A section's name may contain colons, so an existing section decides where the name ends.
         known = [index for index in colons if left[:index].strip(BLANKS) in self.config.sections]
         at = (known or colons or [0])[0]
         section, option, value = left[:at].strip(BLANKS), left[at + 1 :].strip(BLANKS), value.strip(BLANKS)
         try:
             if not equals or not colons:
-                raise ValueError("it must be Section:Option=value, such as 'Simulators.GPS:Enabled=Always'")
+                raise ValueError("it must be Section:Option=value, such as 'General:Seed=7'")
             header(section)
             statement(option, value)
         except ValueError as error:
@@ -201,7 +200,7 @@ class Profile:
         self.config.open(section, COMMAND_LINE).open(option).set(value, COMMAND_LINE)
 
     def add_saved(self, path: Path) -> None:
-        """Read saved parameters on top, where there are any; what is wrong with them is a warning."""
+        """Read saved parameters on top, if the file exists; errors in it become warnings."""
         if not path.exists():
             return
         before = len(self.config.problems)
@@ -210,7 +209,7 @@ class Profile:
         self.config.problems[before:] = [replace(p, severity="warning") if p.severity == "error" else p for p in found]
 
     def vehicle_problem(self) -> Problem | None:
-        """Why the vehicle's name, which names folders and files, cannot be one."""
+        """Why the vehicle's name cannot name folders and files; None if it can."""
         name = self.vehicle
         if name.isprintable() and len(name) <= 100 and name[0] != "." and not any(c in name for c in '/\\:*?"<>'):
             return None
@@ -218,13 +217,13 @@ class Profile:
         return self._error("General", "Vehicle", text, "use letters, digits, - and _").problems[0]
 
     def refuse_errors(self) -> None:
-        """Raise ProfileError where the files, or the vehicle's name in them, have errors."""
+        """Raise ProfileError if the files or the vehicle's name have errors."""
         problem = self.vehicle_problem()
         if errors := [*self.config.errors, *([problem] if problem else [])]:
             raise ProfileError(errors)
 
     def dump(self) -> str:
-        """The effective configuration as an ini file; bytes that are not UTF-8 are in it as surrogate escapes."""
+        """The effective configuration as an ini file; non-UTF-8 bytes are surrogate escapes."""
         return f"# The effective configuration of {quoted(self.vehicle)}.\n\n{self.config.dump()}"
 
     def _error(self, section: str, option: str, text: str, hint: str) -> ProfileError:
@@ -234,18 +233,18 @@ class Profile:
 
 
 def default_label(section: str) -> str:
-    """The entity label of a task that is given none: the last part of its section, "GPS" or "IMU/AHRS"."""
+    """The default entity label of a task: the last part of its section, "GPS" or "IMU/AHRS"."""
     name, slash, instance = section.partition("/")
     return name.rpartition(".")[2] + slash + instance
 
 
 def parse_address(text: str) -> int:
-    """The id that a line of [IMC Addresses] gives. Raises ValueError."""
+    """The id in a line of [IMC Addresses]. Raises ValueError."""
     return Parameter(None, "", "", type=int, minimum=0, maximum=0xFFFF).parse(text or "none")
 
 
 def derived_id(name: str) -> int:
-    """DUNE's id of a system that no table has: from the CRC-16 of its name, with bits 15 and 13 set."""
+    """DUNE's id of a system without an address: from the CRC-16 of its name, with bits 15 and 13 set."""
     if name in ("", "unknown"):
         return UNKNOWN_SYSTEM
     return 0xA000 | (crc16.arc(name.encode(errors="surrogateescape")) & 0x1FFF)

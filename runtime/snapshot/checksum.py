@@ -1,4 +1,4 @@
-"""Tells whether a task that was brought back is where it was: what can be seen of it, as a checksum."""
+"""A checksum of a task's visible state, which shows whether a replayed journal has led to the saved state."""
 
 import zlib
 from collections import deque
@@ -21,9 +21,10 @@ LARGEST = 1 << 63
 
 
 def state_checksum(task: Task, timers: list[Timer]) -> int:
-    """A checksum of a task's attributes, of its calls that are due, and of where its scripts wait and what they hold.
+    """A checksum of a task: attributes, parameters, ticks, pending calls, subscriptions, entities, waiting scripts.
 
-    What a snapshot cannot take, such as an iterator, counts by its type. The order of a set does not count.
+    A script counts by the line where it waits and its local variables; a value that a snapshot cannot contain, such as
+    an iterator, by its type. The order of a set does not count.
     """
     vehicle = task.vehicle
     outline = _Outline({id(part): name for name, part in parts(vehicle)}, timers)
@@ -43,7 +44,7 @@ def state_checksum(task: Task, timers: list[Timer]) -> int:
 
 
 class _Outline:
-    """Values as lists of numbers and bytes, what is no state by its name."""
+    """Turns values into lists of numbers and bytes; what belongs to the vehicle counts by its name."""
 
     def __init__(self, named: Mapping[int, str], timers: list[Timer]):
         self._named = named

@@ -1,4 +1,4 @@
-"""Keeps what enters the tasks that run scripts, so that a snapshot lets them live through it again."""
+"""Records the inputs of tasks with scripts, so that a snapshot can replay them."""
 
 import inspect
 import zlib
@@ -16,10 +16,10 @@ from runtime.snapshot.values import SnapshotError
 from runtime.task import Task
 from runtime.vehicle import Vehicle
 
-MANY = 256  # entries that are packed, or forgotten where no script runs
+MANY = 256  # entries after which a journal is packed, or begins again if no script runs
 LARGEST_CHUNK = 1 << 26  # bytes
 TIMER, CHANGED, SET = "", "!changed", "!set"
-"""What an entry names in place of a method: the next timer that is due, values to be followed, values that are set."""
+"""Entries without a method: the next due timer; parameters changed with `reconfigured`; parameters only set."""
 
 JournalEntry = tuple[int, int | str, tuple[Any, ...]]
 PlainJournalEntry = tuple[int, int | str, list[Any]]
@@ -27,10 +27,10 @@ TaskValues = tuple[dict[str, Any], list[dict[str, Any]], bool]
 
 
 class Past(msgspec.Struct, array_like=True):
-    """A task at a time (ns) before it ran a script, and all that has entered it since.
+    """The state of a task at a time (ns) when it ran no script, and its inputs since then.
 
-    entities: label, state, description and whether it has told its state. `likeness` tells whether what came of it is
-    the same.
+    entities: label, state, description, and whether the task has reported the state. checksum: that of the task when
+    the snapshot was taken, which the replay has to reach.
     """
 
     time: int
@@ -38,18 +38,22 @@ class Past(msgspec.Struct, array_like=True):
     timers: list[TimerState]
     entities: list[tuple[str, int, str, bool]]
     chunks: list[bytes]
-    likeness: int = 0
+    checksum: int = 0
 
 
 class JournalChunk(msgspec.Struct, array_like=True):
-    """Entries: time (ns), method or number of the subscription, arguments; those that are messages by number."""
+    """Entries: time (ns), method or number of the handler, arguments. A message is an index into `packets`."""
 
     packets: list[bytes]
     entries: list[PlainJournalEntry]
 
 
 class Journal:
-    """What has entered one task since its last moment without a script."""
+    """The state of one task at its last recorded moment without a script, and its inputs since then.
+
+    A waiting coroutine cannot be saved as plain values. A task with a running script is therefore saved as this earlier
+    state, and the replay of its inputs brings the coroutine to the same line.
+    """
 
     def __init__(self, task: Task):
         self.task = task
@@ -61,7 +65,7 @@ class Journal:
         self.values: TaskValues = _values(task)
 
     def begin(self, time: int, hears: list[Subscription], timers: list[Timer]) -> None:
-        """Forget all before now, where no script runs."""
+        """Begin again with the present state, in which no script runs."""
         self.begun = True
         self.entries.clear()
         self.handlers = [subscription.handler for subscription in hears]
@@ -79,7 +83,7 @@ class Journal:
             self.lose(str(error))
 
     def pack(self) -> None:
-        """Make the entries small."""
+        """Compress the entries."""
         try:
             if self.past is not None and self.entries:
                 self.past.chunks.append(self._packed())
@@ -88,16 +92,16 @@ class Journal:
         self.entries.clear()
 
     def lose(self, why: str) -> None:
-        """It is of no use until it begins anew."""
+        """Make the journal unusable until it begins again."""
         self.past, self.trouble = None, why
 
-    def saved(self, likeness: int) -> Past:
-        """All of it. Raises SnapshotError."""
+    def saved(self, checksum: int) -> Past:
+        """The journal up to now, with the present checksum of the task. Raises SnapshotError."""
         past = self.past
         if past is None:
             raise SnapshotError(f"{self.task.name} runs a script, and its journal was lost: {self.trouble}")
         chunks = [*past.chunks, self._packed()] if self.entries else list(past.chunks)
-        return Past(past.time, past.state, past.timers, past.entities, chunks, likeness)
+        return Past(past.time, past.state, past.timers, past.entities, chunks, checksum)
 
     def _packed(self) -> bytes:
         packets: list[bytes] = []
@@ -106,7 +110,7 @@ class Journal:
 
         def plain(value: object) -> Any:
             if not isinstance(value, imc.Message):
-                return [writer.write(value, f"{self.task.name}: what it was told")]
+                return [writer.write(value, f"{self.task.name}: an argument")]
             if id(value) not in places:
                 places[id(value)] = len(packets)
                 packets.append(imc.encode(value))
@@ -117,9 +121,9 @@ class Journal:
 
 
 class Journals:
-    """The journals of all tasks of a vehicle whose classes have async methods, kept from when this is made.
+    """The journals of all tasks of a vehicle whose classes have async methods, from construction on.
 
-    A run pays for it, so only one that is to be saved has it. Raises SnapshotError where vehicles share a kernel.
+    They slow a run down, so only a run that takes snapshots has them. Raises SnapshotError if vehicles share a kernel.
     """
 
     def __init__(self, vehicle: Vehicle):
@@ -131,8 +135,9 @@ class Journals:
         self._changed: int | None = None
         self._journals = {id(task): Journal(task) for task in vehicle.tasks if _has_scripts(type(task))}
         self._handlers: dict[int, tuple[Journal, int]] = {}
-        vehicle.bus.witness = self
-        vehicle.kernel.witness = self._note
+        vehicle.journals = self
+        vehicle.bus.instruments.append(self)
+        vehicle.kernel.instruments.append(self)
 
     def of(self, task: Task) -> Journal:
         """The journal of a task. Raises SnapshotError."""
@@ -140,10 +145,10 @@ class Journals:
         try:
             return self._journals[id(task)]
         except KeyError:
-            raise SnapshotError(f"{task.name} runs a script that is no method of its class") from None
+            raise SnapshotError(f"{task.name} runs a script that is not a method of its class") from None
 
     def take_over(self, task: Task, past: Past, handlers: list[Callable[..., object]]) -> None:
-        """Go on with the journal of a task that has lived through it."""
+        """Continue the journal of a task that has just replayed it."""
         journal = self._journals[id(task)]
         journal.past, journal.entries, journal.values = past, [], _values(task)
         journal.begun, journal.handlers = True, handlers
@@ -151,7 +156,11 @@ class Journals:
             self._handlers[id(handler)] = journal, number
 
     def subscribed(self, subscription: Subscription) -> None:
-        """Number the subscriptions of each task."""
+        """Number the handlers of each task.
+
+        Those of scripts are local functions, which no name in a file could identify. A replay makes the same
+        subscriptions in the same order, so their numbers do.
+        """
         task = task_of(subscription)
         journal = self._journals.get(id(task))
         if journal is not None:
@@ -159,13 +168,14 @@ class Journals:
             journal.handlers.append(subscription.handler)
 
     def reconfigured(self, owner: object) -> None:
-        """Note the parameters that a task follows from now on."""
+        """Record the parameters that a task uses from now on."""
         journal = self._journals.get(id(owner))
         if journal is not None:
             journal.values = _values(journal.task)
             journal.entries.append((self._kernel.now_ns, CHANGED, (journal.values[0],)))
 
-    def _note(self, function: Callable[..., object], args: tuple[Any, ...]) -> None:
+    def calling(self, function: Callable[..., object], args: tuple[Any, ...]) -> None:
+        """Record a call to a task."""
         now = self._kernel.now_ns
         timer = args[0] if args and isinstance(args[0], Timer) else None
         if self._changed is not None:
@@ -194,7 +204,7 @@ class Journals:
             journal.lose(f"it was called by {function!r}")
 
     def _settle(self) -> None:
-        """Note what else the Daemon has set: it pushes and pops the parameters of others, and activates them."""
+        """Record what the Daemon's last call has set: it changes other tasks directly, without a call by the kernel."""
         time, self._changed = self._changed, None
         if time is None:
             return
@@ -207,7 +217,11 @@ class Journals:
                 journal.entries.append((time, "activate" if active else "deactivate", ()))
 
     def _keep_short(self, now: int, popped: Timer | None) -> None:
-        """At the begin of a moment nothing but timers is due: what is long is packed, or forgotten."""
+        """Pack long journals, or begin them again.
+
+        Only at the first call of a moment: nothing but timers is due then, so the state of a task and its timers are
+        complete. `popped` is the timer of this call, which the kernel's queue no longer has.
+        """
         due: list[Timer] | None = None
         for journal in self._journals.values():
             if journal.begun and len(journal.entries) < MANY:
@@ -226,15 +240,15 @@ class Journals:
 
 
 def unpacked(chunk: bytes) -> JournalChunk:
-    """Raises SnapshotError."""
+    """The entries of a packed chunk. Raises SnapshotError."""
     try:
         unpacker = zlib.decompressobj()
         data = unpacker.decompress(chunk, LARGEST_CHUNK)
         if not unpacker.eof:
-            raise SnapshotError("this is no snapshot: a journal is cut off")
+            raise SnapshotError("not a valid snapshot: a journal is cut off")
         return msgspec.msgpack.decode(data, type=JournalChunk)
     except (zlib.error, msgspec.DecodeError) as error:
-        raise SnapshotError(f"this is no snapshot: {error}") from None
+        raise SnapshotError(f"not a valid snapshot: {error}") from None
 
 
 def _has_scripts(cls: type) -> bool:
@@ -243,7 +257,7 @@ def _has_scripts(cls: type) -> bool:
 
 
 def _values(task: Task) -> TaskValues:
-    """What others set: the values of all parameters, those that are pushed, and whether the task is active."""
+    """What others can set: the values of all parameters, those that are pushed, and whether the task is active."""
     activation = task.vehicle.activations.get(task.name)
     pushed = [dict(values) for values in task.parameter_set.pushed]
     return dict(task.parameter_set.snapshot()), pushed, activation is not None and activation.active

@@ -1,4 +1,4 @@
-"""Brings a task back into the midst of its scripts: it lives once more through what its journal has."""
+"""Restores a task whose scripts are waiting, by a replay of its journal."""
 
 from collections.abc import Callable
 from typing import Any
@@ -22,14 +22,16 @@ from runtime.task import State, Task
 
 
 def replay_journal(task: Task, past: Past) -> tuple[list[Timer], list[Callable[..., object]]]:
-    """Bring a task that hears nothing yet into the state behind its journal; what it publishes is kept by the bus.
+    """Replay the journal of a task that has no subscriptions yet; the bus holds back what the task publishes.
 
-    Its timers in their order, and the handlers of its subscriptions in the order of their numbers. The kernel's queue
-    is empty before and after. Raises SnapshotError, also where not the same came of it.
+    Returns its timers in the order in which they run, and its handlers by number. The kernel's queue is empty before
+    and after. Raises SnapshotError, also if the task does not reach the saved state.
     """
     vehicle, kernel = task.vehicle, task.vehicle.kernel
-    before, vehicle.bus.witness = vehicle.bus.witness, _Handlers(task)
-    handlers = vehicle.bus.witness.handlers
+    collector = _Handlers(task)
+    before = vehicle.bus.instruments
+    vehicle.bus.instruments = [collector]  # what is replayed must not enter the journal again
+    handlers = collector.handlers
     try:
         kernel.now_ns = past.time
         _begin(task, past)
@@ -39,20 +41,21 @@ def replay_journal(task: Task, past: Past) -> tuple[list[Timer], list[Callable[.
     except Exception as error:
         if isinstance(error, SnapshotError):
             raise
-        raise SnapshotError(f"{task.name} cannot be brought back: {type(error).__name__}: {error}") from error
+        raise SnapshotError(f"{task.name} cannot be restored: {type(error).__name__}: {error}") from error
     finally:
-        vehicle.bus.witness = before
+        vehicle.bus.instruments = before
         kernel.clear()
-    if state_checksum(task, timers) != past.likeness:
+    # A replay repeats the run only if the task depends on nothing but its inputs; otherwise refuse, and do not diverge.
+    if state_checksum(task, timers) != past.checksum:
         raise SnapshotError(
-            f"{task.name} cannot be brought back: it is not where it was. Another version wrote the snapshot, or a "
-            "script depends on more than what its task hears, its timers and its own state"
+            f"{task.name} cannot be restored: the replay of its journal ended in another state. Another version wrote "
+            "the snapshot, or a script depends on more than the messages, timers and state of its task"
         )
     return timers, handlers
 
 
 class _Handlers:
-    """The handlers of a task by the numbers of its subscriptions."""
+    """The handlers of a task, in the order of their subscriptions."""
 
     def __init__(self, task: Task):
         self.handlers: list[Callable[..., object]] = []
@@ -63,7 +66,7 @@ class _Handlers:
             self.handlers.append(subscription.handler)
 
     def reconfigured(self, owner: object) -> None:
-        """Part of what it lives through."""
+        """Does nothing: the journal has the change."""
 
 
 def _begin(task: Task, past: Past) -> None:
@@ -72,6 +75,8 @@ def _begin(task: Task, past: Past) -> None:
     for label, state, description, stateful in past.entities:
         entity = entities[label]
         entity.state, entity.description, entity.stateful = State(state), description, stateful
+    # Timers first, still empty, because attributes refer to them by index. They are stored in the order in which they
+    # run, which decides between timers of the same time.
     timers = [kernel.at(state.time, nothing) for state in past.timers]
     reader = reader_for(task.vehicle, timers)
     connect(task, past.state, reader)
@@ -80,7 +85,7 @@ def _begin(task: Task, past: Past) -> None:
         task.begin_ticking()
         for timer in kernel.timers():
             if timer not in queue:
-                timer.cancel()
+                timer.cancel()  # the saved timers include those of the tickers
     restore_task(task, past.state, reader)
     for timer, state in zip(timers, past.timers, strict=True):
         restore_timer(timer, state, reader)
@@ -93,7 +98,7 @@ def _live(task: Task, data: bytes, handlers: list[Callable[..., object]]) -> Non
     reader = reader_for(task.vehicle, [])
     for time, key, words in chunk.entries:
         if time < kernel.now_ns:
-            raise SnapshotError("this is no snapshot: a journal goes back in time")
+            raise SnapshotError("not a valid snapshot: a journal goes back in time")
         kernel.now_ns = time
         args: list[Any] = [messages[word] if isinstance(word, int) else reader.read(word[0]) for word in words]
         if isinstance(key, int):
@@ -101,7 +106,7 @@ def _live(task: Task, data: bytes, handlers: list[Callable[..., object]]) -> Non
         elif key == TIMER:
             timer = kernel.take(task)
             if timer is None or timer.function is None:
-                raise SnapshotError(f"{task.name} cannot be brought back: a timer is missing")
+                raise SnapshotError(f"{task.name} cannot be restored: a timer is missing")
             timer.function(*timer.args)
         elif key == CHANGED:
             task.parameter_set.restore(args[0])

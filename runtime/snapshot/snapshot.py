@@ -1,4 +1,4 @@
-"""Saves a virtual run between two moments, and goes on from there."""
+"""Saves a virtual run between two moments, and continues it from there."""
 
 import zlib
 from collections.abc import Callable
@@ -9,7 +9,7 @@ import msgspec
 
 from runtime.kernel import SECOND, Timer, nanoseconds
 from runtime.snapshot.checksum import state_checksum
-from runtime.snapshot.journal import Journals, Past
+from runtime.snapshot.journal import Past
 from runtime.snapshot.scripts import replay_journal
 from runtime.snapshot.state import (
     TaskState,
@@ -28,15 +28,16 @@ from runtime.snapshot.values import SnapshotError, StateWriter
 from runtime.task import Task
 from runtime.vehicle import Vehicle
 
-FORMAT = "shoal snapshot 3"
+FORMAT = "shoal snapshot 4"
 STATE, SUFFIX = "State-", ".msgpack"
 
 
 class Snapshot(msgspec.Struct):
-    """A vehicle at a time (ns), between what was due before it and what is due at it.
+    """A vehicle at a time (ns): all calls before this time are done, none at this time.
 
-    A task is in `tasks`, or in `pasts` where it runs a script. hears: whose turn it is among all subscriptions.
-    profile: what that says of parameters which the configuration has changed, by task and ini name.
+    A task is in `tasks`, or in `pasts` if it runs a script. timers: in the order in which they run, which decides
+    between timers of the same time. hears: the task of each subscription, in the order in which they are served.
+    profile: what the profile has for parameters that have been changed since, by task and ini name.
     """
 
     vehicle: str
@@ -57,7 +58,7 @@ class Snapshot(msgspec.Struct):
 
 
 class Envelope(msgspec.Struct, array_like=True):
-    """What a file begins with: its format, and the checksum of a snapshot's msgpack."""
+    """The content of a file: its format, and a snapshot in msgpack with its checksum."""
 
     format: str
     checksum: int
@@ -67,8 +68,8 @@ class Envelope(msgspec.Struct, array_like=True):
 def save(vehicle: Vehicle) -> bytes:
     """The state of a vehicle on a virtual clock, between two runs of its kernel.
 
-    In the midst of scripts it needs Journals, kept since before. Raises SnapshotError for what cannot be saved: it
-    names the task and the attribute.
+    While scripts run it needs Journals, kept since before they began. Raises SnapshotError naming the task and the
+    attribute that cannot be saved.
     """
     if not vehicle.virtual or not vehicle.kernel.idle:
         raise SnapshotError("only a virtual run can be saved, and only between two moments")
@@ -103,7 +104,7 @@ def save(vehicle: Vehicle) -> bytes:
 
 
 def load(data: bytes) -> Snapshot:
-    """What a snapshot says. Raises SnapshotError for what is none, or is damaged."""
+    """Decode a snapshot. Raises SnapshotError if the data is not one, or is damaged."""
     try:
         found = msgspec.msgpack.decode(data, type=Envelope)
         if found.format != FORMAT:
@@ -112,25 +113,27 @@ def load(data: bytes) -> Snapshot:
             raise SnapshotError("this snapshot is damaged")
         return msgspec.msgpack.decode(found.snapshot, type=Snapshot)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise SnapshotError(f"this is no snapshot: {error}") from None
+        raise SnapshotError(f"not a valid snapshot: {error}") from None
 
 
 def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
-    """Bring a vehicle that is built and not started into the state of a snapshot; then it runs on.
+    """Bring a vehicle that is built but not started into the state of a snapshot, ready to run.
 
-    Its clock is virtual and begins at the snapshot's time. Raises SnapshotError.
+    Its clock has to be virtual and begin at the snapshot's time. Raises SnapshotError.
     """
     tasks = {task.name: task for task in vehicle.tasks}
     if snapshot.sections != list(tasks):
         raise SnapshotError(f"the vehicle has other tasks than the snapshot: {', '.join(tasks)}")
     try:
         _restore(vehicle, snapshot)
+    except SnapshotError:
+        raise
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, StopIteration) as error:
-        raise error if isinstance(error, SnapshotError) else SnapshotError(f"this is no snapshot: {error!r}") from error
+        raise SnapshotError(f"not a valid snapshot: {error!r}") from error
 
 
 def run_with_snapshots(vehicle: Vehicle, seconds: float | None, every: float, keep: Callable[[bytes], object]) -> None:
-    """Run a vehicle, and hand its state to `keep` every so many seconds of its time. Raises SnapshotError."""
+    """Run a vehicle, and pass its state to `keep` every `every` seconds of its time. Raises SnapshotError."""
     begin = vehicle.kernel.now_ns
     end = None if seconds is None else begin + round(seconds * SECOND)
     count = 1
@@ -151,7 +154,7 @@ def keep_beside_log(vehicle: Vehicle, state: bytes) -> None:
     folders = (getattr(task, "folder", None) for task in vehicle.tasks)
     folder = next((folder for folder in folders if isinstance(folder, Path)), None)
     if folder is None:
-        raise SnapshotError("there is no log to keep snapshots with: enable Transports.Logging")
+        raise SnapshotError("snapshots are kept beside the log, and no task writes one")
     seconds = (vehicle.kernel.now_ns - nanoseconds(vehicle.start_time)) / SECOND
     path = folder / f"{STATE}{seconds:.9f}".rstrip("0").rstrip(".")
     draft = path.with_name(f"{path.name}.new")
@@ -166,11 +169,11 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     vehicle.changes.resume({name: {o: _text(t) for o, t in texts.items()} for name, texts in snapshot.profile.items()})
     for system, entity, label in snapshot.heard:
         vehicle.entities.hear(system, entity, label)
-    scripted = _relive(vehicle, snapshot.pasts)
+    scripted = _replay(vehicle, snapshot.pasts)
     kernel.now_ns = snapshot.time
     timers = [_timer(state, scripted) for state in snapshot.timers]
     if any(scripted.values()):
-        raise SnapshotError("this is no snapshot: a timer is missing")
+        raise SnapshotError("not a valid snapshot: a timer is missing")
     reader = reader_for(vehicle, timers)
     for section, state in snapshot.tasks.items():
         connect(vehicle.task(section), state, reader)
@@ -203,26 +206,26 @@ def _text(data: bytes) -> str:
     return data.decode(errors="surrogateescape")
 
 
-def _relive(vehicle: Vehicle, pasts: dict[str, Past]) -> dict[str, list[Timer]]:
-    """Bring back the tasks that run scripts; their timers."""
-    journals, timers = vehicle.bus.witness, dict[str, list[Timer]]()
+def _replay(vehicle: Vehicle, pasts: dict[str, Past]) -> dict[str, list[Timer]]:
+    """Restore the tasks that run scripts; returns their timers."""
+    timers = dict[str, list[Timer]]()
     for section, past in pasts.items():
         task = vehicle.task(section)
         timers[section], handlers = replay_journal(task, past)
-        if isinstance(journals, Journals):
-            journals.take_over(task, past, handlers)
+        if vehicle.journals is not None:
+            vehicle.journals.take_over(task, past, handlers)
     return timers
 
 
 def _past(task: Task, timers: list[Timer]) -> Past:
-    journals = task.vehicle.bus.witness
-    if not isinstance(journals, Journals):
+    journals = task.vehicle.journals
+    if journals is None:
         raise SnapshotError(f"{task.name} runs a script, and no journals are kept")
     return journals.of(task).saved(state_checksum(task, [timer for timer in timers if timer.owner is task]))
 
 
 def _timer_state(timer: Timer, scripted: list[Task], writer: StateWriter) -> TimerState:
-    """A timer; without a function where its task has it again when it has lived through its journal."""
+    """A timer; without a function if its task gets it back by the replay of a journal."""
     if isinstance(timer.owner, Task) and timer.owner in scripted:
         return TimerState(timer.time, timer.owner.name, None, [])
     return timer_state(timer, writer)
@@ -233,15 +236,15 @@ def _timer(state: TimerState, scripted: dict[str, list[Timer]]) -> Timer:
         return Timer(state.time, nothing, ())
     timer = scripted[state.owner].pop(0)
     if timer.time != state.time:
-        raise SnapshotError(f"this is no snapshot: {state.owner} has nothing to do then")
+        raise SnapshotError(f"not a valid snapshot: {state.owner} has no timer at this time")
     return timer
 
 
 def _arrange(vehicle: Vehicle, turns: list[str]) -> None:
-    """Serve the subscriptions of all tasks in the order in which they were served, behind those of who looks on."""
+    """Serve the subscriptions of all tasks in the saved order, after those of observers."""
     others = [s for s in vehicle.bus.subscriptions if task_of(s) is None]
     own = {task.name: [s for s in vehicle.bus.subscriptions if task_of(s) is task] for task in vehicle.tasks}
     arranged = [own[name].pop(0) for name in turns]
     if any(own.values()):
-        raise SnapshotError("this is no snapshot: a subscription is missing")
+        raise SnapshotError("not a valid snapshot: a subscription is missing")
     vehicle.bus.arrange([*others, *arranged])

@@ -1,4 +1,4 @@
-"""The state of one task as plain values: attributes, ticks, timers, and what it hears."""
+"""The state of one task as plain values: attributes, ticks, timers and subscriptions."""
 
 from collections.abc import Iterable, Iterator
 from types import MethodType
@@ -27,13 +27,13 @@ BELONGINGS = frozenset(
         "_scripts",
     }
 )
-"""What the vehicle gives a task: no state of its own."""
+"""Attributes that the vehicle gives a task; they are not part of its state."""
 OF_VEHICLE = frozenset({"_start"})
-"""The methods of a vehicle that may be due."""
+"""Methods of a vehicle that a timer may call."""
 
 
 class TimerState(msgspec.Struct, array_like=True):
-    """A call that is due: time (ns), and the plain forms of owner, function and arguments."""
+    """A pending call: time (ns), and the plain forms of owner, function and arguments."""
 
     time: int
     owner: Any
@@ -42,7 +42,7 @@ class TimerState(msgspec.Struct, array_like=True):
 
 
 class HearingState(msgspec.Struct, array_like=True):
-    """A subscription of a task: the plain form of the type, the name of its method, and what else it wants."""
+    """A subscription of a task: the plain form of the type, the name of its method, and its flags."""
 
     type: Any
     method: str
@@ -51,7 +51,7 @@ class HearingState(msgspec.Struct, array_like=True):
 
 
 class TaskState(msgspec.Struct, array_like=True):
-    """A task: its section and class, its attributes, its ticks, remembered parameters, and what it hears."""
+    """A task: its section and class, attributes, ticks, pushed parameters, and subscriptions."""
 
     section: str
     kind: str
@@ -62,14 +62,14 @@ class TaskState(msgspec.Struct, array_like=True):
 
 
 def task_of(subscription: Subscription) -> Task | None:
-    """Whose subscription it is; None where no task's."""
+    """The task of a subscription; None for other subscribers."""
     owner = subscription.owner
     owner = owner.task if isinstance(owner, Script) else owner
     return owner if isinstance(owner, Task) else None
 
 
 def entities_of(task: Task) -> list[Entity]:
-    """The entities that speak for a task."""
+    """The entities of a task."""
     return [entity for entity in task.vehicle.entities if entity.component == task.name]
 
 
@@ -91,13 +91,13 @@ def task_state(task: Task, hears: Iterable[Subscription], writer: StateWriter) -
 
 def timer_state(timer: Timer, writer: StateWriter) -> TimerState:
     """Raises SnapshotError."""
-    where = f"{timer.owner!r}: a call that is due"
+    where = f"{timer.owner!r}: a pending call"
     owner, function = writer.write(timer.owner, where), writer.write(timer.function, where)
     return TimerState(timer.time, owner, function, [writer.write(part, where) for part in timer.args])
 
 
 def connect(task: Task, state: TaskState, reader: StateReader) -> None:
-    """Have a task hear what it heard."""
+    """Subscribe a task to its messages again."""
     for hearing in state.hears:
         handler = reader.read(["method", ["task", task.name], hearing.method])
         task.vehicle.bus.subscribe(
@@ -106,9 +106,9 @@ def connect(task: Task, state: TaskState, reader: StateReader) -> None:
 
 
 def restore_task(task: Task, state: TaskState, reader: StateReader) -> None:
-    """Bring attributes, ticks and parameters back; the timers are there already. Raises SnapshotError."""
+    """Restore attributes, ticks and parameters; the timers exist already. Raises SnapshotError."""
     if _kind(task) != state.kind:
-        raise SnapshotError(f"{task.name} is a {_kind(task)} here, and a {state.kind} in the snapshot")
+        raise SnapshotError(f"{task.name} is a {_kind(task)} here, but a {state.kind} in the snapshot")
     for name, value in state.attributes:
         if name not in BELONGINGS:
             setattr(task, name, reader.read(value))
@@ -119,14 +119,14 @@ def restore_task(task: Task, state: TaskState, reader: StateReader) -> None:
 
 
 def restore_timer(timer: Timer, state: TimerState, reader: StateReader) -> None:
-    """Give a timer its owner and function."""
+    """Give a timer its owner, function and arguments."""
     timer.owner = reader.read(state.owner)
     timer.function = reader.read(state.function)
     timer.args = tuple(reader.read(word) for word in state.args)
 
 
 def writer_for(vehicle: Vehicle, timers: list[Timer]) -> StateWriter:
-    """Writes states in which calls that are due go by their place in `timers`."""
+    """Writes states that refer to pending calls by their index in `timers`."""
     places = {id(timer): index for index, timer in enumerate(timers)}
     return StateWriter(lambda value: _name(value, vehicle, places))
 
@@ -138,7 +138,7 @@ def reader_for(vehicle: Vehicle, timers: list[Timer]) -> StateReader:
 
 
 def nothing() -> None:
-    """Stands in a timer until it has its function."""
+    """The function of a timer that is not restored yet."""
 
 
 def _kind(task: Task) -> str:
@@ -149,14 +149,14 @@ def _hearing(task: Task, subscription: Subscription, writer: StateWriter) -> Hea
     handler = subscription.handler
     if not isinstance(handler, MethodType) or handler.__self__ is not task:
         raise SnapshotError(
-            f"{task.name} hears {subscription.type.__name__} with {handler!r}, which is none of its methods"
+            f"{task.name} receives {subscription.type.__name__} with {handler!r}, which is not one of its methods"
         )
     kind = writer.write(subscription.type, task.name)
     return HearingState(kind, handler.__name__, subscription.others, subscription.packets)
 
 
 def _name(value: object, vehicle: Vehicle, timers: dict[int, int]) -> list[Any] | None:
-    """What a value is called that belongs to the vehicle; None for a value of its own."""
+    """The name of a value that belongs to the vehicle; None for any other value."""
     if isinstance(value, Task):
         return ["task", value.name]
     if isinstance(value, Entity):
@@ -205,4 +205,4 @@ def _find(words: list[Any], vehicle: Vehicle, timers: list[Timer]) -> object:
         case [str(name)] if (part := dict(parts(vehicle)).get(name)) is not None:
             return part
         case _:
-            raise SnapshotError(f"this is no snapshot: {cast(object, words[0])!r} is unknown")
+            raise SnapshotError(f"not a valid snapshot: {cast(object, words[0])!r} is unknown")

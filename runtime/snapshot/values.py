@@ -19,11 +19,11 @@ SEQUENCES: dict[type, str] = {list: "list", tuple: "tuple", set: "set", frozense
 
 
 class SnapshotError(ValueError):
-    """State that cannot be saved or brought back; the text says whose and why."""
+    """State that cannot be saved or restored; the text names it and the reason."""
 
 
 class StateWriter:
-    """Turns values into plain ones. `name` gives the name of what is part of the vehicle, and not state itself."""
+    """Turns values into plain ones. `name` gives the name of a value that belongs to the vehicle, None for state."""
 
     def __init__(self, name: Callable[[object], list[Any] | None]):
         self._name = name
@@ -42,7 +42,7 @@ class StateWriter:
         if id(value) in self._seen:
             return ["again", self._seen[id(value)][0]]
         if not isinstance(value, (tuple, frozenset, Enum, type, MethodType)):
-            self._seen[id(value)] = len(self._seen), value
+            self._seen[id(value)] = len(self._seen), value  # the reference keeps the id from being used again
             return ["new", self._seen[id(value)][0], *self._parts(value, where)]
         return self._parts(value, where)
 
@@ -61,7 +61,7 @@ class StateWriter:
         if isinstance(value, MethodType):
             return ["method", self.write(value.__self__, where), value.__name__]
         if isinstance(value, FunctionType | BuiltinFunctionType):
-            raise SnapshotError(f"{where} is the function {value.__qualname__}, which no snapshot takes")
+            raise SnapshotError(f"{where} is the function {value.__qualname__}, which a snapshot cannot contain")
         if kind is functools.partial:
             words = [self.write(part, where) for part in (value.func, list(value.args), dict(value.keywords))]
             return ["partial", *words]
@@ -75,7 +75,7 @@ class StateWriter:
         if isinstance(value, np.ndarray):
             array = cast("np.ndarray[Any, np.dtype[Any]]", value)
             if array.dtype.hasobject:
-                raise SnapshotError(f"{where} is an array of objects, which no snapshot takes")
+                raise SnapshotError(f"{where} is an array of objects, which a snapshot cannot contain")
             return ["array", array.dtype.str, list(array.shape), array.tobytes(), bool(array.flags.writeable)]
         if isinstance(value, np.generic):
             scalar = np.asarray(cast(Any, value))
@@ -89,7 +89,7 @@ class StateWriter:
         if issubclass(kind, dict):
             return ["mapping", _path(kind, where), self._pairs(value.items(), where), self._of(value, where)]
         if kind.__module__.partition(".")[0] in sys.stdlib_module_names or issubclass(kind, CONTAINERS):
-            raise SnapshotError(f"{where} is a {kind.__name__}, which no snapshot takes")
+            raise SnapshotError(f"{where} is a {kind.__name__}, which a snapshot cannot contain")
         return ["object", _path(kind, where), self._of(value, where)]
 
     def _of(self, value: Any, where: str) -> list[Any]:
@@ -103,11 +103,11 @@ class StateWriter:
 
 
 class StateReader:
-    """Turns plain values back. `find` gives what a name of a Writer stands for.
+    """Turns plain values back. `find` gives the value that a name of a StateWriter stands for.
 
-    Only classes of Shoal and of the packages in `trusted` are used, that are imported already; no constructor but those
-    of messages and enumerations is called. What may be called later are methods of objects of the `callable` classes.
-    Raises SnapshotError for anything else.
+    Uses only imported classes of Shoal and of the packages in `trusted`, and calls only constructors of messages and
+    enumerations. Methods, which may be called later, must belong to objects of the `callable` classes. Raises
+    SnapshotError for anything else.
     """
 
     def __init__(self, find: Callable[[list[Any]], Any], trusted: Collection[str], callable: tuple[type, ...]):
@@ -127,7 +127,7 @@ class StateReader:
         return self._value(words)
 
     def _new(self, number: int, kind: str, words: list[Any]) -> Any:
-        """What may hold itself is known before it is filled."""
+        """Make a container known before it is filled, because it may contain itself."""
         if kind == "list":
             made: Any = []
             self._seen[number] = made
@@ -198,7 +198,7 @@ class StateReader:
     def _class(self, path: str, kind: type = object) -> type[Any]:
         found = self._resolve(path)
         if not isinstance(found, type) or not issubclass(found, kind):
-            raise SnapshotError(f"{path} is no class, or not what it is taken for")
+            raise SnapshotError(f"{path} is not a class of the expected kind")
         return cast(type[Any], found)
 
     def _method(self, owner: Any, name: str) -> Any:
@@ -213,12 +213,12 @@ class StateReader:
         for part in name.split("."):
             found = getattr(found, part, None)
         if found is None or getattr(found, "__module__", "") != module:
-            raise SnapshotError(f"{path}: there is no such class or function here")
+            raise SnapshotError(f"{path}: unknown class or function")
         return found
 
 
 def attributes(value: object) -> list[str]:
-    """The names of the attributes that an object has, those in slots included."""
+    """The names of the attributes that an object has, including those in slots."""
     declared = (cls.__dict__.get("__slots__", ()) for cls in type(value).__mro__)
     slots = (name for names in declared for name in ([names] if isinstance(names, str) else names))
     names = [*slots, *getattr(value, "__dict__", ())]
@@ -227,13 +227,13 @@ def attributes(value: object) -> list[str]:
 
 def _path(value: Any, where: str) -> str:
     if "<" in value.__qualname__:
-        raise SnapshotError(f"{where} is {value.__qualname__}, made on the way, which no snapshot takes")
+        raise SnapshotError(f"{where} is {value.__qualname__}, a local class, which a snapshot cannot contain")
     return f"{value.__module__}:{value.__qualname__}"
 
 
 def _generator(name: str, state: dict[str, Any]) -> np.random.Generator:
     if name != "PCG64":
-        raise SnapshotError(f"random numbers of {name} are not known")
+        raise SnapshotError(f"unknown random generator {name}")
     bits = np.random.PCG64()
     bits.state = cast(Any, state)
     return np.random.Generator(bits)

@@ -6,12 +6,10 @@ from runtime.task.handlers import Ticker, consume, consumers, periodic, rate_of,
 from runtime.task.logbook import Logbook, one_line, with_place
 from runtime.task.parameters import Parameter, ParameterError, param
 from runtime.task.script import Inbox, Script
-from runtime.task.task import UNKNOWN_ENTITY, UNKNOWN_SYSTEM, Task
+from runtime.task.task import Task
 
 __all__ = [
     "SYSTEM_ENTITY",
-    "UNKNOWN_ENTITY",
-    "UNKNOWN_SYSTEM",
     "Activation",
     "ActivationError",
     "Entities",

@@ -1,4 +1,4 @@
-"""IMC's activation protocol: how a task with a parameter Active goes in and out of work."""
+"""IMC's activation protocol: activates and deactivates tasks that have a parameter Active."""
 
 from typing import TYPE_CHECKING
 
@@ -30,7 +30,7 @@ class Activation:
         self._task.publish(EntityActivationState(state=self.phase, error=self.error))
 
     def request(self, active: bool) -> None:
-        """Activate or deactivate; says the present state where there is nothing to do."""
+        """Activate or deactivate; publishes the present state if nothing changes."""
         if active == self.active:
             self.publish()
             return
@@ -50,7 +50,7 @@ class Activation:
         self._enter(Phase.ACTIVE if active else Phase.INACTIVE)
 
     def reset(self) -> None:
-        """Back to inactive without asking the task, which is being restarted."""
+        """Return to inactive without calling the task, which is being restarted."""
         self.phase, self.error = Phase.INACTIVE, ""
 
     def _enter(self, phase: Phase, error: str = "") -> None:

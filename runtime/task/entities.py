@@ -1,4 +1,4 @@
-"""The entities of a vehicle and the systems around it: who speaks, under which name and id, and in which state."""
+"""The entities of a vehicle with their ids and states, and the names of the systems around it."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -11,18 +11,17 @@ State = EntityState.State
 
 SYSTEM_ENTITY = 0
 LARGEST_ENTITY = 254
-UNKNOWN_ENTITY = 255
 
 
 class EntityError(ValueError):
-    """A label that is empty, taken, or one too many."""
+    """The label is empty or taken, or all ids are in use."""
 
 
 @dataclass(slots=True, eq=False)
 class Entity:
-    """A part of the vehicle that can be the source of a message.
+    """A part of the vehicle that can send messages.
 
-    `component` is the section of its task. `stateful` turns true with the first state that its task reports.
+    `component` is the section of its task. `stateful` becomes true with the first state that its task reports.
     """
 
     id: int
@@ -36,11 +35,11 @@ class Entity:
 
 
 class Entities:
-    """Labels and ids of one vehicle, and what others have said of theirs.
+    """Labels and ids of one vehicle's entities, and the labels that other systems and processes report.
 
     An id follows from the label (its CRC-16, or the next free one), so it is the same in every run and every process of
-    the vehicle, whichever other tasks there are; where two labels ask for one id, the later one gives way. `known` are
-    labels that have an id already: those of the whole profile (see `allot`), or of a log.
+    the vehicle, whatever other tasks run; if two labels lead to one id, the later one gets the next. `known` are
+    labels that already have an id: those of the whole profile (see `allot`), or of a log.
     """
 
     def __init__(self, system: int, known: Mapping[str, int] | None = None):
@@ -57,7 +56,7 @@ class Entities:
         return len(self._by_id)
 
     def reserve(self, label: str, component: str) -> Entity:
-        """A new entity. Raises EntityError where the label is empty or taken, or all 254 ids are."""
+        """A new entity. Raises EntityError if the label is empty or taken, or all 254 ids are."""
         if not label:
             raise EntityError(f"{component}: the entity label is empty")
         taken = self._by_label.get(label)
@@ -78,12 +77,12 @@ class Entities:
         return self._by_id.get(entity)
 
     def hear(self, system: int, entity: int, label: str) -> None:
-        """Remember what another process or system calls an entity."""
+        """Remember the label of an entity of another process or system."""
         if len(self.heard) < 65536:
             self.heard[system, entity] = label
 
     def label(self, system: int, entity: int) -> str:
-        """The label of an entity of any system, empty where nobody has said it."""
+        """The label of an entity of any system, empty if unknown."""
         own = self._by_id.get(entity) if system == self._system else None
         return own.label if own is not None else self.heard.get((system, entity), "")
 
@@ -96,7 +95,7 @@ class Entities:
 
 
 def allot(labels: Iterable[str], known: Mapping[str, int]) -> dict[str, int]:
-    """An id for each label: the known one, else first come, first served; those beyond the 254 that can be get none."""
+    """An id for each label: the known one, else given out in order; labels beyond the 254 possible ids get none."""
     ids = dict(known)
     for label in dict.fromkeys(labels):
         if label not in ids and len(ids) < LARGEST_ENTITY and label != "Daemon":
@@ -105,7 +104,7 @@ def allot(labels: Iterable[str], known: Mapping[str, int]) -> dict[str, int]:
 
 
 def next_free(label: str, taken: set[int]) -> int:
-    """The id that follows from a label, or the next that is not taken. Raises EntityError where all are."""
+    """The id that follows from a label, or the next free one. Raises EntityError if all are taken."""
     first = crc16.arc(label.encode(errors="surrogateescape")) % LARGEST_ENTITY
     for step in range(LARGEST_ENTITY):
         candidate = 1 + (first + step) % LARGEST_ENTITY
@@ -122,7 +121,7 @@ class Systems:
         self._names = {number: name for name, number in ids.items()}
 
     def name(self, system: int) -> str:
-        """The name of a system, "0x1234" where it has none."""
+        """The name of a system, "0x1234" if it has none."""
         return self._names.get(system) or f"0x{system:04X}"
 
     def id(self, name: str) -> int | None:

@@ -1,4 +1,4 @@
-"""The decorators that turn methods into handlers: `@consume` hears messages, `@periodic` ticks."""
+"""The decorators that turn methods into handlers: `@consume` for messages, `@periodic` for a rate."""
 
 import functools
 import inspect
@@ -6,8 +6,7 @@ from collections.abc import Callable
 from types import UnionType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints, overload
 
-from runtime.kernel import Timer
-from runtime.kernel.kernel import SECOND
+from runtime.kernel import SECOND, Timer
 from runtime.task.parameters import ParameterError
 
 if TYPE_CHECKING:
@@ -19,7 +18,7 @@ F = TypeVar("F", bound=Callable[..., object])
 
 
 class Consumer(NamedTuple):
-    """A method that hears one type."""
+    """A method that is subscribed to one type."""
 
     method: str
     type: type
@@ -39,10 +38,10 @@ def consume(method: F) -> F: ...
 @overload
 def consume(*, others: bool = False, packets: bool = False) -> Callable[[F], F]: ...
 def consume(method: F | None = None, *, others: bool = False, packets: bool = False) -> F | Callable[[F], F]:
-    """Makes a method hear messages of the type that its argument is annotated with, of the own system.
+    """Subscribes a method to messages of the own system; the annotation of its argument is the type.
 
-    The annotation is a message class, a union of some, `imc.Message` for all, or a class such as Frame that tasks
-    share. With `others` it hears every system, with `packets` it gets the encoded packet as a second argument.
+    The annotation is a message class, a union of several, `imc.Message` for all, or a class such as Frame that tasks
+    share. With `others` it receives from every system, with `packets` it gets the encoded packet as a second argument.
     """
 
     def mark(function: F) -> F:
@@ -53,7 +52,7 @@ def consume(method: F | None = None, *, others: bool = False, packets: bool = Fa
 
 
 def periodic(rate: float | str) -> Callable[[F], F]:
-    """Makes a method run at `rate`: hertz, or the name of a parameter in hertz (0 pauses it)."""
+    """Makes a method run at `rate`: hertz, or the attribute of a parameter in hertz (0 pauses it)."""
 
     def mark(function: F) -> F:
         function.__dict__["_shoal_periodic"] = rate
@@ -64,7 +63,7 @@ def periodic(rate: float | str) -> Callable[[F], F]:
 
 @functools.cache
 def consumers(cls: type) -> tuple[Consumer, ...]:
-    """What the methods of a class hear, in the order of their definition. Raises TypeError for a bad annotation."""
+    """The subscriptions of a class, in the order of definition. Raises TypeError for a bad annotation."""
     found: list[Consumer] = []
     for name, method in _methods(cls):
         wish = getattr(method, "_shoal_consume", None)
@@ -83,7 +82,7 @@ def consumers(cls: type) -> tuple[Consumer, ...]:
 
 @functools.cache
 def tickers(cls: type) -> tuple[Ticking, ...]:
-    """The periodic methods of a class, in the order of their definition. Raises TypeError for an unknown parameter."""
+    """The periodic methods of a class, in the order of definition. Raises TypeError for an unknown parameter."""
     found: list[Ticking] = []
     for name, method in _methods(cls):
         rate = getattr(method, "_shoal_periodic", None)
@@ -96,18 +95,18 @@ def tickers(cls: type) -> tuple[Ticking, ...]:
 
 
 def rate_of(task: "Task", rate: float | str) -> float:
-    """The rate of a periodic method in hertz. Raises ParameterError for one that no clock can keep."""
+    """The rate of a periodic method in hertz. Raises ParameterError if it is above `HIGHEST_RATE` or not a number."""
     hertz = float(getattr(task, rate)) if isinstance(rate, str) else rate
     if not hertz <= HIGHEST_RATE:
         name = next((p.name for p in task.parameters().values() if p.attribute == rate), str(rate))
-        raise ParameterError(name, f"nothing can be done at {hertz:g} Hz (expects at most {HIGHEST_RATE:g} Hz)")
+        raise ParameterError(name, f"cannot run at {hertz:g} Hz (expects at most {HIGHEST_RATE:g} Hz)")
     return hertz
 
 
 class Ticker:
-    """Calls a periodic method of a task; the times are counted from the start, so they do not drift.
+    """Calls a periodic method of a task, at multiples of its period since the start, so it does not drift.
 
-    On a wall clock ticks that are late become one, and `missed` counts the others; on a virtual clock none is late.
+    On a wall clock late ticks become one, and `missed` counts the others; on a virtual clock none is late.
     """
 
     def __init__(self, task: "Task", ticking: Ticking):
@@ -121,7 +120,7 @@ class Ticker:
         self.update()
 
     def update(self) -> None:
-        """Begin anew where the rate has changed. Raises ParameterError where it is too high."""
+        """Start again if the rate has changed. Raises ParameterError if it is too high."""
         hertz = rate_of(self._task, self._rate)
         if hertz == self._hertz:
             return
@@ -131,11 +130,11 @@ class Ticker:
             self._schedule()
 
     def state(self) -> tuple[float, int, int, int, Timer | None]:
-        """All that changes: rate (Hz), number of the next tick, start (ns), missed ticks, timer of the next tick."""
+        """The mutable state: rate (Hz), number of the next tick, start (ns), missed ticks, timer of the next tick."""
         return self._hertz, self._count, self._start, self.missed, self._timer
 
     def restore(self, hertz: float, count: int, start: int, missed: int, timer: Timer | None) -> None:
-        """Go on from a `state` whose timer is in the kernel already."""
+        """Continue from a `state` whose timer is already in the kernel."""
         self._hertz, self._count, self._start, self.missed, self._timer = hertz, count, start, missed, timer
         if timer is not None:
             timer.function = self._tick
@@ -159,7 +158,7 @@ class Ticker:
             if latest > self._count:
                 self.missed += latest - self._count
                 self._count = latest
-        self._schedule()
+        self._schedule()  # first, since the method may change the rate or stop the task
         self._method()
 
 

@@ -1,4 +1,4 @@
-"""What a task has to say to people, as LogBookEntry messages."""
+"""A task's texts for people, as LogBookEntry messages."""
 
 import traceback
 from pathlib import Path
@@ -14,7 +14,7 @@ LONGEST = 1023
 
 
 class Logbook:
-    """Publishes LogBookEntry messages in the name of a task; texts are cut to 1023 bytes, as DUNE does."""
+    """Publishes LogBookEntry messages of a task; texts are cut to 1023 bytes, as in DUNE."""
 
     def __init__(self, task: "Task"):
         self._task = task
@@ -32,7 +32,7 @@ class Logbook:
         self._write(Kind.CRITICAL, text)
 
     def debug(self, text: str) -> None:
-        """Published only where the task's parameter Debug Level is Debug or more."""
+        """Published only if the task's parameter Debug Level is Debug or more."""
         if self._task.debug_level != "None":
             self._write(Kind.DEBUG, text)
 
@@ -41,7 +41,7 @@ class Logbook:
 
 
 def cut(text: str) -> str:
-    """`text` as a message carries it: 1023 bytes of UTF-8 at most, ? for what is no character."""
+    """`text` cut to 1023 bytes of UTF-8, with ? for what UTF-8 cannot encode."""
     return text.encode(errors="replace")[:LONGEST].decode(errors="ignore")
 
 

@@ -1,4 +1,4 @@
-"""The parameters of one task: what they are there, the values they have, and those they had."""
+"""The parameters of one task: declarations, current values and pushed values."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -7,12 +7,12 @@ from typing import Any, get_args
 
 from runtime.task.parameters import Parameter, Scope, Visibility
 
-DEEPEST = 64  # pushes that are remembered; a peer may push for ever
+DEEPEST = 64  # pushes that are remembered; a system may push without end
 
 
 @dataclass(slots=True)
 class ParameterSet:
-    """The parameters of one task instance: its values live as attributes of the task."""
+    """The parameters of one task instance: the values are attributes of the task."""
 
     owner: Any
     declarations: dict[str, Parameter]
@@ -42,7 +42,7 @@ class ParameterSet:
             self.set(self.declarations[name], value)
 
     def redeclare(self, name: str, attributes: Mapping[str, str]) -> None:
-        """Take scope, visibility and editable from an ini file; what they cannot be is left as declared."""
+        """Take scope, visibility and editable from an ini file; invalid values are ignored."""
         parameter = self.find(name)
         if parameter is None:
             return
@@ -60,7 +60,7 @@ class ParameterSet:
         self.pushed.append({name: self.value(p) for name, p in self.declarations.items() if p.scope != "global"})
 
     def pop(self) -> bool:
-        """Bring back what `push` remembered last; False when there is nothing."""
+        """Restore what `push` remembered last; False if there is nothing."""
         if not self.pushed:
             return False
         self.restore(self.pushed.pop())

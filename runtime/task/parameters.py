@@ -1,4 +1,4 @@
-"""Task parameters: one declaration that parses the ini, answers the bus, and documents itself."""
+"""Task parameters: one declaration for parsing the profile, answering IMC requests, and documentation."""
 
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -15,7 +15,7 @@ _INTEGER = re.compile(r"([+-]?)(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9]\d*)")
 
 
 class ParameterError(ValueError):
-    """A parameter has a value that it cannot have: `name` is the parameter's, `reason` says why."""
+    """The value of a parameter is invalid: `name` is the parameter's, `reason` says why."""
 
     def __init__(self, name: str, reason: str):
         super().__init__(f"{name}: {reason}")
@@ -60,11 +60,11 @@ _IMC_TYPES: Mapping[Kind, str] = {str: "string", bool: "boolean", int: "integer"
 
 @dataclass(slots=True)
 class Parameter:
-    """What a parameter is: name in the ini, type, default, unit, sentence and limits.
+    """The declaration of a parameter: name in the ini, type, default, unit, description and limits.
 
     `type` is bool, int, float or str; with `is_list` a list of them. `size` is the allowed number of items of a list.
-    `scope` and `visibility` are IMC's: when it may change, and who is shown it. `usable` raises ValueError for an item
-    of text that is accepted and can have no effect.
+    `scope` and `visibility` are IMC's: when it may change, and who sees it. `usable` raises ValueError for an item of
+    text that is valid but has no effect.
     """
 
     default: Any
@@ -88,9 +88,9 @@ class Parameter:
         return self
 
     def parse(self, text: str) -> Any:
-        """The value that `text` stands for, checked. An empty text is the default. Raises ValueError with the reason.
+        """The checked value of `text`. An empty text gives the default. Raises ValueError with the reason.
 
-        Numbers are read as DUNE reads them: the leading number counts, what follows is ignored (see `surplus`).
+        Numbers are read as in DUNE: the leading number counts, the rest is ignored (see `surplus`).
         """
         words = [word.strip() for word in text.split(",")] if self.is_list else [text.strip()]
         if not text.strip():
@@ -116,7 +116,7 @@ class Parameter:
         return ""
 
     def doubts(self, text: str) -> list[str]:
-        """Why items of `text` can have no effect."""
+        """Why items of `text` have no effect."""
         found: list[str] = []
         for word in filter(None, map(str.strip, text.split(",") if self.is_list else [text])):
             try:
@@ -127,7 +127,7 @@ class Parameter:
         return found
 
     def check(self, value: Any) -> Any:
-        """`value`, if it is of the type and within the limits. Raises ValueError with the reason."""
+        """`value`, if its type and its limits allow it. Raises ValueError with the reason."""
         values: list[Any] = list(value) if self.is_list else [value]
         if self.is_list and self.size and not self.size[0] <= len(values) <= self.size[1]:
             raise ValueError(f"has {len(values)} items{self._limits()}")
@@ -143,7 +143,7 @@ class Parameter:
         return values if self.is_list else values[0]
 
     def format(self, value: Any) -> str:
-        """`value` as it stands in an ini file."""
+        """`value` as written in an ini file."""
         if self.is_list:
             return ", ".join(map(_word, value))
         return _word(value)
@@ -196,9 +196,9 @@ def param(
 ) -> Any:
     """Declares a parameter of a task; its type is the attribute's annotation.
 
-    Its ini name is the attribute's in title case unless `name` gives another; `aliases` are accepted as well.
-    `unit` is empty for texts, booleans and choices. `size` bounds the number of items of a list. `usable` raises
-    ValueError for a text, or an item of a list, that can have no effect, so that `shoal check` warns of it.
+    Its ini name is `name`, by default the attribute in title case; `aliases` are accepted too.
+    `unit` is empty for texts, booleans and choices. `size` limits the number of items of a list. `usable` raises
+    ValueError for a text, or an item of a list, that has no effect, so that `shoal check` warns of it.
     """
     return Parameter(
         default,
@@ -220,7 +220,7 @@ def param(
 def declared(cls: type) -> dict[str, Parameter]:
     """The parameters of a class by ini name in the order of declaration, then those of its bases.
 
-    Raises TypeError where an annotation is missing or unsupported, or a default is not a value of its own parameter.
+    Raises TypeError if an annotation is missing or unsupported, or a default is invalid for its parameter.
     """
     found: dict[str, Parameter] = {}
     for base in cls.__mro__:

@@ -1,4 +1,4 @@
-"""Sequential logic as a coroutine on the kernel: wait, hear, act, in the order it is written."""
+"""Sequential logic as a coroutine on the kernel: it waits, receives and acts in the order it is written."""
 
 import inspect
 from collections import deque
@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import imc
 from runtime.bus import Bus, Subscription
-from runtime.kernel import Timer
-from runtime.kernel.kernel import SECOND
+from runtime.kernel import SECOND, Timer
 
 if TYPE_CHECKING:
     from runtime.task.task import Task
@@ -18,18 +17,18 @@ M = TypeVar("M", bound=imc.Message)
 
 
 async def _nothing(_: "Script") -> None:
-    """What a script does that is over."""
+    """The body of a script that has ended."""
 
 
 class _Pause:
-    """Gives control to the kernel until the script is resumed; the value of `await` is what it is resumed with."""
+    """Gives control to the kernel; `await` returns the value with which the script is resumed."""
 
     def __await__(self) -> Generator[None, Any, Any]:
         return (yield)
 
 
 class Inbox:
-    """Messages of some types, in order, since it was opened: none is lost between one `next` and the following."""
+    """Collects messages of some types, in order, once opened: none is lost between two calls of `next`."""
 
     def __init__(self, script: "Script", kinds: tuple[type[imc.Message], ...], others: bool):
         self._script = script
@@ -73,7 +72,7 @@ class Inbox:
 class Script:
     """A coroutine of a task: `async def dive(script): await script.sleep(2); state = await script.hear(...)`.
 
-    It runs between the handlers, never beside them, and what it raises is the task's own error.
+    It runs between the handlers, never at the same time. An exception in it is the task's error.
     """
 
     def __init__(self, task: "Task", bus: Bus, function: Callable[..., Coroutine[Any, Any, Any]], *args: Any):
@@ -87,12 +86,12 @@ class Script:
         self._timer: Timer | None = None
         self._coroutine = function(self, *args)
         if not inspect.iscoroutine(self._coroutine):
-            raise TypeError(f"{function!r} is no coroutine function: write async def")
+            raise TypeError(f"{function!r} is not a coroutine function: write async def")
         self._wake(0.0, None)
 
     @classmethod
     def ended(cls, task: "Task") -> "Script":
-        """A script of a task that is over."""
+        """A script that has already ended."""
         script = cls(task, task.vehicle.bus, _nothing)
         script.cancel()
         return script
@@ -116,7 +115,7 @@ class Script:
         return self.task.publish(message)
 
     def cancel(self) -> None:
-        """End it where it waits, or in its own step where it waits next; its `finally` clauses run."""
+        """End it where it waits, or if it cancels itself, where it waits next; its `finally` clauses run."""
         self.done = True
         if inspect.getcoroutinestate(self._coroutine) != inspect.CORO_RUNNING:
             self._forget()
@@ -135,7 +134,7 @@ class Script:
         timeout: float | None = None,
         others: bool = False,
     ) -> M:
-        """The next message of a type that satisfies `where`, of the own system unless `others`.
+        """Wait for the next message of a type that satisfies `where`, of the own system unless `others`.
 
         Raises TimeoutError after `timeout` seconds.
         """
@@ -163,7 +162,7 @@ class Script:
         return inbox
 
     async def pause(self, timeout: float | None, reason: str) -> Any:
-        """Wait to be resumed. Raises TimeoutError(reason) after `timeout` seconds."""
+        """Wait until resumed. Raises TimeoutError(reason) after `timeout` seconds."""
         if timeout is not None:
             self._wake(timeout, TimeoutError(reason))
         return await _Pause()
@@ -186,7 +185,7 @@ class Script:
         self._inboxes = []
 
     def resume(self, value: Any) -> None:
-        """Go on with `value`, or with the exception that it is."""
+        """Continue with `value`; if it is an exception, raise it in the script."""
         if self.done:
             return
         self._forget()

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from zlib import crc32
 
 import imc
+from imc.addresses import BROADCAST, OPERATORS, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.bus import Subscription
-from runtime.kernel import Readable, Timer, nanoseconds
-from runtime.kernel.kernel import SECOND
+from runtime.kernel import SECOND, Readable, Timer, nanoseconds
 from runtime.problem import Doubt
 from runtime.task.entities import Entity, State
 from runtime.task.handlers import Consumer, Ticker, consumers, tickers
@@ -25,19 +25,16 @@ if TYPE_CHECKING:
     from runtime.vehicle import Vehicle
 
 T = TypeVar("T")
-UNKNOWN_SYSTEM = 0xFFFF
-UNKNOWN_ENTITY = 0xFF
-OPERATORS = range(0x4000, 0x6000)  # IMC ids of consoles
 
 
 class Task:
     """One concern of a vehicle. Subclasses declare parameters, `@consume` and `@periodic` methods, and override hooks.
 
     The vehicle makes the instance, so a task keeps its own state in attributes that `configure` or `start` set.
-    A class with `external` set talks to the outside and is left out of virtual runs; `requires` names the extra that
-    has to be installed for it; `activation` is the scope of its parameter `Active`, empty for tasks without.
-    `transient` names attributes that are no state and so in no snapshot: what `configure` or `restored` makes anew.
-    Snapshots are taken in the midst of scripts where these are async methods of the task's own class.
+    A class with `external` set needs the network and is skipped in virtual time; `requires` names the extra
+    that it needs; `activation` is the scope of its parameter `Active`, empty for tasks without.
+    `transient` names attributes that are not in snapshots, because `configure` or `restored` makes them again.
+    A snapshot can contain a running script if it is an async method of the task's own class.
     """
 
     external: ClassVar[bool] = False
@@ -46,11 +43,11 @@ class Task:
     transient: ClassVar[tuple[str, ...]] = ()
 
     entity_label: str = param("", "", "Label of the task's entity.", editable=False)
-    debug_level: str = param("None", "", "What goes to the log book.", choices=("None", "Debug", "Trace", "Spew"))
-    execution_priority: int = param(10, "1", "Kept for DUNE's profiles; all tasks share one thread.", editable=False)
+    debug_level: str = param("None", "", "How much goes to the log book.", choices=("None", "Debug", "Trace", "Spew"))
+    execution_priority: int = param(10, "1", "No effect: all tasks share one thread.", editable=False)
     activation_time: int = param(0, "s", "Time that activation takes.", minimum=0, maximum=65535, editable=False)
     deactivation_time: int = param(0, "s", "Time that deactivation takes.", minimum=0, maximum=65535, editable=False)
-    loopback_internal_messages: bool = param(False, "", "Hear the messages of the task itself.", editable=False)
+    loopback_internal_messages: bool = param(False, "", "Receive the task's own messages.", editable=False)
 
     def __init__(self, vehicle: "Vehicle", name: str, entity: Entity):
         self.vehicle = vehicle
@@ -82,29 +79,29 @@ class Task:
         return found
 
     def configure(self) -> None:
-        """The parameters have values, at load and after every change. Raise ParameterError where they make no sense."""
+        """Called with new parameter values, at load and after every change. Raise ParameterError to refuse them."""
 
     def doubts(self) -> Iterable[Doubt]:
-        """What is odd in the profile, with all tasks of the vehicle made, for `shoal check`."""
+        """What is odd in the profile, for `shoal check`; called when all tasks of the vehicle are made."""
         return ()
 
     def start(self) -> None:
         """Acquire resources."""
 
     def stop(self) -> None:
-        """Release them; called at the end, and before a restart."""
+        """Release resources; called at the end, and before a restart."""
 
     def saving(self) -> None:
-        """A snapshot is about to be taken: put into attributes what `restored` needs, and publish nothing."""
+        """Called before a snapshot: put what `restored` needs into attributes. Do not publish."""
 
     def restored(self) -> None:
-        """The state of a snapshot is back, in place of `start`: acquire resources, and publish nothing."""
+        """Called instead of `start` after the state of a snapshot is back: acquire resources. Do not publish."""
 
     def activate(self) -> None:
-        """The task is to become active; raise ActivationError where it cannot."""
+        """Become active; raise ActivationError if that is not possible."""
 
     def deactivate(self) -> None:
-        """The task is to become inactive; raise ActivationError where it cannot."""
+        """Become inactive; raise ActivationError if that is not possible."""
 
     @property
     def now(self) -> float:
@@ -118,16 +115,16 @@ class Task:
 
     @functools.cached_property
     def random(self) -> "Generator":
-        """Random numbers of this task alone, from the vehicle's seed and the names of vehicle and task."""
+        """This task's own random numbers, seeded with the vehicle's seed and the names of vehicle and task."""
         from numpy.random import PCG64, Generator, SeedSequence
 
         words = [self.vehicle.seed, crc32(self.system_name.encode()), crc32(self.name.encode())]
         return Generator(PCG64(SeedSequence(words)))
 
     def publish(self, message: imc.Message, *, keep_time: bool = False, entity: Entity | None = None) -> imc.Message:
-        """Put a message on the bus: header filled, rounded to what the wire carries. Returns what receivers see.
+        """Put a message on the bus: header filled, values rounded as in a packet. Returns what receivers see.
 
-        A source that the message names stays. Raises imc.EncodeError where a field does not fit its type.
+        A source set in the message is kept. Raises imc.EncodeError if a field does not fit its type.
         """
         packet = imc.encode_as(
             message,
@@ -146,15 +143,15 @@ class Task:
         return self.publish(message.replace(dst=request.src, dst_ent=request.src_ent), entity=entity)
 
     def concerns(self, request: imc.Message) -> bool:
-        """Whether a request is for this system: addressed to it, or to nobody by itself or by an operator.
+        """Whether a request is for this system: addressed to it, or to everybody and sent by itself or a console.
 
-        What another vehicle asks of nobody in particular it asks of itself.
+        A request that another vehicle sends to everybody is meant for that vehicle.
         """
-        asks_itself = request.src == self.system or request.src in OPERATORS
-        return request.dst == self.system or (request.dst == UNKNOWN_SYSTEM and asks_itself)
+        asks = request.src == self.system or request.src in OPERATORS
+        return request.dst == self.system or (request.dst in (UNKNOWN_SYSTEM, BROADCAST) and asks)
 
     def relay(self, packet: bytes) -> imc.Message:
-        """Put somebody else's packet on the bus as it is, without what may follow it. Raises imc.DecodeError."""
+        """Put another system's packet on the bus unchanged, without bytes after it. Raises imc.DecodeError."""
         packet = imc.first_packet(packet)
         message = imc.decode(packet)
         self._bus.publish(message, packet, self)
@@ -165,7 +162,7 @@ class Task:
         self._bus.share(frame, self)
 
     def set_entity_state(self, state: State, description: str = "", *, entity: Entity | None = None) -> None:
-        """Say how the entity is. A new state is published at once, a new description with the next report.
+        """Set the entity's state. A new state is published immediately, a new description with the next report.
 
         A description is cut to 1023 bytes.
         """
@@ -176,14 +173,14 @@ class Task:
             self.publish(imc.EntityState(state=state, description=target.description), entity=target)
 
     def reserve(self, label: str) -> Entity:
-        """A further entity of this task; call it in `configure`. The same label gives the same entity again."""
+        """Reserve another entity for this task; call it in `configure`. The same label returns the same entity."""
         found = self.vehicle.entities.find(label)
         if found is not None and found.component == self.name:
             return found
         return self.vehicle.entities.reserve(label, self.name)
 
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
-        """Call `function` in so many seconds."""
+        """Call `function` after `seconds`."""
         return self._owned(self._kernel.after(seconds, function, *args))
 
     def at(self, time: float, function: Callable[..., object], *args: Any) -> Timer:
@@ -195,16 +192,16 @@ class Task:
         self._owned(self._kernel.watch(source, function))
 
     def unwatch(self, source: Readable) -> None:
-        """End `watch`."""
+        """Stop watching a socket."""
         self._kernel.unwatch(source)
 
     def offload(
         self, function: Callable[..., T], *args: Any, then: Callable[[T], object], latency: float = 0.0
     ) -> None:
-        """Compute `function(*args)` away from the handlers and give the result to `then`.
+        """Compute `function(*args)` outside the handlers and pass the result to `then`.
 
-        A worker thread does it on a wall clock. On a virtual clock it is computed at once and the result arrives after
-        `latency` seconds, so the run stays deterministic. What the function raises is raised as the task's own error.
+        On a wall clock a worker thread computes it. On a virtual clock it is computed immediately and the result
+        arrives after `latency` seconds, so the run stays deterministic. An exception in it is the task's error.
         """
         if self._kernel.virtual:
             self.after(latency, self._offloaded, self._round, then, _outcome(function, args))
@@ -230,30 +227,30 @@ class Task:
         return [script for script in self._scripts if not script.done]
 
     def connect(self) -> None:
-        """Begin to hear; the vehicle calls it before `start`."""
+        """Subscribe the handlers; the vehicle calls it before `start`."""
         for consumer in consumers(type(self)):
             self._bus.subscribe(self._subscription(consumer))
 
     def begin_ticking(self) -> None:
-        """Begin to tick; the vehicle calls it after `start`."""
+        """Start the periodic methods; the vehicle calls it after `start`."""
         self._tickers = [Ticker(self, ticking) for ticking in tickers(type(self))]
 
     def disconnect(self) -> None:
-        """Forget subscriptions, timers, ticks, watched sockets and what is still on its way."""
+        """Drop subscriptions, timers, ticks, scripts, watched sockets and results not yet delivered."""
         self._round += 1
         self._bus.unsubscribe(self)
         for ticker in self._tickers:
             ticker.stop()
         scripts, self._tickers, self._scripts = self._scripts, [], []
-        with ExitStack() as stack:  # one script that fails to end does not keep the others
+        with ExitStack() as stack:  # all scripts are cancelled even if one fails
             stack.callback(self._kernel.discard, self)
             for script in scripts:
                 stack.callback(script.cancel)
 
     def reconfigured(self) -> None:
-        """Follow changed rates."""
-        if self._bus.witness is not None:
-            self._bus.witness.reconfigured(self)
+        """Apply changed rates."""
+        for instrument in self._bus.instruments:
+            instrument.reconfigured(self)
         for ticker in self._tickers:
             ticker.update()
 
@@ -265,7 +262,7 @@ class Task:
         return timer
 
     def _offloaded(self, began: int, then: Callable[[Any], object], outcome: tuple[Any, Exception | None]) -> None:
-        if began != self._round:
+        if began != self._round:  # requested before a restart
             return
         result, error = outcome
         if error is not None:

@@ -1,11 +1,11 @@
-"""From a profile to a vehicle: finds the classes of its sections and gives them their values."""
+"""Builds the vehicle of a profile: finds the task classes of its sections and sets their parameters."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from runtime.bus import Bus
-from runtime.kernel import Kernel, VirtualClock, WallClock
+from runtime.kernel import Clock, Kernel
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
 from runtime.profile import ENTITY_IDS, EVERY_TASK, NEVER, Option, Profile, default_label
 from runtime.task import EntityError, ParameterError, Task, allot, with_place
@@ -18,20 +18,20 @@ SIMULATED = {"Simulation", "Kinematic"}
 
 @dataclass
 class Build:
-    """A vehicle, and the enabled sections that were left out of it by reason."""
+    """A vehicle, and the enabled sections that were skipped, by reason."""
 
     vehicle: Vehicle
-    left_out: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
+    skipped: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
 
-    def leave_out(self, section: str, reason: str) -> None:
-        self.left_out.setdefault(reason, []).append(section)
+    def skip(self, section: str, reason: str) -> None:
+        self.skipped.setdefault(reason, []).append(section)
 
 
 def build(
     profile: Profile,
     selected: Collection[str] = (),
     *,
-    clock: WallClock | VirtualClock | None = None,
+    clock: Clock | None = None,
     fleet: Fleet | None = None,
     seed: int | None = None,
     keep_going: bool | None = None,
@@ -43,17 +43,17 @@ def build(
 ) -> Build:
     """The vehicle of a profile with the tasks that the selected modes enable, on a clock or in a fleet.
 
-    In a fleet on a virtual clock the profile's Start Time is what its clock reads.
-    `keep_going` is whether a task that fails is restarted (True) or ends the run (False); by default it ends a
-    simulation and is restarted otherwise. `seed` is by default the profile's; the effective configuration, which is
-    in every log, has it, the modes and the ids of entities. `only` are sections to take in place of those that are
-    enabled; `bus` makes the bus; `entity_ids` gives labels their ids, in place of those that follow from the profile.
-    Raises ProfileError naming file and line of what cannot be, FleetError for a name that is taken in the fleet.
+    In a fleet on a virtual clock the profile's Start Time is set to the time of this clock.
+    `keep_going` is whether a task that fails is restarted (True) or ends the run (False); the default is False in a
+    simulation, else True. The default of `seed` is the profile's. Seed, modes and entity ids become part of the
+    effective configuration, which is in every log. `only` are the sections to use instead of the enabled ones, `bus`
+    creates the bus, `entity_ids` (by label) replaces the ids that follow from the profile.
+    Raises ProfileError naming file and line of each mistake, FleetError if the fleet has a vehicle of this name.
     """
     if fleet is not None and fleet.kernel.virtual and fleet.kernel.now_ns != profile.start_time_ns:
         profile.start_at(fleet.kernel.now_ns)
     if keep_going is None:
-        virtual = isinstance(clock if fleet is None else fleet.kernel.clock, VirtualClock)
+        virtual = fleet.kernel.virtual if fleet is not None else clock is not None and clock.virtual
         keep_going = not (virtual or SIMULATED & set(selected))
     seed = profile.seed if seed is None else seed
     profile.override(f"General:Seed={seed}")
@@ -91,11 +91,11 @@ def build(
             problems.append(Problem("error", *section.origin, str(error)))
             continue
         if cls is None:
-            made.leave_out(section.name, "not in Shoal")
+            made.skip(section.name, "not in Shoal")
         elif vehicle.virtual and cls.external:
-            made.leave_out(section.name, "talks to the outside, which a virtual run has not")
+            made.skip(section.name, "needs the network, which is off in virtual time")
         elif extra := missing_extra(cls):
-            made.leave_out(section.name, f"needs pip install 'shoal[{extra}]'")
+            made.skip(section.name, f"needs pip install 'shoal[{extra}]'")
         else:
             try:
                 task = vehicle.add(cls, section.name, profile.options(section.name))
@@ -117,16 +117,16 @@ def build(
 
 
 def _labels(profile: Profile) -> Iterator[str]:
-    """The labels of all tasks of a profile in the order of its lines: each process of a vehicle gets the same ids."""
+    """The labels of all tasks of a profile, in line order, so that all processes of a vehicle assign the same ids."""
     for section in profile.config.sections.values():
         if "Enabled" in section.options:
             yield section.value("Entity Label", default_label(section.name))
 
 
 def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
-    """Put the vehicle's bus on zenoh, as the section [Zenoh] of its profile says.
+    """Attach the vehicle's bus to zenoh, with the options in section [Zenoh] of its profile.
 
-    Raises ProfileError for the section, ConnectionError where zenoh cannot be joined, ModuleNotFoundError without it.
+    Raises ProfileError for the section, ConnectionError if zenoh cannot be joined, ModuleNotFoundError without zenoh.
     """
     from runtime.zenoh import ZenohConfig, ZenohTransport
 
@@ -140,7 +140,7 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
 
 
 def doubts(vehicle: Vehicle, profile: Profile) -> list[Problem]:
-    """What the tasks of a vehicle find odd in its profile."""
+    """Warnings of a vehicle's tasks about their parameters in the profile."""
     return [
         Problem("warning", *_origin(profile, section, doubt.option), f"[{section}] {doubt.text}", doubt.hint)
         for task in vehicle.tasks
@@ -150,22 +150,22 @@ def doubts(vehicle: Vehicle, profile: Profile) -> list[Problem]:
 
 
 def _warn_of_unknown(task: Task, option: Option) -> None:
-    """Have the task say, once it runs, that an option means nothing to it."""
+    """Have the task log a warning, when it runs, that it does not know an option."""
     if task.parameter_set.find(option.name) is None:
         hint = suggestion(option.name, task.parameter_set.declarations)
-        place = Origin(Path(option.origin.file).name, option.origin.line)  # the folder is no business of the log
-        words = f"{place}: {quoted(option.name)} is no parameter" + (f"; {hint}" if hint else "")
+        place = Origin(Path(option.origin.file).name, option.origin.line)  # the log must not depend on the folder
+        words = f"{place}: {quoted(option.name)} is not a parameter" + (f"; {hint}" if hint else "")
         task.vehicle.kernel.soon(task.log.warning, words)
 
 
 def _origin(profile: Profile, section: str, option: str) -> Origin:
-    """Where an option is set: in the section, else in [General], which all tasks may ask."""
+    """The line where an option is set: in the section, else in [General], which all tasks can read."""
     found = profile.config.option(section, option) or profile.config.option("General", option)
     return found.origin if found is not None else profile.config.sections[section].origin
 
 
 def _named_in(profile: Profile, reason: str) -> Origin | None:
-    """Where the option of another section is set that a reason begins with: "[VSIM/Model/lauv] Mass is ..."."""
+    """The line of the option of another section that begins a reason, such as "[VSIM/Model/lauv] Mass is ..."."""
     name, _, text = reason.removeprefix("[").partition("] ")
     if not reason.startswith("[") or (section := profile.config.sections.get(name)) is None:
         return None

@@ -1,4 +1,4 @@
-"""Finds the class that a section names: Shoal's own tasks by their path, a user's by the name of a module."""
+"""Finds the class of a section: Shoal's own tasks by path, a user's tasks by the name of their module."""
 
 import importlib
 import importlib.util
@@ -14,12 +14,12 @@ LIBRARIES = {"zenoh": "zenoh", "mavlink": "pymavlink", "vision": "PIL"}
 
 
 class TaskImportError(ImportError):
-    """A module that a section names exists and cannot be imported, or its task is not declared as tasks are."""
+    """The module of a section exists but cannot be imported, or the declaration of its task is invalid."""
 
 
 @cache
 def own_tasks() -> dict[str, str]:
-    """The modules that may have tasks of Shoal's own: the section's name, lower case, to the module, at any depth."""
+    """The modules of Shoal's own tasks, at any depth, by the section's name in lower case."""
     folder = importlib.util.find_spec(OWN)
     found: dict[str, str] = {}
     for path in (folder.submodule_search_locations or []) if folder else []:
@@ -31,9 +31,9 @@ def own_tasks() -> dict[str, str]:
 
 
 def find_task(section: str) -> type[Task] | None:
-    """The class of a section such as "Simulators.IMU/AHRS" or "my_tasks.Whistle"; None where there is none.
+    """The class of a section such as "Simulators.IMU/AHRS" or "my_tasks.Whistle"; None if there is none.
 
-    Raises TaskImportError where its module fails to import, or a parameter of it is not what parameters can be.
+    Raises TaskImportError if its module cannot be imported, or the declaration of a parameter is invalid.
     """
     name = section.partition("/")[0]
     path, _, cls_name = name.rpartition(".")
@@ -54,7 +54,7 @@ def find_task(section: str) -> type[Task] | None:
 def all_tasks(broken: list[TaskImportError] | None = None) -> dict[str, type[Task]]:
     """The tasks in Shoal's own folders by section name.
 
-    What cannot be imported there is added to `broken`; without it TaskImportError is raised.
+    Failed imports are added to `broken`; without it TaskImportError is raised.
     """
     found: dict[str, type[Task]] = {}
     for module in own_tasks().values():
@@ -73,15 +73,23 @@ def all_tasks(broken: list[TaskImportError] | None = None) -> dict[str, type[Tas
 
 
 def section_group(module: str) -> str:
-    """What a section's name begins with: for tasks.control.auv.attitude it is Control.AUV. Short words are acronyms."""
+    """The beginning of a section's name: Control.AUV for tasks.control.auv.attitude. Short words are acronyms."""
     return ".".join(
         part.upper() if len(part) <= 3 else "".join(word[:1].upper() + word[1:] for word in part.split("_"))
         for part in module.split(".")[1:-1]
     )
 
 
+def section_name(cls: type[Task]) -> str:
+    """The section name of a class in a profile."""
+    parts = cls.__module__.split(".")
+    if parts[0] == OWN and len(parts) > 2:
+        return f"{section_group(cls.__module__)}.{cls.__name__}"
+    return f"{cls.__module__}.{cls.__name__}"
+
+
 def missing_extra(cls: type[Task]) -> str:
-    """The extra that a task needs and that is not installed, else an empty text."""
+    """The extra that a task needs and that is not installed, else empty."""
     library = LIBRARIES.get(cls.requires)
     return cls.requires if library and importlib.util.find_spec(library) is None else ""
 
@@ -97,7 +105,7 @@ def _check_declaration(section: str, cls: type[Task]) -> None:
     try:
         cls.parameters()
     except Exception as error:
-        raise TaskImportError(f"{section} is not declared as a task is: {error}") from error
+        raise TaskImportError(f"{section} has an invalid declaration: {error}") from error
 
 
 def _modules(folder: Path, package: str) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""What a vehicle's profile says, and what has been changed since: the effective configuration, and saved parameters."""
+"""Parameter changes of a running vehicle: the effective configuration, and saved parameters."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,14 +9,14 @@ from runtime.task import ParameterError, Task
 
 
 class Settings(Protocol):
-    """The profile as a vehicle in operation needs it."""
+    """The part of a profile that a running vehicle needs."""
 
     def value(self, section: str, option: str, default: str = "") -> str:
-        """The text of an option of any section, `default` where it is missing or empty."""
+        """The text of an option of any section, `default` if it is missing or empty."""
         ...
 
     def options(self, section: str) -> Mapping[str, str]:
-        """The texts that a section sets, by option, but for Enabled."""
+        """The texts that a section sets, by option, without Enabled."""
         ...
 
     def dump(self) -> str:
@@ -24,12 +24,12 @@ class Settings(Protocol):
         ...
 
     def override(self, assignment: str) -> None:
-        """Take "Section:Option=value" into the effective configuration."""
+        """Apply "Section:Option=value" to the effective configuration."""
         ...
 
 
 class Changes:
-    """What has become of the parameters of tasks since they were made."""
+    """How the parameters of tasks differ from the profile."""
 
     def __init__(self, settings: Settings):
         self._settings = settings
@@ -37,11 +37,11 @@ class Changes:
         self._effective: dict[str, dict[str, str]] = {}
 
     def begin(self, task: Task) -> None:
-        """Take the present values as those of the profile."""
+        """Take the present values as the profile's."""
         self._original[task.name] = {p.name: task.parameter_set.text(p) for p in task.parameters().values()}
 
     def changed(self) -> dict[str, dict[str, str]]:
-        """What the profile says of parameters that are others now: texts by task and ini name."""
+        """The profile's values of all parameters that have changed: texts by task and ini name."""
         pairs = {name: (known, self._original[name]) for name, known in self._effective.items()}
         return {
             name: {option: text for option, text in original.items() if text != known[option]}
@@ -50,7 +50,7 @@ class Changes:
         }
 
     def resume(self, changed: Mapping[str, Mapping[str, str]]) -> None:
-        """Take what `changed` said before as the profile's. Raises KeyError for a parameter that there is not."""
+        """Restore the profile's values from an earlier `changed`. Raises KeyError for an unknown parameter."""
         for name, texts in changed.items():
             original = self._original[name]
             if unknown := texts.keys() - original.keys():
@@ -59,7 +59,7 @@ class Changes:
             original.update(texts)
 
     def remember(self, task: Task) -> None:
-        """Take the task's changed parameters into the effective configuration."""
+        """Apply the task's changed parameters to the effective configuration."""
         known = self._effective.setdefault(task.name, dict(self._original[task.name]))
         for parameter in task.parameters().values():
             text = task.parameter_set.text(parameter)
@@ -68,21 +68,22 @@ class Changes:
                 known[parameter.name] = text
 
     def save(self, task: Task, path: Path) -> None:
-        """Add the parameters of a task that differ from the profile to a file of saved ones.
+        """Add the parameters of a task that differ from the profile to a file of saved parameters.
 
-        Raises OSError, and ValueError for a text that an ini file cannot carry.
+        Raises OSError, and ValueError for a text that an ini file cannot hold.
         """
         saved = read_sections(path)
         section = saved.setdefault(task.name, {})
         for parameter in task.parameters().values():
             text = task.parameter_set.text(parameter)
+            # A parameter saved before is written even with the profile's value: its old text must not stay.
             if parameter.name in section or text != self._original[task.name][parameter.name]:
                 section[parameter.name] = text
         write_sections(path, saved)
 
 
 def assign(task: Task, options: Mapping[str, str]) -> None:
-    """Give parameters the values of ini texts, by ini name; others are not the task's. Raises ParameterError."""
+    """Set parameters from ini texts, by ini name; unknown names are ignored. Raises ParameterError."""
     for name, text in options.items():
         parameter = task.parameter_set.find(name)
         if parameter is None:
@@ -94,7 +95,7 @@ def assign(task: Task, options: Mapping[str, str]) -> None:
 
 
 def give(task: Task, values: Mapping[str, Any]) -> None:
-    """Give parameters values, by attribute. Raises ParameterError."""
+    """Set parameters by attribute. Raises ParameterError."""
     for attribute, value in values.items():
         parameter = next((p for p in task.parameters().values() if p.attribute == attribute), None)
         if parameter is None:

@@ -1,4 +1,4 @@
-"""Looks for mistakes in a profile: names that nobody knows, values that cannot be, labels that are taken."""
+"""Finds mistakes in a profile: unknown names, invalid values, labels that are taken."""
 
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -22,7 +22,7 @@ def check(
     """All problems of a profile's files and values, in the order of files and lines.
 
     `tasks` are the known classes by section name; `find_task` gives the class of a section, also of a user's module.
-    With `selected` only what then runs is looked into; without, whatever any selection could run.
+    Values and labels are checked for the tasks that run in the modes `selected`, by default for those of any mode.
     """
     checker = _Checker(profile, tasks, None if selected is None else frozenset(selected), find_task or _lookup(tasks))
     checker.run()
@@ -77,7 +77,7 @@ class _Checker:
             near = nearest(option.name, dune.GENERAL)
             severity: Severity = "warning" if near else "note"
             hint = f"did you mean {quoted(near)}?" if near else ""
-            self._say(severity, option.origin, f"[General] {quoted(option.name)} is no option that Shoal knows", hint)
+            self._say(severity, option.origin, f"[General] unknown option {quoted(option.name)}", hint)
 
     def _check_zenoh(self) -> None:
         for option in self._config.options("Zenoh"):
@@ -137,8 +137,8 @@ class _Checker:
             plain = list(dict.fromkeys(a.origin for a in option.history if a.operator == "="))
             before = [origin for origin in plain[:-1] if origin.line and origin.file == plain[-1].file]
             if before:
-                text = f"[{section.name}] {option.name} is set in line {before[-1].line} already"
-                self._say("note", plain[-1], text, "this line has the last word")
+                text = f"[{section.name}] {option.name} is already set in line {before[-1].line}"
+                self._say("note", plain[-1], text, "this line wins")
 
     def _check_unknown_section(self, section: Section, runs: bool) -> None:
         name, base = section.name, section.name.partition("/")[0]
@@ -148,19 +148,19 @@ class _Checker:
         if self._check_case(section, [*self._tasks, *dune.DATA_SECTIONS]):
             return
         near = self._nearest_task(base)
-        hint = f"did you mean [{near}]?" if near else "a module of your own is found in the current folder"
+        hint = f"did you mean [{near}]?" if near else "your own modules are searched for in the current folder"
         if ":" in name or not dot:
             if "Enabled" in section.options:
-                self._say("warning", section.origin, f"[{name}] has an option Enabled, but it is no task", hint)
+                self._say("warning", section.origin, f"[{name}] has an option Enabled, but it is not a task", hint)
             elif not dot and (near := nearest(name, dune.DATA_SECTIONS)):
                 self._say("warning", section.origin, f"nothing reads [{name}]", f"did you mean [{near}]?")
         elif base in dune.TASKS or (group in dune.GROUPS and not near):
             self._say("note", section.origin, f"[{name}] is a task of DUNE that is not available in Shoal")
         elif runs or near or "Enabled" not in section.options:
-            self._say("warning", section.origin, f"[{name}] is no task", hint)
+            self._say("warning", section.origin, f"[{name}] is not a task", hint)
 
     def _nearest_task(self, name: str) -> str:
-        """Only within its group where the group is one of DUNE's, since DUNE's other tasks have similar names."""
+        """If the group is one of DUNE's, only within it, since DUNE has similar names in other groups."""
         group, dot, rest = name.partition(".")
         if not dot or group in dune.GROUPS:
             parts = {task.partition(".")[2]: task for task in self._tasks if not dot or task.startswith(f"{group}.")}
@@ -184,7 +184,7 @@ class _Checker:
         names = [ALWAYS, NEVER, *self._profile.modes]
         for name in [word.strip() for word in option.value.split(",")]:
             if name not in names:
-                text = f"[{section.name}] Enabled: no profile {quoted(name)} is declared"
+                text = f"[{section.name}] Enabled: unknown mode {quoted(name)}"
                 self._say("warning", option.origin, text, suggestion(name, names))
 
     def _runs(self, section: str) -> bool:
@@ -197,7 +197,7 @@ class _Checker:
             return
         names = ["Enabled", *parameters, *(alias for p in parameters.values() for alias in p.aliases)]
         near = nearest(option.name, names)
-        text = f"[{section.name}] {quoted(option.name)} is no parameter of {task}"
+        text = f"[{section.name}] {quoted(option.name)} is not a parameter of {task}"
         if near.casefold() == option.name.casefold():
             text += ": the letter case differs"
         hint = f"did you mean {quoted(near)}?" if near else f"shoal explain lists those of {task}"
@@ -215,7 +215,7 @@ class _Checker:
             hint = f"write the number alone; it is in {unit}" if unit else "write the number alone"
             if surplus.startswith(","):
                 hint = "write the decimal point as ."
-            self._say("warning", option.origin, f"{where}: {quoted(surplus)} behind the number is ignored", hint)
+            self._say("warning", option.origin, f"{where}: {quoted(surplus)} after the number is ignored", hint)
         words = [word.strip() for word in text.split(",")] if parameter.is_list else [text]
         for octal in filter(_OCTAL.fullmatch, words if parameter.type is int else []):
             text = f"{where}: {octal} begins with 0 and is read as octal: {int(octal, 8)}"
@@ -223,7 +223,7 @@ class _Checker:
         for doubt in parameter.doubts(text):
             self._say("warning", option.origin, f"{where}: {doubt}")
         if parameter.is_list and parameter.type is str and option.value and "" in words:
-            self._say("warning", option.origin, f"{where}: an item of the list is empty", "take the extra comma out")
+            self._say("warning", option.origin, f"{where}: an item of the list is empty", "remove the extra comma")
 
     def _check_labels(self) -> None:
         modes = [*self._profile.modes, ""] if self._selected is None else [None]

@@ -1,4 +1,4 @@
-"""The vehicle's own voice: heartbeat, the list of entities and their states."""
+"""The vehicle's own task: publishes its heartbeat, its entities and their states."""
 
 import imc
 from runtime.task import consume, periodic
@@ -8,7 +8,7 @@ ANY_ENTITY = 0xFF
 
 
 class Daemon(ParameterService):
-    """Entity 0 of every vehicle: says who is there and how they are."""
+    """Entity 0 of every vehicle: publishes its heartbeat, its entities and their states."""
 
     def start(self) -> None:
         self.set_entity_state(imc.EntityState.State.NORMAL, "active")
@@ -31,7 +31,7 @@ class Daemon(ParameterService):
 
     @consume(others=True)
     def introduce(self, request: imc.QueryEntityInfo) -> None:
-        """Answer for the asked entity; asked about any, all entities say who they are, to everybody."""
+        """Reply for one entity; a request for any is answered for all entities, to everybody."""
         if not self._for_us(request):
             return
         for entity in self.vehicle.entities:

@@ -1,4 +1,4 @@
-"""What each value of a section is, means, and who set it."""
+"""The options of a section: their values, what they mean, and where they were set."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ from runtime.vehicle.checker import find_parameter
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One option: its value as text, and the places that made it, last word first; none where it is the default.
+    """One option: its value as text, and the places that set it, latest first; none for the default.
 
-    `overwritten` are the places that set another value before. `parameter` is the declaration, where there is one.
+    `overwritten` are the places whose value was replaced. `parameter` is the declaration, if any.
     """
 
     option: str
@@ -26,16 +26,16 @@ class Row:
 
     @property
     def origin(self) -> str:
-        """Who had the last word: "etc/auv/basic.ini:12", "command line" or "default"."""
+        """Where the value was last set: "etc/auv/basic.ini:12", "command line" or "default"."""
         return str(self.origins[0]) if self.origins else "default"
 
 
 def explain(profile: Profile, section: str, task: type[Task] | None = None) -> list[Row]:
     """The options of a section: those of its task in the order of declaration, then the unknown ones.
 
-    An unknown option is called so, with the nearest valid name; data sections may have any option.
+    An unknown option is marked, with the nearest valid name; data sections may have any option.
 
-    Raises ProfileError where the profile has no such section and no task is given.
+    Raises ProfileError if the profile has no such section and no task is given.
     """
     found = profile.config.sections.get(section)
     if found is None and task is None:
@@ -45,7 +45,7 @@ def explain(profile: Profile, section: str, task: type[Task] | None = None) -> l
     options = dict(found.options) if found else {}
     rows: list[Row] = []
     if task:
-        rows.append(_row("Enabled", options.pop("Enabled", None), "", "Profiles in which the task runs.", "Never"))
+        rows.append(_row("Enabled", options.pop("Enabled", None), "", "Modes in which the task runs.", "Never"))
     for name, parameter in parameters.items():
         set_as = next((n for n in (name, *parameter.aliases) if n in options), name)
         rows.append(_parameter_row(set_as, options.pop(set_as, None), parameter))
@@ -61,14 +61,14 @@ def explain(profile: Profile, section: str, task: type[Task] | None = None) -> l
 
 
 def _unknown(name: str, parameters: Mapping[str, Parameter]) -> str:
-    """What to say of an option that is not shown with a parameter."""
+    """The meaning of an option that is not shown with a parameter."""
     parameter = find_parameter(parameters, name)
     if parameter is not None:
-        return f"another name of {quoted(parameter.name)}, which is set already"
+        return f"another name of {quoted(parameter.name)}, which is already set"
     if name in dune.EVERY_TASK:
         return "no effect in Shoal"
     near = nearest(name, ["Enabled", *parameters, *(alias for p in parameters.values() for alias in p.aliases)])
-    return "unknown: no parameter of this task" + (f"; did you mean {quoted(near)}?" if near else "")
+    return "unknown: not a parameter of this task" + (f"; did you mean {quoted(near)}?" if near else "")
 
 
 def _parameter_row(name: str, option: Option | None, parameter: Parameter) -> Row:

@@ -1,4 +1,4 @@
-"""Several vehicles on one kernel: one time, one thread, and to each its own bus, tasks, random numbers and log."""
+"""Several vehicles on one kernel and one thread; each has its own bus, tasks, random numbers and log."""
 
 import logging
 from collections.abc import Callable
@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import imc
 from runtime.bus import Bus
-from runtime.kernel import LIVELOCK_EVENTS, Kernel, LivelockError, VirtualClock, WallClock
-from runtime.kernel.kernel import SECOND
+from runtime.kernel import LIVELOCK_EVENTS, SECOND, Clock, Kernel, LivelockError
 from runtime.task import Task
 
 if TYPE_CHECKING:
@@ -18,11 +17,11 @@ logger = logging.getLogger("shoal.fleet")
 
 
 class FleetError(ValueError):
-    """A vehicle that cannot join a fleet; the text says why."""
+    """A vehicle cannot join a fleet; the text says why."""
 
 
 class Neighbour:
-    """A transport between the buses of one process: what is published on one is heard on the others at once."""
+    """A transport between the buses of one process: what is published on one is delivered on the others immediately."""
 
     def __init__(self, bus: Bus, buses: list[Bus], kinds: tuple[type[imc.Message], ...]):
         self._bus = bus
@@ -33,25 +32,26 @@ class Neighbour:
         self._buses.append(self._bus)
 
     def send(self, message: imc.Message, packet: bytes) -> None:
-        if isinstance(message, self._kinds):
+        if isinstance(message, self._kinds) and self._bus in self._buses:
             for bus in self._buses:
                 if bus is not self._bus:
                     bus.hear(message, packet)
 
     def close(self) -> None:
-        self._buses.remove(self._bus)
+        if self._bus in self._buses:
+            self._buses.remove(self._bus)
 
 
 class Fleet:
-    """Vehicles that are built with `fleet=` run on its kernel: `start`, `run`, `close` all of them, or `with` it.
+    """Vehicles built with `fleet=` run on its kernel. `start`, `run` and `close` act on all; `with` closes it.
 
-    Each vehicle hears itself alone, unless `connect` says else, and says what it says when it runs by itself, to the
-    byte on a virtual clock. One that stops is closed at that moment, and the others go on. A task that fails ends the
-    run of all where its vehicle has not `keep_going`, and is restarted where it has.
-    `vehicles` are those that are not closed, in the order in which they have joined.
+    Without `connect` each vehicle receives only its own messages; its log on a virtual clock is then identical to the
+    log of a solo run. A vehicle that stops is closed at that moment, and the others continue. A task that fails is
+    restarted if its vehicle has `keep_going`; otherwise it ends the run of all.
+    `vehicles` are those that are not closed, in the order in which they joined.
     """
 
-    def __init__(self, clock: WallClock | VirtualClock):
+    def __init__(self, clock: Clock):
         self.kernel = Kernel(clock)
         self.kernel.on_error = self._failed
         self.kernel.on_slow = self._slow
@@ -73,9 +73,9 @@ class Fleet:
             logger.error("while closing: %r", later)
 
     def join(self, vehicle: "Vehicle") -> None:
-        """Take a vehicle in, as its construction does. Raises FleetError for a name that another one has."""
+        """Add a vehicle; its constructor does this. Raises FleetError if another vehicle has its name."""
         if any(other.name == vehicle.name for other in self.vehicles):
-            text = f"there is a vehicle {vehicle.name!r} in the fleet already: give each a name of its own"
+            text = f"the fleet already has a vehicle {vehicle.name!r}: give each its own name"
             raise FleetError(text)
         if self._kinds:
             self._attach(vehicle)
@@ -83,19 +83,19 @@ class Fleet:
         self.kernel.livelock_events = LIVELOCK_EVENTS * len(self.vehicles)
 
     def connect(self, *kinds: type[imc.Message]) -> None:
-        """Let all vehicles hear messages of these types of each other, all messages where none is named.
+        """Let all vehicles receive messages of these types from each other; without types, all messages.
 
-        They hear them in the order of publication, as handlers with `others` do; a log has them as well. Raises
-        FleetError for vehicles of the same IMC id, and where the fleet is connected, or a vehicle to something else.
+        Handlers with `others` receive them in the order of publication; logs have them too. Raises FleetError if two
+        vehicles have the same IMC id, the fleet is already connected, or a vehicle is connected to something else.
         """
         if self._kinds:
-            raise FleetError("the fleet is connected already")
+            raise FleetError("the fleet is already connected")
         self._kinds = kinds or (imc.Message,)
         for vehicle in self.vehicles:
             self._attach(vehicle)
 
     def leave(self, vehicle: "Vehicle") -> None:
-        """Let a vehicle go, as its `close` does. Raises what has failed in others while it was being closed."""
+        """Remove a vehicle; its `close` does this. Raises an error that another vehicle had meanwhile."""
         if vehicle not in self.vehicles:
             return
         self.vehicles.remove(vehicle)
@@ -107,14 +107,15 @@ class Fleet:
             raise fatal
 
     def start(self) -> None:
-        """Start all vehicles, in the order in which they have joined."""
+        """Start all vehicles, in the order in which they joined."""
         for vehicle in self.vehicles:
             vehicle.start()
 
     def run(self, seconds: float | None = None) -> None:
-        """Run for so many seconds, or until `stop`, or until all vehicles have stopped.
+        """Run for `seconds`, or until `stop`, or until all vehicles have stopped.
 
-        Raises what `keep_going` does not cover, with a note that names vehicle and task, and LivelockError.
+        Raises LivelockError, and the exception of a handler whose vehicle has no `keep_going`, with a note that names
+        vehicle and task.
         """
         kernel = self.kernel
         begin = max(kernel.now_ns, kernel.clock.read())
@@ -132,12 +133,12 @@ class Fleet:
                 return
 
     def stop(self) -> None:
-        """End the run of all."""
+        """End the run of all vehicles."""
         self._ending = True
         self.kernel.stop()
 
     def close(self) -> None:
-        """Close all vehicles, in order, and the kernel. An error keeps none from closing; the first one is raised."""
+        """Close all vehicles, in order, and the kernel. All are closed even if one fails; the first error is raised."""
         errors: list[Exception] = []
         for vehicle in self.vehicles:
             vehicle.closing = True
@@ -153,7 +154,7 @@ class Fleet:
             raise errors[0]
 
     def of(self, owner: object) -> "Vehicle | None":
-        """The vehicle of what makes a call or hears messages: a task, or who looks on."""
+        """The vehicle that the owner of a call or subscription belongs to: a task or an observer."""
         if isinstance(owner, Task):
             return owner.vehicle
         return next((vehicle for vehicle in self.vehicles if vehicle.owns(owner)), None)
@@ -166,13 +167,13 @@ class Fleet:
         twin = next((other for other in self.vehicles if other is not vehicle and other.system == vehicle.system), None)
         if twin is not None:
             text = f"{vehicle.name} and {twin.name} have the same IMC id, {vehicle.system:#06x}"
-            raise FleetError(f"{text}: give one another id in [IMC Addresses]")
+            raise FleetError(f"{text}: change one of them in [IMC Addresses]")
         if vehicle.bus.is_attached:
-            raise FleetError(f"the bus of {vehicle.name} reaches other processes already")
+            raise FleetError(f"the bus of {vehicle.name} is already connected to other processes")
         vehicle.bus.attach(Neighbour(vehicle.bus, self._buses, self._kinds))
 
     def _dismiss(self) -> bool:
-        """Close the vehicles that have stopped; whether there were any."""
+        """Close the vehicles that have stopped; return whether there were any."""
         found = False
         while (stopped := next((vehicle for vehicle in self.vehicles if vehicle.stopped), None)) is not None:
             stopped.close()
@@ -183,7 +184,7 @@ class Fleet:
         vehicle = self.of(owner)
         try:
             if vehicle is None:
-                error.add_note(f"in {owner!r}, which belongs to no vehicle of the fleet")
+                error.add_note(f"in {owner!r}, which does not belong to a vehicle of the fleet")
                 raise error
             vehicle.failed(owner, error)
         except Exception:

@@ -4,8 +4,9 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import imc
+from imc.addresses import UNKNOWN_SYSTEM
 from runtime.profile import statement
-from runtime.task import UNKNOWN_SYSTEM, Parameter, ParameterError, Task, consume
+from runtime.task import Parameter, ParameterError, Task, consume
 
 if TYPE_CHECKING:
     from runtime.vehicle.vehicle import Vehicle
@@ -15,13 +16,13 @@ SCOPES = ("global", "idle", "plan", "maneuver")
 
 
 class ParameterService(Task):
-    """Answers the parameter messages for all tasks of the vehicle, each in the name of its entity."""
+    """Answers parameter requests for all tasks of the vehicle, each from the task's entity."""
 
     vehicle: "Vehicle"
 
     @consume(others=True)
     def set_parameters(self, request: imc.SetEntityParameters) -> None:
-        """Set what can be set, warn of the rest, and reply with what was accepted."""
+        """Set what can be set, log the rest as errors, and reply with what was accepted."""
         task = self._addressed(request, request.name)
         if task is None:
             return
@@ -42,7 +43,7 @@ class ParameterService(Task):
 
     @consume(others=True)
     def query(self, request: imc.QueryEntityParameters) -> None:
-        """Reply with the parameters of the asked visibility and scope, sorted by name."""
+        """Reply with the parameters of the requested visibility and scope, sorted by name."""
         task = self._addressed(request, request.name)
         if task is None:
             return
@@ -50,7 +51,7 @@ class ParameterService(Task):
         if visibility not in VISIBILITIES or scope not in SCOPES:
             self.log.warning(
                 f"query from {self._peer(request)}: visibility {visibility!r} and scope {scope!r} "
-                f"must be of {VISIBILITIES} and {SCOPES}"
+                f"must be one of {VISIBILITIES} and {SCOPES}"
             )
             return
         chosen = [
@@ -63,14 +64,14 @@ class ParameterService(Task):
 
     @consume(others=True)
     def push(self, request: imc.PushEntityParameters) -> None:
-        """Remember the values that may change per plan or maneuver."""
+        """Remember the values whose scope is not global."""
         task = self._addressed(request, request.name)
         if task is not None:
             task.parameter_set.push()
 
     @consume(others=True)
     def pop(self, request: imc.PopEntityParameters) -> None:
-        """Bring the remembered values back."""
+        """Restore the remembered values."""
         task = self._addressed(request, request.name)
         if task is not None:
             before = task.parameter_set.snapshot()
@@ -127,11 +128,11 @@ class ParameterService(Task):
         return ""
 
     def _apply(self, task: Task, before: dict[str, object]) -> bool:
-        """Let the task follow its new values, the old ones come back where it objects. Other errors are its own."""
+        """Apply new values; the old ones are restored if the task refuses them. Other exceptions are its own errors."""
         active = task.parameters()["Active"] if task.activation else None
         wish = active is not None and task.parameter_set.value(active)
         try:
-            if active is not None:
+            if active is not None:  # only the activation protocol changes it
                 task.parameter_set.set(active, before[active.name])
             self._configure(task, before)
             self.vehicle.remember(task)
@@ -140,7 +141,7 @@ class ParameterService(Task):
             elif active is not None:
                 self.vehicle.activations[task.name].request(wish)
         except ParameterError as error:
-            task.log.error(f"{error}; the values before stay")
+            task.log.error(f"{error}; the old values stay")
             return False
         except Exception as error:
             self._kernel.on_error(task, error)

@@ -6,17 +6,19 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import imc
 from runtime.bus import Bus, Subscription
-from runtime.kernel import Kernel, VirtualClock, WallClock, owner_of
-from runtime.kernel.kernel import SECOND
+from runtime.kernel import SECOND, Clock, Kernel, owner_of
 from runtime.profile import default_label
 from runtime.task import Activation, Entities, State, Systems, Task, consumers, one_line, rate_of, tickers, with_place
 from runtime.vehicle.changes import Changes, Settings, assign, give
 from runtime.vehicle.daemon import Daemon
 from runtime.vehicle.fleet import Fleet
+
+if TYPE_CHECKING:
+    from runtime.snapshot import Journals
 
 LONGEST_BACKOFF = 60.0
 HEALTHY_AFTER = 60.0
@@ -26,11 +28,11 @@ logger = logging.getLogger("shoal.vehicle")
 
 
 class Vehicle:
-    """One vehicle: add tasks, `start`, `run`, `close`. It has a clock, and so a kernel, or shares that of a fleet.
+    """One vehicle: add tasks, `start`, `run`, `close`. It has its own kernel on `clock`, or shares that of a fleet.
 
-    `keep_going` chooses what an exception of a task does: True restarts the task with back-off, as on a vehicle; False
-    ends the run with it, as in simulation. `profile` is the effective configuration, `state_folder` keeps saved
-    parameters. `running` has the names of the tasks that have been started and are not stopped.
+    `keep_going` decides what an exception in a task does: True restarts the task with back-off, as on a vehicle; False
+    ends the run, as in simulation. `profile` is the effective configuration, `state_folder` has the saved parameters,
+    `running` the names of the tasks that are started and not stopped.
     """
 
     def __init__(
@@ -38,7 +40,7 @@ class Vehicle:
         name: str,
         system: int,
         *,
-        clock: WallClock | VirtualClock | None = None,
+        clock: Clock | None = None,
         fleet: Fleet | None = None,
         profile: Settings,
         systems: Mapping[str, int] | None = None,
@@ -77,6 +79,7 @@ class Vehicle:
         self._error: Exception | None = None
         self._told = False
         self._starting = False
+        self.journals: Journals | None = None
         self._observers: list[object] = []
         self.closing = False
         self.stopped = False
@@ -87,7 +90,7 @@ class Vehicle:
 
     @property
     def virtual(self) -> bool:
-        """Whether time is virtual, so that nothing may come from the outside."""
+        """Whether time is virtual, so that no task may use the network."""
         return self.kernel.virtual
 
     @property
@@ -109,9 +112,9 @@ class Vehicle:
         return next((task for task in self._tasks.values() if task.entity.label == label), None)
 
     def add(self, cls: type[Task], section: str, options: Mapping[str, str] | None = None, **values: Any) -> Task:
-        """Make a task: `options` are ini texts by ini name, `values` are values by attribute.
+        """Create a task: `options` are ini texts by ini name, `values` are values by attribute.
 
-        Raises ParameterError for a value that it cannot have, EntityError for its label.
+        Raises ParameterError for an invalid value, EntityError for its label.
         """
         options = dict(options or {})
         label = options.pop("Entity Label", "") or values.pop("entity_label", "") or default_label(section)
@@ -145,29 +148,29 @@ class Vehicle:
         self.kernel.soon(self._started)
 
     def run(self, seconds: float | None = None) -> None:
-        """Run for so many seconds of the vehicle's time, or until `stop`. Raises what `keep_going` does not cover.
+        """Run for `seconds` of the vehicle's time, or until `stop`; in a fleet all vehicles run.
 
-        In a fleet all its vehicles run.
+        Without `keep_going` it raises the exception of a handler.
         """
         if self.fleet is not None:
             self.fleet.run(seconds)
             return
         self.stopped = False
-        begin = max(self.kernel.now_ns, self.kernel.clock.read())  # much time may have passed since the construction
+        begin = max(self.kernel.now_ns, self.kernel.clock.read())  # on a wall clock, time has passed since construction
         self.kernel.run(None if seconds is None else begin + round(seconds * SECOND))
 
     def stop(self, status: int = 0) -> None:
-        """End the run, with a status for the command line; in a fleet the others go on, and this one is closed."""
+        """End the run with an exit status. In a fleet this vehicle is closed and the others continue."""
         self.exit_status = status
         self.stopped = True
         if not self.closing:
             self.kernel.stop()
 
     def close(self) -> None:
-        """Stop all tasks, those that record everything last, deliver what they still have to say, and leave the bus.
+        """Stop all tasks, recorders of all messages last; deliver their last messages, and leave the bus.
 
-        An error keeps no other task from stopping. Where none has ended the run, the first is raised when all is done,
-        unless `keep_going` is set.
+        All tasks stop even if one fails. The first error is raised at the end, unless an error has ended the run before
+        or `keep_going` is set.
         """
         self.closing = True
         recorders = [task for task in self.tasks if any(c.type is imc.Message for c in consumers(type(task)))]
@@ -193,7 +196,7 @@ class Vehicle:
                 self.fleet.leave(self)
 
     def owns(self, owner: object) -> bool:
-        """Whether what makes a call is the vehicle, its bus, or what its bus delivers to."""
+        """Whether a call belongs to the vehicle: `owner` is the vehicle, its bus, or a receiver of its bus."""
         return owner is self or owner is self.bus or self.bus.knows(owner)
 
     def tap(self, kind: type, handler: Callable[..., object], *, packets: bool = False) -> None:
@@ -202,7 +205,7 @@ class Vehicle:
         self.bus.subscribe(Subscription(kind, handler, handler, others=True, packets=packets))
 
     def is_observer(self, owner: object) -> bool:
-        """Whether `owner` taps the bus: what it keeps and what it will do is no part of the vehicle."""
+        """Whether `owner` taps the bus; its state and its timers are not part of the vehicle."""
         return any(observer is owner for observer in self._observers)
 
     def remember(self, task: Task) -> None:
@@ -226,16 +229,16 @@ class Vehicle:
             activation.request(True)
 
     def _soon(self, function: Callable[[Task], object], task: Task, delay: float = 0.0) -> None:
-        """Call `function(task)`, with the task to blame for what happens."""
+        """Call `function(task)` after a delay; an exception counts as one of the task."""
         self.kernel.after(delay, function, task).owner = task
 
     def _meet_twin(self, message: imc.Message) -> None:
-        """Warn, once, of another process that speaks in the name of an entity of this one."""
+        """Warn, once, that another process publishes as an entity of this vehicle."""
         entity = self.entities.by_id(message.src_ent)
         if entity is not None and entity is not self.daemon.entity:
             self.bus.on_own = lambda _: None
             self.daemon.log.warning(
-                f"another process speaks as {entity.label} of {self.name}: is the vehicle running twice? "
+                f"another process publishes as {entity.label} of {self.name}: is the vehicle running twice? "
                 "Give one of them another name (-V), or another bus"
             )
 
@@ -264,12 +267,12 @@ class Vehicle:
             self._note(task, error)
 
     def _note(self, owner: object, error: Exception) -> None:
-        """Keep an error that comes up while tasks stop, for when they have."""
+        """Log an error of a task that stops, and keep the first one for `close`."""
         logger.error("%r while stopping: %s", owner, with_place(error))
         self._error = self._error or error
 
     def failed(self, owner: object, error: Exception) -> None:
-        """What the kernel does with an exception that a handler raised."""
+        """Handle an exception of a handler: the kernel's `on_error`."""
         if self.closing or self.stopped:
             self._note(owner, error)
             return
@@ -294,8 +297,8 @@ class Vehicle:
         self._soon(self._restart, owner, delay)
 
     def slow(self, owner: object, seconds: float) -> None:
-        """Say which task keeps the others waiting; some may, while they start."""
+        """Report a task that delays the others: the kernel's `on_slow`. Tasks may take longer while they start."""
         if self._starting and seconds < STARTING_PATIENCE:
             return
         name = owner.name if isinstance(owner, Task) else repr(owner)
-        self.daemon.log.warning(f"{name} took {seconds:.3f} s in one handler; heavy work belongs into offload()")
+        self.daemon.log.warning(f"{name} took {seconds:.3f} s in one handler; heavy work belongs in offload()")

@@ -1,4 +1,4 @@
-"""How a process joins the bus through zenoh: on the loopback interface, unless more is asked for."""
+"""How a process joins the bus through zenoh; by default only on the loopback interface."""
 
 import json
 import re
@@ -24,17 +24,18 @@ _PLACE_IN_SOURCE = re.compile(r" at \S+\.rs:\d+\.?")
 
 @dataclass(frozen=True, slots=True)
 class ZenohConfig:
-    """How a process joins the bus; None is what the configuration file says, and else the default in brackets.
+    """How a process joins the bus; None means the value of the configuration file, else the default in brackets.
 
     mode: "peer", "router" or "client" ["peer"].
-    local_port: TCP port of 127.0.0.1 where the processes of a computer meet; 0 is none.
-    listen: further endpoints to be reached at, such as "tls/0.0.0.0:7448" [none]. Of the processes of a computer one
-        listens at the local port and at these; when it goes, another takes over.
-    connect: further endpoints to keep connecting to [none].
-    scouting: "loopback", "none", or the interfaces to find others on by multicast, "auto" for all ["loopback"].
+    local_port: TCP port of 127.0.0.1 where the processes of a computer meet; 0 disables it.
+    listen: further endpoints to listen at, such as "tls/0.0.0.0:7448" [none]. One process of a computer listens at the
+        local port and at these; when it ends, another takes over.
+    connect: further endpoints to connect and reconnect to [none].
+    scouting: where to find others by multicast: "loopback", "none", names of interfaces, or "auto" for all interfaces
+        ["loopback"].
     scouting_address: multicast group and port ["224.0.0.224:7446"].
     shared_memory: whether packets of 3 kB and more travel in shared memory, which takes 17 MB per process [False].
-    config_file: a zenoh configuration (JSON5) for all the rest: TLS, access control, rates per link.
+    config_file: a zenoh configuration (JSON5) for everything else: TLS, access control, rates per link.
     """
 
     mode: Mode | None = None
@@ -50,12 +51,12 @@ class ZenohConfig:
     def from_options(cls, options: Mapping[str, str], folder: Path = Path()) -> "ZenohConfig":
         """Read the options of a `[Zenoh]` section; `Config File` is relative to `folder`.
 
-        Raises ValueError naming the option that is unknown or has a value it cannot have.
+        Raises ValueError naming an option that is unknown or has an invalid value.
         """
         values: dict[str, Any] = {}
         for name, text in options.items():
             if name not in _PARSERS:
-                raise ValueError(f"[Zenoh] {name}: no such option; there are {', '.join(_PARSERS)}")
+                raise ValueError(f"[Zenoh] {name}: unknown option; known: {', '.join(_PARSERS)}")
             if not text.strip():
                 continue
             try:
@@ -66,9 +67,9 @@ class ZenohConfig:
         return cls(**values)
 
     def build(self) -> tuple["zenoh.Config", list[str]]:
-        """The zenoh configuration, which listens at no fixed port, and the endpoints that are left out for that.
+        """The zenoh configuration without its endpoints at fixed ports, and these endpoints, for a MeetingPoint.
 
-        Raises ValueError where the configuration file is not one.
+        Raises ValueError for an invalid configuration file.
         """
         import zenoh
 
@@ -79,7 +80,7 @@ class ZenohConfig:
             raise ValueError(f"{self.config_file}: {explain(error)}") from None
 
         def get(name: str) -> Any:
-            """What the file says, None where it is silent."""
+            """The configured value, or None if it is zenoh's default."""
             value = json.loads(config.get_json(name))
             return None if value == json.loads(pristine.get_json(name)) else value
 
@@ -105,7 +106,7 @@ class ZenohConfig:
         put("scouting/multicast/interface", interface, LOOPBACK)
         put("scouting/multicast/address", self.scouting_address, "224.0.0.224:7446")
         if get("scouting/multicast/interface") == LOOPBACK and get("scouting/multicast/enabled"):
-            # Scouting finds everybody on this computer; gossip would go on to the peers that those know elsewhere.
+            # Scouting finds all processes of this computer; gossip would also connect to the peers they know elsewhere.
             put("scouting/gossip/autoconnect", None, [])
 
         put("transport/shared_memory/enabled", self.shared_memory, False)
@@ -116,7 +117,7 @@ class ZenohConfig:
 
 
 def explain(error: Exception) -> str:
-    """What zenoh says, without the places in its source."""
+    """The text of an error of zenoh, without the places in zenoh's source."""
     return _PLACE_IN_SOURCE.sub("", str(error))
 
 
@@ -125,7 +126,7 @@ def insert(config: "zenoh.Config", name: str, value: object) -> None:
 
 
 def _list(wanted: tuple[str, ...] | None, in_file: list[str] | dict[str, list[str]] | None, mode: str) -> list[str]:
-    """Endpoints: those that are wanted, else those of the file, which may have them by mode."""
+    """The wanted endpoints, else those of the file, which may list them by mode."""
     if wanted is not None:
         return list(wanted)
     return (in_file.get(mode) if isinstance(in_file, dict) else in_file) or []
@@ -136,7 +137,7 @@ def _one_of(choices: Iterable[str]) -> Callable[[str], str]:
 
     def parse(text: str) -> str:
         if text.lower() not in words:
-            raise ValueError(f"{text!r} is none of {', '.join(words)}")
+            raise ValueError(f"{text!r} is not one of {', '.join(words)}")
         return text.lower()
 
     return parse
@@ -144,7 +145,7 @@ def _one_of(choices: Iterable[str]) -> Callable[[str], str]:
 
 def _port(text: str) -> int:
     if not (text.isascii() and text.isdigit() and int(text) < 65536):
-        raise ValueError(f"{text!r} is no port number")
+        raise ValueError(f"{text!r} is not a port number")
     return int(text)
 
 
@@ -152,20 +153,20 @@ def _endpoints(text: str) -> tuple[str, ...]:
     endpoints = tuple(word.strip() for word in text.split(",") if word.strip())
     for endpoint in endpoints:
         if not _ENDPOINT.fullmatch(endpoint):
-            raise ValueError(f"{endpoint!r} is no endpoint such as tcp/192.168.1.1:7447")
+            raise ValueError(f"{endpoint!r} is not an endpoint such as tcp/192.168.1.1:7447")
     return endpoints
 
 
 def _group(text: str) -> str:
     if not _GROUP.fullmatch(text):
-        raise ValueError(f"{text!r} is no address such as 224.0.0.224:7446")
+        raise ValueError(f"{text!r} is not an address such as 224.0.0.224:7446")
     return text
 
 
 def _interfaces(text: str) -> str:
     words = [word.strip() for word in text.split(",")]
     if not all(re.fullmatch(r"[\w.:@-]+", word) for word in words):
-        raise ValueError(f"{text!r} is neither loopback, none, auto nor a list of interfaces")
+        raise ValueError(f"{text!r} is not loopback, none, auto or a list of interfaces")
     return ",".join(words) if len(words) > 1 or words[0].lower() not in _KEYWORDS else words[0].lower()
 
 

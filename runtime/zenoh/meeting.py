@@ -1,4 +1,4 @@
-"""The ports that the processes of a computer share: one of them listens there, another takes over when it goes."""
+"""The ports that the processes of a computer share: one of them listens; when it ends, another takes over."""
 
 import errno
 import logging
@@ -19,10 +19,10 @@ logger = logging.getLogger("shoal.zenoh")
 
 
 class MeetingPoint:
-    """Listens for the other processes at the fixed endpoints of a configuration, as soon as nobody else does.
+    """Listens at the fixed endpoints of a configuration as soon as no other process does.
 
-    A session of its own, because zenoh can neither begin to listen in an open session, nor close one while it waits
-    for a port. Clients that connect there are served by it; peers find the packets' own sessions through it.
+    It has its own zenoh sessions, because zenoh can neither start to listen in an open session, nor close a session
+    that waits for a port. They serve the clients that connect there; peers find the sessions of packets through them.
     """
 
     def __init__(self, config: ZenohConfig) -> None:
@@ -33,7 +33,7 @@ class MeetingPoint:
         self._thread = threading.Thread(target=self._watch, name="zenoh meeting point", daemon=True)
 
     def open(self) -> None:
-        """Listen where nobody does. Raises ConnectionError where it could but zenoh cannot, say without certificate."""
+        """Listen at the free endpoints. Raises ConnectionError if zenoh cannot, for example without a certificate."""
         self._wanted = self._config.build()[1]
         self._listen()
         if self._wanted:
@@ -61,7 +61,7 @@ class MeetingPoint:
         if not free:
             return
         config, _ = self._config.build()
-        insert(config, "id", None)
+        insert(config, "id", None)  # an id in the configuration file is that of the session of packets
         insert(config, "listen/endpoints", free)
         insert(config, "connect/endpoints", [])
         insert(config, "open/return_conditions/connect_scouted", False)
@@ -75,7 +75,7 @@ class MeetingPoint:
 
 
 def is_held(endpoint: str) -> bool:
-    """Whether somebody listens at an endpoint already."""
+    """Whether a process listens at an endpoint."""
     protocol, _, rest = endpoint.partition("/")
     host, _, port = re.split(r"[?#]", rest)[0].rpartition(":")
     kind = socket.SOCK_DGRAM if protocol in ("udp", "quic") else socket.SOCK_STREAM
@@ -83,6 +83,7 @@ def is_held(endpoint: str) -> bool:
         places = socket.getaddrinfo(host.strip("[]"), port, type=kind, flags=socket.AI_PASSIVE)
         for family, _, _, _, address in places:
             with socket.socket(family, kind) as probe:
+                # A port in TIME_WAIT counts as free. On Windows this option would also take a port from its listener.
                 if os.name == "posix" and kind == socket.SOCK_STREAM:
                     probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
                 probe.bind(address)

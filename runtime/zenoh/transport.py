@@ -1,4 +1,4 @@
-"""Joins the buses of several processes through zenoh: every packet under a key that says whose it is."""
+"""Joins the buses of several processes through zenoh; the key of a packet names its source."""
 
 import atexit
 import logging
@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, cast
 from urllib.parse import quote
 
 import imc
+from imc.addresses import UNKNOWN_SYSTEM
+from imc.layout import LARGEST_PACKET
 from runtime.zenoh.config import ZenohConfig, explain
 from runtime.zenoh.meeting import MeetingPoint
 
@@ -17,30 +19,31 @@ if TYPE_CHECKING:
 
 PREFIX = "imc"
 ENCODING = "application/octet-stream;imc/5.4.31"
-SUBSCRIPTIONS = (f"{PREFIX}/**", f"{PREFIX}/*/@cmd/**")  # ** leaves out chunks that begin with @
+SUBSCRIPTIONS = (f"{PREFIX}/**", f"{PREFIX}/*/@cmd/**")  # ** does not match chunks that begin with @
 URGENT = frozenset({"Abort"})
-BROADCAST = 0xFFFF
-LARGEST_PACKET = 65535  # bytes; DUNE sends and takes no larger ones
 LONGEST_CHUNK = 255
 
 RING = 4096
 MOST_PUBLISHERS = 4096
 MOST_NUMBERS = 65536
-CLOSING_TIME = 2.0
-REPORT_PERIOD = 10.0
+CLOSING_TIME = 2.0  # s
+REPORT_PERIOD = 10.0  # s
 
 logger = logging.getLogger("shoal.zenoh")
 
 
 def chunk(name: str) -> str:
-    """A name as one chunk of a key, at most 255 long: blanks become _, all but letters, digits and ._~- become %XX."""
+    """A name as one chunk of a key, at most 255 characters long.
+
+    Blanks become _, all characters except letters, digits and ._~- become %XX.
+    """
     return quote("_".join(name.split()), safe="", errors="backslashreplace")[:LONGEST_CHUNK] or "_"
 
 
 def key(message: str, source: str, entity: str, destination: str = "") -> str:
     """The key of a message (its abbreviation) from an entity (label or number) of a system.
 
-    What is for everybody is at imc/<source>/<message>/<entity>, what is for one system, `destination`, at
+    A message for all systems is at imc/<source>/<message>/<entity>, one for the system `destination` at
     imc/<destination>/@cmd/<message>/<source>.
     """
     if destination:
@@ -49,7 +52,7 @@ def key(message: str, source: str, entity: str, destination: str = "") -> str:
 
 
 class FaultCounter:
-    """A count of one kind of trouble, told when it begins and then at most once in REPORT_PERIOD seconds."""
+    """Counts one kind of fault; reports the first one, then at most once in REPORT_PERIOD seconds."""
 
     def __init__(self, what: str) -> None:
         self.total = 0
@@ -75,7 +78,7 @@ class FaultCounter:
 
 
 class _Publisher:
-    """A declared publisher that numbers its packets, so that receivers know how many they missed."""
+    """A declared publisher that numbers its packets, so that receivers can count those they missed."""
 
     __slots__ = ("_number", "_put", "_source", "_stamp", "undeclare")
 
@@ -92,11 +95,11 @@ class _Publisher:
 
 
 class ZenohTransport:
-    """A Transport: packets of this process reach all others of the bus, and theirs come in, whoever starts first.
+    """A Transport between all processes of a bus, in whatever order they start.
 
-    `system_name(id)` and `entity_label(system, entity)` give the names that keys are made of; where a label is empty
-    the number stands. Counted: `lost`, packets of Shoal processes that did not arrive here (full queue, broken link);
-    `oversize`, payloads larger than any packet; `unsent`, packets that zenoh refused.
+    `system_name(id)` and `entity_label(system, entity)` give the names in keys; the number replaces an empty label.
+    Counted: `lost`, packets of Shoal processes that did not arrive here (full queue, broken link); `oversize`, payloads
+    larger than any packet; `unsent`, packets that zenoh refused.
     """
 
     def __init__(
@@ -104,7 +107,7 @@ class ZenohTransport:
     ) -> None:
         self.config = config
         self.lost = FaultCounter("of other processes were lost on the way")
-        self.oversize = FaultCounter("were larger than a packet can be and dropped")
+        self.oversize = FaultCounter("were too large for a packet and were dropped")
         self.unsent = FaultCounter("could not be sent")
         self._system_name = system_name
         self._entity_label = entity_label
@@ -117,8 +120,8 @@ class ZenohTransport:
     def open(self, receive: Callable[[bytes], None]) -> None:
         """Join the bus; waits up to half a second for others.
 
-        Raises ConnectionError where it cannot listen, or, as a client, finds no router; ValueError for a configuration
-        file that is not one; ModuleNotFoundError without zenoh.
+        Raises ConnectionError if it cannot listen or, as a client, finds no router; ValueError for an invalid
+        configuration file; ModuleNotFoundError without zenoh.
         """
         import zenoh
 
@@ -128,7 +131,8 @@ class ZenohTransport:
         except zenoh.ZError as error:
             self._meeting_point.close()
             raise ConnectionError(f"zenoh: {explain(error)}") from None
-        atexit.register(self._abandon)  # the interpreter must not end under threads that wait in zenoh: it aborts
+        atexit.register(self._abandon)  # an interpreter that ends while threads wait in zenoh aborts
+        # Telemetry and commands have a ring and a thread each, so that a flood of telemetry does not displace commands.
         for expression in SUBSCRIPTIONS:
             ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(RING)
             subscriber = session.declare_subscriber(expression, ring, allowed_origin=zenoh.Locality.REMOTE)
@@ -139,13 +143,13 @@ class ZenohTransport:
             thread.start()
 
     def send(self, message: imc.Message, packet: bytes) -> None:
-        """Publish a packet, which decodes to `message`; drops it rather than wait for a process, and never raises."""
+        """Publish a packet, which decodes to `message`. Drops it if a queue is full; never blocks, never raises."""
         session = self._session
         if session is None:
             return
         name = type(message).__name__ if not isinstance(message, imc.Unknown) else str(message.id)
         source = self._system_name(message.src)
-        if message.dst == BROADCAST:
+        if message.dst == UNKNOWN_SYSTEM:
             names = (name, source, self._entity_label(message.src, message.src_ent) or str(message.src_ent))
         else:
             names = (name, source, "", self._system_name(message.dst))
@@ -156,7 +160,7 @@ class ZenohTransport:
             self.unsent.count(f"{name} of {source}: {error}")
 
     def close(self) -> None:
-        """Leave the bus, within CLOSING_TIME seconds even where zenoh does not come to an end."""
+        """Leave the bus, within CLOSING_TIME seconds even if zenoh does not finish closing."""
         session, self._session = self._session, None
         if session is None:
             return
@@ -165,12 +169,12 @@ class ZenohTransport:
         closing.start()
         closing.join(CLOSING_TIME)
         if closing.is_alive():
-            logger.warning("zenoh has not closed within %g s and is left behind", CLOSING_TIME)
+            logger.warning("zenoh did not close within %g s; not waiting for it", CLOSING_TIME)
         for tally in (self.lost, self.oversize, self.unsent):
             tally.tell()
 
     def _leave(self, session: "zenoh.Session") -> None:
-        """Subscribers first: a session that closes under its subscribers may wait for them for ever."""
+        """Close the subscribers first: a session that closes before them may wait for them forever."""
         for subscriber, thread in self._listeners:
             cast(Any, subscriber).undeclare()
             thread.join(CLOSING_TIME / 4)
@@ -187,7 +191,7 @@ class ZenohTransport:
     def _declare(self, session: "zenoh.Session", names: tuple[str, ...]) -> _Publisher:
         import zenoh
 
-        if len(self._publishers) >= MOST_PUBLISHERS:  # somebody relays packets of ever new sources
+        if len(self._publishers) >= MOST_PUBLISHERS:  # a relay can bring packets of ever more sources
             self._publishers.pop(next(iter(self._publishers))).undeclare()
         urgent = len(names) == 4 or names[0] in URGENT
         publisher = session.declare_publisher(
@@ -199,7 +203,7 @@ class ZenohTransport:
         return self._publishers.setdefault(names, _Publisher(publisher, zenoh.SourceInfo))
 
     def _listen(self, ring: "zenoh.handlers.Handler[zenoh.Sample]", receive: Callable[[bytes], None]) -> None:
-        """Hand on what comes in, until the subscriber is undeclared; one thread each for telemetry and commands."""
+        """Pass on packets until the subscriber is undeclared."""
         import zenoh
 
         while True:
@@ -219,13 +223,13 @@ class ZenohTransport:
             number, last = source.source_sn, self._numbers.get(publisher)
             ahead = 1 if last is None else (number - last) & 0xFFFFFFFF
             if not 0 < ahead < 0x80000000:
-                return  # heard before: two routers that both know us both hand it on
+                return  # a duplicate: two routers that both reach this process have both forwarded it
             if ahead > 1:
-                self.lost.count(f"the latest before one at {sample.key_expr}", ahead - 1)
+                self.lost.count(f"last at {sample.key_expr}", ahead - 1)
             if last is None and len(self._numbers) >= MOST_NUMBERS:
                 self._numbers.clear()
             self._numbers[publisher] = number
         if len(sample.payload) > LARGEST_PACKET:
-            self.oversize.count(f"the latest of {len(sample.payload)} bytes at {sample.key_expr}")
+            self.oversize.count(f"last: {len(sample.payload)} bytes at {sample.key_expr}")
         else:
             receive(sample.payload.to_bytes())

@@ -11,21 +11,21 @@ import click
 
 COMMANDS = {
     "run": ("shoal.cli.run", "Run a vehicle profile."),
-    "mission": ("shoal.cli.mission", "Fly a plan, as fast as the computer can, and say how it went."),
+    "mission": ("shoal.cli.mission", "Fly a plan in virtual time and report the result."),
     "replay": ("shoal.cli.replay", "Play a log onto the bus."),
-    "resim": ("shoal.cli.resim", "Run tasks again on a log, and compare."),
-    "rewind": ("shoal.cli.rewind", "Go back in the log of a virtual run, and on from there."),
-    "log": ("shoal.cli.log", "Look at logs, cut, merge, compare and repair them."),
-    "check": ("shoal.cli.inspect", "Look for mistakes in profiles."),
-    "explain": ("shoal.cli.inspect", "Say what each value of a profile is, means, and who set it."),
-    "tasks": ("shoal.cli.inspect", "List the tasks, or one with its parameters."),
-    "message": ("shoal.cli.inspect", "Describe a message by name or id."),
-    "new": ("shoal.cli.new", "Make a task or a vehicle of your own, with a test."),
+    "resim": ("shoal.cli.resim", "Re-run tasks on a log and compare."),
+    "rewind": ("shoal.cli.rewind", "Resume a virtual run from a moment of its log."),
+    "log": ("shoal.cli.log", "Show, cut, merge, compare, repair and export logs."),
+    "check": ("shoal.cli.check", "Check profiles for mistakes."),
+    "explain": ("shoal.cli.explain", "Show the values of a profile and where they are set."),
+    "tasks": ("shoal.cli.tasks", "List tasks, or the parameters of one."),
+    "message": ("shoal.cli.message", "Show the fields of a message."),
+    "new": ("shoal.cli.new", "Create a task or a vehicle, with a test."),
 }
 
 
 class LazyGroup(click.Group):
-    """Imports a command when it is called, so that the others cost nothing; `table`: name -> (module, sentence)."""
+    """Imports a command only when it is called; `table` maps names to (module, description)."""
 
     table: ClassVar[dict[str, tuple[str, str]]] = COMMANDS
 

@@ -1,4 +1,4 @@
-"""The keys that steer a replay on a terminal: space pauses, arrows go back or on."""
+"""The keys that control a replay on a terminal: space pauses, arrows skip back and forward."""
 
 import os
 import sys
@@ -16,20 +16,20 @@ LONGEST = 64
 
 
 class Player(Protocol):
-    """What keys steer."""
+    """What the keys control."""
 
     @property
     def paused(self) -> bool: ...
     def pause(self) -> None: ...
     def resume(self) -> None: ...
     def skip(self, seconds: float) -> None:
-        """Go on by so many seconds, or back."""
+        """Skip forward, or back if `seconds` is negative."""
         ...
 
 
 @contextmanager
 def steering(player: Player, kernel: Kernel) -> Generator[None]:
-    """Take single keys from the terminal while the context lasts; in a pipe or the background it does nothing."""
+    """Read single keys from the terminal in this context; does nothing in a pipe or in the background."""
     if not (sys.stdin.isatty() and sys.stdout.isatty() and os.tcgetpgrp(sys.stdin.fileno()) == os.getpgrp()):
         yield
         return
@@ -51,7 +51,7 @@ def steering(player: Player, kernel: Kernel) -> Generator[None]:
 
 
 def press(player: Player, keys: bytes) -> None:
-    """Do what the keys mean; others mean nothing."""
+    """Do what the keys mean; other keys are ignored."""
     while keys:
         key = next((key for key in ARROWS if keys.startswith(key)), keys[:1])
         if key in ARROWS:

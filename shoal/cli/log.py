@@ -1,4 +1,4 @@
-"""`shoal log`: looks at logs, cuts, merges, compares, repairs and exports them."""
+"""`shoal log`: shows, cuts, merges, compares, repairs and exports logs."""
 
 from typing import ClassVar
 
@@ -7,15 +7,15 @@ import click
 from shoal.cli import LazyGroup
 
 COMMANDS = {
-    "info": ("shoal.cli.log_info", "Say what is in a log: who, when, what, how often, and what is damaged."),
+    "info": ("shoal.cli.log_info", "Show what is in a log: systems, times, messages, rates, damage."),
     "ls": ("shoal.cli.log_info", "List the logs below a folder."),
-    "cut": ("shoal.cli.log_change", "Write a part of a log to a new one: by time, message, system, entity."),
-    "merge": ("shoal.cli.log_change", "Write several logs to one, in order of time."),
-    "diff": ("shoal.cli.log_diff", "Say in plain words where two logs part."),
+    "cut": ("shoal.cli.log_change", "Copy a part of a log to a new one: by time, message, system or entity."),
+    "merge": ("shoal.cli.log_change", "Merge several logs into one, ordered by time."),
+    "diff": ("shoal.cli.log_diff", "Show where two logs differ."),
     "report": ("shoal.cli.log_report", "Draw a log as one HTML page: track, depth, states, errors, plans."),
-    "doctor": ("shoal.cli.log_doctor", "Look for what is wrong with a log, and repair it."),
+    "doctor": ("shoal.cli.log_doctor", "Find what is wrong with a log, and repair it."),
     "export": ("shoal.cli.log_export", "Write a log as MCAP, NetCDF, Parquet, CSV or LLF."),
-    "import": ("shoal.cli.log_export", "Make a log of an MCAP or .tlog file."),
+    "import": ("shoal.cli.log_export", "Convert an MCAP or .tlog file to a log."),
 }
 
 
@@ -27,4 +27,4 @@ class LogGroup(LazyGroup):
 
 @click.group(cls=LogGroup)
 def log() -> None:
-    """Look at logs, cut, merge, compare and repair them."""
+    """Show, cut, merge, compare, repair and export logs."""

@@ -1,4 +1,4 @@
-"""`shoal log cut` and `merge`: logs made of logs."""
+"""`shoal log cut` and `merge`: make new logs from others."""
 
 from datetime import UTC, datetime
 from pathlib import Path
@@ -10,22 +10,22 @@ from runtime.durations import parse_duration
 from runtime.logs import summarize
 from runtime.problem import printable
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals
-from shoal.logs.edit import choose
 from shoal.logs.edit import cut as cut_log
 from shoal.logs.edit import merge as merge_logs
 from shoal.logs.look import moment, number
+from shoal.logs.selection import choose
 
-TIMES = "seconds or 1h30min from the begin of the log, -30s before its end, or a date such as 2026-01-01T00:05:00"
+TIMES = "a time since the start of the log (90, 1h30min), before its end (-30s), or a date (2026-01-01T00:05:00)"
 
 
 @click.command(
-    epilog="Types, systems and entities may be given several times, or separated by commas; labels are those of "
-    "`shoal log info`. What names systems and entities (Announce, EntityInfo, EntityList, LoggingControl) is kept."
+    epilog="-m, -s and -e can be repeated, or take several names separated by commas; `shoal log info` lists them. "
+    "The messages that describe a log (Announce, EntityInfo, EntityList, LoggingControl) are always kept."
 )
 @click.argument("log", type=LOG)
 @click.argument("out", type=LOG)
-@click.option("--from", "begin", metavar="TIME", help=f"Begin: {TIMES}.")
-@click.option("--to", "end", metavar="TIME", help="End, not included; as --from.")
+@click.option("--from", "begin", metavar="TIME", help=f"Start: {TIMES}.")
+@click.option("--to", "end", metavar="TIME", help="End, not included; written as --from.")
 @click.option("-m", "--messages", multiple=True, help="Messages, by name or id.")
 @click.option("-s", "--systems", multiple=True, help="Systems, by name or id.")
 @click.option("-e", "--entities", multiple=True, help="Entities, by label or id.")
@@ -38,7 +38,7 @@ def cut(
     systems: tuple[str, ...],
     entities: tuple[str, ...],
 ) -> None:
-    """Write a part of LOG to the new folder OUT; packets stay as they are, byte for byte."""
+    """Copy a part of LOG to the new folder OUT; packets stay unchanged."""
     with refusals():
         opened = open_log(log)
         with progress(opened.path) as tell:
@@ -46,13 +46,13 @@ def cut(
         check_found(opened, summary.packets)
         start, stop = (read_time(text, summary.start, summary.end) for text in (begin, end))
         if start is not None and stop is not None and stop <= start:
-            raise click.ClickException("--to is not behind --from")
+            raise click.ClickException("--to must be after --from")
         choice = choose(summary, start, stop, split_words(messages), split_words(systems), split_words(entities))
         if (start is not None and start > summary.end) or (stop is not None and stop <= summary.start):
-            raise click.ClickException(f"the log is from {moment(summary.start)} to {moment(summary.end)}")
+            raise click.ClickException(f"the log covers only {moment(summary.start)} to {moment(summary.end)}")
         with progress(opened.path, "cutting") as tell:
             done = cut_log(opened, out, choice, summary.owner, tell)
-    kept = f", and {number(done.kept, 'message')} that name who speaks" if done.kept else ""
+    kept = f", and {number(done.kept, 'message')} that describe the log" if done.kept else ""
     click.echo(printable(f"{number(done.chosen, 'message')}{kept}: {out}"))
     _tell_losses([(opened.path, loss) for loss in summary.losses])
 
@@ -60,34 +60,34 @@ def cut(
 @click.command()
 @click.argument("logs", type=LOG, nargs=-1, required=True)
 @click.option("-o", "--out", type=LOG, required=True, help="The new folder.")
-@click.option("--copies", is_flag=True, help="Keep each copy of a packet that stands in several logs.")
+@click.option("--copies", is_flag=True, help="Keep all copies of a packet that is in several logs.")
 def merge(logs: tuple[Path, ...], out: Path, copies: bool) -> None:
-    """Write the messages of all LOGS to the new folder OUT, in order of time."""
+    """Merge all LOGS into the new folder OUT, ordered by time."""
     with refusals():
         opened = [open_log(path) for path in logs]
         with progress(opened[0].path, "merging") as tell:
             merged = merge_logs(opened, out, copies, tell)
     left = f", without {number(merged.copies, 'copy', 'copies')}" if merged.copies else ""
-    click.echo(printable(f"{number(merged.packets, 'message')} of {number(len(logs), 'log')}{left}: {out}"))
+    click.echo(printable(f"{number(merged.packets, 'message')} from {number(len(logs), 'log')}{left}: {out}"))
     for warning in merged.warnings:
-        click.echo(printable(f"warning: {warning}; readers take one of them for all"), err=True)
+        click.echo(printable(f"warning: {warning}; readers use only one of them"), err=True)
     _tell_losses(merged.losses)
 
 
 def _tell_losses(losses: list[tuple[Path, imc.Loss]]) -> None:
     for path, (offset, length, reason) in losses[:20]:
-        click.echo(printable(f"left out: {path}: byte {offset}: {number(length, 'byte')}: {reason}"), err=True)
+        click.echo(printable(f"skipped: {path}: byte {offset}: {number(length, 'byte')}: {reason}"), err=True)
     if len(losses) > 20:
-        click.echo(f"left out: {len(losses) - 20} more damaged places", err=True)
+        click.echo(f"skipped: {len(losses) - 20} more damaged places", err=True)
 
 
 def split_words(words: tuple[str, ...]) -> list[str]:
-    """The names in an option that is given several times, or once with commas."""
+    """The names in an option that can be repeated, or has several separated by commas."""
     return [word.strip() for text in words for word in text.split(",") if word.strip()]
 
 
 def read_time(text: str | None, start: float, end: float) -> float | None:
-    """The time that people write (TIMES) in s since 1970 UTC; start and end of the log too. Raises ValueError."""
+    """Read a time as in TIMES; the result, start and end of the log are in s since 1970 UTC. Raises ValueError."""
     if text is None:
         return None
     try:

@@ -1,4 +1,4 @@
-"""`shoal log diff`: says where two logs part."""
+"""`shoal log diff`: shows where two logs differ."""
 
 import sys
 from pathlib import Path
@@ -18,7 +18,7 @@ LONGEST = 60  # characters of a value
 @click.argument("a", type=LOG)
 @click.argument("b", type=LOG)
 def diff(a: Path, b: Path) -> None:
-    """Say in plain words where the logs A and B part. Exit status 0: equal, 1: different, 2: trouble."""
+    """Show where logs A and B first differ, and what differs. Exit status 0: equal, 1: different, 2: trouble."""
     try:
         with refusals():
             logs = open_log(a), open_log(b)
@@ -29,7 +29,7 @@ def diff(a: Path, b: Path) -> None:
         sys.exit(2)
     for log, losses in zip(logs, found.losses, strict=True):
         if losses:
-            click.echo(printable(f"{log.path}: {number(len(losses), 'damaged place')} left out"), err=True)
+            click.echo(printable(f"{log.path}: {number(len(losses), 'damaged place')} skipped"), err=True)
     if found.equal:
         click.echo(f"equal: {number(found.packets[0], 'message')}, byte for byte")
         return
@@ -40,7 +40,7 @@ def diff(a: Path, b: Path) -> None:
     for line in _first(found):
         console.print(printable(line), soft_wrap=True)
     if found.reordered:
-        console.print("Both have the same messages, in another order.")
+        console.print("Both have the same messages in a different order.")
     else:
         _show_types(found)
         _show_fields(found)
@@ -52,17 +52,17 @@ def _first(found: LogDifference) -> list[str]:
     one, two = found.first
     if one.message is None or two.message is None:
         longer, place, ended = ("B", two, "A") if one.message is None else ("A", one, "B")
-        more = f"{number(abs(found.packets[0] - found.packets[1]), 'message')} more"
-        begin = f"{ended} ends after message {one.number - 1}; until there they are equal. {longer} has {more}"
-        return [f"{begin}, first {_what(place, found)}"]
-    until = "; until there they are equal" if one.number > 1 else ""
-    lines = [f"They part at message {one.number}, {moment(one.message.timestamp)}{until}."]
+        more = number(abs(found.packets[0] - found.packets[1]), "more message")
+        begin = f"{ended} ends after message {one.number - 1}; up to there they are equal. {longer} has {more}"
+        return [f"{begin}, the first is {_what(place, found)}"]
+    until = "; up to there they are equal" if one.number > 1 else ""
+    lines = [f"They first differ at message {one.number}, {moment(one.message.timestamp)}{until}."]
     same = type(one.message) is type(two.message) or type(one.message).__name__ == type(two.message).__name__
     if same and one.message.src == two.message.src and one.message.src_ent == two.message.src_ent:
         lines.append(f"Both have {_what(one, found)}, but:")
         rows = differing(one.message, two.message)
         lines += [f"  {name}: {_value(before)} in A, {_value(after)} in B" for name, before, after in rows]
-        return lines if rows else [*lines, "  its bytes differ, and its fields do not"]
+        return lines if rows else [*lines, "  only its bytes differ, not its fields"]
     return [*lines, f"A has {_what(one, found)}", f"B has {_what(two, found)}"]
 
 
@@ -102,9 +102,9 @@ def _show_fields(found: LogDifference) -> None:
     for (name, attribute), row in rows[:MOST_FIELDS]:
         table.add_row(f"{name}.{attribute}", *map(printable, _figures(row)))
     console = make_console()
-    how = "type, sender and time" if found.by_time else "type, sender and order, for their times differ"
+    how = "type, sender and time" if found.by_time else "type, sender and order (the times differ)"
     some = f", the first {number(found.compared, 'pair')}" if found.compared < found.pairs else ""
-    console.print(f"\nWhat changed in messages of the same {how}{some}:")
+    console.print(f"\nFields that differ in messages of the same {how}{some}:")
     console.print(table)
     if len(rows) > MOST_FIELDS:
         console.print(f"and {len(rows) - MOST_FIELDS} more fields", style="dim")

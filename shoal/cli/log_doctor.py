@@ -1,4 +1,4 @@
-"""`shoal log doctor`: looks for what is wrong with a log, and repairs it."""
+"""`shoal log doctor`: finds what is wrong with a log, and repairs it."""
 
 import sys
 from pathlib import Path
@@ -19,7 +19,7 @@ STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
 @click.argument("log", type=LOG)
 @click.option("--repair", type=LOG, metavar="OUT", help="Write the good packets and definitions to a new folder.")
 def doctor(log: Path, repair: Path | None) -> None:
-    """Look for what is wrong with LOG, and say what it means. Exit status 1 where there are errors or warnings."""
+    """Find what is wrong with LOG, and explain it. Exit status 1 if there are errors or warnings."""
     with refusals():
         with progress(log) as tell:
             examination = clinic.examine(log, tell, all_processors())

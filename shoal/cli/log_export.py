@@ -1,4 +1,4 @@
-"""`shoal log export` and `import`: logs in the formats of other tools."""
+"""`shoal log export` and `import`: convert logs to and from other formats."""
 
 import re
 from collections.abc import Callable, Generator
@@ -12,10 +12,10 @@ from runtime.logs import summarize
 from runtime.problem import printable
 from shoal.cli.log_change import TIMES, read_time, split_words
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals
-from shoal.logs.edit import choose, new_file, new_folder
-from shoal.logs.export import Source
-from shoal.logs.export.batches import ReportBytes
+from shoal.logs.edit import new_file, new_folder
+from shoal.logs.export import ReportBytes, Source
 from shoal.logs.look import number
+from shoal.logs.selection import choose
 
 ENDINGS = {"mcap": ".mcap", "netcdf": ".nc", "parquet": "-parquet", "csv": "-csv", "llf": "-llf"}
 FORMATS = tuple(ENDINGS)
@@ -25,22 +25,22 @@ MOST_LINES = 20
 
 
 @click.command(
-    epilog="MCAP: one topic per system, message and entity, which Foxglove, PlotJuggler and ROS 2 tools show, and the "
-    "packets themselves, so that `shoal log import` makes the same log of it again. NetCDF: one file, one group per "
-    "message type, CF conventions. Parquet, CSV, LLF: a folder with one file per message type. MCAP, NetCDF and "
-    "Parquet need the extra shoal[analysis]."
+    epilog="MCAP: one topic per system, message and entity, for Foxglove, PlotJuggler and ROS 2 tools, and the packets "
+    "from which `shoal log import` restores the same log. NetCDF: one file, one group per message type, CF "
+    "conventions. Parquet, CSV, LLF: a folder with one file per message type. MCAP, NetCDF and Parquet need the "
+    "extra shoal[analysis]."
 )
 @click.argument("log", type=LOG)
 @click.argument("out", type=LOG, required=False)
-@click.option("-f", "--format", "form", type=click.Choice(FORMATS), help="By the ending of OUT, else mcap, by default.")
-@click.option("--from", "begin", metavar="TIME", help=f"Begin: {TIMES}.")
-@click.option("--to", "end", metavar="TIME", help="End, not included; as --from.")
+@click.option("-f", "--format", "form", type=click.Choice(FORMATS), help="[default: by the ending of OUT, else mcap]")
+@click.option("--from", "begin", metavar="TIME", help=f"Start: {TIMES}.")
+@click.option("--to", "end", metavar="TIME", help="End, not included; written as --from.")
 @click.option("-m", "--messages", multiple=True, help="Messages, by name or id, separated by commas.")
 @click.option("-s", "--systems", multiple=True, help="Systems, by name or id.")
 @click.option("-e", "--entities", multiple=True, help="Entities, by label or id.")
-@click.option("--raw/--no-raw", default=True, help="MCAP: also the packets, of which the log can be made again.")
-@click.option("--images/--no-images", default=True, help="MCAP: also the pictures in the folder Photos.")
-@click.option("--force", is_flag=True, help="Replace what is there already.")
+@click.option("--raw/--no-raw", default=True, help="MCAP: include the packets, to restore the log from them.")
+@click.option("--images/--no-images", default=True, help="MCAP: include the pictures in the folder Photos.")
+@click.option("--force", is_flag=True, help="Replace existing files.")
 def export(
     log: Path,
     out: Path | None,
@@ -71,27 +71,27 @@ def export(
             with progress(opened.path, "exporting") as tell:
                 written = write(source, part, tell)
             if source.packets == 0:
-                raise ValueError("no message of the log is chosen; nothing is written")
+                raise ValueError("no message is selected; nothing is written")
     of = f"{number(source.packets, 'message')} of the log"
     click.echo(printable(f"{of}: {number(written, 'message' if form == 'mcap' else 'row')} in {out}"))
     for reason, count in source.skipped.most_common(MOST_LINES):
-        click.echo(printable(f"left out: {number(count, 'message')}: {reason}"), err=True)
+        click.echo(printable(f"skipped: {number(count, 'message')}: {reason}"), err=True)
     for offset, length, reason in opened.losses[:MOST_LINES]:
-        click.echo(printable(f"left out: byte {offset}: {number(length, 'byte')}: {reason}"), err=True)
+        click.echo(printable(f"skipped: byte {offset}: {number(length, 'byte')}: {reason}"), err=True)
     if len(opened.losses) > MOST_LINES:
-        click.echo(f"left out: {len(opened.losses) - MOST_LINES} more damaged places", err=True)
+        click.echo(f"skipped: {len(opened.losses) - MOST_LINES} more damaged places", err=True)
 
 
 @click.command()
 @click.argument("file", type=LOG)
 @click.argument("out", type=LOG, required=False)
 @click.option("--system", default="", help="A name for the first vehicle of a .tlog file; mavlink-<id> by default.")
-@click.option("--force", is_flag=True, help="Write to a folder that exists, and replace the log in it.")
+@click.option("--force", is_flag=True, help="Write to an existing folder, and replace the log in it.")
 def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
-    """Make a log in the folder OUT of FILE: an MCAP of `shoal log export`, or a MAVLink .tlog.
+    """Convert FILE, an MCAP of `shoal log export` or a MAVLink .tlog, to a log in the folder OUT.
 
-    Of an MCAP it is the same log, packet for packet. The autopilots of a .tlog become systems that say in IMC what
-    they said in MAVLink: state, GPS, batteries, sensors, modes, texts.
+    An MCAP gives the same log, packet for packet. Each autopilot of a .tlog becomes a system, and its MAVLink messages
+    become IMC messages: state, GPS, batteries, sensors, modes, texts.
     """
     out = out or Path(file.stem)
     with refusals():
@@ -108,15 +108,15 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
 
 
 def _format_of(out: Path) -> str:
-    """The format that the ending of a name says, MCAP without one. Raises ValueError for one that says nothing."""
+    """The format for the ending of a name; MCAP if it has none. Raises ValueError if the ending is unknown."""
     ending = out.suffix[1:].lower()
     if ending and ending != "nc" and ending not in FORMATS:
-        raise ValueError(f"{out}: '.{ending}' is the ending of no format; name one by --format")
+        raise ValueError(f"{out}: unknown ending '.{ending}'; choose a format with --format")
     return "netcdf" if ending == "nc" else ending or "mcap"
 
 
 def _writer(form: str, raw: bool, images: bool) -> Callable[[Source, Path, ReportBytes], int]:
-    # The libraries of a format are loaded only where it is wanted.
+    # The libraries of a format are loaded only when it is used.
     match form:
         case "mcap":
             from shoal.logs.export.mcap import export_mcap
@@ -151,7 +151,7 @@ def _tlog_reader(system: str) -> Callable[[Path, Path, ReportBytes], list[str]]:
 
     def read(file: Path, folder: Path, tell: ReportBytes) -> list[str]:
         done = import_tlog(file, folder, system, tell)
-        return [f"{number(done.lost, 'byte')} of {file} belong to no MAVLink frame"] if done.lost else []
+        return [f"{number(done.lost, 'byte')} of {file} skipped: not in a MAVLink frame"] if done.lost else []
 
     return read
 
@@ -166,7 +166,7 @@ def _extra(name: str) -> Generator[None]:
 
 @contextmanager
 def _named(out: Path) -> Generator[None]:
-    """Says which file, where an error of the operating system does not."""
+    """Adds the file to an error of the operating system that does not name it."""
     try:
         yield
     except OSError as error:
@@ -176,7 +176,7 @@ def _named(out: Path) -> Generator[None]:
 
 
 def _name(path: Path) -> str:
-    """What a log is called: vehicle, date and time, as far as its folders say them."""
+    """The name of a log: vehicle, date and time, if its folders have them."""
     if not path.name.startswith("Data.lsf"):
         return path.name.split(".")[0]
     folder = path.resolve().parent

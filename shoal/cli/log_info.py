@@ -14,9 +14,9 @@ MOST_LINES = 20  # of damage
 
 @click.command()
 @click.argument("log", type=LOG)
-@click.option("--entities/--no-entities", default=True, help="Also list who spoke.")
+@click.option("--entities/--no-entities", default=True, help="Also list the entities.")
 def info(log: Path, entities: bool) -> None:
-    """Say what is in LOG, a folder or a Data.lsf: who, when, what, how often, and what is damaged."""
+    """Show what is in LOG, a folder or a Data.lsf: systems, times, messages, rates, damage."""
     with refusals():
         opened = open_log(log)
         with progress(opened.path) as tell:
@@ -41,9 +41,9 @@ def info(log: Path, entities: bool) -> None:
 
 def _facts(summary: Summary) -> list[tuple[str, str]]:
     others = [summary.names.system(src) for src in summary.clocks if src != summary.owner]
-    heard = f", heard {', '.join(others)}" if others else ""
+    heard = f", also messages from {', '.join(others)}" if others else ""
     packed = f", {size(summary.unpacked)} unpacked" if summary.path.suffix != ".lsf" else ""
-    source = summary.schema_source or "none beside the log; built-in"
+    source = summary.schema_source or "built-in, none beside the log"
     facts = [
         ("log", str(summary.path)),
         ("system", f"{summary.names.system(summary.owner)}{heard}"),

@@ -1,4 +1,4 @@
-"""What the commands of `shoal log` have in common: opening logs, showing how far it is, refusing in words."""
+"""Shared by the commands of `shoal log`: opens logs, shows progress, turns errors into messages."""
 
 import os
 from collections.abc import Callable, Generator
@@ -22,11 +22,11 @@ IMPORTED = (".mcap", ".tlog")
 
 @contextmanager
 def refusals() -> Generator[None]:
-    """Turns what can be wrong with files and names into messages of the command line."""
+    """Turns errors with files and names into messages of the command line."""
     try:
         yield
     except imc.SchemaError as error:
-        hint = "`shoal log doctor` says more, and repairs it"
+        hint = "`shoal log doctor` explains and repairs it"
         raise click.ClickException(printable(f"the definitions of the log are bad: {error}; {hint}")) from None
     except (UnknownName, ValueError) as error:
         raise click.ClickException(printable(str(error))) from None
@@ -35,12 +35,12 @@ def refusals() -> Generator[None]:
 
 
 def open_log(path: Path) -> imc.Log:
-    """A log that is unpacked on all processors. Raises what imc.Log does."""
+    """A log that is unpacked on all processors. Raises what imc.Log raises."""
     return imc.Log(path, spread=all_processors())
 
 
 def all_processors() -> Spread:
-    """Unpacks a log on all processors."""
+    """The `spread` of imc.Log that unpacks on all processors."""
     return ThreadPoolExecutor(os.cpu_count()).map
 
 
@@ -50,13 +50,13 @@ def check_found(log: imc.Log, packets: int) -> None:
         length = log.path.stat().st_size
         why = f"none of its {length} bytes belongs to a message" if length else "the file is empty"
         if log.path.suffix.lower() in IMPORTED and length:
-            why += f"; shoal log import {log.path} makes a log of it"
+            why += f"; convert it with shoal log import {log.path}"
         raise click.ClickException(printable(f"{log.path}: there is no message in this log: {why}"))
 
 
 @contextmanager
 def progress(path: Path, what: str = "reading") -> Generator[Callable[[float], None]]:
-    """A bar on a terminal: the function takes the share that is done, 0 to 1."""
+    """A progress bar on a terminal; its function takes the share that is done, 0 to 1."""
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
@@ -65,7 +65,7 @@ def progress(path: Path, what: str = "reading") -> Generator[Callable[[float], N
 
 
 def make_console() -> Console:
-    """As wide as the terminal, or wide enough for a pipe."""
+    """A console as wide as the terminal; 200 columns for a pipe."""
     console = Console(highlight=False, markup=False, emoji=False)
     return console if console.is_terminal else Console(highlight=False, markup=False, emoji=False, width=200)
 

@@ -1,4 +1,4 @@
-"""`shoal log report`: a log as a page to look at."""
+"""`shoal log report`: a log as an HTML page."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from shoal.logs.look import size
 @click.argument("log", type=LOG)
 @click.option("-o", "--out", type=LOG, help="The page [default: report.html in the folder of the log]")
 def report(log: Path, out: Path | None) -> None:
-    """Draw LOG as one HTML page that needs nothing else, for people who would rather look than read."""
+    """Draw LOG as one HTML page that needs no other file and no network."""
     with refusals():
         opened = open_log(log)
         with progress(opened.path) as tell:

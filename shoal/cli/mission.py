@@ -1,4 +1,4 @@
-"""`shoal mission`: flies a plan on a virtual clock, and says how it went."""
+"""`shoal mission`: flies a plan on a virtual clock and reports the result."""
 
 import json
 import math
@@ -18,27 +18,26 @@ from runtime.problem import ProfileError
 from runtime.profile import Profile
 from runtime.vehicle import check, find_task
 from shoal.cli.run import tell_warnings
-from shoal.missions import ManeuverReport, Mission, Report, load_plan, prepare
-from shoal.missions.files import PlanFileError
+from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare
 
-REFRESH = 0.1  # s between two pictures
-CANNOT_FLY = 2  # exit status: neither flown nor failed
+REFRESH = 0.1  # s between updates
+CANNOT_FLY = 2  # exit status if a file or the profile is wrong
 
 
 @click.command()
 @click.argument("profile")
 @click.argument("plan", type=click.Path(path_type=Path, dir_okay=False))
 @click.option("-d", "--config-dir", multiple=True, type=click.Path(path_type=Path), help="A folder with profiles.")
-@click.option("-p", "--profiles", multiple=True, help="Modes to select [default: those that simulate all].")
-@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Overrides a value.")
-@click.option("--for", "limit", default="24h", show_default=True, help="Longest time of the vehicle.")
+@click.option("-p", "--profiles", multiple=True, help="Modes to select [default: Simulation, or else Kinematic].")
+@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Override a value.")
+@click.option("--for", "limit", default="24h", show_default=True, help="Time limit, in vehicle time.")
 @click.option("--seed", type=click.IntRange(0), help="Seed of all random numbers [default: the profile's, or 0]")
 @click.option("--calibrate", is_flag=True, help="Calibrate before the plan starts.")
 @click.option(
-    "--snapshot-every", callback=period_option, metavar="TIME", help="Save the state of the vehicle, with its log."
+    "--snapshot-every", callback=period_option, metavar="TIME", help="Save a snapshot beside the log at this interval."
 )
-@click.option("--log-dir", default="log", show_default=True, type=click.Path(path_type=Path), help="Where logs go.")
-@click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
+@click.option("--log-dir", default="log", show_default=True, type=click.Path(path_type=Path), help="Folder for logs.")
+@click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
 def mission(
     profile: str,
     plan: Path,
@@ -52,10 +51,10 @@ def mission(
     log_dir: Path,
     as_json: bool,
 ) -> None:
-    """Fly PLAN (YAML or JSON) with the vehicle PROFILE: shoal mission lauv-noptilus-1 plan.yaml
+    """Fly PLAN (YAML or JSON) with the vehicle PROFILE, for example: shoal mission lauv-noptilus-1 plan.yaml
 
-    The exit status is 0 for a plan that was completed, 1 for one that the vehicle refused or did not complete, 2 for a
-    file or a profile that is wrong.
+    The exit status is 0 if the plan was completed, 1 if the vehicle refused or did not complete it, 2 if a file or the
+    profile is wrong.
     """
     try:
         longest = parse_duration(limit)
@@ -90,7 +89,7 @@ def mission(
 
 
 class _Bar:
-    """The progress of the plan, on a terminal; on stderr, so that the outcome can be piped."""
+    """A progress bar on a terminal; on stderr, so that the report can be piped."""
 
     def __init__(self, title: str):
         console = Console(stderr=True)

@@ -1,4 +1,4 @@
-"""`shoal new`: a task or a vehicle to begin with, that runs and has a test."""
+"""`shoal new`: creates a working task or vehicle to start from, with a test."""
 
 import keyword
 import re
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-TASK = '''"""{title}: counts what the vehicle says about itself and reports the greatest depth."""
+TASK = '''"""{title}: reports the greatest depth of the vehicle."""
 
 import imc
 from runtime import State, Task, consume, param, periodic
@@ -46,8 +46,8 @@ def test_it_reports_the_greatest_depth():
     assert run.of(imc.Depth)[0].value == 0.0
 '''
 
-VEHICLE = """# {name}: swims circles in simulation, without forces; see `shoal explain {name}`.
-# One with forces, navigation, control and plans begins with [Require lauv-noptilus-1.ini].
+VEHICLE = """# {name}: swims in circles in simulation, without forces; see `shoal explain {name}`.
+# For forces, navigation, control and plans, start with [Require lauv-noptilus-1.ini] instead.
 
 [General]
 Vehicle                       = {name}
@@ -88,19 +88,19 @@ def test_it_swims_and_leaves_a_log(tmp_path):
 
 @click.group()
 def new() -> None:
-    """Make a task or a vehicle of your own, with a test, in the current folder."""
+    """Create a task or a vehicle, with a test, in the current folder."""
 
 
 @new.command()
 @click.argument("name")
 def task(name: str) -> None:
-    """A task NAME, such as DepthAlarm: a module and its test."""
+    """Create a task NAME, such as DepthAlarm: a module and its test."""
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9]*", name) or keyword.iskeyword(name):
         raise click.BadParameter(f"{name!r} is not a class name such as DepthAlarm: letters and digits only")
     cls = name[:1].upper() + name[1:]
     module = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", cls).lower()
     if module in ("imc", "mavlink", "runtime", "shoal", "tasks", "world", *sys.stdlib_module_names):
-        raise click.BadParameter(f"{name!r}: a module {module} is there already")
+        raise click.BadParameter(f"{name!r}: there is already a module {module}")
     _write(Path(f"{module}.py"), TASK.format(title=cls, cls=cls))
     _write(Path(f"test_{module}.py"), TASK_TEST.format(cls=cls, module=module))
     click.echo(f"\nTest it:  python -m pytest test_{module}.py   (pip install pytest)")
@@ -111,7 +111,7 @@ def task(name: str) -> None:
 @new.command()
 @click.argument("name")
 def vehicle(name: str) -> None:
-    """A vehicle NAME, such as lauv-mine: a profile and its test."""
+    """Create a vehicle NAME, such as lauv-mine: a profile and its test."""
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]{0,62}", name):
         raise click.BadParameter(f"{name!r} is not a system name such as lauv-mine: letters, digits, - and _ only")
     _write(Path(f"{name}.ini"), VEHICLE.format(name=name))
@@ -126,7 +126,7 @@ def _write(path: Path, text: str) -> None:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
-        raise click.ClickException(f"{path} exists already; nothing was written to it") from None
+        raise click.ClickException(f"{path} already exists and was not changed") from None
     except OSError as error:
-        raise click.ClickException(f"{path} cannot be written: {error.strerror}") from None
+        raise click.ClickException(f"cannot write {path}: {error.strerror}") from None
     click.echo(f"wrote {path}")

@@ -20,11 +20,11 @@ NAME = "replay"
 @click.option(
     "--from", "begin", default="", metavar="PLACE", help="Where to begin: 90, 1h30min or 2026-01-01T00:05:00."
 )
-@click.option("--to", "end", default="", metavar="PLACE", help="Where to end, as --from.")
+@click.option("--to", "end", default="", metavar="PLACE", help="Where to end, like --from.")
 @click.option("-m", "--messages", multiple=True, help="Messages to play, by name; all by default.")
 @click.option("-s", "--systems", multiple=True, help="Systems to play, by name or id.")
 @click.option("-e", "--entities", multiple=True, help="Entities to play, by label.")
-@click.option("--loop", is_flag=True, help="Begin again at the end.")
+@click.option("--loop", is_flag=True, help="Restart at the end.")
 @options
 def replay(
     log: Path,
@@ -43,8 +43,9 @@ def replay(
 ) -> None:
     """Play LOG, a folder or a Data.lsf of Shoal or DUNE, with the headers and in the order of the log.
 
-    The player is a system of its own, named replay, so nothing is mixed into what the log says. Several messages,
-    systems or entities are separated by commas. On a terminal the space bar pauses, and the arrows go 10 s back or on.
+    The player is a system of its own, named replay, so its messages do not mix with those of the log. Separate several
+    messages, systems or entities by commas. On a terminal, the space bar pauses, the left and right arrows skip 10 s,
+    the down and up arrows 60 s.
     """
     cls = find_task("Transports.Replay")
     assert cls is not None

@@ -1,4 +1,4 @@
-"""`shoal resim`: runs tasks again on a log, and says what is different."""
+"""`shoal resim`: re-runs tasks on a log and shows the differences."""
 
 import sys
 from collections.abc import Iterator
@@ -19,18 +19,18 @@ HEADER = frozenset({*imc.Message.__struct_fields__})
 
 @click.command()
 @click.argument("log", type=click.Path(exists=True, path_type=Path))
-@click.option("-t", "--task", "tasks", multiple=True, required=True, help="Section, entity label or class of a task.")
-@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="What if: overrides a value.")
-@click.option("-c", "--config-file", help="The profile, in place of the log's Config.ini.")
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="A new folder for the log of the re-simulation.")
+@click.option("-t", "--task", "tasks", multiple=True, required=True, help="Task: section, entity label or class.")
+@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="What if: override a value.")
+@click.option("-c", "--config-file", help="Profile to use instead of the log's Config.ini.")
+@click.option("-o", "--out", type=click.Path(path_type=Path), help="New folder for the log of the re-simulation.")
 def resim(
     log: Path, tasks: tuple[str, ...], overrides: tuple[str, ...], config_file: str | None, out: Path | None
 ) -> None:
-    """Run tasks again on what LOG has of all others, and compare what they say with the log.
+    """Re-run tasks on the messages of all others in LOG, and compare what they publish with the log.
 
-    For example: shoal resim log/lauv-noptilus-1/20260101/000000 --task Simulators.MUGDetectionCamera. On a log of a
-    virtual run nothing may differ; if it does, the exit status is 1. With --set it shows what would have changed. The
-    other tasks say what the log has of them: they do not react to the change.
+    For example: shoal resim log/lauv-noptilus-1/20260101/000000 --task Simulators.MUGDetectionCamera. For the log of a
+    virtual run, the exit status is 1 if anything differs. With --set, the command shows what would have changed; the
+    other tasks do not react, as their messages come from the log.
     """
     try:
         done = resimulate(imc.Log(log), tasks, overrides=overrides, profile=config_file, out=out)
@@ -65,7 +65,7 @@ def show(done: Resimulation) -> None:
 
 
 def _messages(done: Resimulation) -> Table:
-    table = _table("entity", "message", "log", "again", "equal", "changed", "only log", "only again")
+    table = _table("entity", "message", "log", "resim", "equal", "changed", "only log", "only resim")
     for (entity, kind), tally in sorted(done.comparison.tallies.items()):
         counts = tally.logged, tally.said, tally.equal, tally.changed, tally.only_logged, tally.only_said
         table.add_row(_label(done, entity), _name(done, kind), *map(str, counts))
@@ -91,18 +91,18 @@ def _table(*columns: str) -> Table:
 
 
 def _first(done: Resimulation) -> Iterator[str]:
-    """When, what, and in which fields the two first differ."""
+    """The first difference: its time, and both messages with the fields that differ."""
     first = done.comparison.first
     if first is None or (packet := first.logged or first.said) is None:
         return
     since = imc.header(packet).timestamp - done.begin
     yield f"first difference: at {since:.3f} s, after {number(first.after, 'equal message')}"
     yield f"  log    {_words(done, first.logged, first.said)}"
-    yield f"  again  {_words(done, first.said, first.logged)}"
+    yield f"  resim  {_words(done, first.said, first.logged)}"
 
 
 def _words(done: Resimulation, packet: bytes | None, other: bytes | None) -> str:
-    """A message with the fields in which it differs from another one."""
+    """A message, with only the fields that differ if the other one is of the same type and entity."""
     if packet is None:
         return "nothing"
     message, like = (_decoded(done.log, p) for p in (packet, other))

@@ -1,4 +1,4 @@
-"""`shoal run`: brings a profile to life and shows it."""
+"""`shoal run`: runs a vehicle profile and shows its status."""
 
 import contextlib
 import signal
@@ -29,7 +29,7 @@ OWN_FILES = (kernel.__file__, vehicle_module.__file__)
 
 
 def options(function: F) -> F:
-    """What `run` and `replay` have in common."""
+    """Add the options that `run` and `replay` share."""
     folder = click.Path(path_type=Path)
     declared = [
         click.option("--clock", default="real", show_default=True, help="real, virtual, or a factor such as 10x."),
@@ -37,8 +37,8 @@ def options(function: F) -> F:
         click.option(
             "--seed", type=click.IntRange(0), help="Seed of all random numbers [default: the profile's, or 0]"
         ),
-        click.option("--bus", type=click.Choice(["inprocess", "zenoh"]), help="Overrides the profile's Bus."),
-        click.option("--log-dir", default="log", show_default=True, type=folder, help="Where logs go."),
+        click.option("--bus", type=click.Choice(["inprocess", "zenoh"]), help="Override the profile's Bus."),
+        click.option("--log-dir", default="log", show_default=True, type=folder, help="Folder for logs."),
         click.option("--keep-going/--stop-on-error", default=None, help="Restart a failing task, or end the run."),
     ]
     for option in reversed(declared):
@@ -48,15 +48,18 @@ def options(function: F) -> F:
 
 @click.command()
 @click.argument("profile", required=False)
-@click.option("-c", "--config-file", help="The profile, as DUNE has it.")
+@click.option("-c", "--config-file", help="Same as PROFILE, as in DUNE.")
 @click.option("-d", "--config-dir", multiple=True, type=click.Path(path_type=Path), help="A folder with profiles.")
 @click.option("-p", "--profiles", multiple=True, help="Modes to select, such as Simulation, separated by commas.")
-@click.option("-V", "--vehicle", default="", help="Name of the vehicle, in place of the profile's.")
-@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Overrides a value.")
+@click.option("-V", "--vehicle", default="", help="Name of the vehicle, instead of the profile's.")
+@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Override a value.")
 @click.option(
-    "--snapshot-every", callback=period_option, metavar="TIME", help="Save the state of a virtual run, with its log."
+    "--snapshot-every",
+    callback=period_option,
+    metavar="TIME",
+    help="Save a snapshot of a virtual run beside its log at this interval.",
 )
-@click.option("--from-snapshot", type=click.Path(exists=True, path_type=Path), help="Go on from a saved state.")
+@click.option("--from-snapshot", type=click.Path(exists=True, path_type=Path), help="Continue from a snapshot.")
 @options
 def run(
     profile: str | None,
@@ -101,15 +104,15 @@ def run(
         raise click.ClickException(f"{error}; a zenoh bus needs pip install 'shoal[zenoh]'") from None
     except (ProfileError, ConnectionError, ValueError) as error:
         raise click.ClickException(str(error)) from None
-    _tell_left_out(made, selected)
+    _tell_skipped(made, selected)
     if saved is not None and (path := saved / f"{loaded.vehicle}-saved.ini").exists():
         click.echo(f"with the parameters saved in {path}", err=True)
     if made.vehicle.virtual and (bus or loaded.bus) == "zenoh":
         click.echo(
-            "note: with a zenoh bus a virtual run takes messages from the outside and may not be reproducible", err=True
+            "note: on a zenoh bus a virtual run receives messages of others and may not be reproducible", err=True
         )
     if snapshot_every is not None and not made.vehicle.virtual:
-        raise click.UsageError("only a virtual run can be saved: --clock virtual")
+        raise click.UsageError("only a virtual run can be saved; use --clock virtual")
     if snapshot_every is not None:
         Journals(made.vehicle)
     title = f"{loaded.vehicle} ({', '.join(sorted(selected)) or 'no mode selected'})"
@@ -119,7 +122,7 @@ def run(
 def go_on(
     path: Path, log_dir: Path, duration: float | None, overrides: tuple[str, ...], snapshot_every: float | None
 ) -> NoReturn:
-    """Run from a snapshot; all but the changes is in it."""
+    """Continue from a snapshot, which contains the profile; `overrides` change its values."""
     try:
         state = load(path.read_bytes())
         vehicle = continued(state, log_dir, overrides=overrides, journals=snapshot_every is not None)
@@ -136,9 +139,9 @@ def swim(
     start: bool = True,
     snapshot_every: float | None = None,
 ) -> NoReturn:
-    """Run a vehicle to its end, its time or Ctrl-C, with its status shown, and leave with its exit status.
+    """Run a vehicle to its end, for `duration` (s) or until Ctrl-C, show its status, and exit with its exit status.
 
-    `start` is False for one that goes on from a snapshot; `snapshot_every` (s) saves its state beside its log.
+    `start` is False if it continues from a snapshot. A snapshot is saved beside its log every `snapshot_every` (s).
     """
     status = Status(vehicle, title, duration)
     stop = _stopper(vehicle)
@@ -166,7 +169,7 @@ def swim(
 
 
 def _own_part(error: Exception) -> str:
-    """The traceback without what leads from the command line to the task."""
+    """The traceback without the frames between the command line and the task."""
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None and trace.tb_frame.f_code.co_filename != kernel.__file__:
         trace = trace.tb_next
@@ -176,7 +179,10 @@ def _own_part(error: Exception) -> str:
 
 
 def _stopper(vehicle: Vehicle) -> Callable[[int, FrameType | None], None]:
-    """A handler that ends the run in order at the first signal, at once at the second (a lost terminal tells twice)."""
+    """A signal handler: the first signal ends the run cleanly, the second immediately.
+
+    A second SIGHUP does not: a closed terminal sends it twice.
+    """
     asked: list[int] = []
 
     def stop(number: int, _: FrameType | None) -> None:
@@ -189,7 +195,7 @@ def _stopper(vehicle: Vehicle) -> Callable[[int, FrameType | None], None]:
 
 
 def tell_warnings(problems: list[Problem], profile: str) -> None:
-    """Say what a profile asks for in vain; errors are left to those who meet them."""
+    """Print the warnings about a profile; its errors are raised when it is built."""
     warnings = [problem for problem in problems if problem.severity == "warning"]
     for problem in warnings[:MOST_WARNINGS]:
         click.echo(problem, err=True)
@@ -197,9 +203,9 @@ def tell_warnings(problems: list[Problem], profile: str) -> None:
         click.echo(f"{len(warnings) - MOST_WARNINGS} more warnings: shoal check {profile}", err=True)
 
 
-def _tell_left_out(made: Build, selected: frozenset[str]) -> None:
-    for reason, sections in made.left_out.items():
-        click.echo(f"left out: {', '.join(sections)} ({reason})", err=True)
+def _tell_skipped(made: Build, selected: frozenset[str]) -> None:
+    for reason, sections in made.skipped.items():
+        click.echo(f"skipped: {', '.join(sections)} ({reason})", err=True)
     if len(made.vehicle.tasks) == 1:
         hint = "" if selected else "; select a mode, such as -p Simulation"
         click.echo(f"warning: no task of this profile is enabled{hint}", err=True)

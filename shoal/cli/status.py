@@ -1,4 +1,4 @@
-"""What a run shows: a calm live panel on a terminal, lines where the output is piped."""
+"""The status of a run: a live panel on a terminal, lines in a pipe."""
 
 import math
 import os
@@ -18,8 +18,8 @@ from runtime.problem import printable
 from runtime.task import Entity, State
 from runtime.vehicle import Vehicle
 
-REFRESH = 0.25  # s of real time between two pictures
-LINE_PERIOD = 10.0  # s of real time between two lines where the output is piped
+REFRESH = 0.25  # s of real time between updates of the panel
+LINE_PERIOD = 10.0  # s of real time between status lines in a pipe
 TROUBLE = (State.FAULT, State.ERROR, State.FAILURE)
 ECHO = 4  # columns; a terminal writes ^C at the end of the panel's last line, which must not wrap
 LEVELS: dict[int, tuple[str, str]] = {
@@ -32,7 +32,7 @@ LEVELS: dict[int, tuple[str, str]] = {
 
 
 class Status:
-    """Follows a vehicle through its bus; it publishes nothing, so a run is the same with and without it."""
+    """Shows the status of a vehicle from its bus; it publishes nothing, so the run is the same without it."""
 
     def __init__(self, vehicle: Vehicle, title: str, duration: float | None):
         self.vehicle = vehicle
@@ -80,7 +80,7 @@ class Status:
             self._live = None
 
     def summary(self) -> str:
-        """One line about the whole run, and, where no panel shows them, one for each entity that ended in trouble."""
+        """One line about the run and, without a panel, one for each entity that ended in trouble."""
         real, passed = time.monotonic() - self._began[0], self.now - self._began[1]
         parts = [f"{passed:.1f} s of vehicle time in {real:.1f} s", f"{self.vehicle.bus.delivered} messages"]
         if self.detections:
@@ -124,7 +124,7 @@ class Status:
         table.add_row("entities", self._entities())
         if self.detections:
             table.add_row("detections", f"{self.detections}   {self.mug}")
-        table.add_row("messages", f"{self.vehicle.bus.delivered}   {self._rate:.0f} per second of the vehicle")
+        table.add_row("messages", f"{self.vehicle.bus.delivered}   {self._rate:.0f} per second of vehicle time")
         table.add_row("log", Text(printable(self.folder) or "-"))
         return Panel(
             table,
@@ -141,7 +141,7 @@ class Status:
             return "no EstimatedState yet"
         values = (state.lat, state.lon, state.height, state.x, state.y, state.z, state.depth, state.alt, state.psi)
         if not all(map(math.isfinite, values)):
-            return "an EstimatedState that is not finite"
+            return "EstimatedState is not finite"
         lat, lon, height = imc.coordinates.absolute(state)
         depth = f"depth {state.depth:.2f} m" if state.depth >= 0.0 else f"height {height:.1f} m"
         altitude = f"   altitude {state.alt:.1f} m" if state.alt >= 0.0 else ""
@@ -172,7 +172,7 @@ class Status:
         if control.op != imc.LoggingControl.Op.STARTED or control.src != self.vehicle.system:
             return
         folder = self.vehicle.log_root / self.vehicle.name / control.name
-        if not os.path.isdir(folder):  # another process of the vehicle keeps it elsewhere
+        if not os.path.isdir(folder):  # another process of the vehicle has it elsewhere
             return
         self.folder = str(folder)
         if self._live is None:
@@ -201,7 +201,7 @@ class Status:
 
     @contextmanager
     def _while_somebody_looks(self) -> Generator[None]:
-        """The vehicle goes on where the terminal, or who reads the pipe, has gone; rich exits then."""
+        """Let the vehicle go on if the terminal or the reader of the pipe is gone; rich raises SystemExit then."""
         try:
             yield
         except (OSError, SystemExit):

@@ -1,4 +1,4 @@
-"""Missions: plan files, the flight of a plan, and the report of how it went."""
+"""Missions: plan files, the flight of a plan, and its report."""
 
 from shoal.missions.files import load_plan, parse_plan, plan_text
 from shoal.missions.flight import fly, prepare

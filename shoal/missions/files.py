@@ -1,4 +1,4 @@
-"""Plans as files: short YAML for people, JSON as messages have it."""
+"""Plan files: short YAML for people, messages as JSON for programs."""
 
 from collections.abc import Mapping
 from enum import IntEnum, IntFlag
@@ -9,7 +9,7 @@ from typing import Any, cast
 import yaml
 
 import imc
-from shoal.missions.reader import DONE, Node, PlanFileError, PlanReader
+from shoal.missions.reader import DONE, PlanFileError, PlanReader, Values
 from shoal.missions.values import Z_UNITS, degrees, write_field
 from shoal.missions.values import number as shortest
 
@@ -17,38 +17,33 @@ LARGEST = 4 << 20  # bytes of a file
 
 
 def load_plan(path: Path) -> imc.PlanSpecification:
-    """The plan in a YAML or JSON file. Raises PlanFileError, and OSError where it cannot be read."""
+    """The plan in a YAML or JSON file. Raises PlanFileError, and OSError if it cannot be read."""
     if path.stat().st_size > LARGEST:
-        raise PlanFileError(f"{path}: is larger than {LARGEST >> 20} MiB")
+        raise PlanFileError(f"{path}: larger than {LARGEST >> 20} MiB")
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
-        raise PlanFileError(f"{path}: is not UTF-8: {error.reason} at byte {error.start}") from None
+        raise PlanFileError(f"{path}: not UTF-8: {error.reason} at byte {error.start}") from None
     return parse_plan(text, str(path), json=path.suffix.lower() == ".json")
 
 
 def parse_plan(text: str, name: str = "plan", *, json: bool = False) -> imc.PlanSpecification:
-    """The plan that a text says; `name` is the file's in errors. Raises PlanFileError.
+    """Parse a plan; `name` stands for the file in errors. Raises PlanFileError.
 
-    YAML has the keys plan, origin, speed, depth (or altitude, height), start, maneuvers; docs/plans.md has it all.
+    YAML has the keys plan, origin, speed, depth (or altitude, height), start, maneuvers; see docs/plans.md.
     """
     try:
         message = imc.from_json(text) if json else PlanReader(text, name).plan()
         if not isinstance(message, imc.PlanSpecification):
-            raise PlanFileError(f"{name}: is a {type(message).__name__}, no PlanSpecification")
+            raise PlanFileError(f"{name}: is a {type(message).__name__}, not a PlanSpecification")
         imc.encode(message)
     except (imc.DecodeError, imc.EncodeError) as error:
         raise PlanFileError(f"{name}: {error}") from None
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise PlanFileError(f"{name}:{line}: {error.problem}") from None
-    except (yaml.YAMLError, RecursionError) as error:
-        raise PlanFileError(f"{name}: {str(error).splitlines()[0]}") from None
     return message
 
 
 def plan_text(plan: imc.PlanSpecification) -> str:
-    """The plan as YAML that `parse_plan` reads back to the same bytes."""
+    """The plan as YAML, which `parse_plan` reads back to the same bytes. Raises PlanFileError."""
     wanted = imc.encode(_bare(plan))
     for draft in (_short(plan), _plain(plan)):
         text = yaml.safe_dump(draft, sort_keys=False, allow_unicode=True, default_flow_style=None, width=110)
@@ -57,25 +52,25 @@ def plan_text(plan: imc.PlanSpecification) -> str:
                 return text
         except PlanFileError:
             continue
-    raise PlanFileError("the plan has values that YAML cannot carry")
+    raise PlanFileError("the plan has values that YAML cannot represent")
 
 
-def _short(plan: imc.PlanSpecification) -> Node:
-    """As people write it."""
+def _short(plan: imc.PlanSpecification) -> Values:
+    """The plan as people write it."""
     items = [item for item in plan.maneuvers if isinstance(item, imc.PlanManeuver)]
     names = [item.maneuver_id for item in items]
     arrows = [arrow for arrow in plan.transitions if isinstance(arrow, imc.PlanTransition)]
     usual = dict([*pairwise(names), (names[-1], None)]) if names else {}
-    draft: Node = {"plan": plan.plan_id}
+    draft: Values = {"plan": plan.plan_id}
     draft |= {"description": plan.description} if plan.description else {}
     draft |= {"namespace": plan.vnamespace} if plan.vnamespace else {}
     draft |= {"start": plan.start_man_id} if not names or plan.start_man_id != names[0] else {}
     draft |= _short_actions("on_start", plan.start_actions) | _short_actions("on_end", plan.end_actions)
-    entries: list[Node] = []
+    entries: list[Values] = []
     draft["maneuvers"] = entries
     for number, item in enumerate(items, 1):
         kind = type(item.data).__name__
-        entry: Node = {kind: _short_fields(item.data)}
+        entry: Values = {kind: _short_fields(item.data)}
         entry |= {"id": item.maneuver_id} if item.maneuver_id != f"{kind}{number}" else {}
         leaving = [arrow for arrow in arrows if arrow.source_man == item.maneuver_id]
         following = usual[item.maneuver_id]
@@ -86,12 +81,12 @@ def _short(plan: imc.PlanSpecification) -> Node:
     return draft
 
 
-def _short_fields(maneuver: imc.Message | None) -> Node:
+def _short_fields(maneuver: imc.Message | None) -> Values:
     if maneuver is None:
         return {}
     infos = {info.name: info for info in imc.fields(type(maneuver))}
     fields: Any = maneuver
-    found: Node = {}
+    found: Values = {}
     if {"lat", "lon"} <= set(infos):
         lat, lon = degrees(fields.lat), degrees(fields.lon)
         found |= {"lat": lat, "lon": lon} if "rad" in lat + lon else {"at": f"{lat}, {lon}"}
@@ -115,8 +110,8 @@ def _short_fields(maneuver: imc.Message | None) -> Node:
     return found
 
 
-def _short_actions(key: str, actions: tuple[imc.Message | None, ...]) -> Node:
-    found: Node = {}
+def _short_actions(key: str, actions: tuple[imc.Message | None, ...]) -> Values:
+    found: Values = {}
     for action in actions:
         if isinstance(action, imc.SetEntityParameters):
             entries = [entry for entry in action.params if isinstance(entry, imc.EntityParameter)]
@@ -124,15 +119,15 @@ def _short_actions(key: str, actions: tuple[imc.Message | None, ...]) -> Node:
     return {key: found} if found else {}
 
 
-def _plain(plan: imc.PlanSpecification) -> Node:
-    """Message by message, field by field."""
+def _plain(plan: imc.PlanSpecification) -> Values:
+    """The plan in full: all messages with all their fields."""
     return _without_header(plan.to_dict())
 
 
 def _without_header(value: Any) -> Any:
     if isinstance(value, Mapping):
         header = ("timestamp", "src", "src_ent", "dst", "dst_ent")
-        return {key: _without_header(item) for key, item in cast(Node, value).items() if key not in header}
+        return {key: _without_header(item) for key, item in cast(Values, value).items() if key not in header}
     if isinstance(value, list):
         return [_without_header(item) for item in cast(list[Any], value)]
     return int(value) if isinstance(value, IntEnum | IntFlag) else value

@@ -27,10 +27,10 @@ def fly(
     seed: int | None = None,
     log_root: Path | None = None,
 ) -> Report:
-    """Fly a plan, or the plan of a file, with the vehicle of a profile in virtual time, and return how it went.
+    """Fly a plan, or the plan of a file, with the vehicle of a profile in virtual time, and return the report.
 
-    `modes` are by default those that simulate the vehicle with all it has, `overrides` "Section:Option=value", `limit`
-    is in s of the vehicle's time. Logs are kept where there is a `log_root`. Exceptions of tasks are raised.
+    `modes` defaults to Simulation, or else Kinematic; `overrides` are "Section:Option=value"; `limit` is in s of
+    vehicle time. Logs are kept only with a `log_root`. Exceptions of tasks are raised.
     """
     specification = load_plan(plan) if isinstance(plan, Path) else plan
     with tempfile.TemporaryDirectory() as folder:
@@ -59,11 +59,10 @@ def prepare(
     log_root: Path = Path("log"),
     state_folder: Path = Path("db"),
 ) -> Build:
-    """The vehicle of a profile for a mission, which begins no plan by itself.
+    """Build the vehicle of a profile for a mission; it starts no plan by itself.
 
-    Without `modes` those that simulate it with all it has. `vehicle` is its name, in place of the profile's; in a
-    `fleet` it has no clock of its own. Raises ProfileError for what is wrong with the profile, FleetError for a name
-    that is taken.
+    `modes` defaults to Simulation, or else Kinematic. `vehicle` replaces the name of the profile. In a `fleet` it uses
+    the clock of the fleet. Raises ProfileError if the profile is wrong, FleetError if the name is taken.
     """
     loaded = load_profile(profile, tuple(config_dir), vehicle=vehicle, overrides=tuple(overrides))
     usual = [mode for mode in USUAL_MODES if mode in loaded.modes][:1]

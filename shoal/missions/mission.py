@@ -1,4 +1,4 @@
-"""Flies a plan without anybody watching, and says how it went."""
+"""Flies a plan unattended and reports the result."""
 
 import math
 from collections.abc import Callable
@@ -12,15 +12,15 @@ from runtime.vehicle import Vehicle
 from shoal.missions.report import COMPLETED, FAILED, ManeuverReport, Report
 from shoal.missions.request import PlanRequest
 
-NEEDED = ("Supervisors.Vehicle", "Plan.Engine")  # whose word a mission waits for
-ON_TRACK, AT_DEPTH = 1.5, 0.5  # m; errors count from where they have first been smaller, on each path
+NEEDED = ("Supervisors.Vehicle", "Plan.Engine")  # a mission waits for their messages
+ON_TRACK, AT_DEPTH = 1.5, 0.5  # m; on each path, errors count once they have been smaller
 ON_COURSE = math.radians(15.0)
 NEXT_STATES = (imc.PlanControlState.State.READY, imc.PlanControlState.State.BLOCKED)
 Followed = imc.PathControlState.Flags
 
 
 class Mission:
-    """Starts a plan on a vehicle as soon as it is ready, follows it, and stops the vehicle when it is over.
+    """Starts a plan as soon as the vehicle is ready, follows it, and stops the vehicle when the plan is over.
 
     `patience` (s) is how long the vehicle may take to be ready. `watch` is called with each PlanControlState.
     """
@@ -38,6 +38,7 @@ class Mission:
         self._vehicle = vehicle
         flags = imc.PlanControl.Flags.CALIBRATE if calibrate else 0
         request = imc.PlanControl(plan_id=plan.plan_id, flags=flags, arg=plan, dst=vehicle.system, request_id=1)
+        # Config.ini gets it: run_of() tells the logs of different missions apart by this option.
         vehicle.profile.override(f"General:Plan={crc32(imc.encode(request)):08x}")
         self._request = PlanRequest(vehicle, request, patience=patience, refused=self._give_up)
         self._watch = watch
@@ -53,14 +54,14 @@ class Mission:
         vehicle.tap(imc.EntityMonitoringState, self._note_trouble)
 
     def begin(self) -> None:
-        """Start the vehicle, and the plan as soon as it is ready; whoever runs the vehicle flies it."""
+        """Start the vehicle, and the plan as soon as it is ready; the caller runs the vehicle."""
         self._vehicle.start()
         self._request.begin()
 
     def fly(self, limit: float, *, snapshot_every: float | None = None) -> Report:
         """Run the vehicle until the plan is over, at most `limit` seconds of its time, and close it.
 
-        Its state is saved beside its log every `snapshot_every` seconds. Raises SnapshotError, OSError.
+        A snapshot is saved beside its log every `snapshot_every` seconds. Raises SnapshotError, OSError.
         """
         if snapshot_every is not None:
             Journals(self._vehicle)
@@ -76,7 +77,7 @@ class Mission:
 
     def _give_up(self, reason: str) -> None:
         missing = [name for name in NEEDED if not any(task.name == name for task in self._vehicle.tasks)]
-        trouble = f"no {' and no '.join(missing)} runs in it" if missing else self._trouble
+        trouble = f"missing {' and '.join(missing)}" if missing else self._trouble
         self._end(FAILED, f"{reason}: {trouble}" if trouble else reason)
 
     def _judge(self, answer: imc.PlanControl) -> None:
@@ -110,7 +111,7 @@ class Mission:
             self._look_for_end(state)
 
     def _look_for_end(self, state: imc.PlanControlState) -> None:
-        self.report.reason = "plan is not over"
+        self.report.reason = "plan not finished"
         self._has_flown |= self._is_flying
         if self._has_flown and state.state in NEXT_STATES:
             done = state.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
@@ -127,7 +128,7 @@ class Mission:
             leg.depth_error = self._worst("depth", path.path_ref, abs(path.z), abs(path.z) <= AT_DEPTH, leg.depth_error)
 
     def _worst(self, kind: str, path_ref: int, error: float, small: bool, before: float) -> float:
-        """The larger of two errors, once this one has been small on its path."""
+        """The larger of `error` and the worst `before`; `error` counts once it has been small on its path."""
         reference, settled = self._errors.get(kind, (-1, False))
         settled = small or (settled and reference == path_ref)
         self._errors[kind] = path_ref, settled

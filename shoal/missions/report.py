@@ -1,4 +1,4 @@
-"""How a mission went: its outcome, and each maneuver with its time, distance and errors."""
+"""The report of a mission: its outcome, and the time, distance and errors of each maneuver."""
 
 import math
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ COMPLETED, FAILED, LATE = "SUCCESS", "FAILURE", "TIMEOUT"
 
 @dataclass
 class ManeuverReport:
-    """One maneuver of a flight: its time (s), distance over ground (m), and worst errors (m), NaN where it has none."""
+    """One maneuver: begin (s since 1970 UTC), time (s), distance over ground (m), worst errors (m), NaN if unknown."""
 
     name: str
     began: float
@@ -20,14 +20,14 @@ class ManeuverReport:
 
 @dataclass
 class Report:
-    """How a mission went: `outcome` is SUCCESS, FAILURE or TIMEOUT, `reason` the words of the plan engine.
+    """The result of a mission: `outcome` is SUCCESS, FAILURE or TIMEOUT, `reason` says why.
 
     `seconds` and `distance` (m, over ground) count from the first maneuver, `deepest` is in m. Errors of a leg count
-    from where it has first been followed: within 1.5 m and 15° across, 0.5 m in depth.
+    from where the vehicle first follows it: cross-track within 1.5 m and 15°, depth within 0.5 m.
     """
 
     outcome: str = LATE
-    reason: str = "no answer of the plan engine"
+    reason: str = "no answer from the plan engine"
     deepest: float = 0.0
     legs: list[ManeuverReport] = field(default_factory=list[ManeuverReport])
     states: list[str] = field(default_factory=list[str])
@@ -46,15 +46,15 @@ class Report:
 
     @property
     def cross_track(self) -> float:
-        """The worst of all legs (m), NaN where no leg was straight."""
+        """The worst of all legs (m), NaN if no straight leg was followed."""
         return max((leg.cross_track for leg in self.legs if not math.isnan(leg.cross_track)), default=math.nan)
 
     @property
     def depth_error(self) -> float:
-        """The worst of all legs (m), NaN where no leg had reached its depth."""
+        """The worst of all legs (m), NaN if no leg reached its depth."""
         return max((leg.depth_error for leg in self.legs if not math.isnan(leg.depth_error)), default=math.nan)
 
     @property
     def maneuvers(self) -> list[str]:
-        """The names of the maneuvers in the order in which they were executed."""
+        """The names of the maneuvers, in order of execution."""
         return [leg.name for leg in self.legs]

@@ -1,11 +1,11 @@
-"""Asks a vehicle for a plan as soon as it is ready, in the name of its Daemon."""
+"""Requests a plan as soon as the vehicle is ready, in the name of its Daemon."""
 
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import imc
-from runtime.kernel.kernel import SECOND
-from runtime.task import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
+from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
+from runtime.kernel import SECOND
 from runtime.vehicle import Vehicle
 
 READY = imc.PlanControlState.State.READY
@@ -13,11 +13,11 @@ CALM = imc.VehicleState.OpMode.SERVICE
 
 
 class PlanRequest:
-    """Publishes a request when the vehicle has said that it is in SERVICE, and then that its plan engine is READY.
+    """Publishes a request when the vehicle has reported SERVICE and, after that, a READY plan engine.
 
-    It stands for an operator: it looks on, and what it keeps is no state of the vehicle. `refused` is called with a
-    reason when one of the two takes longer than `patience` (s). `calm` is whether SERVICE has been said, `given`
-    whether the request has been published.
+    It acts as an operator: it watches the bus, and snapshots do not contain it. `refused` is called with a reason if
+    either report takes longer than `patience` (s). `calm` is True once SERVICE was reported, `given` once the request
+    was published.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class PlanRequest:
         vehicle.tap(imc.PlanControlState, self._ask)
 
     def begin(self) -> None:
-        """Begin to lose patience."""
+        """Start the timeout."""
         self._deadline = self._vehicle.kernel.now_ns + round(self._patience * SECOND)
         self._vehicle.kernel.at(self._deadline, self._lose_patience, self._deadline)
 
@@ -61,7 +61,7 @@ class PlanRequest:
 
 
 class Given(NamedTuple):
-    """A request in a log, and how far a PlanRequest was with it at a time."""
+    """A request in a log, and the state of its PlanRequest at a time."""
 
     request: imc.PlanControl
     calm: bool
@@ -69,7 +69,7 @@ class Given(NamedTuple):
 
 
 def given_in(packets: Iterable[tuple[int, bytes]], schema: imc.Schema, vehicle: Vehicle, time: float) -> Given | None:
-    """The request in a run's log, and what came of it before a time (s since 1970 UTC). None where it has none."""
+    """The request in a run's log, and its state before a time (s since 1970 UTC); None if there is none."""
     calm, daemon = False, vehicle.daemon.entity.id
     for _, packet in packets:
         head = imc.header(packet)

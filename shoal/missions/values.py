@@ -1,4 +1,4 @@
-"""How the values of maneuvers are written in plans: with units, degrees and names, exactly."""
+"""Reads and writes the values of plan files: with units, in degrees, by name, and without loss."""
 
 import math
 import re
@@ -20,9 +20,9 @@ _FITTING = {"rad": _ANGLES, "s": _TIMES, "m": _LENGTHS}
 
 
 def quantity(value: object, unit: str = "") -> float:
-    """A number, or a text such as "15°", in SI units; a plain number has the unit already.
+    """A number, or a text such as "15°", in SI units; a plain number is in SI units.
 
-    Raises ValueError for what is no number, or has a unit that does not fit `unit`.
+    Raises ValueError if it is not a number, or has a unit that does not fit `unit`.
     """
     number, found = split(value)
     if found and unit in _FITTING and found not in _FITTING[unit]:
@@ -33,7 +33,7 @@ def quantity(value: object, unit: str = "") -> float:
 
 
 def split(value: object) -> tuple[float, str]:
-    """Number and unit of "1.2 m/s". Raises ValueError where it is no number."""
+    """Number and unit of "1.2 m/s". Raises ValueError if it is not a number."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value), ""
     match = _QUANTITY.fullmatch(value.strip()) if isinstance(value, str) else None
@@ -62,7 +62,7 @@ def position(value: object) -> tuple[float, float]:
 
 
 def degrees(angle: float) -> str:
-    """An angle (rad) in degrees, so that `quantity` gives back the very same; in rad where there is no such number."""
+    """An angle (rad) as text in degrees that `quantity` reads back exactly; in rad if no number does."""
     text = math.degrees(angle)
     for digits in range(1, 18):
         short = f"{text:.{digits}g}"
@@ -75,7 +75,7 @@ def degrees(angle: float) -> str:
 
 
 def number(value: float, kind: str) -> int | float:
-    """The shortest number that a field of type `kind` keeps as `value`."""
+    """The shortest number that a field of type `kind` stores as `value`."""
     if kind == "fp32_t" and math.isfinite(value):
         short = float(str(np.float32(value)))
         value = short if np.float32(short) == np.float32(value) else value
@@ -83,25 +83,25 @@ def number(value: float, kind: str) -> int | float:
 
 
 def read_field(info: imc.FieldInfo, value: object) -> object:
-    """What a field of a message is to be, from how it is written."""
+    """The value of a message field, from its form in a plan file."""
     if isinstance(value, str) and info.unit in ("rad", "s", "m", "%"):
         si = quantity(value, info.unit)
         return si if info.type.startswith("fp") else round(si)
     if isinstance(value, str) and info.enum is not None and value not in info.enum.__members__:
         hint = suggestion(value, info.enum.__members__)
-        raise ValueError(f"{info.name}: {value!r} is no name of a value" + (f" ({hint})" if hint else ""))
+        raise ValueError(f"{info.name}: {value!r} is not a valid name" + (f" ({hint})" if hint else ""))
     if isinstance(value, list) and info.enum is not None:
         names = cast(list[Any], value)
         members: Mapping[str, Any] = info.enum.__members__
         wrong = [name for name in names if name not in members]
         if wrong:
-            raise ValueError(f"{wrong[0]!r} is none of {', '.join(members)}")
+            raise ValueError(f"{wrong[0]!r} is not one of {', '.join(members)}")
         return sum(int(members[name]) for name in names)
     return cast(object, value)
 
 
 def write_field(info: imc.FieldInfo, value: Any) -> Any:
-    """How a field is written."""
+    """The form of a field in a plan file."""
     if info.enum is not None and info.unit == "Bitfield" and isinstance(value, int):
         names = [name for name, member in info.enum.__members__.items() if int(member) & value]
         return names if sum(int(info.enum.__members__[name]) for name in names) == value else int(value)

@@ -1,4 +1,4 @@
-"""Runs part of a log again: tasks on what all others said, or a vehicle from a moment on."""
+"""Re-runs part of a log: tasks on the messages of all others, or a whole vehicle from a moment on."""
 
 from shoal.rerun.comparison import Comparison, FieldStatistics, FirstDifference, MessageCount
 from shoal.rerun.history import Instants

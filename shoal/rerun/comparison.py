@@ -1,4 +1,4 @@
-"""How what tasks say when they run again differs from what the log has of them."""
+"""Compares what re-run tasks publish with what the log has of them."""
 
 import math
 from collections import deque
@@ -32,7 +32,7 @@ class FieldStatistics:
         return math.sqrt(self._squares / self.count) if self.count else 0.0
 
     def add(self, logged: object, said: object) -> None:
-        """Take a pair of values; what is no number only counts as changed or not."""
+        """Add a pair of values; values that are not numbers only count as changed or not."""
         self.count += 1
         if logged == said:
             return
@@ -51,7 +51,7 @@ class FieldStatistics:
 
 @dataclass(slots=True)
 class MessageCount:
-    """Messages of one type and entity: of the log, of the re-simulation, and how their pairs differ."""
+    """The messages of one type and entity: in the log, in the re-simulation, and how their pairs differ."""
 
     logged: int = 0
     said: int = 0
@@ -69,7 +69,7 @@ class MessageCount:
 
 
 class FirstDifference(NamedTuple):
-    """Where the two first differ: after so many equal packets; None where one has none any more."""
+    """The first difference, after `after` equal packets; None for a side that has ended."""
 
     after: int
     logged: bytes | None
@@ -83,11 +83,10 @@ class _Pending:
 
 
 class Comparison:
-    """Takes the packets of both as they come; those of a type, entity and `id` whose times are within `tolerance` (s)
-    of each other are pairs. Memory does not grow with the log.
+    """Compares the packets of both sides as they come; memory does not grow with the log.
 
-    `bytes` is how many bytes differ, packets without partner counting whole; `first` where the two first differ in
-    content or order.
+    Packets of the same type, entity and `id` are pairs if their times are within `tolerance` (s). `bytes` is how many
+    bytes differ; packets without a partner count whole. `first` is where the two first differ in content or order.
     """
 
     def __init__(self, schema: imc.Schema, tolerance: float):
@@ -103,7 +102,7 @@ class Comparison:
 
     @property
     def equal(self) -> bool:
-        """Whether all packets are the same byte for byte and in the same order."""
+        """Whether all packets are identical and in the same order."""
         return self.first is None
 
     def log_has(self, header: imc.Header, packet: bytes) -> None:
@@ -125,7 +124,7 @@ class Comparison:
         self._pair(header, pending)
 
     def finish(self) -> None:
-        """There is no more of either."""
+        """Both sides are complete."""
         for pending in self._pending.values():
             self.bytes += sum(len(packet) for _, packet in (*pending.logged, *pending.said))
         self._pending.clear()
@@ -195,9 +194,9 @@ class Comparison:
 
 
 class LastMoment:
-    """Hands packets on to a comparison, those that come when it is `end` (ns since 1970 UTC) only when all are known.
+    """Passes packets on to a comparison; those of the moment `end` (ns since 1970 UTC) only in `settle`.
 
-    A run that is stopped by hand ends somewhere within a moment. `now` tells the time.
+    A run that is stopped by hand ends in the middle of a moment. `now` returns the time (ns since 1970 UTC).
     """
 
     def __init__(self, comparison: Comparison, now: Callable[[], int]):
@@ -223,7 +222,7 @@ class LastMoment:
         return self.end is not None and self._now() >= self.end
 
     def settle(self, doubtful: bool) -> bool:
-        """Compare the end, unless it is different and `doubtful`; whether it was compared."""
+        """Compare the last moment, unless it is `doubtful` and differs. Returns whether it was compared."""
         if doubtful and self._logged != self._said:
             return False
         for header, packet in self._logged:

@@ -1,4 +1,4 @@
-"""The packets of a log in their order, each at the nanosecond at which it was published."""
+"""The packets of a log in order, each with the nanosecond at which it was published."""
 
 import math
 from collections import deque
@@ -16,7 +16,7 @@ MOST_WAITING = 1000
 
 
 class LoggedPacket(NamedTuple):
-    """A packet, when it was published (ns since 1970 UTC), and whether a task that runs again should publish it."""
+    """A packet, when it was published (ns since 1970 UTC), and whether a re-run task should publish it."""
 
     time: int
     header: imc.Header
@@ -25,11 +25,11 @@ class LoggedPacket(NamedTuple):
 
 
 class Instants:
-    """Nanoseconds of times that packets carry as doubles, which cannot tell 200 of them apart.
+    """Finds the nanosecond of a packet's time, a double that stands for some 200 of them.
 
-    Of those that a double can mean, it is the one at which a task ticks, of rates (Hz) counted from `start` (ns);
-    else the roundest, or the one with the roundest delay after one of the last instants. On a wall clock (`virtual` is
-    False) instants are not round: it is the nearest.
+    It takes the one at which a task ticks, of `rates` (Hz) counted from `start` (ns); else the roundest, or the one
+    with the roundest delay after a recent instant. On a wall clock (`virtual` is False) instants are not round: it
+    takes the nearest.
     """
 
     def __init__(self, start: int, rates: Iterable[float] = (), *, virtual: bool = True):
@@ -40,14 +40,14 @@ class Instants:
         self._recent: deque[int] = deque(maxlen=REMEMBERED)
 
     def of(self, time: float) -> int:
-        """The instant of a finite time (s since 1970 UTC)."""
+        """The instant (ns) of a finite time (s), both since 1970 UTC."""
         if time != self._last[0]:
             self._last = time, self._find(time)
             self._recent.appendleft(self._last[1])
         return self._last[1]
 
     def is_tick(self, instant: int, rates: Iterable[float]) -> bool:
-        """Whether one of these rates (Hz) ticks then."""
+        """Whether one of these rates (Hz) ticks at an instant (ns)."""
         counts = ((round((instant - self._start) * rate / SECOND), rate) for rate in rates if rate > 0.0)
         return any(self._start + round(count * SECOND / rate) == instant for count, rate in counts)
 
@@ -69,11 +69,11 @@ class Instants:
 
 
 class History:
-    """A log as the tasks that run again meet it: `own` says which packets are theirs.
+    """A log as the re-run tasks receive it; `own` tells which packets are theirs, `start` is in ns.
 
-    Time is that of the owner's packets and never goes back: a measurement that is older than what was said before it
-    was published at that moment. One of a message that is known to be `late` (id and entity) between two moments is of
-    the second if its task, which ticks at `rates` (Hz, by entity), ticks only then.
+    Time is that of the owner's packets and never goes back: a measurement with an earlier time than the packet before
+    it was published at the time of that packet. A message that is known to be `late` (id and entity) and lies between
+    two moments belongs to the second if its task, which ticks at `rates` (Hz, by entity), ticks only then.
     """
 
     def __init__(
@@ -97,17 +97,17 @@ class History:
         self._timed: deque[LoggedPacket] = deque()
 
     def next(self) -> LoggedPacket | None:
-        """The entry that is the turn of; None at the end."""
+        """The next packet, which is not removed; None at the end."""
         if not self._ahead and (entry := self._read()) is not None:
             self._ahead.append(entry)
         return self._ahead[0] if self._ahead else None
 
     def take(self) -> LoggedPacket:
-        """The next entry, which is then over."""
+        """Remove and return the packet that `next` found."""
         return self._ahead.popleft()
 
     def until(self, kind: tuple[int, int], now: int) -> list[LoggedPacket]:
-        """The entries up to the first own one of a message id and entity, and that one; empty where `now` has none."""
+        """Take out all up to the first own packet of `kind` (message id, entity), if it is due by `now` (ns)."""
         for index, entry in enumerate(self._until(now)):
             if entry.own and (entry.header.id, entry.header.src_ent) == kind:
                 return [self._ahead.popleft() for _ in range(index + 1)]
@@ -148,9 +148,9 @@ class History:
         return (header.id, header.src_ent) in self._late and header.src_ent in self._rates
 
     def _date(self, waiting: list[tuple[imc.Header, bytes]], following: int) -> None:
-        """Give their moments to packets of which the last one's is `following`.
+        """Set the times of packets; that of the last one is `following` (ns).
 
-        Others were heard when they say, if that is between what the owner said before and after.
+        A packet of another system has its own time if that lies between those of the owner's packets around it.
         """
         for header, packet in waiting:
             if header.src != self._owner:
@@ -169,5 +169,5 @@ class History:
 
 
 def spoken_by(owner: int, entities: Collection[int]) -> Callable[[imc.Header], bool]:
-    """Whether a packet is of one of these entities of the owner."""
+    """A function that tells whether a packet comes from one of these entities of the owner."""
     return lambda header: header.src == owner and header.src_ent in entities

@@ -1,4 +1,4 @@
-"""A bus on which tasks that run again meet what a log has of all others, in the order of the log."""
+"""A bus on which re-run tasks receive the logged messages of all others, in the order of the log."""
 
 from collections.abc import Callable
 
@@ -12,10 +12,10 @@ from shoal.rerun.history import History, LoggedPacket
 class LoggedBus(Bus):
     """Delivers the log's messages at their times, those of one moment in the order of the log.
 
-    What a task says here comes behind the messages that the log has before the same one; what the log has of the
-    tasks themselves is not delivered, and what is said in the name of others (the Daemon's heartbeat) is in the log.
-    `heard` and `said` are told of each packet of the tasks: of the log's, and of the one that is published here.
-    `seen` is told of all that passes the bus. Behind a log that is `cut_short` nobody knows what was said.
+    A message that a task publishes here follows the messages that precede it in the log. The tasks' own messages in
+    the log are not delivered. What is published here for others (the Daemon's heartbeat) is dropped: the log has it.
+    `heard` is called with the tasks' packets in the log, `said` with those that they publish here, `seen` with all
+    that pass the bus. After the end of a log that is `cut_short`, `said` is not called: they have no counterpart.
     """
 
     cut_short = False
@@ -33,7 +33,7 @@ class LoggedBus(Bus):
         self._names = dict[int, type | None]()
 
     def follow(self, history: History, schema: imc.Schema, speakers: Callable[[imc.Header], bool]) -> None:
-        """Begin to deliver the log; `speakers` says whose packets are the tasks' own."""
+        """Start to deliver the log; `speakers` tells which packets are the tasks' own."""
         self.history, self.schema, self._is_own = history, schema, speakers
         self.kernel.soon(self._feed)
 
@@ -50,12 +50,12 @@ class LoggedBus(Bus):
         super().publish(message, packet, origin)
 
     def finish(self) -> None:
-        """Pass what is left of the log."""
+        """Pass the rest of the log."""
         while self.history.next() is not None:
             self._pass(self.history.take())
 
     def _feed(self) -> None:
-        """Deliver what is due up to the next message that a task has to say, and come back when it has, or has not."""
+        """Deliver what is due up to the next message that a task should publish, and wait for that one."""
         now = self.kernel.now_ns
         while (entry := self.history.next()) is not None and entry.time <= now and not entry.own:
             self._pass(self.history.take())
@@ -64,12 +64,12 @@ class LoggedBus(Bus):
         if entry.time > now:
             self.kernel.at(entry.time, self._arrive)
             return
-        if self.kernel.idle:
+        if self.kernel.idle:  # nothing else is due that could publish it: only the log has it
             self._pass(self.history.take())
         self.kernel.soon(self._feed)
 
     def _arrive(self) -> None:
-        # Ticks of this moment, which wait behind this call, come first, as they did.
+        # Ticks of this moment are queued behind this call; in the logged run they came first.
         self.kernel.soon(self._feed)
 
     def _pass(self, entry: LoggedPacket) -> None:
@@ -89,7 +89,7 @@ class LoggedBus(Bus):
         self._deliver(message, entry.packet, self.daemon if of_daemon else None)
 
     def _kind(self, number: int) -> type | None:
-        """The class of a message id, None where only decoding tells."""
+        """The class of a message id; None if only decoding can tell."""
         if number not in self._names:
             try:
                 self._names[number] = self.schema.by_id(number)

@@ -1,4 +1,4 @@
-"""What has to be known of a log before its tasks can run again: whose it is, when it begins and ends, who speaks."""
+"""What a re-simulation needs to know of a log first: its owner, its begin and end, its senders."""
 
 import math
 from collections import Counter
@@ -10,15 +10,16 @@ from shoal.rerun.run import LoggedRun
 
 Op = imc.LoggingControl.Op
 CLOSING = frozenset({imc.LoggingControl.ID, imc.QueryEntityInfo.ID, imc.EntityInfo.ID})
-"""Messages of the end of a log that do not tell whether its last moment was lived."""
+"""Messages that closing a log may add; they do not show that anything else happened in its last moment."""
 
 
 @dataclass
 class Outline:
     """A log in outline; times are s since 1970 UTC, of the owner's clock.
 
-    late: message id and entity of what carries the time of an earlier moment, such as that of a measurement.
-    closed: the log ends in order. lived: something happened in the moment of its end. counts: packets by message id.
+    late: message id and entity of packets that carry an earlier time, such as that of a measurement.
+    marked: it begins with LoggingControl. closed: it ends cleanly. lived: more than the closing happened in its last
+    moment. counts: packets by message id. speakers: the owner's packets by message id and entity.
     """
 
     owner: int
@@ -39,7 +40,7 @@ class Outline:
 
 
 def outline(log: imc.Log | LoggedRun) -> Outline | None:
-    """Read a log, or those of a run, over; None for one without messages."""
+    """The outline of a log or a run; None if it has no messages."""
     found: Outline | None = None
     naming = {imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID}
     for _, packet in log.packets():

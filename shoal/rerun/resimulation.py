@@ -1,4 +1,4 @@
-"""Runs tasks again on the messages that a log has of all others, and compares what they say with the log."""
+"""Re-runs tasks on the logged messages of all others, and compares what they publish with the log."""
 
 import contextlib
 import tempfile
@@ -20,18 +20,18 @@ from shoal.rerun.logged_bus import LoggedBus
 from shoal.rerun.outlines import Outline, outline
 from shoal.rerun.run import CONFIGURATION, LoggedRun, run_of
 
-TOLERANCE = 0.5  # s, between a message of a log made on a wall clock and its like
+TOLERANCE = 0.5  # s, between the two messages of a pair, for a log made on a wall clock
 
 
 class ResimulationError(ValueError):
-    """What keeps a log from being simulated again; the text says why and what to do."""
+    """The log cannot be re-simulated; the text says why and what to do."""
 
 
 @dataclass
 class Resimulation:
-    """What came of it. `exact`: the log is of a virtual run from its start, so nothing may differ without changes.
+    """The result. `exact`: a virtual run from its start, without overrides, so nothing may differ.
 
-    notes: what cannot be reproduced, and why. labels: entity ids of the tasks and their labels.
+    notes: what cannot be reproduced, and why. begin: s since 1970 UTC. labels: of the tasks' entities, by id.
     """
 
     log: imc.Log
@@ -51,10 +51,10 @@ def resimulate(
     profile: str | Path | None = None,
     out: Path | None = None,
 ) -> Resimulation:
-    """Run the tasks of these sections on the rest of the log, with `overrides` ("Section:Option=value").
+    """Re-run tasks on the logged messages of all others, with `overrides` ("Section:Option=value").
 
-    They begin with the run, whose earlier logs are read as well. The parameters are those of its Config.ini, or of
-    `profile`. `out` becomes a log of what then is on the bus.
+    `tasks` are sections, entity labels or classes. They start with the run, whose earlier logs are read as well. Their
+    parameters are those of its Config.ini, or of `profile`. `out` becomes a log of all messages on the bus.
     Raises ResimulationError, ProfileError, FileExistsError, OSError, and what the tasks raise.
     """
     run = run_of(log)
@@ -63,7 +63,7 @@ def resimulate(
         raise ResimulationError(f"{log.path}: the log has no messages")
     loaded, notes = _profile(run.logs[0], about, profile)
     if before := ", ".join(earlier.path.parent.name for earlier in run.logs[:-1]):
-        notes.append(f"from the start of the run, with the logs before this one: {before}")
+        notes.append(f"starts with the earlier logs of the run: {before}")
     sections = [_section(loaded, name) for name in tasks]
     for section in sections:
         _check(section)
@@ -87,9 +87,9 @@ def resimulate(
             entity_ids=about.labels,
         )
         vehicle = made.vehicle
-        for reason, left_out in made.left_out.items():
+        for reason, skipped in made.skipped.items():
             vehicle.close()
-            raise ResimulationError(f"{', '.join(left_out)}: {reason}")
+            raise ResimulationError(f"{', '.join(skipped)}: {reason}")
         again = [vehicle.task(section) for section in sections]
         chosen = {entity.id: entity.label for entity in vehicle.entities if entity.component in sections}
         own = spoken_by(about.owner, chosen.keys())
@@ -114,7 +114,7 @@ def resimulate(
                 vehicle.close()
             bus.finish()
         if not moment.settle(about.lived and not overrides):
-            notes.append("the run was stopped within its last moment, which is not compared")
+            notes.append("the run was stopped in the middle of its last moment, which is not compared")
         comparison.finish()
     notes += _reservations(run, about, loaded, again, chosen, virtual, bus.malformed_in_log)
     return Resimulation(log, sections, comparison, virtual and not overrides, start / SECOND, notes, chosen)
@@ -128,12 +128,12 @@ def _profile(log: imc.Log, about: Outline, named: str | Path | None) -> tuple[Pr
         return load_profile(beside, strict=False), []
     name = about.names.system(about.owner)
     addresses = own_etc() / "common" / "imc-addresses.ini"
-    note = f"the log has no {CONFIGURATION}: parameters are the defaults; -c names a profile"
+    note = f"the log has no {CONFIGURATION}: using default parameters; name a profile with -c"
     return load_profile(addresses, vehicle=name, strict=False), [note]
 
 
 def _section(profile: Profile, name: str) -> str:
-    """The section that is meant: its name, its entity's label, or the class where there is only one of it."""
+    """The section of a name: the section itself, its entity label, or its class if only one section has it."""
     sections = profile.config.sections
     if name in sections:
         return name
@@ -145,7 +145,7 @@ def _section(profile: Profile, name: str) -> str:
     if len(found) == 1:
         return found[0]
     if len(found) > 1:
-        raise ResimulationError(f"{quoted(name)} can be {', '.join(found)}")
+        raise ResimulationError(f"{quoted(name)} is ambiguous: {', '.join(found)}")
     with contextlib.suppress(TaskImportError):
         if find_task(name) is not None:
             return name
@@ -163,7 +163,7 @@ def _check(section: str) -> None:
     if cls is None:
         raise ResimulationError(f"{section} is not in Shoal")
     if cls.external:
-        raise ResimulationError(f"{section} talks to the outside, of which a log does not tell")
+        raise ResimulationError(f"{section} needs the network, which logs do not record")
 
 
 def _rates_by_entity(profile: Profile, about: Outline) -> dict[int, set[float]]:
@@ -176,7 +176,7 @@ def _rates_by_entity(profile: Profile, about: Outline) -> dict[int, set[float]]:
 
 
 def _rates(profile: Profile) -> Iterator[tuple[str, float]]:
-    """The rates at which the tasks of the profile tick, with their sections."""
+    """The sections of the profile, with each rate (Hz) at which their tasks tick."""
     for name in profile.config.sections:
         try:
             cls = find_task(name)
@@ -206,17 +206,17 @@ def _reservations(
     if not virtual:
         late = about.begin - profile.start_time
         if about.marked and 0.0 < late < 1e6:
-            yield f"the log begins {late:.1f} s after the vehicle: what the tasks had in mind then is unknown"
+            yield f"the log begins {late:.1f} s after the vehicle: the state of the tasks at that time is unknown"
         else:
-            yield "made on a wall clock: ticks, delays and what came first are as that computer had them"
+            yield "made on a wall clock: the log does not record when tasks ticked and in which order things happened"
     if not about.closed:
-        yield "the log does not end in order: it may lack what was said last"
+        yield "the log does not end cleanly: its last messages may be missing"
     if damaged := sum(len(log.losses) for log in run.logs):
-        yield f"the log has {damaged} damaged places: what the tasks heard there is unknown"
+        yield f"the log has {damaged} damaged places: what the tasks received there is unknown"
     if malformed:
-        yield f"{malformed} messages of the log are malformed, and nobody hears them"
+        yield f"{malformed} messages of the log are malformed and were not delivered"
     if left_out := profile.config.value("Transports.Logging", "Transports"):
-        yield f"the log has only the messages that were chosen for it: {left_out}"
+        yield f"the log has only selected messages: {left_out}"
     schema = run.schema
     present = {number: schema.by_id(number) for number in about.counts if number in schema.types_by_id}
     for task in tasks:
@@ -224,23 +224,23 @@ def _reservations(
             wanted = cast(type[object], consumer.type)
             number = getattr(wanted, "ID", -1)
             if not issubclass(wanted, imc.Message):
-                yield f"{task.name} hears {wanted.__name__}, which no log has: run its source, too"
+                yield f"{task.name} subscribes to {wanted.__name__}, which logs never have: re-run its source, too"
             elif not any(issubclass(kind, wanted) for kind in present.values()):
-                reason = f"means another message by {number}" if number in present else f"has no {wanted.__name__}"
-                yield f"{task.name} hears {wanted.__name__}, but the log {reason}"
+                reason = f"uses id {number} for another message" if number in present else f"has no {wanted.__name__}"
+                yield f"{task.name} subscribes to {wanted.__name__}, but the log {reason}"
     for entity, label in chosen.items():
         if not any(speaker == entity for _, speaker in about.speakers):
-            yield f"the log has nothing of the entity {quoted(label)}" + _others(about, label)
+            yield f"the log has no messages of the entity {quoted(label)}" + _others(about, label)
 
 
 def _others(about: Outline, label: str) -> str:
     hint = suggestion(label, about.labels)
-    return f"; {hint}; --set 'Section:Entity Label=...' gives it another name" if hint else ""
+    return f"; {hint}; rename it with --set 'Section:Entity Label=...'" if hint else ""
 
 
 @contextlib.contextmanager
 def _written(out: Path | None, log: imc.Log, profile: Profile) -> Generator[Callable[[bytes], object]]:
-    """What takes the packets of the new log."""
+    """A function that takes the packets of the new log; without `out` it drops them."""
     if out is None:
         yield len
         return

@@ -1,4 +1,4 @@
-"""Goes back in the log of a virtual run: from the nearest snapshot, or from its start, and on from there."""
+"""Resumes a virtual run from a moment of its log, with the nearest snapshot or from its start."""
 
 import math
 import tempfile
@@ -26,11 +26,11 @@ def continued(
     journals: bool = False,
     look_on: Callable[[Vehicle], object] = lambda _: None,
 ) -> Vehicle:
-    """A vehicle in the state of a snapshot, with the configuration that is in it; it is started already.
+    """A started vehicle in the state of a snapshot, with the configuration in that snapshot.
 
-    `overrides`, "Section:Option=value", give parameters other values from then on. With `journals` it can be saved
-    again in the midst of scripts. `look_on` is called before the tasks have their state, for who is to hear messages
-    before them. Raises SnapshotError, ProfileError; no log begins where the vehicle has no such parameter or value.
+    `overrides` ("Section:Option=value") change parameters from then on. With `journals` it can be saved again while
+    scripts run. `look_on` is called before the tasks have their state, so that taps receive messages before them.
+    Raises SnapshotError, ProfileError; if a parameter or value is invalid, before a log is written.
     """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "Config.ini"
@@ -59,9 +59,9 @@ def continued(
 
 
 class Rewound:
-    """The run of a log: `state_at` a time, and the vehicle that goes on from there.
+    """The run of a log: its state at a time, and the vehicle that continues from there.
 
-    Raises SnapshotError where the log is not one of a virtual run of Shoal, ProfileError.
+    Raises SnapshotError if the log is not of a virtual run of Shoal, ProfileError.
     """
 
     def __init__(self, log: imc.Log):
@@ -75,14 +75,14 @@ class Rewound:
 
     @property
     def end(self) -> float:
-        """Where the log ends, in s of the run."""
+        """The end of the log, in s of the run."""
         about = outline(self._log)
         return about.end - self._profile.start_time if about is not None else 0.0
 
     def state_at(self, seconds: float) -> Snapshot:
-        """The state at a time of the run (s): found in the folders of its logs, or computed from what is there.
+        """The state at a time of the run (s): its snapshot, or computed from an earlier one or from the start.
 
-        Raises SnapshotError where the run cannot be repeated, ProfileError.
+        Raises SnapshotError if the run cannot be repeated, ProfileError.
         """
         wanted = self._profile.start_time_ns + round(seconds * SECOND)
         nearest = _nearest(self._run, seconds)
@@ -105,9 +105,9 @@ class Rewound:
     def vehicle(
         self, snapshot: Snapshot, log_root: Path, *, overrides: Sequence[str] = (), journals: bool = False
     ) -> Vehicle:
-        """The vehicle in a state of the run; the plan that it is still to be asked for is asked for.
+        """The vehicle in a state of the run; it requests the plan if the run had not yet done so.
 
-        `overrides` are those of `continued`. Raises SnapshotError, ProfileError.
+        `overrides` and `journals` are those of `continued`. Raises SnapshotError, ProfileError.
         """
 
         def look_on(vehicle: Vehicle) -> None:
@@ -120,8 +120,8 @@ class Rewound:
         _, packet = next(first.packets(), (0, b""))
         if not packet or imc.header(packet).timestamp != profile.start_time:
             raise SnapshotError(
-                f"{first.path} does not begin with its vehicle on a virtual clock, and has no snapshot before "
-                f"{seconds:g} s: rewind the log that it came from"
+                f"{first.path} does not begin with the start of a virtual run, and has no snapshot before "
+                f"{seconds:g} s; rewind the log that it was made from"
             )
         about = outline(self._run)
         vehicle = _vehicle(profile, scratch, profile.start_time_ns, about.labels if about is not None else {})
@@ -131,13 +131,13 @@ class Rewound:
         return vehicle
 
     def _request(self, vehicle: Vehicle, time: int) -> None:
-        """Ask for the plan that was asked for in this run, as far as that was still to be done at a time (ns)."""
+        """Request the plan of this run, unless the run had done so before a time (ns)."""
         found = given_in(self._run.packets(), self._run.schema, vehicle, time / SECOND)
         if found is not None and not found.given:
             PlanRequest(vehicle, found.request, calm=found.calm)
 
     def _compare(self, scratch: Path, wanted: int) -> None:
-        """Hold the log against the repeated run. Raises SnapshotError where they part before a time (ns)."""
+        """Compare the log with the repeated run. Raises SnapshotError if they differ before a time (ns)."""
         _, first = next(self._log.packets(), (0, b""))
         begin, end = imc.header(first).timestamp, wanted / SECOND
         for path in sorted(scratch.glob("*/*/*")):
@@ -150,16 +150,16 @@ class Rewound:
                 if old != new:
                     at = imc.header(new).timestamp - self._profile.start_time
                     raise SnapshotError(
-                        f"{self._log.path} cannot be repeated from the start of its run: they part at {at:.3f} s. "
-                        "It was changed on its way, or written by another version"
+                        f"{self._log.path} cannot be repeated from the start of its run, which differs at {at:.3f} s: "
+                        "the run was changed on the way, or the log was written by another version"
                     )
             return
         if begin < end:
-            raise SnapshotError(f"{self._log.path} cannot be repeated from the start of its run: no such log begins")
+            raise SnapshotError(f"{self._log.path} cannot be repeated from the start of its run: it writes no such log")
 
 
 def _value(vehicle: Vehicle, assignment: str) -> tuple[Task, Parameter, Any]:
-    """What "Section:Option=value" is about. Raises SnapshotError."""
+    """Task, parameter and value of "Section:Option=value". Raises SnapshotError."""
     left, _, text = assignment.partition("=")
     section, _, option = left.rpartition(":")
     try:
@@ -188,7 +188,7 @@ def _change(vehicle: Vehicle, assignment: str) -> None:
 
 
 def _nearest(run: LoggedRun, seconds: float) -> Snapshot | None:
-    """The latest state in the folders of a run's logs that is not behind a time of the run (s)."""
+    """The latest snapshot beside the logs of a run that is not after a time of the run (s)."""
     paths = {_seconds(path): path for log in run.logs for path in log.path.parent.glob(f"{STATE}*{SUFFIX}")}
     latest = max((time for time in paths if time <= seconds), default=None)
     if latest is None:
@@ -200,7 +200,7 @@ def _nearest(run: LoggedRun, seconds: float) -> Snapshot | None:
 
 
 def _seconds(path: Path) -> float:
-    """The time of the run (s) that the name of a state says, NaN where it says none."""
+    """The time of the run (s) in the file name of a snapshot, NaN if there is none."""
     try:
         return float(path.name.removeprefix(STATE).removesuffix(SUFFIX))
     except ValueError:

@@ -1,4 +1,4 @@
-"""The logs of one run of a vehicle, which begins a new one with each plan."""
+"""The logs of one run of a vehicle, which starts a new log with each plan."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,7 +14,7 @@ IDENTITY = ("Vehicle", "Seed", "Selected", "Start Time", "Plan")
 
 
 class LoggedRun:
-    """Logs, one after the other, as if they were one: nothing that was on the bus lies between them."""
+    """Consecutive logs as if they were one; no messages are missing between them."""
 
     def __init__(self, logs: Sequence[imc.Log]):
         self.logs = logs
@@ -28,9 +28,9 @@ class LoggedRun:
 
 
 def run_of(log: imc.Log) -> LoggedRun:
-    """The logs of a virtual run up to this one, where all are beside it; else this one alone.
+    """The logs of a virtual run up to this one if all are in the same folder; else this one alone.
 
-    Each ends in order at the moment at which the next begins, with the same vehicle, seed and modes.
+    Each ends cleanly at the moment at which the next begins, and has the same vehicle, seed, modes, start and plan.
     """
     profile = _profile(log.path.parent)
     if profile is None:
@@ -45,7 +45,7 @@ def run_of(log: imc.Log) -> LoggedRun:
 
 
 def _before(log: imc.Log, profile: Profile) -> imc.Log | None:
-    """The log beside this one that ended when it began, best one with the very same configuration."""
+    """The log in the same folder that ended when this one began, preferably one with the identical configuration."""
     here, begin = log.path.parent, _begin(log)
     earlier = [(_text(folder) == _text(here), folder) for folder in here.parent.iterdir() if folder < here]
     for _, folder in sorted(earlier, reverse=True):
@@ -80,7 +80,7 @@ def _begin(log: imc.Log) -> float:
 
 
 def _end(log: imc.Log) -> float:
-    """When it ended in order; NaN where it did not."""
+    """When the log ended; NaN if it did not end cleanly."""
     last = b""
     for _, packet in log.packets():
         last = packet

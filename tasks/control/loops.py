@@ -1,4 +1,4 @@
-"""Which control loops are enabled, by the protocol of ControlLoops."""
+"""Tracks which control loops ControlLoops has enabled."""
 
 import imc
 
@@ -6,7 +6,7 @@ import imc
 class EnabledLoops:
     """The loops of `controlled` (CLoopsMask) that are enabled.
 
-    `scope` is the largest scope_ref that was heard; messages of older scopes come too late and have no effect.
+    `scope` is the largest scope_ref received; messages with a smaller one come too late and are ignored.
     """
 
     def __init__(self, controlled: int):
@@ -15,7 +15,7 @@ class EnabledLoops:
         self.scope = 0
 
     def hear(self, message: imc.ControlLoops) -> bool:
-        """Take a message; whether it changed the mask."""
+        """Apply a message; True if it changed the mask."""
         if message.scope_ref < self.scope:
             return False
         self.scope = message.scope_ref

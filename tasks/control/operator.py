@@ -1,33 +1,33 @@
-"""What an operator wants: buttons and axes out of RemoteActions."""
+"""Reads an operator's buttons and axes from RemoteActions."""
 
 import math
 from collections.abc import Iterable
 
 from imc.tuples import read_tuples, whole_number
 
-FULL = 127.0  # of an axis to either side
+FULL = 127.0  # full deflection of an axis, to either side
 AXES = ("Heading", "Thrust", "Pitch")
 BUTTONS = ("Accelerate", "Decelerate", "Stop")
 
 
 class Operator:
-    """The positions of axes, -1 to 1, and the buttons that have been pressed, of one operator or of any.
+    """Positions of axes, -1 to 1, and newly pressed buttons, of one operator or of any.
 
-    Buttons count when they go down, whatever number they stay at. An axis that is not named is released; the thrust
-    stays, since buttons set it too.
+    A button counts once, when it goes down. An axis that a message does not name is released; the caller keeps the
+    thrust, since buttons change it too.
     """
 
     def __init__(self) -> None:
         self.begin("")
 
     def begin(self, custom: str) -> None:
-        """Begin anew; `custom` is that of Teleoperation, "src=16385" for the system that alone may steer."""
+        """Start over; `custom` of Teleoperation may name the only system allowed to steer, as "src=16385"."""
         self.source = whole_number(custom, "src")
         self.axes: dict[str, float] = {}
         self._down: set[str] = set()
 
     def hear(self, actions: str) -> tuple[list[str], list[str]]:
-        """Take the text of RemoteActions: the buttons that go down, and what is no number."""
+        """Read the text of RemoteActions; returns the newly pressed buttons and the values that are not numbers."""
         values, wrong = dict[str, float](), list[str]()
         for name, text in read_tuples(actions).items():
             try:
@@ -45,10 +45,10 @@ class Operator:
         return pressed, wrong
 
     def axis(self, name: str) -> float:
-        """Where an axis is, 0 where it is released."""
+        """Position of an axis, 0 if it is released."""
         return self.axes.get(name, 0.0)
 
 
 def offered(buttons: Iterable[str], axes: Iterable[str]) -> str:
-    """The text of RemoteActionsRequest that offers them to a console."""
+    """The text of RemoteActionsRequest that offers buttons and axes to a console."""
     return ";".join([*(f"{b}=Button" for b in buttons), *(f"{a}=Axis" for a in axes), f"Ranges=Range{FULL:.0f}"])

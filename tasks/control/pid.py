@@ -5,20 +5,15 @@ from collections.abc import Sequence
 
 
 def clamp(value: float, limit: float) -> float:
-    """The value within plus and minus `limit`."""
+    """The value, limited to between -`limit` and `limit`."""
     return -limit if value < -limit else limit if value > limit else value
 
 
-def wrap(angle: float) -> float:
-    """The angle in [-pi, pi), rad."""
-    return angle if -math.pi <= angle < math.pi else (angle + math.pi) % (2.0 * math.pi) - math.pi
-
-
 class PID:
-    """Output = P e + I ∫e dt + D de/dt within plus and minus `limit`; the integral part stays within `integral_limit`.
+    """Output = P e + I ∫e dt + D de/dt, limited to ±`limit`; the integral part is limited to ±`integral_limit`.
 
-    The integral part of a step is that of the steps before it. With `conditional` it rests while the output is at its
-    limit and the error would take it further (conditional integration; Åström & Hägglund, Advanced PID Control, 2006,
+    The integral part of a step covers the steps before it. With `conditional` it is frozen while the output is at its
+    limit and the error would drive it further (conditional integration; Åström & Hägglund, Advanced PID Control, 2006,
     ch. 3.5). `p`, `i`, `d` are the parts of the last step.
     """
 
@@ -37,7 +32,7 @@ class PID:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Clear the history."""
         self.p = self.i = self.d = 0.0
         self._accumulated = 0.0
 

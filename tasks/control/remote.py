@@ -1,38 +1,38 @@
-"""What remote operation has in common for all that swims: the operator's axes and buttons, thrust and heading rate."""
+"""Base class of remote operation on and under water: the operator's axes and buttons, thrust and heading rate."""
 
 import math
 from typing import ClassVar
 
 import imc
+from imc.addresses import UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
-from runtime.task import UNKNOWN_SYSTEM
 from tasks.control.loops import EnabledLoops
 from tasks.control.operator import BUTTONS, Operator, offered
 
 Loops = imc.CLoopsMask
 Enable = imc.ControlLoops.Enable
-STEP = 0.1  # of the largest thrust, for Accelerate and Decelerate
+STEP = 0.1  # fraction of the largest thrust, for Accelerate and Decelerate
 
 
 class RemoteControl(Task):
     """Turns RemoteActions into thrust and heading rate, while the loop TELEOPERATION is enabled.
 
-    `axes` are those that an operator has; `loops` those that are enabled at the beginning. An operator who falls
-    silent, or a vehicle without EstimatedState, leaves everything neutral.
+    `axes` are offered to the operator; `loops` are enabled at the start. Everything goes to neutral if the operator
+    falls silent or EstimatedState is missing.
     """
 
     axes: ClassVar[tuple[str, ...]] = ("Heading", "Thrust")
     loops: ClassVar[int] = Loops.SPEED | Loops.YAW_RATE
 
     execution_frequency: float = param(10.0, "Hz", "Rate of the references.", minimum=1, maximum=100)
-    connection_timeout: float = param(2.0, "s", "Silence of the operator that is borne.", minimum=0.1)
+    connection_timeout: float = param(2.0, "s", "Longest time without RemoteActions.", minimum=0.1)
     state_timeout: float = param(
-        2.0, "s", "Silence of the navigation that is borne.", name="EstimatedState Timeout", minimum=0.1
+        2.0, "s", "Longest time without EstimatedState.", name="EstimatedState Timeout", minimum=0.1
     )
-    buttons_only: bool = param(False, "", "Thrust is no axis.", name="Disable Analog Thrust")
-    maximum_heading_rate: float = param(40.0, "°/s", "Heading rate of the full axis.", minimum=0)
+    buttons_only: bool = param(False, "", "Offer buttons for thrust, but no axis.", name="Disable Analog Thrust")
+    maximum_heading_rate: float = param(40.0, "°/s", "Heading rate at full deflection of the axis.", minimum=0)
     maximum_thrust: float = param(
-        0.7, "1", "Actuation of the full axis.", name="Maximum Thruster Actuation", minimum=0, maximum=1
+        0.7, "1", "Actuation at full deflection of the axis.", name="Maximum Thruster Actuation", minimum=0, maximum=1
     )
 
     def configure(self) -> None:
@@ -50,7 +50,7 @@ class RemoteControl(Task):
 
     @consume(others=True)
     def tell(self, request: imc.RemoteActionsRequest) -> None:
-        """Say which actions there are."""
+        """Report the available actions."""
         if request.op == imc.RemoteActionsRequest.Op.QUERY and request.dst in (self.system, UNKNOWN_SYSTEM):
             self.reply(request, imc.RemoteActionsRequest(op=request.Op.REPORT, actions=self._offer))
 
@@ -87,7 +87,7 @@ class RemoteControl(Task):
         self._heard = self.now
         pressed, wrong = self._operator.hear(actions.actions)
         if wrong:
-            self.log.warning(f"remote actions that are no numbers: {', '.join(wrong)}")
+            self.log.warning(f"remote actions are not numbers: {', '.join(wrong)}")
         if "Thrust" in self._operator.axes and not self.buttons_only:
             self._thrust = self._operator.axis("Thrust")
         for button in pressed:
@@ -113,10 +113,10 @@ class RemoteControl(Task):
         self.steer_besides(self._operator, blind=bool(lost))
 
     def steer_besides(self, operator: Operator, *, blind: bool) -> None:
-        """Publish what there is besides thrust and heading rate; `blind` if operator or navigation are silent."""
+        """Publish further references after thrust and heading rate; `blind` if operator or navigation is silent."""
 
     def _lost(self) -> str:
-        """What is missing for too long, an empty text for nothing."""
+        """What has been missing for too long; empty if nothing."""
         if self.now - self._heard > self.connection_timeout:
             return f"no remote action for {self.connection_timeout:g} s"
         if self.now - self._located > self.state_timeout:

@@ -1,4 +1,4 @@
-"""Maneuvers: what a vehicle does between two transitions of a plan, one task each."""
+"""Maneuvers: the steps of a plan, one task each."""
 
 from tasks.maneuver.protocol import Completed, Leg, Maneuver, ManeuverError
 

@@ -1,4 +1,4 @@
-"""Covering an area in parallel rows."""
+"""Covers an area in parallel rows."""
 
 import imc
 from imc.coordinates import displace, rows_of
@@ -6,7 +6,7 @@ from tasks.maneuver.protocol import Leg, Maneuver, ManeuverError
 
 
 async def cover(maneuver: Maneuver, area: imc.Rows | imc.RowsCoverage) -> None:
-    """Go along all rows. Raises ManeuverError where there are none."""
+    """Go along all rows. Raises ManeuverError if the rows are invalid."""
     try:
         corners = rows_of(area)
     except ValueError as error:

@@ -11,16 +11,16 @@ SURFACE = 0.3  # m
 
 
 class Dislodge(Maneuver):
-    """Bursts of the thruster, until the vehicle rises or is at the surface; AUTO changes direction at each attempt."""
+    """Runs the thruster in bursts until the vehicle rises or surfaces; AUTO changes direction at each attempt."""
 
     loops = Loops.SPEED
     hears = (imc.EstimatedState,)
 
     attempts: int = param(5, "1", "Number of attempts.", minimum=1, maximum=1000)
-    bursts: int = param(5, "1", "Bursts of an attempt.", minimum=1, maximum=1000)
+    bursts: int = param(5, "1", "Bursts per attempt.", minimum=1, maximum=1000)
     burst_time: float = param(10.0, "s", "Duration of a burst.", minimum=0.1)
     interval_time: float = param(5.0, "s", "Pause after a burst.", minimum=0)
-    minimum_distance: float = param(3.0, "m", "A vehicle that has risen so far is free.", minimum=0.1)
+    minimum_distance: float = param(3.0, "m", "A vehicle that has risen this far is free.", minimum=0.1)
 
     async def execute(self, dislodge: imc.Dislodge) -> None:
         began = (await self.located()).depth
@@ -43,7 +43,7 @@ class Dislodge(Maneuver):
         raise ManeuverError("vehicle is still stuck")
 
     async def _rises(self, began: float, until: float) -> bool:
-        """Whether the vehicle becomes free."""
+        """Wait until a time (s); True as soon as the vehicle is free."""
         told = self.now
         self.report()
         while self.now < until:

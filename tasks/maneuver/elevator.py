@@ -9,14 +9,16 @@ from tasks.maneuver.spiral import spiral
 
 
 class Elevator(Maneuver):
-    """Goes to a point, or stays where it is, and spirals from a depth or altitude to another."""
+    """Goes to a point, or stays where it is, and spirals from one depth or altitude to another."""
 
     hears = (imc.PathControlState, imc.EstimatedState)
 
     minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
-    vertical_monitor: bool = param(True, "", "End the maneuver when the depth does not change.", name="VMonitor")
+    vertical_monitor: bool = param(True, "", "Fail if the depth does not change.", name="VMonitor")
     slowest: float = param(0.1, "m/s", "Smallest vertical speed.", name="VMonitor -- Minimum Speed", minimum=0)
-    patience: float = param(20.0, "s", "Time over which it is measured.", name="VMonitor -- Timeout", minimum=1)
+    patience: float = param(
+        20.0, "s", "Time over which the vertical speed is measured.", name="VMonitor -- Timeout", minimum=1
+    )
 
     async def execute(self, elevator: imc.Elevator) -> None:
         e, here = elevator, elevator.flags & imc.Elevator.Flags.CURR_POS

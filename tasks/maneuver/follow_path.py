@@ -6,7 +6,7 @@ from tasks.maneuver.protocol import Leg, Maneuver, ManeuverError
 
 
 class FollowPath(Maneuver):
-    """Goes through points that are given as offsets (m) from a position; done near the last."""
+    """Goes through points given as offsets (m) from a position; done near the last."""
 
     async def execute(self, path: imc.FollowPath) -> None:
         points = [point for point in path.points if isinstance(point, imc.PathPoint)]

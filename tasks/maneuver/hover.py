@@ -1,4 +1,4 @@
-"""Staying at a point in the air."""
+"""Stays at a point in the air."""
 
 import math
 
@@ -7,9 +7,9 @@ from tasks.maneuver.protocol import Completed, Leg, Maneuver, PathFlags
 
 
 async def hover(maneuver: Maneuver, leg: Leg, seconds: float) -> None:
-    """Go to the end of `leg` and stay there under path control, `seconds` from the arrival, 0 for ever.
+    """Go to the end of `leg` and stay there under path control for `seconds` from the arrival; 0 is forever.
 
-    ManeuverDone ends it where the maneuver hears that, as StationKeeping does and Loiter does not.
+    ManeuverDone ends it if the maneuver subscribes to that, as StationKeeping does and Loiter does not.
     """
     maneuver.steer(leg, flags=PathFlags.DIRECT)
     end = math.inf

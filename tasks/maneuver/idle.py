@@ -1,4 +1,4 @@
-"""Does nothing, for a time or for ever."""
+"""Does nothing, for a time or forever."""
 
 import imc
 from tasks.maneuver.protocol import Maneuver

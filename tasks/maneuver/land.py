@@ -1,4 +1,4 @@
-"""Comes down to the ground."""
+"""Lands on the ground."""
 
 import imc
 from imc.coordinates import absolute
@@ -8,9 +8,9 @@ NOWHERE = (0.0, 0.0)
 
 
 class Land(Maneuver):
-    """Goes to a position at a height and from there straight down; done when the motors rest.
+    """Goes to a position at a height, then straight down; done when the motors stop.
 
-    Without a position, latitude and longitude 0, it comes down where it is; without a height it goes there at its own.
+    Without a position (latitude and longitude 0) it lands where it is; without a height it keeps its own on the way.
     """
 
     hears = (imc.PathControlState, imc.EstimatedState)

@@ -1,4 +1,4 @@
-"""Goes to a point once it is in the water."""
+"""Goes to a point once the vehicle is in the water."""
 
 import imc
 from tasks.maneuver.protocol import Leg, Loops, Maneuver

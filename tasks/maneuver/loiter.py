@@ -1,4 +1,4 @@
-"""Circles around a point, or in eights."""
+"""Circles around a point, or in figures of eight."""
 
 import math
 
@@ -13,9 +13,9 @@ Direction = imc.Loiter.Direction
 
 
 class Loiter(Maneuver):
-    """Circles for a time, counted from the arrival on the circle; 0 for ever. Other forms than eights are circles.
+    """Circles for a time, counted from the arrival on the circle; 0 is forever. All types but EIGHT are circles.
 
-    What can hover does so where the form says it.
+    A vehicle that can hover does so for the type HOVER.
     """
 
     hears = (imc.PathControlState, imc.EstimatedState)
@@ -42,7 +42,7 @@ class Loiter(Maneuver):
             side, counter = -side, counter ^ PathFlags.CCLOCKW
 
     async def _half_eight(self, loiter: imc.Loiter, radius: float, side: float, flags: int) -> bool:
-        """One circle of an eight: around its outer side, then until abeam of its centre. Whether the time is over."""
+        """One circle of an eight: around its outer side, then until abeam of its center. True if the time is over."""
         north, east = side * math.cos(loiter.bearing), side * math.sin(loiter.bearing)
         reach = 0.5 * loiter.length
         lat, lon, _ = displace(loiter.lat, loiter.lon, 0.0, reach * north, reach * east)
@@ -59,7 +59,7 @@ class Loiter(Maneuver):
                     return False
 
     async def _over(self) -> bool:
-        """Wait for something to happen, and say what is left; whether the time is over."""
+        """Wait for the next message and report the time left; True if the time is over."""
         if await self.event() is self.path and self.path is not None:
             if self.path.flags & PathState.LOITERING:
                 self._end = min(self._end, self.now + self._left)

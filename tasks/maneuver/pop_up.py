@@ -1,4 +1,4 @@
-"""Surfaces for a position, and dives again."""
+"""Surfaces for a position fix and dives again."""
 
 import math
 
@@ -16,8 +16,8 @@ Water = imc.VehicleMedium.Medium.WATER
 class PopUp(Maneuver):
     """Goes to a point, spirals to the surface, waits there, and spirals down again.
 
-    It waits for its duration, near the point where STATION_KEEP says so, or until the navigation agrees with a good
-    fix where no flag says how; a duration then is the longest time.
+    With the flag WAIT_AT_SURFACE or STATION_KEEP it waits for its duration, with STATION_KEEP near the point. Without
+    them it waits until a good fix confirms the navigation, for its duration at most; 0 is no limit.
     """
 
     hears = (imc.PathControlState, imc.EstimatedState, imc.VehicleMedium, imc.GpsFix)
@@ -26,11 +26,13 @@ class PopUp(Maneuver):
     station_radius: float = param(
         15.0, "m", "Radius in which the vehicle keeps station.", name="Maximum Distance From Station", minimum=1
     )
-    minimum_distance: float = param(3.0, "m", "A fix so near the estimate confirms it.", minimum=0)
-    minimum_satellites: int = param(8, "1", "A good fix has so many satellites.", minimum=0, maximum=255)
+    minimum_distance: float = param(3.0, "m", "A fix within this distance confirms the estimated position.", minimum=0)
+    minimum_satellites: int = param(8, "1", "Least number of satellites of a good fix.", minimum=0, maximum=255)
 
     slowest: float = param(0.1, "m/s", "Smallest vertical speed.", name="VMonitor -- Minimum Speed", minimum=0)
-    patience: float = param(20.0, "s", "Time over which it is measured.", name="VMonitor -- Timeout", minimum=1)
+    patience: float = param(
+        20.0, "s", "Time over which the vertical speed is measured.", name="VMonitor -- Timeout", minimum=1
+    )
 
     async def execute(self, popup: imc.PopUp) -> None:
         leg = Leg.of(popup)

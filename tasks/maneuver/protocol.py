@@ -1,4 +1,4 @@
-"""What all maneuvers have in common: how one is registered, begun, steered, reported, stopped and ended."""
+"""Base class of maneuvers: how one is registered, started, steered, reported, stopped and ended."""
 
 import functools
 import inspect
@@ -17,11 +17,11 @@ PathFlags = imc.DesiredPath.Flags
 PathState = imc.PathControlState.Flags
 ALL_LOOPS = 0xFFFFFFFF
 UNKNOWN_ETA = 0xFFFF
-SILENCE = 1.5  # s after which a maneuver repeats that it goes on
+SILENCE = 1.5  # s after which a maneuver repeats its report
 
 
 class ManeuverError(RuntimeError):
-    """A maneuver cannot go on; the text is what ManeuverControlState says of it."""
+    """A maneuver cannot continue; ManeuverControlState reports the text."""
 
 
 class Completed(Exception):
@@ -29,7 +29,7 @@ class Completed(Exception):
 
 
 class Leg(NamedTuple):
-    """Where a path ends (rad, rad, m) and how fast it is followed, with the units of IMC."""
+    """The end of a path (rad, rad, m) and its speed, with the units of IMC."""
 
     lat: float
     lon: float
@@ -45,11 +45,11 @@ class Leg(NamedTuple):
 
 
 class Maneuver(Task):
-    """A maneuver: `execute` begins with its message and is done when it returns.
+    """A maneuver: its message starts `execute`, and it is done when `execute` returns.
 
-    The annotation of its argument is the message that begins it, and with which it is registered; of a CustomManeuver
-    it is the class's name. `loops` are the control loops that it enables at once, None where it does so by itself.
-    `hears` are the messages of the own system that `event` delivers, `hears_others` those of any system.
+    The annotation of the argument is the message that starts the maneuver and registers it; a CustomManeuver must name
+    the class. `loops` are the control loops enabled at the start, None if `execute` enables them itself. `event`
+    delivers the messages in `hears` from the own system and those in `hears_others` from any system.
     """
 
     loops: ClassVar[int | None] = Loops.PATH
@@ -60,13 +60,13 @@ class Maneuver(Task):
     state: imc.EstimatedState | None = None
 
     async def execute(self, maneuver: Any, /) -> None:
-        """Do it. Raise ManeuverError where it cannot be done."""
+        """Carry out the maneuver. Raises ManeuverError if it cannot be done."""
         raise NotImplementedError
 
     @classmethod
     @functools.cache
     def kind(cls) -> type[imc.Message]:
-        """The message that begins it. Raises TypeError where `execute` has no annotation that says so."""
+        """The message that starts it. Raises TypeError if the argument of `execute` has no such annotation."""
         argument = list(inspect.signature(cls.execute).parameters)[1]
         hint = get_type_hints(cls.execute).get(argument)
         if not (isinstance(hint, type) and issubclass(hint, imc.Message)):
@@ -93,13 +93,13 @@ class Maneuver(Task):
 
     @periodic(1.0)
     def go_on(self) -> None:
-        """Repeat that the maneuver goes on where it has nothing new to say: silence counts as a failure."""
+        """Repeat the last report if there is no new one: silence counts as a failure."""
         if self._said.state == Phase.EXECUTING and self.now - self._said_at >= SILENCE:
             self._say(Phase.EXECUTING, self._said.eta, self._said.info)
 
     @consume
     def watch_loops(self, loops: imc.ControlLoops) -> None:
-        """The maneuver that sends the first message of a scope chooses the loops; others add to them."""
+        """Only the first message of a scope counts: the maneuver sends it, controllers add theirs later."""
         if loops.scope_ref > self._scope:
             self._scope = loops.scope_ref
             self._enabled = loops.mask if loops.enable else 0
@@ -114,7 +114,7 @@ class Maneuver(Task):
         return self.path is not None and bool(self.path.flags & PathState.NEAR)
 
     def control(self, loops: int) -> None:
-        """Have exactly these control loops enabled, 0 for none."""
+        """Enable exactly these control loops, 0 for none."""
         if loops == self._enabled:
             return
         self._loop(imc.ControlLoops.Enable.DISABLE, ALL_LOOPS)
@@ -123,7 +123,7 @@ class Maneuver(Task):
         self._enabled = loops
 
     def steer(self, leg: Leg, *, radius: float = 0.0, flags: int = 0) -> None:
-        """Begin a path to the end of `leg`, or around it with a loitering `radius` (m)."""
+        """Start a path to the end of `leg`, or around it with a loitering `radius` (m)."""
         self._path_ref += 1
         self.path = None
         self.publish(
@@ -141,23 +141,23 @@ class Maneuver(Task):
         )
 
     async def follow(self, leg: Leg, *, flags: int = 0, info: str = "", after: float = 0.0) -> None:
-        """Steer to the end of `leg` until near; `after` is what the maneuver takes from there (s)."""
+        """Steer to the end of `leg` until near; `after` is the time the maneuver takes from there (s)."""
         self.steer(leg, flags=flags)
         while not self.near:
             if isinstance(await self.event(), imc.PathControlState):
                 self.tell(after, info)
 
     def tell(self, after: float = 0.0, info: str = "") -> None:
-        """Report the time left on the path and `after` it (s), but for its end, which ends or changes something."""
+        """Report the time left on the path plus `after` (s); nothing at its end, which ends or changes something."""
         if self.path is not None and not self.near:
             self.report(UNKNOWN_ETA if self.path.eta == UNKNOWN_ETA else self.path.eta + after, info)
 
     def report(self, eta: float = UNKNOWN_ETA, info: str = "") -> None:
-        """Say that the maneuver goes on, with the time left (s)."""
+        """Report that the maneuver continues, with the time left (s)."""
         self._say(Phase.EXECUTING, max(0, math.ceil(eta)) if eta < UNKNOWN_ETA else UNKNOWN_ETA, info)
 
     async def event(self, timeout: float | None = None) -> imc.Message:
-        """The next message of `hears`; `path` and `state` have the latest. Raises TimeoutError after `timeout` (s)."""
+        """The next message; `path` and `state` are updated from it. Raises TimeoutError after `timeout` (s)."""
         while True:
             message = await self._inbox.next(timeout)
             if isinstance(message, imc.EstimatedState):
@@ -175,7 +175,7 @@ class Maneuver(Task):
         return self.state
 
     async def sleep(self, seconds: float) -> None:
-        """Let time pass."""
+        """Wait for a time (s)."""
         assert self._script is not None
         await self._script.sleep(seconds)
 

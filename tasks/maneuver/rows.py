@@ -6,7 +6,7 @@ from tasks.maneuver.protocol import Maneuver
 
 
 class Rows(Maneuver):
-    """Goes along rows of a given distance; done at the end of the last."""
+    """Goes along rows at a given spacing; done at the end of the last."""
 
     async def execute(self, area: imc.Rows) -> None:
         await cover(self, area)

@@ -1,4 +1,4 @@
-"""Goes to a point in time."""
+"""Goes to a point by a given time."""
 
 import math
 
@@ -8,11 +8,11 @@ from tasks.maneuver.protocol import Completed, Leg, Maneuver, ManeuverError
 from tasks.maneuver.spiral import CLIMB, vertical_error
 
 Late = imc.ScheduledGoto.Delayed
-REVISION = 2.0  # s between two choices of the speed
+REVISION = 2.0  # s between two updates of the speed
 
 
 class ScheduledGoto(Maneuver):
-    """Chooses its speed so that it arrives at a time; too late, it goes on, is done, or fails, as it is told.
+    """Chooses its speed to arrive at a given time; if late, it continues, is done or fails, as `delayed` says.
 
     It travels at one depth and goes to the other shortly before the end.
     """

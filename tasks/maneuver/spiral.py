@@ -1,4 +1,4 @@
-"""Changing depth in circles."""
+"""Changes depth in circles."""
 
 import math
 
@@ -10,7 +10,7 @@ CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward 
 
 
 def vertical_error(state: imc.EstimatedState, leg: Leg) -> float:
-    """How much deeper (m) the vehicle has to go for the end of `leg`; 0 where its altitude is unknown or not asked."""
+    """How much deeper (m) the end of `leg` is; 0 if the altitude is unknown or `leg` has no depth or altitude."""
     if leg.z_units == imc.ZUnits.DEPTH:
         return leg.z - state.depth
     if leg.z_units == imc.ZUnits.ALTITUDE and state.alt >= 0.0:
@@ -30,7 +30,7 @@ async def spiral(
 ) -> None:
     """Circle around the end of `leg` with `radius` (m) until its depth is reached; `after` (s) is added to the eta.
 
-    Slower than `slowest` (m/s) over `patience` (s) on the circle raises ManeuverError.
+    Raises ManeuverError if the vertical speed on the circle is below `slowest` (m/s) over `patience` (s).
     """
     state = await maneuver.located()
     maneuver.steer(leg, radius=radius, flags=flags)

@@ -1,4 +1,4 @@
-"""Keeping near a point: drift inside a circle, go back when outside."""
+"""Keeps near a point: drifts inside a circle, goes back when outside."""
 
 import math
 from typing import NamedTuple
@@ -6,18 +6,18 @@ from typing import NamedTuple
 import imc
 from tasks.maneuver.protocol import Completed, Leg, Loops, Maneuver, PathFlags
 
-SURFACE_FACTOR = 2.5  # of the radius: from nearer the vehicle goes back at the surface
-REVISION = 1.0  # s between two choices of its speed
+SURFACE_FACTOR = 2.5  # times the radius; within this distance the vehicle goes back at the surface
+REVISION = 1.0  # s between two updates of the speed
 
 
 class Approach(NamedTuple):
-    """How a vehicle that runs on slows down: its deceleration (m/s²), 0 for not at all, to a least speed (m/s)."""
+    """How a vehicle that coasts slows down near a point: deceleration (m/s²), 0 for none, and least speed (m/s)."""
 
     deceleration: float = 0.0
     slowest: float = 0.3
 
     def speed(self, wanted: float, distance: float) -> float:
-        """The speed (m/s) at a distance (m), never more than is wanted."""
+        """The speed (m/s) at a distance (m), at most `wanted`."""
         return min(wanted, max(self.slowest, math.sqrt(2.0 * self.deceleration * distance)))
 
 
@@ -27,10 +27,10 @@ AT_ONCE = Approach()
 async def keep_station(
     maneuver: Maneuver, leg: Leg, radius: float, seconds: float, approach: Approach = AT_ONCE
 ) -> None:
-    """Stay within `radius` (m) of the end of `leg` for `seconds` from the first arrival, 0 for ever.
+    """Stay within `radius` (m) of the end of `leg` for `seconds` from the first arrival; 0 is forever.
 
-    Outside of it the vehicle goes to the centre, inside of it all loops are off. ManeuverDone ends it. A speed in m/s
-    falls on the way as the `approach` says.
+    Outside the circle the vehicle goes to its center, inside all loops are off. ManeuverDone ends it. `approach` lowers
+    a speed in m/s on the way.
     """
     await maneuver.located()
     end, arrived, told, chosen = math.inf, False, -math.inf, -math.inf
@@ -43,7 +43,7 @@ async def keep_station(
             maneuver.publish(imc.DesiredSpeed(value=speed, speed_units=leg.speed_units))
 
     async def wait() -> bool:
-        """Wait for something to happen, and say what is left; whether the time is over."""
+        """Wait for the next message and report the time left; True if the time is over."""
         nonlocal told
         event = await maneuver.event()
         if isinstance(event, imc.ManeuverDone):

@@ -8,7 +8,7 @@ from tasks.maneuver.station import Approach, keep_station
 
 
 class StationKeeping(Maneuver):
-    """Goes to a point, drifts there with all loops off, and goes back when it has left the circle; or hovers there."""
+    """Goes to a point, drifts there with all loops off, and returns when it leaves the circle; or hovers there."""
 
     loops = None
     hears = (imc.PathControlState, imc.EstimatedState)
@@ -18,14 +18,14 @@ class StationKeeping(Maneuver):
     deceleration: float = param(
         0.0,
         "m/s²",
-        "How a vehicle that runs on slows down on its way; 0 for not.",
+        "Deceleration towards the point, for a vehicle that coasts; 0 for none.",
         name="Approach Deceleration",
         minimum=0,
     )
     slowest: float = param(
         0.3,
         "m/s",
-        "Slowest that it becomes by that; what a rudder steers needs way on.",
+        "Lowest speed of the approach; a rudder needs flow to steer.",
         name="Approach Minimum Speed",
         minimum=0.05,
     )

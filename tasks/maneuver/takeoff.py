@@ -5,7 +5,7 @@ from tasks.maneuver.protocol import Leg, Maneuver, PathFlags
 
 
 class Takeoff(Maneuver):
-    """Climbs straight up to a height or an altitude, wherever it stands; in the air, from where it is."""
+    """Climbs straight up to a height or an altitude, from the ground or in the air."""
 
     async def execute(self, takeoff: imc.Takeoff) -> None:
         await self.follow(Leg.of(takeoff), flags=PathFlags.TAKEOFF)

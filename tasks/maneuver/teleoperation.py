@@ -6,7 +6,7 @@ from tasks.maneuver.protocol import Loops, Maneuver
 
 
 class Teleoperation(Maneuver):
-    """Enables remote operation until TeleoperationDone or the action Exit; of the src in `custom`, if there is one."""
+    """Enables remote operation until TeleoperationDone or the action Exit, from the `src` in `custom` if given."""
 
     loops = Loops.TELEOPERATION
     hears = ()

@@ -1,4 +1,4 @@
-"""Goes to a point in a zigzag of depth."""
+"""Goes to a point while zigzagging in depth."""
 
 import math
 
@@ -18,7 +18,7 @@ class YoYo(Maneuver):
 
     maximum_pitch_variation: float = param(10.0, "°", "Largest step of the pitch.", minimum=0.1, maximum=90)
     minimum_altitude: float = param(
-        5.0, "m", "Lowest altitude to which it dives.", name="Minimum Altitude Reference", minimum=0
+        5.0, "m", "Lowest altitude of a dive.", name="Minimum Altitude Reference", minimum=0
     )
 
     def configure(self) -> None:
@@ -40,7 +40,7 @@ class YoYo(Maneuver):
             self._tilt(0.0)
 
     def _turns(self, yoyo: imc.YoYo, state: imc.EstimatedState, down: bool) -> bool:
-        """Whether to go down from here."""
+        """Whether to pitch down now."""
         floor = 0.0 <= state.alt <= self.minimum_altitude + TOLERANCE
         if yoyo.z_units == imc.ZUnits.ALTITUDE:
             low = state.alt - max(yoyo.z - yoyo.amplitude, self.minimum_altitude)

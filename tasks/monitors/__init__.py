@@ -1,1 +1,1 @@
-"""Monitors: what watches the vehicle and says how it is."""
+"""Tasks that watch the state of the vehicle."""

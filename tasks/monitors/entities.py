@@ -1,4 +1,4 @@
-"""Watches the entities on which the vehicle depends."""
+"""Watches the entities that the vehicle needs."""
 
 from collections.abc import Iterator
 
@@ -12,13 +12,13 @@ BROKEN = (Condition.FAULT, Condition.ERROR, Condition.FAILURE)
 
 
 class Entities(Task):
-    """Says which monitored entities are in error or boot; one that says nothing for a time has failed."""
+    """Publishes which monitored entities are in error or boot; an entity that is silent too long has failed."""
 
     default_monitoring: list[str] = param([], "", "Labels of the entities to be monitored.", editable=False)
     default_monitoring_hardware: list[str] = param(
-        [], "", "Further ones outside simulation.", name="Default Monitoring -- Hardware", editable=False
+        [], "", "Additional entities outside simulation.", name="Default Monitoring -- Hardware", editable=False
     )
-    report_timeout: float = param(5.0, "s", "An entity without report for this time has failed.", minimum=0.1)
+    report_timeout: float = param(5.0, "s", "An entity without a report for this time has failed.", minimum=0.1)
 
     def doubts(self) -> Iterator[Doubt]:
         known = [entity.label for entity in self.vehicle.entities]
@@ -26,7 +26,7 @@ class Entities(Task):
         for parameter in self.parameters().values():
             for label in lists.get(parameter.attribute, []):
                 if label not in known:
-                    text = f"{parameter.name}: no task that runs has the entity {quoted(label)}, so the mode is ERROR"
+                    text = f"{parameter.name}: no running task has the entity {quoted(label)}; the mode becomes ERROR"
                     yield Doubt(parameter.name, text, suggestion(label, known))
 
     def start(self) -> None:
@@ -51,7 +51,7 @@ class Entities(Task):
 
     @periodic(1.0)
     def tell(self) -> None:
-        """Say how all are, once a second."""
+        """Publish the state of all entities, once a second."""
         for label, heard in self._heard.items():
             if self.now - heard > self.report_timeout:
                 self._change(label, Condition.FAILURE, f"no report for {self.report_timeout:g} s", tell=False)

@@ -1,4 +1,4 @@
-"""Estimates what is left in the battery."""
+"""Estimates the energy left in the battery."""
 
 import imc
 from runtime import State, Task, consume, param, periodic
@@ -6,19 +6,19 @@ from runtime.task import ParameterError
 
 
 class FuelLevel(Task):
-    """Counts the energy that is drawn, from Voltage and Current of the battery's entity.
+    """Integrates the energy used, from Voltage and Current of the battery's entity.
 
-    The capacity is the profile's `Battery Capacity` (W h). Below the levels the entity is in FAULT, then in ERROR; in
-    FAULT, too, while the battery is silent.
+    The capacity is the profile's `Battery Capacity` (W h). The entity is in FAULT below the warning level and in ERROR
+    below the error level; also in FAULT while the battery is silent.
     """
 
     execution_frequency: float = param(0.1, "Hz", "Rate of FuelLevel.", minimum=0.01, maximum=10)
     entity_label_batteries: str = param("Batteries", "", "Entity of the battery.", name="Entity Label - Batteries")
     initial_level: float = param(100.0, "%", "Level at the start.", minimum=0, maximum=100)
-    initial_confidence: float = param(80.0, "%", "Confidence while nothing else is known.", minimum=0, maximum=100)
+    initial_confidence: float = param(80.0, "%", "Confidence of the published level.", minimum=0, maximum=100)
     warning_level: float = param(20.0, "%", "Below it the entity is in FAULT.", minimum=0, maximum=100)
     error_level: float = param(10.0, "%", "Below it the entity is in ERROR.", minimum=0, maximum=100)
-    battery_timeout: float = param(10.0, "s", "Silence of the battery that is borne.", minimum=0.1)
+    battery_timeout: float = param(10.0, "s", "The entity is in FAULT after this time without Current.", minimum=0.1)
 
     def configure(self) -> None:
         if self.error_level > self.warning_level:
@@ -27,7 +27,7 @@ class FuelLevel(Task):
         try:
             self._capacity = 3600.0 * float(text)  # J
         except ValueError:
-            raise ParameterError("Battery Capacity", f"[General] has {text!r}, which is no number") from None
+            raise ParameterError("Battery Capacity", f"[General] has {text!r}, which is not a number") from None
 
     def start(self) -> None:
         self._energy = self._capacity * self.initial_level / 100.0
@@ -43,7 +43,7 @@ class FuelLevel(Task):
 
     @consume
     def measure_current(self, current: imc.Current) -> None:
-        """Draw the energy since the last sample."""
+        """Subtract the energy used since the last sample."""
         if not self._is_battery(current):
             return
         if self._sampled is not None and self._voltage is not None:

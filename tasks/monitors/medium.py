@@ -1,4 +1,4 @@
-"""Says in which medium the vehicle is."""
+"""Estimates the medium that the vehicle is in."""
 
 import math
 
@@ -9,20 +9,20 @@ Where = imc.VehicleMedium.Medium
 
 
 class Medium(Task):
-    """Under water by its depth; on the surface, on the ground or in the air by what its wet sensors say.
+    """Finds the medium of an AUV from its depth and wet sensors, of a UAV from its speed and altitude.
 
-    A vehicle without wet sensors is taken to float: it cannot know better.
+    An AUV near the surface without wet sensors is assumed to float.
     """
 
-    active: bool = param(True, "", "Whether the medium is published.", scope="idle", visibility="developer")
+    active: bool = param(True, "", "Publish the medium.", scope="idle", visibility="developer")
     activation = "idle"
     execution_frequency: float = param(1.0, "Hz", "Rate of VehicleMedium.", minimum=0.1, maximum=100)
     vehicle_type: str = param("UUV", "", "Kind of vehicle.", choices=("UUV", "USV", "UAV", "UGV"), editable=False)
-    initialization_time: float = param(20.0, "s", "The medium is unknown for so long.", minimum=0)
-    wet_data_timeout: float = param(3.0, "s", "Longest age of what the wet sensors say.", minimum=0.1)
-    gps_timeout: float = param(2.0, "s", "Longest age of a fix.", name="GPS Timeout", minimum=0.1)
-    sound_speed_threshold: float = param(1000.0, "m/s", "A higher speed of sound is that of water.", minimum=0)
-    salinity_threshold: float = param(1.0, "PSU", "A higher salinity is that of water.", minimum=0)
+    initialization_time: float = param(20.0, "s", "Without data, the medium is unknown for this time.", minimum=0)
+    wet_data_timeout: float = param(3.0, "s", "Longest age of a wet sensor's sample.", minimum=0.1)
+    gps_timeout: float = param(2.0, "s", "Longest age of a GPS fix.", name="GPS Timeout", minimum=0.1)
+    sound_speed_threshold: float = param(1000.0, "m/s", "A higher speed of sound means water.", minimum=0)
+    salinity_threshold: float = param(1.0, "PSU", "A higher salinity means water.", minimum=0)
     air_speed_threshold: float = param(12.0, "m/s", "A faster aircraft is in the air.", minimum=0)
     altitude_threshold: float = param(1.0, "m", "A higher aircraft is in the air.", minimum=0)
 
@@ -48,7 +48,7 @@ class Medium(Task):
 
     @consume
     def feel(self, sample: imc.SoundSpeed | imc.Salinity) -> None:
-        """A negative value says that the sensor has none."""
+        """Ignore negative values, which mean that the sensor has no sample."""
         if sample.value < 0.0:
             return
         limit = self.sound_speed_threshold if isinstance(sample, imc.SoundSpeed) else self.salinity_threshold

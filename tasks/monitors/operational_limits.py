@@ -1,20 +1,20 @@
-"""Keeps the operational limits of the vehicle and says when one is passed."""
+"""Keeps the operational limits of the vehicle and reports violations."""
 
 import math
 
 import imc
+from imc.addresses import UNKNOWN_SYSTEM
 from imc.coordinates import absolute, displacement
 from runtime import ParameterError, State, Task, consume, param, periodic
-from runtime.task import UNKNOWN_SYSTEM
 
 Limit = imc.OpLimitsMask
 UNSET = -1.0
 
 
 class OperationalLimits(Task):
-    """Publishes OperationalLimits, takes new ones, and is in ERROR while the vehicle is outside of one.
+    """Publishes OperationalLimits, accepts new ones, and is in ERROR while the vehicle violates one.
 
-    A limit of -1 is none. Depth and altitude have a hysteresis, so that one does not flicker.
+    -1 means no limit. Depth and altitude have a hysteresis, so that a violation does not flicker.
     """
 
     execution_frequency: float = param(4.0, "Hz", "Rate of the checks.", minimum=0.1, maximum=100)
@@ -33,7 +33,7 @@ class OperationalLimits(Task):
     area_center: list[float] = param(
         [],
         "°",
-        "Latitude and longitude of the area's centre; none without it.",
+        "Latitude and longitude of the area's center; empty means no area.",
         name="Initial Setting - Area Center",
         size=(0, 2),
     )
@@ -46,14 +46,14 @@ class OperationalLimits(Task):
     depth_hysteresis: float = param(
         0.3,
         "m",
-        "A depth violation ends so far above the limit.",
+        "A depth violation ends this far above the limit.",
         name="Hysteresis Threshold - Maximum Depth",
         minimum=0,
     )
     altitude_hysteresis: float = param(
         0.3,
         "m",
-        "An altitude violation ends so far above the limit.",
+        "An altitude violation ends this far above the limit.",
         name="Hysteresis Threshold - Minimum Altitude",
         minimum=0,
     )
@@ -101,12 +101,12 @@ class OperationalLimits(Task):
 
     @consume(others=True)
     def change(self, limits: imc.OperationalLimits) -> None:
-        """Take new limits and tell them to everybody on board; those with a value that is no number are refused."""
+        """Take and publish new limits; refuse them if a value is not finite."""
         if not self.concerns(limits):
             return
         numbers = [value for value in limits.to_dict().values() if isinstance(value, float)]
         if not all(map(math.isfinite, numbers)):
-            self.log.error(f"limits from {self.vehicle.systems.name(limits.src)} have a value that is no number")
+            self.log.error(f"limits from {self.vehicle.systems.name(limits.src)} have a value that is not a number")
             return
         self._limits = limits.replace(
             timestamp=-1.0, src=self.system, src_ent=self.entity.id, dst=UNKNOWN_SYSTEM, dst_ent=0xFF
@@ -124,7 +124,7 @@ class OperationalLimits(Task):
             return
         self._passed = self._violations(self._state)
         if self._passed:
-            self.set_entity_state(State.ERROR, f"outside of {', '.join(sorted(self._passed))}")
+            self.set_entity_state(State.ERROR, f"violates {', '.join(sorted(self._passed))}")
         else:
             self.set_entity_state(State.NORMAL, "active")
 
@@ -134,7 +134,7 @@ class OperationalLimits(Task):
         depth_back = self.depth_hysteresis if "maximum depth" in self._passed else 0.0
         altitude_back = self.altitude_hysteresis if "minimum altitude" in self._passed else 0.0
         deep = state.alt >= 0.0 and state.depth > self.minimum_depth_to_check_altitude
-        high = deep or state.depth <= UNSET  # what flies has no depth, and begins and ends on the ground
+        high = deep or state.depth <= UNSET  # aircraft have no depth; they start and land on the ground
         found = {
             "maximum depth": mask & Limit.MAX_DEPTH and state.depth > limits.max_depth - depth_back,
             "minimum altitude": mask & Limit.MIN_ALT and deep and state.alt < limits.min_altitude + altitude_back,
@@ -147,7 +147,7 @@ class OperationalLimits(Task):
         return {name for name, passed in found.items() if passed}
 
     def _is_outside(self, state: imc.EstimatedState) -> bool:
-        """Whether the vehicle is outside of the rectangle around `lat`, `lon`: `length` along `orientation`."""
+        """Whether the vehicle is outside the rectangle around `lat`, `lon`, with `length` along `orientation`."""
         area = self._limits
         lat, lon, _ = absolute(state)
         north, east, _ = displacement(area.lat, area.lon, 0.0, lat, lon, 0.0)

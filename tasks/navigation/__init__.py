@@ -1,1 +1,1 @@
-"""Navigation: where the vehicle is, how it moves, and how sure of it one can be."""
+"""Navigation: estimates of position and motion, and their uncertainty."""

@@ -1,1 +1,1 @@
-"""Plans: their database, the engine that executes them, and what is known of them before."""
+"""Plans: their database, the engine that executes them, and the checks before a start."""

@@ -1,4 +1,4 @@
-"""The actions of a plan: parameters that are set at its events, payloads that are activated ahead of them."""
+"""The actions of a plan: sets parameters at its events, activates payloads ahead of them."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -11,7 +11,7 @@ Publish = Callable[[imc.Message], object]
 
 
 class Leads:
-    """How long entities take to become active (s): what they say of themselves, else what the vehicle knows."""
+    """How long entities take to become active (s): as they report it, else as the vehicle knows it."""
 
     def __init__(self, entities: Entities):
         self._entities = entities
@@ -21,7 +21,7 @@ class Leads:
         self._said[entity.id] = float(entity.act_time)
 
     def of(self, label: str) -> float:
-        """0 for an entity that is unknown."""
+        """The time (s), 0 for an unknown entity."""
         entity = self._entities.find(label)
         return 0.0 if entity is None else self._said.get(entity.id, float(entity.activation_time))
 
@@ -29,8 +29,8 @@ class Leads:
 class PlanActions:
     """Publishes the actions of one plan.
 
-    The parameters of all entities that it touches are pushed at its start and popped at its end. What activates an
-    entity comes as early as `lead(label)` s before its event, where that can be foreseen; `activated` has the labels.
+    The parameters of all entities that it touches are pushed at its start and popped at its end. Entities are activated
+    `lead(label)` s before their event, if it can be foreseen; `activated` has their labels.
     """
 
     def __init__(self, graph: Graph, publish: Publish, lead: Callable[[str], float]):
@@ -68,7 +68,7 @@ class PlanActions:
         self._fire(node.end_actions)
 
     def foresee(self, name: str, seconds: float, duration: Callable[[str], float]) -> None:
-        """The maneuver `name` ends in so many seconds: activate what those that follow need in time."""
+        """The maneuver `name` ends in `seconds`: activate in time what the following maneuvers need."""
         _, *later = self._graph.chain(name)
         for node in later:
             if not math.isfinite(seconds):

@@ -1,4 +1,4 @@
-"""Has a vehicle begin by itself."""
+"""Starts a plan without an operator."""
 
 import imc
 from imc.tuples import read_tuples
@@ -14,14 +14,14 @@ USUAL = Usual(travel_depth=1.0, dive_depth=1.0, dive_seconds=1, radius=1.0, rpm=
 
 
 class Autostart(Task):
-    """Starts the plan of a template once, as soon as the vehicle can; not where somebody else was quicker."""
+    """Starts the plan of a template once, as soon as the vehicle is ready, unless another plan was started first."""
 
     template: str = param("sk", "", "Template of Plan.Generator.")
-    values: list[str] = param([], "", "What the template takes: depth=2, radius=15; lat and lon in degrees.")
+    values: list[str] = param([], "", "Parameters of the template, such as depth=2, radius=15; lat and lon in degrees.")
 
     def configure(self) -> None:
         if self.template not in TEMPLATES:
-            reason = f"there is no template {quoted(self.template)}; {suggestion(self.template, TEMPLATES)}"
+            reason = f"unknown template {quoted(self.template)}; {suggestion(self.template, TEMPLATES)}"
             raise ParameterError("Template", reason)
         try:
             generate(self.template, read_tuples(";".join(self.values)), SOMEWHERE, SOMEWHERE, USUAL)
@@ -59,6 +59,6 @@ class Autostart(Task):
         if (answer.dst, answer.dst_ent) != (self.system, self.entity.id) or answer.op == Op.REQUEST:
             return
         if answer.op == Op.SUCCESS:
-            self.set_entity_state(State.NORMAL, f"asked for {answer.plan_id}")
+            self.set_entity_state(State.NORMAL, f"requested {answer.plan_id}")
         else:
             self.set_entity_state(State.FAULT, f"{answer.plan_id}: {answer.params}")

@@ -1,4 +1,4 @@
-"""What bounds a plan: the area and the altitude that are allowed, and that nothing flies without having taken off."""
+"""Bounds of a plan: the allowed area and altitude, and a takeoff before any flight."""
 
 import math
 from collections.abc import Iterator
@@ -11,12 +11,12 @@ from tasks.plan.graph import Graph
 
 Limit = imc.OpLimitsMask
 Units = imc.ZUnits
-ANYWHERE = imc.Takeoff | imc.IdleManeuver | imc.Land  # done on the ground as well
+ANYWHERE = imc.Takeoff | imc.IdleManeuver | imc.Land  # allowed on the ground as well
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """Limits of the moment; `ground` is the height (m above the ellipsoid) of the ground, None where unknown."""
+    """Current limits; `ground` is the height (m above the ellipsoid) of the ground, None if unknown."""
 
     limits: imc.OperationalLimits | None = None
     highest: float = math.inf
@@ -32,10 +32,10 @@ class Bounds:
 
 
 def outside(graph: Graph, bounds: Bounds) -> Iterator[str]:
-    """Maneuvers that leave the area of the limits; limits of no number are kept by none."""
+    """Objections to maneuvers that leave the area of the limits, and to limits that are not numbers."""
     area = bounds.limits
     if area is not None and not all(map(math.isfinite, _numbers(area))):
-        yield "the operational limits have a value that is no number"
+        yield "the operational limits have a value that is not a number"
         return
     if area is None or not area.mask & Limit.AREA:
         return
@@ -46,12 +46,12 @@ def outside(graph: Graph, bounds: Bounds) -> Iterator[str]:
             north, east, _ = displacement(area.lat, area.lon, 0.0, lat, lon, 0.0)
             along, across = abs(c * north + s * east), abs(c * east - s * north)
             if along + margin > 0.5 * area.length or across + margin > 0.5 * area.width:
-                yield f"{name}: is outside of the area of the operational limits"
+                yield f"{name}: is outside the area of the operational limits"
                 break
 
 
 def _numbers(limits: imc.OperationalLimits) -> Iterator[float]:
-    """Those of the limits that bound a plan."""
+    """The values of the limits that bound a plan."""
     if limits.mask & Limit.MAX_ALT:
         yield limits.max_altitude
     if limits.mask & Limit.AREA:
@@ -59,7 +59,7 @@ def _numbers(limits: imc.OperationalLimits) -> Iterator[float]:
 
 
 def grounded(graph: Graph, bounds: Bounds) -> Iterator[str]:
-    """What speaks against the plan of an aerial vehicle: depths, heights, speeds, and flying before a takeoff."""
+    """Objections to the plan of an aerial vehicle: depths, heights, speeds, and flying before a takeoff."""
     for name, node in graph.nodes.items():
         yield from (f"{name}: {reason}" for reason in _vertical(node.maneuver, bounds))
     seen: set[tuple[str, bool]] = set()
@@ -71,7 +71,7 @@ def grounded(graph: Graph, bounds: Bounds) -> Iterator[str]:
         seen.add(step)
         node = graph.nodes[name]
         if not aloft and not isinstance(node.maneuver, ANYWHERE):
-            yield f"{name}: the vehicle is on the ground then, a Takeoff has to come first"
+            yield f"{name}: the vehicle is on the ground, a Takeoff must come first"
             return
         after = aloft if isinstance(node.maneuver, imc.IdleManeuver) else not isinstance(node.maneuver, imc.Land)
         waiting += [(destination, after) for _, destination in node.transitions]
@@ -81,14 +81,14 @@ def _vertical(maneuver: imc.Message, bounds: Bounds) -> Iterator[str]:
     units, z = getattr(maneuver, "z_units", Units.NONE), getattr(maneuver, "z", 0.0)
     points = [point.z for point in getattr(maneuver, "points", ()) if isinstance(point, imc.PathPoint)]
     if getattr(maneuver, "speed_units", 0) != imc.SpeedUnits.METERS_PS:
-        yield "the speed of what flies is in m/s"
+        yield "the speed of an aerial vehicle must be in m/s"
     if units == Units.DEPTH:
-        yield "a depth is not for what flies"
+        yield "an aerial vehicle cannot go to a depth"
         return
     above: float | None = z if units == Units.ALTITUDE else None
     if units == Units.HEIGHT and bounds.ground is not None:
         above = z - bounds.ground
     if isinstance(maneuver, imc.Takeoff) and (units == Units.NONE or (above is not None and above <= 0.0)):
-        yield "takes off to no altitude or height above the ground"
+        yield "a Takeoff needs an altitude or height above the ground"
     if above is not None and (highest := above + max(points, default=0.0)) > bounds.altitude:
         yield f"an altitude of {highest:.0f} m is above the limit of {bounds.altitude:.0f} m"

@@ -12,7 +12,7 @@ Latest = Mapping[type[imc.Message], imc.Message]
 Test = Callable[[Latest, bool], bool]
 DONE = ("", "true", "maneuverisdone", "maneuverisdone()")
 LONGEST = 1000  # characters
-DEEPEST = 50  # brackets and negations in each other
+DEEPEST = 50  # nested brackets and negations
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
     r"|(?P<name>[A-Za-z_]\w*(?:\.\w+)?(?:\(\))?)|(?P<sign><=|>=|==|!=|<|>|&&|\|\||[!(),]))"
@@ -29,10 +29,10 @@ _COMPARISONS: Mapping[str, Callable[[float, float], bool]] = {
 
 @dataclass(frozen=True)
 class Condition:
-    """A condition and the messages that it looks at.
+    """A condition and the messages that it uses.
 
     `holds` takes the latest message of each type and whether the maneuver is done. A comparison with a message that
-    nobody has sent is false. An empty condition and "true" are ManeuverIsDone.
+    has not arrived yet is false. An empty condition and "true" are ManeuverIsDone.
     """
 
     text: str
@@ -41,7 +41,7 @@ class Condition:
 
 
 def parse_condition(text: str) -> Condition:
-    """Raises ValueError that says what is wrong with the text."""
+    """Parse a condition. Raises ValueError with the reason."""
     if text.strip().lower() in DONE:
         return Condition(text, lambda _, done: done, frozenset())
     if len(text) > LONGEST:
@@ -118,9 +118,9 @@ class _Parser:
         name, _, field = word.partition(".")
         kind = _message(name)
         if kind is None or not field:
-            raise ValueError(f"{word!r} is not ManeuverIsDone and not Message.field")
+            raise ValueError(f"{word!r} is neither ManeuverIsDone nor Message.field")
         if field not in {f.name for f in imc.fields(kind) if f.type.split()[0] in NUMBERS}:
-            raise ValueError(f"{name} has no number {field!r}")
+            raise ValueError(f"{name} has no numeric field {field!r}")
         sign = self._take("a comparison")
         compare = _COMPARISONS.get(sign)
         if compare is None:

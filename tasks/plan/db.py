@@ -3,6 +3,7 @@
 import sqlite3
 
 import imc
+from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param
 from runtime.snapshot import SnapshotError
 from tasks.plan.replies import shortened
@@ -10,16 +11,14 @@ from tasks.plan.store import Change, PlanStore, Stored
 
 Op = imc.PlanDB.Op
 Type = imc.PlanDB.Type
-NOBODY = 0xFFFF
-BROADCAST = 0xFFF0
 UNDEFINED = "undefined plan"
 
 
 class DB(Task):
-    """Keeps plans by id and tells their digests, so that a console knows whether it has the same.
+    """Stores plans by id and publishes their digests, so that a console can compare them with its own.
 
-    They are in `Plan.db` in the vehicle's folder of states; on a virtual clock, where nothing may come from an earlier
-    run, in memory. A file that cannot be read is put aside.
+    They are in `Plan.db` in the vehicle's state folder; on a virtual clock, where nothing may come from an earlier run,
+    in memory. A file that cannot be read is renamed.
     """
 
     storage: str = param(
@@ -40,7 +39,7 @@ class DB(Task):
 
     def saving(self) -> None:
         if not self._in_memory:
-            raise SnapshotError(f"{self.name} keeps its plans in a file, which no snapshot takes: Storage = Memory")
+            raise SnapshotError(f"{self.name} keeps its plans in a file, which cannot be saved: set Storage = Memory")
         self._rows = self._store.rows()
 
     def restored(self) -> None:
@@ -53,8 +52,8 @@ class DB(Task):
 
     @consume(others=True)
     def serve(self, request: imc.PlanDB) -> None:
-        """Answer a request; one that cannot be fulfilled changes nothing."""
-        if request.type != Type.REQUEST or request.dst not in (self.system, NOBODY, BROADCAST):
+        """Answer a request; one that fails changes nothing."""
+        if request.type != Type.REQUEST or request.dst not in (self.system, UNKNOWN_SYSTEM, BROADCAST):
             return
         try:
             self._serve(request)
@@ -63,7 +62,7 @@ class DB(Task):
 
     @consume(others=True)
     def keep_started(self, request: imc.PlanControl) -> None:
-        """A plan that is started or loaded with its specification is stored as well."""
+        """Also store a plan that is started or loaded with its specification."""
         plan, kinds = request.arg, imc.PlanControl
         if (
             request.type != kinds.Type.REQUEST
@@ -132,7 +131,7 @@ class DB(Task):
                 self._answer(request, Type.FAILURE, f"stored plan is damaged: {error}")
 
     def _state(self) -> imc.PlanDBState:
-        """The state with all plans, without them where they are too many for one message."""
+        """The state with all plans, without them if they do not fit into one message."""
         state = self._store.state()
         try:
             imc.encode(state)
@@ -179,7 +178,7 @@ class DB(Task):
                 raise
             aside = path.with_suffix(".damaged")
             path.replace(aside)
-            self.log.error(f"{path.name}: {error}; put aside as {aside.name}")
+            self.log.error(f"{path.name}: {error}; renamed to {aside.name}")
             return PlanStore(path)
 
 

@@ -1,9 +1,10 @@
-"""Executes plans: maneuver by maneuver, as their transitions say."""
+"""Executes plans, maneuver by maneuver, along their transitions."""
 
 import math
 from dataclasses import replace
 
 import imc
+from imc.addresses import BROADCAST
 from runtime import Script, State, Task, consume, param, periodic
 from runtime.task import Inbox
 from tasks.plan.actions import Leads, PlanActions
@@ -20,25 +21,24 @@ Phase = imc.PlanControlState.State
 Outcome = imc.PlanControlState.LastOutcome
 Command = imc.VehicleCommand.Command
 Mode = imc.VehicleState.OpMode
-BROADCAST = 0xFFF0
 
 
 class Engine(Task):
-    """Loads, checks, starts and stops plans on request, and says how far they are.
+    """Loads, checks, starts and stops plans on request, and reports their progress.
 
-    A plan is checked before it starts: graph, positions, depths, lengths of legs, energy where it is known. Conditions
-    of transitions are evaluated in their order when a maneuver is done, and those without ManeuverIsDone all the time.
+    A plan is checked before it starts: graph, positions, depths, lengths of legs, energy if it is known. Conditions of
+    transitions are evaluated in order when a maneuver is done, and those without ManeuverIsDone all the time.
     """
 
     state_report_frequency: float = param(3.0, "Hz", "Rate of PlanControlState.", minimum=0.1, maximum=100)
-    perform_calibration: bool = param(True, "", "Calibrate where a request asks for it.")
+    perform_calibration: bool = param(True, "", "Calibrate if a request asks for it.")
     minimum_calibration_time: float = param(3.0, "s", "Shortest calibration.", minimum=0, maximum=65535)
     abort_on_failed_activation: bool = param(True, "", "End the plan when an entity cannot be activated.")
-    compute_progress: bool = param(True, "", "Say how far the plan is.")
-    fuel_prediction: bool = param(True, "", "Refuse plans that need more energy than there is.")
-    hotel_load: float = param(45.0, "W", "Power that the vehicle takes without moving.", minimum=0)
+    compute_progress: bool = param(True, "", "Report the progress of the plan.")
+    fuel_prediction: bool = param(True, "", "Refuse plans that need more energy than is left.")
+    hotel_load: float = param(45.0, "W", "Power that the vehicle draws without moving.", minimum=0)
     maximum_leg_length: float = param(25000.0, "m", "Longest leg that path control follows.", minimum=1)
-    plan_generator_entity_label: str = param("Plan Generator", "", "Who may start the recovery plan.")
+    plan_generator_entity_label: str = param("Plan Generator", "", "Entity that may start the recovery plan.")
 
     def configure(self) -> None:
         profile = self.vehicle.profile
@@ -76,7 +76,7 @@ class Engine(Task):
 
     @consume
     def watch_activations(self, state: imc.EntityActivationState) -> None:
-        """An entity that a plan needs and that cannot be activated ends it."""
+        """End the plan if an entity that it needs cannot be activated."""
         flight = self._flight
         label = self.vehicle.entities.label(self.system, state.src_ent)
         if flight is None or flight.actions is None or state.state != imc.EntityActivationState.State.ACT_FAIL:
@@ -86,7 +86,7 @@ class Engine(Task):
 
     @consume
     def follow(self, vehicle: imc.VehicleState) -> None:
-        """The mode of the vehicle decides whether a plan can begin or go on."""
+        """The mode of the vehicle decides whether a plan can start or continue."""
         self._vehicle, self._vehicle_heard = vehicle, self.now
         flight = self._flight
         if vehicle.op_mode in (Mode.ERROR, Mode.BOOT, Mode.EXTERNAL):
@@ -105,7 +105,7 @@ class Engine(Task):
     def tick(self) -> None:
         if self.now - self._vehicle_heard > PATIENCE:
             if self._flight is not None:
-                self._fail(self._flight, "no state of the vehicle", lost=True)
+                self._fail(self._flight, "VehicleState is missing", lost=True)
             self._enter(Phase.BLOCKED)
         if self._flight is not None:
             self._flight.foresee(self._vehicle, self.now)
@@ -131,7 +131,7 @@ class Engine(Task):
             self._replies.refuse(request, f"no such operation: {request.op}")
 
     def _start(self, request: imc.PlanControl, outlook: Outlook | None = None) -> None:
-        """Begin a plan; one that is to replace another is checked before, and has its `outlook`."""
+        """Start a plan; one that replaces another has already been checked and has its `outlook`."""
         flight = self._flight
         if flight is not None and flight.is_repeated(request, self.now):
             if flight.info:
@@ -142,19 +142,19 @@ class Engine(Task):
         elif request.plan_id == self._recovery and not self._requests.come_from(
             self.plan_generator_entity_label, request
         ):
-            self._replies.refuse(request, "the recovery plan is started by the plan generator alone")
+            self._replies.refuse(request, "only the plan generator may start the recovery plan")
         elif flight is not None and outlook is None:
             self.run(self._switch, request, self._stops)
         else:
             if flight is not None:
                 self.log.warning(f"switching to {request.plan_id}")
-                self._give_up(flight, "another plan is started")
+                self._give_up(flight, "replaced by another plan")
             self._flight = flight = Flight(request, self.now, outlook=outlook)
             self._enter(Phase.INITIALIZING)
             flight.script = self.run(self._fly, flight)
 
     async def _switch(self, script: Script, request: imc.PlanControl, stops: int) -> None:
-        """Replace the plan that runs, if the other one can be flown; else it goes on. A STOP meanwhile is for both."""
+        """Replace the running plan if the new one passes its check, else it continues. A STOP meanwhile ends both."""
         try:
             outlook = await self._prepare(script, request)
             if stops != self._stops:
@@ -180,7 +180,7 @@ class Engine(Task):
             self.run(self._look, request)
 
     async def _look(self, script: Script, request: imc.PlanControl) -> None:
-        """LOAD: parse only."""
+        """LOAD: only check the plan."""
         try:
             outlook = await self._prepare(script, request)
         except PlanError as error:
@@ -224,7 +224,7 @@ class Engine(Task):
             self._fail(flight, str(error))
 
     async def _execute(self, inbox: Inbox, flight: Flight, node: PlanNode) -> str:
-        """One maneuver, until a transition leads on; the name of the next."""
+        """Execute one maneuver until a transition holds; returns the name of the next."""
         flight.enter(node, self.now)
         if self._phase is Phase.INITIALIZING:
             self._enter(Phase.EXECUTING)
@@ -242,7 +242,7 @@ class Engine(Task):
         return name
 
     async def _prepare(self, script: Script, request: imc.PlanControl) -> Outlook:
-        """The plan of a request, checked. Raises PlanError."""
+        """Check the plan of a request. Raises PlanError."""
         plan, situation = await self._requests.plan(script, request), self._situation
         state, limits = situation.of(imc.EstimatedState), situation.of(imc.OperationalLimits)
         fuel, medium = situation.of(imc.FuelLevel), situation.of(imc.VehicleMedium)
@@ -258,7 +258,7 @@ class Engine(Task):
         flight.commanding = False
 
     def _fail(self, flight: Flight, reason: str, *, command: bool = True, lost: bool = False) -> None:
-        """The plan is over. The vehicle is told to stop with `command`; it is not at our command where it is `lost`."""
+        """End a plan that failed. `command` also stops the vehicle, unless it is `lost`, out of our control."""
         if command and not lost and flight.actions is not None:
             self._requests.command(Command.STOP_MANEUVER)
         self._end(flight, Outcome.FAILURE)
@@ -266,13 +266,13 @@ class Engine(Task):
         self._enter(Phase.BLOCKED if lost else Phase.READY)
 
     def _give_up(self, flight: Flight, reason: str) -> None:
-        """End a plan at the request of a console; who asked for it gets a reply where there was none yet."""
+        """End a plan at the request of a console; refuse its START if that has no reply yet."""
         self._end(flight, Outcome.FAILURE)
         if not flight.info:
             self._replies.refuse(flight.request, reason)
 
     def _end(self, flight: Flight, outcome: Outcome) -> None:
-        """End actions, statistics and the log of a plan that is over."""
+        """End a plan: end actions, statistics, log."""
         self._flight, self._outcome = None, outcome
         if flight.script is not None:
             flight.script.cancel()

@@ -1,4 +1,4 @@
-"""What the maneuvers of a plan will take: time, distance and energy."""
+"""Estimates the time, distance and energy of maneuvers."""
 
 import math
 from bisect import bisect_right
@@ -11,15 +11,15 @@ from imc.coordinates import displace, displacement, rows_of
 
 Position = tuple[float, float]  # latitude, longitude (rad)
 CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward speed
-CRUISE = 1.0  # m/s, of maneuvers that have no speed of their own
-LANDING = 0.5  # m/s, of the last metres above the ground
+CRUISE = 1.0  # m/s, of maneuvers without a speed
+LANDING = 0.5  # m/s, of the last meters above the ground
 
 
 @dataclass(frozen=True)
 class Powertrain:
-    """Speeds (m/s), propeller speeds (rpm), actuations (%) and powers (W) that belong together, and the hotel load.
+    """Tables of speed (m/s), propeller speed (rpm), actuation (%) and power (W), and the hotel load (W).
 
-    The first three are one table, the last two another. A point counts as reached `ahead` s before it.
+    The first three fields are one table, `power_rpms` and `powers` another. A point counts as reached `ahead` s early.
     """
 
     speeds: Sequence[float] = (0.0, 1.0)
@@ -31,7 +31,7 @@ class Powertrain:
     ahead: float = 5.0
 
     def speed(self, value: float, units: int) -> float:
-        """A speed of any unit in m/s."""
+        """A speed in any unit, converted to m/s."""
         if units == imc.SpeedUnits.METERS_PS:
             return value
         return interpolate(value, self.rpms if units == imc.SpeedUnits.RPM else self.actuations, self.speeds)
@@ -43,9 +43,9 @@ class Powertrain:
 
 @dataclass(frozen=True)
 class Estimate:
-    """`seconds` of a maneuver (infinite without end, NaN where unknown), `moving` of them with propulsion at `speed`.
+    """Duration of a maneuver: `seconds` (infinite if endless, NaN if unknown), `moving` of them at `speed` (m/s).
 
-    `distance` is its length over ground, `longest` its longest straight leg (m); `end` is where the vehicle is then.
+    `distance` is its length over ground, `longest` its longest straight leg (m); `end` is the position after it.
     """
 
     seconds: float = math.nan
@@ -57,7 +57,7 @@ class Estimate:
 
 
 def estimate(maneuver: imc.Message, start: Position | None, train: Powertrain, now: float) -> Estimate:
-    """What a maneuver takes from `start`; without it the way there is left out."""
+    """Estimate a maneuver from `start`; without it the way to the maneuver is not counted."""
     speed = train.speed(getattr(maneuver, "speed", CRUISE), getattr(maneuver, "speed_units", 0))
     duration = float(getattr(maneuver, "duration", 0))
     endless = duration or math.inf
@@ -91,14 +91,14 @@ def estimate(maneuver: imc.Message, start: Position | None, train: Powertrain, n
 
 
 def interpolate(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
-    """Piecewise linear through the points, and on beyond the last two."""
+    """Piecewise linear interpolation, extrapolated beyond both ends."""
     at = min(max(1, bisect_right(xs, x)), len(xs) - 1)
     x0, x1, y0, y1 = xs[at - 1], xs[at], ys[at - 1], ys[at]
     return y0 + (x - x0) * (y1 - y0) / (x1 - x0) if x1 != x0 else y0
 
 
 def corners(maneuver: imc.Message) -> list[Position]:
-    """Where a maneuver goes; empty for one that goes nowhere. Raises ValueError for rows that are none."""
+    """Positions of a maneuver; empty if it has none. Raises ValueError for invalid rows."""
     lat, lon = getattr(maneuver, "lat", None), getattr(maneuver, "lon", None)
     if lat is None or lon is None or isinstance(maneuver, imc.Takeoff):
         return []

@@ -1,4 +1,4 @@
-"""A plan in execution: who asked for it, what is expected of it, and how far it has come."""
+"""A plan in execution: its request, its estimates and its progress."""
 
 import math
 from dataclasses import dataclass, field
@@ -14,12 +14,12 @@ UNFORESEEN = Estimate()
 UNKNOWN_ETA = 0xFFFF
 UNKNOWN = -1
 NOTHING = 0xFFFF  # no maneuver
-REPEATED = 2.0  # s within which the same request is the same
+REPEATED = 2.0  # s within which an equal request is a duplicate
 
 
 @dataclass
 class Flight:
-    """One START, from its request on; what is None is not known yet. Times are in s."""
+    """One START, from its request on; fields are None until known. Times are in s."""
 
     request: imc.PlanControl
     began: float
@@ -35,7 +35,7 @@ class Flight:
     progress: float = -1.0
 
     def is_repeated(self, request: imc.PlanControl, now: float) -> bool:
-        """Whether a request came twice on its way: the plan that it started goes on."""
+        """Whether a request is a duplicate of the one that started this plan."""
         same = request.replace(timestamp=self.request.timestamp) == self.request
         return same and now - self.began < REPEATED
 
@@ -53,13 +53,14 @@ class Flight:
                 self.actions.leave(self.node)
 
     def maneuver_eta(self, vehicle: imc.VehicleState | None) -> int:
-        """What the maneuver says of the time that it still takes, UNKNOWN where it does not."""
+        """Time left that the maneuver reports, UNKNOWN if it reports none."""
+        # A VehicleState with an earlier start time still has the ETA of the maneuver before.
         if self.node is None or vehicle is None or vehicle.maneuver_stime < self.node_began - 1e-6:
             return UNKNOWN
         return UNKNOWN if vehicle.maneuver_eta == UNKNOWN_ETA else vehicle.maneuver_eta
 
     def maneuver_left(self, vehicle: imc.VehicleState | None, now: float) -> float:
-        """Time that the maneuver still takes: what it says, not more than was expected."""
+        """Time left of the maneuver: as it reports, but at most the estimate."""
         if self.node is None or self.outlook is None:
             return math.nan
         expected = self.outlook.estimates.get(self.node.name)
@@ -70,7 +71,7 @@ class Flight:
         return max(0.0, duration - (now - self.node_began)) if eta == UNKNOWN else min(float(eta), duration)
 
     def left(self, vehicle: imc.VehicleState | None, now: float) -> float:
-        """Time that the plan still takes; NaN where unknown, infinite without end."""
+        """Time left of the plan; NaN if unknown, infinite if endless."""
         if self.outlook is None:
             return math.nan
         if self.node is None:
@@ -80,20 +81,20 @@ class Flight:
         return self.maneuver_left(vehicle, now) + self.outlook.following(self.node.name)
 
     def advance(self, left: float) -> float:
-        """The progress in percent with so much time left; it never goes back. -1 where it is unknown."""
+        """Progress (%) with `left` s to go; it never decreases. -1 if unknown."""
         total = math.nan if self.outlook is None else self.outlook.seconds + self.outlook.calibration
         if math.isfinite(left) and math.isfinite(total) and total > 0.0 and self.node is not None:
             self.progress = max(self.progress, 100.0 * min(1.0, max(0.0, 1.0 - left / total)))
         return self.progress
 
     def foresee(self, vehicle: imc.VehicleState | None, now: float) -> None:
-        """Activate what comes in time."""
+        """Activate in time what the following maneuvers need."""
         if self.outlook is not None and self.actions is not None and self.node is not None:
             estimates, left = self.outlook.estimates, self.maneuver_left(vehicle, now)
             self.actions.foresee(self.node.name, left, lambda name: estimates.get(name, UNFORESEEN).seconds)
 
     def report(self, vehicle: imc.VehicleState | None, now: float, *, compute_progress: bool) -> imc.PlanControlState:
-        """How far it is, without its state, plan and last outcome."""
+        """The progress, without state, plan and last outcome."""
         left = self.left(vehicle, now)
         return imc.PlanControlState(
             plan_eta=int(min(left, 2**31 - 1)) if math.isfinite(left) else UNKNOWN,
@@ -104,7 +105,7 @@ class Flight:
         )
 
     def result(self, plan_id: str, now: float) -> imc.PlanStatistics:
-        """What it took in the end."""
+        """Statistics of the finished plan."""
         kind = imc.PlanStatistics.Type.POSTPLAN
         durations = {**self.durations, "Total": now - self.began}
         return imc.PlanStatistics(plan_id=plan_id, type=kind, durations=tuples(durations, 1))

@@ -1,6 +1,7 @@
 """Makes plans from templates, on request."""
 
 import imc
+from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.coordinates import absolute
 from imc.tuples import read_tuples
 from runtime import Script, State, Task, consume, param
@@ -9,13 +10,12 @@ from tasks.plan.templates import Position, TemplateError, Usual, generate
 
 Op = imc.PlanGeneration.Op
 Command = imc.PlanGeneration.Cmd
-NOBODY, BROADCAST = 0xFFFF, 0xFFF0
 PATIENCE = 1.0  # s for the database
 MOST_PEERS = 1000
 
 
 class Generator(Task):
-    """Stores the plan of a template in the database and, where it is asked to, starts it."""
+    """Stores the plan of a template in the database and starts it on request."""
 
     dive_depth: float = param(2.0, "m", "Depth of the template dive.", minimum=0, name="Dive depth")
     dive_seconds: int = param(
@@ -24,7 +24,7 @@ class Generator(Task):
     loiter_radius: float = param(10.0, "m", "Radius of circles and stations.", minimum=1, name="Loiter radius")
     rpm_speed: float = param(1000.0, "rpm", "Speed of the propeller.", minimum=1, name="RPM Speed")
     traveling_depth: float = param(1.0, "m", "Depth on the way.", minimum=0, name="Traveling depth")
-    generate_at_boot: str = param("", "", "Template to be stored at the start, none where it is empty.")
+    generate_at_boot: str = param("", "", "Template to store at the start; empty for none.")
 
     def start(self) -> None:
         self._state: imc.EstimatedState | None = None
@@ -45,7 +45,7 @@ class Generator(Task):
 
     @consume(others=True)
     def obey(self, request: imc.PlanGeneration) -> None:
-        if request.op == Op.REQUEST and request.dst in (self.system, NOBODY, BROADCAST):
+        if request.op == Op.REQUEST and request.dst in (self.system, UNKNOWN_SYSTEM, BROADCAST):
             self._obey(request)
 
     def _obey(self, request: imc.PlanGeneration) -> None:
@@ -79,7 +79,7 @@ class Generator(Task):
                 timeout=PATIENCE,
             )
         except TimeoutError:
-            self._fail(request, "no answer of the plan database")
+            self._fail(request, "no answer from the plan database")
             return
         if answer.type == kinds.FAILURE:
             self._fail(request, answer.info)

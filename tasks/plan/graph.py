@@ -29,12 +29,12 @@ class PlanNode:
     transitions: list[tuple[Condition, str]] = field(default_factory=list[tuple[Condition, str]])
 
     def next(self, latest: Mapping[type[imc.Message], imc.Message], *, done: bool) -> str | None:
-        """Where the first transition that holds leads, None while none does. Raises PlanError where none ever will."""
+        """Destination of the first transition that holds, None if none does. Raises PlanError if none ever will."""
         for condition, destination in self.transitions:
             if condition.holds(latest, done):
                 return destination
         if done and self.transitions:
-            raise PlanError(f"{self.name}: done, and the condition of no transition holds")
+            raise PlanError(f"{self.name}: done, but no condition of a transition holds")
         return FINISH if done else None
 
 
@@ -47,7 +47,7 @@ class Graph:
     start: str
 
     def chain(self, name: str) -> Iterator[PlanNode]:
-        """The maneuvers from `name` on, each by the first transition of the one before, until one comes again."""
+        """The maneuvers from `name` on, along their first transitions, until one would repeat."""
         seen: set[str] = set()
         while name in self.nodes and name not in seen:
             seen.add(name)
@@ -63,7 +63,7 @@ class Graph:
 
     @property
     def kinds(self) -> set[type[imc.Message]]:
-        """The messages that conditions look at."""
+        """The messages that conditions use."""
         return {kind for node in self.nodes.values() for c, _ in node.transitions for kind in c.kinds}
 
 
@@ -150,7 +150,7 @@ def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:
     if not isinstance(maneuver, imc.Takeoff) and any(low < 0.0 for low in _lowest(maneuver)):
         raise PlanError(f"{name}: maneuver above the surface or below the bottom")
     if 0.0 < deepest < math.inf and getattr(maneuver, "z_units", imc.ZUnits.DEPTH) == imc.ZUnits.NONE:
-        raise PlanError(f"{name}: neither depth nor altitude, and the vehicle dives")
+        raise PlanError(f"{name}: z is neither a depth nor an altitude")
     afloat = ", the vehicle stays at the surface" if deepest <= 0.0 else ""
     if any(z > deepest for z in depths(maneuver)):
         raise PlanError(f"{name}: maneuver depth beyond limits{afloat}")

@@ -1,4 +1,4 @@
-"""What is known of a plan before it begins: its durations, its energy, and what speaks against it."""
+"""Forecast of a plan before it starts: durations, energy, and objections to it."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -24,7 +24,7 @@ class Outlook:
 
     @property
     def seconds(self) -> float:
-        """Duration of the plan without calibration; infinite without end, NaN where unknown."""
+        """Duration (s) of the plan without calibration; infinite if endless, NaN if unknown."""
         return math.inf if self.graph.cyclical else sum(e.seconds for e in self.estimates.values())
 
     def following(self, name: str) -> float:
@@ -33,7 +33,7 @@ class Outlook:
         return sum(self.estimates[node.name].seconds if node.name in self.estimates else math.nan for node in later)
 
     def statistics(self, capacity: float) -> imc.PlanStatistics:
-        """As a message; `capacity` (J) is what the fuel is given in percent of, 0 leaves it out."""
+        """As a message; fuel is in percent of `capacity` (J), empty if that is 0."""
         total = self.seconds
         durations = {"Total": total + self.calibration, "Execution": total, "Calibration": self.calibration}
         durations |= {f"Maneuver {name}": e.seconds for name, e in self.estimates.items()}
@@ -73,7 +73,7 @@ def foresee(graph: Graph, start: Position | None, train: Powertrain, now: float)
 
 
 def objections(outlook: Outlook, longest_leg: float, energy: float | None) -> Iterator[str]:
-    """What speaks against a plan: legs longer than `longest_leg` (m), more than the `energy` (J) there is."""
+    """Objections to a plan: legs longer than `longest_leg` (m), less `energy` (J) than it needs, invalid fields."""
     for name, node in outlook.graph.nodes.items():
         maneuver, e = node.maneuver, outlook.estimates.get(name)
         if e is not None and e.longest > longest_leg:
@@ -92,7 +92,7 @@ def objections(outlook: Outlook, longest_leg: float, energy: float | None) -> It
 def tuples(values: Mapping[str, float], digits: int) -> str:
     """IMC's text of named values: "Total=228.3,Execution=228.3".
 
-    Values that are not finite are left out, and the last ones of so many that they would fill a message.
+    Values that are not finite are skipped, and so are the last ones if the text is too long for a message.
     """
     words = [f"{name}={value:.{digits}f}" for name, value in values.items() if math.isfinite(value)]
     ends = accumulate(len(word.encode(errors="surrogateescape")) + 1 for word in words)

@@ -16,16 +16,16 @@ Value = Callable[[str], str]
 
 
 class Preflight:
-    """Knows the vehicle's limits from the section General of its profile; `value` gives its options.
+    """Checks plans against the limits in the section General of a profile; `value` returns an option of it.
 
-    `hotel` is the power (W) without propulsion, `longest_leg` in m. Raises ParameterError for an option that is wrong.
+    `hotel` is the power (W) without propulsion, `longest_leg` is in m. Raises ParameterError for an invalid option.
     """
 
     def __init__(self, value: Value, hotel: float, longest_leg: float):
         usual = Powertrain()
         self.deepest = _number(value, "Absolute Maximum Depth", math.inf)
         if not self.deepest >= 0.0:
-            raise ParameterError("Absolute Maximum Depth", f"{self.deepest:g} m is no depth of 0 or more")
+            raise ParameterError("Absolute Maximum Depth", f"must be 0 m or more, not {self.deepest:g} m")
         self._highest = _number(value, "Absolute Maximum Altitude", math.inf)
         self._fastest = _number(value, "Maximum Absolute Speed", math.inf)
         self.capacity = 3600.0 * _number(value, "Battery Capacity", 0.0)  # J
@@ -40,9 +40,9 @@ class Preflight:
             _number(value, "Time Of Arrival Factor", usual.ahead),
         )
         if not len(self._train.speeds) == len(self._train.rpms) == len(self._train.actuations):
-            raise ParameterError("Speed Conversion -- MPS", "has not as many values as RPM and Actuation")
+            raise ParameterError("Speed Conversion -- MPS", "must have as many values as RPM and Actuation")
         if len(self._train.power_rpms) != len(self._train.powers):
-            raise ParameterError("Power Model -- Conversion - RPM", "has not as many values as Watt")
+            raise ParameterError("Power Model -- Conversion - RPM", "must have as many values as Watt")
 
     def check(
         self,
@@ -54,9 +54,9 @@ class Preflight:
         limits: imc.OperationalLimits | None = None,
         aloft: bool = False,
     ) -> Outlook:
-        """What a plan will take from where the vehicle is, with so much `fuel` (%). Raises PlanError against it.
+        """Estimate a plan from the position of the vehicle with `fuel` (%) left. Raises PlanError if it is refused.
 
-        A vehicle that supports Takeoff flies; `aloft` says whether it does already.
+        A vehicle that supports Takeoff is aerial; `aloft` is True if it is in the air already.
         """
         graph = parse(plan, supported, self.deepest)
         position = absolute(state)[:2] if state is not None else None
@@ -72,7 +72,7 @@ class Preflight:
 
 
 def too_fast(graph: Graph, fastest: float) -> Iterator[str]:
-    """Maneuvers with a speed that the vehicle has not, of at most `fastest` (m/s)."""
+    """Objections to maneuvers with a speed above `fastest` (m/s)."""
     for name, node in graph.nodes.items():
         speed = getattr(node.maneuver, "speed", 0.0)
         metres = getattr(node.maneuver, "speed_units", None) == imc.SpeedUnits.METERS_PS
@@ -89,12 +89,12 @@ def _number(value: Value, option: str, default: float) -> float:
 
 
 def _table(value: Value, option: str) -> list[float]:
-    """Two or more numbers that rise; empty where there are none."""
+    """Two or more rising numbers; empty if the option is empty."""
     text = value(option)
     try:
         table = [float(word) for word in text.split(",")] if text else []
     except ValueError:
         raise ParameterError(option, f"{text!r} are not numbers") from None
     if table and (len(table) < 2 or sorted(table) != table):
-        raise ParameterError(option, "needs two numbers or more that rise")
+        raise ParameterError(option, "needs two or more rising numbers")
     return table

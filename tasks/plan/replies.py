@@ -1,32 +1,32 @@
-"""What the plan engine answers to who asks."""
+"""Replies of the plan engine to PlanControl requests."""
 
 import imc
 from runtime import Task
 
 Type = imc.PlanControl.Type
-LONGEST = 1023  # bytes of a text of an answer
+LONGEST = 1023  # bytes of a text in a reply
 
 
 class Replies:
-    """Answers PlanControl requests, each with its own number, operation and flags, in the name of a task.
+    """Answers PlanControl requests for a task; a reply has the number, operation and flags of its request.
 
-    An `arg` that no message can carry is left out.
+    An `arg` that cannot be encoded is dropped.
     """
 
     def __init__(self, task: Task):
         self._task = task
 
     def succeed(self, request: imc.PlanControl, info: str, arg: imc.Message | None = None, plan_id: str = "") -> None:
-        """SUCCESS; `plan_id` is that of the request where it is empty."""
+        """SUCCESS; an empty `plan_id` is replaced by that of the request."""
         self._answer(request, Type.SUCCESS, info, arg, plan_id)
 
     def fail(self, request: imc.PlanControl, info: str, arg: imc.Message | None = None) -> None:
-        """FAILURE of what had begun."""
+        """FAILURE of a plan that had started."""
         self._task.log.error(info)
         self._answer(request, Type.FAILURE, info, arg)
 
     def refuse(self, request: imc.PlanControl, info: str) -> None:
-        """FAILURE at once; the log says whose request it was."""
+        """FAILURE of the request; the log book names its sender."""
         self._task.log.error(f"{self._task.vehicle.systems.name(request.src)}: {info}")
         self._answer(request, Type.FAILURE, info)
 
@@ -49,5 +49,5 @@ class Replies:
 
 
 def shortened(text: str) -> str:
-    """What an answer has of a text, which may be as long as a message: 1023 bytes at most."""
+    """A text cut to the 1023 bytes that a reply may have."""
     return text.encode(errors="surrogateescape")[:LONGEST].decode(errors="surrogateescape")

@@ -1,4 +1,4 @@
-"""What the plan engine asks of others: commands of the supervisor, plans of the database, numbers of the bus."""
+"""Requests of the plan engine: commands to the supervisor, plans from the database, latest messages of the bus."""
 
 from collections.abc import Iterable
 from typing import TypeVar
@@ -15,7 +15,7 @@ DATABASE_PATIENCE = 1.0  # s
 
 
 class Requests:
-    """Numbers the requests of a task, so that each finds its own answer."""
+    """Numbers the requests of a task, to match each with its answer."""
 
     def __init__(self, task: Task):
         self._task = task
@@ -29,12 +29,12 @@ class Requests:
         self._task.publish(request.replace(**fields))
 
     def come_from(self, label: str, request: imc.Message) -> bool:
-        """Whether a request is of the entity of this label on board."""
+        """Whether a request comes from the entity with this label on board."""
         task = self._task
         return request.src == task.system and task.vehicle.entities.label(task.system, request.src_ent) == label
 
     async def obeyed(self, inbox: Inbox) -> None:
-        """Wait for the answer to the last command. Raises PlanError for a refusal, and for none."""
+        """Wait for the answer to the last command. Raises PlanError if it is refused or not answered."""
         task, deadline = self._task, self._task.now + PATIENCE
         while True:
             try:
@@ -51,7 +51,7 @@ class Requests:
                 return
 
     async def plan(self, script: Script, request: imc.PlanControl) -> imc.PlanSpecification:
-        """What a request has with it, a plan or one maneuver, else what it names. Raises PlanError for nothing."""
+        """The plan or the one maneuver in a request, else the stored plan that it names. Raises PlanError."""
         if isinstance(request.arg, imc.PlanSpecification):
             return request.arg
         if request.arg is not None:
@@ -87,12 +87,12 @@ class Latest(dict[type[imc.Message], imc.Message]):
     """The latest message of each type that is watched."""
 
     def of(self, kind: type[M]) -> M | None:
-        """The latest of a type, None where there is none."""
+        """The latest of a type, None if there is none."""
         message = self.get(kind)
         return message if isinstance(message, kind) else None
 
     def watch(self, bus: Bus, kinds: Iterable[type[imc.Message]], owner: Task) -> None:
-        """Forget all, and watch these from now on."""
+        """Forget everything and watch these types from now on."""
         for subscription in getattr(self, "_subscriptions", ()):
             bus.remove(subscription)
         self.clear()

@@ -26,7 +26,7 @@ class Change(NamedTuple):
 
 
 class Stored(NamedTuple):
-    """A plan: `data` are the serialised fields of its PlanSpecification, `md5` is their digest."""
+    """A plan: `data` are the serialized fields of its PlanSpecification, `md5` is their digest."""
 
     plan_id: str
     change: Change
@@ -44,9 +44,10 @@ class Stored(NamedTuple):
         )
 
     def specification(self) -> imc.PlanSpecification:
-        """Raises imc.DecodeError where the file has been tampered with."""
+        """Raises imc.DecodeError if the stored data are damaged."""
         empty = imc.encode(imc.PlanSpecification())
         size = len(self.data).to_bytes(2, "little")
+        # The fields under a header with their size; with_header adds the CRC.
         draft = empty[:4] + size + empty[6:HEADER_SIZE] + self.data + bytes(FOOTER_SIZE)
         found = imc.decode(imc.with_header(draft))
         if not isinstance(found, imc.PlanSpecification):
@@ -55,12 +56,12 @@ class Stored(NamedTuple):
 
 
 def fields_of(plan: imc.PlanSpecification) -> bytes:
-    """The serialised fields, little-endian: what the digest of a plan is made of."""
+    """The serialized fields, little-endian, from which the digest of a plan is made."""
     return imc.encode(plan)[HEADER_SIZE:-FOOTER_SIZE]
 
 
 class PlanStore:
-    """Plans by id. `path` None keeps them in memory. Raises sqlite3.Error where the file is none of ours."""
+    """Plans by id. `path` None keeps them in memory. Raises sqlite3.Error if the file is not a plan database."""
 
     def __init__(self, path: Path | None):
         if path is not None:
@@ -80,7 +81,7 @@ class PlanStore:
         return list(self._select("ORDER BY plan_id"))
 
     def set(self, plan: imc.PlanSpecification, change: Change) -> tuple[Stored, bool]:
-        """Keep a plan; the plan as it is stored, and whether there was none of this id."""
+        """Store a plan; returns it as stored, and True if its id is new."""
         data = fields_of(plan)
         stored = Stored(plan.plan_id, change, md5(data, usedforsecurity=False).digest(), data)
         new = self.get(plan.plan_id) is None
@@ -92,7 +93,7 @@ class PlanStore:
         return stored, new
 
     def delete(self, plan_id: str, change: Change) -> bool:
-        """Whether there was such a plan."""
+        """Delete a plan; True if it existed."""
         with self._base:
             gone = self._base.execute("DELETE FROM Plan WHERE plan_id = ?", (_key(plan_id),)).rowcount > 0
             if gone:
@@ -121,12 +122,12 @@ class PlanStore:
         )
 
     def rows(self) -> tuple[list[Row], list[Row]]:
-        """All that is in the two tables, plans and the last change."""
+        """The rows of both tables, plans and the last change."""
         plans = self._base.execute("SELECT * FROM Plan ORDER BY plan_id").fetchall()
         return plans, self._base.execute("SELECT * FROM LastChange").fetchall()
 
     def fill(self, plans: list[Row], changes: list[Row]) -> None:
-        """Take the rows of another store into this one, which is empty. Raises sqlite3.Error."""
+        """Copy the rows of another store into this empty one. Raises sqlite3.Error."""
         with self._base:
             self._base.executemany("INSERT INTO Plan VALUES (?, ?, ?, ?, ?, ?)", plans)
             self._base.executemany("INSERT INTO LastChange VALUES (?, ?, ?)", changes)
@@ -142,7 +143,7 @@ class PlanStore:
 
 
 def _key(plan_id: str) -> str | bytes:
-    """Text where it is text; ids that are not UTF-8 are kept as bytes."""
+    """The id as text, or as bytes if it is not UTF-8."""
     raw = plan_id.encode(errors="surrogateescape")
     try:
         return raw.decode()

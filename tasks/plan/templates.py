@@ -1,4 +1,4 @@
-"""Plans of one maneuver, or a flight, made where they are needed."""
+"""Makes plans from templates: one maneuver, or a flight."""
 
 import math
 from collections.abc import Mapping
@@ -12,16 +12,16 @@ Position = tuple[float, float]  # latitude, longitude (rad)
 DEPTH = imc.ZUnits.DEPTH
 RPM = imc.SpeedUnits.RPM
 TEMPLATES = ("go", "sk", "come_near", "loiter", "dive", "surface", "dislodge", "flight")
-CLIMB, CRUISE, ALTITUDE = 2.0, 5.0, 15.0  # m/s, m/s, m of a flight where nothing is said
+CLIMB, CRUISE, ALTITUDE = 2.0, 5.0, 15.0  # m/s, m/s, m: defaults of a flight
 
 
 class TemplateError(ValueError):
-    """A template is unknown, or lacks something."""
+    """A template is unknown, or a parameter is missing or wrong."""
 
 
 @dataclass(frozen=True)
 class Usual:
-    """What a template takes where its parameters say nothing: depths and radius in m, time in s, speed in rpm."""
+    """Defaults for the parameters of templates: depths and radius in m, time in s, speed in rpm."""
 
     travel_depth: float
     dive_depth: float
@@ -35,7 +35,7 @@ def generate(
 ) -> imc.PlanSpecification:
     """The plan of a template: go, sk, come_near, loiter (at the surface), dive, surface, dislodge; flight.
 
-    A flight takes off, circles and lands. `here` is the vehicle's position, `asker` that of who asks. Positions in
+    A flight takes off, circles and lands. `here` is the vehicle's position, `asker` that of the requester. Positions in
     `params` are in degrees. Raises TemplateError.
     """
     speed: dict[str, Any] = {"speed": _number(params, "rpm", usual.rpm), "speed_units": RPM}
@@ -77,7 +77,7 @@ def generate(
 
 
 def _chain(plan: str, **maneuvers: imc.Message) -> imc.PlanSpecification:
-    """A plan of maneuvers, one after the other."""
+    """A plan of maneuvers in sequence."""
     names = list(maneuvers)
     return imc.PlanSpecification(
         plan_id=plan,

@@ -11,16 +11,16 @@ EXPONENT = 5.25588
 
 
 def pressure_at(height: float, sea_level: float) -> float:
-    """Pressure at a height above the sea (m), in the unit of that at sea level; ISO 2533:1975, below 11 km."""
+    """Pressure at a height (m) above the sea, in the unit of `sea_level`; ISO 2533:1975, below 11 km."""
     return sea_level * (1.0 - LAPSE_RATE * min(height, 11000.0) / SEA_LEVEL_TEMPERATURE) ** EXPONENT
 
 
 class Barometer(Task):
-    """Measures the pressure of the standard atmosphere, with white noise and a drift that wanders with the weather."""
+    """Measures the pressure of the standard atmosphere, with white noise and a drift like that of the weather."""
 
     execution_frequency: float = param(20.0, "Hz", "Rate of Pressure.", minimum=0.1, maximum=1000)
     sea_level_pressure: float = param(1013.25, "hPa", "Pressure at height 0.", minimum=800, maximum=1100)
-    standard_deviation: float = param(0.012, "hPa", "White noise; 0.012 hPa are 0.1 m.", minimum=0)
+    standard_deviation: float = param(0.012, "hPa", "White noise; 0.012 hPa is 0.1 m.", minimum=0)
     drift: float = param(0.06, "hPa", "Standard deviation of the drift, a Gauss-Markov process.", minimum=0)
     drift_time_constant: float = param(600.0, "s", "Time constant of the drift.", minimum=1)
 

@@ -1,4 +1,4 @@
-"""Simulates the battery that the vehicle lives on."""
+"""Simulates the battery of the vehicle."""
 
 import math
 from bisect import bisect_right
@@ -12,21 +12,21 @@ POWER_MODEL = "Power Model -- Conversion -"
 
 
 class Battery(Task):
-    """Discharges with what thrusters and electronics draw, and publishes voltage, current and what is left.
+    """Discharges by the power of thrusters and electronics; publishes voltage, current and fuel level.
 
-    The open-circuit voltage follows the charge along `Voltage Curve`; the terminals have less by what the inner
-    resistance takes. The propulsion's power is that of the profile's power model at the speed of the actuation, and
-    grows with its cube beyond. The capacity is the profile's `Battery Capacity` unless it is given.
+    The open-circuit voltage follows the charge along `Voltage Curve`; the terminal voltage is lower by
+    the drop across the internal resistance. Propulsion power is that of the profile's power model at the commanded
+    speed, and grows with the cube of the speed beyond the model. `Capacity` overrides the profile's `Battery Capacity`.
     """
 
     execution_frequency: float = param(1.0, "Hz", "Rate of Voltage and Current.", minimum=0.1, maximum=10)
-    fuel_level_rate: float = param(0.1, "Hz", "Rate of FuelLevel; 0 for none.", minimum=0, maximum=10)
-    capacity: float = param(0.0, "Wh", "Energy of a full battery; 0 for that of the profile.", minimum=0)
+    fuel_level_rate: float = param(0.1, "Hz", "Rate of FuelLevel; 0 for never.", minimum=0, maximum=10)
+    capacity: float = param(0.0, "Wh", "Energy of a full battery; 0 for the profile's.", minimum=0)
     initial_level: float = param(100.0, "%", "Charge at the start.", minimum=0, maximum=100, editable=False)
     hotel_load: float = param(35.0, "W", "Power of everything but the thrusters.", minimum=0)
     full_speed: float = param(2500.0, "rpm", "Speed of a thruster at full actuation.", minimum=1)
     number_of_thrusters: int = param(
-        1, "1", "Thrusters that draw the power of the profile's model together.", minimum=1, maximum=255
+        1, "1", "Thrusters that share the power of the profile's model.", minimum=1, maximum=255
     )
     voltage_curve: list[float] = param(
         [21.0, 24.0, 25.2, 25.9, 26.8, 29.0],
@@ -34,7 +34,7 @@ class Battery(Task):
         "Open-circuit voltage at equal steps from empty to full.",
         size=(2, 100),
     )
-    internal_resistance: float = param(0.1, "Ω", "Resistance within the battery.", minimum=0, maximum=10)
+    internal_resistance: float = param(0.1, "Ω", "Internal resistance of the battery.", minimum=0, maximum=10)
     warning_level: float = param(20.0, "%", "Charge below which the entity is in FAULT.", minimum=0, maximum=100)
     error_level: float = param(10.0, "%", "Charge below which the entity is in ERROR.", minimum=0, maximum=100)
 
@@ -44,12 +44,14 @@ class Battery(Task):
             _numbers(option, value("General", option)) for option in (f"{POWER_MODEL} Watt", f"{POWER_MODEL} RPM")
         )
         if len(watt) != len(rpm) or len(rpm) == 1 or any(a >= b for a, b in pairwise(rpm)):
-            raise ParameterError(POWER_MODEL, "Watt and RPM have to be as many, two at least, and RPM has to rise")
+            raise ParameterError(
+                POWER_MODEL, "Watt and RPM must have the same length, at least two, and RPM must increase"
+            )
         self._rpm, self._watt = (rpm, watt) if rpm else ([0.0, 1400.0], [0.0, 70.0])
         known = _numbers("Battery Capacity", value("General", "Battery Capacity"))
         self._full = 3600.0 * (self.capacity or (known[0] if known else 700.0))  # J
         if min(self.voltage_curve) <= 0.0:
-            raise ParameterError("Voltage Curve", "has to be more than 0")
+            raise ParameterError("Voltage Curve", "must be more than 0")
         if self.error_level > self.warning_level:
             raise ParameterError("Error Level", "is above the warning level")
 
@@ -79,7 +81,7 @@ class Battery(Task):
         self.publish(imc.FuelLevel(value=100.0 * self._charge, confidence=100.0))
 
     def _advance(self) -> None:
-        """Draw the energy since the last time at the power that there was."""
+        """Draw the energy used since the last call."""
         elapsed, self._since = (self.now_ns - self._since) * 1e-9, self.now_ns
         power = self.hotel_load + sum(self._propulsion(share) for share in self._actuations.values())
         steps = len(self.voltage_curve) - 1
@@ -88,7 +90,7 @@ class Battery(Task):
             self._voltage = self._current = 0.0
             return
         r = self.internal_resistance
-        power = min(power, 0.25 * voltage * voltage / r if r else power)  # no load can draw more from it
+        power = min(power, 0.25 * voltage * voltage / r if r else power)  # the battery cannot deliver more
         self._current = (
             power / voltage if r == 0.0 else (voltage - math.sqrt(voltage * voltage - 4.0 * r * power)) / (2.0 * r)
         )
@@ -124,5 +126,5 @@ def _numbers(option: str, text: str) -> list[float]:
     except ValueError:
         found = [math.nan]
     if not all(map(math.isfinite, found)):
-        raise ParameterError(option, f"[General] has {text!r}, which is no number or list of numbers")
+        raise ParameterError(option, f"[General] has {text!r}, which is not a number or a list of numbers")
     return found

@@ -12,15 +12,19 @@ ALL_VALID = 0x7
 class DVL(Task):
     """Measures velocity over ground and through the water in the body frame, with white noise.
 
-    Now and then a sample is invalid; its velocities are then zero.
+    Some samples are invalid; their velocities are zero.
     """
 
     execution_frequency: float = param(5.0, "Hz", "Rate of the velocities.", minimum=0.1, maximum=100)
     ground_noise: float = param(
-        0.002, "m/s", "Of velocity over ground.", name="Standard Deviation - Ground Velocity", minimum=0
+        0.002, "m/s", "White noise of velocity over ground.", name="Standard Deviation - Ground Velocity", minimum=0
     )
     water_noise: float = param(
-        0.002, "m/s", "Of velocity through the water.", name="Standard Deviation - Water Velocity", minimum=0
+        0.002,
+        "m/s",
+        "White noise of velocity through the water.",
+        name="Standard Deviation - Water Velocity",
+        minimum=0,
     )
     invalid_reading_probability: float = param(10.0, "%", "Share of invalid samples.", minimum=0, maximum=100)
 

@@ -1,4 +1,4 @@
-"""Simulates what the vehicle's sonars see of the bottom, the surface and a pier."""
+"""Simulates what the vehicle's sonars measure: distances to the bottom, the surface and a pier."""
 
 import math
 
@@ -17,19 +17,19 @@ SLOPE_STEPS = 3
 class Environment(Task):
     """Publishes Distance of two entities: an altimeter that looks down and an echo sounder that looks ahead.
 
-    The soundings are those of the section [Bathymetry] of the profile. Both measure along their beams. The echo sounder
-    sees the bottom with the lower edge of its beam and the surface with its axis, as DUNE's does.
+    The soundings come from the section [Bathymetry] of the profile. Both measure along their beams. As in DUNE, the
+    echo sounder detects the bottom with the lower edge of its beam, and the surface with its axis.
     """
 
     transient = ("_bathymetry",)
 
     execution_frequency: float = param(5.0, "Hz", "Rate of both distances.", minimum=0.1, maximum=100)
-    location: str = param("", "", "Name of the place; [Bathymetry] of the profile is what counts.")
+    location: str = param("", "", "Name of the place; not used, soundings come from [Bathymetry].")
     tide_level: float = param(0.0, "m", "Height of the tide above the soundings' datum.", minimum=-20, maximum=20)
     out_of_bounds_depth: float = param(
         120.0, "m", "Depth where no sounding is near.", name="Out Of Bounds Depth", minimum=0, maximum=DEEPEST
     )
-    sounding_radius: float = param(10.0, "m", "Distance within which a sounding counts.", minimum=0.1, editable=False)
+    sounding_radius: float = param(10.0, "m", "Distance within which a sounding is used.", minimum=0.1, editable=False)
 
     bottom_label: str = param(
         "Altimeter", "", "Label of the altimeter.", name="Entity Label - Bottom Distance", editable=False
@@ -37,9 +37,13 @@ class Environment(Task):
     bottom_noise: float = param(
         0.05, "m", "Standard deviation of the altimeter.", name="Bottom Distance Standard Deviation", minimum=0
     )
-    bottom_beam_width: float = param(-1.0, "°", "Of the altimeter; -1 if unknown.", minimum=-1, maximum=180)
-    bottom_sonar_position: list[float] = param([0.0, 0.0, 0.0], "m", "Forward, starboard and down.", size=3)
-    bottom_sonar_orientation: list[float] = param([0.0, -90.0, 0.0], "°", "Roll, pitch and yaw.", size=3)
+    bottom_beam_width: float = param(-1.0, "°", "Beam width of the altimeter; -1 if unknown.", minimum=-1, maximum=180)
+    bottom_sonar_position: list[float] = param(
+        [0.0, 0.0, 0.0], "m", "Position in the vehicle: forward, starboard and down.", size=3
+    )
+    bottom_sonar_orientation: list[float] = param(
+        [0.0, -90.0, 0.0], "°", "Orientation in the vehicle: roll, pitch and yaw.", size=3
+    )
 
     forward_label: str = param(
         "Echo Sounder", "", "Label of the echo sounder.", name="Entity Label - Forward Distance", editable=False
@@ -47,14 +51,18 @@ class Environment(Task):
     forward_noise: float = param(
         0.3, "m", "Standard deviation of the echo sounder.", name="Forward Distance Standard Deviation", minimum=0
     )
-    forward_range: float = param(30.0, "m", "What it says when it sees nothing.", minimum=NEAREST, maximum=1000)
-    forward_beam_width: float = param(10.0, "°", "Of the echo sounder.", minimum=0, maximum=180)
-    forward_sonar_position: list[float] = param([1.0, 0.0, 0.0], "m", "Forward, starboard and down.", size=3)
-    forward_sonar_orientation: list[float] = param([0.0, 0.0, 0.0], "°", "Roll, pitch and yaw.", size=3)
-    bottom_intersection_method: bool = param(True, "", "Whether the echo sounder sees the bottom.")
+    forward_range: float = param(30.0, "m", "Range; reported if nothing is detected.", minimum=NEAREST, maximum=1000)
+    forward_beam_width: float = param(10.0, "°", "Beam width of the echo sounder.", minimum=0, maximum=180)
+    forward_sonar_position: list[float] = param(
+        [1.0, 0.0, 0.0], "m", "Position in the vehicle: forward, starboard and down.", size=3
+    )
+    forward_sonar_orientation: list[float] = param(
+        [0.0, 0.0, 0.0], "°", "Orientation in the vehicle: roll, pitch and yaw.", size=3
+    )
+    bottom_intersection_method: bool = param(True, "", "Whether the echo sounder detects the bottom.")
     simulate_pier: bool = param(False, "", "Whether there is a pier.")
     pier_points: list[float] = param(
-        [], "rad", "Latitude and longitude of one end, and of the other.", size=(0, 4), editable=False
+        [], "rad", "Latitude and longitude of both ends of the pier.", size=(0, 4), editable=False
     )
 
     def configure(self) -> None:
@@ -64,7 +72,9 @@ class Environment(Task):
         except BathymetryError as error:
             raise ParameterError("Location", f"[Bathymetry]: {error}") from None
         if len(self.pier_points) not in (0, 4) or (self.simulate_pier and not self.pier_points):
-            raise ParameterError("Pier Points", f"{len(self.pier_points)} numbers are not two positions")
+            raise ParameterError(
+                "Pier Points", f"must be two positions (4 numbers), not {len(self.pier_points)} numbers"
+            )
         self._altimeter = self.reserve(self.bottom_label)
         self._echo_sounder = self.reserve(self.forward_label)
         self._bottom = _blank(self.bottom_sonar_position, self.bottom_sonar_orientation, self.bottom_beam_width)

@@ -1,4 +1,4 @@
-"""Simulates where the vehicle is, without forces."""
+"""Simulates the motion of the vehicle, without forces."""
 
 import math
 
@@ -12,7 +12,7 @@ LOOKAHEAD_TIME = 5.0  # s
 class EstimatedState(Task):
     """Moves the vehicle along a pattern; publishes the truth and an estimate that equals it.
 
-    The vehicle starts on the surface, at rest, and dives when `Surface Time` is over.
+    The vehicle starts on the surface, at rest, and dives after `Surface Time`.
     """
 
     pattern: str = param(
@@ -24,11 +24,11 @@ class EstimatedState(Task):
     )
     speed: float = param(1.5, "m/s", "Speed through the water.", minimum=0, maximum=5)
     turn_rate: float = param(15.0, "°/s", "Largest rate of turn.", minimum=1, maximum=90)
-    vertical_mode: str = param("Depth", "", "Which of depth and altitude is kept.", choices=("Depth", "Altitude"))
+    vertical_mode: str = param("Depth", "", "What the vehicle keeps: depth or altitude.", choices=("Depth", "Altitude"))
     depth: float = param(3.0, "m", "Depth below the surface.", minimum=0, maximum=11000)
     altitude: float = param(10.0, "m", "Height above the bottom.", minimum=0, maximum=11000)
     bottom_depth: float = param(
-        13.0, "m", "Depth of the flat bottom; -1 where nobody knows.", minimum=-1, maximum=11000, editable=False
+        13.0, "m", "Depth of the flat bottom; -1 if unknown.", minimum=-1, maximum=11000, editable=False
     )
     maximum_pitch: float = param(15.0, "°", "Steepest pitch when it dives.", minimum=1, maximum=60)
     surface_time: float = param(10.0, "s", "Time on the surface before the first dive.", minimum=0, editable=False)
@@ -133,7 +133,7 @@ class EstimatedState(Task):
             if self.bottom_depth < 0.0:
                 raise ParameterError("Altitude", "needs a Bottom Depth")
             if self.altitude > self.bottom_depth:
-                raise ParameterError("Altitude", f"is above the surface of {self.bottom_depth:g} m of water")
+                raise ParameterError("Altitude", f"is above the surface: the water is {self.bottom_depth:g} m deep")
             return self.bottom_depth - self.altitude
         self._check_depth("Depth", self.depth)
         return self.depth
@@ -158,7 +158,7 @@ class EstimatedState(Task):
         if self.pattern == "Circle":
             radius = self.circle_radius
             if radius < turn_radius:
-                raise ParameterError("Circle Radius", f"is tighter than the {turn_radius:.1f} m of the turn rate")
+                raise ParameterError("Circle Radius", f"is less than the {turn_radius:.1f} m that the turn rate allows")
             return Circle(-radius * math.sin(heading), radius * math.cos(heading), radius, lookahead)
         if self.pattern == "Lawn-mower":
             corners = lawn_mower(self.leg_length, self.leg_spacing, self.leg_count, heading)
@@ -176,10 +176,10 @@ class EstimatedState(Task):
             if depth is not None:
                 self._check_depth("Waypoints", depth)
             if math.hypot(row[0] - points[-1][0], row[1] - points[-1][1]) < 1.0:
-                raise ParameterError("Waypoints", f"{row[0]:g} {row[1]:g} is less than 1 m from the one before")
+                raise ParameterError("Waypoints", f"{row[0]:g} {row[1]:g} is less than 1 m from the previous one")
             points.append((row[0], row[1], depth))
         if math.hypot(points[-1][0], points[-1][1]) < 1.0:
             points = [points[-1], *points[1:-1]]
         if len(points) < 2:
-            raise ParameterError("Waypoints", "needs one away from the start")
+            raise ParameterError("Waypoints", "needs a point away from the start")
         return points

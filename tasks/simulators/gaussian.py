@@ -1,4 +1,4 @@
-"""Simulates a sensor of a property of the water that has a peak somewhere."""
+"""Simulates a sensor of a property of the water, which has a peak at one place."""
 
 import math
 
@@ -19,13 +19,13 @@ KINDS = {
         imc.Redox,
     )
 }
-SURFACE = 0.2  # m, depth below which the sensor is surely wet
+SURFACE = 0.2  # m, depth below which the sensor is certainly wet
 
 
 class Gaussian(Task):
     """Measures a field that falls off from its peak like a Gaussian bell, with white noise.
 
-    With `Invalid at Surface` each sample there is preceded by one of -1, as DUNE does: peers take the latest.
+    With `Invalid at Surface` each sample there is preceded by one of -1, as in DUNE: receivers take the latest.
     """
 
     execution_frequency: float = param(1.0, "Hz", "Rate of the samples.", minimum=0.1, maximum=100)
@@ -37,13 +37,15 @@ class Gaussian(Task):
         choices=tuple(KINDS),
         editable=False,
     )
-    value_at_peak: float = param(20.0, "unit", "In the message's unit.", name="Value at peak")
-    value_away_from_peak: float = param(14.0, "unit", "In the message's unit.", name="Value away from peak")
-    standard_deviation: float = param(1.0, "unit", "Of the noise, in the message's unit.", minimum=0)
+    value_at_peak: float = param(20.0, "unit", "Value at the peak, in the message's unit.", name="Value at peak")
+    value_away_from_peak: float = param(
+        14.0, "unit", "Value far from the peak, in the message's unit.", name="Value away from peak"
+    )
+    standard_deviation: float = param(1.0, "unit", "White noise, in the message's unit.", minimum=0)
     peak_position: list[float] = param([41.185373, -8.704962], "°", "Latitude and longitude of the peak.", size=2)
     peak_width: float = param(250.0, "m", "Distance from the peak at which 61 % of it is left.", minimum=1)
     invalid_at_surface: bool = param(
-        False, "", "Whether there are invalid samples on the surface.", name="Invalid at Surface"
+        False, "", "Whether to publish invalid samples at the surface.", name="Invalid at Surface"
     )
 
     def configure(self) -> None:

@@ -8,15 +8,15 @@ from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param, periodic
 from world.attitude import rotation, to_body, to_ned
 
-SLOWEST = 0.05  # m/s, of a course
+SLOWEST = 0.05  # m/s, least speed that has a course
 ALL_VALID = 0x1FF  # the nine flags of GpsFix.Validity
 
 
 class GPS(Task):
-    """Reports position, speed and course over ground while the antenna is out of the water: true, but for noise.
+    """Publishes position, speed and course over ground, with noise, while the antenna is out of the water.
 
-    Slower than 0.05 m/s the course is the heading. Below `Activation Depth` nothing is valid, and the dilution and
-    accuracy grow by one in a second.
+    Below 0.05 m/s the course is the heading. Below `Activation Depth` nothing is valid, and the dilution and accuracy
+    grow by one per second.
     """
 
     execution_frequency: float = param(1.0, "Hz", "Rate of GpsFix.", minimum=0.1, maximum=100)
@@ -31,11 +31,11 @@ class GPS(Task):
     )
     height_noise: float = param(0.0, "m", "White noise of the height.", name="Standard Deviation - Height", minimum=0)
     report_ground_velocity: bool = param(
-        False, "", "Whether GroundVelocity goes with each fix, as of a double antenna."
+        False, "", "Whether to publish GroundVelocity with each fix, like a dual-antenna receiver."
     )
-    report_yaw: bool = param(False, "", "Whether EulerAngles with the true heading go with each fix.")
+    report_yaw: bool = param(False, "", "Whether to publish EulerAngles with the true heading with each fix.")
     initial_position: list[float] = param(
-        [], "°", "Latitude and longitude that are published at start as a manual fix; none if empty.", size=(0, 2)
+        [], "°", "Latitude and longitude published as a manual fix at the start; none if empty.", size=(0, 2)
     )
 
     def configure(self) -> None:

@@ -8,25 +8,25 @@ from world.attitude import Vector, rotation, wrap
 from world.sensors import STANDARD_GRAVITY, NoiseDensity, NoisyTriad, StandardNormals, specific_force, vins_parameters
 
 ARTICLE_INTERVAL = 0.025  # s
-TIMING = 1e-3  # of a period: how early a sample may be, for the resolution of timestamps is 0.24 µs
+TIMING = 1e-3  # of a period: how early a sample may be, since the resolution of timestamps is 0.24 µs
 
 
 class IMU(Task):
     """Measures specific force, angular velocity and attitude, with AirSim's noise model of a MPU-6000.
 
-    Specific force is f = dv/dt + omega x v + R^T (ds/dt - g), with v the velocity through water that flows with s: at
-    rest it is -g, as an accelerometer has it; the Acceleration of DUNE's simulator is dv/dt alone.
-    `Fidelity = Original` gives the true attitude, as AirSim does, and writes the VINS parameters of the articles on
+    Specific force is f = dv/dt + omega x v + R^T (ds/dt - g), with v the velocity through the water, s that of
+    the water: at rest it is -g, as an accelerometer measures; the Acceleration of DUNE's simulator is dv/dt alone.
+    `Fidelity = Original` publishes the true attitude, as AirSim does, and writes the VINS parameters of the articles on
     AirSim to the log book.
     """
 
     fidelity: str = param(
-        "Physical", "", "Physical, or as AirSim and articles on it.", choices=("Physical", "Original")
+        "Physical", "", "Physical, or as in AirSim and articles on it.", choices=("Physical", "Original")
     )
     sampling_rate: float = param(
-        100.0, "Hz", "Samples per second; never more than SimulatedState.", minimum=0.1, maximum=1000
+        100.0, "Hz", "Samples per second, at most the rate of SimulatedState.", minimum=0.1, maximum=1000
     )
-    generate_noise: bool = param(True, "", "Add noise to all that is measured.")
+    generate_noise: bool = param(True, "", "Add noise to all measurements.")
     angular_random_walk: float = param(0.3, "°/√h", "White noise of the gyroscopes.", minimum=0)
     gyro_bias_stability: float = param(4.6, "°/h", "Walk of the gyroscopes' bias within its time constant.", minimum=0)
     gyro_bias_stability_tau: float = param(500.0, "s", "Time constant of the gyroscopes' bias.", minimum=1e-3)
@@ -42,12 +42,12 @@ class IMU(Task):
     heading_offset: float = param(
         0.0,
         "°",
-        "Standard deviation of a constant error of the heading, not of the magnetic one.",
+        "Standard deviation of a constant error of the true heading; the magnetic one has none.",
         name="Standard Deviation - Heading Offset",
         minimum=0,
     )
-    gyro_rate_bias: float = param(0.0, "°/h", "Drift of the heading, not of the magnetic one.")
-    gravity: float = param(STANDARD_GRAVITY, "m/s²", "Gravity of the place.", minimum=0, maximum=100)
+    gyro_rate_bias: float = param(0.0, "°/h", "Drift of the true heading; the magnetic one has none.")
+    gravity: float = param(STANDARD_GRAVITY, "m/s²", "Local gravity.", minimum=0, maximum=100)
     gyro_range: float = param(0.0, "°/s", "Largest rate that is measured; 0 for no limit.", minimum=0)
     accel_range: float = param(0.0, "g", "Largest specific force that is measured; 0 for no limit.", minimum=0)
 

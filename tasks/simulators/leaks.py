@@ -5,7 +5,7 @@ from runtime import State, Task, consume, param
 
 
 class Leaks(Task):
-    """Has an entity for each leak sensor; LeakSimulation makes it wet or dry.
+    """Provides an entity for each leak sensor; LeakSimulation makes it wet or dry.
 
     A LeakSimulation that names no entity is for all. It counts if it is the vehicle's own or addressed to it.
     """
@@ -28,7 +28,7 @@ class Leaks(Task):
         for label in named or self._sensors:
             sensor = self._sensors.get(label)
             if sensor is None:
-                self.log.warning(f"there is no leak sensor {label!r}; there are {', '.join(self._sensors)}")
+                self.log.warning(f"unknown leak sensor {label!r}; the sensors are {', '.join(self._sensors)}")
             elif leak.op == imc.LeakSimulation.Op.ON:
                 self.set_entity_state(State.ERROR, "leak detected", entity=sensor)
             else:

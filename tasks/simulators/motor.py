@@ -12,10 +12,10 @@ SLOWEST = 30  # rpm
 
 
 class Motor(Task):
-    """Measures the speed that follows from the actuation: rpm = offset + factor a, averaged over five samples.
+    """Measures the speed that the actuation a gives: rpm = offset + factor a, averaged over five samples.
 
-    With a time constant the motor takes its time, as the engine of a boat's model does.
-    Who drives a motor repeats it: an actuation that nobody repeats for `Command Timeout` becomes 0, which is published.
+    With a time constant the speed lags, like that of the engine in a boat's model. An actuation must be repeated: after
+    `Command Timeout` without one, the motor publishes an actuation of 0 and stops.
     """
 
     execution_frequency: float = param(20.0, "Hz", "Rate of Rpm.", minimum=1, maximum=100)
@@ -23,10 +23,8 @@ class Motor(Task):
     thruster_act_to_rpm_factor: list[float] = param(
         [9.55, 2450.4], "rpm", "Offset and factor of the speed.", name="Thruster Act to RPM Factor", size=2
     )
-    time_constant: float = param(0.0, "s", "Of the speed; 0 for none.", minimum=0, maximum=60)
-    command_timeout: float = param(
-        2.0, "s", "Age at which an actuation counts no more; 0 for never.", minimum=0, maximum=3600
-    )
+    time_constant: float = param(0.0, "s", "Time constant of the speed; 0 for none.", minimum=0, maximum=60)
+    command_timeout: float = param(2.0, "s", "Age at which an actuation expires; 0 for never.", minimum=0, maximum=3600)
 
     def start(self) -> None:
         self._actuation = 0.0

@@ -4,30 +4,30 @@ import math
 from collections import Counter
 
 import imc
-from imc import coordinates
+from imc.coordinates import StartPoint
 from runtime import ParameterError, State, Task, consume, param
-from world.bodies import parse_points
+from world.objects import parse_gliders
 from world.optics import Pinhole
 from world.sensors import UNIFORM_ERROR, CameraPose, Offset, detect, detect_originally, gsd_sigma, mug_original
 
 SMALLEST_FIELD = 1e-3  # °
 NO_ALTITUDE = "no altitude"
-SETTLING = 2.0  # s from the start in which the altimeter need not have spoken
-TIMING = 1e-3  # of a period: how early an image may be, for the resolution of timestamps is 0.24 µs
+SETTLING = 2.0  # s from the start, in which a missing altitude is not logged
+TIMING = 1e-3  # of a period: how early an image may be, since the resolution of timestamps is 0.24 µs
 
 
 class MUGDetectionCamera(Task):
     """Publishes one EstimatedMugState for each glider in the image: north and east (m) of the vehicle, and its id.
 
-    The gliders lie on the target plane, at `MUGs` north and east of where the vehicle is first seen. A detection goes
-    from north-east-down to the pixel, back through the pixel's centre, and gets an error that grows with the height.
+    The gliders lie on the target plane, at `MUGs` north and east of the vehicle's first position. A detection goes from
+    north-east-down to the pixel, back through the pixel's center, and gets an error that grows with the height.
 
-    `Original` computes as the README of the first such task says, `Original Code` as its source does: both with its
-    flaws (see mug_original), at every state. The code takes 10 m for the altitude and repeats one error for ever.
+    `Original` follows the README of the original task, `Original Code` its source: both at every state, with its flaws
+    (see mug_original). The source assumes an altitude of 10 m and adds the same error to each detection.
     """
 
     fidelity: str = param(
-        "Physical", "", "Right, or as the original.", choices=("Physical", "Original", "Original Code")
+        "Physical", "", "Physically right, or like the original.", choices=("Physical", "Original", "Original Code")
     )
     horizontal_field_of_view: float = param(
         92.8,
@@ -58,18 +58,21 @@ class MUGDetectionCamera(Task):
         ["1.0 0.3"], "", 'North and east (m) of each glider, from the start: "1.0 0.3, 25 5"; ids from 1.', name="MUGs"
     )
     target_plane: str = param(
-        "Seabed", "", "Where the gliders are: at the altitude, or at a depth.", choices=("Surface", "Seabed", "Depth")
+        "Seabed",
+        "",
+        "Where the gliders are: on the surface, on the seabed, or at a depth.",
+        choices=("Surface", "Seabed", "Depth"),
     )
     target_depth: float = param(0.0, "m", "Depth of the gliders with Target Plane = Depth.", minimum=0, maximum=11000)
     error_model: str = param(
         "Default",
         "",
-        "Error of position: Uniform within 0.5 m at 10 m (the default), normal from pixel, attitude and height (GSD), "
+        "Error of position: uniform within 0.5 m at 10 m (the default), normal from pixel, attitude and height (GSD), "
         "or the constant of the original code (Frozen, the default of Original Code).",
         choices=("Default", "Uniform", "GSD", "Frozen", "None"),
     )
-    maximum_altitude: float = param(200.0, "m", "Height from which a glider is too small to be seen.", minimum=0)
-    maximum_age: float = param(1.0, "s", "Older states are not looked at.", minimum=0)
+    maximum_altitude: float = param(200.0, "m", "Altitude above which gliders are too small to detect.", minimum=0)
+    maximum_age: float = param(1.0, "s", "Older states are skipped.", minimum=0)
 
     def configure(self) -> None:
         self.errors = self.error_model
@@ -81,14 +84,13 @@ class MUGDetectionCamera(Task):
         fields = [math.radians(min(max(angle, SMALLEST_FIELD), 180.0 - SMALLEST_FIELD)) for angle in angles]
         self.camera = Pinhole(self.horizontal_resolution, self.vertical_resolution, fields[0], fields[1])
         try:
-            self.offsets = [(north, east) for north, east in parse_points(self.mugs, (2,))]
+            self.offsets = parse_gliders(self.mugs)
         except ValueError as error:
             raise ParameterError("MUGs", str(error)) from None
 
     def start(self) -> None:
         self.skipped: Counter[str] = Counter()
-        self._reference: tuple[float, float] | None = None
-        self._start = (0.0, 0.0)
+        self._origin = StartPoint()
         self._first = self._last = -math.inf
         self._image = -1
         self._warned, self._began = -math.inf, self.now
@@ -100,14 +102,14 @@ class MUGDetectionCamera(Task):
         if fault:
             self._skip(fault)
             return
-        self._follow(state)
+        self._origin.follow(state)
         if not self._due(state.timestamp):
             return
         self.set_entity_state(State.NORMAL, "active")
         find = detect if self.fidelity == "Physical" else detect_originally
         view = CameraPose(state.phi, state.theta, state.psi, self._height(state))
         for number, (north, east) in enumerate(self.offsets, start=1):
-            mug = self._start[0] + north - state.x, self._start[1] + east - state.y
+            mug = self._origin.north + north - state.x, self._origin.east + east - state.y
             draws = self._draw()
             seen = find(self.camera, view, mug)
             if seen is not None:
@@ -138,22 +140,12 @@ class MUGDetectionCamera(Task):
         self.skipped[fault] += 1
         description = f"{fault} ({self.skipped[fault]} skipped)"
         self.set_entity_state(State.FAULT, description)
-        seen_nothing_yet = self._reference is None and self.now - self._began < SETTLING
+        seen_nothing_yet = not self._origin.known and self.now - self._began < SETTLING
         if fault == NO_ALTITUDE and seen_nothing_yet:
             return
         if self.now - self._warned >= 1.0:
             self._warned = self.now
             self.log.warning(description)
-
-    def _follow(self, state: imc.EstimatedState) -> None:
-        """Keep the start in the frame of the state's reference point, which may change."""
-        reference = state.lat, state.lon
-        if self._reference is None:
-            self._start = state.x, state.y
-        elif reference != self._reference:
-            north, east, _ = coordinates.displacement(*reference, 0.0, *self._reference, 0.0)
-            self._start = self._start[0] + north, self._start[1] + east
-        self._reference = reference
 
     def _due(self, time: float) -> bool:
         if self._first == -math.inf:
@@ -173,7 +165,7 @@ class MUGDetectionCamera(Task):
         return (self.target_depth if self.target_plane == "Depth" else 0.0) - state.z
 
     def _draw(self) -> Offset:
-        """Two random numbers, also for a glider that turns out to be out of sight: so it does not shift the others'."""
+        """Two random numbers, drawn also for a glider that is out of sight, so that the others' stay the same."""
         if self.errors == "GSD":
             north, east = self.random.standard_normal(2).tolist()
         elif self.errors == "Uniform":
@@ -183,7 +175,7 @@ class MUGDetectionCamera(Task):
         return north, east
 
     def _error_scale(self, height: float, mug: Offset) -> Offset:
-        """What one of `_draw` means, m."""
+        """Scale (m) of the numbers of `_draw`."""
         if self.errors == "None":
             return 0.0, 0.0
         if self.errors == "GSD":

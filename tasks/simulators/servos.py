@@ -10,20 +10,18 @@ MICROSECONDS = 1e6  # in a second
 
 
 class Servos(Task):
-    """Turns servos to where SetServoPosition says, no faster than they can; publishes ServoPosition as they move.
+    """Turns servos to the angles of SetServoPosition at a limited rate; publishes ServoPosition as they move.
 
-    A servo reports when it arrives, at `Update Rate` on its way, and once a second whatever it does. One that nobody
-    commands for `Command Timeout` goes back to the middle. A fault, where one is wanted, stops them all.
+    A servo publishes when it arrives, at `Update Rate` while it turns, and once a second in any case. After `Command
+    Timeout` without a command it returns to the middle. With `Generate Faults`, all servos get stuck at `Fault Time`.
     """
 
     number_of_servos: int = param(4, "1", "Number of servos.", minimum=1, maximum=255, editable=False)
     maximum_angle: float = param(45.0, "°", "Largest angle to either side.", minimum=0, maximum=90)
     enable_rotation_rate: bool = param(True, "", "Whether servos need time to turn.")
     maximum_rate: float = param(333.3, "°/s", "Fastest turn.", minimum=1)
-    update_rate: float = param(50.0, "Hz", "Rate of ServoPosition of a servo that turns.", minimum=1, maximum=1000)
-    command_timeout: float = param(
-        2.0, "s", "Age at which a position counts no more; 0 for never.", minimum=0, maximum=3600
-    )
+    update_rate: float = param(50.0, "Hz", "Rate of ServoPosition while a servo turns.", minimum=1, maximum=1000)
+    command_timeout: float = param(2.0, "s", "Age at which a position expires; 0 for never.", minimum=0, maximum=3600)
     generate_faults: bool = param(False, "", "Whether the servos get stuck.")
     fault_time: float = param(10.0, "s", "Time from the start to the fault.", minimum=0)
 
@@ -79,7 +77,7 @@ class Servos(Task):
         self._moving[servo] = distance > 0.0
         if self._moving[servo]:
             arrival = distance / math.radians(self.maximum_rate) if self.enable_rotation_rate else 0.0
-            arrival = math.ceil(arrival * MICROSECONDS) / MICROSECONDS  # a time that a log can tell
+            arrival = math.ceil(arrival * MICROSECONDS) / MICROSECONDS  # rounded up to a time that a log can represent
             self.after(min(arrival, 1.0 / self.update_rate), self._arrive, servo)
 
     def _arrive(self, servo: int) -> None:

@@ -10,14 +10,14 @@ class StreamVelocity(Task):
     """Publishes the velocity of the water: constant, or a Gauss-Markov process around the same mean."""
 
     execution_frequency: float = param(1.0, "Hz", "Rate of EstimatedStreamVelocity.", minimum=0.1, maximum=100)
-    stream_velocity_source: str = param(
-        "Constant", "", "What the velocity is like.", choices=("Constant", "Gauss-Markov")
+    stream_velocity_source: str = param("Constant", "", "Model of the velocity.", choices=("Constant", "Gauss-Markov"))
+    default_speed_north: float = param(0.0, "m/s", "Mean northward velocity.", minimum=-10, maximum=10)
+    default_speed_east: float = param(0.0, "m/s", "Mean eastward velocity.", minimum=-10, maximum=10)
+    default_speed_down: float = param(0.0, "m/s", "Mean downward velocity.", minimum=-10, maximum=10)
+    standard_deviation: float = param(
+        0.1, "m/s", "Standard deviation of the Gauss-Markov process, north and east.", minimum=0, maximum=3
     )
-    default_speed_north: float = param(0.0, "m/s", "Northward velocity, the mean.", minimum=-10, maximum=10)
-    default_speed_east: float = param(0.0, "m/s", "Eastward velocity, the mean.", minimum=-10, maximum=10)
-    default_speed_down: float = param(0.0, "m/s", "Downward velocity, the mean.", minimum=-10, maximum=10)
-    standard_deviation: float = param(0.1, "m/s", "Of the Gauss-Markov process, north and east.", minimum=0, maximum=3)
-    time_constant: float = param(300.0, "s", "Of the Gauss-Markov process.", minimum=1)
+    time_constant: float = param(300.0, "s", "Time constant of the Gauss-Markov process.", minimum=1)
 
     def start(self) -> None:
         self._north, self._east = self.random.standard_normal(2).tolist()

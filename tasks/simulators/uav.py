@@ -1,4 +1,4 @@
-"""Simulates a multirotor: where its rotors, its tilt and the wind take it."""
+"""Simulates a multirotor, moved by its rotors, its tilt and the wind."""
 
 import math
 
@@ -7,18 +7,18 @@ from runtime import State, Task, consume, param, periodic
 from world.bodies import Airframe, Multirotor
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
-TOUCHDOWN, HARDEST_TOUCHDOWN = 0.2, 2.0  # m/s, of what is told
-MOST_STEPS = 100  # that are made up for where the computer was late
-DESCENT = 0.98  # share of the weight that is carried without commands
+TOUCHDOWN, HARDEST_TOUCHDOWN = 0.2, 2.0  # m/s, above which a touchdown is logged, and is an error
+MOST_STEPS = 100  # per call, to catch up if the computer was late
+DESCENT = 0.98  # share of the weight that the rotors carry without commands
 
 
 class UAV(Task):
-    """Moves a multirotor as it is commanded and publishes the truth.
+    """Moves a multirotor by its commands and publishes the truth.
 
-    DesiredRoll, DesiredPitch and DesiredHeadingRate are followed by the attitude controller that is part of it;
-    SetThrusterActuation 0 is the speed of all rotors. It stands on flat ground where the first manual GpsFix says; a
-    later one moves it over ground. Where nobody commands the rotors for `Command Timeout` it descends level, and they
-    rest on the ground. In SimulatedState, u, v, w are velocities through the air, svx, svy, svz the wind, and z is 0 on
+    Its attitude controller follows DesiredRoll, DesiredPitch and DesiredHeadingRate; SetThrusterActuation 0 sets the
+    speed of all rotors. It stands on flat ground at the position of the first manual GpsFix; a later one moves it over
+    ground. After `Command Timeout` without a command for the rotors it descends level, and the rotors stop on the
+    ground. In SimulatedState, u, v, w are velocities through the air, svx, svy, svz the wind, and z is 0 on
     the ground.
     """
 
@@ -39,7 +39,7 @@ class UAV(Task):
     maximum_heading_rate: float = param(120.0, "°/s", "Largest heading rate.", minimum=1, editable=False)
     linear_drag: float = param(0.35, "N s/m", "Drag of the rotors.", minimum=0, editable=False)
     quadratic_drag: float = param(0.02, "N s²/m²", "Drag of the body.", minimum=0, editable=False)
-    command_timeout: float = param(1.0, "s", "How long it flies on without a command.", minimum=0.1)
+    command_timeout: float = param(1.0, "s", "Time without a command before it descends.", minimum=0.1)
     wind_source: str = param(
         "Wind Simulator",
         "",
@@ -64,7 +64,7 @@ class UAV(Task):
         )
         self.craft.psi = math.radians(self.initial_heading)
         if self.craft.airframe.hover >= 1.0:
-            self.log.warning("the rotors do not carry the weight")
+            self.log.warning("the rotors are too weak to carry the weight")
         self._origin: imc.GpsFix | None = None
         self._period = 1.0 / self.execution_frequency
         self._unknown: set[str] = set()
@@ -77,7 +77,7 @@ class UAV(Task):
         if fix.type != MANUAL_INPUT or (fix.src != self.system and fix.dst != self.system):
             return
         if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi):
-            self.log.warning(f"a manual fix is nowhere on earth: {fix.lat}, {fix.lon} rad")
+            self.log.warning(f"a manual fix is not a position on Earth: {fix.lat}, {fix.lon} rad")
             return
         self.craft.x = self.craft.y = 0.0
         self._origin = fix
@@ -158,7 +158,7 @@ class UAV(Task):
             return
         if "nothing" not in self._unknown:
             self._unknown.add("nothing")
-            self.log.error("nobody commands the rotors: descending level")
+            self.log.error("no commands for the rotors: descending level")
         craft.roll(0.0)
         craft.pitch(0.0)
         craft.turn(0.0)
@@ -169,5 +169,5 @@ class UAV(Task):
             return True
         if what not in self._unknown:
             self._unknown.add(what)
-            self.log.warning(f"a command for the {what} has no effect: {value} is no number")
+            self.log.warning(f"a command for the {what} has no effect: {value} is not a number")
         return False

@@ -1,4 +1,4 @@
-"""Simulates the vehicle: where its fins, thrusters, water and wind take it."""
+"""Simulates the vehicle, moved by its fins, thrusters, water and wind."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -23,10 +23,10 @@ MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 class VSIM(Task):
     """Moves an underwater vehicle in six degrees of freedom, or a boat in three, and publishes the truth.
 
-    The model is the section [VSIM/Model/<Vehicle Type>] of the profile, whose Type says which of both it is. The
-    vehicle enters the water, at rest, where the first manual GpsFix says; a later one, of its own or addressed to it,
-    moves it there as it is. In SimulatedState, lat, lon and height are those of the fix, and u, v, w are velocities
-    through the water. AbsoluteWind, from where it says, moves boats only.
+    The model is the section [VSIM/Model/<Vehicle Type>] of the profile; its option Type selects one of the two. The
+    vehicle starts at rest at the position of the first manual GpsFix; a later one, of its own or addressed to it, moves
+    it there and keeps its depth, attitude and velocities. In SimulatedState, lat, lon and height are those of the fix,
+    and u, v, w are velocities through the water. AbsoluteWind (where it comes from) moves boats only.
     """
 
     execution_frequency: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=20, maximum=1000, editable=False)
@@ -38,7 +38,7 @@ class VSIM(Task):
         name="Entity Label - Stream Velocity Source",
     )
     time_multiplier: float = param(
-        1.0, "1", "Kept for DUNE's profiles; the clock is chosen when a run is started.", editable=False
+        1.0, "1", "Not used, kept for DUNE's profiles; the clock is an option of each run.", editable=False
     )
 
     def configure(self) -> None:
@@ -71,7 +71,7 @@ class VSIM(Task):
         return self.vehicle.profile.value("General", "Vehicle Type", "lauv")
 
     def _read(self, value: Callable[[str, str], str]) -> UnderwaterModel | BoatModel:
-        """The model, with `value(section, option)` giving its texts. Raises ModelError."""
+        """Read the model; `value(section, option)` returns its texts. Raises ModelError."""
         name = self._vehicle_type()
         return read_boat_model(value, name) if is_boat(value, name) else read_underwater_model(value, name)
 
@@ -80,7 +80,7 @@ class VSIM(Task):
         if fix.type != MANUAL_INPUT or (fix.src != self.system and fix.dst != self.system):
             return
         if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)):
-            self.log.warning(f"a manual fix is nowhere on earth: {fix.lat}, {fix.lon} rad, {fix.height} m")
+            self.log.warning(f"a manual fix is not a position on Earth: {fix.lat}, {fix.lon} rad, {fix.height} m")
             return
         if self._origin is None:
             self.craft.orient(0.0, 0.0, math.radians(self.initial_heading))
@@ -146,6 +146,6 @@ class VSIM(Task):
             return True
         if (what, number) not in self._unknown:
             self._unknown.add((what, number))
-            reason = f"{value} is no position" if number < count else f"the model has {count}"
+            reason = f"{value} is not a number" if number < count else f"the model has {count}"
             self.log.warning(f"a command for {what} {number} has no effect: {reason}")
         return False

@@ -7,13 +7,13 @@ from runtime import State, Task, param, periodic
 
 
 class Wind(Task):
-    """Publishes AbsoluteWind: a mean and gusts, a Gauss-Markov process. The direction is from where the wind comes."""
+    """Publishes AbsoluteWind: a mean and gusts, a Gauss-Markov process. The direction is where the wind comes from."""
 
     execution_frequency: float = param(1.0, "Hz", "Rate of AbsoluteWind.", minimum=0.1, maximum=100)
     speed: float = param(0.0, "m/s", "Mean speed.", minimum=0, maximum=50)
-    direction: float = param(0.0, "°", "From where it comes, true north.", minimum=-360, maximum=360)
+    direction: float = param(0.0, "°", "Where it comes from, true north.", minimum=-360, maximum=360)
     gusts: float = param(0.0, "m/s", "Standard deviation of the speed.", minimum=0, maximum=20)
-    time_constant: float = param(10.0, "s", "Of the gusts.", minimum=0.1)
+    time_constant: float = param(10.0, "s", "Time constant of the gusts.", minimum=0.1)
 
     def start(self) -> None:
         self._gust = float(self.random.standard_normal())

@@ -1,1 +1,1 @@
-"""Supervision: the mode of the vehicle."""
+"""Tasks that supervise the mode of the vehicle."""

@@ -1,4 +1,4 @@
-"""Begins and stops maneuvers one after the other: the next is asked for when the last has answered."""
+"""Starts and stops maneuvers one by one: the next request waits until the last is answered."""
 
 from collections import deque
 from collections.abc import Callable
@@ -11,10 +11,10 @@ Phase = imc.ManeuverControlState.State
 
 
 class Starter:
-    """Publishes StopManeuver and maneuvers for a task, each when the one before has been answered.
+    """Publishes StopManeuver and maneuvers for a task, each after the answer to the last.
 
-    `heard` is told what maneuvers say. What nobody answers within `timeout` (s) is given up: `unanswered` gets the
-    maneuver.
+    Pass every ManeuverControlState to `heard`. A maneuver that nobody answers within `timeout` (s) is dropped and
+    passed to `unanswered`.
     """
 
     def __init__(self, task: Task, timeout: float, unanswered: Callable[[imc.Message], object]):
@@ -27,7 +27,7 @@ class Starter:
         self._timer: Timer | None = None
 
     def start(self, maneuver: imc.Message) -> None:
-        """Stop what runs, then begin; a maneuver that still waits for its turn is dropped."""
+        """Stop the running maneuver, then start this one; drops a maneuver that still waits."""
         self.stop()
         self._queue.append(maneuver)
         self._next()
@@ -38,19 +38,19 @@ class Starter:
         self._next()
 
     def is_stray(self, report: imc.ManeuverControlState) -> bool:
-        """Whether a maneuver reports that was not begun here."""
+        """Whether the report is from a maneuver that was not started here."""
         return report.state == Phase.EXECUTING and self._pending is None and not self._running
 
     def adopt(self) -> None:
-        """Take a maneuver for one that was begun here, so that it is stopped before the next."""
+        """Treat a stray maneuver as started here, so that it is stopped before the next."""
         self._running = True
 
     def lose(self) -> None:
-        """What was begun here runs no more, and needs not be stopped."""
+        """The maneuver started here no longer runs and need not be stopped."""
         self._running = False
 
     def heard(self, report: imc.ManeuverControlState) -> bool:
-        """Whether the report is of the maneuver that was begun last, and not of one that is being stopped."""
+        """Handle a report; returns whether it is from the maneuver started last, not from one being stopped."""
         if report.state == Phase.EXECUTING:
             if self._pending is None or isinstance(self._pending, imc.StopManeuver):
                 return self._pending is None and self._running

@@ -1,6 +1,7 @@
 """The mode of the vehicle: boot, service, calibration, maneuver, external, error."""
 
 import imc
+from imc.addresses import BROADCAST
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
 from tasks.supervisors.starter import Starter
@@ -9,28 +10,27 @@ Mode = imc.VehicleState.OpMode
 Command = imc.VehicleCommand.Command
 Phase = imc.ManeuverControlState.State
 NOBODY = 0xFFFF
-BROADCAST = 0xFFF0
 ALL_LOOPS = 0xFFFFFFFF
-EXTERNAL_AFTER = 2.0  # s with loops enabled that no maneuver has enabled
-NEXT_MANEUVER = 1.0  # s that may pass between two maneuvers
+EXTERNAL_AFTER = 2.0  # s with loops enabled without a maneuver
+NEXT_MANEUVER = 1.0  # s, longest time between two maneuvers
 SHORTEST_CALIBRATION = 15.0  # s
-ROBUST = (Mode.BOOT, Mode.CALIBRATION, Mode.ERROR)  # entity errors change nothing there
+ROBUST = (Mode.BOOT, Mode.CALIBRATION, Mode.ERROR)  # entity errors do not change these modes
 
 
 class Vehicle(Task):
-    """Decides in which mode the vehicle is, and begins and stops maneuvers on behalf of who commands it.
+    """Decides the mode of the vehicle, and starts and stops maneuvers on command.
 
-    VehicleState is published at its rate and with every change. A maneuver that no task answers for, whose task fails,
-    or that says nothing for a time ends in an error.
+    VehicleState is published at its rate and on every change. A maneuver fails if no task answers it, if its task
+    fails, or if it reports nothing for too long.
     """
 
     execution_frequency: float = param(2.0, "Hz", "Rate of VehicleState.", minimum=0.1, maximum=100)
-    allows_external_control: bool = param(False, "", "Control loops may be enabled without a maneuver.")
+    allows_external_control: bool = param(False, "", "Allow control loops without a maneuver.")
     maneuver_handling_timeout: float = param(1.0, "s", "Time for a maneuver to answer.", minimum=0.1)
     maneuver_report_timeout: float = param(
-        3.0, "s", "Silence after which a maneuver has failed; 0 for never.", minimum=0
+        3.0, "s", "A maneuver without a report for this time has failed; 0 means never.", minimum=0
     )
-    vital_entities: list[str] = param([], "", "Entities whose errors count even where a plan ignores errors.")
+    vital_entities: list[str] = param([], "", "Entities whose errors count even if a plan ignores errors.")
 
     def start(self) -> None:
         self._mode = Mode.BOOT
@@ -62,7 +62,7 @@ class Vehicle(Task):
 
     @consume
     def monitor(self, entities: imc.EntityMonitoringState) -> None:
-        """Leave BOOT and ERROR when all is well; go to ERROR when something is not."""
+        """Leave BOOT and ERROR when all entities are well; go to ERROR when one is not."""
         broken = [name for name in entities.cnames.split(",") if name]
         booting = [name for name in entities.enames.split(",") if name]
         self._errors = [*broken, *booting]
@@ -78,7 +78,7 @@ class Vehicle(Task):
 
     @consume
     def watch_executor(self, entity: imc.EntityState) -> None:
-        """A maneuver ends with its task, which begins anew without it."""
+        """Fail the maneuver if its task fails: the restarted task does not continue it."""
         if entity.state == imc.EntityState.State.FAILURE and entity.src_ent == self._executor and self._is_executing():
             self._starter.lose()
             self._fail(f"its task has failed: {entity.description}")
@@ -97,7 +97,7 @@ class Vehicle(Task):
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        """Stop everything, whoever asks; only where it is meant for this vehicle."""
+        """Stop everything, on request of any system; ignores an Abort that is not addressed to this vehicle."""
         if abort.dst != self.system:
             return
         system = self.vehicle.systems.name(abort.src)
@@ -109,7 +109,7 @@ class Vehicle(Task):
 
     @consume
     def watch_plans(self, answer: imc.PlanControl) -> None:
-        """A plan that is started may have errors ignored; a request that is refused changes nothing."""
+        """Remember whether the started plan ignores errors; a refused request changes nothing."""
         kind = imc.PlanControl
         if answer.type == kind.Type.SUCCESS and answer.op == kind.Op.START:
             self._ignore_errors = bool(answer.flags & kind.Flags.IGNORE_ERRORS)
@@ -135,9 +135,9 @@ class Vehicle(Task):
 
     @consume
     def follow(self, report: imc.ManeuverControlState) -> None:
-        """Take over what the maneuver says of itself; stop one that runs on from before a restart of this task."""
+        """Take the state of the maneuver; stop one that still runs from before a restart of this task."""
         if self._mode in (Mode.BOOT, Mode.SERVICE, Mode.ERROR) and self._starter.is_stray(report):
-            self.log.error("a maneuver runs that was not begun here; stopping it")
+            self.log.error("stopping a maneuver that was not started here")
             self._starter.adopt()
             self._reset(self._mode)
             return
@@ -191,7 +191,7 @@ class Vehicle(Task):
         self._executor = NOBODY
 
     def _is_executing(self) -> bool:
-        """Whether a maneuver has begun, and is not done."""
+        """Whether a maneuver has started and is not done."""
         return self._mode in (Mode.MANEUVER, Mode.CALIBRATION) and self._executor != NOBODY and not self._done
 
     def _reset(self, mode: Mode) -> None:
@@ -202,7 +202,7 @@ class Vehicle(Task):
         self._enter(mode)
 
     def _wait(self, seconds: float, reason: str) -> None:
-        """What is waited for is missing after so many seconds."""
+        """Go to SERVICE with the error `reason` after this time, unless canceled."""
         self._waiting = self.after(seconds, self._missed, reason)
 
     def _missed(self, reason: str) -> None:
@@ -225,7 +225,7 @@ class Vehicle(Task):
         return self._ignore_errors and self._mode is Mode.MANEUVER and not vital
 
     def _tell_errors(self, entities: imc.EntityMonitoringState, errors: list[str]) -> None:
-        """Say which entities keep the vehicle from working, and what the last of them has reported."""
+        """Log the entities with errors, and the last reported error."""
         names = f"entity errors: {', '.join(errors)}"
         self._note(entities.last_error or names)
         self.log.error(f"{names}; last {entities.last_error}" if entities.last_error else names)

@@ -1,1 +1,1 @@
-"""Links to files, ground stations and other systems."""
+"""Tasks that connect a vehicle to files, ground stations and other systems."""

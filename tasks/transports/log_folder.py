@@ -1,4 +1,4 @@
-"""The folder of a log that is being written, as DUNE lays it out."""
+"""The folder of a log that is being written, in DUNE's layout."""
 
 import errno
 import shutil
@@ -9,10 +9,10 @@ from imc.lsf import COMPRESSIONS, LsfWriter, gzip_member
 
 
 class LogFolder:
-    """One log on disk: Data.lsf, IMC.xml.gz, Config.ini and Output.txt in a folder of their own.
+    """One log on disk: Data.lsf, IMC.xml.gz, Config.ini and Output.txt in one folder.
 
-    `root`/`name` becomes the folder, with _2, _3 ... behind it where there is one already. Raises OSError, and then
-    leaves nothing behind.
+    The folder is `root`/`name`, with _2, _3 ... appended if it exists already. Raises OSError, and then leaves nothing
+    behind.
     """
 
     def __init__(self, root: Path, name: str, compression: str, schema: bytes, configuration: bytes):
@@ -30,18 +30,18 @@ class LogFolder:
 
     @property
     def waiting(self) -> int:
-        """Bytes that the disk has refused so far."""
+        """Bytes that the disk has not accepted yet."""
         return self.data.waiting + self.text.waiting
 
     def flush(self) -> None:
-        """Hand everything to the operating system. Raises OSError; FileNotFoundError where the folder has gone."""
+        """Hand everything to the operating system. Raises OSError; FileNotFoundError if the folder was removed."""
         if not self.data.in_place():
-            raise FileNotFoundError(errno.ENOENT, "the log is gone", str(self.path))
+            raise FileNotFoundError(errno.ENOENT, "the log was removed", str(self.path))
         self.data.flush()
         self.text.flush()
 
     def close(self) -> None:
-        """Flush and close both files; they are closed even where it raises OSError."""
+        """Flush and close both files; they are closed even if it raises OSError."""
         try:
             self.data.close()
         finally:

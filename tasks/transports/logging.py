@@ -1,4 +1,4 @@
-"""Records the messages of the bus to LSF logs, in folders as DUNE lays them out."""
+"""Records the messages of the bus to LSF logs, in DUNE's folder layout."""
 
 import contextlib
 import os
@@ -13,15 +13,14 @@ from runtime.problem import nearest, quoted
 from tasks.transports.log_folder import LogFolder, definitions
 
 MIB = 1 << 20
-LONGEST_BACKLOG = 8 * MIB  # bytes that wait, packed, while the disk refuses them
+LONGEST_BACKLOG = 8 * MIB  # bytes, compressed, that wait while the disk refuses them
 LONGEST_LABEL = 100  # bytes
-BROADCAST = (0xFFFF, 0xFFF0)
 
 Op = imc.LoggingControl.Op
 
 
 def message_named(name: str) -> type[imc.Message]:
-    """The message of a name. Raises ValueError where there is none, with the nearest."""
+    """The message type `name`. Raises ValueError, with the closest name, if there is none."""
     schema = imc.builtin()
     if name in schema:
         return schema[name]
@@ -32,24 +31,24 @@ def message_named(name: str) -> type[imc.Message]:
 class Logging(Task):
     """Records messages of all systems to <log root>/<vehicle>/<YYYYMMDD>/<HHMMSS>[_label]/ (UTC).
 
-    A log begins with LoggingControl STARTED and ends, where it ends in order, with STOPPED; LoggingControl requests
-    start another one (with a label), stop it, and ask for its name. An own entity that is heard for the first time in
-    a log is asked for its EntityInfo, so that the log names all who speak in it.
+    A log begins with LoggingControl STARTED and, if closed normally, ends with STOPPED. LoggingControl requests start a
+    new log (with a label), stop logging, and ask for the name of the log. On the first message of each own entity the
+    task queries its EntityInfo, so that each log names its entities.
     """
 
-    flush_interval: float = param(5.0, "s", "Longest time for which messages wait in memory.", minimum=0.1)
+    flush_interval: float = param(5.0, "s", "Longest time that messages wait in memory.", minimum=0.1)
     lsf_compression_method: str = param(
         "gzip",
         "",
-        "How Data.lsf is compressed.",
+        "Compression of Data.lsf.",
         name="LSF Compression Method",
         choices=("none", *COMPRESSIONS),
     )
     lsf_volume_size: int = param(
-        0, "MiB", "Size of Data.lsf on disk at which another log begins; 0 is never.", name="LSF Volume Size", minimum=0
+        0, "MiB", "Size of Data.lsf on disk that starts a new log; 0 means no limit.", name="LSF Volume Size", minimum=0
     )
     transports: list[str] = param([], "", "Names of the messages to record; empty records all.", usable=message_named)
-    loopback_internal_messages: bool = param(True, "", "Record what this task itself says.", editable=False)
+    loopback_internal_messages: bool = param(True, "", "Record the messages of this task itself.", editable=False)
 
     transient = ("_folder", "_schema")
 
@@ -65,7 +64,7 @@ class Logging(Task):
     def start(self) -> None:
         self._folder: LogFolder | None = None
         self._name = self._label = self._trouble = ""
-        self._asked: set[int] = set()  # entities that are named in this log
+        self._asked: set[int] = set()  # own entities seen in this log
         self._recording, self._full, self._syncing, self._lost = True, False, 0, 0
         self._schema = definitions()
         if self._unknown:
@@ -75,11 +74,11 @@ class Logging(Task):
 
     @property
     def folder(self) -> Path | None:
-        """Where the log is that is being written."""
+        """The folder of the current log."""
         return self._folder.path if self._folder is not None else None
 
     def restored(self) -> None:
-        """Go on in a new log, which begins as others do; the bus does not hear of it."""
+        """Continue in a new log, with the usual first packets, but publish nothing."""
         self._folder, name = None, self._name
         self._schema = definitions()
         if self._recording:
@@ -103,6 +102,7 @@ class Logging(Task):
             self._lost += self._recording
             return
         kind = type(message)
+        # Own marks are in the log already, see _mark.
         if (self._wanted and kind not in self._wanted) or (kind is imc.LoggingControl and self._is_mark(message)):
             return
         try:
@@ -130,9 +130,8 @@ class Logging(Task):
 
     @consume(others=True)
     def control(self, request: imc.LoggingControl) -> None:
-        """Start another log, stop, or tell the name of the log, as the own system or an operator asks."""
-        operator = request.src & 0xE000 == 0x4000 and request.dst in BROADCAST
-        if request.src != self.system and request.dst != self.system and not operator:
+        """Start a new log, stop, or reply with the name of the log, as requested by the own system or an operator."""
+        if not self.concerns(request):
             return
         if request.op == Op.REQUEST_START:
             self._restart(clean_label(request.name))
@@ -155,7 +154,7 @@ class Logging(Task):
         except OSError as error:
             self._fail(error)
             return
-        # Which folders are there already is outside of a virtual run.
+        # A virtual run must not depend on which folders exist, so it publishes the name without _2, _3 ...
         self._name = name if self.vehicle.virtual else folder.physical_name
         self._folder = folder
         self._asked.clear()
@@ -163,7 +162,7 @@ class Logging(Task):
         self._recover()
 
     def _begin(self) -> str:
-        """The name of a log that begins now."""
+        """Name of a log that begins now."""
         begin = datetime.fromtimestamp(self.now_ns // 1_000_000_000, UTC)
         return f"{begin:%Y%m%d/%H%M%S}" + (f"_{self._label}" if self._label else "")
 
@@ -176,7 +175,7 @@ class Logging(Task):
         return imc.encode_as(message, self.now, self.system, entity.id, message.dst, message.dst_ent)
 
     def _close(self) -> None:
-        """End the log in order."""
+        """Close the log with a STOPPED mark."""
         folder = self._folder
         if folder is None:
             return
@@ -190,7 +189,7 @@ class Logging(Task):
             self._fail(error)
 
     def _mark(self, op: imc.LoggingControl.Op) -> None:
-        """Say that the log starts or stops: its first or last packet, ahead of what is on its way to `record`."""
+        """Publish and write the start or stop of the log, ahead of messages that are still on their way to `record`."""
         folder = self._folder
         mark = self.publish(imc.LoggingControl(op=op, name=self._name))
         try:
@@ -226,7 +225,7 @@ class Logging(Task):
             self._synchronise(folder)
 
     def _synchronise(self, folder: LogFolder) -> None:
-        """Have the disk itself take what is written, away from the handlers; a virtual run has nothing to lose."""
+        """Sync the file to disk in another thread; not needed in virtual time."""
         if not self.vehicle.virtual and self._syncing < 2:
             self._syncing += 1
             self.offload(_synchronise, os.dup(folder.data.fileno()), then=self._synchronised)
@@ -237,7 +236,7 @@ class Logging(Task):
             self._fail(error)
 
     def _fail(self, error: OSError) -> None:
-        """Say what is wrong; the next tick tries again."""
+        """Report the error; the next tick tries again."""
         reason = f"{error.strerror or error}" + (f": {error.filename}" if error.filename else "")
         if reason != self._trouble:
             self._trouble = reason
@@ -253,7 +252,7 @@ class Logging(Task):
 
 
 def clean_label(text: str) -> str:
-    """`text` as a part of a folder's name: blanks and what file systems do not bear become _, the length is bounded."""
+    """`text` as part of a folder name: characters unsafe in file names become _, and it is cut to 100 bytes."""
     label = re.sub(r"[^\w.+=@-]", "_", text.strip())
     return label.encode(errors="ignore")[:LONGEST_LABEL].decode(errors="ignore")
 

@@ -22,7 +22,7 @@ DETECTIONS = 64
 
 
 class MAVLink(Task):
-    """Speaks MAVLink 2 over UDP: telemetry, commands and parameters, each link as the autopilot its flavour names."""
+    """MAVLink 2 over UDP: telemetry, commands and parameters; each link reports the autopilot of its flavor."""
 
     external = True
     requires = "mavlink"
@@ -30,26 +30,28 @@ class MAVLink(Task):
     links: list[str] = param(
         LINKS,
         "",
-        "UDP links, SCHEME:ADDRESS:PORT:FLAVOUR; udpout calls a station, udpin waits.",
+        "UDP links, SCHEME:ADDRESS:PORT:FLAVOR; udpout calls a station, udpin waits for stations.",
         editable=False,
         usable=parse_route,
     )
     system_id: int = param(
-        0, "1", "MAVLink system id; 0 takes it from the IMC id.", minimum=0, maximum=SYSTEMS, editable=False
+        0, "1", "MAVLink system id; 0 derives it from the IMC id.", minimum=0, maximum=SYSTEMS, editable=False
     )
-    vehicle_kind: str = param("submarine", "", "What the vehicle passes for.", choices=tuple(KINDS), editable=False)
+    vehicle_kind: str = param(
+        "submarine", "", "MAV_TYPE reported to ground stations.", choices=tuple(KINDS), editable=False
+    )
     geoid_undulation: float = param(
-        0.0, "m", "Geoid above the ellipsoid, for what flies.", minimum=-120, maximum=100, editable=False
+        0.0, "m", "Height of the geoid above the ellipsoid, for aircraft.", minimum=-120, maximum=100, editable=False
     )
     attitude_rate: float = param(10.0, "Hz", "Rate of ATTITUDE.", minimum=0, maximum=200)
-    position_rate: float = param(4.0, "Hz", "Rate of the positions and of VFR_HUD.", minimum=0, maximum=200)
+    position_rate: float = param(4.0, "Hz", "Rate of positions and VFR_HUD.", minimum=0, maximum=200)
     status_rate: float = param(2.0, "Hz", "Rate of SYS_STATUS.", minimum=0, maximum=200)
-    maximum_peers: int = param(8, "1", "Ground stations on one udpin link.", minimum=1, maximum=64, editable=False)
+    maximum_peers: int = param(8, "1", "Most ground stations on one udpin link.", minimum=1, maximum=64, editable=False)
     peer_timeout: float = param(30.0, "s", "Silence after which a ground station is forgotten.", minimum=1)
 
     def configure(self) -> None:
         if not self.links:
-            raise ParameterError("Links", "is empty: name a link, or disable the task")
+            raise ParameterError("Links", "is empty: add a link, or disable the task")
         self.rates = {
             "ATTITUDE": self.attitude_rate,
             "GLOBAL_POSITION_INT": self.position_rate,
@@ -92,7 +94,7 @@ class MAVLink(Task):
 
     @periodic(1.0)
     def look_after_links(self) -> None:
-        """Forget silent peers, try again what could not be opened, and say how things are."""
+        """Forget silent peers, retry links that could not be opened, and report the state."""
         for link in self.open_links:
             link.forget_silent(self.now - self.peer_timeout)
         for words, trouble in list(self.closed.items()):
@@ -106,7 +108,7 @@ class MAVLink(Task):
         self.pump()
 
     def open(self, words: str, trouble: str) -> None:
-        """Open a link; a reason why not is told once."""
+        """Open a link; if that fails, the same reason is logged only once."""
         try:
             link = Link(parse_route(words), self.meet, peers=self.maximum_peers, counts=self.counts)
         except (ValueError, OSError) as error:
@@ -126,7 +128,7 @@ class MAVLink(Task):
         return (session for link in self.open_links for session in link.sessions.values())
 
     def receive(self) -> None:
-        """Take what has arrived; what is broken, not for us or too much is counted."""
+        """Take what has arrived; count what is damaged, for other vehicles, or too much."""
         for link in self.open_links:
             for peer, datagram in link.datagrams():
                 known = link.sessions.get(peer)
@@ -150,14 +152,14 @@ class MAVLink(Task):
             self.show_changes()
 
     def pump(self) -> None:
-        """Send what is due on all links, and come back when something is due again."""
+        """Send what is due on all links, and schedule the next call."""
         if self.pump_timer is not None:
             self.pump_timer.cancel()
         due = min((session.pump(self.now) for session in self.sessions()), default=self.now + HEARTBEAT_PERIOD)
         self.pump_timer = self.after(max(due - self.now, SOON), self.pump)
 
     def show_changes(self) -> None:
-        """A change of mode or arming goes out at once: ground stations wait for it."""
+        """Send a change of mode or arming immediately: ground stations wait for it."""
         if self.shown != self.autopilot.shown:
             self.shown = self.autopilot.shown
             for session in self.sessions():
@@ -198,7 +200,7 @@ class MAVLink(Task):
 
     @consume
     def tell_detection(self, mug: imc.EstimatedMugState) -> None:
-        """One line per MUG, again after a while."""
+        """Send one line per MUG, repeated after DETECTION_PERIOD s."""
         if self.now - self.detected.get(mug.id, -DETECTION_PERIOD) < DETECTION_PERIOD:
             return
         if len(self.detected) >= DETECTIONS:
@@ -208,7 +210,7 @@ class MAVLink(Task):
 
     @consume
     def show_changed(self, reply: imc.EntityParameters) -> None:
-        """Parameters were set, by whomever: all ground stations see the values."""
+        """Send changed parameters to all ground stations, whoever set them."""
         for item in reply.params:
             entry = (
                 self.autopilot.parameters.of(reply.name, item.name) if isinstance(item, imc.EntityParameter) else None
@@ -217,7 +219,7 @@ class MAVLink(Task):
                 self.show_parameter(entry)
 
     def ask_for(self, entry: ParameterEntry, value: str) -> None:
-        """Ask the vehicle to set a parameter; without an answer the old value is shown."""
+        """Ask the vehicle to set a parameter; without an answer, send the old value."""
         wish = imc.EntityParameter(name=entry.parameter.name, value=value)
         self.publish(imc.SetEntityParameters(name=entry.task.entity.label, params=(wish,), dst=self.system))
         if entry.id not in self.asked:

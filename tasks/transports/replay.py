@@ -1,47 +1,46 @@
-"""Plays a log onto the bus, in the order of the file and at the times of the log."""
+"""Plays the messages of a log on the bus, in the order of the file and at their times."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import imc
 from runtime import ParameterError, State, Task, Timer, consume, param, periodic
-from runtime.kernel.kernel import SECOND
+from runtime.kernel import SECOND
 from tasks.transports.replay_log import Due, LogTime, Opened, Recording, ReplaySelection, go_to, open_recording
 
-BATCH = 200  # packets in one go, so that others have their turn while a replay is behind
-BREATH = 1e-6  # s, so that time passes however many packets are due at once
-SHORTEST_ROUND = 1.0  # s, of a loop
+BATCH = 200  # packets per call, so that other tasks can run while a replay is late
+BREATH = 1e-6  # s, so that time advances even if many packets are due at the same time
+SHORTEST_ROUND = 1.0  # s, minimum duration of a loop
 REPORTED = 5
-BROADCAST = (0xFFFF, 0xFFF0)
 STAY = -1.0
 
 Op = imc.ReplayControl.Op
 
 
 class Replay(Task):
-    """Plays a log of Shoal or DUNE: every message with the header that it has in the log.
+    """Plays a log of Shoal or DUNE: every message with its header from the log.
 
-    ReplayControl starts a log of the vehicle's log folder (without a name the last one), stops, pauses and resumes; the
-    parameter `Position` goes to a place.
+    ReplayControl starts a log from the vehicle's log folder (without a name the last one), stops, pauses and
+    resumes; the parameter `Position` jumps to a time.
     """
 
-    load_at_start: str = param("", "", "Log to play from the start, a folder or a file.", editable=False)
+    load_at_start: str = param("", "", "Log to play when the task starts, a folder or a file.", editable=False)
     replay_messages: list[str] = param([], "", "Names of the messages to play; empty plays all.")
     replay_systems: list[str] = param([], "", "Names or ids of the systems to play; empty plays all.")
     replay_entities: list[str] = param([], "", "Labels of the log's entities to play; empty plays all.")
-    entities: list[str] = param([], "", "Labels of the log's entities that this task takes over.", editable=False)
+    entities: list[str] = param([], "", "Labels of the log's entities that this task plays as its own.", editable=False)
     time_multiplier: float = param(1.0, "1", "Seconds of the log in one second of the vehicle's clock.", minimum=1e-3)
     seconds_to_skip: float = param(
-        0.0, "s", "Begin of the log that is left out.", name="Seconds to skip", aliases=("Seconds To Skip",), minimum=0
+        0.0, "s", "Time to skip at the start.", name="Seconds to skip", aliases=("Seconds To Skip",), minimum=0
     )
     begin: str = param(
-        "", "", "Where to begin, in place of Seconds to skip: 90, 1h30min or 2026-01-01T00:05:00 (UTC).", name="From"
+        "", "", "Where to begin, instead of Seconds to skip: 90, 1h30min or 2026-01-01T00:05:00 (UTC).", name="From"
     )
-    end: str = param("", "", "Where to end, as From; empty plays all.", name="To")
-    position: float = param(STAY, "s", "Set it to go to these seconds of the log.", minimum=STAY)
-    loop: bool = param(False, "", "Begin again at the end.")
-    keep_time: bool = param(True, "", "Leave the times of the log in the messages, instead of those of the replay.")
-    longest_pause: float = param(3600.0, "s", "A longer one is taken for a step of the log's clock.", minimum=0.0)
+    end: str = param("", "", "Where to end, like From; empty plays to the end.", name="To")
+    position: float = param(STAY, "s", "Set it to jump to this time of the log.", minimum=STAY)
+    loop: bool = param(False, "", "Start again at the end.")
+    keep_time: bool = param(True, "", "Keep the times of the log in the messages, instead of the times of the replay.")
+    longest_pause: float = param(3600.0, "s", "A longer pause counts as a step of the log's clock.", minimum=0.0)
     exit_at_end: bool = param(False, "", "Stop the vehicle when the log has been played.")
 
     _recording: Recording | None = None
@@ -82,7 +81,7 @@ class Replay(Task):
 
     @property
     def elapsed(self) -> float:
-        """Seconds of the log at which the replay is."""
+        """The present time in the log (s)."""
         now = self.now_ns if self._paused_at is None else self._paused_at
         return self._base + (now - self._begin_ns) / SECOND * self._speed
 
@@ -92,9 +91,8 @@ class Replay(Task):
 
     @consume(others=True)
     def control(self, request: imc.ReplayControl) -> None:
-        """Start, stop, pause or resume, as the own system or an operator asks."""
-        operator = request.src & 0xE000 == 0x4000 and request.dst in BROADCAST
-        if request.src != self.system and request.dst != self.system and not operator:
+        """Start, stop, pause or resume, as requested by the own system or an operator."""
+        if not self.concerns(request):
             return
         if request.op == Op.START:
             root = self.vehicle.log_root.resolve()
@@ -128,7 +126,7 @@ class Replay(Task):
                 self._play()
 
     def seek(self, place: LogTime) -> None:
-        """Go on from another place of the log, or wait there while paused."""
+        """Continue from another place of the log, or wait there if paused."""
         if self._recording is not None:
             self._cancel()
             self._seeking = True
@@ -136,13 +134,13 @@ class Replay(Task):
             self.offload(go_to, self._recording, place, then=self._landing(place))
 
     def skip(self, seconds: float) -> None:
-        """Go on by so many seconds of the log, or back."""
+        """Jump by `seconds` of the log, forward or (negative) back."""
         if self._recording is not None:
             self.seek(LogTime(max(0.0, self.elapsed + seconds)))
 
     @periodic(1.0)
     def tell(self) -> None:
-        """Say where the replay is."""
+        """Report the present time in the log."""
         if self._recording is not None:
             doing = "playing" if self._paused_at is None else "paused in"
             self.set_entity_state(
@@ -157,7 +155,7 @@ class Replay(Task):
         self.offload(open_recording, *arguments, then=self._landing(self._from))
 
     def _landing(self, place: LogTime) -> "Callable[[Opened | str], None]":
-        """What begins there, unless something else has been asked for meanwhile."""
+        """A callback that continues at `place`, unless a newer request came meanwhile."""
         turn = self._loading
         return lambda opened: self._land(opened, place) if turn == self._loading else None
 
@@ -175,7 +173,7 @@ class Replay(Task):
             self.log.info(f"playing {recording.log.path} with {source.name if source else 'the built-in definitions'}")
             self._recording, self._played, self._malformed = recording, 0, 0
         if self._next is None and place.seconds > 0.0:
-            self.log.warning("there is nothing to play at this place of the log")
+            self.log.warning("nothing to play from this place of the log")
         self._continue_from(place.elapsed(self._next.origin) if self._next is not None else 0.0)
         self.tell()
         if self._paused_at is None:
@@ -190,7 +188,7 @@ class Replay(Task):
             self._play()
 
     def _play(self) -> None:
-        """Relay what is due, and come back when the next packet is."""
+        """Relay the packets that are due, and set a timer for the next."""
         self._timer = None
         for _ in range(BATCH):
             try:
@@ -240,8 +238,8 @@ class Replay(Task):
             self.log.warning(f"{self._malformed} packets not played: malformed")
         if recording.timeline.steps:
             self.log.warning(f"the log's clock steps {recording.timeline.steps} times")
-        left_out = recording.foreign.total() + self._malformed
-        self.log.info(f"played {self._played} packets, left out {left_out}")
+        skipped = recording.foreign.total() + self._malformed
+        self.log.info(f"played {self._played} packets, skipped {skipped}")
         self.set_entity_state(State.NORMAL, "finished" + (f", {len(losses)} damaged places" if losses else ""))
         if self.exit_at_end:
             self.vehicle.stop()

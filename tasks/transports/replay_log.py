@@ -1,4 +1,4 @@
-"""The packets of a log as another bus can have them: when each is due, and under which entity."""
+"""The packets of a log for a replay: when each is due, and from which entity."""
 
 import math
 from collections import Counter
@@ -11,22 +11,20 @@ from typing import NamedTuple, cast
 import msgspec
 
 import imc
-from imc.lsf import Log
-from imc.lsf.log import packet_id
+from imc.addresses import BROADCAST, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
+from imc.lsf import Log, packet_id
 from runtime.durations import parse_duration
 from runtime.logs import summarize, types_called
 
 TOLERANCE = 10.0  # s
 ENOUGH = 20
-UNKNOWN_ENTITY = 0xFF
-BROADCAST = (0xFFFF, 0xFFF0)
 
 
 class Timeline:
-    """Seconds since the begin of a log: the latest time so far, so that it never goes back.
+    """Seconds since the start of a log: the latest time so far, so it never goes back.
 
-    A time that is more than `longest_pause` seconds ahead of it, or TOLERANCE behind, is astray and does not count;
-    when ENOUGH in a row agree, the log's clock has been set, and the step costs no time.
+    A time more than `longest_pause` seconds ahead or TOLERANCE behind is a stray and ignored. When ENOUGH strays in a
+    row agree, the log's clock was set, and the step takes no time.
     """
 
     def __init__(self, longest_pause: float):
@@ -38,7 +36,7 @@ class Timeline:
         self._strays = 0
 
     def advance(self, time: float) -> float:
-        """Take the next packet's time (s since 1970 UTC), and return the seconds at which it is due."""
+        """Take the next packet's time (s since 1970 UTC), and return when it is due (s since the start)."""
         if not math.isfinite(time):
             return self.elapsed
         if math.isnan(self.origin):
@@ -57,7 +55,7 @@ class Timeline:
 
 
 class Due(NamedTuple):
-    """A packet, the seconds since the begin of the log at which it is due, and the log's time at its begin."""
+    """A packet, when it is due (s since the start of the log), and when the log started (s since 1970 UTC)."""
 
     elapsed: float
     origin: float
@@ -65,7 +63,7 @@ class Due(NamedTuple):
 
 
 class LogTime(NamedTuple):
-    """A place in a log: seconds from its begin, or, where it is a `date`, since 1970 UTC."""
+    """A place in a log: seconds since its start or, for a `date`, since 1970 UTC."""
 
     seconds: float
     date: bool = False
@@ -80,17 +78,17 @@ class LogTime(NamedTuple):
         try:
             time = datetime.fromisoformat(text.strip())
         except ValueError:
-            raise ValueError(f"{text!r} is no place in a log; write 90, 1h30min or 2026-01-01T00:05:00") from None
+            raise ValueError(f"{text!r} is not a place in a log; write 90, 1h30min or 2026-01-01T00:05:00") from None
         return cls((time if time.tzinfo else time.replace(tzinfo=UTC)).timestamp(), True)
 
     def elapsed(self, origin: float) -> float:
-        """Seconds from the begin of a log that began at `origin` (s since 1970 UTC)."""
+        """Seconds since the start of a log that started at `origin` (s since 1970 UTC)."""
         return self.seconds - origin if self.date else self.seconds
 
 
 @dataclass(frozen=True)
 class ReplaySelection:
-    """What of a log is played: names of messages and systems, labels of entities (empty is all), and until where."""
+    """Which part of a log is played: names of messages and systems, labels of entities (empty is all), and the end."""
 
     messages: tuple[str, ...] = ()
     systems: tuple[str, ...] = ()
@@ -99,12 +97,12 @@ class ReplaySelection:
 
 
 class Recording:
-    """The packets of a log that the bus can have.
+    """The packets of a log that can be replayed here.
 
-    A packet whose id means another message here than in the log, or has another layout, is left out and counted in
-    `foreign`. `entities` maps labels to ids here; where there are some, the entity ids of the log's owner are
-    translated by label and those of other labels become 255.
-    Raises UnknownName (a ValueError) for a choice that the log does not have.
+    A packet whose id is another message here than in the log, or has another layout, is skipped and counted in
+    `foreign`. `entities` maps labels to ids here; if not empty, the entity ids of the log's owner are translated by
+    label, and those with other labels become 255. Raises UnknownName (a ValueError) if the log does not have a chosen
+    message, system or entity.
     """
 
     def __init__(self, log: Log, choice: ReplaySelection, entities: Mapping[str, int], longest_pause: float):
@@ -132,7 +130,7 @@ class Recording:
         return self.play()
 
     def play(self, begin: LogTime | None = None) -> Iterator[Due]:
-        """The packets from `begin` on; each call reads the log anew."""
+        """The packets from `begin` on; each call reads the log from the start."""
         self.timeline = timeline = Timeline(self._longest_pause)
         self.foreign.clear()
         same = self.log.schema == imc.builtin()
@@ -141,7 +139,7 @@ class Recording:
         reached = begin is None
         for _, packet in self.log.packets():
             header = imc.header(packet)
-            # Other systems have other clocks: where the first packet says whose log it is, that one's clock counts.
+            # Other systems have other clocks: if the first packet tells the owner of the log, only its clock counts.
             if header.src == owner or not led:
                 timeline.advance(header.timestamp)
             elapsed, origin = timeline.elapsed, timeline.origin
@@ -161,7 +159,7 @@ class Recording:
             yield Due(elapsed, origin, packet)
 
     def _find_entities(self, wanted: Mapping[str, int]) -> dict[int, int]:
-        """The log's entity ids and those of the same label here; reads until all of `wanted` are found."""
+        """Maps the log's entity ids to those of the same label here; reads until all of `wanted` are found."""
         found: dict[int, int] = {}
         left = set(wanted)
         if left and "EntityInfo" in self.log.schema:
@@ -182,13 +180,13 @@ class Recording:
         return not self._speakers or (header.src, header.src_ent) in self._speakers
 
     def _is_followed(self, header: imc.Header) -> bool:
-        """Whether it is the state of an entity that is translated."""
+        """Whether it is the EntityState of a translated entity, which is played even if not chosen."""
         found = self.log.schema.types_by_id.get(header.id)
         known = header.src == self.owner and header.src_ent in self.entities
         return known and found is not None and found.abbrev == "EntityState"
 
     def _foreign(self, packet: bytes, number: int) -> str:
-        """What the packet is called that would be something else here, else an empty text."""
+        """The name of a packet that is another message here than in the log, else an empty text."""
         verdict = self._verdict(number)
         if verdict or not (kind := self.log.schema.types_by_id.get(number)) or not set(kind.wire) & {"M", "L"}:
             return verdict
@@ -216,13 +214,13 @@ class Recording:
         src_ent, dst_ent = header.src_ent, header.dst_ent
         if header.src == self.owner:
             src_ent = self.entities.get(src_ent, UNKNOWN_ENTITY)
-        if header.dst == self.owner or header.dst in BROADCAST:
+        if header.dst == self.owner or header.dst in (UNKNOWN_SYSTEM, BROADCAST):
             dst_ent = self.entities.get(dst_ent, UNKNOWN_ENTITY)
         return imc.with_header(packet, src_ent=src_ent, dst_ent=dst_ent)
 
 
 class Opened(NamedTuple):
-    """A log at a place: what comes from there, and the first of it."""
+    """A log at a place: the packets from there on, and the first one of them."""
 
     recording: Recording
     packets: Iterator[Due]

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import imc
-from imc import coordinates
+from imc.coordinates import StartPoint
 from runtime import Frame, ParameterError, State, Task, consume, param, periodic
 from tasks.vision.photos import photo_name, write_png
+from world.objects import parse_gliders
 from world.optics import PRESETS, Lens, Projection, preset_lens
 from world.pictures import INTERPOLATIONS, SCENES, Camera, Pose, void_warning
 
@@ -22,23 +23,21 @@ LEAST_VISIBILITY = 0.1  # m
 class FisheyeCamera(Task):
     """Shares frames of the seabed under a diving vehicle, or of the sea under a flying one, and of gliders on it.
 
-    The top of the image looks to the bow. Gliders lie at `MUGs` north and east of where the vehicle is first seen. The
-    seabed is at the altitude of EstimatedState, the sea at its altitude, or at z = 0 where it has none. A frame that is
-    due while the one before is in the works is dropped and counted.
+    The top of the image points to the bow. Gliders lie at `MUGs` north and east of the vehicle's first position. The
+    altitude of EstimatedState is the height above seabed or sea; without it, the sea is at z = 0. A frame that is due
+    while the previous one is still in progress is dropped and counted.
     """
 
     requires = "vision"
 
     frame_rate: float = param(5.0, "Hz", "Images per second.", minimum=0.01, maximum=1000)
     size: int = param(1024, "px", "Width and height of the image.", minimum=1, maximum=4096)
-    face_size: int = param(
-        512, "px", "Width of the views that the image is put together from.", minimum=1, maximum=4096
-    )
-    faces: int = param(5, "", "Number of these views; the sixth looks up.", choices=(5, 6))
+    face_size: int = param(512, "px", "Width of the views that make up the image.", minimum=1, maximum=4096)
+    faces: int = param(5, "", "Number of views; the sixth looks up.", choices=(5, 6))
     field_of_view: float = param(180.0, "°", "Angle between opposite points of the image's rim.")
     lens: str = param("equidistant", "", "Kind of lens.", choices=tuple(PRESETS))
     lens_coefficients: list[float] = param(
-        [], "1", "k1 to k4 of r = k1 φ + k2 φ² + k3 φ³ + k4 φ⁴, φ in rad, in place of the kind's.", size=(0, 4)
+        [], "1", "k1 to k4 of r = k1 φ + k2 φ² + k3 φ³ + k4 φ⁴, φ in rad; they replace those of the lens.", size=(0, 4)
     )
     focal_length: float = param(
         0.0,
@@ -46,7 +45,7 @@ class FisheyeCamera(Task):
         "Pixels per unit of r: 1 for coefficients in px/radⁿ; 0 fits the field of view to the image.",
         minimum=0,
     )
-    interpolation: str = param("nearest", "", "Between the pixels of a view.", choices=INTERPOLATIONS)
+    interpolation: str = param("nearest", "", "Interpolation between the pixels of a view.", choices=INTERPOLATIONS)
     scene: str = param("Seabed", "", "What is below the vehicle.", choices=SCENES)
     visibility: float = param(
         0.0,
@@ -67,7 +66,7 @@ class FisheyeCamera(Task):
 
     def configure(self) -> None:
         if 0.0 < self.visibility < LEAST_VISIBILITY:
-            raise ParameterError("Visibility", f"{self.visibility:g} m is neither 0 nor at least {LEAST_VISIBILITY} m")
+            raise ParameterError("Visibility", f"must be 0 or at least {LEAST_VISIBILITY} m, not {self.visibility:g} m")
         projection = self._projection()
         self.camera = Camera(
             projection,
@@ -84,7 +83,7 @@ class FisheyeCamera(Task):
         if projection.circle > self.size + 1e-6:
             warnings.append(f"the image circle of {projection.circle:.0f} px is cut off at {self.size} px")
         for text in filter(None, warnings):
-            self.after(0.0, self.log.warning, text)  # at load, nobody hears yet
+            self.after(0.0, self.log.warning, text)  # later: at load, no task receives messages yet
 
     def start(self) -> None:
         if self.save_images:
@@ -93,33 +92,25 @@ class FisheyeCamera(Task):
         self._busy = False
         self._folder, self._kept = self._log_root, 0
         self._state: imc.EstimatedState | None = None
-        self._reference: tuple[float, float] | None = None
-        self._start = (0.0, 0.0)
+        self._origin = StartPoint()
         self.set_entity_state(State.BOOT, "waiting for EstimatedState")
 
     @consume
     def follow(self, state: imc.EstimatedState) -> None:
-        """Keep the state, and the start in the frame of its reference point, which may change."""
+        """Keep the state, and update the start position."""
         self._state = state
-        reference = state.lat, state.lon
-        if not math.isfinite(state.lat + state.lon + state.x + state.y) or reference == self._reference:
-            return
-        if self._reference is None:
-            self._start = state.x, state.y
-        else:
-            north, east, _ = coordinates.displacement(*reference, 0.0, *self._reference, 0.0)
-            self._start = self._start[0] + north, self._start[1] + east
-        self._reference = reference
+        if math.isfinite(state.lat + state.lon + state.x + state.y):
+            self._origin.follow(state)
 
     @consume
     def note_log(self, log: imc.LoggingControl) -> None:
-        """Keep the images with the log."""
+        """Write images to the folder of the log."""
         if log.op in (Op.STARTED, Op.CURRENT_NAME):
             folder = (self._log_root / log.name).resolve()
             if folder.is_relative_to(self._log_root.resolve()):
                 self._keep_in(folder)
             else:
-                self.log.warning(f"the log {log.name!r} lies outside of {self._log_root}")
+                self.log.warning(f"images are not written to the log {log.name!r}, which is outside {self._log_root}")
         elif log.op == Op.STOPPED:
             self._keep_in(self._log_root)
 
@@ -145,7 +136,7 @@ class FisheyeCamera(Task):
         self.offload(_shoot, self.camera, pose, path, then=partial(self._deliver, frame), latency=self.latency)
 
     def _keep_in(self, folder: Path) -> None:
-        """Write images to this folder, and count them anew where it is another one."""
+        """Write images to this folder; in a new folder, their numbers start at 0."""
         if folder != self._folder:
             self._folder, self._kept = folder, 0
 
@@ -172,8 +163,8 @@ class FisheyeCamera(Task):
 
     def _pose(self, state: imc.EstimatedState) -> Pose:
         return Pose(
-            north=state.x - self._start[0],
-            east=state.y - self._start[1],
+            north=state.x - self._origin.north,
+            east=state.y - self._origin.east,
             height=self._height(state),
             depth=state.depth,
             roll=state.phi,
@@ -213,17 +204,13 @@ class FisheyeCamera(Task):
             raise ParameterError(name, str(error)) from None
 
     def _gliders(self) -> tuple[tuple[float, float], ...]:
-        words = " ".join(self.mugs).split()
         try:
-            numbers = [float(word) for word in words]
-        except ValueError:
-            raise ParameterError("MUGs", f"{self.mugs} are not all numbers") from None
-        if len(numbers) % 2 or not all(map(math.isfinite, numbers)):
-            raise ParameterError("MUGs", f"{self.mugs} are not pairs of north and east")
-        return tuple(zip(numbers[::2], numbers[1::2], strict=True))
+            return parse_gliders(self.mugs)
+        except ValueError as error:
+            raise ParameterError("MUGs", str(error)) from None
 
 
 def _shoot(camera: Camera, pose: Pose, path: Path | None) -> tuple[NDArray[np.uint8], str]:
-    """The picture, and what kept it from being saved."""
+    """The picture, and an error text if it could not be saved."""
     image = camera.picture(pose)
     return image, write_png(path, image) if path else ""

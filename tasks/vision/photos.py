@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-COMPRESSION = 1  # of 9: a third of the time of the usual 6, for files a fifth larger
+COMPRESSION = 1  # of 9: a third of the time of the default 6, for files a fifth larger
 
 
 def photo_name(camera: str, index: int, time: float) -> str:
@@ -16,7 +16,7 @@ def photo_name(camera: str, index: int, time: float) -> str:
 
 
 def write_png(path: Path, image: NDArray[np.uint8]) -> str:
-    """Writes an RGBA image; returns what kept it from doing so, else nothing. The file has no date in it."""
+    """Write an RGBA image; returns an error text, empty on success. The file contains no date."""
     from PIL import Image
 
     png = io.BytesIO()

@@ -1,4 +1,4 @@
-"""Packets of every message: there and back, the header around them, and what does not fit."""
+"""Packets of every message: encoding and decoding, the header, and values that do not fit."""
 
 import math
 from typing import Any
@@ -89,7 +89,7 @@ def test_changed_byte_is_refused() -> None:
         (imc.EntityState(description="a" * 65536), "65535 bytes at most"),
         (imc.EntityState(description="a" * 65510), "EntityState: packet of 65536 bytes, 65535 at most"),
         (imc.DevDataBinary(value="text"), "DevDataBinary.value: 'text' is not bytes"),
-        (imc.Temperature(value=1e39), "Temperature.value: 1e+39 is not within what fp32_t holds"),
+        (imc.Temperature(value=1e39), "Temperature.value: 1e+39 is not within the range of fp32_t"),
         (imc.Temperature(value="warm"), "Temperature.value: 'warm' is not a number"),
         (imc.RamUsage(src=70000), "RamUsage.src: 70000 is not within 0 to 65535 (uint16_t)"),
         (imc.PlanDB(arg="plan"), "PlanDB.arg: 'plan' is not a message or None"),

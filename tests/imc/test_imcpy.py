@@ -1,4 +1,4 @@
-"""Every message that imcpy (DUNE's codec, IMC 5.4.30) has, in both directions, field by field."""
+"""Every message of imcpy (DUNE's codec, IMC 5.4.30), in both directions, field by field."""
 
 import gzip
 import json
@@ -38,7 +38,7 @@ def same(ours: Any, theirs: Any) -> bool:
     if isinstance(ours, bytes):
         return ours == bytes(theirs)
     if isinstance(ours, str):
-        # imcpy reads text as ASCII.
+        # imcpy decodes text as ASCII.
         return ours.encode("utf-8", "surrogateescape").decode("ascii", "replace") == theirs
     return ours is theirs is None or ours == int(theirs)
 

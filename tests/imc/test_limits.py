@@ -1,4 +1,4 @@
-"""What the protocol says of fields, and the check of a message against it."""
+"""Limits of fields in the protocol, and the check of a message."""
 
 import math
 
@@ -44,7 +44,10 @@ def test_defaults_are_valid() -> None:
         (imc.EstimatedState(lat=math.nan), ["lat: nan is not within -1.5707963267948966 to 1.5707963267948966 rad"]),
         (imc.CpuUsage(value=101), ["value: 101 is not at most 100 %"]),
         (imc.CpuUsage(value=300), ["value: 300 is not within 0 to 255 (uint8_t)"]),
-        (imc.Goto(src=-1, speed=1e39), ["src: -1 is not within 0 to", "speed: 1e+39 is not within what fp32_t holds"]),
+        (
+            imc.Goto(src=-1, speed=1e39),
+            ["src: -1 is not within 0 to", "speed: 1e+39 is not within the range of fp32_t"],
+        ),
         (imc.EntityState(state=200), []),
         (imc.PlanManeuver(data=imc.Goto(lat=-2.0)), ["data.lat: -2.0 is not within -1.57"]),
         (

@@ -53,9 +53,9 @@ def test_names_of_values_are_accepted() -> None:
         ("", "not JSON"),
         ("[" * 100_000, "not JSON"),
         ("[]", "the message: expected an object, not list"),
-        ("{}", "the message: no message None"),
-        ('{"abbrev": "Gotoo"}', "the message: no message 'Gotoo'"),
-        ('{"abbrev": ["Goto"]}', "the message: no message"),
+        ("{}", "the message: unknown message None"),
+        ('{"abbrev": "Gotoo"}', "the message: unknown message 'Gotoo'"),
+        ('{"abbrev": ["Goto"]}', "the message: unknown message ['Goto']"),
         ('{"abbrev": "Goto", "latitude": 1}', "latitude: Goto has no such field"),
         ('{"abbrev": "Goto", "lat": "north"}', "lat: 'north' is not a number (fp64_t)"),
         ('{"abbrev": "Goto", "lat": true}', "lat: True is not a number (fp64_t)"),
@@ -64,7 +64,7 @@ def test_names_of_values_are_accepted() -> None:
         ('{"abbrev": "Goto", "timeout": 1e3}', "timeout: 1000.0 is not within 0 to 65535 (uint16_t)"),
         ('{"abbrev": "Goto", "timeout": 65536}', "timeout: 65536 is not within 0 to 65535 (uint16_t)"),
         ('{"abbrev": "Goto", "z_units": "UP"}', "z_units: 'UP' is not within 0 to 255 (uint8_t)"),
-        ('{"abbrev": "Goto", "speed": 1e300}', "speed: 1e+300 is not within what fp32_t holds"),
+        ('{"abbrev": "Goto", "speed": 1e300}', "speed: 1e+300 is not within the range of fp32_t"),
         ('{"abbrev": "Goto", "custom": 5}', "custom: 5 is not text"),
         ('{"abbrev": "Goto", "custom": {"bytes": "0"}}', "custom: {'bytes': '0'} is not text"),
         ('{"abbrev": "Goto", "src": null}', "src: None is not within 0 to 65535"),
@@ -77,7 +77,7 @@ def test_names_of_values_are_accepted() -> None:
             "arg.data.lon: None is not a number (fp64_t)",
         ),
         ('{"abbrev": "Unknown", "byteorder": "middle"}', "byteorder: expected 'little' or 'big'"),
-        ('{"abbrev": "PlanDB", "arg": {"abbrev": "Unknown"}}', "arg: no message 'Unknown'"),
+        ('{"abbrev": "PlanDB", "arg": {"abbrev": "Unknown"}}', "arg: unknown message 'Unknown'"),
     ],
 )
 def test_what_is_wrong_is_named(text: str, reason: str) -> None:
@@ -103,5 +103,5 @@ def test_messages_of_another_schema() -> None:
     schema = imc.load(Path(imc.__file__).parent / "definitions" / "imc-5.4.31.yaml")
     message: Any = schema["GpioStateGet"](name="led")
     assert imc.from_json(message.to_json(), schema) == message
-    with pytest.raises(imc.DecodeError, match="no message 'GpioStateGet'"):
+    with pytest.raises(imc.DecodeError, match="unknown message 'GpioStateGet'"):
         imc.from_json(message.to_json())

@@ -1,4 +1,4 @@
-"""What must hold for any message, any damage and any stream."""
+"""Properties that hold for any message, any damage and any stream."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""Streams with damage: stored cases with their ideal result, and what the parser says of its losses."""
+"""Streams with damage: stored cases with their ideal result, and the losses that the parser reports."""
 
 import gzip
 import json

@@ -1,4 +1,4 @@
-"""Packets that DUNE's codec made: each is read to the stored values, and written from them to the same bytes."""
+"""Packets of DUNE's codec: each decodes to the stored values and encodes to the same bytes."""
 
 import gzip
 import json
@@ -20,7 +20,7 @@ def rows(name: str) -> list[dict[str, Any]]:
 
 
 def build(row: dict[str, Any], schema: imc.Schema, **header: Any) -> imc.Message:
-    """The message of a row, made by the constructor."""
+    """The message of a row, built with the constructor."""
     cls = schema[row["abbrev"]]
     stored = {name.lower(): value for name, value in row["fields"].items()}
     values: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""Framing: our frames against pymavlink's, and whatever else may stand in a datagram."""
+"""Framing: frames compared with pymavlink's, and other contents of a datagram."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""IMC's figures as MAVLink's: exact where they are known, silent where they are not."""
+"""IMC values as MAVLink values: exact if known, omitted if not."""
 
 import math
 
@@ -23,7 +23,7 @@ def located(state, *, afloat=True, home=None, undulation=0.0):
 
 
 def everything(state, afloat=True):
-    """All messages that a state becomes, by name."""
+    """All MAVLink messages of a state, by name."""
     home, place = located(state, afloat=afloat)
     found = {
         "ATTITUDE": from_imc.attitude(state, 0),

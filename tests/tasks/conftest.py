@@ -1,4 +1,4 @@
-"""Tests of several groups of tasks fly the same ideal vehicle."""
+"""Makes the ideal vehicle available to tests of several groups of tasks."""
 
 import sys
 from pathlib import Path

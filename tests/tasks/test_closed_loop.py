@@ -34,7 +34,7 @@ DEEP = ("Control.Path.VectorField:Bottom Track -- Enabled=false",)
 
 @dataclass
 class Sample:
-    """Where the vehicle is and thinks it is, at one time (s): m north and east of the start, and variances (m²)."""
+    """True and estimated position at one time (s): m north and east of the start, and variances (m²)."""
 
     time: float
     north: float
@@ -59,7 +59,7 @@ def path(ref, north, east, z, **fields):
 
 
 def fly(tmp_path, paths, seconds, *, seed=0, settings=DEEP):
-    """Follow each path when the one before is ended. The samples of each second, and all messages."""
+    """Follow each path after the one before has ended. Returns the samples of each second, and all messages."""
     profile = load_profile("lauv-noptilus-1", [own_etc()])
     for setting in settings:
         profile.override(setting)
@@ -144,7 +144,7 @@ def test_it_comes_near_the_end_of_each_path_five_seconds_before(mission):
 
 
 def test_the_position_is_lost_slowly_under_water_and_found_again(mission):
-    """A compass that may be off by half a degree makes it less sure across the track, and a fix surer again."""
+    """A compass error of up to half a degree makes the variance across the track grow, and a fix reduces it again."""
     samples, _ = mission
     dived, surfaced = between(samples, 167.0, 168.0)[0], between(samples, 229.0, 230.0)[0]
     assert dived.variance_north + dived.variance_east > 1.0
@@ -172,7 +172,7 @@ def test_a_current_from_the_side_is_held_against(tmp_path):
 
 
 def test_without_velocities_over_ground_the_error_is_still_what_it_says(tmp_path):
-    """The speed follows from the motor, which says less."""
+    """The speed comes from the motor, which is less accurate."""
     lost = [*DEEP, "Simulators.DVL:Invalid Reading Probability=100"]
     samples, _ = fly(tmp_path, [path(1, 200.0, 0.0, 3.0)], 90.0, seed=4, settings=lost)
     assert all(s.distance < 12.0 for s in samples)
@@ -189,7 +189,7 @@ def test_a_circle_is_kept(tmp_path):
 
 
 def test_the_bottom_is_kept_away_from(tmp_path):
-    """Five metres are wanted where the water has less."""
+    """The desired depth is 5 m where the water is shallower."""
     samples, messages = fly(tmp_path, [path(1, 60.0, 15.0, 5.0)], 60.0, seed=6, settings=())
     altitudes = [m.alt for m in messages if isinstance(m, imc.EstimatedState) and m.alt >= 0.0]
     assert min(altitudes) > 1.2

@@ -1,4 +1,4 @@
-"""Rotations against their definitions."""
+"""Rotations compared with their definitions."""
 
 import math
 

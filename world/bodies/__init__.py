@@ -1,4 +1,4 @@
-"""How vehicles move: underwater vehicles, boats, a multirotor, and motion without forces."""
+"""Vehicle dynamics: underwater vehicles, boats, a multirotor, and motion without forces."""
 
 from world.bodies.auv import Diverged, UnderwaterVehicle
 from world.bodies.auv_model import Fin, Thruster, UnderwaterModel, read_underwater_model

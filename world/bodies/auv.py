@@ -1,4 +1,4 @@
-"""How a marine vehicle moves: rigid body, added mass, drag, body lift, buoyancy, fins and thrusters in six degrees."""
+"""Dynamics of an underwater vehicle in six degrees: rigid body, added mass, drag, lift, buoyancy, fins, thrusters."""
 
 import functools
 import math
@@ -9,7 +9,7 @@ from world.bodies.auv_model import FULL_DEFLECTION, MAXIMUM_TORQUE, UnderwaterMo
 
 GRAVITY = 9.80665
 WATER = 1000.0  # kg/m³
-LIMIT = 1e3  # m/s and rad/s, no vehicle is faster
+LIMIT = 1e3  # m/s and rad/s; beyond it, the motion has diverged
 
 Rates = tuple[float, float, float, float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -18,21 +18,22 @@ Acceleration = Callable[[float, Quaternion, Rates, Rates, tuple[Thrust, ...]], R
 
 
 class Diverged(ArithmeticError):
-    """The motion has no bounds, so the numbers of the model cannot be right."""
+    """The motion diverged, so the numbers of the model must be wrong."""
 
 
 class UnderwaterVehicle:
-    """A vehicle in the water. All attributes are of the same instant; `step` moves them on.
+    """A vehicle in the water. All attributes belong to the same instant; `step` advances them.
 
     `x`, `y`, `z` are m north, east and down; `u`, `v`, `w` m/s through the water and `p`, `q`, `r` rad/s in the body
     frame; `stream` is the velocity of the water in m/s north, east and down. Attitude is a quaternion, so no pitch is
-    special. Integrated with the midpoint rule, whose steps of 10 ms differ from Runge-Kutta's of fourth order by less
-    than the resolution of any sensor.
+    singular. Integrated with the midpoint rule; at steps of 10 ms, the difference from fourth-order Runge-Kutta is
+    below the resolution of any sensor.
 
     The equations are Fossen's (Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 6-8) with the
-    simplifications that the coefficients of the LAUV were found with: a diagonal inertia that need not be mass plus
-    added mass, a centre of gravity as far below the origin as the centre of buoyancy is above, no surge from buoyancy,
-    a hull that rises out of the water as a level box, and fins and thrusters that see the speed of the whole vehicle.
+    simplifications under which the coefficients of the LAUV were identified: a diagonal inertia that may differ from
+    mass plus added mass, a center of gravity as far below the origin as the center of buoyancy is above it, no surge
+    force from buoyancy, a hull that surfaces as a level box, and fins and thrusters whose inflow is the total speed of
+    the vehicle.
     """
 
     def __init__(self, model: UnderwaterModel):
@@ -50,7 +51,7 @@ class UnderwaterVehicle:
         self._thrusts: tuple[Thrust, ...] = ()
 
     def orient(self, phi: float, theta: float, psi: float) -> None:
-        """Turn to these Euler angles (rad)."""
+        """Set the attitude to these Euler angles (rad)."""
         cr, sr = math.cos(0.5 * phi), math.sin(0.5 * phi)
         cp, sp = math.cos(0.5 * theta), math.sin(0.5 * theta)
         cy, sy = math.cos(0.5 * psi), math.sin(0.5 * psi)
@@ -71,7 +72,7 @@ class UnderwaterVehicle:
         )
 
     def deflect(self, fin: int, angle: float) -> None:
-        """Turn a fin to an angle (rad); it stops at 25 degrees. Raises IndexError where there is no such fin."""
+        """Set a fin to an angle (rad), limited to 25 degrees. Raises IndexError if there is no such fin."""
         self.deflections[fin] = max(-FULL_DEFLECTION, min(FULL_DEFLECTION, angle))
         x = y = z = k = m = n = 0.0
         for part, deflection in zip(self.model.fins, self.deflections, strict=True):
@@ -83,7 +84,7 @@ class UnderwaterVehicle:
         self._fins = x, y, z, k, m, n
 
     def drive(self, engine: int, actuation: float) -> None:
-        """Set an engine to a share of its full speed, -1 to 1. Raises IndexError where there is no such engine."""
+        """Set an engine to a share of its full speed, -1 to 1. Raises IndexError if there is no such engine."""
         self.actuations[engine] = max(-1.0, min(1.0, actuation))
         thrusts: list[Thrust] = []
         for part, share in zip(self.model.engines, self.actuations, strict=True):
@@ -96,12 +97,12 @@ class UnderwaterVehicle:
         self._thrusts = tuple(thrusts)
 
     def accelerations(self) -> Rates:
-        """Of u, v, w (m/s²), p, q, r (rad/s²) at this instant."""
+        """Derivatives of u, v, w (m/s²) and p, q, r (rad/s²) at this instant."""
         velocity = self.u, self.v, self.w, self.p, self.q, self.r
         return _accelerations(self.model)(self.z, self._attitude, velocity, self._fins, self._thrusts)
 
     def step(self, h: float) -> None:
-        """Move on by `h` s. Raises Diverged."""
+        """Advance by `h` s. Raises Diverged."""
         a, b, c, d = attitude = self._attitude
         u, v, w, p, q, r = velocity = self.u, self.v, self.w, self.p, self.q, self.r
         north, east, down = self.stream
@@ -123,6 +124,7 @@ class UnderwaterVehicle:
         k = half
         an, bn = a - k * (bm * pm + cm * qm + dm * rm), b + k * (am * pm + cm * rm - dm * qm)
         cn, dn = c + k * (am * qm + dm * pm - bm * rm), d + k * (am * rm + bm * qm - cm * pm)
+        # Approximates 1/|q|, which is close to 1, without a root.
         k = 1.5 - 0.5 * (an * an + bn * bn + cn * cn + dn * dn)
         self._attitude = an * k, bn * k, cn * k, dn * k
         aa, bb, cc, dd = am * am, bm * bm, cm * cm, dm * dm
@@ -139,9 +141,9 @@ class UnderwaterVehicle:
 
 @functools.lru_cache(maxsize=64)
 def _accelerations(model: UnderwaterModel) -> Acceleration:
-    """The six accelerations in the body frame as a function of depth, attitude, velocities and actuators.
+    """A function of depth, attitude, velocities and actuators that returns the six accelerations in the body frame.
 
-    All numbers of the model are bound as variables of the closure, which Python reads as fast as local ones.
+    It binds all numbers of the model as closure variables, which Python reads as fast as local ones.
     """
     mass, weight = model.mass, model.mass * GRAVITY
     length, width, height = model.volume
@@ -153,7 +155,7 @@ def _accelerations(model: UnderwaterModel) -> Acceleration:
     ix, iy, iz = (moment - added for moment, added in zip(model.rotational, model.added_mass[3:], strict=True))
     zb = model.buoyancy[2]
     mzg, restoring = -zb * mass, zb * weight
-    yur, zuq, muw, nuv = yur - mu, zuq + mu, muw + mw - mu, nuv + mu - mv  # lift and added mass act alike
+    yur, zuq, muw, nuv = yur - mu, zuq + mu, muw + mw - mu, nuv + mu - mv  # lift and added mass have the same form
     bu, bv, bw, bp, bq, br = (1.0 / moment for moment in model.inertia)
     strongest, sqrt = model.maximum_force, math.sqrt
 

@@ -1,4 +1,4 @@
-"""The numbers of a simulated marine vehicle, as a section [VSIM/Model/...] of a profile has them."""
+"""The model of a simulated underwater vehicle, read from a section [VSIM/Model/...] of a profile."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -8,12 +8,15 @@ from world.attitude import Vector
 from world.bodies.model_section import ModelSection
 
 FULL_DEFLECTION = 0.4363  # rad, 25 degrees
-MAXIMUM_TORQUE = 6.0  # N m, of an engine about each axis
+MAXIMUM_TORQUE = 6.0  # N m, of an engine, about each axis
 
 
 @dataclass(frozen=True)
 class Fin:
-    """A control surface: N per (m/s)² at full deflection, twice over, along each axis; m from the centre of gravity."""
+    """A control surface.
+
+    `force` is twice the N per (m/s)² at full deflection along each axis, `position` m from the center of gravity.
+    """
 
     force: Vector
     position: Vector
@@ -23,7 +26,7 @@ class Fin:
 class Thruster:
     """A thruster: F = (gain n - loss V) |n| in N, with n in revolutions per second and V in m/s.
 
-    `full_speed` is n at full actuation; `direction` is where it pushes, a unit vector; `position` is in m.
+    `full_speed` is n at full actuation, `direction` the unit vector of the thrust, `position` in m.
     """
 
     gain: float
@@ -37,8 +40,8 @@ class Thruster:
 class UnderwaterModel:
     """Mass, geometry and hydrodynamic coefficients in SI units; body frame forward, starboard, down (SNAME).
 
-    `inertia` divides the six forces and moments. `linear` and `quadratic` drag are of u, v, w, p, q, r, then Y_r, Z_q,
-    M_w, N_v. `lift` is Y_uv, Y_ur, Z_uw, Z_uq, M_uw, M_uq, N_uv, N_ur. `buoyancy` is the centre of buoyancy, `volume`
+    `inertia` divides the six forces and moments. `linear` and `quadratic` are drag of u, v, w, p, q, r, then Y_r, Z_q,
+    M_w, N_v. `lift` is Y_uv, Y_ur, Z_uw, Z_uq, M_uw, M_uq, N_uv, N_ur. `buoyancy` is the center of buoyancy, `volume`
     the sides of the displaced box. `rotational` are the moments of inertia of the Coriolis terms. The fins roll the
     vehicle only if `fins_roll` is set.
     """
@@ -59,10 +62,10 @@ class UnderwaterModel:
 
 
 def read_underwater_model(value: Callable[[str, str], str], name: str) -> UnderwaterModel:
-    """The model of a section, with `value(section, option)` giving its texts. Raises ModelError.
+    """Read the model `name`; `value(section, option)` returns the text of an option. Raises ModelError.
 
-    Options are DUNE's, and besides `Rotational Inertia` (by default the last three of `Inertial Matrix`; DUNE takes the
-    first three by mistake) and `Fins Roll` (by default false, as in DUNE, where fins have no rolling moment).
+    Options are DUNE's, plus `Rotational Inertia` (default: the last three of `Inertial Matrix`; DUNE takes the first
+    three by mistake) and `Fins Roll` (default: false, as in DUNE, where fins have no rolling moment).
     """
     section = ModelSection(value, name)
 
@@ -78,7 +81,7 @@ def read_underwater_model(value: Callable[[str, str], str], name: str) -> Underw
 
     kind, method = section.text("Type"), section.text("Integration Method")
     if method == "false" or kind not in ("", "UUV", "AUV", "ROV"):
-        raise section.error(f"is a model of a {kind or 'boat'}, which is no underwater vehicle")
+        raise section.error(f"is a model of type {kind or 'boat'}, not of an underwater vehicle")
     inertia = section.positive("Inertial Matrix", 6)
     x, y, z = section.positive("Rotational Inertia", 3, inertia[3:])
     sides = section.positive("Volume", 3)

@@ -1,4 +1,4 @@
-"""How a boat moves on the water: surge, sway and yaw under propellers, rudders, drag, current and wind."""
+"""Dynamics of a boat in surge, sway and yaw: propellers, rudders, drag, current and wind."""
 
 import functools
 import math
@@ -12,7 +12,7 @@ WATER = 1025.0  # kg/m³
 AIR = 1.225  # kg/m³
 FULL_RUDDER = 0.7854  # rad, 45 degrees
 STALL = 0.5736  # sine of 35 degrees
-# Abscissae and weights of Gauss and Legendre with four points on -1 to 1.
+# Nodes and weights of Gauss-Legendre quadrature with four points on -1 to 1.
 GAUSS = (
     (-0.8611363115940526, 0.3478548451374538),
     (-0.3399810435848563, 0.6521451548625461),
@@ -25,16 +25,16 @@ Acceleration = Callable[[float, float, float, Sequence[float], Sequence[float], 
 
 
 class Boat:
-    """A boat on the water. All attributes are of the same instant; `step` moves them on.
+    """A boat on the water. All attributes belong to the same instant; `step` advances them.
 
     `x`, `y` are m north and east; `u`, `v` m/s through the water and `r` rad/s in the body frame; `stream` is the
-    velocity of the water and `wind` that of the air in m/s north and east. There is no heave, roll nor pitch: `z`, `w`,
+    velocity of the water and `wind` that of the air in m/s north and east. There is no heave, roll or pitch: `z`, `w`,
     `p` and `q` stay 0. Integrated with the midpoint rule.
 
     The equations are Fossen's maneuvering model with cross-flow drag and wind (Handbook of Marine Craft Hydrodynamics
-    and Motion Control, 2011, ch. 6.4, 6.5 and 8.1). A rudder has the normal force of the MMG model, with Fujii's slope
-    (Yasukawa and Yoshimura, J. Mar. Sci. Technol. 20, 2015), in the stream that follows from the propeller's thrust by
-    momentum theory; hull and rudder do not interact.
+    and Motion Control, 2011, ch. 6.4, 6.5 and 8.1). The normal force of a rudder is that of the MMG model with Fujii's
+    slope (Yasukawa and Yoshimura, J. Mar. Sci. Technol. 20, 2015); its inflow follows from the propeller's thrust by
+    momentum theory. Hull and rudder do not interact.
     """
 
     def __init__(self, model: BoatModel):
@@ -52,7 +52,7 @@ class Boat:
         self._psi = 0.0
 
     def orient(self, phi: float, theta: float, psi: float) -> None:
-        """Turn to this heading (rad); roll and pitch stay 0."""
+        """Set the heading (rad); roll and pitch stay 0."""
         self._psi = wrap(psi)
 
     def euler_angles(self) -> Vector:
@@ -60,18 +60,18 @@ class Boat:
         return 0.0, 0.0, self._psi
 
     def deflect(self, fin: int, angle: float) -> None:
-        """Turn a rudder to an angle (rad); a positive one turns the boat to port. It stops at 45 degrees.
+        """Set a rudder to an angle (rad), limited to 45 degrees; a positive one turns the boat to port.
 
-        Raises IndexError where there is no such rudder.
+        Raises IndexError if there is no such rudder.
         """
         self.deflections[fin] = max(-FULL_RUDDER, min(FULL_RUDDER, angle))
 
     def drive(self, engine: int, actuation: float) -> None:
-        """Set an engine to a share of its full speed, -1 to 1. Raises IndexError where there is no such engine."""
+        """Set an engine to a share of its full speed, -1 to 1. Raises IndexError if there is no such engine."""
         self.actuations[engine] = max(-1.0, min(1.0, actuation))
 
     def step(self, h: float) -> None:
-        """Move on by `h` s. Raises Diverged."""
+        """Advance by `h` s. Raises Diverged."""
         half, psi = 0.5 * h, self._psi
         u, v, r = self.u, self.v, self.r
         north, east, _ = self.stream
@@ -104,9 +104,9 @@ class Boat:
 
 @functools.lru_cache(maxsize=64)
 def _accelerations(model: BoatModel) -> Acceleration:
-    """The accelerations of surge, sway and yaw as a function of velocities, rudders, engine speeds and air.
+    """A function of velocities, rudders, engine speeds and air that returns the accelerations of surge, sway and yaw.
 
-    All numbers of the model are bound as variables of the closure, which Python reads as fast as local ones.
+    It binds all numbers of the model as closure variables, which Python reads as fast as local ones.
     """
     mass, centre = model.mass, model.centre
     xud, yvd, nrd, yrd = model.added
@@ -173,7 +173,7 @@ def _accelerations(model: BoatModel) -> Acceleration:
                 along = math.sqrt(along * along + stream * thrusts[i])
             speed = math.hypot(along, across)
             sine, cosine = math.sin(angles[i]), math.cos(angles[i])
-            attack = sine * along - cosine * across  # times the speed
+            attack = sine * along - cosine * across  # its sine, times the speed
             limit = STALL * speed
             force = factor * speed * (-limit if attack < -limit else limit if attack > limit else attack)
             x -= force * sine

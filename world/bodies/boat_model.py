@@ -1,4 +1,4 @@
-"""The numbers of a simulated boat, as a section [VSIM/Model/...] of type ASV has them."""
+"""The model of a simulated boat, read from a section [VSIM/Model/...] of type ASV or USV."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ KINDS = ("ASV", "USV")
 
 @dataclass(frozen=True)
 class Propeller:
-    """A thruster: F = (gain n - loss u) |n| in N, with n in revolutions per second and u in m/s; astern times reverse.
+    """A thruster: F = (gain n - loss u) |n| in N, times `reverse` astern; n in revolutions per second, u in m/s.
 
-    `full_speed` is n at full actuation, reached with the time constant `lag` (s); `x`, `y` is where it pushes (m), at
-    an `angle` (rad) from ahead.
+    `full_speed` is n at full actuation, reached with the time constant `lag` (s); `x`, `y` is its position (m), `angle`
+    the direction of its thrust (rad from ahead).
     """
 
     gain: float
@@ -28,9 +28,9 @@ class Propeller:
 
 @dataclass(frozen=True)
 class Rudder:
-    """A rudder of an `area` (m²) with an aspect ratio, at `x`, `y` (m); a `share` of it is in a propeller's stream.
+    """A rudder of an `area` (m²) with an aspect ratio, at `x`, `y` (m); a `share` of it is in a propeller's slipstream.
 
-    The stream is that of the propeller with the rudder's number, of a `diameter` (m).
+    The propeller is the one with the number of the rudder, `diameter` is its diameter (m).
     """
 
     area: float
@@ -45,11 +45,12 @@ class Rudder:
 class BoatModel:
     """Mass, geometry and coefficients of a boat in SI units; body frame forward, starboard, down, origin midships.
 
-    `inertia` is the moment about the origin, `centre` how far ahead of it the centre of gravity is. `added` are the
-    derivatives by accelerations of X by that of u, Y by v, N by r, and Y by r. `linear` and `quadratic` are the
+    `inertia` is the moment about the origin, `centre` the distance from there ahead to the center of gravity. `added`
+    are the derivatives by accelerations: X by that of u, Y by v, N by r, and Y by r. `linear` and `quadratic` are the
     coefficients of drag X_u, Y_v, N_r, Y_r, N_v; `lift` those of Y_uv, Y_ur, N_uv, N_ur. `cross_flow` are length and
-    draught (m) and a drag coefficient. `munk` says whether the added masses turn the boat, or the other coefficients
-    hold that. `wind` are the frontal and the lateral area (m²), the length (m), and the coefficients c_x, c_y, c_n.
+    draft (m) and a drag coefficient. `munk` adds the Munk moment of the added masses; without it, the other
+    coefficients contain that moment. `wind` are the frontal and the lateral area (m²), the length (m), and the
+    coefficients c_x, c_y, c_n.
     """
 
     mass: float
@@ -67,12 +68,12 @@ class BoatModel:
 
 
 def is_boat(value: Callable[[str, str], str], name: str) -> bool:
-    """Whether the model of this name is a boat, with `value(section, option)` giving the texts of the profile."""
+    """Whether the model `name` is a boat; `value(section, option)` returns the text of an option."""
     return value(f"VSIM/Model/{name}", "Type") in KINDS
 
 
 def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
-    """The model of a section, with `value(section, option)` giving its texts. Raises ModelError."""
+    """Read the model `name`; `value(section, option)` returns the text of an option. Raises ModelError."""
     section = ModelSection(value, name)
 
     def positive(option: str) -> float:
@@ -90,7 +91,7 @@ def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
         (reverse,) = section.numbers(f"Engine Reverse Factor {i}", 1, (1.0,))
         (lag,) = section.numbers(f"Engine Time Constant {i}", 1, (0.0,))
         if min(gain, rpm) <= 0.0 or min(loss, reverse, lag) < 0.0:
-            raise section.error(f"engine {i} has a number that is less than 0")
+            raise section.error(f"engine {i}: gain and speed must be more than 0, the others at least 0")
         x, y, _ = section.numbers(f"Engine Position {i}", 3, (0.0, 0.0, 0.0))
         angle, _ = section.numbers(f"Engine Orientation {i}", 2, (0.0, 0.0))
         return Propeller(gain, loss, rpm / 60.0, reverse, lag, x, y, angle)
@@ -99,7 +100,7 @@ def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
         x, y, _ = section.numbers(f"Rudder Position {i}", 3)
         share, diameter = section.numbers(f"Rudder Slipstream {i}", 2, (0.0, 1.0))
         if not 0.0 <= share <= 1.0 or diameter <= 0.0:
-            raise section.error(f"Rudder Slipstream {i} is not a share from 0 to 1 and a diameter")
+            raise section.error(f"Rudder Slipstream {i} must be a share from 0 to 1 and a diameter")
         if share and i >= section.count("Engine Count"):
             raise section.error(f"Rudder Slipstream {i}: there is no engine {i}")
         return Rudder(positive(f"Rudder Area {i}"), positive(f"Rudder Aspect Ratio {i}"), x, y, share, diameter)
@@ -109,7 +110,7 @@ def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
     added = section.numbers("Added Mass Coefficients", 4, (0.0,) * 4)
     surge, sway, yaw = mass - added[0], mass - added[1], inertia - added[2]
     if min(surge, sway, yaw) <= 0.0 or sway * yaw <= (mass * centre - added[3]) ** 2:
-        raise section.error("mass and Added Mass Coefficients make no inertia that is more than 0")
+        raise section.error("Added Mass Coefficients make the inertia matrix not positive definite")
     return BoatModel(
         mass=mass,
         inertia=inertia,

@@ -15,14 +15,15 @@ HOVER_RATE, HOVER_ACCELERATION = 0.3, 0.1  # m/s, m/s²: straight up and down by
 
 
 class Motion:
-    """Position, attitude and velocities of a vehicle under way; all attributes hold at the same instant.
+    """Position, attitude and velocities of a vehicle; all attributes belong to the same instant.
 
     `north`, `east`, `depth` are m from the start; `u`, `v`, `w` are m/s through the water in the body frame, and `vn`,
-    `ve`, `vd` m/s over ground. Under way the vehicle moves along its bow: pitch follows from the rate of descent, bank
-    from the yaw rate as in a coordinated turn. Without a pattern it keeps its place against the current (m/s).
+    `ve`, `vd` m/s over ground. Under way the vehicle moves where its bow points: pitch follows from the rate of
+    descent, bank from the yaw rate as in a coordinated turn. Without a pattern it keeps its place against the current
+    (m/s).
 
     `speed`, `depth_target` (m/s, m), `turn_rate` and `maximum_pitch` (rad/s, rad) may change at any time: speed and
-    depth move one after the other, each with minimum jerk.
+    depth change one after the other, each with minimum jerk.
     """
 
     def __init__(self, pattern: Pattern | None, heading: float, current: tuple[float, float], dive_time: float = 0.0):
@@ -45,7 +46,7 @@ class Motion:
         self._derive()
 
     def advance(self, seconds: float) -> None:
-        """Move on in time, in equal steps of at most 20 ms."""
+        """Advance in equal steps of at most 20 ms."""
         steps = math.ceil(seconds / MAXIMUM_STEP - 1e-9)
         for _ in range(steps):
             self._step(seconds / steps)
@@ -107,7 +108,7 @@ class Motion:
         self.psi = wrap(self.psi + 0.5 * dt * (rate + self._yaw_rate))
 
     def _derive(self) -> None:
-        """Pitch, bank, body rates and velocities of the ramps, the heading and its rates."""
+        """Compute pitch, bank, body rates and velocities from the ramps, the heading and its rates."""
         surge, descent, psi_rate = self._surge.value, self._dive.rate, self._yaw_rate
         cy, sy = math.cos(self.psi), math.sin(self.psi)
         cn, ce = self.current

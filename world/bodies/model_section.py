@@ -5,26 +5,26 @@ from collections.abc import Callable, Sequence
 
 
 class ModelError(ValueError):
-    """A section [VSIM/Model/...] has no number, or a wrong one, where the equations need one."""
+    """A number in a section [VSIM/Model/...] is missing or invalid."""
 
 
 class ModelSection:
-    """The section of the model `name`, with `value(section, option)` giving its texts. All methods raise ModelError."""
+    """The section of the model `name`; `value(section, option)` returns its texts. All methods raise ModelError."""
 
     def __init__(self, value: Callable[[str, str], str], name: str):
         self._value = value
         self._section = f"VSIM/Model/{name}"
 
     def error(self, reason: str) -> ModelError:
-        """The error that names the section."""
+        """A ModelError that names the section."""
         return ModelError(f"[{self._section}] {reason}")
 
     def text(self, option: str) -> str:
-        """What an option says, empty where there is none."""
+        """The text of an option; empty if it is not set."""
         return self._value(self._section, option)
 
     def numbers(self, option: str, count: int, default: Sequence[float] | None = None) -> tuple[float, ...]:
-        """So many finite numbers; without a default they have to be there."""
+        """`count` finite numbers; an option without a default is required."""
         text = self.text(option)
         if not text and default is not None:
             return tuple(default)
@@ -38,14 +38,14 @@ class ModelSection:
         return found
 
     def positive(self, option: str, count: int = 1, default: Sequence[float] | None = None) -> tuple[float, ...]:
-        """So many numbers above 0."""
+        """`count` numbers above 0."""
         found = self.numbers(option, count, default)
         if min(found) <= 0.0:
-            raise self.error(f"{option} has to be more than 0")
+            raise self.error(f"{option} must be more than 0")
         return found
 
     def count(self, option: str) -> int:
-        """A whole number from 0 to 255, 0 where there is none."""
+        """A whole number from 0 to 255; 0 if it is not set."""
         (found,) = self.numbers(option, 1, (0,))
         if found not in range(256):
             raise self.error(f"{option} is not a whole number from 0 to 255")

@@ -1,4 +1,4 @@
-"""How a multirotor moves: thrust along its mast, tilt, gravity, drag in moving air, and the ground."""
+"""Dynamics of a multirotor: thrust along its mast, tilt, gravity, drag in moving air, and the ground."""
 
 import math
 from dataclasses import dataclass
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from world.attitude import Matrix, Vector, body_rates, rotation, to_body, wrap
 
 GRAVITY = 9.80665
-LIMIT = 1e3  # m/s, no vehicle is faster
+LIMIT = 1e3  # m/s; beyond it, the motion has diverged
 
 
 @dataclass(frozen=True)
 class Airframe:
-    """What a multirotor is like: kg, N at full rotor speed, s, rad/s; drag in N s/m and N s²/m², `tilt` in rad."""
+    """Parameters of a multirotor: kg, N at full rotor speed, s, rad/s; drag in N s/m and N s²/m², `tilt` in rad."""
 
     mass: float = 3.0
     thrust: float = 60.0
@@ -26,18 +26,18 @@ class Airframe:
 
     @property
     def hover(self) -> float:
-        """The rotor speed that carries the weight, as a share of the full one."""
+        """The rotor speed that carries the weight, as a share of full speed."""
         return math.sqrt(self.mass * GRAVITY / self.thrust)
 
 
 class Multirotor:
-    """A multirotor over flat ground. All attributes are of the same instant; `step` moves them on.
+    """A multirotor over flat ground. All attributes belong to the same instant; `step` advances them.
 
-    `x`, `y`, `z` are m north, east and down of where it stood, `vn`, `ve`, `vd` m/s over ground, `p`, `q`, `r` rad/s in
+    `x`, `y`, `z` are m north, east and down from its start, `vn`, `ve`, `vd` m/s over ground, `p`, `q`, `r` rad/s in
     the body frame, `wind` m/s north, east and down. Thrust acts along the mast, with the square of the rotor speed, and
     m dv/dt = m g e3 - T R e3 - (k1 + k2 |v - w|) (v - w), with drag of the rotors and of the body (Mahony, Kumar and
     Corke, Multirotor Aerial Vehicles, IEEE Robotics & Automation Magazine 19(3), 2012). Roll and pitch follow their
-    commands as its attitude controller has them do: as a damped oscillator; rotors and yaw rate as first-order lags.
+    commands like a damped oscillator, as under an attitude controller; rotors and yaw rate follow as first-order lags.
 
     On the ground it stands until thrust exceeds weight; `impact` is the speed (m/s) of the last touchdown.
     """
@@ -66,12 +66,12 @@ class Multirotor:
         self._pitch = max(-limit, min(limit, angle))
 
     def turn(self, rate: float) -> None:
-        """Command a rate of the heading (rad/s)."""
+        """Command a heading rate (rad/s)."""
         limit = self.airframe.yaw_rate
         self._turn = max(-limit, min(limit, rate))
 
     def drive(self, share: float) -> None:
-        """Command a rotor speed as a share of the full one."""
+        """Command a rotor speed as a share of full speed."""
         self._rotors = max(0.0, min(1.0, share))
 
     @property
@@ -85,7 +85,7 @@ class Multirotor:
         return rotation(self.phi, self.theta, self.psi)
 
     def step(self, h: float) -> None:
-        """Move on by `h` s. Raises ArithmeticError where the motion has no bounds."""
+        """Advance by `h` s. Raises ArithmeticError if the motion diverges."""
         a = self.airframe
         self._incline(h)
         self.rotors += (self._rotors - self.rotors) * -math.expm1(-h / a.rotor_lag)
@@ -112,7 +112,7 @@ class Multirotor:
             self.z = self.vn = self.ve = self.vd = 0.0
 
     def _incline(self, h: float) -> None:
-        """Turn towards the commands; on the ground the legs keep it level and in its heading."""
+        """Tilt and turn towards the commands; on the ground the legs keep it level and hold its heading."""
         a, stands = self.airframe, self.on_ground
         roll, pitch, turn = (0.0, 0.0, 0.0) if stands else (self._roll, self._pitch, self._turn)
         stiffness, damping = a.bandwidth * a.bandwidth, 2.0 * a.damping * a.bandwidth

@@ -1,4 +1,4 @@
-"""Where a simulated vehicle wants to go: smooth ramps, straight legs, circles."""
+"""Paths of a simulated vehicle: smooth ramps, straight legs, circles."""
 
 import math
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ class Ramp:
         self._elapsed = 0.0
 
     def move(self, target: float, rate: float, acceleration: float) -> None:
-        """Begin to move from rest to `target`, never faster than `rate` nor with more than `acceleration`."""
+        """Start to move from rest to `target`, with at most `rate` and `acceleration`."""
         distance = abs(target - self.value)
         self._origin, self._target, self._elapsed = self.value, target, 0.0
         self._duration = max(
@@ -55,7 +55,7 @@ class Pattern(Protocol):
 
     @property
     def depth(self) -> float | None:
-        """Depth (m) that the path wants here; None leaves it to the vehicle."""
+        """Depth (m) of the path here; None leaves it to the vehicle."""
         ...
 
     def steer(self, north: float, east: float) -> tuple[float, float]:
@@ -64,7 +64,7 @@ class Pattern(Protocol):
 
 
 class Line:
-    """A straight line without end through `north`, `east` (m) at `course` (rad), joined within `lookahead` (m).
+    """An infinite straight line through `north`, `east` (m) at `course` (rad), joined within `lookahead` (m).
 
     Line-of-sight guidance: Fossen 2011, eq. 10.71.
     """
@@ -98,7 +98,7 @@ class Circle:
 
 
 class Legs:
-    """Straight legs through `points` (north, east and depth or None, in m), again and again from the first.
+    """Straight legs through `points` (north, east and depth or None, in m), repeated from the first.
 
     A leg ends where a turn of `turn_radius` (m) leads onto the next one.
     """
@@ -138,7 +138,7 @@ def lawn_mower(length: float, spacing: float, count: int, course: float) -> list
 
 
 def parse_points(rows: Sequence[str], sizes: tuple[int, ...]) -> list[list[float]]:
-    """Points written as blank-separated numbers, one row each. Raises ValueError that names the bad row."""
+    """Parse points, one row of space-separated numbers each. Raises ValueError that names the bad row."""
     points: list[list[float]] = []
     for row in rows:
         try:

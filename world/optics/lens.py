@@ -20,8 +20,8 @@ NEWTON_STEPS = 3
 class Lens:
     """r(phi) = k1 phi + k2 phi² + k3 phi³ + k4 phi⁴, phi in rad off the optical axis, up to half of `fov` (rad).
 
-    r has the unit that `k` has: normalised by the focal length, or pixels (NVIDIA's f-theta and WoodScape's form).
-    Raises ValueError if r does not grow over all of the field of view, or if that lies outside (0, 2π].
+    r has the unit of `k`: normalized by the focal length, or pixels (as in NVIDIA's f-theta and WoodScape). Raises
+    ValueError if r does not grow over the whole field of view, or if `fov` lies outside (0, 2π].
     """
 
     k: tuple[float, float, float, float]
@@ -36,8 +36,8 @@ class Lens:
             raise ValueError("all coefficients of the lens are zero")
         if not self._least_slope() > 0.0:
             raise ValueError(
-                f"the lens {list(self.k)} does not grow up to {math.degrees(self.fov / 2):g}° off its axis: "
-                "one pixel would see in two directions"
+                f"the image radius of the lens {list(self.k)} does not grow up to "
+                f"{math.degrees(self.fov / 2):g}° off its axis: one pixel would show two directions"
             )
 
     @property
@@ -61,7 +61,7 @@ class Lens:
         return k1 + p * (2 * k2 + p * (3 * k3 + p * 4 * k4))
 
     def angle(self, radius: ArrayLike) -> Floats:
-        """phi for r in [0, r(edge)], to 1e-12 rad; beyond, the nearest end."""
+        """phi for r in [0, r(edge)], to 1e-12 rad; outside, that of the nearest end."""
         r = np.asarray(radius, dtype=np.float64)
         radii, angles = self._table
         phi = np.interp(r, radii, angles)
@@ -84,7 +84,7 @@ class Lens:
 
 @dataclass(frozen=True)
 class Preset:
-    """Coefficients for focal length 1, and the widest field of view (rad) for which they hold."""
+    """Coefficients for focal length 1, and the widest field of view (rad) for which they are valid."""
 
     k: tuple[float, float, float, float]
     widest: float = math.tau
@@ -108,21 +108,21 @@ PRESETS: Mapping[str, Preset] = MappingProxyType(
 
 
 def preset_lens(name: str, fov: float) -> Lens:
-    """The named lens for a field of view in rad. Raises ValueError beyond what its coefficients were fitted for."""
+    """The named lens for a field of view in rad. Raises ValueError beyond the range of its coefficients."""
     preset = PRESETS[name]
     if fov > preset.widest + 1e-9:
         raise ValueError(
-            f"the lens {name} holds up to {math.degrees(preset.widest):g}°, not for {math.degrees(fov):g}°"
+            f"the lens {name} is valid up to {math.degrees(preset.widest):g}°, not for {math.degrees(fov):g}°"
         )
     return Lens(preset.k, fov)
 
 
 @dataclass(frozen=True)
 class Projection:
-    """Where rays of the optical frame (x right, y down, z along the axis) fall in a square image of `size` px.
+    """Maps rays of the optical frame (x right, y down, z along the axis) to a square image of `size` px.
 
-    The axis meets the image in its middle; pixel (i, j) covers [i, i+1) x [j, j+1). `scale` is px per unit of r;
-    without it the image circle touches the borders of the image.
+    The axis meets the center of the image; pixel (i, j) covers [i, i+1) x [j, j+1). `scale` is px per unit of r;
+    by default the image circle touches the borders of the image.
     """
 
     lens: Lens
@@ -154,7 +154,7 @@ class Projection:
         return pixels
 
     def rays(self) -> tuple[Floats, NDArray[np.bool_]]:
-        """Unit rays (size, size, 3) through the pixel centres, and which of them lie in the image circle."""
+        """Unit rays (size, size, 3) through the pixel centers, and which of them lie in the image circle."""
         axis = np.arange(self.size) + 0.5 - self.size / 2
         x, y = axis[np.newaxis, :], axis[:, np.newaxis]
         radius = np.hypot(x, y)
@@ -165,8 +165,8 @@ class Projection:
 
 
 def original_size_criterion(k: float = 1.0, phi_max_deg: float = 135.0) -> float:
-    """The image size that the thesis behind this camera prints, kept for comparison only.
+    """The image size given in the thesis behind this camera, kept only for comparison.
 
-    It takes phi in degrees and adds the terms as a root of squares; the image needs 2 ceil(r(phi_max)) px in fact.
+    It takes phi in degrees and adds the terms as a root of squares; the correct size is 2 ceil(r(phi_max)) px.
     """
     return math.sqrt(sum((k * phi_max_deg**n) ** 2 for n in range(1, 5)))

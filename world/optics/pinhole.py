@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from world.attitude import Matrix, Vector, to_body, to_ned
 
-NEAR = 1e-6  # m, what lies closer to the camera's plane is not seen
+NEAR = 1e-6  # m, closer to the camera's plane nothing is visible
 
 
 def focal_length(pixels: float, field_of_view: float) -> float:
@@ -35,13 +35,13 @@ class Pinhole:
         return u, v
 
     def covers(self, u: float, v: float) -> bool:
-        """Whether an image point lies in the image; its right and lower borders do not."""
+        """Whether an image point lies in the image; the right and lower borders are outside."""
         return 0.0 <= u < self.width and 0.0 <= v < self.height
 
     def locate(self, r: Matrix, u: float, v: float, height: float) -> tuple[float, float] | None:
         """North and east (m, from the camera) where the ray of an image point meets the plane `height` m below.
 
-        None where it does not meet it.
+        None if the ray misses the plane.
         """
         right = (u - 0.5 * self.width) / focal_length(self.width, self.horizontal)
         back = (v - 0.5 * self.height) / focal_length(self.height, self.vertical)

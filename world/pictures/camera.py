@@ -18,10 +18,10 @@ from world.pictures.scenes import Pose, surroundings
 
 @dataclass(frozen=True)
 class Camera:
-    """What a picture depends on beside the pose. `visibility` is in m, 0 for the usual one of the scene.
+    """All that a picture depends on except the pose. `visibility` is in m; 0 takes the default of the scene.
 
-    `mugs` are the places of gliders north and east of the scene's origin in m. The same seed shows the same seabed to
-    all cameras. The tables are made for the first picture, in some tenths of a second.
+    `mugs` are positions of gliders in m north and east of the scene's origin. All cameras with the same seed see the
+    same seabed. The first picture takes some tenths of a second longer, since it builds the tables.
     """
 
     projection: Projection

@@ -1,4 +1,4 @@
-"""The five or six square 90° views that a fisheye picture is put together from."""
+"""The five or six square 90° views that make up a fisheye picture."""
 
 import math
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ NAMES = ("down", "front", "right", "back", "left", "up")
 # Widest field of view, rad, that five faces fill: the upper corners of the side faces lie acos(-1/√3) off the axis.
 WIDEST_OF_FIVE = 2 * math.acos(-1 / math.sqrt(3))
 
-# Face optical frame (x right, y down, z forward) to the frame of the face `down`, as [w, x, y, z].
+# From the optical frame of a face (x right, y down, z forward) to that of the face `down`, as [w, x, y, z].
 _H = math.sqrt(0.5)
 QUATERNIONS = (
     (1.0, 0.0, 0.0, 0.0),
@@ -22,7 +22,7 @@ QUATERNIONS = (
     (0.0, 1.0, 0.0, 0.0),
 )
 
-# The thesis' table in its (row, column, depth) image coordinates, with the lost sign of `front` put back.
+# The table of the thesis in its (row, column, depth) image coordinates, with the missing sign of `front` restored.
 ORIGINAL_QUATERNIONS = (
     (1.0, 0.0, 0.0, 0.0),
     (_H, 0.0, -_H, 0.0),
@@ -47,17 +47,17 @@ def quaternion_matrix(quaternion: Sequence[float]) -> NDArray[np.float64]:
 def rotations(count: int) -> NDArray[np.float64]:
     """(count, 3, 3) matrices from each face's optical frame to that of `down`. Raises ValueError unless 5 or 6."""
     if count not in (5, 6):
-        raise ValueError(f"a fisheye is put together from 5 or 6 faces, not {count}")
+        raise ValueError(f"a fisheye picture has 5 or 6 faces, not {count}")
     return np.rint([quaternion_matrix(q) for q in QUATERNIONS[:count]])
 
 
 def pixel_axis(width: int) -> NDArray[np.float32]:
-    """Tangents of the angles at which the pixels across a face look, from its axis: from -1 to 1."""
+    """Tangents of the angles between a face's axis and the pixels across it: from -1 to 1."""
     return np.linspace(1 / width - 1, 1 - 1 / width, width, dtype=np.float32)
 
 
 def empty_atlas(count: int, width: int) -> NDArray[np.uint32]:
-    """Room for `count` faces of RGBA pixels, one below the other, and one black pixel behind them; flat."""
+    """A flat array for `count` faces of RGBA pixels, one below the other, and one black pixel after them."""
     if width < 1:
         raise ValueError(f"a face of {width} px has no pixels")
     atlas = np.empty(count * width * width + 1, dtype=np.uint32)

@@ -1,4 +1,4 @@
-"""How bright and in what colour water, sea surface, sky and seabed are: linear light, 0 to 1, colours first."""
+"""Brightness and color of water, sea surface, sky and seabed: linear light, 0 to 1, color is the first axis."""
 
 import math
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ Floats = NDArray[np.floating[Any]]
 
 ROWS = 1024  # steps of the sine of the elevation, from the horizon to the nadir or the zenith
 SUMS = 2 * TONES  # the tones of two textures are added
-CONTRAST_LEFT = 3.912  # -ln 0.02: visibility is where 2 % of the contrast is left (Koschmieder)
-WINDOW = math.cos(math.asin(1 / 1.34))  # cosine of the zenith angle inside which the sky is seen from below
+CONTRAST_LEFT = 3.912  # -ln 0.02: visibility is the distance at which 2 % of the contrast is left (Koschmieder)
+WINDOW = math.cos(math.asin(1 / 1.34))  # cosine of the zenith angle of the rim of Snell's window
 
 
 def rgb(red: float, green: float, blue: float) -> Floats:
@@ -34,9 +34,9 @@ def tones() -> Floats:
 
 @dataclass(frozen=True)
 class OpticalMedium:
-    """Water or air: 1/m of `attenuation` along a beam and of `extinction` of daylight with depth, by colour.
+    """Water or air: `attenuation` along a beam and `extinction` of daylight with depth, in 1/m by color.
 
-    `glow` is what endlessly much of it scatters to the camera from the horizon.
+    `glow` is the light that an infinite layer of it scatters from the horizon to the camera.
     """
 
     attenuation: Floats
@@ -44,17 +44,17 @@ class OpticalMedium:
     glow: Floats
 
     def daylight(self, depth: float, exposed_at: float) -> Floats:
-        """Light at a depth for a camera that exposes green right at another."""
-        brightest = 60.0  # of the exponent: white at any rate, and within single precision
+        """Light at `depth` m for a camera whose exposure is right for green light at `exposed_at` m."""
+        brightest = 60.0  # largest exponent: white anyway, and within single precision
         return np.exp(np.minimum(self.extinction[1] * exposed_at - self.extinction * depth, brightest))
 
     def transmission(self, distance: Floats) -> Floats:
-        """(3, n, m) share of the light that is left after a distance (n, m) in m."""
+        """(3, n, m) share of the light left after a distance (n, m) in m."""
         return np.exp(-self.attenuation * distance)
 
 
 def water(visibility: float) -> OpticalMedium:
-    """Green coastal water through which green is seen as far as `visibility` m."""
+    """Green coastal water; `visibility` is that of green light, in m."""
     beam = CONTRAST_LEFT / visibility
     return OpticalMedium(beam * rgb(1.4, 1.0, 1.08), beam * rgb(0.28, 0.2, 0.23), rgb(0.014, 0.115, 0.145))
 
@@ -65,7 +65,7 @@ def air(visibility: float) -> OpticalMedium:
 
 
 def sideways(glow: Floats, upward: Floats) -> Floats:
-    """(3, n, m) the glow of water by the sine of the elevation (n, m): brightest from above."""
+    """(3, n, m) glow of water by the sine of the elevation (n, m): brightest from above."""
     return glow * (0.5 + 1.1 * (0.5 + 0.5 * upward) ** 1.3)
 
 
@@ -76,7 +76,7 @@ def seabed() -> Floats:
 
 
 def surface_from_below() -> Floats:
-    """(3, ROWS, SUMS): the sky inside Snell's window, a mirror of the deep outside; waves fray the edge."""
+    """(3, ROWS, SUMS): the sky inside Snell's window, a mirror of the deep outside; waves blur the rim."""
     cosine = sines() + 0.55 * (tones() - 0.5)
     inside = np.clip((cosine - WINDOW) / 0.14 + 0.5, 0.0, 1.0)
     inside = inside * inside * (3 - 2 * inside)
@@ -92,7 +92,7 @@ def sky(sine: Floats) -> Floats:
 
 
 def sea() -> Floats:
-    """(3, ROWS, SUMS): the sea from above: mirrored sky (Schlick's Fresnel term), light from within, crests of foam."""
+    """(3, ROWS, SUMS): the sea from above: mirrored sky (Schlick's Fresnel term), light from below, foam on crests."""
     slope = tones() - 0.5
     cosine = np.clip(0.93 * sines() + 0.07 + 0.6 * slope, 0.0, 1.0)
     mirrored = 0.02 + 0.70 * (1 - cosine) ** 5
@@ -103,7 +103,7 @@ def sea() -> Floats:
 
 
 def clouds() -> Floats:
-    """(3, ROWS, SUMS): clouds before the sky."""
+    """(3, ROWS, SUMS): clouds in front of the sky."""
     clear = sky(sines())
     cover = np.clip((tones() - 0.08) * 2.4, 0.0, 1.0)
     white = 0.95 - 0.35 * np.clip(tones() * 1.5 - 0.45, 0.0, 1.0)
@@ -116,7 +116,7 @@ def encode(linear: Floats) -> Floats:
 
 
 def rgba_words(linear: Floats) -> NDArray[np.uint32]:
-    """RGBA words of (3, n, m) linear light: flat."""
+    """Flat RGBA words of (3, n, m) linear light."""
     pixels = np.full((linear[0].size, 4), 255, dtype=np.uint8)
     for channel, values in enumerate(encode(linear)):
         pixels[:, channel] = values.ravel()

@@ -1,4 +1,4 @@
-"""The inverse map of a fisheye picture: for each of its pixels, the place in a face that it shows."""
+"""The inverse map of a fisheye picture: for each pixel, the point of a face that it shows."""
 
 import math
 
@@ -12,22 +12,22 @@ OUTSIDE, VOID = -2, -1
 
 
 def void_warning(fov: float, faces: int) -> str:
-    """What to tell the user if faces leave gaps in a field of view (rad); empty if they do not."""
+    """A warning if faces leave gaps in a field of view (rad), else empty."""
     if faces > 5 or fov <= WIDEST_OF_FIVE:
         return ""
     return (
-        f"five faces fill {math.degrees(WIDEST_OF_FIVE):.2f}°; of {math.degrees(fov):g}° "
-        "the gaps on the diagonals stay black: use six faces"
+        f"five faces fill {math.degrees(WIDEST_OF_FIVE):.2f}° only; at {math.degrees(fov):g}° "
+        "the diagonals have black gaps: use six faces"
     )
 
 
 class Lookup:
-    """Which place of which face each pixel of a picture of `projection.size` px shows.
+    """For each pixel of a picture of `projection.size` px, the face that it shows and the point of that face.
 
-    `face` (size, size) int8 is the face of each pixel, VOID where no face looks, OUTSIDE beyond the image circle.
-    `u`, `v` (size, size) float64 is the place in that face, px, 0 in the middle of its first pixel; NaN without one.
-    `rows[f]` are the rows of face f that are looked at, as (first, behind the last).
-    Raises ValueError for a face without pixels and for other than five or six faces.
+    `face` (size, size) int8 is the face of each pixel, VOID if no face covers it, OUTSIDE beyond the image circle.
+    `u`, `v` (size, size) float64 is the point of that face, px, 0 at the center of its first pixel; NaN without a face.
+    `rows[f]` are the rows of face f that are used, as (first, last + 1).
+    Raises ValueError for a face without pixels, and unless there are five or six faces.
     """
 
     def __init__(self, projection: Projection, face_width: int, faces: int = 5):
@@ -61,7 +61,7 @@ class Lookup:
 
 
 def _nearest_face(rays: Floats, inside: NDArray[np.bool_], faces: int) -> NDArray[np.int8]:
-    """The face whose axis is nearest to each ray; of equally near ones the first."""
+    """The face whose axis is nearest to each ray; the first of equally near ones."""
     x, y, z = np.moveaxis(rays, -1, 0)
     face = np.zeros(inside.shape, dtype=np.int8)
     nearest = z.copy()

@@ -1,4 +1,4 @@
-"""Micro underwater gliders: bright yellow bodies, drawn over the faces of a fisheye camera."""
+"""Mini underwater gliders (MUGs): bright yellow bodies, drawn over the faces of a fisheye camera."""
 
 import math
 from collections.abc import Callable
@@ -16,12 +16,12 @@ Floats = NDArray[np.floating[Any]]
 LENGTH = 0.8  # m
 RADIUS = 0.08  # m
 YELLOW = rgb(3.2, 1.9, 0.02)
-RIM = math.radians(80.0)  # a face ends before, at 45°
+RIM = math.radians(80.0)  # beyond the rim of a face, which is at 45°
 
 
 @dataclass(frozen=True)
 class Mug:
-    """A glider that points to `heading` (rad); its middle lies at (north, east, down) m from the camera."""
+    """A glider that points to `heading` (rad); its center is (north, east, down) m from the camera."""
 
     centre: tuple[float, float, float]
     heading: float = 0.0
@@ -34,7 +34,7 @@ def draw(
     mug: Mug,
     light: Callable[[Floats, Floats], Floats],
 ) -> None:
-    """Draws a glider into `rows` of a face (w, w, 4), whose optical frame `turn` (3, 3) turns to NED.
+    """Draws a glider into `rows` of a face (w, w, 4); `turn` (3, 3) rotates its optical frame to NED.
 
     `light(reflected, distance)` is what the camera sees, 0 to 255, of reflectances (3, n, m) at distances (n, m) in m.
     """

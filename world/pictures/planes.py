@@ -15,9 +15,9 @@ from world.pictures.texture import LEVELS, SIZE, STRIDE, level_offset
 Floats = NDArray[np.floating[Any]]
 Words = NDArray[np.uint32]
 
-STRIP = 32  # rows of a face that are cast at once: their scratch stays in the second cache level
-GRAZING = 1e-4  # sine of the elevation, next to the horizon, below which no texture is told apart
-FAR = 64 * SIZE  # keeps texture coordinates positive, so that cutting them off rounds them down
+STRIP = 32  # rows of a face that are cast together: their temporary arrays fit into the L2 cache
+GRAZING = 1e-4  # sine of the elevation, next to the horizon, below which texture is invisible
+FAR = 64 * SIZE  # keeps texture coordinates positive, so that truncation rounds down
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Layer:
 
 @dataclass(frozen=True)
 class Plane:
-    """One plane as one picture shows it: `distance` m below (side 1) or above (side -1) the camera.
+    """A plane in one picture: `distance` m below (side 1) or above (side -1) the camera.
 
     The tones of both layers are added. `palette` (ROWS * SUMS) holds the RGBA words by elevation and sum of tones.
     """
@@ -44,13 +44,13 @@ class Plane:
 
 
 class Caster:
-    """Faces of `width` px, cast strip by strip."""
+    """Casts faces of `width` px strip by strip."""
 
     def __init__(self, width: int):
         self.width = width
         self.axis = pixel_axis(width)
         length = np.sqrt(1 + self.axis[np.newaxis, :] ** 2 + self.axis[:, np.newaxis] ** 2)
-        # Steps of the palette to which a ray of length 1 through each pixel climbs, per unit of its height.
+        # Times the height of the ray through a pixel, this is its row of the palette: the sine of its elevation * ROWS.
         self.steps = (ROWS / length).astype(np.float32)
 
     def cast(
@@ -62,7 +62,7 @@ class Caster:
         position: tuple[float, float],
         time: float,
     ) -> None:
-        """Fills `rows` of each face; `faces` (n, 3, 3) turn optical frames to NED, `position` is north, east in m."""
+        """Fills `rows` of each face; `faces` (n, 3, 3) rotate optical frames to NED, `position` is north, east in m."""
         below, above = (Shot(self, plane, position, time) for plane in planes)
         pixels = atlas[:-1].reshape(len(faces), self.width, self.width)
         for turn, (first, last), face in zip(faces, rows, pixels, strict=True):
@@ -86,7 +86,7 @@ class Caster:
 
 
 class Shot:
-    """A plane with what stays the same all over one picture of it."""
+    """A plane with all that is constant in one picture of it."""
 
     def __init__(self, caster: Caster, plane: Plane, position: tuple[float, float], time: float):
         self.caster = caster
@@ -94,7 +94,7 @@ class Shot:
         self.prints = [Print(layer, plane.distance, 2 / caster.width, position, time) for layer in plane.layers]
 
     def shade(self, out: Words, turn: NDArray[np.float64], strip: slice, height: Floats) -> None:
-        """Colours pixels whose rays, of length 1 along the face's axis, come `height` > 0 nearer to the plane."""
+        """Colors pixels whose rays, of length 1 along the face's axis, approach the plane by `height` > 0."""
         step = (height * self.caster.steps[strip]).astype(np.int64)
         np.minimum(step, ROWS - 1, out=step)
         index = step * SUMS
@@ -106,7 +106,7 @@ class Shot:
 
 
 class Print:
-    """A layer as one picture shows it: `axes` (2, 3) takes directions in NED to texels across and down the texture."""
+    """A layer in one picture: `axes` (2, 3) maps directions in NED to texels across and down the texture."""
 
     def __init__(self, layer: Layer, distance: float, pixel: float, position: tuple[float, float], time: float):
         self.pyramid = layer.pyramid
@@ -117,13 +117,13 @@ class Print:
         across += layer.drift * time / layer.texel
         self.origin = np.float32(across % SIZE + FAR), np.float32(down % SIZE + FAR)
         sine = (np.arange(ROWS) + 0.5) / ROWS
-        # Between the extent of a pixel along the view, that grows with sine**-2, and across it, with sine**-1.
+        # A compromise: the extent of a pixel grows with sine**-2 along the view, with sine**-1 across it.
         footprint = pixel * distance / layer.texel * sine**-1.75
         self.level = np.clip(np.ceil(np.log2(footprint) - 0.3), 0, LEVELS - 1).astype(np.int32)
         self.column = level_offset(self.level)
 
     def tones(self, across: Floats, down: Floats, step: NDArray[np.int64]) -> NDArray[np.uint8]:
-        """The texture at a distance in texels from below the camera, as coarse as its elevation asks for."""
+        """The texture at an offset in texels from the point below the camera, as coarse as its elevation requires."""
         column, row = (self._whole(*place) for place in ((across, self.origin[0]), (down, self.origin[1])))
         level = self.level.take(step, mode="clip")
         row >>= level
@@ -135,7 +135,7 @@ class Print:
 
     def _whole(self, texels: Floats, origin: np.float32) -> NDArray[np.int32]:
         texels += origin
-        with np.errstate(invalid="ignore"):  # beyond all range next to the horizon, where the texture is one texel
+        with np.errstate(invalid="ignore"):  # out of range next to the horizon, where the texture is one texel
             whole = texels.astype(np.int32)
         whole &= SIZE - 1
         return whole

@@ -5,36 +5,25 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from world.attitude import rotation
 from world.pictures.faces import empty_atlas, rotations
 from world.pictures.mug import Mug, draw
 from world.pictures.planes import Caster
 from world.pictures.scenes import Pose, Surroundings
 
-# Nadir mount: the top of the image looks to the bow. Columns are the camera's x, y, z in the body frame.
+# Nadir mount: the top of the image points to the bow. Columns are the camera's x, y, z in the body frame.
 MOUNT = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-
-
-def attitude(roll: float, pitch: float, yaw: float) -> NDArray[np.float64]:
-    """Rz(yaw) Ry(pitch) Rx(roll): body to NED."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
-    return np.array(
-        [
-            [cp * cy, sr * sp * cy - cr * sy, cr * sp * cy + sr * sy],
-            [cp * sy, sr * sp * sy + cr * cy, cr * sp * sy - sr * cy],
-            [-sp, sr * cp, cr * cp],
-        ]
-    )
 
 
 def camera(pose: Pose) -> NDArray[np.float64]:
     """(3, 3) rotation from the optical frame of the camera to NED."""
-    return attitude(pose.roll, pose.pitch, pose.yaw) @ MOUNT
+    return np.array(rotation(pose.roll, pose.pitch, pose.yaw)) @ MOUNT
 
 
 class Renderer:
-    """Five or six faces of `width` px, of which only `rows` (see Lookup) are drawn; all of them by default.
+    """Draws `rows` (see Lookup) of five or six faces of `width` px; all rows by default.
 
-    `mugs` are places north and east of the scene's origin in m.
+    `mugs` are positions of gliders in m north and east of the scene's origin.
     """
 
     def __init__(

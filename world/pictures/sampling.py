@@ -1,4 +1,4 @@
-"""Putting a fisheye picture together from its faces, along a look-up table."""
+"""Assembles a fisheye picture from its faces with a lookup table."""
 
 import importlib
 import importlib.util
@@ -13,7 +13,7 @@ Atlas = NDArray[np.uint32]
 Image = NDArray[np.uint8]
 
 INTERPOLATIONS = ("nearest", "bilinear")
-TILE = 1 << 15  # pixels per step of the blend: what the second cache level holds
+TILE = 1 << 15  # pixels per step of the blend: as many as fit into the L2 cache
 EVEN_BYTES = np.uint32(0x00FF00FF)
 HALVES = np.uint32(0x00800080)
 EIGHT = np.uint32(8)
@@ -21,7 +21,7 @@ WHOLE = np.uint32(256)
 
 
 def sampler(lookup: Lookup, interpolation: str) -> Callable[[Atlas], Image]:
-    """Makes an atlas (see faces.stack) into a picture (size, size, 4); OpenCV blends if it is installed."""
+    """A function from an atlas (see faces.stack) to a picture (size, size, 4); OpenCV blends if it is installed."""
     if interpolation == "nearest":
         return Nearest(lookup)
     return Remap(lookup) if importlib.util.find_spec("cv2") is not None else Blend(lookup)
@@ -41,13 +41,13 @@ class Nearest:
     def __call__(self, atlas: Atlas) -> Image:
         _check(atlas, self.pixels)
         picture = np.empty(self.size * self.size, dtype=np.uint32)
-        # np.take runs on an int64 index with mode clip without a converted copy or a buffered output.
+        # With an int64 index and mode clip, np.take neither copies the index nor buffers the output.
         np.take(atlas, self.index, out=picture, mode="clip")
         return _image(picture, self.size)
 
 
 class Blend:
-    """The four nearest pixels of the same face, blended in NumPy: two colours at a time in the halves of a word."""
+    """The four nearest pixels of the same face, blended in NumPy: two channels at a time in the halves of a word."""
 
     def __init__(self, lookup: Lookup):
         self.size, self.pixels, self.width = lookup.size, _pixels(lookup), lookup.face_width
@@ -94,14 +94,14 @@ def _pixels(lookup: Lookup) -> int:
 
 
 def _index(lookup: Lookup, column: NDArray[np.int64], row: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Flat index into the atlas; the black pixel behind the faces where there is no face."""
+    """Flat index into the atlas; without a face, that of the black pixel after the faces."""
     index = (lookup.face.astype(np.int64) * lookup.face_width + row) * lookup.face_width + column
     index[lookup.face < 0] = _pixels(lookup)
     return index.ravel()
 
 
 def _mix(first: Atlas, second: Atlas, weight: NDArray[np.uint32]) -> Atlas:
-    """Bytes 0 and 2 of two words, `weight`/256 of the second, rounded."""
+    """Mix bytes 0 and 2 of two words, with `weight`/256 of the second, rounded."""
     mixed, other = first & EVEN_BYTES, second & EVEN_BYTES
     mixed *= WHOLE - weight
     other *= weight
@@ -114,7 +114,7 @@ def _mix(first: Atlas, second: Atlas, weight: NDArray[np.uint32]) -> Atlas:
 
 def _check(atlas: Atlas, pixels: int) -> None:
     if atlas.shape != (pixels + 1,):
-        raise ValueError(f"the atlas has {atlas.size} pixels; the faces have {pixels}, and one more is black")
+        raise ValueError(f"the atlas has {atlas.size} pixels, not {pixels + 1}: those of the faces and a black one")
 
 
 def _image(picture: Atlas, size: int) -> Image:

@@ -1,4 +1,4 @@
-"""The two places where a vehicle takes pictures: over a seabed under water, and over the sea in the air."""
+"""The two scenes of a camera: over a seabed under water, and over the sea in the air."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from world.pictures.planes import Layer, Plane
 Floats = NDArray[np.floating[Any]]
 
 CLOUDS = 900.0  # height of the clouds, m
-SHALLOWEST = 0.05  # m; any nearer, and a few texels of the surface would fill the sky
+SHALLOWEST = 0.05  # m; any closer, a few texels of the surface would fill the upper view
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Seabed:
     """Rippled sand below, the waves of the sea surface above, and water in between."""
 
     visibility = 20.0
-    floating = RADIUS  # height of a glider's middle above the ground, m
+    floating = RADIUS  # height of a glider's center above the ground, m
 
     def __init__(self, visibility: float, random: Generator):
         self.water = light.water(visibility)
@@ -49,7 +49,7 @@ class Seabed:
         self.bottom_colours, self.surface_colours = light.seabed(), light.surface_from_below()
 
     def planes(self, pose: Pose) -> tuple[Plane, Plane]:
-        """What lies below and above the camera."""
+        """The planes below and above the camera."""
         depth = max(pose.depth, SHALLOWEST)
         on_bottom, on_top = (self.water.daylight(d, depth) for d in (depth + pose.height, 0.0))
         return (
@@ -58,7 +58,7 @@ class Seabed:
         )
 
     def seen(self, pose: Pose, sine: float) -> Callable[[Floats, Floats], Floats]:
-        """How a body near the ground looks from the camera, `sine` being that of the elevation (see mug.draw)."""
+        """How a body near the ground looks from the camera (see mug.draw); `sine` is that of its elevation."""
         depth = max(pose.depth, SHALLOWEST)
         lit = self.water.daylight(depth + pose.height, depth)
         glow = self._glow(np.array([[sine]], dtype=np.float32), depth)
@@ -92,12 +92,12 @@ class SeaSurface:
         self.sky_words = light.rgba_words(self._hazy(light.clouds(), CLOUDS))
 
     def planes(self, pose: Pose) -> tuple[Plane, Plane]:
-        """What lies below and above the camera."""
+        """The planes below and above the camera."""
         sea = light.rgba_words(self._hazy(self.sea_colours, pose.height))
         return Plane(1, pose.height, self.sea, sea), Plane(-1, CLOUDS, self.sky, self.sky_words)
 
     def seen(self, pose: Pose, sine: float) -> Callable[[Floats, Floats], Floats]:
-        """How a body near the ground looks from the camera, `sine` being that of the elevation (see mug.draw)."""
+        """How a body near the ground looks from the camera (see mug.draw); `sine` is that of its elevation."""
 
         def look(reflected: Floats, distance: Floats) -> Floats:
             left = self.air.transmission(distance)
@@ -115,6 +115,6 @@ SCENES: tuple[str, ...] = ("Seabed", "Sea Surface")
 
 
 def surroundings(scene: str, visibility: float, random: Generator) -> Surroundings:
-    """The scene of that name; visibility in m, 0 for that of the scene."""
+    """The scene of this name; `visibility` in m, 0 for the default of the scene."""
     kind = Seabed if scene == "Seabed" else SeaSurface
     return kind(visibility or kind.visibility, random)

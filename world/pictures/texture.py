@@ -1,4 +1,4 @@
-"""Seamless procedural textures of sand, water and clouds, and their pyramids of ever coarser copies."""
+"""Seamless procedural textures of sand, water and clouds, and pyramids of coarser and coarser copies."""
 
 import math
 from collections.abc import Callable
@@ -17,7 +17,7 @@ STRIDE = 2 * SIZE
 
 
 def pyramid(texture: Floats) -> NDArray[np.uint8]:
-    """(SIZE, STRIDE) tones: `texture` (SIZE, SIZE), 0 to 1, on the left, and to its right each time half the size."""
+    """(SIZE, STRIDE) tones: `texture` (SIZE, SIZE), 0 to 1, on the left, to its right copies of half the size each."""
     levels = np.zeros((SIZE, STRIDE), dtype=np.uint8)
     column, level = 0, texture
     while True:
@@ -47,7 +47,7 @@ def sand(random: Generator) -> Floats:
 
 
 def patches(random: Generator) -> Floats:
-    """Light and dark ground, metres across."""
+    """Light and dark ground, meters across."""
     return _tones(0.5 + 0.16 * noise(random, lambda f, _: f**-1.5))
 
 

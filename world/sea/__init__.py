@@ -1,4 +1,4 @@
-"""The sea: its bottom."""
+"""The sea bottom."""
 
 from world.sea.bathymetry import Bathymetry, BathymetryError, read_bathymetry
 

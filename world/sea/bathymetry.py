@@ -1,4 +1,4 @@
-"""How deep the water is: scattered soundings, and a smooth bottom through them."""
+"""Depth of the water: a smooth bottom through scattered soundings."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -7,14 +7,14 @@ Sounding = tuple[float, float, float]
 
 
 class BathymetryError(ValueError):
-    """The section [Bathymetry] of a profile has no place, or rows that are no soundings."""
+    """The section [Bathymetry] of a profile has no valid position, or rows that are not soundings."""
 
 
 class Bathymetry:
     """Depth (m) between `soundings`: north, east and depth (m) from the reference position (rad).
 
-    Between them it is Shepard's inverse-distance mean of those within `radius` m (Franke and Nielson 1980), which goes
-    through each sounding and has no steps; where there is none it is `elsewhere`. `shallowest` is the
+    Between them it is Shepard's inverse-distance mean of those within `radius` m (Franke and Nielson 1980), which
+    passes through each sounding and has no steps; if none is in range, it is `elsewhere`. `shallowest` is the
     least depth of all.
     """
 
@@ -37,7 +37,7 @@ class Bathymetry:
                     self._cells.setdefault((home[0] + i, home[1] + j), []).append(sounding)
 
     def depth(self, north: float, east: float) -> float:
-        """Depth at an offset (m) from the reference position."""
+        """Depth (m) at an offset (m) from the reference position."""
         total = weights = 0.0
         nearness = 1.0 / self._radius
         square = self._radius * self._radius
@@ -57,7 +57,7 @@ class Bathymetry:
 
 
 def read_bathymetry(value: Callable[[str, str], str], radius: float, elsewhere: float) -> Bathymetry:
-    """The soundings of the section [Bathymetry], in DUNE's form; `value(section, option)` gives its texts.
+    """Read the section [Bathymetry], in DUNE's form; `value(section, option)` returns its texts.
 
     Without the section the bottom is flat. Raises BathymetryError.
     """

@@ -1,4 +1,4 @@
-"""What sensors measure: noise and geometry."""
+"""Models of sensors: noise and geometry."""
 
 from world.sensors.imu import (
     STANDARD_GRAVITY,

@@ -1,4 +1,4 @@
-"""Noise of inertial sensors after AirSim: white noise and a bias that walks at random."""
+"""Noise of inertial sensors after AirSim: white noise and a random walk of the bias."""
 
 import math
 from collections.abc import Sequence
@@ -11,20 +11,20 @@ if TYPE_CHECKING:
     from numpy.random import Generator
 
 STANDARD_GRAVITY = 9.80665
-SHORTEST_INTERVAL = 1e-3  # s, AirSim's floor
+SHORTEST_INTERVAL = 1e-3  # s, AirSim's lower limit
 VINS_GRAVITY = 9.81007
 BLOCK = 256
 
 
 def specific_force(r: Matrix, acceleration: Vector, gravity: float) -> Vector:
-    """What an accelerometer feels (m/s², body): R_nb^T (a_n - g_n); level and at rest (0, 0, -gravity)."""
+    """What an accelerometer measures (m/s², body): R_nb^T (a_n - g_n); level and at rest (0, 0, -gravity)."""
     north, east, down = acceleration
     return to_body(r, (north, east, down - gravity))
 
 
 @dataclass(frozen=True, slots=True)
 class NoiseDensity:
-    """Strength of a sensor's noise: `white` per √Hz, and `walk` per √s of the bias; SI units."""
+    """Noise of a sensor in SI units: `white` noise per √Hz, random `walk` of the bias per √s."""
 
     white: float
     walk: float
@@ -41,13 +41,13 @@ class NoiseDensity:
         return cls(random_walk * milli, bias_stability * 1e-3 * milli / math.sqrt(tau))
 
     def per_sample(self, interval: float) -> tuple[float, float]:
-        """Standard deviations of the white noise and of the bias's step for samples `interval` s apart."""
+        """Standard deviations of the white noise and of the bias step for samples `interval` s apart."""
         root = math.sqrt(max(interval, SHORTEST_INTERVAL))
         return self.white / root, self.walk * root
 
 
 class NoisyTriad:
-    """Three like axes: `corrupt` adds white noise and the bias as it stood before its step."""
+    """Three axes of the same kind: `corrupt` adds white noise and the bias before its step."""
 
     __slots__ = ("_bias", "density")
 
@@ -56,7 +56,7 @@ class NoisyTriad:
         self._bias = (0.0, 0.0, 0.0)
 
     def corrupt(self, value: Vector, interval: float, draws: Sequence[float]) -> Vector:
-        """`value` with noise of six standard normal `draws`: three of white noise, three of the bias."""
+        """`value` with noise from six standard normal `draws`: three for white noise, three for the bias."""
         white, step = self.density.per_sample(interval)
         x, y, z = self._bias
         self._bias = (x + step * draws[3], y + step * draws[4], z + step * draws[5])
@@ -64,7 +64,7 @@ class NoisyTriad:
 
 
 class StandardNormals:
-    """Rows of `count` standard normal numbers without end, drawn a block at a time."""
+    """Endless rows of `count` standard normal numbers, drawn a block at a time."""
 
     def __init__(self, random: "Generator", count: int):
         self._random = random
@@ -83,9 +83,9 @@ class StandardNormals:
 
 
 def vins_parameters(gyroscope: NoiseDensity, accelerometer: NoiseDensity, interval: float) -> str:
-    """The noise block of a VINS configuration for samples `interval` s apart, as articles on AirSim print it.
+    """The noise block of a VINS configuration for samples `interval` s apart, as printed in articles on AirSim.
 
-    Its numbers are per sample although VINS takes densities, and its gravity is VINS's own, not AirSim's.
+    The numbers are per sample although VINS expects densities, and the gravity is VINS's, not AirSim's.
     """
     acc_n, acc_w = accelerometer.per_sample(interval)
     gyr_n, gyr_w = gyroscope.per_sample(interval)

@@ -1,4 +1,4 @@
-"""How a detection comes about: from north-east-down to a pixel and back, and the error that it gets."""
+"""The model of a detection: from north-east-down to a pixel and back, and the size of its error."""
 
 import math
 from typing import NamedTuple
@@ -9,14 +9,14 @@ from world.sensors import mug_original
 
 Offset = tuple[float, float]
 
-UNIFORM_ERROR = 0.05  # of the height: half a metre at 10 m, whatever the resolution
+UNIFORM_ERROR = 0.05  # share of the height: half a meter at 10 m, at any resolution
 PIXEL_ERROR = 0.5  # px
 ATTITUDE_ERROR = math.radians(0.2)
-HEIGHT_ERROR = 0.01  # of the height
+HEIGHT_ERROR = 0.01  # share of the height
 
 
 class CameraPose(NamedTuple):
-    """From where the camera looks: attitude (rad), and the height (m) above the plane of the targets."""
+    """Attitude of the camera (rad), and its height (m) above the plane of the targets."""
 
     phi: float
     theta: float
@@ -25,7 +25,7 @@ class CameraPose(NamedTuple):
 
 
 def detect(camera: Pinhole, view: CameraPose, target: Offset) -> Offset | None:
-    """North and east (m, from the camera) that the pixel of a `target` there gives; None outside the image."""
+    """North and east (m, from the camera) of the pixel that shows `target`; None if it is outside the image."""
     r = rotation(view.phi, view.theta, view.psi)
     point = camera.project(r, (*target, view.height))
     if point is None or not camera.covers(*point):
@@ -34,7 +34,7 @@ def detect(camera: Pinhole, view: CameraPose, target: Offset) -> Offset | None:
 
 
 def detect_originally(camera: Pinhole, view: CameraPose, target: Offset) -> Offset | None:
-    """As `detect`, with the geometry of the original."""
+    """Like `detect`, with the geometry of the original."""
     if not mug_original.visible(camera, view.height, *target):
         return None
     pixel = mug_original.to_pixel(camera, view.height, view.psi, *target)
@@ -42,7 +42,7 @@ def detect_originally(camera: Pinhole, view: CameraPose, target: Offset) -> Offs
 
 
 def gsd_sigma(camera: Pinhole, height: float, target: Offset) -> float:
-    """Standard deviation (m) that pixel, attitude and height errors give a `target` (m, from the camera)."""
+    """Standard deviation (m) of a `target` (m, from the camera) due to pixel, attitude and height errors."""
     slope = math.hypot(*target) / height
     return math.hypot(
         camera.ground_sample(height) * PIXEL_ERROR,

@@ -1,15 +1,15 @@
 """The geometry of the first MUGDetectionCamera (TTK22 project, NTNU), as its author wrote it.
 
-Kept for comparison, with its flaws: the camera frame is turned by twice the heading, the footprint is compared with
-north and east instead of the image's sides, attitude is ignored, pixels are cut towards the centre.
+Kept for comparison, with its flaws: the camera frame is rotated by twice the heading, the footprint is compared with
+north and east instead of the image's sides, attitude is ignored, pixels are truncated towards the center.
 """
 
 import math
 
 from world.optics import Pinhole
 
-ALTITUDE = 10.0  # m, whatever the vehicle's altitude
-FROZEN = (-0.736924425, -0.082699736)  # of the bound: its generator started anew for every detection
+ALTITUDE = 10.0  # m, at any altitude of the vehicle
+FROZEN = (-0.736924425, -0.082699736)  # share of the bound: the original seeded its generator again for every detection
 
 
 def visible(camera: Pinhole, altitude: float, north: float, east: float) -> bool:
@@ -39,7 +39,7 @@ def to_offset(camera: Pinhole, altitude: float, psi: float, u: int, v: int) -> t
 
 
 def error_bound(camera: Pinhole, altitude: float) -> tuple[float, float]:
-    """Largest error (m) north and east: half a metre at 10 m and 1000 px."""
+    """Largest error (m) north and east: half a meter at 10 m and 1000 px."""
     return altitude * camera.width / 2e4, altitude * camera.height / 2e4
 
 

@@ -1,4 +1,4 @@
-"""What the beam of a sonar meets: the surface, the bottom, or a pier."""
+"""Distances along the beam of a sonar to the surface, the bottom, or a pier."""
 
 import math
 from collections.abc import Callable
@@ -12,28 +12,31 @@ BISECTIONS = 12
 
 @dataclass(frozen=True)
 class Beam:
-    """A beam that leaves the vehicle: where from (north, east, down in m) and where to (a unit vector)."""
+    """A beam of a sonar: `start` is north, east, down in m, `direction` a unit vector."""
 
     start: Vector
     direction: Vector
 
     @classmethod
     def of(cls, place: Vector, angles: Vector, position: Vector, pan: float, tilt: float) -> "Beam":
-        """Of a sonar at `position` (m, body) that looks `pan` to starboard and `tilt` up (rad), by its pose."""
+        """The beam of a sonar at `position` (m, body) that points `pan` to starboard and `tilt` up (rad).
+
+        `place` (m, north, east, down) and `angles` (rad) are those of the vehicle.
+        """
         attitude = rotation(*angles)
         north, east, down = to_ned(attitude, position)
         forward = math.cos(tilt) * math.cos(pan), math.cos(tilt) * math.sin(pan), -math.sin(tilt)
         return cls((place[0] + north, place[1] + east, place[2] + down), to_ned(attitude, forward))
 
     def surface(self) -> float:
-        """Distance (m) to the surface, 0 out of the water; infinite where the beam leads down."""
+        """Distance (m) to the surface, 0 out of the water; infinite unless the beam points up."""
         depth, down = self.start[2], self.direction[2]
         return max(0.0, depth) / -down if down < 0.0 else math.inf
 
     def bottom(self, depth: Callable[[float, float], float], reach: float, shallowest: float = 0.0) -> float:
-        """Distance (m) to a bottom of `depth` (north, east), not beyond `reach`; infinite where it meets none.
+        """Distance (m) to a bottom of `depth` (north, east) within `reach`; infinite if the beam does not hit it.
 
-        Nowhere is the bottom higher than `shallowest` m.
+        The whole bottom is at least `shallowest` m deep.
         """
         clear, down = shallowest - self.start[2], self.direction[2]
         if clear > 0.0 and clear >= reach * down:
@@ -55,7 +58,7 @@ class Beam:
         return math.inf
 
     def wall(self, a: tuple[float, float], b: tuple[float, float]) -> float:
-        """Distance (m) to an upright wall between two points (north, east in m); infinite where the beam passes by."""
+        """Distance (m) to a vertical wall between two points (north, east in m); infinite if the beam misses it."""
         (n, e, _), (dn, de, _) = self.start, self.direction
         wn, we = b[0] - a[0], b[1] - a[1]
         cross = dn * we - de * wn

@@ -1,16 +1,12 @@
-"""Makes logs of logs: cut, merged, imported."""
+"""Cuts, merges and imports logs."""
 
 from shoal.logs.edit.atomic import new_file, new_folder
-from shoal.logs.edit.cutting import Selection, Watch, choose, cut, wanted
+from shoal.logs.edit.cutting import cut
 from shoal.logs.edit.merging import merge
 
 __all__ = [
-    "Selection",
-    "Watch",
-    "choose",
     "cut",
     "merge",
     "new_file",
     "new_folder",
-    "wanted",
 ]

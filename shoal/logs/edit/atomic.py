@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Writes files and folders completely or not at all."""
 
 import os
 import shutil
@@ -9,9 +9,9 @@ from pathlib import Path
 
 @contextmanager
 def new_file(path: Path, force: bool = False) -> Generator[Path]:
-    """A path to write to; the file gets its name when all went well, else it is removed.
+    """A temporary path to write to; renamed to `path` on success, else removed.
 
-    Raises FileExistsError where there is something of that name, unless `force` says to replace a file.
+    Raises FileExistsError if `path` exists, unless it is a file and `force` is set.
     """
     _refuse(path, force and not path.is_dir())
     part = path.with_name(path.name + ".part")
@@ -25,9 +25,9 @@ def new_file(path: Path, force: bool = False) -> Generator[Path]:
 
 @contextmanager
 def new_folder(path: Path, force: bool = False) -> Generator[Path]:
-    """A new, empty folder to write to, as `new_file`.
+    """A temporary folder to write to, like `new_file`.
 
-    With `force`, files in an existing folder are replaced by those of the same name, and others stay.
+    With `force`, new files replace those of the same name in an existing folder; other files stay.
     """
     _refuse(path, force and path.is_dir())
     part = path.with_name(path.name + ".part")
@@ -46,4 +46,4 @@ def new_folder(path: Path, force: bool = False) -> Generator[Path]:
 
 def _refuse(path: Path, allowed: bool) -> None:
     if os.path.lexists(path) and not allowed:
-        raise FileExistsError(17, "it exists already", str(path))
+        raise FileExistsError(17, "already exists", str(path))

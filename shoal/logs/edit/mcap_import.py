@@ -1,4 +1,4 @@
-"""Makes a log again of an MCAP file that holds its packets."""
+"""Restores a log from an MCAP file that has its packets."""
 
 import struct
 from collections.abc import Generator, Iterator
@@ -26,11 +26,11 @@ class BadFile(ValueError):
 
 
 def import_mcap(path: Path, folder: Path) -> list[str]:
-    """Write the packets of an MCAP file to Data.lsf.gz in `folder`, byte for byte, and what it has of IMC.xml.gz,
-    IMC.xml and Config.ini beside it; returns what is wrong with the file.
+    """Write the packets of an MCAP file, unchanged, to Data.lsf.gz in `folder`, and its IMC.xml.gz, IMC.xml and
+    Config.ini, if it has them; returns what is wrong with the file.
 
-    Damaged chunks are left out; of a file that ends early, all complete ones are read. Raises BadFile where it holds
-    no packets, OSError.
+    Damaged chunks are skipped; if the file ends early, all complete chunks are read. Raises BadFile if it has no
+    packets, OSError.
     """
     wrong: list[str] = []
     count = 0
@@ -58,7 +58,7 @@ def _attached(file: IO[bytes], wrong: list[str]) -> Iterator[Attachment]:
 
 
 def _chunks(file: IO[bytes], wrong: list[str]) -> Iterator[tuple[Chunk, set[int]]]:
-    """The chunks that may have packets, and the numbers of the channels that do, in the order of the file."""
+    """The chunks that may have packets, in file order, each with the numbers of the channels of packets."""
     summary = None
     with _noting(wrong, "its end"):
         file.seek(0)
@@ -76,7 +76,7 @@ def _chunks(file: IO[bytes], wrong: list[str]) -> Iterator[tuple[Chunk, set[int]
 
 
 def _salvaged(file: IO[bytes], wrong: list[str]) -> Iterator[tuple[Chunk, set[int]]]:
-    """All chunks of a file without its end."""
+    """All chunks of a file whose end is missing."""
     numbers: set[int] = set()
     with _noting(wrong, "its end"):
         for record in StreamReader(file, emit_chunks=True, record_size_limit=LARGEST_CHUNK).records:
@@ -88,20 +88,20 @@ def _salvaged(file: IO[bytes], wrong: list[str]) -> Iterator[tuple[Chunk, set[in
 
 def _packets(chunk: Chunk, numbers: set[int], wrong: list[str]) -> Iterator[bytes]:
     if chunk.uncompressed_size > LARGEST_CHUNK:
-        wrong.append(f"damaged: a chunk of {chunk.uncompressed_size} bytes; {LARGEST_CHUNK} at most")
+        wrong.append(f"damaged: a chunk of {chunk.uncompressed_size} bytes; the limit is {LARGEST_CHUNK}")
         return
     with _noting(wrong, "a chunk"):
         for record in breakup_chunk(chunk, validate_crc=True):
             if isinstance(record, Message) and record.channel_id in numbers:
                 size = int.from_bytes(record.data[4:8], "little")
                 if len(record.data) != 8 + size:
-                    raise ValueError(f"a message of {len(record.data)} bytes that says {8 + size}")
+                    raise ValueError(f"a message of {len(record.data)} bytes in place of {8 + size}")
                 yield record.data[8:]
 
 
 @contextmanager
 def _noting(wrong: list[str], what: str) -> Generator[None]:
-    """Notes what the reader stumbles over."""
+    """Adds errors of the reader to `wrong`."""
     try:
         yield
     except (McapError, ZstdError, struct.error, EOFError, ValueError, LookupError, MemoryError, OverflowError) as error:

@@ -1,4 +1,4 @@
-"""Makes one log of several, in order of time."""
+"""Merges several logs into one, ordered by time."""
 
 import tempfile
 from array import array
@@ -17,12 +17,12 @@ from runtime.logs import NAMING, Array, Names, blocks, new_log, type_name
 
 
 class Conflict(ValueError):
-    """Logs that cannot be one; the text says why."""
+    """Logs that cannot be merged; the text says why."""
 
 
 @dataclass
 class MergeReport:
-    """What was written: packets, packets left out because another log has them too, and what to know."""
+    """What was written: packets; copies, skipped because another log has them too; damage; warnings."""
 
     packets: int = 0
     copies: int = 0
@@ -33,11 +33,11 @@ class MergeReport:
 def merge(
     logs: list[imc.Log], folder: Path, keep_copies: bool = False, progress: ReportShare | None = None
 ) -> MergeReport:
-    """Write all packets of the logs to a new log in `folder`, byte for byte, by time and then by log and order.
+    """Write all packets of the logs, unchanged, to a new log in `folder`, by time and then by log and order.
 
-    A packet without a time goes behind the one before it. One that stands in several logs is written once, unless
-    `keep_copies`. The packets wait unpacked in a temporary file; 20 bytes of memory for each. Raises Conflict where
-    the logs' definitions of a message in them differ, FileExistsError, OSError.
+    A packet without a time follows the one before it. A packet that is in several logs is written once, unless
+    `keep_copies`. The packets wait unpacked in a temporary file and take 20 bytes of memory each. Raises Conflict if
+    the logs define a message in them differently, ValueError if there is no message, FileExistsError, OSError.
     """
     merged = MergeReport()
     with tempfile.TemporaryFile() as spill:
@@ -56,7 +56,7 @@ def merge(
 
 
 class _Collected:
-    """The packets of several logs, one behind the other in a file."""
+    """The packets of several logs, one after the other in a file."""
 
     def __init__(self, spill: IO[bytes]):
         self._spill = spill
@@ -92,7 +92,7 @@ class _Collected:
         return losses
 
     def in_order(self, merged: MergeReport | None) -> Iterator[bytes]:
-        """The packets by time; copies are left out and counted in `merged`, if that is given."""
+        """The packets by time; if `merged` is given, copies are skipped and counted in it."""
         self._spill.flush()
         data = np.memmap(self._spill, np.uint8, "r")
         times, ends, logs = (np.asarray(column) for column in (self.times, self._ends, self._logs))
@@ -107,6 +107,7 @@ class _Collected:
                     group.clear()
                     ranks.clear()
                 log = int(logs[index])
+                # The n-th copy in one log is the n-th in another; repeats within one log are kept.
                 rank = ranks[packet, log] = ranks.get((packet, log), 0) + 1
                 if group.setdefault((packet, rank), log) != log:
                     merged.copies += 1
@@ -115,31 +116,31 @@ class _Collected:
 
 
 def _filled(times: Array, latest: float) -> Array:
-    """Times that are none replaced by those before them."""
+    """Times, with those that are not finite replaced by the ones before."""
     said = np.concatenate(([latest], times))
     places = np.maximum.accumulate(np.where(np.isfinite(said), np.arange(len(said)), 0))
     return said[places][1:]
 
 
 def _common_schema(logs: list[imc.Log], ids: list[set[int]]) -> imc.Log:
-    """The log whose definitions suit all packets. Raises Conflict."""
+    """The log whose definitions fit all packets. Raises Conflict."""
     reasons: list[str] = []
     for candidate in logs:
         if candidate.schema.sync != logs[0].schema.sync:
-            raise Conflict(f"{candidate.path} and {logs[0].path} are of versions with different packets")
+            raise Conflict(f"{candidate.path} and {logs[0].path} are of IMC versions with different sync numbers")
         reason = next(filter(None, (_misfit(candidate, log, used) for log, used in zip(logs, ids, strict=True))), None)
         if reason is None:
             return candidate
         reasons.append(reason)
-    raise Conflict(f"no log's definitions suit all of them: {'; '.join(dict.fromkeys(reasons))}")
+    raise Conflict(f"no log has definitions that fit all: {'; '.join(dict.fromkeys(reasons))}")
 
 
 def _misfit(candidate: imc.Log, log: imc.Log, used: set[int]) -> str:
-    """Why definitions do not suit the messages of a log; empty where they do."""
+    """Why definitions do not fit the messages of a log; empty if they do."""
     for number in sorted(used):
         mine, theirs = candidate.schema.types_by_id.get(number), log.schema.types_by_id.get(number)
         if theirs is not None and (mine is None or _layout(mine) != _layout(theirs)):
-            has = "is missing" if mine is None else f"is another {mine.abbrev}"
+            has = "is missing" if mine is None else "has other fields"
             has = f"is {mine.abbrev}" if mine and mine.abbrev != theirs.abbrev else has
             return f"message {number} of {log.path}, {type_name(log.schema, number)}, {has} in {candidate.path}"
     return ""
@@ -150,7 +151,7 @@ def _layout(message: MessageType) -> object:
 
 
 def _label_conflicts(logs: list[imc.Log], names: list[Names]) -> list[str]:
-    """Entities that have one label here and another there."""
+    """Entities with different labels in different logs."""
     first: dict[tuple[int, int], tuple[str, Path]] = {}
     found: list[str] = []
     for log, known in zip(logs, names, strict=True):

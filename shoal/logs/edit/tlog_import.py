@@ -1,4 +1,4 @@
-"""Makes a log of a .tlog file: the autopilots' MAVLink messages as IMC messages of systems of their own."""
+"""Converts a .tlog file to a log: each autopilot becomes a system, its MAVLink messages become IMC messages."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -7,18 +7,18 @@ import imc
 from imc.lsf import LsfWriter, gzip_member
 from mavlink import AUTOPILOT_NONE, ENTITIES, GROUND_STATION, AutopilotTranslator, Dialect, Tlog, load_dialect
 from runtime.profile import derived_id, load_profile, own_etc
-from shoal.logs.export.batches import ReportBytes
+from shoal.logs.export import ReportBytes
 
 AUTOPILOT = 1  # component
 
 
 class BadTlog(ValueError):
-    """A file without MAVLink frames; the text says which."""
+    """A file without an autopilot; the text says which."""
 
 
 @dataclass
 class Imported:
-    """What became of a .tlog file: frames in it, bytes that belong to none, IMC messages written, by system."""
+    """What was imported: frames in the file, bytes outside of frames, IMC messages written, by system."""
 
     frames: int = 0
     lost: int = 0
@@ -35,16 +35,16 @@ class _System:
 
 
 def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportBytes = lambda _: None) -> Imported:
-    """Write Data.lsf.gz and IMC.xml.gz to `folder`; `progress` hears the bytes read.
+    """Write Data.lsf.gz and IMC.xml.gz to `folder`; `progress` gets the bytes read.
 
-    Each autopilot is a system "mavlink-<id>", the first one `system` if that is given; ground stations, cameras and
-    gimbals are left out. Times are those at which the recorder received the frames. Raises BadTlog, OSError.
+    Each autopilot becomes a system "mavlink-<id>"; the first is `system`, if given. Ground stations, cameras and
+    gimbals are skipped. Times are those at which the recorder received the frames. Raises BadTlog, OSError.
     """
     dialect = load_dialect()
     systems = _systems(path, dialect, system)
     tlog = Tlog(path, dialect)
     if not systems:
-        why = f"no autopilot speaks in its {tlog.size} bytes" if tlog.size else "the file is empty"
+        why = f"no autopilot in its {tlog.size} bytes" if tlog.size else "the file is empty"
         raise BadTlog(f"{path}: {why}")
     (folder / "IMC.xml.gz").write_bytes(gzip_member(imc.dump(imc.builtin()), level=9))
     writer = LsfWriter(folder / "Data.lsf.gz")
@@ -69,7 +69,7 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportByte
 
 
 def _systems(path: Path, dialect: Dialect, first: str) -> dict[int, _System]:
-    """The systems of which an autopilot is heard, by MAVLink id."""
+    """The systems with an autopilot, by MAVLink id."""
     found: dict[int, _System] = {}
     for _, message in Tlog(path, dialect).read(frozenset({"HEARTBEAT"})):
         if message.system in found or message.component != AUTOPILOT:

@@ -1,4 +1,4 @@
-"""What of a log is exported: packets in batches, grouped by message, those of one size as arrays."""
+"""The packets to export, in batches, grouped by message; those of fixed size as arrays."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
@@ -12,7 +12,7 @@ import imc
 from imc.layout import ADDRESS_FIELDS, HEADER_FIELDS, SMALLEST_PACKET, VARIABLE, columns
 from imc.lsf import Batch, at_each
 from runtime.logs import Array, Names, Summary
-from shoal.logs.edit import Selection, Watch, wanted
+from shoal.logs.selection import Selection, Watch, wanted
 
 BATCH_BYTES = 1 << 21
 
@@ -23,8 +23,8 @@ ReportBytes = Callable[[int], object]
 
 
 class ExportBatch(NamedTuple):
-    """Consecutive packets of the export: the number of the first; the bytes they lie in, and where they begin and end
-    there; their headers (an array of HEADER_AND_ORDER)."""
+    """Consecutive packets of the export: number of the first; the bytes that contain them, and where each starts and
+    ends there; their headers (an array of HEADER_AND_ORDER)."""
 
     first: int
     data: bytes
@@ -36,7 +36,7 @@ class ExportBatch(NamedTuple):
         return self.data[self.starts[row] : self.ends[row]]
 
     def joined(self) -> bytes:
-        """All packets, one behind the other."""
+        """All packets, one after the other."""
         if np.array_equal(self.ends[:-1], self.starts[1:]):
             return self.data[self.starts[0] : self.ends[-1]]
         places = zip(self.starts.tolist(), self.ends.tolist(), strict=True)
@@ -44,10 +44,10 @@ class ExportBatch(NamedTuple):
 
 
 class MessageBatch(NamedTuple):
-    """Packets of one message in a batch: where they are in it.
+    """Packets of one message in a batch; `rows`: where they are in it.
 
-    array: the packets, where all of them are little-endian and of the one size that the message has; its fields are
-    named as in Python, those of the header too. None where they have to be decoded one by one.
+    array: the packets, if all are little-endian and of the message's fixed size; the fields of header and message are
+    named as in Python. None if the packets must be decoded one by one.
     """
 
     message: imc.MessageType
@@ -57,7 +57,7 @@ class MessageBatch(NamedTuple):
 
 @dataclass
 class Source:
-    """A log, and what of it is wanted. skipped: what could not be written, and how often."""
+    """A log, and what to export of it. skipped: reason -> number of messages that could not be written."""
 
     log: imc.Log
     summary: Summary
@@ -78,7 +78,7 @@ class Source:
         return {m.id: layout for m in self.schema.messages if (layout := _layout(m)) is not None}
 
     def batches(self, progress: ReportBytes = lambda _: None) -> Iterator[ExportBatch]:
-        """The wanted packets; `progress` hears how many bytes of the unpacked log have been read."""
+        """The selected packets; `progress` gets the number of bytes read from the unpacked log."""
         watch = Watch(self.summary.owner)
         self.packets = 0
         for batch in _merged(self.log.batches()):
@@ -90,7 +90,7 @@ class Source:
                 self.packets += int(keep.sum())
 
     def groups(self, batch: ExportBatch) -> Iterator[MessageBatch]:
-        """The packets of a batch by message, without those of unknown id, which count as skipped."""
+        """The packets of a batch by message; those of unknown id count as skipped."""
         ids = batch.headers["id"]
         order = np.argsort(ids, kind="stable")
         found, begins = np.unique(ids[order], return_index=True)
@@ -110,7 +110,7 @@ class Source:
             yield MessageBatch(message, rows, None)
 
     def decoded(self, batch: ExportBatch, rows: Array) -> Iterator[tuple[int, imc.Message]]:
-        """Messages of a batch, and which of the rows they are in; what cannot be decoded counts as skipped."""
+        """(place in `rows`, message) of a batch; what cannot be decoded counts as skipped."""
         starts, ends = batch.starts[rows].tolist(), batch.ends[rows].tolist()
         for place, (start, end) in enumerate(zip(starts, ends, strict=True)):
             try:
@@ -120,7 +120,7 @@ class Source:
 
 
 def _merged(batches: Iterable[Batch]) -> Iterator[Batch]:
-    """The same packets in fewer batches, of BATCH_BYTES about."""
+    """The same packets in fewer batches of about BATCH_BYTES."""
     waiting: list[Batch] = []
     for batch in batches:
         waiting.append(batch)
@@ -154,8 +154,8 @@ def _headers(batch: Batch) -> Array:
 
 
 def nanoseconds(times: Array) -> Array:
-    """Times (s since 1970 UTC) in integer ns, exact to half of one; what is not between 1970 and 2038 takes the time
-    before it."""
+    """Times (s since 1970 UTC) in integer ns, exact to 0.5 ns; one that is not between 1970 and 2038 is replaced by the
+    valid one before it."""
     good = (times >= 0.0) & (times < 1 << 31)
     if not good.all():
         last = np.maximum.accumulate(np.where(good, np.arange(len(times)), -1))
@@ -166,7 +166,7 @@ def nanoseconds(times: Array) -> Array:
 
 
 def _layout(message: imc.MessageType) -> np.dtype[np.void] | None:
-    """The whole packet of a message; None if it has text, bytes or messages inside."""
+    """The dtype of a message's packet; None if the message has text, bytes or other messages."""
     if VARIABLE.intersection(message.wire):
         return None
     header = {name if name in ADDRESS_FIELDS else f"_{name}": code for name, code in HEADER_FIELDS.items()}

@@ -1,7 +1,7 @@
 """Common Data Representation (plain CDR, little endian), the encoding of ROS 2 messages.
 
-Source: OMG DDS-XTypes 1.3, 7.4.1 (XCDR version 1): numbers lie at multiples of their size, counted behind the four
-bytes that say which encapsulation it is; a string has its length with the NUL at its end before it.
+Source: OMG DDS-XTypes 1.3, 7.4.1 (XCDR version 1): numbers are aligned to their size, counted from after the
+four encapsulation bytes; a string begins with its length, which counts the NUL at its end.
 """
 
 import json
@@ -24,9 +24,9 @@ Item = tuple[str, str] | tuple[str, str, int] | bytes
 
 
 class Record:
-    """Records of one size as a NumPy array: `prefix` as it is, then numbers at their places and constant texts.
+    """Records of fixed size as a NumPy array: the unaligned `prefix`, then aligned numbers and constant texts.
 
-    items: (name, letter of struct), (name, letter, count) or the bytes of a constant text.
+    items: (name, struct letter), (name, letter, count) or the bytes of a constant text.
     """
 
     def __init__(self, prefix: Sequence[tuple[str, str]], items: Iterable[Item]):
@@ -54,12 +54,12 @@ class Record:
         self._dtype = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": self.size})
 
     def make(self, count: int) -> Array:
-        """So many records, all numbers zero."""
+        """`count` records, all numbers zero."""
         return np.frombuffer(bytearray(self._template * count), self._dtype)
 
 
 def text(data: bytes) -> bytes:
-    """A string with its length; it must begin at a multiple of four."""
+    """A string with its length; it must be placed at a multiple of four."""
     return struct.pack("<I", len(data) + 1) + data + b"\0"
 
 
@@ -68,11 +68,11 @@ class Unfit(ValueError):
 
 
 Write = Callable[[Any, bytearray], None]
-"""Appends the fields of a message to what is already there, which begins behind the encapsulation. Raises Unfit."""
+"""Appends the fields of a message to a body that begins after the encapsulation. Raises Unfit."""
 
 
 def writer(type_: RosType, inside: bool = False) -> Write:
-    """What writes messages of one class, of any size; `inside` another message, ROS wants at least one byte."""
+    """A function that writes messages of one type; `inside` another message, ROS needs at least one byte."""
     steps: list[Write] = []
     numbers: list[Member] = []
     for member in type_.members:
@@ -104,7 +104,7 @@ def _numbers(members: Sequence[Member]) -> Write:
 
 
 def _step(members: Sequence[Member], tail: Member) -> Write:
-    """Numbers, and the text, bytes or messages behind them, of which the count is packed with the numbers."""
+    """Writes numbers and the text, bytes or messages after them, whose count is packed with the numbers."""
     packers, values = _packers("".join(member.code for member in members) + "I"), _getter(members)
     name, code, inner = tail.attribute, tail.code, tail.inner
     if inner is not None:
@@ -169,12 +169,12 @@ def _getter(members: Sequence[Member]) -> _Values:
 
 
 def _packers(codes: str) -> Sequence[_Pack]:
-    """What packs such numbers behind any number of bytes (modulo 8)."""
+    """Packers of these numbers, one for each offset modulo 8 at which they may begin."""
     return [struct.Struct(_padded(codes, begin)).pack for begin in range(8)]
 
 
 def _padded(codes: str, begin: int) -> str:
-    """A struct format with the padding that CDR wants, for numbers that begin at such an offset (modulo 8)."""
+    """A struct format with the padding of CDR, for numbers that begin at this offset modulo 8."""
     layout, place = "<", begin
     for code in codes:
         padding = -place % SIZES[code]

@@ -14,11 +14,11 @@ from shoal.logs.export.table import HEADER, NUMPY, Table, Values, columns_of, pl
 
 
 def export_csv(source: Source, folder: Path, progress: ReportBytes = lambda _: None) -> int:
-    """Write <Message>.csv for each type to `folder`; returns how many rows there are.
+    """Write <Message>.csv for each type to `folder`; returns the number of rows.
 
     The first row has the names of the columns with their units: `timestamp (s)`, `utc`, `system`, `label`, the rest of
-    the header, the fields. Numbers are as short as they can be without loss, enumerations are numbers, raw data are
-    hexadecimal, messages inside are JSON. Raises OSError.
+    the header, the fields. Numbers are as short as possible without loss, enumerations are numbers, raw data is
+    hexadecimal, inline messages are JSON. Raises OSError.
     """
     writers: dict[int, Any] = {}
     rows = 0

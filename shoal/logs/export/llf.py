@@ -1,7 +1,7 @@
-"""Logs as LLF, the text form that LSTS' Java tools and Neptus read: one file per message type, tabs between columns.
+"""Logs as LLF, the text format of LSTS' Java tools and Neptus: one file per message type, tabs between columns.
 
-Source of the form: what imcjava's LSF2LLF writes. Two of its faults are not repeated: tabs and line ends in text are
-written as spaces, for they would break rows, and messages inside others do not get rows of their own.
+Source of the format: the output of imcjava's LSF2LLF. Two of its faults are fixed: tabs and line ends in text become
+spaces, since they would break rows, and inline messages do not get rows of their own.
 """
 
 import re
@@ -20,9 +20,9 @@ _BREAKS = re.compile(r"[\t\r\n]")
 
 
 def export_llf(source: Source, folder: Path, progress: ReportBytes = lambda _: None) -> int:
-    """Write <Message>.llf for each type to `folder`; returns how many rows there are.
+    """Write <Message>.llf for each type to `folder`; returns the number of rows.
 
-    Times are in s from `#startTime`, the first of the log. Raises OSError.
+    Times are in s since `#startTime`, the start of the log. Raises OSError.
     """
     files: dict[int, TextIO] = {}
     rows = 0

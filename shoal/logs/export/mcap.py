@@ -32,12 +32,12 @@ _BILLION = 1_000_000_000
 def export_mcap(
     source: Source, path: Path, raw: bool = True, images: bool = True, progress: ReportBytes = lambda _: None
 ) -> int:
-    """Write the wanted messages of a log to a new MCAP file; returns how many messages are in it.
+    """Write the selected messages of a log to a new MCAP file; returns the number of messages in it.
 
     Each message is on the topic /<system>/<Message>/<entity>, with the time of its packet as log time, its number in
     the export as sequence. EstimatedState and SimulatedState are also .../pose, .../location and on /tf, GpsFix is also
     .../location, LogBookEntry is also on /rosout, pictures in the folder Photos are on /<system>/<camera>/image.
-    With `raw`, /imc/packets holds the packets themselves, of which `import_mcap` makes the same log again.
+    With `raw`, /imc/packets has the packets, from which `import_mcap` restores the same log.
     Messages that their ROS type cannot hold count as skipped. Raises OSError.
     """
     with path.open("wb") as opened:
@@ -80,7 +80,7 @@ class _Export:
         self._prefix = cache(_plain_record)
 
     def write(self, batch: ExportBatch) -> None:
-        """All messages of a batch, in one chunk."""
+        """Write all messages of a batch, in one chunk."""
         chunk = Chunk()
         times = nanoseconds(batch.headers["timestamp"])
         for group in self._source.groups(batch):
@@ -95,7 +95,7 @@ class _Export:
         self._file.add_chunk(chunk)
 
     def write_packets(self, batch: ExportBatch) -> None:
-        """The packets, in a chunk of their own that viewers need not read."""
+        """Write the packets, in a chunk of their own that viewers can skip."""
         chunk = Chunk()
         data = batch.joined()
         time = int(nanoseconds(batch.headers["timestamp"][:1])[0])
@@ -104,7 +104,7 @@ class _Export:
         self._file.add_chunk(chunk)
 
     def write_photos(self, folder: Path) -> None:
-        """The pictures in a folder that were taken in the wanted time."""
+        """Write the pictures in a folder that were taken in the selected time."""
         source = self._source
         system = source.names.system(source.summary.owner)
         for number, photo in enumerate(ros_standard.photos(folder, source.summary.start)):
@@ -119,7 +119,7 @@ class _Export:
             self._file.add_chunk(chunk)
 
     def close(self) -> None:
-        """What is known only at the end."""
+        """Write what is known only at the end."""
         if self._origin is not None:
             lat, lon, height = self._origin
             where = {"latitude_rad": repr(lat), "longitude_rad": repr(lon), "height_m": repr(height)}
@@ -212,7 +212,7 @@ class _Export:
         _emit(chunk, record, records, channels, times, numbers)
         if message.abbrev != "EstimatedState":
             return
-        # A vehicle moves one frame only: that of the first entity that estimates its state.
+        # One transform per vehicle: two entities that estimate its state would make its frame jump between them.
         own = entities == self._moving.setdefault(src, int(entities[0]))
         record = self._prefix(ros_standard.transform_items(frame))
         transforms = record.make(int(own.sum()))
@@ -243,7 +243,7 @@ class _Export:
                 self._write_entry(chunk, said, time, number)
 
     def _head(self, src: int) -> tuple[Callable[..., bytes], bytes]:
-        """What packs header and addresses of messages from a system: a function, and the frame it wants."""
+        """Packs header and addresses of messages from a system: the function, and the frame to give it."""
         frame = text(ros_name(self._source.names.system(src)).encode())
         layout = struct.Struct(f"<II{len(frame)}s{len(frame) % 2}xHBxHB")
         self._heads[src] = layout.pack, frame
@@ -261,13 +261,13 @@ def _plain_record(items: tuple[Item, ...]) -> Record:
 
 
 def _record(type_: RosType, frame: bytes) -> Record:
-    # No field of a message begins with a point, so it is not taken for one of the record's own.
+    # No field of a message begins with a point, so the names cannot collide with those of the record.
     addresses = [("header " + name, code) for name, code in _ADDRESSES.items()]
     return Record(MESSAGE, (*STAMP, frame, *addresses, *(("." + member.name, member.code) for member in type_.members)))
 
 
 def _emit(chunk: Chunk, record: Record, records: Array, channels: Array, times: Array, numbers: Array) -> None:
-    """Complete the records with all that is outside of their message's own fields, and put them into the chunk."""
+    """Fill in all but the fields of the messages, and add the records to the chunk."""
     records["opcode"] = 5
     records["length"] = MESSAGE_LENGTH + record.data_size
     records["channel"] = channels

@@ -1,4 +1,4 @@
-"""MCAP files, written a chunk at a time: the records are the `mcap` package's, the messages come as whole blocks."""
+"""Writes MCAP files chunk by chunk, with the records of the `mcap` package and messages in whole blocks."""
 
 import struct
 import zlib
@@ -22,7 +22,7 @@ MESSAGE: tuple[tuple[str, str], ...] = (
     ("log_time", "q"),
     ("publish_time", "q"),
 )
-"""What stands before the data of a message; `length` counts from behind itself."""
+"""What comes before the data of a message; `length` counts the bytes after itself."""
 MESSAGE_HEAD = struct.Struct("<" + "".join(code for _, code in MESSAGE))
 MESSAGE_LENGTH = MESSAGE_HEAD.size - 9  # without the data
 LEVEL = 1
@@ -47,19 +47,19 @@ class Chunk:
         self._single: list[tuple[int, int, int]] = []
 
     def add_block(self, data: bytes, size: int, channels: Array, times: Array) -> None:
-        """Take complete message records of `size` bytes each."""
+        """Add complete message records of `size` bytes each."""
         offsets = np.arange(len(channels), dtype=np.int64) * size + self.size
         self._places.append(MessageIndex(channels, times, offsets))
         self._append(data)
 
     def add(self, channel: int, sequence: int, time: int, data: bytes | bytearray) -> None:
-        """Take one message; time in ns since 1970 UTC."""
+        """Add one message; time in ns since 1970 UTC."""
         self._single.append((channel, time, self.size))
         length = MESSAGE_LENGTH + len(data)
         self._append(MESSAGE_HEAD.pack(Opcode.MESSAGE, length, channel, sequence, time, time) + data)
 
     def end(self) -> tuple[bytes, MessageIndex]:
-        """All records, and where each is, sorted by channel and time."""
+        """All records, and their index, sorted by channel and time."""
         single = np.array(self._single, np.int64).reshape(-1, 3).T
         places = [*self._places, MessageIndex(*single)]
         channels, times, offsets = (np.concatenate(columns) for columns in zip(*places, strict=True))
@@ -90,7 +90,7 @@ class McapFile:
 
     @property
     def messages(self) -> int:
-        """How many there are."""
+        """The number of messages."""
         return self._counts.total()
 
     def add_schema(self, name: str, definition: str) -> int:
@@ -116,7 +116,7 @@ class McapFile:
         self._metadata.append(records.MetadataIndex(offset, length, name))
 
     def add_chunk(self, chunk: Chunk) -> None:
-        """Compress and write the messages of a chunk; one without messages is left out."""
+        """Compress and write the messages of a chunk; one without messages is skipped."""
         data, place = chunk.end()
         if not len(place.channels):
             return
@@ -150,7 +150,7 @@ class McapFile:
         )
 
     def finish(self) -> None:
-        """Write the summary, by which readers find everything; nothing may be added afterwards."""
+        """Write the summary, with which readers find everything; nothing can be added afterwards."""
         self._record(records.DataEnd(0))
         start, summary = self._place, RecordBuilder()
         groups: list[records.SummaryOffset] = []
@@ -171,6 +171,7 @@ class McapFile:
         for record in groups:
             record.write(summary)
         data = summary.end()
+        # The CRC of the summary also covers the footer, up to the CRC itself.
         footer = struct.pack("<BQQQ", Opcode.FOOTER, 20, start, offsets_start)
         self._write(data)
         self._record(records.Footer(start, offsets_start, zlib.crc32(footer, zlib.crc32(data))))

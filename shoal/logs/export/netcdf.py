@@ -16,7 +16,7 @@ from shoal.logs.export.table import HEADER, HEADER_TYPES, NUMPY, Column, Table, 
 ROWS = 1 << 13  # of a chunk
 RAW = 1 << 16  # bytes of a chunk of raw data
 LARGEST_WAITING = 1 << 26  # bytes
-LATEST = 9.2e9  # s since 1970, as far as 64 bits of ns reach
+LATEST = 9.2e9  # s since 1970: readers hold ns in 64 bits
 OBSERVATION, ENTITY = "obs", "entity"
 OWN = ("time", *HEADER, "speaker")
 TIME = {
@@ -57,7 +57,7 @@ UNITS = {
     "NTU": "1",
     "dB": "1",
 }
-"""Units that UDUNITS, and with it CF, says in other words, or does not know."""
+"""IMC units that UDUNITS, and so CF, writes differently or does not know."""
 
 KINDS = {
     "int8_t": np.int8,
@@ -70,19 +70,19 @@ KINDS = {
     "fp32_t": np.float32,
     "fp64_t": np.float64,
 }
-"""How numbers are stored: wider where readers would take a value, such as 65535, for one that is missing."""
+"""How numbers are stored: wider if readers would take a valid value, such as 65535, as missing."""
 
-# netCDF4 has no types.
+# netCDF4 has no type hints.
 _nc: Any = import_module("netCDF4")
 
 
 def export_netcdf(source: Source, path: Path, progress: ReportBytes = lambda _: None) -> int:
-    """Write the messages to a NetCDF file; returns how many rows there are.
+    """Write the messages to a NetCDF file; returns the number of rows.
 
     The dimension of a group is `obs`: messages in the order of the log. Its variables are `time` (CF), the header,
-    `speaker` (index of the sender along `entity`, a dimension of the file) and the fields; a field that has one of
-    these names gets `field_` in front. Text is text, messages inside are JSON text, raw data are a contiguous ragged
-    array: the bytes of all messages, and how many each has. Raises OSError.
+    `speaker` (index of the sender along `entity`, a dimension of the file) and the fields; a field with one of
+    these names gets the prefix `field_`. Text is text, inline messages are JSON text, raw data is a contiguous ragged
+    array: the bytes of all messages, and the size of each. Raises OSError.
     """
     types: dict[int, _Type] = {}
     speakers: dict[int, int] = {}
@@ -106,7 +106,7 @@ def export_netcdf(source: Source, path: Path, progress: ReportBytes = lambda _: 
                 written.flush()
             _name_speakers(file, source, speakers)
     except RuntimeError as error:
-        # The library does not tell why; the system does, for bytes of our own.
+        # The library gives no reason; writing here ourselves makes the system raise one, such as a full disk.
         with path.open("ab") as probe:
             probe.write(bytes(RAW))
         raise OSError(errno.EIO, str(error), str(path)) from error
@@ -130,7 +130,7 @@ def _name_speakers(file: Any, source: Source, speakers: dict[int, int]) -> None:
 
 
 class _Type:
-    """The messages of one type: rows that wait until they fill chunks, and the variables that they go to."""
+    """The messages of one type: rows that wait to fill a chunk, and their variables."""
 
     def __init__(self, file: Any, source: Source, message: imc.MessageType, speakers: dict[int, int]):
         self._group = file.createGroup(message.abbrev)
@@ -162,7 +162,7 @@ class _Type:
             self.flush()
 
     def flush(self) -> None:
-        """Write all rows that wait."""
+        """Write all waiting rows."""
         if not self._count:
             return
         place = slice(self._written, self._written + self._count)
@@ -225,7 +225,7 @@ class _Type:
         return self._variable(name, kind, about, fill_value=missing, compression="zlib", complevel=1)
 
     def _variable(self, name: str, kind: Any, about: dict[str, Any], **how: Any) -> Any:
-        # The library would keep 16 MiB of each variable; a chunk is enough, as they are filled one after the other.
+        # By default the library caches 16 MiB per variable; one chunk is enough, as chunks are filled in order.
         chunks = {"chunksizes": (self._rows,), "chunk_cache": self._rows * 16}
         variable = self._group.createVariable(name, kind, (OBSERVATION,), **chunks, **how)
         if name != "time":
@@ -235,7 +235,7 @@ class _Type:
 
 
 def _about(column: Column) -> dict[str, Any]:
-    """The attributes of a field: what it is called, its unit in words of CF and of IMC, the names of its values."""
+    """The attributes of a field: its long name, its unit in CF and in IMC, the names of its values."""
     about: dict[str, Any] = {"long_name": column.title}
     if column.unit:
         about["units"] = UNITS.get(column.unit, column.unit)

@@ -15,17 +15,17 @@ from shoal.logs.export.table import HEADER, HEADER_TYPES, NUMPY, Column, Table, 
 ROWS = 1 << 16  # of a row group
 LARGEST_WAITING = 1 << 26  # bytes
 
-# pyarrow has no types.
+# pyarrow has no type hints.
 _pa: Any = import_module("pyarrow")
 _pq: Any = import_module("pyarrow.parquet")
 
 
 def export_parquet(source: Source, folder: Path, progress: ReportBytes = lambda _: None) -> int:
-    """Write <Message>.parquet for each type to `folder`; returns how many rows there are.
+    """Write <Message>.parquet for each type to `folder`; returns the number of rows.
 
-    Columns: `utc` (µs, empty where the timestamp is no date), `system` and `label` (who sent it), the header, the
-    fields. A field that has one of these names gets `field_` in front. The metadata of a field say its unit, long
-    name and the names of its values (JSON). Messages inside are JSON text. Raises OSError.
+    Columns: `utc` (µs, empty if the timestamp is not a date), `system` and `label` (of the sender), the header, the
+    fields. A field with one of these names gets the prefix `field_`. The metadata of a field have its unit, long name
+    and the names of its values (JSON). Inline messages are JSON text. Raises OSError.
     """
     files: dict[int, _File] = {}
     rows = 0
@@ -86,7 +86,7 @@ class _File:
             self.flush()
             self._file.close()
         finally:
-            self._file.is_open = False  # else it would try once more, and complain, when it is forgotten
+            self._file.is_open = False  # else its destructor closes it again, and fails
 
     def _speakers(self, systems: Values, entities: Values) -> tuple[Any, Any]:
         keys = np.asarray(systems).astype(np.int64) << 8 | np.asarray(entities)

@@ -32,9 +32,9 @@ STANDARD = {
 
 @dataclass(frozen=True)
 class Member:
-    """A field of a ROS message: its name, its ROS type, the attribute and wire letter of the IMC field it is made of.
+    """A field of a ROS message: its name, its ROS type, the attribute and wire letter of its IMC field.
 
-    inner: the type of the messages inside it; None where they are JSON text, or where there are none.
+    inner: the type of the messages in the field; None if they are JSON text or there are none.
     """
 
     name: str
@@ -68,7 +68,7 @@ class RosType:
 def ros_type(schema: imc.Schema, message: imc.MessageType) -> RosType:
     """The type imc_msgs/<Abbrev>: a std_msgs/Header, the addresses, then the fields in IMC's order and units.
 
-    Text is string, raw data uint8[]. A message inside is an array of at most one (empty: none) of the type
+    Text is string, raw data is uint8[]. An inline message is an array of at most one (empty: none) of the type
     imc_msgs/Inline<Abbrev>, if the protocol allows one type only; a list is an array of them without its empty places.
     Messages that may be of several types are JSON text, as `Message.to_json` writes it but without header
     ("null" if there is none).
@@ -147,7 +147,7 @@ def _field_name(attribute: str, taken: set[str]) -> str:
 
 
 def _squeezed(name: str) -> str:
-    """Without the doubled and trailing underscores that ROS does not allow."""
+    """The name without double and trailing underscores, which ROS does not allow."""
     return re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")
 
 

@@ -1,4 +1,4 @@
-"""Topics that viewers show without being told how: position, pose, transform, log book, pictures.
+"""Topics of standard types, which viewers show without setup: position, pose, transform, log book, pictures.
 
 Poses follow REP 103: the frame `map` is east, north, up, at the first reference position of the log, on the ellipsoid's
 tangent plane there; a vehicle's own frame is forward, left, up and has the vehicle's name.
@@ -107,14 +107,14 @@ def transform_items(frame: bytes) -> tuple[Item, ...]:
 
 
 def fill_location(records: Array, states: Array) -> None:
-    """Positions of states (EstimatedState and the like), the height above the ellipsoid as ROS wants it."""
+    """Positions of states (EstimatedState, SimulatedState); height above the ellipsoid, as in ROS."""
     places = positions(states)
     records["latitude"], records["longitude"] = np.degrees(places["lat"]), np.degrees(places["lon"])
     records["altitude"] = places["height"]
 
 
 def fill_fix(records: Array, fixes: Array) -> None:
-    """Positions of GpsFix; covariances where it says how accurate it is."""
+    """Positions of GpsFix; covariances if it has accuracies."""
     validity = imc.GpsFix.Validity
     valid = fixes["validity"]
     good = (valid & validity.VALID_POS) != 0
@@ -129,7 +129,7 @@ def fill_fix(records: Array, fixes: Array) -> None:
 
 
 class MapOrigin(NamedTuple):
-    """Where the frame `map` has its origin: latitude, longitude (rad), height (m)."""
+    """The origin of the frame `map`: latitude, longitude (rad), height (m)."""
 
     lat: float
     lon: float
@@ -137,7 +137,7 @@ class MapOrigin(NamedTuple):
 
 
 def first_origin(states: Array) -> MapOrigin | None:
-    """The first reference position that is one."""
+    """The first finite reference position; None if there is none."""
     good = np.isfinite(states["lat"]) & np.isfinite(states["lon"]) & np.isfinite(states["height"])
     if not good.any():
         return None
@@ -148,7 +148,7 @@ def first_origin(states: Array) -> MapOrigin | None:
 def fill_pose(records: Array, states: Array, origin: MapOrigin) -> None:
     """Positions (m) and attitudes (quaternions) of states in the frame `map`.
 
-    Attitudes are relative to north at the vehicle: the difference to that at the origin is left out.
+    Attitudes are relative to north at the vehicle: the difference to north at the origin is ignored.
     """
     places = positions(states)
     north, east, down = displacement(origin, places["lat"], places["lon"], places["height"])
@@ -193,7 +193,7 @@ class Photo(NamedTuple):
 def photos(folder: Path, start: float) -> Iterator[Photo]:
     """The pictures in a folder `Photos`, whose names end with the time: seconds since 1970, or since `start`.
 
-    Names without a time are left out.
+    Names without a time are skipped.
     """
     for path in sorted(folder.rglob("*")):
         form = _FORMATS.get(path.suffix.lower())

@@ -1,4 +1,4 @@
-"""Messages of one type as a table: what its columns are, and their values batch by batch."""
+"""Messages of one type as a table: its columns, and their values batch by batch."""
 
 from typing import Any, NamedTuple
 
@@ -34,8 +34,8 @@ class Column(NamedTuple):
 class Table(NamedTuple):
     """Messages of one type: columns by name, those of HEADER first; all have the same length.
 
-    Numbers are arrays; text is str, raw data bytes; messages inside and lists of them are messages, tuples of messages
-    or None.
+    Numbers are arrays; text is str, raw data is bytes, an inline message is a message or None, a list of messages is a
+    tuple.
     """
 
     message: imc.MessageType
@@ -54,7 +54,7 @@ def columns_of(schema: imc.Schema, message: imc.MessageType) -> list[Column]:
 
 
 def table_of(source: Source, batch: ExportBatch, group: MessageBatch) -> Table:
-    """The messages of a group; what cannot be decoded is left out and counts as skipped."""
+    """The messages of a group; what cannot be decoded counts as skipped."""
     names = [field.attribute for field in group.message.fields]
     if group.array is not None:
         columns: dict[str, Values] = {name: group.array[name] for name in (*HEADER, *names)}

@@ -1,4 +1,4 @@
-"""Names of ROS topics and frames, and the channels of an MCAP file that have them."""
+"""Names of ROS topics and frames, and the channels of the topics in an MCAP file."""
 
 import re
 
@@ -7,7 +7,7 @@ from shoal.logs.export.ros_messages import RosType
 
 
 def ros_name(text: str) -> str:
-    """A name that ROS takes for a part of a topic or for a frame: letters, digits, underscores, no digit in front."""
+    """A name that ROS accepts for a part of a topic or for a frame: letters, digits, underscores, no digit in front."""
     name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_") or "unnamed"
     return "_" * name[0].isdigit() + name
 
@@ -22,9 +22,9 @@ class Topics:
         self._owners: dict[str, tuple[str, ...]] = {}
 
     def channel(self, parts: tuple[str, ...], type_: RosType, **metadata: str) -> int:
-        """The number of the channel with a type and a topic of these parts.
+        """The number of the channel with this type and a topic of these parts.
 
-        Different names that ROS would write alike get numbers behind them.
+        Different names that are the same in ROS get a number at the end.
         """
         schema = self._schemas.get(type_.full_name)
         if schema is None:

@@ -1,4 +1,4 @@
-"""Looks at logs: what is in them, what is wrong with them, where two differ."""
+"""Shows what is in logs, what is wrong with them, and where two differ."""
 
 from shoal.logs.look.comparison import FieldDifference, LogDifference, LogMessage, compare, differing
 from shoal.logs.look.doctor import examine, repair

@@ -1,4 +1,4 @@
-"""Finds where two logs part, and by how much."""
+"""Finds where two logs differ, and by how much."""
 
 import math
 from array import array
@@ -14,11 +14,11 @@ from imc.lsf import ReportShare
 from runtime.logs import NAMING, Array, Names, blocks, type_name
 
 MOST_PAIRS = 100_000  # whose fields are compared
-RELATED = 0.1  # of the messages that two logs of the same time have in common
+RELATED = 0.1  # share of messages that must match by time, else logs are compared by order
 
 
 class LogMessage(NamedTuple):
-    """A message of a log: its number from 1, offset in the unpacked log, the message (None behind the end)."""
+    """A message of a log: its number from 1, offset in the unpacked log, the message (None after the end)."""
 
     number: int
     offset: int
@@ -27,7 +27,7 @@ class LogMessage(NamedTuple):
 
 @dataclass
 class TypeDifference:
-    """Messages of one type: in both logs alike, in both but changed, only in one."""
+    """Messages of one type: equal in both logs, changed, only in one."""
 
     same: int = 0
     changed: int = 0
@@ -52,7 +52,7 @@ class FieldDifference:
 
 @dataclass
 class LogDifference:
-    """What two logs differ in. `by_time`: whether messages were paired by their times, else by their order."""
+    """How two logs differ. `by_time`: messages were paired by time, else by order."""
 
     packets: tuple[int, int]
     names: Names
@@ -81,6 +81,7 @@ class _Content:
             keys.frombytes(key.tobytes())
             times.frombytes(heads["timestamp"].tobytes())
             offsets.extend(block.offsets)
+            # Valid in this process only: Python salts the hash of bytes.
             prints.extend(map(hash, block.packets))
             for index in np.flatnonzero(np.isin(heads["id"], list(NAMING))):
                 try:
@@ -92,7 +93,7 @@ class _Content:
         self.times = np.asarray(times, np.float64)
 
     def fetch(self, wanted: Array) -> Iterator[bytes]:
-        """The packets with these numbers (from 0, rising)."""
+        """The packets with these numbers (from 0, ascending)."""
         left = iter(wanted.tolist())
         number = next(left, -1)
         for place, (_, packet) in enumerate(self.log.packets()):
@@ -110,7 +111,7 @@ class _Content:
 
 
 def compare(a: imc.Log, b: imc.Log, progress: ReportShare | None = None) -> LogDifference:
-    """Compare two logs. Some 30 bytes of memory for each packet, and the changed ones up to MOST_PAIRS."""
+    """Compare two logs. Needs about 30 bytes of memory per packet, and up to MOST_PAIRS changed packets."""
     names = Names()
     losses: tuple[list[imc.Loss], list[imc.Loss]] = ([], [])
     one, two = _Content(a, names, losses[0], progress), _Content(b, names, losses[1], progress)
@@ -131,7 +132,7 @@ def compare(a: imc.Log, b: imc.Log, progress: ReportShare | None = None) -> LogD
 
 
 def _unmatched(mine: Array, theirs: Array) -> Array:
-    """The numbers of packets that the other log does not have, or not as often."""
+    """The numbers of packets that the other log does not have, or has fewer times."""
     order = np.argsort(mine, kind="stable")
     values, begins, counts = np.unique(mine[order], return_index=True, return_counts=True)
     others, other_counts = np.unique(theirs, return_counts=True)
@@ -143,7 +144,7 @@ def _unmatched(mine: Array, theirs: Array) -> Array:
 
 
 def _pairs(one: _Content, two: _Content, left_a: Array, left_b: Array, found: LogDifference) -> tuple[Array, Array]:
-    """The numbers of messages that are the same one, changed: of one type, sender and time, else of one rank."""
+    """The numbers of changed messages in both logs, paired by type, sender and time, else by type, sender and order."""
     pairs = _matched(one.keys[left_a], one.times[left_a], two.keys[left_b], two.times[left_b])
     shared = len(one.keys) - len(left_a)
     found.by_time = len(pairs[0]) + shared > RELATED * min(found.packets)
@@ -154,7 +155,7 @@ def _pairs(one: _Content, two: _Content, left_a: Array, left_b: Array, found: Lo
 
 
 def _matched(keys_a: Array, times_a: Array, keys_b: Array, times_b: Array) -> tuple[Array, Array]:
-    """Places in both of what has the same key and time; the first with the first, the second with the second."""
+    """Places of rows with the same key and time in both; the first pairs with the first, the second with the second."""
     kind = np.dtype([("key", "i8"), ("time", "i8"), ("rank", "i8")])
     ranked: list[Array] = []
     for keys, times in ((keys_a, times_a), (keys_b, times_b)):
@@ -213,7 +214,7 @@ def _add(field: FieldDifference, before: Any, after: Any, time: float) -> None:
 
 
 def _decoded(log: imc.Log, packet: bytes) -> imc.Message:
-    """The message of a packet; one that the schema cannot read stays unread."""
+    """The message of a packet; imc.Unknown if the schema cannot decode it."""
     try:
         return log.schema.decode(packet)
     except imc.DecodeError:

@@ -1,4 +1,4 @@
-"""What a report tells of a log: where the vehicle was, how it moved, what it said, what it planned and saw."""
+"""Reads what a report shows of a log: track, states, log book, plans, detections."""
 
 import math
 from collections import Counter
@@ -11,10 +11,10 @@ import imc
 from imc import coordinates
 from runtime.logs import Array, Summary
 
-FARTHEST = 1e6  # beyond it, no offset, depth, angle or speed means anything
-AFLOAT = 0.1  # m: what is never deeper stays at the surface
-MOST_ENTRIES = 20000  # of the log book that are kept
-QUIET = ("NORMAL", "BOOT")  # states whose text may change without anybody minding
+FARTHEST = 1e6  # any offset, depth, angle or speed beyond it is invalid
+AFLOAT = 0.1  # m; a vehicle that is never deeper stays at the surface
+MOST_ENTRIES = 20000  # of the log book to keep
+QUIET = ("NORMAL", "BOOT")  # states in which a change of the text does not matter
 _NEEDED = {
     "EstimatedState": {"lat", "lon", "x", "y"},
     "EstimatedMugState": {"id", "x", "y"},
@@ -27,7 +27,7 @@ _STATE = ("lat", "lon", "height", "x", "y", "depth", "alt", "phi", "theta", "psi
 
 
 class Stretch(NamedTuple):
-    """A time (s since the log's start) for which something was so."""
+    """A span of time (s since the log's start) with one value."""
 
     begin: float
     end: float
@@ -70,7 +70,7 @@ class Detections(NamedTuple):
 
 @dataclass
 class LogContent:
-    """A log, as a report tells it. origin: latitude, longitude (rad) of north = east = 0; None without position."""
+    """The content of a report. origin: latitude, longitude (rad) of north = east = 0; None without position."""
 
     summary: Summary
     motion: Track
@@ -85,12 +85,12 @@ class LogContent:
 
     @property
     def distance(self) -> float:
-        """Length of the track, m: of steps longer than a noisy position makes."""
+        """Length of the track in m, as `track_length`."""
         return track_length(self.motion)
 
     @property
     def afloat(self) -> bool:
-        """Whether there is a depth, and it says the surface all the time."""
+        """Whether depth is known and always at the surface."""
         known = self.motion.depth[np.isfinite(self.motion.depth)]
         return len(known) > 0 and float(np.abs(known).max()) < AFLOAT
 
@@ -128,7 +128,7 @@ def content_of(log: imc.Log, summary: Summary) -> LogContent:
 
 
 def track_length(motion: Track, least: float = 1.0) -> float:
-    """The way over ground in m, in steps of `least` m, so that noise at rest adds nothing."""
+    """The distance over ground in m, in steps of at least `least` m, so that noise at rest adds nothing."""
     total, north, east = 0.0, math.nan, math.nan
     for n, e in zip(motion.north.tolist(), motion.east.tolist(), strict=True):
         step = math.hypot(n - north, e - east)
@@ -143,7 +143,7 @@ def _state(message: Any) -> tuple[float, ...]:
 
 
 def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Track, tuple[float, float] | None]:
-    """The states of the entity that says most, in order of time, with the origin that offsets are from."""
+    """The states of the entity that sends most of them, ordered by time, and the origin of their offsets."""
     table = np.array(rows, float).reshape(len(rows), 2 + len(_STATE))
     within = (table[:, 0] >= summary.start - 1.0) & (table[:, 0] <= summary.end + 1.0)
     possible = (np.abs(table[:, 2]) <= math.pi / 2) & (np.abs(table[:, 3]) <= math.tau)
@@ -177,7 +177,7 @@ def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Track, tup
 
 
 def _detections(messages: list[Any], motion: Track, summary: Summary) -> Detections:
-    """Where gliders were seen: the vehicle's position then, and the offset from it."""
+    """Where MUGs were detected: the vehicle's position at that time plus the offset."""
     if len(motion.time) == 0:
         return Detections(*(np.empty(0),) * 4)
     known = [message for message in messages if abs(message.x) < FARTHEST and abs(message.y) < FARTHEST]
@@ -222,7 +222,7 @@ def _plans(story: LogContent, messages: list[Any]) -> None:
 
 
 def _stretches(rows: list[tuple[float, str, str]], summary: Summary, by_text: bool = True) -> list[Stretch]:
-    """Equal values one behind the other as one stretch; the last lasts until the end of the log."""
+    """Consecutive equal values as one stretch; the last one lasts until the end of the log."""
     found: list[Stretch] = []
     for time, value, text in sorted(rows, key=lambda row: row[0]):
         at = min(max(time - summary.start, 0.0), summary.duration)

@@ -1,4 +1,4 @@
-"""Looks for what is wrong with a log, says what it means, and writes a clean one."""
+"""Finds what is wrong with a log, explains it, and writes a clean one."""
 
 import math
 from dataclasses import dataclass
@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Literal
 
 import imc
+from imc.addresses import UNKNOWN_ENTITY
 from imc.lsf import ReportShare, Spread
-from runtime.logs import UNKNOWN_ENTITY, Block, Summary, new_log, summarize, type_name
+from runtime.logs import Block, Summary, new_log, summarize, type_name
 from shoal.logs.look.formatting import moment, number, span
 from shoal.logs.look.gaps import Rhythms
 from shoal.logs.look.layouts import Layouts
@@ -15,7 +16,7 @@ from shoal.logs.look.layouts import Layouts
 MOST_PLACES = 5
 NEARLY_ALL = 250  # of 255 entity ids
 CLOCKS_APART = 2.0  # s
-LONG_ENOUGH = 0.2  # of the log that a message must come regularly
+LONG_ENOUGH = 0.2  # share of the log in which a message must come regularly
 DUNE_ONLY = {719: "ManeuverDone", 720: "StationKeepingExtended"}
 
 Severity = Literal["error", "warning", "note"]
@@ -34,7 +35,7 @@ class Finding:
 
 @dataclass
 class Examination:
-    """What was found; `summary` is None where there is nothing to read."""
+    """What was found; `summary` is None if there is nothing to read."""
 
     log: imc.Log
     findings: list[Finding]
@@ -46,7 +47,7 @@ class Examination:
 
 
 class _Marks:
-    """Remembers whether the log ended in order."""
+    """Notes whether the log ends as it should."""
 
     def __init__(self, schema: imc.Schema):
         self._schema = schema
@@ -64,7 +65,7 @@ class _Marks:
 
 
 def examine(path: Path, progress: ReportShare | None = None, spread: Spread | None = None) -> Examination:
-    """Read a log once and judge it; `spread` is that of imc.Log. Raises FileNotFoundError, OSError."""
+    """Read a log once and check it; `spread` is that of imc.Log. Raises FileNotFoundError, OSError."""
     try:
         log, findings = imc.Log(path, spread=spread), list[Finding]()
     except imc.SchemaError as error:
@@ -74,25 +75,28 @@ def examine(path: Path, progress: ReportShare | None = None, spread: Spread | No
     else:
         if log.schema_source is None:
             text = "there is no IMC.xml or IMC.xml.gz beside the log"
-            meaning = "The built-in definitions are used; messages of another version may be read wrong."
-            findings.append(Finding("warning", text, (), meaning, "Copy that of the vehicle, or use --repair."))
+            meaning = "The built-in definitions are used; messages of another version may be misread."
+            findings.append(Finding("warning", text, (), meaning, "Copy the vehicle's file, or use --repair."))
     length = log.path.stat().st_size
     layouts, rhythms, marks = Layouts(log.schema), Rhythms(), _Marks(log.schema)
     summary = summarize(log, progress, (layouts, rhythms, marks))
     if summary.packets == 0:
-        text = f"not one of its {length} bytes belongs to a message" if length else "the file is empty"
-        return Examination(log, [Finding("error", text, (), "This is no LSF log, or nothing of it is left.")])
+        text = f"none of its {length} bytes belongs to a message" if length else "the file is empty"
+        return Examination(log, [Finding("error", text, (), "This is not an LSF log, or nothing of it is left.")])
     findings += _damage(summary)
     findings += [*_layouts(layouts, log.schema), *_clocks(summary), *_gaps(rhythms, summary), *_entities(summary)]
     if not marks.stopped:
         text = "the log does not end with LoggingControl STOPPED"
-        meaning = "The vehicle was cut off, or this is a part of a log; the last seconds may be missing."
+        meaning = "The vehicle stopped abruptly, or this is a part of a log; the last seconds may be missing."
         findings.append(Finding("note", text, (), meaning))
     return Examination(log, findings, summary)
 
 
 def repair(examination: Examination, folder: Path) -> int:
-    """Write the good packets and definitions to a new log; returns how many. Raises FileExistsError, OSError."""
+    """Write the good packets and definitions to a new log; returns the number of packets.
+
+    Raises FileExistsError, OSError; ValueError if there are none.
+    """
     log, count = examination.log, 0
     with new_log(folder, log) as writer:
         for _, packet in log.packets():
@@ -104,14 +108,14 @@ def repair(examination: Examination, folder: Path) -> int:
 
 
 CUT = (
-    "The file ends within compressed data: its writer was killed while it wrote, power was cut, or a copy is not "
-    "complete. Other readers, such as Neptus, may refuse the file."
+    "The file ends within compressed data: its writer was killed, power was lost, or a copy is incomplete. "
+    "Other readers, such as Neptus, may refuse the file."
 )
 _REASONS = (
     ("wrong CRC", "error", "Bytes of packets have changed: a bad disk, a bad copy, or a transfer in text mode."),
-    ("packet cut short", "warning", "The log ends within a packet, as when power is cut or a copy is not complete."),
-    ("no packet begins here", "error", "Something else stands between the packets."),
-    ("member", "error", "The compressed file is damaged or cut; what was packed behind the damage in there is lost."),
+    ("packet cut short", "warning", "The log ends within a packet: power was lost, or a copy is incomplete."),
+    ("no packet begins here", "error", "There are other bytes between the packets."),
+    ("member", "error", "The compressed file is damaged or cut; the data after the damage in this part is lost."),
 )
 
 
@@ -129,7 +133,7 @@ def _damage(summary: Summary) -> list[Finding]:
         lost = sum(loss.length for loss in losses)
         text = f"damage: {what}: {number(len(losses), 'place')}" + (f", {number(lost, 'byte')}" if lost else "")
         places = _few([f"byte {at}: {number(length, 'byte')}: {why}" for at, length, why in losses])
-        remedy = "All packets around it are read; --repair writes them to a clean log."
+        remedy = "All packets around it can be read; --repair writes them to a clean log."
         found.append(Finding("warning" if severity == "warning" else "error", text, places, meaning, remedy))
     return found
 
@@ -141,7 +145,7 @@ def _layouts(layouts: Layouts, schema: imc.Schema) -> list[Finding]:
         count = sum(misfit.packets for misfit in misfits)
         places = _few([f"from byte {at}: {number(times, 'packet')}: {how}" for how, times, at in misfits])
         text = f"the definitions contradict the packets: {name}, {number(count, 'packet')}"
-        meaning = "The log was written with another version of this message; its values may be read wrong."
+        meaning = "The log was written with another version of this message; its values may be misread."
         found.append(Finding("error", text, places, meaning, "Put the right IMC.xml beside Data.lsf."))
     if layouts.unknown:
         places = _few(
@@ -152,7 +156,7 @@ def _layouts(layouts: Layouts, schema: imc.Schema) -> list[Finding]:
             ]
         )
         text = f"messages that the definitions do not have: {number(sum(layouts.unknown.values()), 'packet')}"
-        meaning = "They are kept as they are, but their fields cannot be read."
+        meaning = "They are kept, but their fields cannot be read."
         found.append(Finding("warning", text, places, meaning, "Put the right IMC.xml beside Data.lsf."))
     return found
 
@@ -167,20 +171,18 @@ def _clocks(summary: Summary) -> list[Finding]:
                 for step in summary.steps
             ]
         )
-        text = f"clocks leap: {number(len(summary.steps), 'time')}"
-        meaning = (
-            "The clock was set while the log ran, or nothing was recorded meanwhile; curves over time break there."
-        )
-        found.append(Finding("warning", text, places, meaning, "Cut the log at the leap: shoal log cut --from/--to."))
+        text = f"clocks jump: {number(len(summary.steps), 'time')}"
+        meaning = "The clock was set during the log, or nothing was recorded for a while; curves over time break there."
+        found.append(Finding("warning", text, places, meaning, "Cut the log at the jump: shoal log cut --from/--to."))
     for src, clock in summary.clocks.items():
         who = summary.names.system(src)
         if clock.strays:
             text = f"{number(clock.strays, 'message')} of {who} with times far from those around them"
-            found.append(Finding("note", text, (), "They were stored and logged later, or carry no time."))
+            found.append(Finding("note", text, (), "They were stored and logged later, or have no time."))
         apart = clock.start - summary.start if clock.start < summary.start else max(0.0, clock.end - summary.end)
         if src != summary.owner and math.isfinite(apart) and abs(apart) > CLOCKS_APART:
-            text = f"the clock of {who} is off: it is {span(apart)} outside of the log's time"
-            meaning = "Its messages stand at the wrong time beside those of others."
+            text = f"the clock of {who} is off: it is {span(apart)} outside the log's time"
+            meaning = "Its messages appear at the wrong time among those of others."
             found.append(Finding("warning", text, (), meaning))
     return found
 
@@ -196,8 +198,8 @@ def _gaps(rhythms: Rhythms, summary: Summary) -> list[Finding]:
     if not rows:
         return []
     rows.sort(reverse=True)
-    text = f"silence of what comes regularly: {number(len(rows), 'kind')} of message"
-    meaning = "A device or task stopped speaking; some do so on purpose, such as controllers between maneuvers."
+    text = f"gaps in regular messages: {number(len(rows), 'kind')} of message"
+    meaning = "A device or task stopped sending; some do so on purpose, such as controllers between maneuvers."
     return [Finding("note", text, _few([row for _, row in rows]), meaning)]
 
 
@@ -211,14 +213,14 @@ def _entities(summary: Summary) -> list[Finding]:
         meaning = "No EntityInfo or EntityList names them; they can only be told apart by number."
         found.append(Finding("note", text, places, meaning))
     if (tally := summary.by_entity.get((summary.owner, UNKNOWN_ENTITY))) is not None:
-        text = f"{number(tally.count, 'message')} of entity 255, which is nobody"
-        found.append(Finding("note", text, (), "Their sender did not say which entity speaks."))
+        text = f"{number(tally.count, 'message')} of entity 255, which means none"
+        found.append(Finding("note", text, (), "Their sender did not set its entity."))
     for src in summary.clocks:
         ids = {entity for system, entity in {**names.labels, **dict.fromkeys(summary.by_entity)} if system == src}
         ids.discard(UNKNOWN_ENTITY)
         if len(ids) >= NEARLY_ALL:
             text = f"{names.system(src)} has {number(len(ids), 'entity', 'entities')}"
-            meaning = "There are ids for 255; further entities are all 255, and cannot be told apart."
+            meaning = "There are only 255 ids; all further entities share 255, and cannot be told apart."
             found.append(Finding("warning", text, (), meaning, "Disable tasks that the vehicle does not need."))
     if names.earlier:
         places = _few(
@@ -228,7 +230,7 @@ def _entities(summary: Summary) -> list[Finding]:
             ]
         )
         text = f"{number(len(names.earlier), 'entity', 'entities')} with several labels"
-        meaning = "The log holds several runs of a vehicle; readers take one label for all of it."
+        meaning = "The log has several runs of a vehicle; readers use one label for all of it."
         found.append(Finding("warning", text, places, meaning, "Look at the runs one by one: shoal log cut."))
     return found
 

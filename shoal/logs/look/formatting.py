@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 
 
 def moment(time: float) -> str:
-    """A time (s since 1970 UTC) as "2026-01-01 00:00:00.000 UTC"; the number where it is no date."""
+    """A time (s since 1970 UTC) as "2026-01-01 00:00:00.000 UTC"; the number if it is not a date."""
     try:
         return f"{datetime.fromtimestamp(round(time, 3), UTC):%Y-%m-%d %H:%M:%S.%f}"[:-3] + " UTC"
     except (ValueError, OverflowError, OSError):
@@ -39,7 +39,7 @@ def size(count: int) -> str:
 
 
 def rate(hertz: float) -> str:
-    """ "20 Hz", "0.88 Hz"; empty where there is none."""
+    """ "20 Hz", "0.88 Hz"; empty if unknown."""
     return "" if math.isnan(hertz) else f"{hertz:.3g} Hz" if hertz < 100 else f"{hertz:.0f} Hz"
 
 

@@ -1,4 +1,4 @@
-"""Finds silences in what a log hears regularly."""
+"""Finds gaps in messages that come regularly."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -10,12 +10,12 @@ from runtime.logs import Array, Block
 SHORTEST = 1.5  # s
 FACTOR = 5.0  # periods
 ENOUGH = 20  # intervals
-REGULAR = 0.8  # of the intervals that must be near the period
+REGULAR = 0.8  # share of the intervals that must be near the period
 BINS, PER_OCTAVE, LOWEST = 160, 8, -10  # of the histogram of intervals: from 2^-10 s
 
 
 class Gap(NamedTuple):
-    """A silence: from (s since 1970 UTC) and length (s)."""
+    """A time without the message: begin (s since 1970 UTC) and length (s)."""
 
     begin: float
     length: float
@@ -41,7 +41,7 @@ class Rhythm:
 
     @property
     def period(self) -> float:
-        """The usual interval, s; NaN where it is not regular."""
+        """The usual interval, s; NaN if it is not regular."""
         total = int(self.histogram.sum())
         if total < ENOUGH:
             return np.nan
@@ -50,7 +50,7 @@ class Rhythm:
         return 2.0 ** ((middle + 0.5) / PER_OCTAVE + LOWEST) if near >= REGULAR * total else np.nan
 
     def gaps(self, end: float, least: float) -> list[Gap]:
-        """The silences until the log's end, longest first, if the message came for at least `least` s."""
+        """The gaps until the log's end, longest first; none if the message came for less than `least` s."""
         if not self.period * self.histogram.sum() >= least:
             return []
         pauses = [*self.pauses, Gap(self.last, end - self.last)]

@@ -1,4 +1,4 @@
-"""Holds the packets of a log against its definitions."""
+"""Compares the packets of a log with its definitions."""
 
 from collections import Counter
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from imc.layout import NUMBERS
 from runtime.logs import Block
 
 SAMPLE = 1000  # packets of each message of variable size that are decoded
-MOST_KINDS = 10  # of misfits of one message that are told apart
+MOST_KINDS = 10  # of misfits of one message that are listed
 _BYTES = {"int8_t": 1, "uint8_t": 1, "int16_t": 2, "uint16_t": 2, "int32_t": 4, "uint32_t": 4, "fp32_t": 4}
 
 
@@ -62,7 +62,7 @@ class Layouts:
             self._note(number, error.reason, block, place)
         else:
             if message.surplus:
-                self._note(number, f"{len(message.surplus)} bytes behind the last field", block, place)
+                self._note(number, f"{len(message.surplus)} bytes after the last field", block, place)
 
     def _note(self, number: int, how: str, block: Block, place: int) -> None:
         if (number, how) not in self._found and sum(number == other for other, _ in self._found) >= MOST_KINDS:
@@ -72,7 +72,7 @@ class Layouts:
 
 
 def _fixed_size(message: imc.MessageType) -> int | None:
-    """Bytes of the fields; None where they differ from packet to packet."""
+    """Bytes of the fields; None if they differ from packet to packet."""
     if any(field.type not in NUMBERS for field in message.fields):
         return None
     return sum(_BYTES.get(field.type, 8) for field in message.fields)

@@ -1,4 +1,4 @@
-"""The logs below a folder, at a glance: only the beginning and the end of each file are read."""
+"""Lists the logs below a folder; reads only the beginning and the end of each file."""
 
 import math
 import os
@@ -32,7 +32,7 @@ class Glance(NamedTuple):
 
 
 def logs_below(folder: Path) -> list[Glance]:
-    """The logs in a folder and all folders in it, by path; of one folder's Data.lsf files the one `imc.Log` takes."""
+    """The logs in a folder and its subfolders, by path; of several Data.lsf files in one, the one `imc.Log` opens."""
     found: list[Path] = []
     for place, folders, files in os.walk(folder):
         folders.sort()
@@ -52,7 +52,7 @@ def glance(path: Path, names: Names) -> Glance:
         log = imc.Log(path, schema=imc.builtin())
         first = _headers(packet for _, packet in islice(log.packets(), GLANCE)) if size else None
         if first is None and size:
-            log = imc.Log(path)  # the packets of another version begin with another number
+            log = imc.Log(path)  # another IMC version has another sync number
             first = _headers((packet for _, packet in islice(log.packets(), GLANCE)), log.schema.sync)
         if first is None:
             return Glance(path, "", math.nan, math.nan, size, "no message in it" if size else "empty")
@@ -74,7 +74,7 @@ def _headers(packets: Iterable[bytes], sync: int = SYNC) -> Array | None:
 
 
 def _bound(heads: Array | None, owner: int, pick: Callable[[Array], float]) -> float:
-    """The first or last time of a system, without those far from the middle one."""
+    """The first or last time of a system, without stray times."""
     if heads is None:
         return math.nan
     times = heads["timestamp"][heads["src"] == owner]
@@ -83,7 +83,7 @@ def _bound(heads: Array | None, owner: int, pick: Callable[[Array], float]) -> f
 
 
 def _last_packets(path: Path, schema: imc.Schema) -> list[bytes]:
-    """The packets in the end of a file; none where no member of it begins there."""
+    """The packets in the end of a file; none if no compressed member begins there."""
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - TAIL))
         tail = file.read(TAIL)
@@ -94,7 +94,7 @@ def _last_packets(path: Path, schema: imc.Schema) -> list[bytes]:
 
 
 def _unpacked(tail: bytes, form: Compression) -> bytes:
-    """What the members unpack to that begin in the end of a file."""
+    """The content of the compressed members that begin in the end of a file."""
     data, position = bytearray(), 0
     while (match := form.magic.search(tail, position)) is not None:
         unpacker = form.unpacker()

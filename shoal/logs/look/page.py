@@ -1,4 +1,4 @@
-"""Draws a log as one HTML page that needs nothing else: no network, no other file."""
+"""Draws a log as one HTML page that needs no other file and no network."""
 
 import base64
 import hashlib
@@ -29,7 +29,7 @@ _HERE = Path(__file__).parent
 
 
 def report(log: imc.Log, progress: ReportShare | None = None) -> str:
-    """The page of a log. The log's text is shown, never interpreted. Raises ValueError for an empty log."""
+    """The page of a log. Text of the log is escaped. Raises ValueError for an empty log."""
     summary = summarize(log, progress)
     if summary.packets == 0:
         raise ValueError(f"{log.path}: there is no message in this log")
@@ -64,8 +64,8 @@ def page(story: LogContent) -> str:
 <header><h1>{_safe(name)}</h1>
 <p>{moment(summary.start)}, {span(summary.duration)} · {_safe(str(summary.path))}</p></header>
 {"".join(parts)}
-<footer>Point at a curve to read all of them; drag to zoom, double-click to see all again. Times are since the start.
-IMC {_safe(summary.schema.version)} by {_safe(source)}.</footer>
+<footer>Point at a curve to read all values; drag to zoom, double-click to zoom out. Times are since the start.
+IMC {_safe(summary.schema.version)} from {_safe(source)}.</footer>
 </main><div id="tip"></div><button id="reset" hidden>Show all</button><script>{script}</script></body></html>
 """
     return text.encode("utf-8", "replace").decode("utf-8")
@@ -81,7 +81,7 @@ def _tiles(story: LogContent) -> str:
             if np.isfinite(height).any() and not story.afloat:
                 tiles.append(("", f"{float(np.nanmax(height)):.1f} m", what))
                 break
-        tiles.append(("", f"{float(np.median(moving)) if len(moving) else 0.0:.2f} m/s", "usual speed"))
+        tiles.append(("", f"{float(np.median(moving)) if len(moving) else 0.0:.2f} m/s", "median speed"))
     if len(story.detections.time):
         tiles.append(
             ("", f"{len(story.detections.time)}", f"detections of {number(len(np.unique(story.detections.id)), 'MUG')}")
@@ -168,7 +168,7 @@ def _timelines(story: LogContent, duration: float) -> Iterable[str]:
 
 
 def _worst(stretches: list[Stretch]) -> int:
-    """How bad the worst state is; starting up is not bad, if it comes to an end."""
+    """The rank of the worst state; BOOT is bad only if it never ends."""
     ranks = {"NORMAL": 0, "BOOT": 0, "WARNING": 2, "FAULT": 2, "ERROR": 3, "CRITICAL": 4, "FAILURE": 4}
     ended = int(bool(stretches) and stretches[-1].value != "NORMAL")
     return max((ranks.get(stretch.value, 1) for stretch in stretches), default=0) or ended
@@ -223,7 +223,7 @@ def _rates(summary: Summary) -> str:
     text = f"<div class=scroll><table>{head}{''.join(rows[:MOST_TYPES])}</table></div>"
     if rows[MOST_TYPES:]:
         table = f"<div class=scroll><table>{head}{''.join(rows[MOST_TYPES:])}</table></div>"
-        text += f"<details><summary>{len(rows) - MOST_TYPES} rarer ones</summary>{table}</details>"
+        text += f"<details><summary>{len(rows) - MOST_TYPES} rarer types</summary>{table}</details>"
     return _section("Messages", text)
 
 
@@ -250,7 +250,7 @@ def _table(head: Iterable[str], rows: Iterable[Iterable[str]], numbers: Iterable
 
 
 def _printable(rows: Iterable[tuple[str, list[Stretch]]]) -> list[tuple[str, list[Stretch]]]:
-    """Fit to be drawn: text without control characters, and of very many stretches the worst and longest."""
+    """Rows to draw: without control characters, and at most MOST_STRETCHES each, the worst and longest."""
     found: list[tuple[str, list[Stretch]]] = []
     for name, stretches in rows:
         by_weight = sorted(stretches, key=lambda at: (-_worst([at]), at.begin - at.end))[:MOST_STRETCHES]
@@ -265,5 +265,5 @@ def _short(text: str) -> str:
 
 
 def _safe(text: str) -> str:
-    """Text of a log as HTML shows it: nothing in it is markup, and control characters are seen."""
+    """Text of a log, escaped for HTML, with visible control characters."""
     return escape(printable(text))

@@ -12,16 +12,16 @@ from shoal.logs.look.content import Stretch
 
 WIDTH, LEFT, RIGHT = 1000, 132, 10
 INNER = WIDTH - LEFT - RIGHT
-BINS = 700  # of which each shows its lowest and highest value
+BINS = 700  # each shows its lowest and highest value
 PAUSE = 3.0  # s
 STEPS = (1, 2, 5)
 TIME_STEPS = (1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 21600, 43200, 86400)
 
 
 class Curve(NamedTuple):
-    """A line: name, colour class, times (s), values in `unit`; `digits` behind the point when it is read out.
+    """A line: name, color class, times (s), values in `unit`, read out with `digits` decimals.
 
-    An angle that `wraps` is not drawn across when it goes once around.
+    If it `wraps`, as an angle does, the line breaks there.
     """
 
     name: str
@@ -49,7 +49,7 @@ def decimate(time: Array, value: Array, bins: int = BINS) -> tuple[Array, Array]
 
 
 def ticks(low: float, high: float, about: int) -> list[float]:
-    """Round numbers between `low` and `high`, about so many."""
+    """Round numbers between `low` and `high`, `about` of them."""
     if not high > low:
         return [low]
     rough = (high - low) / about
@@ -118,7 +118,7 @@ def chart(
 
 
 def bands(title: str, rows: Iterable[tuple[str, Iterable[Stretch]]], duration: float, legend: str = "") -> str:
-    """A row for each name, with a bar for each stretch: coloured where it is a state, else with its value in it."""
+    """A row for each name, with a bar for each stretch: colored if it is a state, else with its value in it."""
     body: list[str] = []
     labels: list[str] = []
     row_height, y = 20, 0
@@ -143,7 +143,7 @@ def bands(title: str, rows: Iterable[tuple[str, Iterable[Stretch]]], duration: f
 
 
 def css_class(value: str) -> str:
-    """The class of a state; anything that is none of ours is "other"."""
+    """The CSS class of a state; "other" if it is not a known one."""
     known = {"BOOT", "NORMAL", "FAULT", "ERROR", "FAILURE", "WARNING", "CRITICAL"}
     return value.lower() if value in known else "other"
 
@@ -155,7 +155,7 @@ def figure(title: str, legend: str, drawing: str) -> str:
 
 
 def svg(height: int, plot: int, body: str, axis: str, duration: float, data: str, over: str = "") -> str:
-    """A drawing over time; the page's script zooms the inner one."""
+    """A drawing over time; the page's script zooms the inner <svg>."""
     at = (
         f'<text class="tick" x="{LEFT + INNER * time / duration:.1f}" y="{height - 6}" text-anchor="middle">'
         f"{clock(time)}</text>"
@@ -191,7 +191,7 @@ def _y(value: Array | float, low: float, high: float, plot: int, down: bool) -> 
 
 
 def _path(points: list[tuple[float, float]], time: Array, pause: float, wrap: float) -> str:
-    """The line; it breaks where nothing was said for long, and where an angle goes once around."""
+    """The line; it breaks at long gaps, and where an angle wraps around."""
     usual = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     parts: list[str] = []
     for index, (x, y) in enumerate(points):

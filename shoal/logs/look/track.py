@@ -1,4 +1,4 @@
-"""Draws the track of a vehicle over ground as SVG: coloured by depth, with what it saw."""
+"""Draws the track of a vehicle over ground as SVG: colored by depth, with its detections."""
 
 import math
 from collections.abc import Iterator
@@ -16,11 +16,11 @@ SHADES = 6
 MOST_POINTS = 2500
 MOST_DOTS = 1500
 ARROW, MOST_ARROWS = 230, 12
-SMALLEST = 4.0  # m that are shown of a vehicle that stays where it is
+SMALLEST = 4.0  # m to show, at least, if a vehicle stays where it is
 
 
 class PlotView:
-    """Metres north and east to the drawing's units."""
+    """Converts m north and east to the drawing's units."""
 
     def __init__(self, north: Array, east: Array):
         wide, high = WIDTH - 2 * MARGIN, HEIGHT - 2 * MARGIN
@@ -67,7 +67,7 @@ def draw_track(story: LogContent) -> str:
 
 
 def thin(motion: Track, span: float) -> Array:
-    """The places of points that are enough for a drawing of `span` m per unit; never more than MOST_POINTS."""
+    """The places of the points that a drawing of `span` m per unit needs; at most MOST_POINTS and the last."""
     kept = [0]
     least = 0.7 * span
     north, east = motion.north.tolist(), motion.east.tolist()
@@ -121,7 +121,7 @@ def _line(motion: Track, kept: Array, view: PlotView) -> Iterator[str]:
 
 
 def _arrows(motion: Track, kept: Array, view: PlotView) -> Iterator[str]:
-    """Arrowheads along the way, ARROW units apart or more."""
+    """Arrowheads along the track, at least ARROW units apart."""
     x, y = view.x(motion.east[kept]), view.y(motion.north[kept])
     way = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
     step = max(ARROW, float(way[-1]) / MOST_ARROWS)

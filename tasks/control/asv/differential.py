@@ -1,15 +1,15 @@
-"""How two motors share what drives and what turns a boat."""
+"""Splits thrust and turning between two motors of a boat."""
 
 import math
 
-Forces = tuple[float, float]  # at port and at starboard, shares of the full force of a motor ahead
+Forces = tuple[float, float]  # port and starboard, as fractions of the full force ahead of one motor
 
 
 def share_out(ahead: float, turning: float, highest: float, lowest: float, *, turn_first: bool = True) -> Forces:
-    """Forces of both motors for a mean force and half of their difference, positive to starboard.
+    """Forces of both motors from their mean `ahead` and half of their difference `turning`, positive to starboard.
 
-    No force is above `highest` or below minus `lowest`. Where one would be, the other side gives way with
-    `turn_first`, so that the difference stays as far as it can; else the one is cut.
+    Forces stay between -`lowest` and `highest`. At a limit, `turn_first` gives up mean force to keep the difference;
+    without it the force at the limit is cut.
     """
     if turn_first:
         turning = max(-0.5 * (highest + lowest), min(0.5 * (highest + lowest), turning))

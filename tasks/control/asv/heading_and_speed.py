@@ -11,10 +11,10 @@ PORT, STARBOARD = 0, 1
 
 
 class HeadingAndSpeed(Steered, Driven):
-    """Turns DesiredHeading, DesiredHeadingRate and DesiredSpeed into thrust at port and at starboard.
+    """Turns DesiredHeading, DesiredHeadingRate and DesiredSpeed into thrust at port and starboard.
 
-    While the loops YAW, YAW_RATE and SPEED are enabled. What the heading asks for is a share of the full force, taken
-    from one side and added to the other, so that it turns the boat alike at any speed.
+    Runs while one of the loops YAW, YAW_RATE and SPEED is enabled. The steering effort is a fraction of the full force,
+    subtracted on one side and added on the other, so it turns the boat equally at any speed.
     """
 
     controlled = Loops.YAW | Loops.YAW_RATE | Loops.SPEED
@@ -22,7 +22,7 @@ class HeadingAndSpeed(Steered, Driven):
     highest_difference: float = param(
         0.4,
         "1",
-        "Largest share of the full force on each side that turns the boat.",
+        "Largest fraction of the full force used for turning, on each side.",
         name="Maximum Thrust Differential Actuation",
         minimum=0,
         maximum=1,
@@ -30,14 +30,19 @@ class HeadingAndSpeed(Steered, Driven):
     heading_error: float = param(
         60.0,
         "°",
-        "Beyond this heading error the boat turns before it goes.",
+        "Above this heading error the boat first turns on the spot.",
         name="Maximum Heading Error to Thrust",
         minimum=0,
         maximum=180,
     )
-    share_saturation: bool = param(True, "", "Turning comes before speed where a motor is at its limit.")
+    share_saturation: bool = param(True, "", "Turning has priority over speed when a motor is at its limit.")
     reverse: float = param(
-        1.0, "1", "Force astern as a share of that ahead.", name="Reverse Thrust Factor", minimum=0.05, maximum=1
+        1.0,
+        "1",
+        "Force astern as a fraction of the force ahead.",
+        name="Reverse Thrust Factor",
+        minimum=0.05,
+        maximum=1,
     )
 
     def act(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:

@@ -1,20 +1,21 @@
-"""How a boat is steered to a heading or turned at a rate."""
+"""Steers a boat to a heading or at a heading rate."""
 
 from collections.abc import Sequence
 
 import imc
-from tasks.control.pid import PID, clamp, wrap
+from tasks.control.pid import PID, clamp
+from world.attitude import wrap
 
 Loops = imc.CLoopsMask
 HORIZONTAL = Loops.YAW | Loops.YAW_RATE
 
 
 class Helm:
-    """A cascade: the heading asks for a rate, the rate for an effort; both references are None until they are given.
+    """A cascade: heading error to heading rate, rate error to effort. References are None until they are set.
 
-    `gains` are P, I, D of heading (1/s), with rates up to `maximum_rate` (rad/s); `rate_gains` P, I, D of the rate and
-    `feedforward` its share that is known ahead, in units of the effort per rad/s. The integral of the rate rests while
-    the effort is at its limit. `rate` is the rate that was asked for last (rad/s).
+    `gains` are P, I, D of heading (1/s), with rates up to `maximum_rate` (rad/s); `rate_gains` are P, I, D of the rate,
+    `feedforward` is its feed-forward gain (effort per rad/s). The integral of the rate is frozen while the effort is at
+    its limit. `rate` is the last commanded rate (rad/s).
     """
 
     def __init__(
@@ -27,7 +28,7 @@ class Helm:
         self.reset()
 
     def reset(self) -> None:
-        """Forget references and the past."""
+        """Clear references and history."""
         self.heading: float | None = None
         self.wanted_rate: float | None = None
         self.rate = 0.0
@@ -37,13 +38,13 @@ class Helm:
         self._heading_law.reset()
 
     def error(self, psi: float) -> float:
-        """How far the heading is to starboard of `psi` (rad); 0 where none is wanted."""
+        """How far the desired heading is to starboard of `psi` (rad); 0 without a reference."""
         return wrap(self.heading - psi) if self.heading is not None else 0.0
 
     def effort(self, mask: int, psi: float, r: float, dt: float, limit: float) -> float | None:
-        """What turns the boat to starboard, within plus and minus `limit`; None where a reference is missing.
+        """Effort that turns the boat to starboard, between -`limit` and `limit`; None if a reference is missing.
 
-        `mask` are the loops that are enabled, `psi` (rad) and `r` (rad/s) how the boat lies and turns.
+        `mask` has the enabled loops; `psi` (rad) and `r` (rad/s) are heading and heading rate of the boat.
         """
         if mask & Loops.YAW_RATE:
             if self.wanted_rate is None:
@@ -68,5 +69,5 @@ class Helm:
 
     @property
     def parcel(self) -> imc.ControlParcel:
-        """The parts of the last effort."""
+        """P, I, D parts of the last effort."""
         return imc.ControlParcel(p=self.p, i=self.i, d=self.d, a=self.p + self.i + self.d)

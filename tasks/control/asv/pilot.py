@@ -1,24 +1,24 @@
-"""What all controllers of a boat have in common: loops, references, supervision; and the parameters of both axes."""
+"""Base classes of boat controllers: loops, references, supervision, and the parameters of both axes."""
 
 import math
 from typing import ClassVar
 
 import imc
+from imc.addresses import UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
-from runtime.task import UNKNOWN_SYSTEM
 from tasks.control.asv.helm import HORIZONTAL, Helm
 from tasks.control.asv.throttle import Throttle
 from tasks.control.loops import EnabledLoops
 
 Loops = imc.CLoopsMask
-LONGEST_STEP = 1.0  # s; without a state for longer, the boat is let go
+LONGEST_STEP = 1.0  # s; without EstimatedState for longer, the actuators go to neutral
 
 
 class BoatControl(Task):
-    """Acts on each EstimatedState while one of its loops is enabled; rests while none is, without states, at a brake.
+    """Controls the boat at each EstimatedState while one of its loops is enabled.
 
-    Abort disables the loops. The entity is in ERROR where an enabled loop has no reference for too long. The end of the
-    task, also by a failure, leaves the actuators at rest.
+    The actuators are neutral while no loop is enabled, while braking, without EstimatedState, and after the task ends,
+    even by a failure. Abort disables the loops. An enabled loop without a reference for too long is an error.
     """
 
     controlled: ClassVar[int] = 0
@@ -30,11 +30,11 @@ class BoatControl(Task):
     _throttle: Throttle | None = None
 
     def act(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
-        """Move the actuators, for the loops of `mask`, `dt` s after the last time; whether all references are there."""
+        """Move the actuators for the loops in `mask`, `dt` s after the last call; True if all references are set."""
         raise NotImplementedError
 
     def rest(self) -> None:
-        """Move the actuators to where they do nothing."""
+        """Move the actuators to neutral."""
         raise NotImplementedError
 
     def start(self) -> None:
@@ -79,7 +79,7 @@ class BoatControl(Task):
     @consume
     def go_at(self, desired: imc.DesiredSpeed) -> None:
         if self._throttle is not None and self._loops.mask & Loops.SPEED and not self._throttle.desire(desired):
-            self.log.warning(f"a desired speed is none: {desired.value} in unit {desired.speed_units}")
+            self.log.warning(f"invalid desired speed: {desired.value} in unit {desired.speed_units}")
 
     @consume
     def brake(self, brake: imc.Brake) -> None:
@@ -108,26 +108,26 @@ class BoatControl(Task):
 
     @periodic(2.0)
     def supervise(self) -> None:
-        """Let the boat go where nobody says any more how it moves."""
+        """Move the actuators to neutral if EstimatedState is missing."""
         if self._loops.mask and self.now - max(self._controlled, self._complete) > LONGEST_STEP:
             self.rest()
             self.set_entity_state(State.ERROR, "EstimatedState is missing")
 
     def _is_number(self, value: float, what: str) -> bool:
         if not math.isfinite(value):
-            self.log.warning(f"a desired {what} is no number")
+            self.log.warning(f"desired {what} is not a number")
         return math.isfinite(value)
 
 
 class Steered(BoatControl):
-    """Has a helm."""
+    """A boat controller with a helm."""
 
     heading_gains: list[float] = param([0.5, 0.0, 0.0], "1/s", "P, I, D of heading.", name="Yaw PID Gains", size=3)
-    maximum_rate: float = param(15.0, "°/s", "Largest rate that is asked for.", name="Maximum Heading Rate", minimum=0)
-    rate_gains: list[float] = param([0.8, 0.3, 0.0], "s", "P, I, D of the rate.", name="Heading Rate PID Gains", size=3)
-    rate_feedforward: float = param(
-        0.5, "s", "Effort per rate that is known ahead.", name="Heading Rate Feedforward Gain"
+    maximum_rate: float = param(
+        15.0, "°/s", "Largest heading rate that is commanded.", name="Maximum Heading Rate", minimum=0
     )
+    rate_gains: list[float] = param([0.8, 0.3, 0.0], "s", "P, I, D of the rate.", name="Heading Rate PID Gains", size=3)
+    rate_feedforward: float = param(0.5, "s", "Feed-forward gain of the rate.", name="Heading Rate Feedforward Gain")
 
     helm: Helm
 
@@ -139,7 +139,7 @@ class Steered(BoatControl):
             self.helm.heading, self.helm.wanted_rate = before.heading, before.wanted_rate
 
     def steer(self, state: imc.EstimatedState, mask: int, dt: float, limit: float) -> float | None:
-        """The effort that turns the boat to starboard, within plus and minus `limit`; None without a reference."""
+        """Effort that turns the boat to starboard, between -`limit` and `limit`; None without a reference."""
         effort = self.helm.effort(mask, state.psi, state.r, dt, limit)
         if effort is not None and mask & Loops.YAW and not mask & Loops.YAW_RATE:
             self.publish(imc.DesiredHeadingRate(value=self.helm.rate))
@@ -149,19 +149,21 @@ class Steered(BoatControl):
 
 
 class Driven(BoatControl):
-    """Has a throttle."""
+    """A boat controller with a throttle."""
 
     full_thrust: float = param(2500.0, "rpm", "Rotation rate at full thrust.", name="RPMs at Maximum Thrust", minimum=1)
-    minimum_rpm: float = param(0.0, "rpm", "Lowest rate of a moving boat.", name="Minimum RPM Limit", minimum=0)
-    maximum_rpm: float = param(2500.0, "rpm", "Highest rate.", name="Maximum RPM Limit", minimum=0)
+    minimum_rpm: float = param(0.0, "rpm", "Lowest rotation rate while moving.", name="Minimum RPM Limit", minimum=0)
+    maximum_rpm: float = param(2500.0, "rpm", "Highest rotation rate.", name="Maximum RPM Limit", minimum=0)
     rpm_acceleration: float = param(
-        160.0, "rpm/s", "Fastest change of the rate.", name="Maximum RPM Acceleration", minimum=0
+        160.0, "rpm/s", "Fastest change of the rotation rate.", name="Maximum RPM Acceleration", minimum=0
     )
     speed_gains: list[float] = param([0.0, 25.0, 0.0], "rpm/(m/s)", "P, I, D on speed.", name="MPS PID Gains", size=3)
     speed_integral_limit: float = param(
         400.0, "rpm", "Limit of the integral; -1 for none.", name="MPS Integral Limit", minimum=-1
     )
-    speed_feedforward: float = param(1000.0, "rpm/(m/s)", "Feed-forward of speed.", name="MPS Feedforward Gain")
+    speed_feedforward: float = param(
+        1000.0, "rpm/(m/s)", "Feed-forward gain of the speed.", name="MPS Feedforward Gain"
+    )
     highest_thrust: float = param(1.0, "1", "Highest thrust.", name="Maximum Thrust Actuation", minimum=0, maximum=1)
 
     throttle: Throttle
@@ -181,7 +183,7 @@ class Driven(BoatControl):
             self.throttle.desired = before.desired
 
     def accelerate(self, state: imc.EstimatedState, mask: int, dt: float, *, held: bool = False) -> float | None:
-        """The share of full actuation that the speed needs, 0 with the loop off; None without a reference."""
+        """Fraction of full actuation for the desired speed; 0 with the loop off, None without a reference."""
         if not mask & Loops.SPEED:
             return 0.0
         if self.throttle.desired is None:

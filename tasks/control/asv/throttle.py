@@ -1,4 +1,4 @@
-"""What a speed asks of the motor of a boat."""
+"""Turns a desired speed into the actuation of a boat's motor."""
 
 import math
 from collections.abc import Sequence
@@ -7,16 +7,16 @@ import imc
 from tasks.control.pid import PID
 
 Units = imc.SpeedUnits
-STANDSTILL = 0.1  # m/s; a lower speed is none
+STANDSTILL = 0.1  # m/s; a lower speed counts as 0
 
 
 class Throttle:
-    """Turns a DesiredSpeed into a share of full actuation, -1 to 1.
+    """Turns a DesiredSpeed into a fraction of full actuation, -1 to 1.
 
-    A speed in m/s becomes a rotation rate by `feedforward` (rpm per m/s) and a PID of the error (rpm), which changes by
-    at most `acceleration` (rpm/s) and stays between `lowest` and `highest` (rpm). The integral rests while the rate is
-    at a limit or still on its way; at first the rate is that of the speed that there is. D acts on the measured speed
-    alone, so that a new reference is no jump. `full` is the rate at full actuation (rpm).
+    A speed in m/s becomes a rotation rate: `feedforward` (rpm per m/s) plus a PID of the error (rpm). The rate starts
+    at that of the current speed, changes by at most `acceleration` (rpm/s) and stays within `limits` (lowest and
+    highest, rpm). The integral is frozen while the rate is at a limit or still ramping. D acts on the measured speed
+    only, so a new reference causes no jump. `full` is the rate at full actuation (rpm).
     """
 
     def __init__(
@@ -36,14 +36,14 @@ class Throttle:
         self.reset()
 
     def reset(self) -> None:
-        """Stand still."""
+        """Forget the reference and start from standstill."""
         self.desired: imc.DesiredSpeed | None = None
         self._rpm: float | None = None
         self._u: float | None = None
         self._law.reset()
 
     def desire(self, speed: imc.DesiredSpeed) -> bool:
-        """Take a speed; False where it is none."""
+        """Set the desired speed; False if it is invalid."""
         if not math.isfinite(speed.value) or speed.speed_units not in tuple(Units):
             return False
         if self.desired is None or self.desired.speed_units != speed.speed_units:
@@ -52,7 +52,7 @@ class Throttle:
         return True
 
     def share(self, u: float, dt: float, *, held: bool = False) -> float:
-        """The share of full actuation for a surge of `u` (m/s), `dt` s after the last; `held` rests the integral."""
+        """Fraction of full actuation at a surge of `u` (m/s), `dt` s after the last; `held` freezes the integral."""
         desired, before = self.desired, self._u
         self._u = u
         if desired is None:
@@ -77,6 +77,6 @@ class Throttle:
 
     @property
     def parcel(self) -> imc.ControlParcel:
-        """The parts of the last rotation rate (rpm)."""
+        """P, I, D parts of the last rotation rate (rpm)."""
         law = self._law
         return imc.ControlParcel(p=law.p, i=law.i, d=law.d, a=law.p + law.i + law.d)

@@ -1,4 +1,4 @@
-"""Shares torques among the four fins of a torpedo."""
+"""Distributes torques to the four fins of a torpedo-shaped vehicle."""
 
 import math
 
@@ -13,9 +13,8 @@ LONGEST_STEP = 1.0  # s
 class Allocator(Task):
     """Turns DesiredControl into the positions of four fins, while the loop TORQUE is enabled.
 
-    Fins are 0 below, 1 at port, 2 at starboard, 3 above. A brake crosses them; roll and pitch have what is left. The
-    end of the task, also by a failure, leaves them in the middle. A servo that has said where it is and falls silent is
-    an error.
+    Fins are 0 below, 1 at port, 2 at starboard, 3 above. A brake crosses them; roll and pitch get what is left. The
+    fins are centered when the task ends, even by a failure. A servo that stops reporting its position is an error.
     """
 
     effect_k: float = param(0.25, "N m/rad", "Roll torque of a fin.", name="Fin effect K", minimum=1e-6)
@@ -23,9 +22,9 @@ class Allocator(Task):
     effect_n: float = param(0.5, "N m/rad", "Yaw torque of a fin.", name="Fin effect N", minimum=1e-6)
     maximum_fin_rotation: float = param(25.0, "°", "Largest deflection.", minimum=0, maximum=90)
     maximum_rotation_rate: float = param(300.0, "°/s", "Fastest movement of a fin.", minimum=0)
-    brake_margin: float = param(0.8, "1", "Share of the deflection that a brake takes.", minimum=0, maximum=1)
+    brake_margin: float = param(0.8, "1", "Fraction of the deflection used for braking.", minimum=0, maximum=1)
 
-    servo_timeout: float = param(3.0, "s", "Silence of a servo that is borne.", minimum=0.1)
+    servo_timeout: float = param(3.0, "s", "Longest time without a position from a servo.", minimum=0.1)
 
     def configure(self) -> None:
         self._effects = self.effect_k, self.effect_m, self.effect_n
@@ -63,7 +62,7 @@ class Allocator(Task):
     def watch_servos(self) -> None:
         silent = [str(servo) for servo, heard in self._servos.items() if self.now - heard > self.servo_timeout]
         if silent:
-            self.set_entity_state(State.ERROR, f"no position of servo {', '.join(sorted(silent))}")
+            self.set_entity_state(State.ERROR, f"no position from servo {', '.join(sorted(silent))}")
         elif self.entity.state is State.ERROR:
             self.set_entity_state(State.NORMAL, "active" if self._loops.mask else "idle")
 
@@ -77,7 +76,7 @@ class Allocator(Task):
             return
         wanted = control.k, control.m, control.n
         if not all(map(math.isfinite, wanted)):
-            self.log.warning(f"desired torques are no numbers: {wanted}")
+            self.log.warning(f"desired torques are not numbers: {wanted}")
             return
         dt, self._moved = control.timestamp - self._moved, control.timestamp
         step = self._rate * dt if 0.0 < dt <= LONGEST_STEP else math.inf

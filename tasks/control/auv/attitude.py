@@ -7,7 +7,8 @@ import imc
 from runtime import Entity, ParameterError, State, Task, consume, param
 from tasks.control.auv.vertical import AltitudeReference
 from tasks.control.loops import EnabledLoops
-from tasks.control.pid import PID, clamp, wrap
+from tasks.control.pid import PID, clamp
+from world.attitude import wrap
 
 Loops = imc.CLoopsMask
 Units = imc.ZUnits
@@ -17,38 +18,38 @@ TORQUES = imc.DesiredControl.Flags.K | imc.DesiredControl.Flags.M | imc.DesiredC
 SURFACE = 0.3  # m
 DEPTH_MARGIN = 1.0  # m
 LONGEST_STEP = 1.0  # s
-STEEPEST = 0.1  # cosine of pitch; there are no Euler rates beyond
+STEEPEST = 0.1  # least cosine of pitch; Euler rates are singular at 90°
 PARCELS = ("Heading", "Heading Rate", "Depth", "Altitude", "Pitch", "Roll")
 
 
 class Attitude(Task):
     """Turns references of heading, heading rate, depth, altitude and pitch into the torques of DesiredControl.
 
-    A cascade: depth or altitude asks for pitch, heading for a heading rate, each by a PID; while one of the loops YAW,
-    YAW_RATE, DEPTH, ALTITUDE, PITCH is enabled. DesiredZ is kept within the limits of depth and altitude.
+    A cascade of PIDs: depth or altitude to pitch, heading to heading rate. Runs while one of the loops YAW, YAW_RATE,
+    DEPTH, ALTITUDE, PITCH is enabled. DesiredZ is kept within the limits of depth and altitude.
     """
 
     heading_gains: list[float] = param([1.5, 0.0, 0.15], "1/s", "P, I, D.", name="Heading PID Gains", size=3)
     heading_integral_limit: float = param(-1.0, "°/s", "Limit of the integral; -1 for none.", minimum=-1)
     heading_rate_gains: list[float] = param([1.2, 0.0, 0.0], "N m s", "P, I, D.", name="Heading Rate PID Gains", size=3)
     heading_rate_integral_limit: float = param(-1.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
-    maximum_heading_rate: float = param(30.0, "°/s", "Largest heading rate that is asked for.", minimum=0)
+    maximum_heading_rate: float = param(30.0, "°/s", "Largest heading rate that is commanded.", minimum=0)
     maximum_fin_rotation: float = param(25.0, "°", "Limit of the torques about roll and yaw, in N m/rad.", minimum=0)
     depth_gains: list[float] = param([0.5, 0.06, 0.7], "rad/m", "P, I, D.", name="Depth PID Gains", size=3)
     depth_integral_limit: float = param(10.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
     altitude_enabled: bool = param(
-        True, "", "Altitude has gains of its own, else those of depth.", name="Altitude Control -- Enabled"
+        True, "", "Control altitude with its own gains, not with those of depth.", name="Altitude Control -- Enabled"
     )
     altitude_weights: list[float] = param(
         [], "1", "Weights of the filter of altitude, latest sample last.", name="Altitude Control -- Filter Weights"
     )
     altitude_gains: list[float] = param([2.0, 0.01, 4.0], "rad/m", "P, I, D.", name="Altitude PID Gains", size=3)
     altitude_integral_limit: float = param(6.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
-    altitude_reference_margin: float = param(0.2, "m", "Distance that is kept from the minimum altitude.", minimum=0)
+    altitude_reference_margin: float = param(0.2, "m", "Margin above the minimum altitude.", minimum=0)
     altitude_timeout: float = param(60.0, "s", "How long altitude may be unknown.", minimum=0)
-    maximum_pitch_reference: float = param(15.0, "°", "Largest pitch that is asked for.", minimum=0, maximum=80)
-    force_pitch_at_surface: bool = param(False, "", "Keep a pitch at the surface instead of the depth.")
-    pitch_angle_at_surface: float = param(0.0, "°", "Pitch that is kept at the surface.", minimum=-45, maximum=45)
+    maximum_pitch_reference: float = param(15.0, "°", "Largest pitch that is commanded.", minimum=0, maximum=80)
+    force_pitch_at_surface: bool = param(False, "", "At the surface, hold a pitch instead of the depth.")
+    pitch_angle_at_surface: float = param(0.0, "°", "Pitch held at the surface.", minimum=-45, maximum=45)
     pitch_gains: list[float] = param([1.5, 0.09, 0.5], "N m/rad", "P, I, D.", name="Pitch PID Gains", size=3)
     pitch_integral_limit: float = param(1.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
     maximum_pitch_actuation: float = param(25.0, "°", "Limit of the torque about pitch, in N m/rad.", minimum=0)
@@ -103,7 +104,7 @@ class Attitude(Task):
 
     @consume
     def limit(self, limits: imc.OperationalLimits) -> None:
-        """Take limits of depth and altitude that are stricter than the vehicle's own."""
+        """Apply limits of depth and altitude if they are stricter than the vehicle's own."""
         self._deepest = self._limit("Absolute Maximum Depth", math.inf)
         self._lowest = self._limit("Absolute Minimum Altitude", 0.0)
         if limits.mask & imc.OpLimitsMask.MAX_DEPTH and math.isfinite(limits.max_depth):
@@ -113,7 +114,7 @@ class Attitude(Task):
 
     @consume
     def go_to_z(self, desired: imc.DesiredZ) -> None:
-        """Take a depth or altitude, and say so where it is kept within the limits."""
+        """Set the desired depth or altitude; publish it again if a limit changes it."""
         if not self._loops.mask & VERTICAL or not self._is_number(desired.value, "depth or altitude"):
             return
         if desired.z_units == Units.DEPTH:
@@ -121,7 +122,7 @@ class Attitude(Task):
         elif desired.z_units == Units.ALTITUDE:
             limited = max(desired.value, self._lowest + self.altitude_reference_margin)
         else:
-            self.log.warning(f"a desired z in unit {desired.z_units} is neither a depth nor an altitude")
+            self.log.warning(f"desired z in unit {desired.z_units} is neither a depth nor an altitude")
             return
         if limited != desired.value:
             desired = imc.DesiredZ(value=limited, z_units=desired.z_units)
@@ -207,7 +208,7 @@ class Attitude(Task):
         return None if command is None else self._heading_rate.step(dt, command - state.r)
 
     def _report(self, vertical: bool, horizontal: bool) -> None:
-        """Say how it goes: which references are missing for too long, and the parts of the control laws."""
+        """Publish the parts of the control laws; set an error if a reference or the altitude is missing too long."""
         for law, entity in zip(self._pids, self._parcels.values(), strict=False):
             self.publish(imc.ControlParcel(p=law.p, i=law.i, d=law.d, a=law.p + law.i + law.d), entity=entity)
         missing = "" if vertical else "vertical"
@@ -215,7 +216,7 @@ class Attitude(Task):
         if missing and self.now - self._began > self.reference_timeout:
             self.set_entity_state(State.ERROR, f"timed out while waiting for {missing} control mode")
         elif self._above_bottom.lost > self.altitude_timeout:
-            self.set_entity_state(State.ERROR, "altitude is unknown for too long")
+            self.set_entity_state(State.ERROR, "altitude has been unknown for too long")
         elif not missing:
             self.set_entity_state(State.NORMAL, "active")
 
@@ -237,7 +238,7 @@ class Attitude(Task):
 
     def _is_number(self, value: float, what: str) -> bool:
         if not math.isfinite(value):
-            self.log.warning(f"a desired {what} is no number")
+            self.log.warning(f"desired {what} is not a number")
         return math.isfinite(value)
 
     def _limit(self, option: str, default: float) -> float:
@@ -245,4 +246,4 @@ class Attitude(Task):
         try:
             return float(text) if text else default
         except ValueError:
-            raise ParameterError(option, f"[General] has {text!r}, which is no number") from None
+            raise ParameterError(option, f"[General] has {text!r}, which is not a number") from None

@@ -1,4 +1,4 @@
-"""Brakes before obstacles."""
+"""Brakes for obstacles."""
 
 import math
 
@@ -8,26 +8,30 @@ from tasks.control.auv.echo import Echo, judge
 from tasks.control.loops import EnabledLoops
 
 Op = imc.Brake.Op
-STALE = 1.0  # s; an older state does not say where the sonar looks
+STALE = 1.0  # s; an older state does not tell where the sonar points
 
 
 class Brakes(Task):
-    """Publishes Brake while a path is followed and an echo sounder sees an obstacle near ahead.
+    """Publishes Brake if an echo sounder sees an obstacle close ahead while the vehicle follows a path.
 
-    The surface is none, nor a bottom that is no steeper than the vehicle can climb; at the surface the two cannot be
-    told apart, so that nothing brakes there. The brake is released when nothing is near any more, or when no path is
-    followed; one that lasts too long is an error.
+    The surface is not an obstacle, nor is a bottom that the vehicle can climb. Near the surface, surface and obstacles
+    cannot be told apart, so the vehicle does not brake there. The brake is released when nothing is near or path
+    control is disabled; braking for too long is an error.
     """
 
     echo_sounder: str = param(
-        "Echo Sounder", "", "Entity that looks ahead.", name="Entity Label - Forward Distance", editable=False
+        "Echo Sounder",
+        "",
+        "Entity of the forward-looking echo sounder.",
+        name="Entity Label - Forward Distance",
+        editable=False,
     )
-    minimum_range: float = param(8.0, "m", "A nearer obstacle brakes.", minimum=0.1)
-    range_hysteresis: float = param(1.5, "m", "So much further away it does no more.", minimum=0)
-    samples: int = param(3, "1", "Echoes in a row that decide.", minimum=1, maximum=100)
-    steepest_slope: float = param(5.0, "°", "Bottom that is none.", minimum=0, maximum=80)
-    beam_width: float = param(10.0, "°", "Opening of the beam, up and down.", minimum=0, maximum=90)
-    longest_brake: float = param(30.0, "s", "How long it brakes before it is an error.", minimum=1)
+    minimum_range: float = param(8.0, "m", "Brake for obstacles nearer than this.", minimum=0.1)
+    range_hysteresis: float = param(1.5, "m", "Release the brake this far beyond the minimum range.", minimum=0)
+    samples: int = param(3, "1", "Echoes in a row needed to brake or release.", minimum=1, maximum=100)
+    steepest_slope: float = param(5.0, "°", "A bottom up to this slope is not an obstacle.", minimum=0, maximum=80)
+    beam_width: float = param(10.0, "°", "Full vertical opening of the beam.", minimum=0, maximum=90)
+    longest_brake: float = param(30.0, "s", "Braking for longer than this is an error.", minimum=1)
 
     def start(self) -> None:
         self._loops = EnabledLoops(imc.CLoopsMask.PATH)
@@ -52,7 +56,7 @@ class Brakes(Task):
 
     @consume
     def look(self, distance: imc.Distance) -> None:
-        """Take an echo: several obstacles in a row brake, several that are far release."""
+        """Judge an echo: enough near obstacles in a row brake, enough clear echoes in a row release."""
         state = self._state
         if not self._loops.mask or state is None or self.now - state.timestamp > STALE:
             return
@@ -82,5 +86,5 @@ class Brakes(Task):
         if self._braked is not None:
             self._braked = None
             self.publish(imc.Brake(op=Op.STOP))
-            self.log.info("the way is free again")
+            self.log.info("brake released")
             self.set_entity_state(State.NORMAL, "watching")

@@ -1,9 +1,9 @@
-"""What an echo from ahead may be of."""
+"""Classifies an echo from ahead."""
 
 import math
 from enum import Enum, auto
 
-SURFACE = 0.2  # m; what is not deeper may be the surface
+SURFACE = 0.2  # m; a shallower echo may be the surface
 NOISE = 0.5  # m of an echo's height above the bottom
 
 
@@ -16,10 +16,10 @@ class Echo(Enum):
 
 
 def judge(reach: float, depth: float, altitude: float, pitch: float, half_width: float, slope: float) -> Echo:
-    """What is seen at `reach` (m) by a sonar that looks ahead, `half_width` (rad) up and down.
+    """Classify an echo at range `reach` (m) of a forward-looking sonar that opens `half_width` (rad) up and down.
 
-    `depth` and `altitude` (m, negative if unknown) are the vehicle's, `pitch` (rad) is upwards. A bottom that rises by
-    no more than `slope` (rad) from below the vehicle is no obstacle.
+    `depth` and `altitude` (m, negative if unknown) are the vehicle's, `pitch` (rad) is positive upwards. A bottom that
+    rises from below the vehicle by at most `slope` (rad) is not an obstacle.
     """
     if depth - reach * math.sin(pitch + half_width) < SURFACE:
         return Echo.SURFACE

@@ -1,4 +1,4 @@
-"""How four fins in a cross share torques."""
+"""Distributes torques to four fins in a cross."""
 
 from tasks.control.pid import clamp
 
@@ -9,9 +9,9 @@ Torques = tuple[float, float, float]
 def allocate(wanted: Torques, effects: Torques, limit: float, crossed: float = 0.0) -> Fins:
     """Deflections (rad) of the fins below, at port, at starboard and above for torques about roll, pitch, yaw (N m).
 
-    `effects` are the torques of a fin (N m/rad). No fin goes beyond `limit` (rad). With `crossed` (rad) each pair is
-    deflected against itself by so much, which brakes; yaw is not controlled then. Roll has what pitch and yaw leave:
-    the same from all fins, and what is missing from the pair that has most left.
+    `effects` are the torques of a fin (N m/rad). No fin goes beyond `limit` (rad). `crossed` (rad) deflects the fins of
+    each pair against each other, which brakes; yaw is not controlled then. Roll gets what pitch and yaw leave: an equal
+    part from each fin, and the rest from the pair with more room.
     """
     k, m, n = wanted
     roll, pitch, yaw = effects

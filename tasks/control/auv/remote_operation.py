@@ -7,20 +7,20 @@ from runtime import ParameterError, param
 from tasks.control.operator import AXES, Operator
 from tasks.control.remote import Enable, Loops, RemoteControl
 
-DEPTH_MARGIN = 1.0  # m above the maximum depth, from where no pitch leads down
+DEPTH_MARGIN = 1.0  # m above the maximum depth; below this, pitching down has no effect
 
 
 class RemoteOperation(RemoteControl):
     """Turns RemoteActions into thrust, heading rate, and pitch or depth, while the loop TELEOPERATION is enabled.
 
     Heading, Thrust and Pitch are axes; Accelerate, Decelerate and Stop change the thrust. With Pitch released the
-    depth is kept. An operator who falls silent, or a vehicle without EstimatedState, leaves everything neutral.
+    vehicle holds its depth. Everything goes to neutral if the operator falls silent or EstimatedState is missing.
     """
 
     axes = AXES
     loops = Loops.SPEED | Loops.YAW_RATE | Loops.PITCH
 
-    pitch_reference: float = param(15.0, "°", "Pitch of the full axis.", minimum=0, maximum=80)
+    pitch_reference: float = param(15.0, "°", "Pitch at full deflection of the axis.", minimum=0, maximum=80)
 
     def configure(self) -> None:
         super().configure()
@@ -28,10 +28,10 @@ class RemoteOperation(RemoteControl):
         try:
             self._deepest = float(text) - DEPTH_MARGIN
         except ValueError:
-            raise ParameterError("Absolute Maximum Depth", f"[General] has {text!r}, which is no number") from None
+            raise ParameterError("Absolute Maximum Depth", f"[General] has {text!r}, which is not a number") from None
 
     def steer_besides(self, operator: Operator, *, blind: bool) -> None:
-        """Pitch, or keep the depth where no pitch is asked for, or it would lead too deep."""
+        """Pitch, or hold the depth if no pitch is commanded or it would lead too deep."""
         share, depth = operator.axis("Pitch"), self._state.depth if self._state is not None else -1.0
         if depth >= self._deepest:
             share = max(0.0, share)

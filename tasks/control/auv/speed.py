@@ -3,44 +3,48 @@
 import math
 
 import imc
+from imc.addresses import UNKNOWN_SYSTEM
 from runtime import ParameterError, State, Task, consume, param, periodic
-from runtime.task import UNKNOWN_SYSTEM
 from tasks.control.loops import EnabledLoops
 from tasks.control.pid import PID
 
-STANDSTILL = 0.1  # m/s; a lower speed is none
+STANDSTILL = 0.1  # m/s; a lower speed counts as 0
 LONGEST_STEP = 1.0  # s
 
 
 class Speed(Task):
     """Turns DesiredSpeed into thrust, while the loop SPEED is enabled.
 
-    A speed in m/s becomes a rotation rate by feed-forward and an integral of the error, which is limited and works
-    on while the rate is ramped, as on the LAUV. D acts on what is measured alone, so that a new reference is no jump.
-    One thrust command follows each Rpm. Brake, Abort, a silent motor and the end of the task, also by a failure, stop
-    the thruster.
+    A speed in m/s becomes a rotation rate: feed-forward plus a PID of the error, whose limited integral keeps running
+    while the rate ramps, as on the LAUV. D acts on the measured speed only, so a new reference causes no jump. Each Rpm
+    triggers one thrust command. Brake, Abort, a silent motor and the end of the task, even by a failure, stop the
+    thruster.
     """
 
     hardware_control: bool = param(
-        True, "", "The motor controller keeps the rotation rate by itself.", name="Hardware RPMs Control"
+        True, "", "The motor controller regulates the rotation rate itself.", name="Hardware RPMs Control"
     )
     full_thrust: float = param(2500.0, "rpm", "Rotation rate at full thrust.", name="RPMs at Maximum Thrust", minimum=1)
-    minimum_rpm: float = param(0.0, "rpm", "Lowest rate of a moving vehicle.", name="Minimum RPM Limit", minimum=0)
+    minimum_rpm: float = param(0.0, "rpm", "Lowest rotation rate while moving.", name="Minimum RPM Limit", minimum=0)
     rpm_acceleration: float = param(
-        80.0, "rpm/s", "Fastest change of the rate.", name="Maximum RPM Acceleration", minimum=0
+        80.0, "rpm/s", "Fastest change of the rotation rate.", name="Maximum RPM Acceleration", minimum=0
     )
     speed_gains: list[float] = param([0.0, 25.0, 0.0], "rpm/(m/s)", "P, I, D on speed.", name="MPS PID Gains", size=3)
     speed_integral_limit: float = param(
         400.0, "rpm", "Limit of the integral; -1 for none.", name="MPS Integral Limit", minimum=-1
     )
-    speed_feedforward: float = param(1000.0, "rpm/(m/s)", "Feed-forward of speed.", name="MPS Feedforward Gain")
-    rpm_gains: list[float] = param(
-        [0.00013, 0.00021, 2.9e-05], "1/rpm", "P, I, D on rate.", name="RPMs PID Gains", size=3
+    speed_feedforward: float = param(
+        1000.0, "rpm/(m/s)", "Feed-forward gain of the speed.", name="MPS Feedforward Gain"
     )
-    rpm_feedforward: float = param(0.00026, "1/rpm", "Feed-forward of the rate.", name="RPMs Feedforward Gain")
+    rpm_gains: list[float] = param(
+        [0.00013, 0.00021, 2.9e-05], "1/rpm", "P, I, D on rotation rate.", name="RPMs PID Gains", size=3
+    )
+    rpm_feedforward: float = param(
+        0.00026, "1/rpm", "Feed-forward gain of the rotation rate.", name="RPMs Feedforward Gain"
+    )
     lowest_thrust: float = param(0.0, "1", "Lowest thrust.", name="Negative Thrust Limit", minimum=-1, maximum=0)
     highest_thrust: float = param(1.0, "1", "Highest thrust.", name="Positive Thrust Limit", minimum=0, maximum=1)
-    rpm_timeout: float = param(2.0, "s", "Silence of the motor that is borne.", name="RPM Timeout", minimum=0.1)
+    rpm_timeout: float = param(2.0, "s", "Longest time without Rpm from the motor.", name="RPM Timeout", minimum=0.1)
     log_parcels: bool = param(False, "", "Publish the parts of the control law.", name="Log PID Parcels")
 
     def configure(self) -> None:
@@ -51,7 +55,7 @@ class Speed(Task):
         try:
             self._maximum_rpm = float(text)
         except ValueError:
-            raise ParameterError("Maximum Underwater RPMs", f"[General] has {text!r}, which is no number") from None
+            raise ParameterError("Maximum Underwater RPMs", f"[General] has {text!r}, which is not a number") from None
 
     def start(self) -> None:
         self._loops = EnabledLoops(imc.CLoopsMask.SPEED)
@@ -78,7 +82,7 @@ class Speed(Task):
         if not self._loops.mask:
             return
         if not math.isfinite(speed.value) or speed.speed_units not in tuple(imc.SpeedUnits):
-            self.log.warning(f"a desired speed is none: {speed.value} in unit {speed.speed_units}")
+            self.log.warning(f"invalid desired speed: {speed.value} in unit {speed.speed_units}")
             return
         if self._desired is None or speed.speed_units != self._desired.speed_units:
             self._speed.reset()
@@ -103,7 +107,7 @@ class Speed(Task):
 
     @consume
     def follow(self, state: imc.EstimatedState) -> None:
-        """Bring the rotation rate towards what a speed in m/s needs."""
+        """Move the rotation rate towards that of a speed in m/s."""
         desired = self._desired
         if desired is None or desired.speed_units != imc.SpeedUnits.METERS_PS:
             return
@@ -150,7 +154,7 @@ class Speed(Task):
 
     @periodic(1.0)
     def supervise(self) -> None:
-        """Stop a motor that says nothing of itself."""
+        """Stop the thruster if no Rpm arrives."""
         if self._desired is not None and self.now - max(self._driven, self._began) > self.rpm_timeout:
             self._rest()
             self._thrust(0.0)

@@ -1,4 +1,4 @@
-"""Depth and altitude references: what depth they ask for now."""
+"""Turns an altitude reference into a depth reference."""
 
 import math
 from collections import deque
@@ -9,9 +9,9 @@ Limits = tuple[float, float]
 
 
 class AltitudeReference:
-    """Turns an altitude to keep into a depth to go to, smoothed by the finite impulse response `weights`.
+    """Turns a desired altitude into a depth, smoothed by a finite impulse response filter with `weights`.
 
-    Where the altitude is unknown, the depth is kept for as long; `lost` is the time (s) since when it is.
+    While the altitude is unknown the vehicle holds its depth; `lost` is how long (s) it has been unknown.
     """
 
     def __init__(self, weights: Sequence[float]):
@@ -23,7 +23,7 @@ class AltitudeReference:
         self.lost = 0.0
 
     def depth(self, altitude: float, depth: float, above: float, dt: float) -> tuple[float, float]:
-        """The depth (m) that is `above` (m) the bottom, never less than 0, and its rate (m/s)."""
+        """Depth (m, at least 0) at `above` (m) over the bottom, and its rate (m/s)."""
         if altitude < 0.0:
             self.lost += dt
             self._kept = depth if self._kept is None else self._kept

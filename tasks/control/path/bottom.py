@@ -1,12 +1,12 @@
-"""Keeps a vehicle that is to keep a depth away from a bottom that rises."""
+"""Keeps a vehicle that holds a depth away from a rising bottom."""
 
 HYSTERESIS = 0.5  # m
 
 
 class BottomGuard:
-    """Says when to keep an altitude in place of a depth: where the depth is nearer to the bottom than `lowest` (m).
+    """Decides when to hold an altitude instead of a depth: when the depth is nearer to the bottom than `lowest` (m).
 
-    Only what the altimeter sees below counts, not what is ahead.
+    Only the bottom below the altimeter counts, not what is ahead.
     """
 
     def __init__(self, lowest: float):
@@ -14,9 +14,9 @@ class BottomGuard:
         self.active = False
 
     def watch(self, wanted: float, depth: float, altitude: float) -> bool:
-        """Take the depth that is wanted, that of the vehicle, and its altitude (m, negative if unknown).
+        """Take the desired depth, the vehicle's depth, and its altitude (m, negative if unknown).
 
-        Returns whether the answer, `active`, has changed.
+        Returns True if `active` has changed.
         """
         if altitude < 0.0:
             return False

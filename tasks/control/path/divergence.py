@@ -1,17 +1,17 @@
-"""Notices when a vehicle does not get on with its path."""
+"""Detects that a vehicle is stuck on its path or strays from it."""
 
 import math
 from dataclasses import dataclass
 
 from tasks.control.path.track import PathProgress
-from tasks.control.pid import wrap
+from world.attitude import wrap
 
 MISSES = 2
 
 
 @dataclass(frozen=True)
 class AlongTrack:
-    """Every `period` (s) there is progress of `speed` (m/s), or, off course, of `turning` (rad/s) towards it."""
+    """Least progress per `period` (s): `speed` (m/s) along the track or, off course, `turning` (rad/s) towards it."""
 
     period: float
     speed: float
@@ -20,14 +20,14 @@ class AlongTrack:
 
 @dataclass(frozen=True)
 class CrossTrack:
-    """No further from the track than `distance` (m), but for `patience` (s)."""
+    """Largest `distance` (m) from the track, which may be exceeded for `patience` (s)."""
 
     distance: float
     patience: float
 
 
 class Divergence:
-    """Watches a path; None for a side that is not watched."""
+    """Watches a vehicle on its path; None turns a check off."""
 
     def __init__(self, along: AlongTrack | None, cross: CrossTrack | None):
         self._along = along
@@ -35,7 +35,7 @@ class Divergence:
         self.restart(-math.inf)
 
     def restart(self, at: float) -> None:
-        """Begin anew, at a time (s); before it all is well."""
+        """Start over at a time (s); there are no errors before it."""
         self._begin = at
         self._checked: float | None = None
         self._outside: float | None = None
@@ -43,7 +43,7 @@ class Divergence:
         self._remaining = self._error = 0.0
 
     def error(self, now: float, where: PathProgress, target: float, uncertainty: float) -> str:
-        """What is wrong, an empty text for nothing. `target` is the course to the path (rad)."""
+        """The error, empty if there is none. `target` is the course to the path (rad), `uncertainty` is in m."""
         if now < self._begin:
             return ""
         if self._along is not None and self._is_stuck(self._along, now, where, target):

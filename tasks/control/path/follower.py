@@ -1,4 +1,4 @@
-"""What all path controllers have in common: references in, headings out, progress and its supervision."""
+"""Base class of path controllers: paths in, headings out, progress and its supervision."""
 
 import math
 from collections.abc import Mapping
@@ -10,7 +10,8 @@ from tasks.control.loops import EnabledLoops
 from tasks.control.path.bottom import BottomGuard
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
 from tasks.control.path.track import PathProgress, Point, Track, bearing, is_somewhere, progress
-from tasks.control.pid import clamp, wrap
+from tasks.control.pid import clamp
+from world.attitude import wrap
 
 Flags = imc.DesiredPath.Flags
 StateFlags = imc.PathControlState.Flags
@@ -20,61 +21,73 @@ Z_LOOPS: Mapping[int, int] = {imc.ZUnits.DEPTH: Loops.DEPTH, imc.ZUnits.ALTITUDE
 LONGEST = 25000.0  # m
 RECENT = 1.0  # s
 UNKNOWN_ETA = 0xFFFF
-SLOWEST_COURSE = 0.2  # m/s; slower movement has no course
-LARGEST_DRIFT = math.radians(60.0)  # between heading and course; what a current does beyond it, no heading undoes
+SLOWEST_COURSE = 0.2  # m/s; a slower vehicle has no course
+LARGEST_DRIFT = math.radians(60.0)  # between heading and course; no heading corrects more drift than this
 LONGEST_BRAKE = 30.0  # s
-EARLY = 1e-3  # s: how much too early a state may come for its cycle
+EARLY = 1e-3  # s; a state may come this much early for its cycle
 
 
 class PathFollower(Task):
     """Follows DesiredPath while the loop PATH is enabled: publishes DesiredHeading, DesiredZ and DesiredSpeed.
 
-    Enables the loops that it needs in the scope of the maneuver, reports PathControlState, and is in ERROR where the
-    vehicle does not get on with the path. Subclasses say how to steer.
+    Enables the loops that it needs in the scope of the maneuver, publishes PathControlState, and is in ERROR if the
+    vehicle is stuck or strays from the path. Subclasses define how to steer.
     """
 
     control_frequency: float = param(10.0, "Hz", "Highest rate of DesiredHeading.", minimum=0.1, maximum=100)
     report_frequency: float = param(
         1.0, "Hz", "Rate of PathControlState.", name="State Report Frequency", minimum=0.1, maximum=100
     )
-    course_control: bool = param(True, "", "Steer the course, else the heading.")
-    eta_minimum_speed: float = param(0.1, "m/s", "Speed that an arrival is reckoned with.", minimum=0.01)
-    new_reference_timeout: float = param(5.0, "s", "How soon after an end the next path is expected.", minimum=0)
+    course_control: bool = param(True, "", "Control the course instead of the heading.")
+    eta_minimum_speed: float = param(0.1, "m/s", "Lowest speed assumed for the time of arrival.", minimum=0.01)
+    new_reference_timeout: float = param(5.0, "s", "Longest time from the end of a path to the next path.", minimum=0)
     position_jump: float = param(
-        10.0, "m", "A jump of the position that halts the supervision.", name="Position Jump Threshold", minimum=0
+        10.0, "m", "A larger jump of the position pauses the supervision.", name="Position Jump Threshold", minimum=0
     )
     jump_factor: float = param(
         0.5,
         "m/s",
-        "Speed that the length of the halt is reckoned with.",
+        "The pause is the length of the jump divided by this speed.",
         name="Position Jump Time Factor",
         minimum=0.01,
     )
-    watch_along: bool = param(False, "", "Watch the progress.", name="Along-track -- Monitor")
-    along_period: float = param(20.0, "s", "Period of it.", name="Along-track -- Check Period", minimum=1)
-    along_speed: float = param(0.05, "m/s", "Least progress.", name="Along-track -- Minimum Speed", minimum=0)
-    along_yaw: float = param(2.0, "°/s", "Least turn towards the path.", name="Along-track -- Minimum Yaw", minimum=0)
-    watch_cross: bool = param(False, "", "Watch the distance from the track.", name="Cross-track -- Monitor")
-    cross_distance: float = param(25.0, "m", "Largest distance.", name="Cross-track -- Distance Limit", minimum=0)
-    cross_time: float = param(20.0, "s", "How long it may be larger.", name="Cross-track -- Time Limit", minimum=0)
+    watch_along: bool = param(False, "", "Monitor the progress along the track.", name="Along-track -- Monitor")
+    along_period: float = param(
+        20.0, "s", "Period of the progress check.", name="Along-track -- Check Period", minimum=1
+    )
+    along_speed: float = param(
+        0.05, "m/s", "Least speed along the track.", name="Along-track -- Minimum Speed", minimum=0
+    )
+    along_yaw: float = param(
+        2.0, "°/s", "Least rate of turn towards the path.", name="Along-track -- Minimum Yaw", minimum=0
+    )
+    watch_cross: bool = param(False, "", "Monitor the distance from the track.", name="Cross-track -- Monitor")
+    cross_distance: float = param(
+        25.0, "m", "Largest distance from the track.", name="Cross-track -- Distance Limit", minimum=0
+    )
+    cross_time: float = param(
+        20.0, "s", "How long the distance may be larger.", name="Cross-track -- Time Limit", minimum=0
+    )
     cross_uncertainty: float = param(
-        1.0, "1", "Share of the uncertainty that is allowed besides.", name="Cross-track -- Nav. Unc. Factor", minimum=0
+        1.0, "1", "Fraction of the uncertainty added to the limit.", name="Cross-track -- Nav. Unc. Factor", minimum=0
     )
 
     watch_bottom: bool = param(
         False,
         "",
-        "Keep an altitude where the depth of a path is too near to the bottom.",
+        "Hold an altitude if the depth of a path is too near to the bottom.",
         name="Bottom Track -- Enabled",
     )
-    lowest: float = param(2.5, "m", "That altitude.", name="Bottom Track -- Admissible Altitude", minimum=0)
+    lowest: float = param(
+        2.5, "m", "Altitude to hold over the bottom.", name="Bottom Track -- Admissible Altitude", minimum=0
+    )
 
     def along(self, where: PathProgress, bearing: float) -> float:
-        """The course (rad) along a track of a `bearing` (rad)."""
+        """Course (rad) that follows a straight track of a `bearing` (rad)."""
         raise NotImplementedError
 
     def around(self, line_of_sight: float, distance: float, radius: float, side: int) -> float:
-        """The course (rad) on a circle, with its centre at a direction (rad) and distance (m); side 1 is clockwise."""
+        """Course (rad) around a circle with its center at a direction (rad) and distance (m); side 1 is clockwise."""
         raise NotImplementedError
 
     def configure(self) -> None:
@@ -82,7 +95,7 @@ class PathFollower(Task):
         try:
             self._early = float(text)
         except ValueError:
-            raise ParameterError("Time Of Arrival Factor", f"[General] has {text!r}, which is no number") from None
+            raise ParameterError("Time Of Arrival Factor", f"[General] has {text!r}, which is not a number") from None
         turning = math.radians(self.along_yaw)
         self._divergence = Divergence(
             AlongTrack(self.along_period, self.along_speed, turning) if self.watch_along else None,
@@ -106,7 +119,7 @@ class PathFollower(Task):
         if self._loops.mask:
             self.set_entity_state(State.NORMAL, "enabled")
             return
-        if loops.mask != Loops.ALL and self._enabled:
+        if loops.mask != Loops.ALL and self._enabled:  # ALL has disabled the loops below as well
             self._switch(imc.ControlLoops.Enable.DISABLE, self._enabled)
         self._enabled = 0
         self._path = self._waiting = None
@@ -114,7 +127,7 @@ class PathFollower(Task):
 
     @consume
     def trust(self, uncertainty: imc.NavigationUncertainty) -> None:
-        """Take the variance of the position."""
+        """Set the uncertainty from the variance of the position."""
         largest = max(uncertainty.x, uncertainty.y)
         self._uncertainty = self.cross_uncertainty * math.sqrt(largest) if 0.0 <= largest < math.inf else 0.0
 
@@ -124,11 +137,11 @@ class PathFollower(Task):
 
     @consume
     def begin(self, path: imc.DesiredPath) -> None:
-        """Take a path, at the next state."""
+        """Follow a path, as soon as there is an EstimatedState."""
         if not self._loops.mask:
             return
         if not is_somewhere(path):
-            self._fail("the desired path is nowhere")
+            self._fail("the desired path has an invalid position or number")
         elif self._state is None:
             self._waiting = path
         else:
@@ -185,7 +198,7 @@ class PathFollower(Task):
         return old.end_lat, old.end_lon
 
     def _place(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
-        """Lay the path out in metres about the reference of the state."""
+        """Convert the path to meters from the reference position of the state."""
         lat, lon = state.lat, state.lon
         start = displacement(lat, lon, 0.0, path.start_lat, path.start_lon, 0.0)[:2]
         end = displacement(lat, lon, 0.0, path.end_lat, path.end_lon, 0.0)[:2]

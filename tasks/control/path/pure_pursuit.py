@@ -8,9 +8,9 @@ from tasks.control.path.track import PathProgress, bearing
 
 
 class PurePursuit(PathFollower):
-    """Steers straight to the end of a track; around a circle, to a point of it that lies ahead."""
+    """Steers straight to the end of a track; around a circle, to a point ahead on it."""
 
-    lookahead: float = param(5.0, "m", "How far ahead the point on a circle is.", name="Loiter Lookahead", minimum=0.1)
+    lookahead: float = param(5.0, "m", "Distance to the point ahead on a circle.", name="Loiter Lookahead", minimum=0.1)
 
     def along(self, where: PathProgress, bearing: float) -> float:
         return where.line_of_sight

@@ -1,17 +1,17 @@
-"""A straight track or a circle in the plane, and where a vehicle is on it."""
+"""A straight track or a circle in the plane, and the progress of a vehicle on it."""
 
 import math
 from dataclasses import dataclass
 
 import imc
-from tasks.control.pid import wrap
+from world.attitude import wrap
 
 Point = tuple[float, float]  # m north, m east
 
 
 @dataclass(frozen=True)
 class Track:
-    """From `start` to `end`; with a `radius` (m) around the centre `end`, clockwise if `side` is 1, else -1."""
+    """A line from `start` to `end`, or with a `radius` (m) a circle around `end`, clockwise (`side` 1) or not (-1)."""
 
     start: Point
     end: Point
@@ -29,7 +29,7 @@ class Track:
         return math.dist(self.start, self.end)
 
     def tangent(self) -> "Track":
-        """The straight track to where a circle begins: the end is abeam of the centre, with the centre inside."""
+        """The straight track to the start of the circle: abeam of the center, which is on the inner side."""
         direction = self.bearing - self.side * 0.5 * math.pi
         north, east = self.end
         end = north + self.radius * math.cos(direction), east + self.radius * math.sin(direction)
@@ -38,10 +38,10 @@ class Track:
 
 @dataclass(frozen=True)
 class PathProgress:
-    """Where a vehicle is: `x` along and `y` to starboard of the track, `left` before its end, `range` to the end (m).
+    """Position of a vehicle (m): `x` along and `y` to starboard of the track, `left` before and `range` to its end.
 
-    `speed` (m/s) and `course` (rad) are of its movement, `vx` and `vy` (m/s) those along and across; `line_of_sight`
-    is the direction to the end and `psi` the heading (rad).
+    `speed` (m/s) and `course` (rad) describe its motion, `vx` and `vy` (m/s) are the parts along and across the track;
+    `line_of_sight` is the direction to the end and `psi` the heading (rad).
     """
 
     x: float
@@ -56,7 +56,7 @@ class PathProgress:
     vy: float
 
     def eta(self, early: float, lowest_speed: float) -> float:
-        """Time to the end (s) less `early`; one that passes the end sideways is there when it is abeam."""
+        """Time to the end (s) minus `early`; a vehicle that passes the end on one side arrives when abeam of it."""
         ex, ey = abs(self.left), abs(self.y)
         speed = max(lowest_speed, self.speed)
         abeam = ex <= ey and ey < 1.75 * early * speed
@@ -64,7 +64,7 @@ class PathProgress:
 
 
 def progress(track: Track, at: Point, speed: float, course: float, psi: float) -> PathProgress:
-    """Where a vehicle at a point is on a straight track."""
+    """Progress of a vehicle at a point on a straight track."""
     direction = track.bearing
     c, s = math.cos(direction), math.sin(direction)
     north, east = at[0] - track.start[0], at[1] - track.start[1]
@@ -90,6 +90,6 @@ def bearing(origin: Point, target: Point) -> float:
 
 
 def is_somewhere(path: imc.DesiredPath) -> bool:
-    """Whether the numbers of a path are finite, and its end is on Earth."""
+    """Whether the numbers of a path are finite and its end is a position on Earth."""
     numbers = path.end_lat, path.end_lon, path.end_z, path.speed, path.lradius, path.start_lat, path.start_lon
     return all(map(math.isfinite, numbers)) and abs(path.end_lat) <= 0.5 * math.pi and abs(path.end_lon) <= math.pi

@@ -1,4 +1,4 @@
-"""Follows paths along a field of headings that leads to them."""
+"""Follows paths along a vector field of courses that lead to them."""
 
 import math
 
@@ -10,7 +10,9 @@ from tasks.control.path.track import PathProgress
 class VectorField(PathFollower):
     """Steers at an angle that shrinks with the distance from the track (Nelson et al., IEEE T-RO 23(3), 2007)."""
 
-    corridor_width: float = param(5.0, "m", "Distance of the entry angle.", name="Corridor -- Width", minimum=0.1)
+    corridor_width: float = param(
+        5.0, "m", "Distance from the track at which the entry angle applies.", name="Corridor -- Width", minimum=0.1
+    )
     entry_angle: float = param(
         15.0,
         "°",

@@ -4,26 +4,27 @@ import math
 from enum import Enum
 
 import imc
+from imc.addresses import UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
-from runtime.task import UNKNOWN_SYSTEM
 from tasks.control.loops import EnabledLoops
-from tasks.control.pid import PID, clamp, wrap
+from tasks.control.pid import PID, clamp
 from tasks.control.uav.vectors import GRAVITY, Vector, add, inclination, norm, shortened
+from world.attitude import wrap
 
 Loops = imc.CLoopsMask
 Mode = imc.VehicleState.OpMode
 UNCOMMANDED = (Mode.SERVICE, Mode.ERROR, Mode.BOOT)
 LONGEST_STEP = 1.0  # s
-ALOFT = 2.0  # m, the altitude of one that flies at the start of this task
-RISES = 0.05  # m/s that have to be asked for to leave the ground
-STILL, UNLOADED, RESTS = 0.25, 0.75, 1.0  # m/s, share of the weight, s: what a touchdown is
+ALOFT = 2.0  # m; above this altitude at the start of the task, the vehicle is flying
+RISES = 0.05  # m/s; a faster climb must be commanded to leave the ground
+STILL, UNLOADED, RESTS = 0.25, 0.75, 1.0  # m/s, fraction of the weight, s: what counts as a touchdown
 LEVEL, LEARNING = 0.5, 5.0  # m/s, s: when and how fast the weight is learned
-BLIND_THRUST, BLIND_DESCENT, BLIND_GAIN = 0.98, 1.5, 1.0  # share of the weight that falls so fast (m/s); 1/s
+BLIND_THRUST, BLIND_DESCENT, BLIND_GAIN = 0.98, 1.5, 1.0  # share of the weight, m/s, 1/s: a blind descent
 BLIND_STEP, BLIND_MARGIN = 0.1, 30.0  # s
 
 
 class Phase(Enum):
-    """What it does; the value is what AutopilotMode says."""
+    """Phase of the flight; the value is the mode in AutopilotMode."""
 
     GROUND = "GROUND"
     FOLLOW = "GUIDED"
@@ -33,35 +34,39 @@ class Phase(Enum):
 
 
 class Autopilot(Task):
-    """Follows DesiredVelocity and DesiredHeading while the loop VELOCITY is enabled, and hovers in the air while not.
+    """Follows DesiredVelocity and DesiredHeading while the loop VELOCITY is enabled; hovers in the air otherwise.
 
-    Rotors rest on the ground until a climb is asked for, and after a touchdown: when it is to descend, does not, and
-    the rotors carry less than three quarters of the weight for a second. It lands where it is by itself after an Abort,
-    when it hovers without a maneuver for `Idle Timeout` or, in error, `Error Timeout`, and, whatever else is asked for,
-    below `Landing Fuel Level`. Without EstimatedState it descends level.
+    The rotors stand still on the ground until a climb is commanded, and after a touchdown: the vehicle should descend
+    but does not, and the rotors carry less than three quarters of the weight for a second. It lands where it is after
+    an Abort, after hovering without a maneuver for `Idle Timeout` (in error, `Error Timeout`), and always below
+    `Landing Fuel Level`. Without EstimatedState it descends level.
     """
 
     velocity_gains: list[float] = param([1.8, 0.5, 0.0], "1/s", "P, I, D.", name="Velocity PID Gains", size=3)
     vertical_gains: list[float] = param([3.0, 1.5, 0.0], "1/s", "P, I, D.", name="Vertical PID Gains", size=3)
     integral_limit: float = param(3.0, "m/s²", "Limit of both integrals.", minimum=0)
-    position_gain: float = param(0.8, "1/s", "Of position and height when it hovers.", minimum=0)
-    heading_gain: float = param(1.5, "1/s", "Of the heading.", minimum=0)
+    position_gain: float = param(0.8, "1/s", "Gain of position and height while hovering.", minimum=0)
+    heading_gain: float = param(1.5, "1/s", "Gain of the heading.", minimum=0)
     maximum_heading_rate: float = param(60.0, "°/s", "Largest heading rate.", minimum=1)
-    maximum_tilt: float = param(25.0, "°", "Largest angle of the mast.", minimum=1, maximum=45)
-    maximum_acceleration: float = param(2.5, "m/s²", "Fastest change of the velocity that is followed.", minimum=0.1)
+    maximum_tilt: float = param(25.0, "°", "Largest angle from the vertical.", minimum=1, maximum=45)
+    maximum_acceleration: float = param(2.5, "m/s²", "Fastest change of the velocity reference.", minimum=0.1)
     maximum_speed: float = param(12.0, "m/s", "Highest speed over ground.", minimum=0.1)
     maximum_climb_rate: float = param(3.0, "m/s", "Fastest climb.", minimum=0.1)
     maximum_descent_rate: float = param(1.5, "m/s", "Fastest descent.", minimum=0.1)
     landing_rate: float = param(0.5, "m/s", "Descent near the ground.", minimum=0.1)
-    landing_altitude: float = param(5.0, "m", "Altitude where it begins.", minimum=0)
+    landing_altitude: float = param(5.0, "m", "The landing rate applies below this altitude.", minimum=0)
     hover_actuation: float = param(
-        0.7, "1", "Share of the full rotor speed that carries the weight.", minimum=0.1, maximum=1
+        0.7, "1", "Fraction of the full rotor speed that carries the weight.", minimum=0.1, maximum=1
     )
-    reference_timeout: float = param(0.5, "s", "It hovers without a velocity for so long.", minimum=0.1)
-    state_timeout: float = param(0.5, "s", "It descends level without a state for so long.", minimum=0.1)
-    idle_timeout: float = param(60.0, "s", "It lands after so long without a maneuver; 0 for never.", minimum=0)
-    error_timeout: float = param(10.0, "s", "The same while the vehicle is in error.", minimum=0)
-    landing_fuel_level: float = param(10.0, "%", "It lands with less in the battery.", minimum=0, maximum=100)
+    reference_timeout: float = param(0.5, "s", "Without a velocity for this long, the vehicle hovers.", minimum=0.1)
+    state_timeout: float = param(
+        0.5, "s", "Without EstimatedState for this long, the vehicle descends level.", minimum=0.1
+    )
+    idle_timeout: float = param(
+        60.0, "s", "The vehicle lands after this time without a maneuver; 0 for never.", minimum=0
+    )
+    error_timeout: float = param(10.0, "s", "Idle timeout while the vehicle is in error.", minimum=0)
+    landing_fuel_level: float = param(10.0, "%", "The vehicle lands below this battery level.", minimum=0, maximum=100)
 
     def configure(self) -> None:
         def pid(gains: list[float]) -> PID:
@@ -93,11 +98,11 @@ class Autopilot(Task):
 
     @consume
     def go(self, velocity: imc.DesiredVelocity) -> None:
-        """Take a velocity ahead, to starboard and down, level."""
+        """Set the desired velocity: ahead, to starboard and down, in a level frame."""
         if not self._loops.mask or self._state is None:
             return
         if not math.isfinite(velocity.u + velocity.v + velocity.w):
-            self.log.warning("a desired velocity is no number")
+            self.log.warning("desired velocity is not a number")
             return
         c, s = math.cos(self._state.psi), math.sin(self._state.psi)
         self._reference = velocity.u * c - velocity.v * s, velocity.u * s + velocity.v * c, velocity.w
@@ -128,7 +133,7 @@ class Autopilot(Task):
             return
         dt, self._stated, self._state = self.now - self._stated, self.now, state
         if not self._begun and state.alt > ALOFT:
-            self.log.warning("begins in the air")
+            self.log.warning("started in the air")
             self._enter(Phase.HOVER, state)
         self._begun = True
         if self._phase is Phase.GROUND:
@@ -142,11 +147,11 @@ class Autopilot(Task):
 
     @periodic(1.0 / BLIND_STEP)
     def watch_state(self) -> None:
-        """Notice that nothing says any more where it is."""
+        """Descend level if EstimatedState is missing."""
         if self._phase is Phase.GROUND or self._state is None or self.now - self._stated <= self.state_timeout:
             return
         if self._phase is not Phase.BLIND:
-            self.log.error("the state is unknown: descending level")
+            self.log.error("EstimatedState is missing: descending level")
             self._enter(Phase.BLIND, self._state)
         if self.now - self._entered > BLIND_MARGIN + 2.0 * max(0.0, self._state.alt) / BLIND_DESCENT:
             self._enter(Phase.GROUND, self._state)
@@ -164,15 +169,15 @@ class Autopilot(Task):
         return bool(self._loops.mask) and self.now - self._referred <= self.reference_timeout
 
     def _choose(self, state: imc.EstimatedState) -> None:
-        """What to do now, in the air."""
+        """Choose the phase in the air."""
         if self._fuel < self.landing_fuel_level:
-            self._land("the battery is empty")
+            self._land("the battery is low")
         elif self._phase is not Phase.HOVER or self._loops.mask or self._mode not in UNCOMMANDED:
             self._idle = self.now
         elif self._mode == Mode.ERROR and 0.0 < self.error_timeout < self.now - self._idle:
             self._land("the vehicle is in error")
         elif 0.0 < self.idle_timeout < self.now - self._idle:
-            self._land("nothing to do")
+            self._land("no maneuver")
         phase = Phase.LAND if self._landing else Phase.FOLLOW if self._follows else Phase.HOVER
         if phase is not self._phase:
             self._enter(phase, state)
@@ -200,7 +205,7 @@ class Autopilot(Task):
             self.set_entity_state(State.NORMAL, "on the ground")
         elif phase is Phase.BLIND:
             self._falling = state.vz
-            self.set_entity_state(State.ERROR, "the state is unknown: descending level")
+            self.set_entity_state(State.ERROR, "EstimatedState is missing: descending level")
         self._tell()
 
     def _rest(self) -> None:
@@ -214,7 +219,7 @@ class Autopilot(Task):
         self._kept = 0.0
 
     def _wanted(self, state: imc.EstimatedState) -> Vector:
-        """The velocity that is wanted now (m/s north, east, down)."""
+        """Desired velocity (m/s north, east, down)."""
         if self._phase is Phase.FOLLOW:
             wanted = self._reference
         else:
@@ -244,7 +249,7 @@ class Autopilot(Task):
         self._feel_ground(state, wanted[2], thrust)
 
     def _feel_ground(self, state: imc.EstimatedState, descent: float, thrust: float) -> None:
-        """Notice a touchdown."""
+        """Detect a touchdown."""
         rests = descent > RISES and abs(state.vz) < STILL and thrust < UNLOADED * GRAVITY
         self._unloaded = min(self._unloaded, self.now) if rests else math.inf
         if self.now - self._unloaded >= RESTS:

@@ -8,7 +8,7 @@ from tasks.control.uav.vectors import Vector, add, dot, norm, shortened
 
 @dataclass(frozen=True)
 class Pace:
-    """How it may move: m/s horizontally, up, down; m/s² of braking and turning; `gain` (1/s) on distances."""
+    """Limits of motion: speeds (m/s), acceleration of braking and turning (m/s²); `gain` (1/s) on distances."""
 
     speed: float
     climb: float
@@ -17,18 +17,18 @@ class Pace:
     gain: float
 
     def towards(self, distance: float) -> float:
-        """The speed (m/s) at which a point that far (m) is approached: one that still can be braked from."""
+        """Approach speed (m/s) at a distance (m) from a point: slow enough to brake in time."""
         linear = self.acceleration / self.gain**2
         if distance <= linear:
             return self.gain * max(0.0, distance)
         return math.sqrt(2.0 * self.acceleration * (distance - 0.5 * linear))
 
     def within(self, velocity: Vector) -> Vector:
-        """A velocity within the limits."""
+        """The velocity, cut to the limits."""
         return shortened(velocity, self.speed, self.climb, self.descent)
 
     def to_point(self, offset: Vector) -> Vector:
-        """The velocity to a point at an offset (m), where it stops."""
+        """Velocity to a point at an offset (m), to stop there."""
         distance = norm(offset)
         share = self.towards(distance) / distance if distance > 0.0 else 0.0
         return self.within((share * offset[0], share * offset[1], share * offset[2]))
@@ -43,7 +43,7 @@ class Line:
 
     @property
     def direction(self) -> Vector:
-        """Unit vector from start to end; of a line without length, down."""
+        """Unit vector from start to end; down for a line of length 0."""
         along = add(self.end, self.start, -1.0)
         length = norm(along)
         return (along[0] / length, along[1] / length, along[2] / length) if length > 0.0 else (0.0, 0.0, 1.0)
@@ -59,22 +59,22 @@ class Line:
         return math.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
 
     def left(self, at: Vector) -> float:
-        """Distance (m) along the line that is left before its end; negative beyond."""
+        """Distance (m) left along the line; negative beyond its end."""
         return dot(add(self.end, at, -1.0), self.direction)
 
     def beside(self, at: Vector) -> Vector:
-        """From the nearest point of the line to a point (m)."""
+        """Vector (m) from the nearest point of the line to a point."""
         return add(add(at, self.end, -1.0), self.direction, self.left(at))
 
     def across(self, at: Vector) -> float:
-        """How far a point is to starboard of the line over ground (m); beside a vertical one, its distance."""
+        """How far a point is to starboard of the line over ground (m); its distance from a vertical line."""
         north, east = at[0] - self.end[0], at[1] - self.end[1]
         if self.level < 0.1:
             return math.hypot(north, east)
         return east * math.cos(self.bearing) - north * math.sin(self.bearing)
 
     def velocity(self, at: Vector, pace: Pace) -> Vector:
-        """Along the line and back to it, to stop at its end."""
+        """Velocity along the line and back to it, to stop at its end."""
         left = self.left(at)
         if left <= 0.0:
             return pace.to_point(add(self.end, at, -1.0))
@@ -88,18 +88,18 @@ class Line:
 
 @dataclass(frozen=True)
 class Circle:
-    """Around `centre` (m north, east, down) with a radius (m); clockwise from above if `side` is 1, else -1."""
+    """A circle around `centre` (m north, east, down) with a radius (m), clockwise from above (`side` 1) or not (-1)."""
 
     centre: Vector
     radius: float
     side: int = 1
 
     def outside(self, at: Vector) -> float:
-        """How far a point is outside of the circle over ground (m)."""
+        """How far a point is outside the circle over ground (m); negative inside."""
         return math.hypot(at[0] - self.centre[0], at[1] - self.centre[1]) - self.radius
 
     def velocity(self, at: Vector, pace: Pace) -> Vector:
-        """Around, and back to the circle and its height; no faster than it can turn."""
+        """Velocity around, and back to, the circle and its height; no faster than the vehicle can turn."""
         north, east, down = at[0] - self.centre[0], at[1] - self.centre[1], self.centre[2] - at[2]
         distance = math.hypot(north, east)
         north, east = (north / distance, east / distance) if distance > 0.0 else (1.0, 0.0)

@@ -1,4 +1,4 @@
-"""Limits of altitude and speed that a multirotor keeps."""
+"""Limits of altitude and speed of a multirotor."""
 
 import math
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ Bits = imc.OpLimitsMask
 
 
 def ground(state: imc.EstimatedState) -> float:
-    """Where the ground is, m below the reference."""
+    """The ground, m below the reference."""
     return state.z + max(0.0, state.alt)
 
 
@@ -22,12 +22,12 @@ def highest_altitude(profile: Settings) -> float:
     try:
         return float(text) if text else math.inf
     except ValueError:
-        raise ParameterError(option, f"[General] has {text!r}, which is no number") from None
+        raise ParameterError(option, f"[General] has {text!r}, which is not a number") from None
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Altitudes (m above ground), and the highest speed (m/s); a lowest altitude of 0 is none."""
+    """Limits of altitude (m above ground) and the highest speed (m/s); `lowest` 0 is no limit."""
 
     lowest: float = 0.0
     highest: float = math.inf
@@ -35,13 +35,13 @@ class Limits:
 
     @classmethod
     def of(cls, limits: imc.OperationalLimits) -> "Limits | None":
-        """Those of a message; None where one is below 0 or no number."""
+        """The limits in a message; None if one is negative or not a number."""
         lowest = limits.min_altitude if limits.mask & Bits.MIN_ALT else 0.0
         highest = limits.max_altitude if limits.mask & Bits.MAX_ALT else math.inf
         speed = limits.max_speed if limits.mask & Bits.MAX_SPEED else math.inf
         return cls(lowest, highest, speed) if all(value >= 0.0 for value in (lowest, highest, speed)) else None
 
     def within(self, down: float, state: imc.EstimatedState, margin: float) -> float:
-        """A height (m below the reference), brought to where it is so far (m) from the limits of altitude."""
+        """A height (m below the reference), kept `margin` (m) away from the limits of altitude."""
         limited = max(down, ground(state) - max(0.0, self.highest - margin))
         return min(limited, ground(state) - self.lowest - margin) if self.lowest else limited

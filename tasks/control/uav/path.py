@@ -9,10 +9,10 @@ from runtime import State, Task, consume, param
 from tasks.control.loops import EnabledLoops
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
 from tasks.control.path.track import PathProgress, is_somewhere
-from tasks.control.pid import wrap
 from tasks.control.uav.guidance import Circle, Line, Pace
 from tasks.control.uav.limits import Limits, ground, highest_altitude
 from tasks.control.uav.vectors import Vector
+from world.attitude import wrap
 
 Flags = imc.DesiredPath.Flags
 Reached = imc.PathControlState.Flags
@@ -22,41 +22,51 @@ KEPT_FLAGS = Flags.NO_Z | Flags["_3DTRACK"] | Flags.CCLOCKW
 WANTED = int(Loops.VELOCITY | Loops.YAW)
 LONGEST = 25000.0  # m
 UNKNOWN_ETA = 0xFFFF
-HEADS = 2.0  # m; along a shorter line the heading is kept
+HEADS = 2.0  # m; a shorter line does not change the heading
 ON_CIRCLE = 2.0  # m
-PATIENCE = 3.0  # s for ArmingState, of which there is one in a second
-SLOWEST = 0.2  # m/s of an arrival, and of a course
-EARLY = 1e-3  # s: how much too early a report may come
+PATIENCE = 3.0  # s without ArmingState, which comes once per second
+SLOWEST = 0.2  # m/s; least speed for an ETA and for a course
+EARLY = 1e-3  # s; a report may come this much early
 
 
 class Path(Task):
     """Follows DesiredPath while the loop PATH is enabled: publishes DesiredVelocity and DesiredHeading.
 
-    A path is a straight line in space from where the last one ended to its end, where the vehicle stops; with a
-    loitering radius it is a circle. `u`, `v`, `w` of DesiredVelocity are m/s ahead, to starboard and down, level. It
-    leads to heights and altitudes, not to depths. On the ground only a path with the flag TAKEOFF is followed, straight
-    up; the flag LAND leads down at its end. Without progress it is in ERROR.
+    A path is a straight line in space from the end of the last path to its own end, where the vehicle stops; with a
+    loitering radius it is a circle. `u`, `v`, `w` of DesiredVelocity are m/s ahead, to starboard and down, in a level
+    frame. Paths end at heights and altitudes, not at depths. On the ground only a path with the flag TAKEOFF is
+    followed, straight up; a path with the flag LAND descends at its end. The entity is in ERROR without progress.
     """
 
     report_frequency: float = param(
         1.0, "Hz", "Rate of PathControlState.", name="State Report Frequency", minimum=0.1, maximum=100
     )
-    near_radius: float = param(1.5, "m", "Nearer to its end, a path is done.", name="Radius To Endpoint", minimum=0.1)
-    takeoff_tolerance: float = param(0.5, "m", "Nearer to its height, a takeoff is done.", minimum=0.1)
-    gain: float = param(0.8, "1/s", "Speed towards a path over the distance from it.", minimum=0.05, maximum=5)
+    near_radius: float = param(
+        1.5, "m", "A path is done within this distance of its end.", name="Radius To Endpoint", minimum=0.1
+    )
+    takeoff_tolerance: float = param(0.5, "m", "A takeoff is done within this distance of its height.", minimum=0.1)
+    gain: float = param(0.8, "1/s", "Speed towards a path per distance from it.", minimum=0.05, maximum=5)
     maximum_speed: float = param(10.0, "m/s", "Highest speed over ground.", minimum=0.1)
     maximum_climb_rate: float = param(2.5, "m/s", "Fastest climb.", minimum=0.1)
     maximum_descent_rate: float = param(1.5, "m/s", "Fastest descent.", minimum=0.1)
-    maximum_acceleration: float = param(2.0, "m/s²", "Of braking and turning.", minimum=0.1)
+    maximum_acceleration: float = param(2.0, "m/s²", "Largest acceleration of braking and turning.", minimum=0.1)
     landing_rate: float = param(0.5, "m/s", "Descent near the ground.", minimum=0.05)
-    landing_altitude: float = param(5.0, "m", "Altitude where it begins.", minimum=0)
-    altitude_margin: float = param(0.5, "m", "Distance that is kept from the limits of altitude.", minimum=0)
-    watch_along: bool = param(True, "", "Watch the progress.", name="Along-track -- Monitor")
-    along_period: float = param(20.0, "s", "Period of it.", name="Along-track -- Check Period", minimum=1)
-    along_speed: float = param(0.05, "m/s", "Least progress.", name="Along-track -- Minimum Speed", minimum=0)
-    watch_cross: bool = param(True, "", "Watch the distance from the line.", name="Cross-track -- Monitor")
-    cross_distance: float = param(15.0, "m", "Largest distance.", name="Cross-track -- Distance Limit", minimum=0)
-    cross_time: float = param(10.0, "s", "How long it may be larger.", name="Cross-track -- Time Limit", minimum=0)
+    landing_altitude: float = param(5.0, "m", "The landing rate applies below this altitude.", minimum=0)
+    altitude_margin: float = param(0.5, "m", "Distance kept from the limits of altitude.", minimum=0)
+    watch_along: bool = param(True, "", "Monitor the progress along the line.", name="Along-track -- Monitor")
+    along_period: float = param(
+        20.0, "s", "Period of the progress check.", name="Along-track -- Check Period", minimum=1
+    )
+    along_speed: float = param(
+        0.05, "m/s", "Least speed along the line.", name="Along-track -- Minimum Speed", minimum=0
+    )
+    watch_cross: bool = param(True, "", "Monitor the distance from the line.", name="Cross-track -- Monitor")
+    cross_distance: float = param(
+        15.0, "m", "Largest distance from the line.", name="Cross-track -- Distance Limit", minimum=0
+    )
+    cross_time: float = param(
+        10.0, "s", "How long the distance may be larger.", name="Cross-track -- Time Limit", minimum=0
+    )
 
     _limits = Limits()
 
@@ -89,27 +99,27 @@ class Path(Task):
 
     @consume
     def limit(self, limits: imc.OperationalLimits) -> None:
-        """Take limits of altitude and speed. Nobody repeats them, so they outlive changed parameters and a restart."""
+        """Set limits of altitude and speed. They are sent only once, so they survive new parameters and a restart."""
         before, self._limits = self._limits, Limits.of(limits) or self._limits
         if self._path is not None and self._state is not None and before != self._limits:
             self._shift(self._path, self._state)
 
     @consume
     def stand(self, arming: imc.ArmingState) -> None:
-        """A vehicle whose motors rest is on the ground."""
+        """A disarmed vehicle is on the ground."""
         self._stands, self._heard = arming.state == imc.ArmingState.State.DISARMED, self.now
 
     @consume
     def begin(self, path: imc.DesiredPath) -> None:
-        """Take a path, at the next state."""
+        """Follow a path, as soon as there is an EstimatedState."""
         if not self._loops.mask:
             return
         if not is_somewhere(path):
-            self._fail("the desired path is nowhere")
+            self._fail("the desired path has an invalid position or number")
         elif path.end_z_units == Units.DEPTH and not path.flags & Flags.NO_Z:
-            self._fail("a depth is not for what flies")
+            self._fail("an aerial vehicle cannot go to a depth")
         elif path.speed_units != imc.SpeedUnits.METERS_PS:
-            self._fail("the speed of what flies is in m/s")
+            self._fail("the speed of an aerial vehicle must be in m/s")
         elif self._state is None:
             self._waiting = path
         else:
@@ -124,11 +134,11 @@ class Path(Task):
         if self._path is None:
             return
         if before is not None and (before.lat, before.lon, before.height) != (state.lat, state.lon, state.height):
-            self._fail("the reference of the position has moved")
+            self._fail("the reference position has changed")
         elif self._stands and not self._path.flags & (Flags.TAKEOFF | Flags.LAND):
             self._fail("on the ground: take off first")
         elif self.now - self._heard > PATIENCE:
-            self._fail("the autopilot is silent")
+            self._fail("no ArmingState from the autopilot")
         else:
             self._cycle(self._path, state)
 
@@ -159,7 +169,7 @@ class Path(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     def _shift(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
-        """Bring all of a path that is being followed within new limits of altitude."""
+        """Move the current path within new limits of altitude."""
         if path.flags & Flags.NO_Z or path.end_z_units == Units.NONE:
             return
         start, end = self._line.start, self._line.end
@@ -173,7 +183,7 @@ class Path(Task):
         return displacement(state.lat, state.lon, 0.0, lat, lon, 0.0)[:2]
 
     def _down(self, path: imc.DesiredPath, state: imc.EstimatedState) -> float:
-        """The end of a path, m below the reference, within the limits; it is said where that is."""
+        """The end of a path, m below the reference, within the limits; publishes it as DesiredZ."""
         if path.flags & Flags.NO_Z or path.end_z_units == Units.NONE:
             return state.z
         down = (state.height if path.end_z_units == Units.HEIGHT else ground(state)) - path.end_z

@@ -4,7 +4,7 @@ import math
 
 Vector = tuple[float, float, float]
 GRAVITY = 9.80665
-LEAST_LIFT = 0.3 * GRAVITY  # m/s², of what the rotors carry
+LEAST_LIFT = 0.3 * GRAVITY  # m/s²; least upward part of the thrust
 
 
 def add(a: Vector, b: Vector, factor: float = 1.0) -> Vector:
@@ -30,9 +30,9 @@ def shortened(a: Vector, horizontal: float, up: float, down: float) -> Vector:
 
 
 def inclination(acceleration: Vector, psi: float, steepest: float) -> tuple[float, float, float]:
-    """Roll, pitch (rad) and specific thrust (m/s²) for an acceleration (m/s²) of a multirotor that heads for `psi`.
+    """Roll, pitch (rad) and specific thrust (m/s²) for an acceleration (m/s²) of a multirotor with heading `psi` (rad).
 
-    The mast has to point along f = a - g e3, whose tilt is held to `steepest` (rad) by cutting what is horizontal:
+    The thrust must point along f = a - g e3. Cutting the horizontal part limits its tilt to `steepest` (rad):
     Mellinger and Kumar, Minimum Snap Trajectory Generation and Control for Quadrotors, ICRA 2011, eq. 6 to 9.
     """
     lift = max(LEAST_LIFT, GRAVITY - acceleration[2])

@@ -1,1 +1,1 @@
-"""Following references from outside, by kind of vehicle."""
+"""Maneuvers that follow references from another system, one per kind of vehicle."""

@@ -14,22 +14,22 @@ SPEEDS = {"m/s": 0, "RPM": 1, "%": 2}
 
 
 class AUV(Maneuver):
-    """Goes where References say, from the system and entity that it is told to obey.
+    """Follows each Reference from the system and entity that the maneuver names.
 
-    At the position it loiters where a radius is given, spirals to its depth, and else hovers with all loops off. A
-    speed of 0 stops the vehicle. The flag MANDONE ends the maneuver, and so does silence.
+    At the position it loiters if a radius is given; otherwise it spirals to the depth, then hovers with all loops off.
+    A speed of 0 stops the vehicle. The flag MANDONE ends the maneuver; no Reference for the timeout is an error.
     """
 
     hears = (imc.PathControlState, imc.EstimatedState)
     hears_others = (imc.Reference,)
     loops = 0
 
-    default_speed: float = param(1.2, "-", "Speed where a reference has none.", minimum=0)
-    default_speed_units: str = param("m/s", "", "Its unit.", choices=tuple(SPEEDS))
-    default_z: float = param(0.0, "m", "Depth or altitude where a reference has none.")
-    default_z_units: str = param("DEPTH", "", "Which of them.", choices=tuple(UNITS))
-    horizontal_tolerance: float = param(15.0, "m", "Nearer than this it has arrived.", minimum=0.1)
-    vertical_tolerance: float = param(1.0, "m", "Nearer than this its depth is reached.", minimum=0.1)
+    default_speed: float = param(1.2, "-", "Speed if a reference has none.", minimum=0)
+    default_speed_units: str = param("m/s", "", "Unit of the default speed.", choices=tuple(SPEEDS))
+    default_z: float = param(0.0, "m", "Depth or altitude if a reference has none.")
+    default_z_units: str = param("DEPTH", "", "Kind of the default z.", choices=tuple(UNITS))
+    horizontal_tolerance: float = param(15.0, "m", "The position is reached within this distance.", minimum=0.1)
+    vertical_tolerance: float = param(1.0, "m", "The depth is reached within this distance.", minimum=0.1)
     loitering_radius: float = param(7.5, "m", "Radius of spirals.", minimum=1)
 
     async def execute(self, order: imc.FollowReference) -> None:
@@ -60,7 +60,7 @@ class AUV(Maneuver):
         )
 
     async def _accept(self, reference: imc.Reference) -> None:
-        """Take a new reference; what it leaves out stays, or is the default."""
+        """Follow a new reference; a missing location stays, a missing speed or z is the default."""
         state = await self.located()
         before = self._leg
         self._reference, self._doing = reference, Doing.WAIT
@@ -79,7 +79,7 @@ class AUV(Maneuver):
         self._move(state)
 
     def _move(self, state: imc.EstimatedState) -> None:
-        """Do what the reference and the distance to it ask for."""
+        """Choose what to do from the reference and the distance to it."""
         leg = self._leg
         if leg is None:
             self._tell(0)
@@ -113,7 +113,7 @@ class AUV(Maneuver):
         return max(0.0, self._order.loiter_radius)
 
     def _tell(self, proximity: int) -> None:
-        """FollowRefState at each change and once a second."""
+        """Publish FollowRefState at each change and once per second."""
         if self._told >= 0.0 and self.now - self._told < 1.0:
             return
         self._told = self.now

@@ -1,12 +1,12 @@
-"""Means of samples that come faster than they are used."""
+"""Means of samples that arrive faster than they are used."""
 
 import math
 
-from tasks.navigation.auv.angles import Vector
+from world.attitude import Vector
 
 
 class Mean:
-    """The mean of vectors since it was last taken; where there is none, the last one stays. `last` is when one came."""
+    """The mean of vectors between two `take`s; without any, the last mean stays. `last` is the time of the newest."""
 
     def __init__(self) -> None:
         self.value: Vector = (0.0, 0.0, 0.0)
@@ -15,7 +15,7 @@ class Mean:
         self._count = 0
 
     def add(self, time: float, x: float, y: float = 0.0, z: float = 0.0) -> None:
-        """Take a sample at a time (s)."""
+        """Add a sample at a time (s)."""
         self.last = time
         self._count += 1
         self._x += x
@@ -23,7 +23,7 @@ class Mean:
         self._z += z
 
     def take(self) -> bool:
-        """Begin anew; whether there is a new mean."""
+        """Update the mean and start the next one; False if there are no new samples."""
         if not self._count:
             return False
         share = 1.0 / self._count

@@ -22,11 +22,11 @@ class DepthFilter:
 
     @property
     def variances(self) -> tuple[float, float]:
-        """Of depth and rate."""
+        """Variances of depth and rate."""
         return self._p[0], self._p[2]
 
     def predict(self, dt: float) -> None:
-        """Move on by `dt` s."""
+        """Advance by `dt` s."""
         a, b, c = self._p
         if a == math.inf:
             return
@@ -38,7 +38,7 @@ class DepthFilter:
         )
 
     def measure_depth(self, depth: float, variance: float) -> None:
-        """Take a measured depth (m)."""
+        """Correct with a measured depth (m)."""
         a, b, c = self._p
         if a == math.inf:
             self.depth = depth
@@ -51,7 +51,7 @@ class DepthFilter:
         self._p = a - k * a, b - k * b, c - m * b
 
     def measure_rate(self, rate: float, variance: float) -> None:
-        """Take a measured sinking rate (m/s)."""
+        """Correct with a measured sinking rate (m/s)."""
         a, b, c = self._p
         k, m = b / (c + variance), c / (c + variance)
         innovation = rate - self.rate

@@ -1,4 +1,4 @@
-"""Which fixes and velocities are believed."""
+"""Checks that reject bad fixes and velocities."""
 
 import math
 from collections import deque
@@ -9,12 +9,12 @@ import imc
 Reason = imc.GpsFixRejection.Reason
 DvlReason = imc.DvlRejection.Reason
 Valid = imc.GpsFix.Validity
-FEWEST = 3  # fixes that a moving average needs
+FEWEST = 3  # least number of fixes for a moving average
 
 
 @dataclass
 class FixGate:
-    """Refuses fixes without a position on Earth, and those that claim to be much worse than the last or too bad."""
+    """Rejects fixes without a valid position, and those whose claimed accuracy is too bad or much worse than before."""
 
     factor: float
     samples: int
@@ -25,7 +25,7 @@ class FixGate:
         self._accuracies: deque[float] = deque(maxlen=max(1, self.samples))
 
     def refuses(self, fix: imc.GpsFix) -> Reason | None:
-        """Why a fix is not believed; None where it is."""
+        """Why a fix is rejected; None if it is accepted."""
         numbers = fix.lat, fix.lon, fix.height, fix.hacc, fix.hdop
         if not fix.validity & Valid.VALID_POS or not all(map(math.isfinite, numbers)):
             return Reason.LOST_VAL_BIT
@@ -43,7 +43,7 @@ class FixGate:
 
 @dataclass
 class VelocityGate:
-    """Refuses velocities that jump within a `window` (s) or are too large, along and across (m/s)."""
+    """Rejects velocities that jump within a `window` (s) or are too large, along and across (m/s)."""
 
     jump: tuple[float, float]
     largest: tuple[float, float]
@@ -53,7 +53,7 @@ class VelocityGate:
         self._last = (-math.inf, 0.0, 0.0)
 
     def refuses(self, time: float, x: float, y: float) -> tuple[DvlReason, float] | None:
-        """Why a velocity (m/s) is not believed, and the number that is too large; None where it is."""
+        """Why a velocity (m/s) is rejected, and the number that is too large; None if it is accepted."""
         then, before_x, before_y = self._last
         if time - then <= self.window:
             for reason, change, limit in (

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 NORTH, EAST, PSI, R, U, V, R_BIAS, PSI_BIAS, K = range(9)
 SIZE = 9
-STEP = 0.05  # s, that process noise is given for
+STEP = 0.05  # s, the interval of the process noise
 Row = list[float]
 
 
@@ -14,9 +14,9 @@ class HorizontalFilter:
 
     `x` is the state in the order of the constants of this module, `p` its covariance. The biases are those of the
     measured rate (rad/s) and of the compass (rad); speed per rpm, K, is in m/s per rpm. Covariances are propagated with
-    the Jacobians of the equations at the estimate, measurements are taken one after the other (Bar-Shalom, Li and
-    Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, ch. 10.3). Plain lists: results are the
-    same on any machine, and nine by nine is too small for NumPy to be faster.
+    the Jacobians of the equations at the estimate, measurements are applied one after the other (Bar-Shalom, Li and
+    Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, ch. 10.3). Plain lists give the same
+    results on any machine, and nine by nine is too small for NumPy to be faster.
     """
 
     def __init__(self, initial: Sequence[float], process: Sequence[float], speed_per_rpm: float):
@@ -27,7 +27,7 @@ class HorizontalFilter:
         self._process = [variance / STEP for variance in process]
 
     def predict(self, dt: float, phi: float, theta: float, w: float) -> None:
-        """Move on by `dt` s, with the roll, pitch (rad) and heave (m/s) of the vehicle."""
+        """Advance by `dt` s, with the roll, pitch (rad) and heave (m/s) of the vehicle."""
         x = self.x
         psi = x[PSI] + 0.5 * dt * x[R]
         cr, sr, cp, sp = math.cos(phi), math.sin(phi), math.cos(theta), math.sin(theta)
@@ -64,7 +64,7 @@ class HorizontalFilter:
         self.p = rows
 
     def drive(self, change: float) -> None:
-        """Let surge follow a change of the motor's speed (rpm) at once."""
+        """Let surge follow a change of motor speed (rpm) immediately."""
         self.x[U] += change * self.x[K]
         p = self.p
         p[U] = [a + change * b for a, b in zip(p[U], p[K], strict=True)]
@@ -72,7 +72,7 @@ class HorizontalFilter:
             row[U] += change * row[K]
 
     def update(self, innovation: float, variance: float, *parts: tuple[int, float]) -> None:
-        """Take a measurement: what it says beyond the estimate, its variance, and its partial derivatives by state."""
+        """Apply a measurement: its innovation, its variance, and its partial derivatives by state."""
         p = self.p
         (first, factor), *others = parts
         ph = p[first] if factor == 1.0 else [factor * a for a in p[first]]

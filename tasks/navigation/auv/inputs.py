@@ -1,12 +1,12 @@
-"""What the sensors of an underwater vehicle say between two steps of navigation."""
+"""What the sensors of an underwater vehicle measure between two steps of navigation."""
 
 import math
 
 import imc
 from runtime import Task, consume, param
-from tasks.navigation.auv.angles import wrap
 from tasks.navigation.auv.averages import Mean
 from tasks.navigation.auv.gates import FixGate, VelocityGate
+from world.attitude import wrap
 
 VEL_X_AND_Y = imc.GroundVelocity.Validity.VEL_X | imc.GroundVelocity.Validity.VEL_Y
 VEL_Z = imc.GroundVelocity.Validity.VEL_Z
@@ -14,7 +14,7 @@ UNKNOWN_ALTITUDE = -1.0
 
 
 class Sensors(Task):
-    """Hears the sensors, refuses what cannot be, and keeps means. An empty label of an entity means any."""
+    """Receives sensor messages, rejects invalid ones, averages the rest. An empty entity label accepts any entity."""
 
     compass: str = param("AHRS", "", "Entity of attitude and rates.", name="Entity Label - Compass")
     dvl: str = param("DVL", "", "Entity of velocities.", name="Entity Label - DVL")
@@ -23,33 +23,43 @@ class Sensors(Task):
         "Altimeter", "", "Entity of the distance to the bottom.", name="Entity Label - Altitude - Simulation"
     )
     true_altimeter: str = param(
-        "", "", "The same, where the vehicle has such an entity.", name="Entity Label - Altitude - Hardware"
+        "", "", "Altimeter to use instead, if the vehicle has it.", name="Entity Label - Altitude - Hardware"
     )
-    altitude_gain: float = param(0.2, "1", "Share of a new distance.", name="Altitude EMA gain", minimum=0, maximum=1)
+    altitude_gain: float = param(0.2, "1", "Weight of a new distance.", name="Altitude EMA gain", minimum=0, maximum=1)
     altitude_compensation: bool = param(
-        True, "", "Take roll and pitch into account.", name="Altitude Attitude Compensation"
+        True, "", "Correct distances for roll and pitch.", name="Altitude Attitude Compensation"
     )
-    altitude_timeout: float = param(5.0, "s", "Altitude is unknown after it.", name="Altitude timeout", minimum=0)
-    depth_timeout: float = param(5.0, "s", "Time without depth that is an error.", name="Depth timeout", minimum=0)
-    euler_timeout: float = param(10.0, "s", "Time without attitude that is one.", name="Euler timeout", minimum=0)
-    dvl_timeout: float = param(3.0, "s", "Velocities are missing after it.", name="DVL timeout", minimum=0)
+    altitude_timeout: float = param(
+        5.0, "s", "Time without distance before altitude is unknown.", name="Altitude timeout", minimum=0
+    )
+    depth_timeout: float = param(5.0, "s", "Time without depth before an error.", name="Depth timeout", minimum=0)
+    euler_timeout: float = param(10.0, "s", "Time without attitude before an error.", name="Euler timeout", minimum=0)
+    dvl_timeout: float = param(3.0, "s", "Time after which velocities count as missing.", name="DVL timeout", minimum=0)
     dvl_jumps: list[float] = param(
         [1.5, 0.6], "m/s", "Largest change of surge and sway.", name="DVL relative thresholds", size=2
     )
     dvl_jump_window: float = param(
-        0.5, "s", "Time in which a change is one.", name="DVL relative threshold time window", minimum=0
+        0.5, "s", "Longest time between compared velocities.", name="DVL relative threshold time window", minimum=0
     )
     dvl_largest: list[float] = param(
         [5.0, 1.5], "m/s", "Largest surge and sway.", name="DVL absolute thresholds", size=2
     )
-    dvl_arm: float = param(0.0, "m", "How far ahead the DVL is.", name="Distance Between DVL and CG")
-    gps_arm: float = param(0.0, "m", "How far above the antenna is.", name="Distance Between GPS and CG")
-    gps_factor: float = param(1.8, "1", "See Navigation.", name="GPS Maximum Dynamic HACC factor", minimum=1)
+    dvl_arm: float = param(0.0, "m", "Distance of the DVL ahead of the CG.", name="Distance Between DVL and CG")
+    gps_arm: float = param(0.0, "m", "Height of the antenna above the CG.", name="Distance Between GPS and CG")
+    gps_factor: float = param(
+        1.8,
+        "1",
+        "Rejects a fix whose accuracy exceeds the mean by this factor.",
+        name="GPS Maximum Dynamic HACC factor",
+        minimum=1,
+    )
     gps_samples: int = param(
         7, "1", "Fixes whose accuracy is averaged.", name="GPS Moving Average Samples", minimum=1, maximum=1000
     )
-    gps_hacc: float = param(20.0, "m", "Largest accuracy of a fix.", name="GPS Maximum HACC", minimum=0)
-    gps_hdop: float = param(4.0, "1", "Largest dilution of one without.", name="GPS Maximum HDOP", minimum=0)
+    gps_hacc: float = param(20.0, "m", "Worst accepted accuracy of a fix.", name="GPS Maximum HACC", minimum=0)
+    gps_hdop: float = param(
+        4.0, "1", "Worst accepted HDOP, if accuracy is unknown.", name="GPS Maximum HDOP", minimum=0
+    )
 
     def configure(self) -> None:
         jumps, largest = self.dvl_jumps, self.dvl_largest

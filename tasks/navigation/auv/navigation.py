@@ -4,25 +4,25 @@ import math
 
 import imc
 from runtime import State, param, periodic
-from tasks.navigation.auv.angles import Vector, to_body, to_ned, wrap
 from tasks.navigation.auv.depth_filter import DepthFilter
 from tasks.navigation.auv.horizontal_filter import EAST, NORTH, PSI, PSI_BIAS, R_BIAS, HorizontalFilter, K, R, U, V
 from tasks.navigation.auv.inputs import UNKNOWN_ALTITUDE, Sensors
 from tasks.navigation.auv.position import Position, fix_variance
+from world.attitude import Vector, rotation, to_body, to_ned, wrap
 
 VERTICAL_ACCELERATION = 0.1  # m/s², over a second
-MODEL_VARIANCE = 2.0  # (m/s)² of the speed that follows from rpm, for samples as correlated as those 50 ms apart
+MODEL_VARIANCE = 2.0  # (m/s)² of the speed computed from rpm, for samples as correlated as those 50 ms apart
 STREAM_GAIN = 0.1
-FRESH = 0.5  # s: how old a measured heave may be
-STEEPEST = 0.1  # cosine of pitch; there are no Euler rates beyond
+FRESH = 0.5  # s, largest age of a measured heave
+STEEPEST = 0.1  # least cosine of pitch or roll to divide by, near the singularity of Euler angles
 
 
 class Navigation(Sensors):
     """Publishes EstimatedState from GPS, Doppler log, depth sensor, attitude reference, altimeter and tachometer.
 
-    Latitude, longitude and height are those of a reference at the surface, x, y, z the offsets from it; they begin
-    with the first fix. Under water the position follows from the velocity over ground, else from that through the
-    water, else from the speed of the motor. NavigationUncertainty has variances.
+    Latitude, longitude and height are those of a reference at the surface, x, y, z the offsets from it; they start
+    with the first fix. Under water the position follows from the velocity over ground; without it, from that through
+    the water; without both, from the speed of the motor. NavigationUncertainty has variances.
     """
 
     execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
@@ -30,7 +30,7 @@ class Navigation(Sensors):
     gps_variances: list[float] = param(
         [],
         "m²",
-        "Variance of fixes with an accuracy above 10, 8 and 4 m, and better; if empty, what each fix claims.",
+        "Variances of fixes with an accuracy above 10, 8 and 4 m, and better; if empty, those that the fixes claim.",
         name="GPS Noise Covariance",
         size=(0, 4),
     )
@@ -44,31 +44,37 @@ class Navigation(Sensors):
     process: list[float] = param(
         [1e-3, 1e-3, 1e-1, 1e-2, 1e-7, 5e-11],
         "1",
-        "Variances that 0.05 s add to position, heading, rate, speeds, and biases of rate and heading, in SI units.",
+        "Variances added per 0.05 s to position, heading, rate, speeds, and biases of rate and heading, in SI units.",
         name="Process Noise Covariance",
         size=6,
     )
     initial: list[float] = param(
         [1000.0, 1.0, 1.0, 1e-4, 1.6e-8],
         "1",
-        "Variances at the start of position, heading and rate, speeds, biases, and speed per rpm, in SI units.",
+        "Initial variances of position, heading and rate, speeds, biases, and speed per rpm, in SI units.",
         name="State Covariance Initial State",
         size=5,
     )
     speed_per_rpm: float = param(1.015e-3, "m/s/rpm", "Speed per rpm.", name="Revolutions to speed factor")
     speed_variation: float = param(
-        6e-4, "m/s/rpm", "Largest difference from it.", name="Revolutions to speed variation", minimum=0
+        6e-4, "m/s/rpm", "Largest deviation of the speed per rpm.", name="Revolutions to speed variation", minimum=0
     )
     speed_drift: float = param(
-        1e-12, "(m/s/rpm)²", "Variance that 0.05 s add to it.", name="Revolutions to speed process noise", minimum=0
+        1e-12,
+        "(m/s/rpm)²",
+        "Variance of the speed per rpm added per 0.05 s.",
+        name="Revolutions to speed process noise",
+        minimum=0,
     )
     farthest: float = param(
-        1000.0, "m", "Distance from the reference that moves it.", name="Maximum Distance to Reference", minimum=1
+        1000.0, "m", "Distance at which the reference is moved.", name="Maximum Distance to Reference", minimum=1
     )
     largest_variance: float = param(
         500.0, "m²", "Largest variance of position.", name="Maximum Horizontal Position Variance", minimum=0
     )
-    aborts: bool = param(False, "", "Abort where it is exceeded.", name="Abort if Uncertainty Exceeded")
+    aborts: bool = param(
+        False, "", "Abort if the variance of position exceeds its limit.", name="Abort if Uncertainty Exceeded"
+    )
 
     def start(self) -> None:
         super().start()
@@ -82,7 +88,7 @@ class Navigation(Sensors):
 
     @periodic(1.0)
     def tell(self) -> None:
-        """Say once a second what changes slowly."""
+        """Publish once a second what changes slowly."""
         self.publish(imc.AlignmentState(state=imc.AlignmentState.State.NOT_SUPPORTED))
         if self._stream is not None:
             north, east, down = self._stream
@@ -136,12 +142,12 @@ class Navigation(Sensors):
         state.x[K] = max(low, min(high, state.x[K]))
 
     def _take_velocity(self, state: HorizontalFilter, along: float, across: float) -> None:
-        """The velocity over ground; without it, that of water and stream; without both, of motor and stream."""
+        """Apply the velocity over ground; without it, that of water and stream; without both, of motor and stream."""
         new_ground, new_water = self.ground.take(), self.water.take()
         if new_ground and new_water:
             self._learn_stream()
         velocity: Vector | None = self.ground.value if new_ground else None
-        stream = to_body(self.euler.value, self._stream) if self._stream is not None else (0.0, 0.0, 0.0)
+        stream = to_body(rotation(*self.euler.value), self._stream) if self._stream is not None else (0.0, 0.0, 0.0)
         if velocity is None and new_water and self.now - self.ground.last > self.dvl_timeout:
             (u, v, w), (du, dv, dw) = self.water.value, stream
             velocity = u + du, v + dv, w + dw
@@ -164,14 +170,14 @@ class Navigation(Sensors):
             state.update(stream[1] - state.x[V], MODEL_VARIANCE, (V, 1.0))
 
     def _correct(self, position: Position, fix: imc.GpsFix) -> None:
-        north, east, _ = to_ned(self.euler.value, (0.0, 0.0, -self.gps_arm))
+        north, east, _ = to_ned(rotation(*self.euler.value), (0.0, 0.0, -self.gps_arm))
         deaf = self.now - max(self.ground.last, self.water.last) > self.dvl_timeout
         if not position.correct(fix, fix_variance(fix, self.gps_variances), (north, east), deaf):
-            self.log.warning("fixes contradict the position, which begins anew with theirs")
+            self.log.warning("fixes contradict the position, which is reset to theirs")
 
     def _learn_stream(self) -> None:
         (u, v, w), (a, b, c) = self.ground.value, self.water.value
-        north, east, down = to_ned(self.euler.value, (u - a, v - b, w - c))
+        north, east, down = to_ned(rotation(*self.euler.value), (u - a, v - b, w - c))
         before = self._stream or (north, east, down)
         self._stream = (
             before[0] + STREAM_GAIN * (north - before[0]),
@@ -217,7 +223,7 @@ class Navigation(Sensors):
         x = position.filter.x
         u, v, w = x[U], x[V], self._heave
         psi = wrap(x[PSI])
-        vx, vy, _ = to_ned((phi, theta, psi), (u, v, w))
+        vx, vy, _ = to_ned(rotation(phi, theta, psi), (u, v, w))
         self.publish(
             imc.EstimatedState(
                 lat=position.lat,
@@ -268,7 +274,7 @@ class Navigation(Sensors):
         )
 
     def _judge(self) -> None:
-        """Say how it goes."""
+        """Set the state of the entity."""
         now, position = self.now, self._position
         if now - max(self.euler.last, self._began) > self.euler_timeout:
             self.set_entity_state(State.ERROR, "attitude is missing")
@@ -286,7 +292,7 @@ class Navigation(Sensors):
             self.set_entity_state(ready, self._aids() if self._converged else "waiting for solution to converge")
 
     def _aids(self) -> str:
-        """How it goes on: which of the sensors that it can do without are silent."""
+        """The description of the entity: names the optional sensors that are silent."""
         silent = ["DVL"] if self.now - max(self.ground.last, self.water.last) > self.dvl_timeout else []
         silent += ["altitude"] if self.altitude == UNKNOWN_ALTITUDE else []
         return f"active without {' and '.join(silent)}" if silent else "active"

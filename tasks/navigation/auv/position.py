@@ -1,4 +1,4 @@
-"""A position on earth that a horizontal filter moves and fixes correct."""
+"""A position on Earth, moved by a horizontal filter and corrected by fixes."""
 
 import math
 
@@ -9,11 +9,11 @@ from tasks.navigation.auv.horizontal_filter import EAST, NORTH, PSI, HorizontalF
 ACCURACIES = 10.0, 8.0, 4.0  # m, of the classes of fixes
 SOG_VARIANCE = 0.04  # (m/s)²
 CONTRADICTION = 30.0  # squared Mahalanobis distance of a fix that the filter cannot explain
-CONTRADICTIONS = 3  # of them in a row, and the filter is believed no longer
+CONTRADICTIONS = 3  # contradicting fixes in a row reset the filter
 
 
 def fix_variance(fix: imc.GpsFix, by_class: list[float]) -> float:
-    """Variance (m²) of each horizontal coordinate of a fix: of its class of accuracy, else half of hacc squared.
+    """Variance (m²) of each horizontal coordinate of a fix: by its class of accuracy, else half of hacc squared.
 
     `hacc` is the root mean square of the horizontal error.
     """
@@ -24,9 +24,9 @@ def fix_variance(fix: imc.GpsFix, by_class: list[float]) -> float:
 
 
 class Position:
-    """Offsets from a reference (rad, rad, m) that is at the surface of the water.
+    """Offsets from a reference (rad, rad, m) at the surface of the water.
 
-    The filter's north and east are about the reference, which moves where the vehicle is `farthest` (m) from it.
+    The filter's north and east are relative to the reference, which moves if the vehicle is `farthest` (m) from it.
     """
 
     def __init__(
@@ -40,9 +40,9 @@ class Position:
         self._settle(0.0, 0.0, variance)
 
     def correct(self, fix: imc.GpsFix, variance: float, arm: tuple[float, float], ground_speed: bool) -> bool:
-        """Take a fix of an antenna that is so far north and east (m), and its speed for surge if `ground_speed`.
+        """Apply a fix of an antenna that is `arm` north and east (m), and its speed as surge if `ground_speed`.
 
-        Where several fixes in a row contradict the filter, its position is given up for theirs, and False returned.
+        If several fixes in a row contradict the filter, its position is reset to theirs and False returned.
         """
         north, east, _ = displacement(self.lat, self.lon, self.height, fix.lat, fix.lon, self.height)
         north, east = north - arm[0], east - arm[1]

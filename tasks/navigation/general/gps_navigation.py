@@ -5,11 +5,11 @@ import math
 import imc
 from imc.coordinates import displacement
 from runtime import State, Task, consume, param, periodic
-from tasks.navigation.auv.angles import wrap
 from tasks.navigation.auv.averages import Mean
 from tasks.navigation.auv.gates import FixGate
 from tasks.navigation.auv.position import CONTRADICTION, CONTRADICTIONS, fix_variance
 from tasks.navigation.general.surface_filter import EAST, NORTH, STREAM_EAST, STREAM_NORTH, SurfaceFilter
+from world.attitude import wrap
 
 VALID_VELOCITY = imc.GpsFix.Validity.VALID_SOG | imc.GpsFix.Validity.VALID_COG
 UNKNOWN_ALTITUDE = -1.0
@@ -18,31 +18,35 @@ UNKNOWN_ALTITUDE = -1.0
 class GPSNavigation(Task):
     """Publishes EstimatedState of a boat from GPS and an attitude reference, and the current that follows from both.
 
-    Latitude, longitude and height are those of a reference, x and y the offsets from it; they begin with the first fix.
+    Latitude, longitude and height are those of a reference, x and y the offsets from it; they start with the first fix.
     Depth and z are 0. Without fixes the position follows from the last velocities and the heading, and the entity is in
-    ERROR after `GPS timeout`. NavigationUncertainty has variances. An empty label of an entity means any.
+    ERROR after `GPS timeout`. NavigationUncertainty has variances. An empty entity label accepts any entity.
     """
 
     execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
     gps: str = param("GPS", "", "Entity of fixes.", name="Entity Label - GPS")
     imu: str = param("AHRS", "", "Entity of roll, pitch and rates.", name="Entity Label - IMU")
     yaw: str = param("AHRS", "", "Entity of the heading.", name="Entity Label - Yaw")
-    altimeter: str = param("Altimeter", "", "Entity of the depth of the water.", name="Entity Label - Altitude")
-    altitude_timeout: float = param(5.0, "s", "Altitude is unknown after it.", name="Altitude timeout", minimum=0)
-    euler_timeout: float = param(3.0, "s", "Time without attitude that is an error.", name="Euler timeout", minimum=0)
-    gps_timeout: float = param(10.0, "s", "Time without fix that is an error.", name="GPS timeout", minimum=0)
+    altimeter: str = param("Altimeter", "", "Entity of the distance to the bottom.", name="Entity Label - Altitude")
+    altitude_timeout: float = param(
+        5.0, "s", "Time without distance before altitude is unknown.", name="Altitude timeout", minimum=0
+    )
+    euler_timeout: float = param(3.0, "s", "Time without attitude before an error.", name="Euler timeout", minimum=0)
+    gps_timeout: float = param(10.0, "s", "Time without a fix before an error.", name="GPS timeout", minimum=0)
     gps_factor: float = param(
         1.8,
         "1",
-        "Accuracy of a fix, as a share of the mean, beyond which it is refused.",
+        "Rejects a fix whose accuracy exceeds the mean by this factor.",
         name="GPS Maximum Dynamic HACC factor",
         minimum=1,
     )
     gps_samples: int = param(
         7, "1", "Fixes whose accuracy is averaged.", name="GPS Moving Average Samples", minimum=1, maximum=1000
     )
-    gps_hacc: float = param(20.0, "m", "Largest accuracy of a fix.", name="GPS Maximum HACC", minimum=0)
-    gps_hdop: float = param(4.0, "1", "Largest dilution of one without.", name="GPS Maximum HDOP", minimum=0)
+    gps_hacc: float = param(20.0, "m", "Worst accepted accuracy of a fix.", name="GPS Maximum HACC", minimum=0)
+    gps_hdop: float = param(
+        4.0, "1", "Worst accepted HDOP, if accuracy is unknown.", name="GPS Maximum HDOP", minimum=0
+    )
     speed_variance: float = param(
         0.01, "(m/s)²", "Variance of speed and course of a fix.", name="GPS Speed Noise Covariance", minimum=1e-6
     )
@@ -56,13 +60,13 @@ class GPSNavigation(Task):
     process: list[float] = param(
         [1e-3, 0.05, 1e-4],
         "1",
-        "Variances that a second adds to position, velocity through the water and current, in SI units.",
+        "Variances added per second to position, velocity through the water and current, in SI units.",
         name="Process Noise Covariance",
         size=3,
     )
     sway_decay: float = param(2.0, "s", "Time constant of sway.", minimum=0.1)
     farthest: float = param(
-        1000.0, "m", "Distance from the reference that moves it.", name="Maximum Distance to Reference", minimum=1
+        1000.0, "m", "Distance at which the reference is moved.", name="Maximum Distance to Reference", minimum=1
     )
 
     def configure(self) -> None:
@@ -115,7 +119,7 @@ class GPSNavigation(Task):
 
     @periodic(1.0)
     def tell(self) -> None:
-        """Say the current once a second."""
+        """Publish the current once a second."""
         if self._reference is not None:
             x = self._filter.x
             self.publish(imc.EstimatedStreamVelocity(x=x[STREAM_NORTH], y=x[STREAM_EAST]))
@@ -149,7 +153,7 @@ class GPSNavigation(Task):
         else:
             self._contradictions = 0
             state.settle(north, east, variance)
-            self.log.warning("fixes contradict the position, which begins anew with theirs")
+            self.log.warning("fixes contradict the position, which is reset to theirs")
         if fix.validity & VALID_VELOCITY == VALID_VELOCITY and math.isfinite(fix.sog + fix.cog):
             along, across = fix.sog * math.cos(fix.cog), fix.sog * math.sin(fix.cog)
             state.measure_velocity(along, across, psi, self.speed_variance)
@@ -206,7 +210,7 @@ class GPSNavigation(Task):
         self.publish(imc.NavigationData(cog=math.atan2(vy, vx), cyaw=wrap(psi)))
 
     def _judge(self) -> None:
-        """Say how it goes."""
+        """Set the state of the entity."""
         attitude = min(self._attitude.last, self._heading.last)
         if self.now - max(attitude, self._began) > self.euler_timeout:
             self.set_entity_state(State.ERROR, "attitude is missing")

@@ -10,14 +10,14 @@ Row = list[float]
 class SurfaceFilter:
     """Estimates north, east (m), surge and sway through the water and the current north and east (m/s).
 
-    `x` is the state in the order of the constants of this module, `p` its covariance. Heading is known from elsewhere.
-    Surge is a random walk, sway decays with the time constant `decay` (s), the current is a slow random walk; what
-    turns with the boat is its own velocity, what does not is the current (Fossen 2011, ch. 8.3 and 11.3). Measurements
-    are taken one after the other. Plain lists: results are the same on any machine.
+    `x` is the state in the order of the constants of this module, `p` its covariance. Heading is an input.
+    Surge is a random walk, sway decays with the time constant `decay` (s), the current is a slow random walk. Velocity
+    that turns with the boat is its own, the rest is the current (Fossen 2011, ch. 8.3 and 11.3). Measurements are
+    applied one after the other. Plain lists give the same results on any machine.
     """
 
     def __init__(self, position: float, speed: float, stream: float, process: Sequence[float], decay: float):
-        """`position`, `speed`, `stream` are the variances at the start; `process` those that a second adds to each."""
+        """`position`, `speed`, `stream` are the variances at the start; `process` those added per second."""
         self.x: Row = [0.0] * 6
         initial = position, position, speed, speed, stream, stream
         self.p: list[Row] = [[variance if i == j else 0.0 for j in range(6)] for i, variance in enumerate(initial)]
@@ -26,7 +26,7 @@ class SurfaceFilter:
         self._decay = decay
 
     def predict(self, dt: float, psi: float) -> None:
-        """Move on by `dt` s at a heading (rad)."""
+        """Advance by `dt` s at a heading (rad)."""
         nu, eu = dt * math.cos(psi), dt * math.sin(psi)
         nv, ev = -eu, nu
         keep = math.exp(-dt / self._decay)
@@ -49,12 +49,12 @@ class SurfaceFilter:
         self.p = rows
 
     def measure_position(self, north: float, east: float, variance: float) -> None:
-        """Take a position (m) with the variance of each coordinate."""
+        """Correct with a position (m) and the variance of each coordinate."""
         self._update(north - self.x[NORTH], variance, (NORTH, 1.0))
         self._update(east - self.x[EAST], variance, (EAST, 1.0))
 
     def measure_velocity(self, north: float, east: float, psi: float, variance: float) -> None:
-        """Take a velocity over ground (m/s), at a heading (rad), with the variance of each coordinate."""
+        """Correct with a velocity over ground (m/s), at a heading (rad), and the variance of each coordinate."""
         c, s = math.cos(psi), math.sin(psi)
         x = self.x
         self._update(north - (c * x[U] - s * x[V] + x[STREAM_NORTH]), variance, (U, c), (V, -s), (STREAM_NORTH, 1.0))
@@ -68,7 +68,7 @@ class SurfaceFilter:
         return (c * dn * dn - 2.0 * b * dn * de + a * de * de) / (a * c - b * b)
 
     def settle(self, north: float, east: float, variance: float) -> None:
-        """Begin the position anew."""
+        """Reset the position (m) and its variance (m²)."""
         self.x[NORTH], self.x[EAST] = north, east
         for index in (NORTH, EAST):
             for row in self.p:
@@ -83,7 +83,7 @@ class SurfaceFilter:
         return u + c * north + s * east, v + c * east - s * north
 
     def ground_variance(self, psi: float) -> tuple[float, float]:
-        """The variances of both ((m/s)²)."""
+        """Variances of surge and sway over ground ((m/s)²) at a heading (rad)."""
         c, s = math.cos(psi), math.sin(psi)
         ahead, aside = ((U, 1.0), (STREAM_NORTH, c), (STREAM_EAST, s)), ((V, 1.0), (STREAM_NORTH, -s), (STREAM_EAST, c))
         first, second = (sum(f * g * self.p[i][j] for i, f in parts for j, g in parts) for parts in (ahead, aside))

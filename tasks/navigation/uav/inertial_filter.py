@@ -1,12 +1,12 @@
-"""A Kalman filter of position, velocity and accelerometer bias along axes that are measured alike."""
+"""A Kalman filter of position, velocity and accelerometer bias along axes that are measured equally well."""
 
 from collections.abc import Sequence
 
 
 class InertialFilter:
-    """Accelerations drive it, positions correct it; each axis has p' = v, v' = a - b + noise, b' = noise.
+    """Driven by accelerations, corrected by positions; each axis has p' = v, v' = a - b + noise, b' = noise.
 
-    The axes share one covariance, since their measurements come together and are equally good. `noise` is the density
+    The axes share one covariance, since they are measured together and equally well. `noise` is the density
     of the acceleration's noise (m/s²/√Hz), `walk` that of the bias (m/s³/√Hz), `variances` are those of position,
     velocity and bias at the start. Brown & Hwang, Introduction to Random Signals and Applied Kalman Filtering, ch. 5.
     """
@@ -22,11 +22,11 @@ class InertialFilter:
 
     @property
     def variances(self) -> tuple[float, float, float]:
-        """Of position (m²), velocity (m²/s²) and bias (m²/s⁴) of each axis."""
+        """Variances of position (m²), velocity (m²/s²) and bias (m²/s⁴) of each axis."""
         return self._p[0], self._p[3], self._p[5]
 
     def predict(self, dt: float, accelerations: Sequence[float]) -> None:
-        """Move on by `dt` (s) with the mean accelerations (m/s²) of that time."""
+        """Advance by `dt` (s) with the mean accelerations (m/s²) of that time."""
         for axis, measured in enumerate(accelerations):
             a = measured - self.bias[axis]
             self.position[axis] += dt * (self.velocity[axis] + 0.5 * dt * a)
@@ -47,12 +47,12 @@ class InertialFilter:
         ]
 
     def surprise(self, positions: Sequence[float], variance: float) -> float:
-        """The squared Mahalanobis distance of measured positions of a variance (m²) of each axis."""
+        """The squared Mahalanobis distance of measured positions with a variance (m²) of each axis."""
         total = sum((measured - known) ** 2 for measured, known in zip(positions, self.position, strict=True))
         return total / (self._p[0] + variance)
 
     def correct(self, positions: Sequence[float], variance: float) -> None:
-        """Take measured positions (m), of a variance (m²) of each axis."""
+        """Correct with measured positions (m) and the variance (m²) of each axis."""
         pp, pv, pb, vv, vb, bb = self._p
         s = 1.0 / (pp + variance)
         kp, kv, kb = pp * s, pv * s, pb * s
@@ -64,6 +64,6 @@ class InertialFilter:
         self._p = [pp - kp * pp, pv - kp * pv, pb - kp * pb, vv - kv * pv, vb - kv * pb, bb - kb * pb]
 
     def settle(self, positions: Sequence[float], variance: float) -> None:
-        """Begin anew at positions (m) of a variance (m²), with velocities and biases as uncertain as at the start."""
+        """Reset to positions (m) of a variance (m²), with velocities and biases as uncertain as at the start."""
         self.position = list(positions)
         self._p = [variance, 0.0, 0.0, self._initial[1], 0.0, self._initial[2]]

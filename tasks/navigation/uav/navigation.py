@@ -5,48 +5,49 @@ import math
 import imc
 from imc.coordinates import displacement
 from runtime import State, Task, consume, param, periodic
-from tasks.navigation.auv.angles import Vector, to_body, to_ned, wrap
 from tasks.navigation.auv.averages import Mean
 from tasks.navigation.uav.inertial_filter import InertialFilter
+from world.attitude import Vector, rotation, to_body, to_ned, wrap
 
 GRAVITY = 9.80665
 NO_DEPTH = -1.0
 CONTRADICTION = 30.0  # squared Mahalanobis distance of a fix that the filter cannot explain
-CONTRADICTIONS = 5  # of them in a row, and the filter is believed no longer
+CONTRADICTIONS = 5  # contradicting fixes in a row reset the filter
 ATTITUDE_VARIANCE, RATE_VARIANCE = 1e-6, 1e-5  # rad², (rad/s)²
-INITIAL_VELOCITY, INITIAL_BIAS = 0.01, 0.01  # variances of one that stands, (m/s)², (m/s²)²
+INITIAL_VELOCITY, INITIAL_BIAS = 0.01, 0.01  # variances at rest, (m/s)², (m/s²)²
 
 
 def height_of(pressure: float) -> float:
-    """Height (m) in the standard atmosphere above that of 1013.25 hPa, of a pressure (hPa); ISO 2533:1975."""
+    """Height (m) of a pressure (hPa) above that of 1013.25 hPa in the standard atmosphere; ISO 2533:1975."""
     return 288.15 / 0.0065 * (1.0 - (pressure / 1013.25) ** (1.0 / 5.25588))
 
 
 class Navigation(Task):
-    """Publishes EstimatedState and NavigationUncertainty.
+    """Publishes EstimatedState and NavigationUncertainty of an aerial vehicle.
 
-    Attitude is that of the reference system; positions and velocities are those of Kalman filters that accelerations
-    drive, fixes correct horizontally, and the barometer vertically. It begins while the vehicle stands: the reference
-    is the mean of the last fixes until then. `alt` is the height above it, as there is no altimeter. There is no depth.
+    Attitude is that of the attitude reference. Positions and velocities are those of Kalman filters, driven by
+    accelerations and corrected horizontally by fixes and vertically by the barometer. It starts while the vehicle
+    stands still: the reference is the mean of the last fixes until then. `alt` is the height above the reference, since
+    there is no altimeter; `depth` is -1.
     """
 
     execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
     ahrs: str = param("AHRS", "", "Entity of attitude, rates and acceleration.", name="Entity Label - AHRS")
     barometer: str = param("Barometer", "", "Entity of pressure.", name="Entity Label - Barometer")
-    initial_fixes: int = param(10, "1", "Fixes whose mean is the reference.", minimum=1, maximum=1000)
-    largest_hacc: float = param(10.0, "m", "Largest accuracy of a fix.", name="GPS Maximum HACC", minimum=0)
+    initial_fixes: int = param(10, "1", "Number of fixes whose mean is the reference.", minimum=1, maximum=1000)
+    largest_hacc: float = param(10.0, "m", "Worst accepted accuracy of a fix.", name="GPS Maximum HACC", minimum=0)
     pressure_noise: float = param(0.15, "m", "Standard deviation of barometric heights.", minimum=1e-3)
     pressure_drift: float = param(
-        0.3, "m", "Standard deviation of their slow error, which nothing corrects.", minimum=0
+        0.3, "m", "Standard deviation of the uncorrected slow error of barometric heights.", minimum=0
     )
     acceleration_noise: float = param(0.06, "m/s²/√Hz", "Noise of accelerations.", minimum=1e-6)
-    bias_walk: float = param(0.002, "m/s³/√Hz", "Walk of their bias.", minimum=0)
-    gps_timeout: float = param(5.0, "s", "Time without a fix that is an error.", name="GPS timeout", minimum=0.1)
+    bias_walk: float = param(0.002, "m/s³/√Hz", "Random walk of the bias of accelerations.", minimum=0)
+    gps_timeout: float = param(5.0, "s", "Time without a fix before an error.", name="GPS timeout", minimum=0.1)
     euler_timeout: float = param(
-        1.0, "s", "Time without attitude that ends the estimate.", name="Euler timeout", minimum=0.05
+        1.0, "s", "Time without attitude after which estimates stop.", name="Euler timeout", minimum=0.05
     )
     pressure_timeout: float = param(
-        2.0, "s", "Time without pressure that is an error.", name="Pressure timeout", minimum=0.1
+        2.0, "s", "Time without pressure before an error.", name="Pressure timeout", minimum=0.1
     )
 
     def start(self) -> None:
@@ -74,10 +75,10 @@ class Navigation(Task):
 
     @consume
     def accelerate(self, force: imc.Acceleration) -> None:
-        """Take a specific force."""
+        """Average accelerations, from specific forces."""
         finite = math.isfinite(force.x + force.y + force.z)
         if finite and self._angles is not None and self._is_from(force, self.ahrs):
-            north, east, down = to_ned(self._angles, (force.x, force.y, force.z))
+            north, east, down = to_ned(rotation(*self._angles), (force.x, force.y, force.z))
             self._acceleration.add(self.now, north, east, down + GRAVITY)
 
     @consume
@@ -153,13 +154,13 @@ class Navigation(Task):
         if self._contradictions >= CONTRADICTIONS:
             self._contradictions = 0
             horizontal.settle((north, east), variance)
-            self.log.warning("fixes contradict the position, which begins anew with theirs")
+            self.log.warning("fixes contradict the position, which is reset to theirs")
 
     def _publish(self, reference: imc.GpsFix, angles: Vector) -> None:
         phi, theta, psi = angles
         (north, east), (vn, ve) = self._over_ground.position, self._over_ground.velocity
         down, vd = self._down.position[0], self._down.velocity[0]
-        u, v, w = to_body(angles, (vn, ve, vd))
+        u, v, w = to_body(rotation(*angles), (vn, ve, vd))
         p, q, r = self._rates
         self.publish(
             imc.EstimatedState(
@@ -205,7 +206,7 @@ class Navigation(Task):
         )
 
     def _judge(self) -> None:
-        """Say how it goes."""
+        """Set the state of the entity."""
         now = self.now
         if self._reference is None:
             missing = "GPS fix" if len(self._first) < self.initial_fixes else "attitude and pressure"
@@ -224,7 +225,7 @@ class Navigation(Task):
 
 
 def _beside(first: float, lon: float) -> float:
-    """A longitude (rad) without the step at ±π between it and a `first` one."""
+    """The longitude (rad), shifted by a multiple of 2π to within π of `first`."""
     return lon - math.tau * round((lon - first) / math.tau)
 
 

@@ -1,1 +1,1 @@
-"""MAVLink as a vehicle speaks it, without I/O: framing, conversion from IMC, commands and parameters."""
+"""The vehicle's side of MAVLink: links to ground stations, sessions, commands and parameters."""

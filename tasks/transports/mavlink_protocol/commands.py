@@ -1,4 +1,4 @@
-"""MAV_CMD: what ground stations may order, and the answer to all the rest."""
+"""MAV_CMD: the commands that ground stations may send, and the answer to all others."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -22,13 +22,13 @@ class Result(IntEnum):
 
 
 class Order(NamedTuple):
-    """A command and its seven parameters; NaN is not given."""
+    """A command and its seven parameters; NaN: not given."""
 
     command: int
     params: tuple[float, ...]
 
     def number(self, index: int) -> int | None:
-        """A parameter, counted from 1, as an integer; None where it is none."""
+        """A parameter, counted from 1, as an integer; None if it is not one."""
         value = self.params[index - 1]
         return int(value) if math.isfinite(value) and value == int(value) else None
 
@@ -38,7 +38,7 @@ DONE: Reply = (Result.ACCEPTED, "")
 
 
 def obey(session: Session, message: Received, now: float) -> None:
-    """Carry out COMMAND_LONG or COMMAND_INT, acknowledge it, and say why where it is refused."""
+    """Carry out COMMAND_LONG or COMMAND_INT, acknowledge it, and send the reason if it is refused."""
     values = message.values
     names = ("x", "y", "z") if message.name == "COMMAND_INT" else ("param5", "param6", "param7")
     params = [float(values[name]) for name in ("param1", "param2", "param3", "param4", *names)]
@@ -52,7 +52,7 @@ def obey(session: Session, message: Received, now: float) -> None:
 
 
 def set_mode(session: Session, mode: Mode) -> Reply:
-    """Follow a wish for a mode: to hold is always possible, to stay as one is too."""
+    """Set a mode if possible: HOLD always is, and so is the present mode."""
     autopilot = session.autopilot
     if mode is Mode.HOLD:
         if moving(autopilot.figures.vehicle) and autopilot.mode is not Mode.HOLD:
@@ -94,7 +94,7 @@ def _arm(session: Session, order: Order, now: float) -> Reply:
 def _do_set_mode(session: Session, order: Order, now: float) -> Reply:
     base, main, sub = order.number(1), order.number(2), order.number(3) or 0
     if base is None or not base & CUSTOM_MODE or main is None or main < 0 or not 0 <= sub < 256:
-        return Result.DENIED, "Mode denied: only custom modes are known"
+        return Result.DENIED, "Mode denied: only custom modes are supported"
     return set_mode(session, session.flavour.commanded_mode(session.autopilot.kind, main, sub))
 
 
@@ -117,7 +117,7 @@ def _request(name: str) -> Callable[[Session, Order, float], Reply]:
 
 
 def _send(session: Session, name: str, now: float) -> Reply:
-    return DONE if session.send_now(name, now) else (Result.TEMPORARILY_REJECTED, f"{name} is not known yet")
+    return DONE if session.send_now(name, now) else (Result.TEMPORARILY_REJECTED, f"{name} is not available yet")
 
 
 def _set_message_interval(session: Session, order: Order, now: float) -> Reply:
@@ -125,7 +125,7 @@ def _set_message_interval(session: Session, order: Order, now: float) -> Reply:
     if not name:
         return Result.DENIED, f"Message {order.params[0]:g} is not offered"
     if not math.isfinite(interval) or (interval < 0.0 and interval != -1.0):
-        return Result.DENIED, f"{interval:g} is no interval"
+        return Result.DENIED, f"{interval:g} is not a valid interval"
     if name == "HEARTBEAT":
         kept = interval in (0.0, HEARTBEAT_PERIOD * 1e6)
         return DONE if kept else (Result.DENIED, "HEARTBEAT stays at 1 Hz")

@@ -1,4 +1,4 @@
-"""UDP links to ground stations: where they listen, or where they are listened to."""
+"""UDP links to ground stations, which the vehicle calls or waits for."""
 
 import ipaddress
 import socket
@@ -17,7 +17,7 @@ SCHEMES = ("udpout", "udpin")
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """One link as the profile writes it: `listens` waits for ground stations, else the vehicle calls one."""
+    """One link in a profile: if `listens`, the vehicle waits for ground stations, else it calls one."""
 
     text: str
     listens: bool
@@ -26,12 +26,12 @@ class Route:
 
 
 def parse_route(text: str) -> Route:
-    """The link that "udpout:127.0.0.1:14550:ardupilot" means. Raises ValueError with the reason."""
+    """Parses a link such as "udpout:127.0.0.1:14550:ardupilot". Raises ValueError with the reason."""
     parts = text.strip().split(":")
     if len(parts) == 4 and parts[0] not in SCHEMES:
         raise ValueError(f"{text!r}: {parts[0]!r} is not a scheme; {suggestion(parts[0], SCHEMES)}")
     if len(parts) != 4:
-        raise ValueError(f"{text!r} is not udpout:ADDRESS:PORT:FLAVOUR or udpin:ADDRESS:PORT:FLAVOUR")
+        raise ValueError(f"{text!r} is not udpout:ADDRESS:PORT:FLAVOR or udpin:ADDRESS:PORT:FLAVOR")
     scheme, host, port, flavour = parts
     host = "127.0.0.1" if host == "localhost" else host
     try:
@@ -41,15 +41,15 @@ def parse_route(text: str) -> Route:
     if not (port.isascii() and port.isdecimal() and 0 < int(port) < 65536):
         raise ValueError(f"{text!r}: {port!r} is not a port (1 to 65535)")
     if flavour not in FLAVOURS:
-        raise ValueError(f"{text!r}: {flavour!r} is not a flavour; {suggestion(flavour, FLAVOURS)}")
+        raise ValueError(f"{text!r}: {flavour!r} is not a flavor; {suggestion(flavour, FLAVOURS)}")
     return Route(text.strip(), scheme == "udpin", (host, int(port)), FLAVOURS[flavour])
 
 
 class Link:
     """An open link and the sessions on it; `meet(flavour, transmit)` makes a new one.
 
-    A link that listens has at most `peers` sessions. Trouble is counted in `counts`: strangers that found no place, and
-    frames that could not be sent. Raises OSError where the address cannot be used.
+    A link that listens has at most `peers` sessions. Frames that cannot be sent are counted in `counts`. Raises OSError
+    if the address cannot be used.
     """
 
     def __init__(
@@ -78,25 +78,25 @@ class Link:
             raise
 
     def datagrams(self) -> Iterator[tuple[Address, bytes]]:
-        """What has arrived, not all of it if it is much, and from where."""
+        """The datagrams that have arrived, AT_ONCE at most, and their sources."""
         for _ in range(AT_ONCE):
             try:
                 data, source = self.socket.recvfrom(LONGEST_DATAGRAM)
             except BlockingIOError:
                 return
             except OSError:
-                continue  # nobody listens where a frame was sent
+                continue  # an earlier frame was refused: nobody listens there
             yield source, data
 
     def session(self, peer: Address) -> Session | None:
-        """The session with a peer, a new one if need be; None where there is no place for it."""
+        """The session with a peer, a new one if needed; None if the link is full."""
         found = self.sessions.get(peer)
         if found is None and (not self.route.listens or len(self.sessions) < self._peers):
             found = self.sessions[peer] = self._meet(self.route.flavour, lambda frame: self._send(frame, peer))
         return found
 
     def forget_silent(self, since: float) -> None:
-        """Give up the peers that have said nothing since a time; one that the vehicle calls stays called."""
+        """Forget peers that have been silent since a time (s since 1970); the peer of a udpout link is kept."""
         for peer, session in list(self.sessions.items()):
             if session.heard_at < since:
                 session.lose()

@@ -23,7 +23,7 @@ LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
 
 
 class Refusal(ValueError):
-    """A value that a parameter cannot have: `code` is MAVLink's MAV_PARAM_ERROR."""
+    """A value that a parameter cannot have; `code` is the MAV_PARAM_ERROR."""
 
     def __init__(self, code: int, reason: str):
         super().__init__(reason)
@@ -32,7 +32,7 @@ class Refusal(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class ParameterEntry:
-    """One parameter of one task: its MAVLink name and place, and its type there."""
+    """One parameter of one task: its MAVLink name, index and type."""
 
     id: str
     index: int
@@ -42,7 +42,7 @@ class ParameterEntry:
 
     @property
     def value(self) -> int | float:
-        """The present value; that of a choice among texts is its place among them."""
+        """The present value; for a choice among texts, its index."""
         value = self.task.parameter_set.value(self.parameter)
         if self.parameter.type is str:
             return self.parameter.choices.index(value)
@@ -55,7 +55,7 @@ class ParameterEntry:
         return np.float32(self.value).astype("<f4").tobytes()
 
     def text(self, raw: bytes, kind: int, flavour: Flavour) -> str:
-        """What the ini file would say for the four bytes of PARAM_SET.param_value of type `kind`. Raises Refusal."""
+        """The four bytes of PARAM_SET.param_value, of type `kind`, as written in a profile. Raises Refusal."""
         if flavour.bytewise and kind != self.type:
             raise Refusal(TYPE_MISMATCH, f"type {kind} instead of {self.type}")
         if flavour.bytewise and self.type == INT32:
@@ -63,7 +63,7 @@ class ParameterEntry:
         else:
             value = struct.unpack("<f", raw)[0]
             if not math.isfinite(value):
-                raise Refusal(OUT_OF_RANGE, f"{value} is no value")
+                raise Refusal(OUT_OF_RANGE, f"{value} is not a finite number")
         return self._checked(value)
 
     def _checked(self, value: float) -> str:
@@ -77,7 +77,7 @@ class ParameterEntry:
         else:
             offered = (False, True) if parameter.type is bool else parameter.choices
             if not 0 <= value < len(offered):
-                raise Refusal(OUT_OF_RANGE, f"{value:g} is not within 0 and {len(offered) - 1}")
+                raise Refusal(OUT_OF_RANGE, f"{value:g} is not within 0 to {len(offered) - 1}")
             wanted = offered[int(value)]
         try:
             return parameter.format(parameter.check(wanted))
@@ -86,9 +86,9 @@ class ParameterEntry:
 
 
 class ParameterTable:
-    """What ground stations may see and set, in an order and under names that stay for as long as the vehicle runs.
+    """The parameters that ground stations may see and set; order and names stay the same while the vehicle runs.
 
-    These are the editable numbers, booleans and choices of all tasks; texts and lists have no place in MAVLink.
+    These are the editable numbers, booleans and choices of all tasks; MAVLink has no parameters for texts and lists.
     """
 
     def __init__(self, tasks: Iterable[Task]):
@@ -116,7 +116,7 @@ class ParameterTable:
         return self._entries[index] if 0 <= index < len(self._entries) else None
 
     def named(self, name: bytes) -> ParameterEntry | None:
-        """The entry of a MAVLink name."""
+        """The entry with a MAVLink name."""
         return self._by_id.get(name.decode("ascii", errors="replace"))
 
     def of(self, label: str, parameter: str) -> ParameterEntry | None:
@@ -127,8 +127,8 @@ class ParameterTable:
 def identifiers(names: Iterable[tuple[str, str]]) -> dict[tuple[str, str], str]:
     """MAVLink names for pairs of entity label and parameter, sorted.
 
-    What fits is kept ("IMU", "Gyro Noise": IMU_GYRO_NOISE), the rest is abbreviated and ends in two characters of a
-    checksum, so that a name does not depend on which other tasks the vehicle has.
+    A name that fits is kept ("IMU", "Gyro Noise": IMU_GYRO_NOISE); others are abbreviated and end in two characters of
+    a checksum, so that a name does not depend on the other tasks of the vehicle.
     """
     chosen: dict[tuple[str, str], str] = {}
     taken: set[str] = set()
@@ -160,7 +160,7 @@ def _words(text: str) -> list[str]:
 
 
 def _abbreviate(words: list[str], letters: int) -> str:
-    """The words without blanks in at most so many letters; the longest is cut first."""
+    """The words, joined, in at most `letters` letters; the longest is cut first."""
     words = [word for word in words if word not in SMALL_WORDS][:letters]
     while sum(map(len, words)) > letters:
         longest = max(range(len(words)), key=lambda i: (len(words[i]), i))

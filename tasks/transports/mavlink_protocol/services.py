@@ -1,4 +1,4 @@
-"""What the vehicle does with each message of a ground station."""
+"""Handles the messages of ground stations."""
 
 import struct
 from collections.abc import Callable, Mapping
@@ -14,7 +14,7 @@ FTP_ACK, FTP_NAK = 128, 129
 FTP_ENDING, FTP_ASKING = (1, 2), (3, 4, 14, 15)  # terminate, reset; list, open, checksum, burst read
 FTP_UNKNOWN_COMMAND, FTP_NOT_FOUND = 7, 10
 
-# messages by group of the older REQUEST_DATA_STREAM; 0 is all of them
+# messages by group of the older REQUEST_DATA_STREAM; group 0 is all of them
 STREAMS: Mapping[int, tuple[str, ...]] = {
     2: ("SYS_STATUS", "SYSTEM_TIME"),
     6: ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"),
@@ -25,7 +25,7 @@ STREAMS: Mapping[int, tuple[str, ...]] = {
 
 
 def serve(session: Session, message: Received, now: float) -> None:
-    """Answer a message that is addressed to the vehicle; what needs no answer gets none."""
+    """Answer a message that is addressed to the vehicle; ignore it if it needs no answer."""
     service = SERVICES.get(message.name)
     if service is not None:
         service(session, message, now)
@@ -102,7 +102,7 @@ def _mission_upload(session: Session, message: Received, now: float) -> None:
     empty = message.name == "MISSION_COUNT" and message.values["count"] == 0
     _acknowledge(session, message, MISSION_ACCEPTED if empty else MISSION_UNSUPPORTED)
     if not empty:
-        session.say(text.WARNING, "Missions are not taken over MAVLink", now)
+        session.say(text.WARNING, "Missions over MAVLink are not supported", now)
 
 
 def _mission_clear(session: Session, message: Received, now: float) -> None:
@@ -114,7 +114,7 @@ def _acknowledge(session: Session, message: Received, kind: int) -> None:
 
 
 def _file_transfer(session: Session, message: Received, now: float) -> None:
-    """There are no files here; saying so at once saves a client its time-out."""
+    """Refuse all files: an immediate answer saves clients their timeout."""
     sequence, number, opcode, _, _, _, offset = FTP_LAYOUT.unpack_from(bytes(message.values["payload"]))
     if opcode in (FTP_ACK, FTP_NAK):
         return

@@ -14,13 +14,13 @@ LIST_BURST = 5
 TEXTS_PER_SECOND, TEXT_BURST = 5.0, 15.0
 DATAGRAMS_PER_SECOND, DATAGRAM_BURST = 500.0, 500.0
 QUICKEST = 0.005
-SOON = 0.001  # what is due so soon goes out now: seconds since 1970 are only good to a microsecond
+SOON = 0.001  # s; what is due within this time is sent now: s since 1970 are only exact to a microsecond
 
 
 class Session:
-    """What the vehicle and one peer say to each other; `transmit` sends a frame to that peer.
+    """The conversation with one peer; `transmit` sends a frame to it.
 
-    A peer is in contact from its first message on until it has been silent for long; texts wait for that.
+    A peer is in contact from its first message until it has been silent too long; only then are texts sent to it.
     """
 
     def __init__(self, autopilot: MavlinkSystem, flavour: Flavour, transmit: Callable[[bytes], object], now: float):
@@ -41,7 +41,7 @@ class Session:
         self._last_text = (now, "")
 
     def hear(self, message: Received, now: float) -> None:
-        """Note who is there; a station that comes, or comes back, gets the last notices."""
+        """Note the sender; a station that is new, or was silent, gets the latest notices."""
         self.heard_at = now
         self.peer = (message.system, message.component)
         if not self.contact:
@@ -50,7 +50,7 @@ class Session:
                 self._say(severity, words)
 
     def lose(self) -> None:
-        """The peer is silent; whoever comes next finds the default rates."""
+        """End the contact with a silent peer; the next one starts with the default rates."""
         self.contact = False
         self._periods.clear()
         self._due.clear()
@@ -66,7 +66,7 @@ class Session:
         self.send(name, {"target_system": system, "target_component": component, **fields})
 
     def send_now(self, name: str, now: float) -> bool:
-        """Send an offered message once; False while the vehicle does not know what it would say."""
+        """Send an offered message once; False while the vehicle does not know its values."""
         fields = self.autopilot.build(name, self.flavour, now)
         if fields is not None:
             self.send(name, fields)
@@ -81,37 +81,37 @@ class Session:
                 "param_count": len(self.autopilot.parameters),
             }
         )
-        # as bytes: an integer's pattern may be a signalling NaN, which does not survive as a float
+        # As bytes: those of an integer may be a signaling NaN, which packing as a float would change.
         self._send_payload("PARAM_VALUE", entry.encoded(self.flavour) + payload[4:])
 
     def list_parameters(self, now: float) -> None:
-        """Begin to send all parameters, a few at a time."""
+        """Start sending all parameters, a few at a time."""
         self._listing = list(reversed(list(self.autopilot.parameters)))
         self._listing_due = now
 
     def say(self, severity: int, words: str, now: float) -> None:
-        """Send a text, unless it is the same again or there have been too many."""
+        """Send a text, unless it repeats the last one or there have been too many."""
         again = words == self._last_text[1] and now - self._last_text[0] < 1.0
         if self.contact and not again and self._texts.take(now):
             self._last_text = (now, words)
             self._say(severity, words)
 
     def period(self, name: str) -> float:
-        """Seconds between two messages of a name; 0 where it is not streamed."""
+        """Seconds between two messages with a name; 0 if it is not streamed."""
         if name == "HEARTBEAT":
             return HEARTBEAT_PERIOD
         rate = self.autopilot.rates().get(name, 0.0)
         return self._periods.get(name, 1.0 / rate if rate > 0.0 else 0.0)
 
     def set_period(self, name: str, period: float | None) -> None:
-        """Stream a message every so many seconds; 0 stops it, None is the default again."""
+        """Stream a message every `period` s; 0 stops it, None restores the default."""
         if period is None:
             self._periods.pop(name, None)
         else:
             self._periods[name] = max(period, QUICKEST) if period > 0.0 else 0.0
 
     def pump(self, now: float) -> float:
-        """Send what is due, and say when the next is."""
+        """Send what is due, and return when the next message is due (s since 1970)."""
         for name in ("HEARTBEAT", *dict.fromkeys((*self.autopilot.rates(), *self._periods))):
             period = self.period(name)
             due = self._due.get(name, now)
@@ -141,7 +141,7 @@ class Session:
 
 
 def addressed(message: Received, system: int) -> bool:
-    """Whether a message is for this vehicle: to it, to all, or to nobody in particular, and not its own."""
+    """Whether a message is for this vehicle: sent to it, to all, or without a target, and not by itself."""
     values = message.values
     to_us = values.get("target_system", 0) in (0, system) and values.get("target_component", 0) in (0, COMPONENT)
     return to_us and (message.system, message.component) != (system, COMPONENT)

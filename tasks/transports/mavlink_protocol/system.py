@@ -1,4 +1,4 @@
-"""The vehicle as ground stations see it: who it is, what it does, its latest figures."""
+"""The vehicle as ground stations see it: its identity, its mode, its latest values."""
 
 import hashlib
 import math
@@ -30,14 +30,14 @@ COMPONENT = 1
 STALE = 3.0
 REMEMBERED = 10
 BATTERY = "Batter"
-LANDS = "LAND"  # AutopilotMode of one that lands by itself
+LANDS = "LAND"  # AutopilotMode of an aircraft that lands by itself
 OpMode = imc.VehicleState.OpMode
 WORKING = (OpMode.SERVICE, OpMode.MANEUVER, OpMode.EXTERNAL)
 
 
 @dataclass(slots=True)
 class Figures:
-    """The latest of what the bus said; NaN is unknown."""
+    """The latest values on the bus; NaN: unknown."""
 
     state: imc.EstimatedState | None = None
     state_at: float = 0.0
@@ -55,11 +55,11 @@ class Figures:
 
 
 class MavlinkSystem:
-    """What all ground stations share.
+    """The state that all ground stations share.
 
-    `set_parameter(entry, text)` and `stop_plan()` ask the vehicle for it; `entities` gives those whose state counts for
-    arming; `boot` is when the vehicle started, in s since 1970. `undulation` is the geoid above the ellipsoid, in m.
-    `rates()` are those of the messages that go out unasked, in Hz.
+    `set_parameter(entry, text)` and `stop_plan()` send requests to the vehicle; `entities` gives the entities whose
+    state counts for arming; `boot` is when the vehicle started, in s since 1970. `undulation` is the height of the
+    geoid above the ellipsoid, in m. `rates()` are the rates of the messages streamed by default, in Hz.
     """
 
     def __init__(
@@ -111,7 +111,7 @@ class MavlinkSystem:
         }
 
     def offers(self, name: str) -> bool:
-        """Whether a message of this name can be asked for."""
+        """Whether a message with this name can be requested."""
         return name in self._builders
 
     def build(self, name: str, flavour: Flavour, now: float) -> Fields | None:
@@ -119,14 +119,14 @@ class MavlinkSystem:
         return self._builders[name](flavour, now)
 
     def hear_state(self, state: imc.EstimatedState, now: float) -> None:
-        """Take a new estimate; the first that makes sense gives home."""
+        """Take a new estimate; the first valid one gives home."""
         self.figures.state = state
         self.figures.state_at = now
         if self.home is None:
             self.home = from_imc.home_of(state, afloat=self.kind.afloat, undulation=self._undulation)
 
     def hear_mode(self, state: imc.VehicleState | imc.PlanControlState) -> None:
-        """Take what the supervisors say that the vehicle does; a new activity ends the wish to hold."""
+        """Take what the supervisors publish about the vehicle's activity; a new activity ends a requested hold."""
         if isinstance(state, imc.PlanControlState):
             self.figures.plan = state
         else:
@@ -134,7 +134,7 @@ class MavlinkSystem:
             self.held = self.held and not moving(state)
 
     def hear_figure(self, message: imc.Message, label: str) -> None:
-        """Take a measurement of an entity; where several measure electricity, the batteries count."""
+        """Take a measurement of an entity; if several measure voltage or current, the batteries count."""
         figures = self.figures
         match message:
             case imc.Voltage(value=value) if self._powers(label):
@@ -164,12 +164,12 @@ class MavlinkSystem:
 
     @property
     def shown(self) -> tuple[Mode, bool]:
-        """What ground stations want to know at once."""
+        """What ground stations must learn immediately."""
         return self.mode, self.armed_or_moving
 
     @property
     def mode(self) -> Mode:
-        """What the vehicle does; holding is what a ground station asked for while nothing else goes on."""
+        """What the vehicle does; HOLD also if a ground station asked for it and nothing else goes on."""
         if self.aloft and self.figures.autopilot == LANDS:
             return Mode.LAND
         mode = mode_of(self.figures.vehicle, self.figures.plan, aloft=self.aloft)
@@ -177,17 +177,17 @@ class MavlinkSystem:
 
     @property
     def armed_or_moving(self) -> bool:
-        """Armed from here, or moving because others asked for it, or with motors that run."""
+        """Whether it is armed over MAVLink, moving for any other reason, or has running motors."""
         return self.armed or moving(self.figures.vehicle) or bool(self.figures.motors)
 
     @property
     def aloft(self) -> bool:
-        """Whether it is one that flies, and flies: its motors run."""
+        """Whether it is an aircraft in the air, that is, with running motors."""
         return not self.kind.afloat and bool(self.figures.motors)
 
     @property
     def obstacle(self) -> str:
-        """Why the vehicle is not ready to be armed; empty where it is."""
+        """Why the vehicle cannot be armed; empty if it can."""
         vehicle = self.figures.vehicle
         if vehicle is not None and vehicle.op_mode not in WORKING:
             mode = next((mode.name for mode in OpMode if mode == vehicle.op_mode), f"mode {vehicle.op_mode}")
@@ -196,7 +196,7 @@ class MavlinkSystem:
         return f"{ill.label} is in {ill.state.name}: {ill.description}" if ill else ""
 
     def place(self, now: float) -> tuple[imc.EstimatedState, from_imc.Position] | None:
-        """The present estimate and where that is; None where there is none, or an old or impossible one."""
+        """The present estimate and its position; None if it is missing, old or impossible."""
         state = self._present(now)
         if state is None or self.home is None:
             return None
@@ -204,7 +204,7 @@ class MavlinkSystem:
         return (state, place) if place is not None else None
 
     def describe(self, north: float, east: float, now: float) -> str:
-        """Latitude and longitude of a point so many metres from the vehicle, in degrees; else the metres."""
+        """Latitude and longitude (degrees) of a point at an offset (m) from the vehicle; the offset if unknown."""
         found = self.place(now)
         if found is None or not (math.isfinite(north) and math.isfinite(east)):
             return f"{north:.1f} m north, {east:.1f} m east"
@@ -212,7 +212,7 @@ class MavlinkSystem:
         return f"{math.degrees(lat):.6f},{math.degrees(lon):.6f}"
 
     def remember(self, severity: int, words: str) -> None:
-        """Keep a notice for ground stations that come later."""
+        """Keep a notice for ground stations that connect later."""
         self.notices.append((severity, words))
 
     def _present(self, now: float) -> imc.EstimatedState | None:

@@ -1,4 +1,4 @@
-"""Rows side by side."""
+"""Parallel rows."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Positions and offsets on the ellipsoid, against imcpy and against each other."""
+"""Positions and offsets on the ellipsoid, compared with imcpy and with their inverses."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Logs as columns: the same as the objects, whatever the type, byte order and damage."""
+"""Logs as columns equal the messages, for every type, byte order and kind of damage."""
 
 import math
 import random
@@ -35,7 +35,7 @@ pieces = st.one_of(
 
 
 def some_message(kind: type[imc.Message], chance: random.Random) -> imc.Message:
-    """A message of the type with values of all sorts."""
+    """A message of the type with varied values."""
     values: dict[str, Any] = {}
     for info, code in zip(imc.fields(kind), kind.WIRE, strict=True):
         if code in "fd":

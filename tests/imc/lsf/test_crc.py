@@ -1,4 +1,4 @@
-"""Garbage full of what looks like packets: the same packets are found as one by one, in linear time."""
+"""Garbage full of false packets: the result equals a byte-by-byte search, in linear time."""
 
 from typing import Any
 
@@ -45,7 +45,7 @@ def found(data: bytes, step: int) -> Any:
 
 
 def one_by_one(data: bytes) -> list[tuple[int, bytes]]:
-    """The packets as one finds them who looks at each byte in turn."""
+    """Packets and losses of a byte-by-byte search."""
     packets, place = list[tuple[int, bytes]](), 0
     while place < len(data):
         order = {b"\x54\xfe": "little", b"\xfe\x54": "big"}.get(data[place : place + 2])

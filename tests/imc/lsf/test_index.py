@@ -1,4 +1,4 @@
-"""Indices of logs: as good as the log itself, fresh, safe to read, and those of Neptus."""
+"""Indices of logs: equal to the log, up to date, safe to read; and Neptus' indices."""
 
 import bz2
 import gzip
@@ -27,14 +27,14 @@ FAST = settings(max_examples=80, deadline=None, suppress_health_check=[HealthChe
 
 @pytest.fixture(autouse=True)
 def every_index_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
-    """Indices of small logs, too, are written; the cache is in the test's folder."""
+    """Writes indices of small logs too, and puts the cache in the test's folder."""
     monkeypatch.setattr(lsf, "WORTH_KEEPING", 1)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return iter([None])
 
 
 def messages(count: int) -> list[imc.Message]:
-    """Of several types and sizes."""
+    """Messages of several types and sizes."""
     return [
         (
             imc.Rpm(timestamp=1e9 + n / 8, value=n),
@@ -46,7 +46,7 @@ def messages(count: int) -> list[imc.Message]:
 
 
 def write_log(path: Path, count: int = 600) -> Path:
-    """With damage and a packet in the other byte order."""
+    """A log with damage and a packet in the other byte order."""
     packets = [imc.encode(message, "big" if n % 50 == 9 else "little") for n, message in enumerate(messages(count))]
     packets[7] = packets[7][:-1] + b"?"
     packets.insert(20, b"garbage")
@@ -60,7 +60,7 @@ def all_of(log: Log) -> object:
 
 
 def reads(patch: pytest.MonkeyPatch) -> list[Path]:
-    """Grows by a path whenever a log is read from end to end."""
+    """The paths of all logs that were read completely."""
     found: list[Path] = []
     chunks = log_bytes.chunks
 
@@ -172,7 +172,7 @@ def test_damaged_index_is_replaced(tmp_path: Path, where: float, piece: bytes, c
 @FAST
 @given(st.data())
 def test_index_that_lies_does_no_harm(tmp_path: Path, data: st.DataObject) -> None:
-    """One with a right checksum, but with other numbers inside."""
+    """The index has a correct checksum, but wrong numbers inside."""
     path = write_log(tmp_path / "Data.lsf", 60)
     len(Log(path))
     index = tmp_path / "Data.lsf.index"

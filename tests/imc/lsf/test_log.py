@@ -1,4 +1,4 @@
-"""Logs on disk: real ones, damaged ones, and ones we write."""
+"""Logs on disk: real, damaged and written here."""
 
 import bz2
 import gzip
@@ -70,7 +70,7 @@ def counts_by_imcpy(data: bytes) -> Counter[str]:
 
 @contextmanager
 def largest_file(size: int) -> Iterator[None]:
-    """Within it no file grows beyond `size` bytes."""
+    """Limits files to `size` bytes."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
     try:

@@ -1,4 +1,4 @@
-"""Members unpacked ahead give what one after the other gives, whatever the file is."""
+"""Gzip members unpacked ahead give the same as one by one, for any file."""
 
 import gzip
 import random

@@ -1,4 +1,4 @@
-"""Definitions: what is built in, overlays, other schemas at run time, and the way to IMC.xml and back."""
+"""Definitions: built in, overlays, other schemas at run time, and to IMC.xml and back."""
 
 import gzip
 import subprocess

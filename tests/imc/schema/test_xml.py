@@ -1,4 +1,4 @@
-"""IMC.xml from strangers: damaged, hostile or incomplete, it is refused with file and line."""
+"""A damaged, hostile or incomplete IMC.xml is refused with file and line."""
 
 import gzip
 import re
@@ -68,7 +68,7 @@ def test_forms_that_occur_are_understood(tmp_path: Path) -> None:
         ('abbrev="colour" type', 'abbrev="size" type', ":13: field Ball.size is defined twice"),
         ('enum-def="Colour"', 'enum-def="Color"', ":12: Ball.colour: Color is not defined"),
         ('max="2.5"', 'max="much"', ":13: 'much' is not a number"),
-        ('abbrev="mgid" type="uint16_t"', 'abbrev="mgid" type="uint32_t"', ":4: another header than that of IMC 5"),
+        ('abbrev="mgid" type="uint16_t"', 'abbrev="mgid" type="uint32_t"', ":4: the header differs from that of IMC 5"),
         ("<description>", "<a>" * 20, ":11: nested too deeply"),
     ],
 )

@@ -1,4 +1,4 @@
-"""What other readers of an IMC.xml ask of it: every attribute, id and reference that imcjava's parser looks up."""
+"""A written IMC.xml has every attribute, id and reference that imcjava's parser looks up."""
 
 from xml.etree import ElementTree
 

@@ -1,4 +1,4 @@
-"""The bus: what comes from other processes, and what goes to them."""
+"""The bus: messages from and to other processes."""
 
 import pytest
 from hypothesis import given, settings
@@ -9,25 +9,9 @@ from runtime import Task, consume, param, periodic
 from runtime.bus import Bus, Subscription
 from runtime.kernel import Kernel, VirtualClock
 from runtime.testing import simulate
+from tests.runtime.bus.transport_contract import FIRST, SECOND_, Link, TransportContract, Wire
 
 OWN, OTHER = 0x1A, 0x1B
-
-
-class Wire:
-    """A transport that keeps what it is given."""
-
-    def __init__(self):
-        self.sent = []
-        self.receive = None
-
-    def open(self, receive):
-        self.receive = receive
-
-    def send(self, message, packet):
-        self.sent.append(packet)
-
-    def close(self):
-        self.receive = None
 
 
 @pytest.fixture
@@ -98,7 +82,7 @@ def test_a_relayed_packet_keeps_its_header_and_loses_what_follows_it():
             self.relay(depth(4.0, OTHER)[1] + b"rest")
 
     class Ear(Task):
-        """Listens."""
+        """Keeps what it receives from others."""
 
         def configure(self):
             self.heard = []
@@ -128,7 +112,7 @@ def test_a_peer_that_is_faster_than_this_process_costs_packets_and_no_memory(bus
 
 
 class Speaker(Task):
-    """Numbers what it says, and fails when it is told to."""
+    """Publishes numbered messages, and fails on demand."""
 
     rate: float = param(7.0, "Hz", "How often.")
 
@@ -147,7 +131,7 @@ class Speaker(Task):
 
 
 class Clerk(Task):
-    """Keeps what it hears."""
+    """Keeps what it receives."""
 
     def configure(self):
         self.heard = []
@@ -174,3 +158,82 @@ def test_nothing_is_lost_doubled_or_swapped_while_others_restart(stumbles, rates
         assert said == list(range(1, task.number + 1))
         if task.rate == 8.0:
             assert task.number == 120
+
+
+class Pipe:
+    """The simplest transport: the other end receives what this one sends."""
+
+    def __init__(self):
+        self.other = self.receive = None
+
+    def open(self, receive):
+        self.receive = receive
+
+    def send(self, message, packet):
+        if self.receive is not None and self.other.receive is not None:
+            self.other.receive(packet)
+
+    def close(self):
+        self.receive = None
+
+
+class TestPipe(TransportContract):
+    @pytest.fixture
+    def link(self):
+        kernels = Kernel(VirtualClock(0)), Kernel(VirtualClock(0))
+        first, second = Bus(kernels[0], FIRST), Bus(kernels[1], SECOND_)
+        ends = Pipe(), Pipe()
+        ends[0].other, ends[1].other = ends[1], ends[0]
+        for bus, end in zip((first, second), ends, strict=True):
+            bus.resume()
+            bus.attach(end)
+        yield Link(first, second, ends[0], lambda: [kernel.run() for kernel in kernels])
+        for kernel in kernels:
+            kernel.close()
+
+
+def test_a_transport_that_does_not_open_leaves_the_others(bus):
+    class Refusing(Wire):
+        def open(self, receive):
+            raise ConnectionError("no network")
+
+    wire = Wire()
+    bus.attach(wire)
+    with pytest.raises(ConnectionError):
+        bus.attach(Refusing())
+    message, packet = depth(1.0)
+    bus.publish(message, packet, None)
+    assert wire.sent == [packet]
+
+
+def test_all_transports_are_closed_even_if_one_fails(bus):
+    class Failing(Wire):
+        def close(self):
+            super().close()
+            raise OSError("cable is gone")
+
+    wires = Wire(), Failing(), Wire()
+    for wire in wires:
+        bus.attach(wire)
+    with pytest.raises(OSError, match="cable is gone"):
+        bus.detach()
+    assert [wire.closed for wire in wires] == [1, 1, 1]
+    assert not bus.is_attached
+
+
+def test_instruments_observe_every_subscription(bus):
+    class Observer:
+        def __init__(self):
+            self.types = []
+
+        def subscribed(self, subscription):
+            self.types.append(subscription.type)
+
+        def reconfigured(self, owner):
+            """Not of interest here."""
+
+    observers = Observer(), Observer()
+    bus.instruments.extend(observers)
+    bus.subscribe(Subscription(imc.Depth, print))
+    bus.subscribe(Subscription(imc.Rpm, print))
+    assert [observer.types for observer in observers] == [[imc.Depth, imc.Rpm]] * 2

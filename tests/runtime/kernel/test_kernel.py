@@ -1,4 +1,4 @@
-"""The kernel: order, time, threads, and what it does with calls that fail, hang or never end."""
+"""The kernel: order, time, threads, and calls that fail, hang or never end."""
 
 import functools
 import socket
@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.kernel import Kernel, LivelockError, VirtualClock, WallClock, parse_clock
-from runtime.kernel.kernel import SECOND
+from runtime.kernel import SECOND, Kernel, LivelockError, Timer, VirtualClock, WallClock, parse_clock
 
 
 @pytest.fixture
@@ -342,3 +341,19 @@ def test_clocks_by_name(text, kind):
 def test_other_clocks_are_refused(text):
     with pytest.raises(ValueError, match="clock"):
         parse_clock(text, 0)
+
+
+def test_every_instrument_sees_every_call_before_it_is_made(kernel):
+    class Recorder:
+        def __init__(self, name):
+            self.name = name
+
+        def calling(self, function, args):
+            seen.append((self.name, args[0].args if isinstance(args[0], Timer) else args))
+
+    seen = []
+    kernel.instruments += [Recorder("a"), Recorder("b")]
+    kernel.soon(seen.append, "now")
+    kernel.at(5, seen.append, "later")
+    kernel.run()
+    assert seen == [("a", ("now",)), ("b", ("now",)), "now", ("a", ("later",)), ("b", ("later",)), "later"]

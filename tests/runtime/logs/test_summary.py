@@ -1,4 +1,4 @@
-"""What is said of a log in one pass, and of a folder of logs at a glance."""
+"""Summaries of a log in one pass, and of a folder of logs."""
 
 import math
 from pathlib import Path

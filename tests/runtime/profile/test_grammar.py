@@ -1,4 +1,4 @@
-"""The lines of an ini file: what DUNE makes of them, and what it keeps silent about."""
+"""The lines of an ini file: how DUNE reads them, and mistakes that DUNE does not report."""
 
 import os
 from pathlib import Path
@@ -9,7 +9,7 @@ from runtime.profile import Config, parse
 
 
 def read(folder: Path, text: str | bytes, **others: str) -> Config:
-    """The configuration of a file main.ini beside others, given by their name without suffix."""
+    """The configuration of main.ini, with other files next to it, given by their names without suffix."""
     for name, content in others.items():
         (folder / f"{name}.ini").write_text(content)
     main = folder / "main.ini"
@@ -96,11 +96,11 @@ SILENT = {
     "circle": ("[Require main.ini]", "1: error: the files include each other in a circle: main.ini → main.ini"),
     "behind a directive": (
         "[Include other.ini]\nX = 1",
-        "2: warning: 'X' is set behind [Include other.ini] and reaches no section (put a [Section] line above)",
+        "2: warning: 'X' is set after [Include other.ini], outside any section (put a [Section] line above)",
     ),
     "lower case directive": (
         "[include other.ini]",
-        "1: warning: [include other.ini] opens a section, it includes nothing (write [Include FILE.ini])",
+        "1: warning: [include other.ini] opens a section and includes nothing (write [Include FILE.ini])",
     ),
     "directive with a blank": ("[ Require other.ini]", "1: warning: [ Require other.ini] opens a section"),
     "directive with a colon": ("[Require: other.ini]", "1: warning: [Require: other.ini] opens a section"),
@@ -110,12 +110,12 @@ SILENT = {
     "no name of a section": ("[]", "1: error: a section without a name"),
     "no section": ("# title\n\nX = 1", "3: error: 'X' is set before any section (put a [Section] line above)"),
     "no section to continue": ("hello", "1: error: 'hello' is neither a section nor an assignment"),
-    "no section to describe": ("X {scope: plan}", "1: error: 'X' is described before any section"),
+    "no section to describe": ("X {scope: plan}", "1: error: 'X' has attributes before any section"),
     "nothing to continue": ("[A]\nhello", "2: warning: 'hello' continues nothing and is ignored"),
-    "bar": ("[A]\n| b", "2: error: a line that begins with | is neither comment nor text"),
+    "bar": ("[A]\n| b", "2: error: a line that begins with | is neither a comment nor text"),
     "no name": ("[A]\n+ = 1", "2: warning: an assignment without a name is ignored"),
     "blank before +": ("[A]\nX + = 1", "2: warning: this sets 'X ' with the blank, not 'X' (write X+ =)"),
-    "reduce nothing": ("[A]\nX- = 1", "2: warning: X is not set before, so -= sets it to '1' (write X = to set it)"),
+    "reduce nothing": ("[A]\nX- = 1", "2: warning: X was not set before, so -= sets it to '1' (write X = to set it)"),
     "reduce what is not there": (
         "[A]\nX = Rpm, Gps\nX- = Rmp",
         "3: warning: 'Rmp' is not in X (did you mean 'Rpm'?)",
@@ -144,14 +144,14 @@ SILENT = {
         "[A]\nSpeed = 1\nY = $(A, Sped)",
         "3: error: invalid reference: $(A, Sped) is not set above (did you mean 'Speed'?)",
     ),
-    "text behind a reference": ("[A]\nX = 1\nY = $(A, X) m", "3: warning: '$(A, X) m' is read as the reference"),
-    "unknown attribute": ("[A]\nX {skope: idle} = 1", "2: warning: 'skope: idle' is no attribute"),
+    "text behind a reference": ("[A]\nX = 1\nY = $(A, X) m", "3: warning: '$(A, X) m' is read as a reference"),
+    "unknown attribute": ("[A]\nX {skope: idle} = 1", "2: warning: 'skope: idle' is not an attribute"),
     "unknown scope": (
         "[A]\nX {scope: always} = 1",
         "2: warning: scope cannot be 'always' (it can be global, idle, plan, maneuver)",
     ),
     "open brace": ("[A]\nX {scope: idle = 1", "2: warning: the attributes of X have no closing brace"),
-    "sign behind attributes": ("[A]\nX {scope: idle}+ = 1", "2: warning: '+' behind the attributes of X is ignored"),
+    "sign behind attributes": ("[A]\nX {scope: idle}+ = 1", "2: warning: '+' after the attributes of X is ignored"),
     "latin-1": (
         b"[A]\n# caf\xe9\nX = caf\xe9\nY = \xe9",
         "3: warning: bytes that are not UTF-8 (and on 1 more lines) are kept as they are (save the file as UTF-8)",

@@ -1,4 +1,4 @@
-"""Files that include files, whatever is in them, and files written back."""
+"""Ini files that include others, odd contents, and writing them back."""
 
 import os
 from pathlib import Path
@@ -11,7 +11,7 @@ from runtime.profile import Config, parse, read_sections, write, write_sections
 
 
 def read(folder: Path, text: str | bytes, **others: str) -> Config:
-    """The configuration of a file main.ini beside others, given by their name without suffix."""
+    """The configuration of main.ini, with other files next to it, given by their names without suffix."""
     for name, content in others.items():
         (folder / f"{name}.ini").write_text(content)
     main = folder / "main.ini"
@@ -95,7 +95,7 @@ def test_a_missing_require_below_an_include_ends_the_included_file(tmp_path: Pat
     )
     assert values(config) == {"A": {"X": "1"}, "B": {"X": "1"}, "M": {"X": "1"}}
     assert not config.errors
-    assert any("b.ini:3: warning" in line and "left out" in line for line in said(config))
+    assert any("b.ini:3: warning" in line and "skipped" in line for line in said(config))
 
 
 def test_a_circle_names_its_chain(tmp_path: Path) -> None:

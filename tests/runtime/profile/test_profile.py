@@ -1,4 +1,4 @@
-"""Profiles: where they are found, what they say, and how they are written back."""
+"""Profiles: where they are found, their contents, and how they are written back."""
 
 from pathlib import Path
 from typing import Any
@@ -201,7 +201,7 @@ def test_modes() -> None:
     sections = ("A.B", "A.C", "A.D", "A.E")
     assert [auv.enabled(section, ["Hardware"]) for section in sections] == [True, True, False, False]
     assert [auv.enabled(section, ["Simulation"]) for section in sections] == [False, True, False, False]
-    with pytest.raises(ProfileError, match=r"no mode 'simulation' to select \(did you mean 'Simulation'\?\)"):
+    with pytest.raises(ProfileError, match=r"unknown mode 'simulation' \(did you mean 'Simulation'\?\)"):
         auv.select("simulation")
 
 
@@ -303,7 +303,7 @@ def test_default_labels() -> None:
 
 
 def test_a_profile_of_ones_own_builds_on_shoals(tmp_path: Path) -> None:
-    """A file that is not beside the one that requires it is taken from Shoal's own profiles."""
+    """A required file that is not in the same folder comes from Shoal's own profiles."""
     (tmp_path / "mine.ini").write_text("[Require lauv-noptilus-1.ini]\n[General]\nVehicle = mine\n")
     profile = load_profile(tmp_path / "mine.ini")
     assert profile.vehicle == "mine"

@@ -1,4 +1,4 @@
-"""Snapshots in the midst of scripts: the task lives through its journal again, or is refused."""
+"""Snapshots while scripts run: the task replays its journal, or the snapshot is refused."""
 
 import functools
 from typing import Any
@@ -20,7 +20,7 @@ Heard = list[tuple[int, bytes]]
 
 
 class Weather(Task):
-    """Says something now and then, and changes the rate of the other."""
+    """Publishes now and then, and changes the rate of the other task."""
 
     @periodic(7.0)
     def tell(self) -> None:
@@ -34,7 +34,7 @@ class Weather(Task):
 
 
 class Walker(Task):
-    """Waits in all ways there are, with state in locals, attributes, timers, and random numbers."""
+    """Waits in every way, with state in locals, attributes, timers and random numbers."""
 
     rate: float = param(3.0, "Hz", "How often it ticks.", scope="plan")
 
@@ -95,7 +95,7 @@ def vehicle_of(*tasks: type[Task], seed: int = 0, time: int = 0, heard: Heard | 
 
 
 def go_on(snapshot: bytes, *tasks: type[Task], seed: int = 0, until: float = LENGTH, again: bool = False) -> Any:
-    """What is said from a snapshot on; with `again` the next snapshot."""
+    """The packets from a snapshot on; with `again` also the next snapshot."""
     heard: Heard = []
     vehicle = vehicle_of(*tasks, seed=seed, time=load(snapshot).time, heard=heard)
     try:
@@ -135,7 +135,7 @@ def test_scripts_go_on_from_any_moment(times: list[float], seed: int) -> None:
 
 
 class Sleeper(Task):
-    """Hears a lot, and seldom runs a script."""
+    """Receives a lot, and seldom runs a script."""
 
     count = 0
 
@@ -171,7 +171,7 @@ def test_a_journal_begins_anew_while_no_script_runs() -> None:
 
 
 class Moody(Task):
-    """Depends on what lies outside."""
+    """Depends on state outside the task."""
 
     mood = 5.0
 
@@ -183,7 +183,7 @@ class Moody(Task):
 
 
 class Hoarder(Task):
-    """Has what cannot be saved when its script begins."""
+    """Has an attribute that cannot be saved when its script begins."""
 
     def start(self) -> None:
         self.hoard = iter([1])
@@ -201,7 +201,7 @@ class Hoarder(Task):
 
 
 class Roundabout(Task):
-    """Calls itself in a way that has no name."""
+    """Schedules a callable that has no name."""
 
     def start(self) -> None:
         self.run(self.wait)
@@ -218,21 +218,21 @@ class Roundabout(Task):
 
 
 class Stranger:
-    """Nothing that a snapshot takes."""
+    """An object that a snapshot cannot save."""
 
     def __init__(self) -> None:
         self.me = iter([self])
 
 
 class Confidant(Roundabout):
-    """Is told things that cannot be saved."""
+    """Receives objects that cannot be saved."""
 
     @periodic(200.0)
     def tick(self) -> None:
         self.vehicle.kernel.soon(self.learn, Stranger())
 
     def learn(self, _: Stranger) -> None:
-        """Forget it."""
+        """Ignore it."""
 
 
 async def elsewhere(script: Script) -> None:
@@ -255,7 +255,7 @@ def test_a_script_that_depends_on_the_outside_is_refused(monkeypatch: pytest.Mon
     snapshot = saved_after(1.0, Moody)
     assert go_on(snapshot, Moody, until=2.0)
     monkeypatch.setattr(Moody, "mood", 7.0)
-    with pytest.raises(SnapshotError, match="Moody cannot be brought back: it is not where it was"):
+    with pytest.raises(SnapshotError, match="Moody cannot be restored: the replay of its journal ended in another"):
         go_on(snapshot, Moody)
 
 
@@ -286,7 +286,7 @@ def test_a_script_of_somebody_else_is_refused() -> None:
     vehicle.start()
     vehicle.task("Weather").run(elsewhere)
     vehicle.run(1.0)
-    with pytest.raises(SnapshotError, match="Weather runs a script that is no method of its class"):
+    with pytest.raises(SnapshotError, match="Weather runs a script that is not a method of its class"):
         save(vehicle)
     vehicle.close()
 

@@ -1,4 +1,4 @@
-"""Snapshots: a run that goes on from one says the same bytes as the one that was never interrupted."""
+"""Snapshots: a run continued from one publishes the same bytes as an uninterrupted run."""
 
 import math
 from collections import Counter, deque
@@ -32,7 +32,7 @@ def vehicle_of(profile: str | Path, root: Path, time: int | None = None, modes: 
 
 
 class Packets(list[bytes]):
-    """The packets of a log, which nobody wants to see when a test fails."""
+    """The packets of a log, with a short repr for failing tests."""
 
     def __repr__(self) -> str:
         return f"<{len(self)} packets>"
@@ -44,14 +44,14 @@ def packets(root: Path) -> Packets:
 
 
 def run_to(vehicle: Vehicle, seconds: float) -> None:
-    """Run to a time of the vehicle's own, to the nanosecond."""
+    """Run to a time on the vehicle's clock, exact to the nanosecond."""
     vehicle.kernel.run(until=round(vehicle.start_time) * 1_000_000_000 + round(seconds * 1e9))
 
 
 def whole(
     profile: str | Path, root: Path, *times: float, modes: str = "Kinematic", length: float = LENGTH
 ) -> list[bytes]:
-    """Run, with snapshots at these times; returns them."""
+    """Run with snapshots at these times; returns the snapshots."""
     vehicle = vehicle_of(profile, root, modes=modes)
     vehicle.start()
     saved: list[bytes] = []
@@ -66,7 +66,7 @@ def whole(
 def go_on(
     profile: str | Path, root: Path, snapshot: bytes, modes: str = "Kinematic", length: float = LENGTH
 ) -> list[bytes]:
-    """The packets from the snapshot on, without those that begin every log."""
+    """The packets from the snapshot on, without the first ones of every log."""
     state = load(snapshot)
     vehicle = vehicle_of(profile, root, state.time, modes)
     restore(vehicle, state)
@@ -135,7 +135,7 @@ def test_delays_heavy_work_and_random_numbers_go_on(
 
 
 class Keeper(Task):
-    """Holds what tasks hold."""
+    """Holds all kinds of state that tasks hold."""
 
     def start(self) -> None:
         self.count = 0
@@ -176,7 +176,7 @@ def keeper(time: int = 0) -> Vehicle:
 
 
 def through(items: object) -> Any:
-    """Attributes after a way through a snapshot."""
+    """Attributes after saving and restoring a snapshot."""
     vehicle = keeper()
     vehicle.start()
     vehicle.run(1.0)
@@ -308,7 +308,7 @@ def test_a_script_cannot_be_saved() -> None:
 
 @pytest.mark.parametrize("data", [b"", b"\x80", b"garbage", msgspec.msgpack.encode({"format": 1})])
 def test_what_is_no_snapshot_is_refused(data: bytes) -> None:
-    with pytest.raises(SnapshotError, match="no snapshot"):
+    with pytest.raises(SnapshotError, match="not a valid snapshot"):
         load(data)
 
 
@@ -336,7 +336,7 @@ GPS, HACC = "Simulators.GPS/Kinematic", "HACC"
 
 
 def accurate(vehicle: Vehicle, text: str) -> Task:
-    """The GPS with another parameter, as if somebody had set it."""
+    """The GPS with a changed parameter."""
     task = vehicle.task(GPS)
     parameter = task.parameter_set.find(HACC)
     assert parameter is not None
@@ -378,7 +378,7 @@ def test_parameters_that_a_vehicle_does_not_have_are_refused(tmp_path: Path, pro
     state = load(save(vehicle))
     vehicle.close()
     state.profile = profile
-    with pytest.raises(SnapshotError, match=r"this is no snapshot: .*(GPX|HACK)"):
+    with pytest.raises(SnapshotError, match=r"not a valid snapshot: .*(GPX|HACK)"):
         continued(state, tmp_path / "b")
 
 

@@ -1,4 +1,4 @@
-"""Snapshots of the full vehicle: in the midst of maneuvers, between them, and while it calibrates."""
+"""Snapshots of the full vehicle: during and between maneuvers, and during calibration."""
 
 import hashlib
 import random
@@ -38,7 +38,7 @@ Heard = list[tuple[int, bytes]]
 
 
 class Flight(NamedTuple):
-    """What was heard on the bus, at which times (ns) something changed, snapshots, and how it ended."""
+    """Packets on the bus, times (ns) of changes, snapshots, and the outcome."""
 
     heard: Heard
     changes: list[int]
@@ -87,7 +87,7 @@ def saved(uninterrupted: Flight, tmp_path_factory: pytest.TempPathFactory) -> Fl
 
 
 def moments(flight: Flight) -> Iterator[int]:
-    """Times of all kinds behind the request for the plan, in order."""
+    """Varied times after the request for the plan, in order."""
     numbers = random.Random(1)
     asked = next(time for time, packet in flight.heard if imc.header(packet).id == imc.PlanControl.ID)
     changes = [time for time in flight.changes if asked < time < flight.heard[-1][0]]

@@ -1,4 +1,4 @@
-"""Parameters: reading as DUNE reads, limits, and the declaration as the only source."""
+"""Parameters: reading as in DUNE, limits, and the declaration as the only source."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Scripts that listen: nothing is lost, and nothing stays behind."""
+"""Scripts with subscriptions: nothing is lost, and no subscription remains."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Tasks: what they hear, when they tick, what publishing does, and how they are tested without a vehicle."""
+"""Tasks: subscriptions, ticks, publishing, and testing without a vehicle."""
 
 import math
 import socket
@@ -26,7 +26,7 @@ class Echo(Task):
 
 
 class Gossip(Task):
-    """Counts what it hears, of everybody."""
+    """Counts the messages of all systems."""
 
     def configure(self):
         self.heard = []
@@ -78,7 +78,7 @@ def test_everybody_is_heard_where_it_is_asked_for_with_the_packet():
 
 def test_a_task_does_not_hear_itself():
     class Loud(Task):
-        """Speaks and listens."""
+        """Publishes and receives Depth."""
 
         def start(self):
             self.heard = 0
@@ -164,7 +164,7 @@ class Captain(Task):
 
 def captain(*scripts):
     class Nemo(Captain):
-        """Runs them from the start."""
+        """Runs the scripts when it starts."""
 
         def start(self):
             self.run_all(*scripts)
@@ -237,7 +237,7 @@ def test_a_script_is_an_async_function():
 
 
 class Listener(Task):
-    """Fails on what its socket says, and has nothing in stop()."""
+    """Fails on data from its socket, and has no stop()."""
 
     def start(self):
         self.sockets = [*getattr(self, "sockets", ()), *socket.socketpair()]
@@ -336,7 +336,7 @@ def test_frames_are_shared_as_they_are_and_not_published():
 
 def test_the_log_book_cuts_and_keeps_debug_for_those_who_ask():
     class Talker(Task):
-        """Talks."""
+        """Writes to the log book."""
 
         def start(self):
             self.log.info("ä" * 2000)
@@ -348,7 +348,7 @@ def test_the_log_book_cuts_and_keeps_debug_for_those_who_ask():
 
 def test_entity_states_are_published_when_they_change():
     class Moody(Task):
-        """Changes its mind."""
+        """Changes its entity state."""
 
         def start(self):
             self.set_entity_state(State.NORMAL, "fine")
@@ -369,7 +369,7 @@ def test_values_that_a_parameter_cannot_have_are_refused():
 
 def test_a_handler_without_a_message_type_is_an_error_that_names_it():
     class Vague(Task):
-        """Hears what?"""
+        """Has a handler without a message type."""
 
         @consume
         def hear(self, message) -> None: ...
@@ -459,7 +459,7 @@ def test_nothing_from_before_a_restart_reaches_the_task_after_it():
 
 def test_times_that_a_float_can_carry_are_kept_to_the_nanosecond():
     class Punctual(Task):
-        """Is there when it is asked to be."""
+        """Notes the times of timers and messages."""
 
         def start(self):
             self.times = []

@@ -1,4 +1,4 @@
-"""From a profile to a vehicle: what is made, what is left out, and what is refused with file and line."""
+"""From a profile to a vehicle: created tasks, skipped tasks, and errors with file and line."""
 
 import pytest
 
@@ -31,11 +31,11 @@ def test_sections_become_tasks_in_byte_order(tmp_path):
     vehicle.close()
 
 
-def test_what_is_left_out_is_listed_with_the_reason(tmp_path):
+def test_what_is_skipped_is_listed_with_the_reason(tmp_path):
     build = made(tmp_path, "[Simulators.LBL]\nEnabled=Always\n[Transports.MAVLink]\nEnabled=Always\n")
-    assert [(len(names), reason.split(",")[0]) for reason, names in build.left_out.items()] == [
+    assert [(len(names), reason.split(",")[0]) for reason, names in build.skipped.items()] == [
         (1, "not in Shoal"),
-        (1, "talks to the outside"),
+        (1, "needs the network"),
     ]
     build.vehicle.close()
 
@@ -54,7 +54,7 @@ def test_values_of_other_sections_are_named_with_their_own_line(tmp_path):
     battery = "[Simulators.Battery]\nEnabled = Always\n[Monitors.FuelLevel]\nEnabled = Always\n"
     text = refused(tmp_path, f"Battery Capacity = none\n{battery}")
     for task in ("Simulators.Battery", "Monitors.FuelLevel"):
-        assert f"mine.ini:3: error: {task}: Battery Capacity: [General] has 'none', which is no number" in text
+        assert f"mine.ini:3: error: {task}: Battery Capacity: [General] has 'none', which is not a number" in text
     hull = "[Simulators.VSIM]\nEnabled = Always\n[VSIM/Model/hull]\nType = ASV\nMass = heavy\n"
     assert "mine.ini:8: error: Simulators.VSIM: " in refused(tmp_path, f"Vehicle Type = hull\n{hull}")
     text = refused(tmp_path, f"Vehicle Type = hul\n{hull.replace('heavy', '3')}")
@@ -70,7 +70,7 @@ def test_a_module_that_does_not_import_is_an_error_that_names_it(tmp_path, monke
 @pytest.mark.parametrize("section", ["runtime.task.task.Task", "os.path", "imc.Message", "..x.Y", "subprocess.Popen"])
 def test_a_section_cannot_name_what_is_no_task(tmp_path, section):
     build = made(tmp_path, f"[{section}]\nEnabled = Always\n")
-    assert build.left_out == {"not in Shoal": [section]}
+    assert build.skipped == {"not in Shoal": [section]}
     build.vehicle.close()
 
 
@@ -159,7 +159,7 @@ def test_options_that_are_no_parameter_are_said_in_the_log_with_the_nearest_name
     vehicle.start()
     vehicle.run(1.0)
     vehicle.close()
-    assert [entry.text for entry in said] == ["mine.ini:5: 'HDPO' is no parameter; did you mean 'HDOP'?"]
+    assert [entry.text for entry in said] == ["mine.ini:5: 'HDPO' is not a parameter; did you mean 'HDOP'?"]
     assert said[0].context == "Simulators.GPS"
 
 
@@ -210,7 +210,7 @@ def test_modules_of_sections_that_do_not_run_are_left_alone(tmp_path, monkeypatc
     monkeypatch.syspath_prepend(tmp_path)
     text = "[untouched.A]\nEnabled = Never\n[untouched.B]\nEnabled = Hardware\n[untouched.C]\nValue = 1\n"
     build = made(tmp_path, text)
-    assert build.left_out == {}
+    assert build.skipped == {}
     build.vehicle.close()
     problems = check(load_profile(tmp_path / "mine.ini"), {}, ["Simulation"], find_task)
     assert [p.text for p in problems if "untouched.A" in p.text] == []
@@ -221,5 +221,5 @@ def test_the_class_that_all_tasks_derive_from_is_no_task(tmp_path, monkeypatch):
     (tmp_path / "own_module.py").write_text("from runtime import Task\n")
     monkeypatch.syspath_prepend(tmp_path)
     build = made(tmp_path, "[own_module.Task]\nEnabled = Always\n")
-    assert build.left_out == {"not in Shoal": ["own_module.Task"]}
+    assert build.skipped == {"not in Shoal": ["own_module.Task"]}
     build.vehicle.close()

@@ -1,4 +1,4 @@
-"""The check of profiles: every mistake is named with its file, its line and the fix; and what explain says."""
+"""The check of profiles: every mistake has a file, a line and a fix; and the output of explain."""
 
 from pathlib import Path
 
@@ -69,14 +69,14 @@ SWIMMER = {
     "misspelled parameter": (
         "Inital Heading = 1",
         "warning",
-        "no parameter of Simulators.Swimmer",
+        "not a parameter of Simulators.Swimmer",
         "'Initial Heading'",
     ),
     "letter case of a parameter": ("Initial heading = 1", "warning", "the letter case differs", "'Initial Heading'"),
-    "unlike any parameter": ("Zzzz = 1", "warning", "'Zzzz' is no parameter", "shoal explain lists those"),
+    "unlike any parameter": ("Zzzz = 1", "warning", "'Zzzz' is not a parameter", "shoal explain lists those"),
     "blank before plus": ("Transports + = a", "warning", "with the blank", "write Transports+ ="),
     "no number": ("Start Depth = deep", "error", "'deep' is not a number (expects real, m)", "the default is 0.0"),
-    "no integer": ("Seed = 0.5e", "warning", "'.5e' behind the number is ignored", "write the number alone"),
+    "no integer": ("Seed = 0.5e", "warning", "'.5e' after the number is ignored", "write the number alone"),
     "not even an integer": ("Seed = x", "error", "'x' is not an integer", "the default is -1"),
     "below the minimum": (
         "Rate = 0",
@@ -97,35 +97,35 @@ SWIMMER = {
     "unit appended": (
         "Start Depth = 5 m",
         "warning",
-        "'m' behind the number is ignored",
+        "'m' after the number is ignored",
         "the number alone; it is in m",
     ),
-    "another unit appended": ("Initial Heading = 1.5 rad", "warning", "'rad' behind the number", "it is in deg"),
-    "suffix of C": ("Start Depth = 60.0f", "warning", "'f' behind the number is ignored", ""),
-    "decimal comma": ("Start Depth = 1,5", "warning", "',5' behind the number is ignored", "decimal point as ."),
+    "another unit appended": ("Initial Heading = 1.5 rad", "warning", "'rad' after the number", "it is in deg"),
+    "suffix of C": ("Start Depth = 60.0f", "warning", "'f' after the number is ignored", ""),
+    "decimal comma": ("Start Depth = 1,5", "warning", "',5' after the number is ignored", "decimal point as ."),
     "octal": ("Seed = 0100", "warning", "0100 begins with 0 and is read as octal: 64", "without the 0"),
     "value cut": ("Model = simple#full", "warning", "the value ends before '#': 'simple'", "blanks around"),
     "DUNE's own option": ("Active - Scope = maneuver", "note", "Active - Scope has no effect in Shoal", ""),
-    "set twice": ("Entity Label = Fish", "note", "Entity Label is set in line 9 already", "last word"),
+    "set twice": ("Entity Label = Fish", "note", "Entity Label is already set in line 9", "this line wins"),
     "empty label": ("Entity Label =", "warning", "Entity Label is empty, so it is 'Swimmer'", "DUNE refuses"),
     "Daemon's label": ("Entity Label = Daemon", "error", "'Daemon' is taken by the vehicle itself", "of its own"),
-    "undeclared profile": ("Enabled = Tanc", "warning", "no profile 'Tanc' is declared", "'Tank'"),
-    "letter case of a profile": ("Enabled = always", "warning", "no profile 'always' is declared", "'Always'"),
-    "no profile at all": ("Enabled =", "warning", "has no Enabled, so it never runs", "write Enabled = Always"),
+    "unknown mode": ("Enabled = Tanc", "warning", "unknown mode 'Tanc'", "'Tank'"),
+    "letter case of a mode": ("Enabled = always", "warning", "unknown mode 'always'", "'Always'"),
+    "no mode at all": ("Enabled =", "warning", "has no Enabled, so it never runs", "write Enabled = Always"),
     "bad attribute": ("Rate {scope: never} = 50", "warning", "scope cannot be 'never'", "global, idle, plan, maneuver"),
 }
 
 SECTIONS = {
-    "misspelled task": ("[Simulators.Swimer]\nEnabled = Always", "warning", "is no task", "[Simulators.Swimmer]"),
-    "misspelled group": ("[Simulator.Swimmer]\nEnabled = Always", "warning", "is no task", "[Simulators.Swimmer]"),
+    "misspelled task": ("[Simulators.Swimer]\nEnabled = Always", "warning", "is not a task", "[Simulators.Swimmer]"),
+    "misspelled group": ("[Simulator.Swimmer]\nEnabled = Always", "warning", "is not a task", "[Simulators.Swimmer]"),
     "letter case of a task": ("[Simulators.swimmer/2]", "warning", "differs in letter case", "[Simulators.Swimmer/2]"),
     "task without its group": (
         "[Swimmer]\nEnabled = Always",
         "warning",
-        "it is no task",
+        "it is not a task",
         "did you mean [Simulators.Swimmer]",
     ),
-    "module that is not there": ("[mine.Whistle]\nEnabled = Always", "warning", "is no task", "current folder"),
+    "module that is not there": ("[mine.Whistle]\nEnabled = Always", "warning", "is not a task", "current folder"),
     "task of DUNE": ("[Supervisors.Vehicle]\nEnabled = Always", "note", "a task of DUNE that is not available", ""),
     "device of DUNE": ("[Sensors.Keller/2]\nEnabled = Hardware", "note", "a task of DUNE that is not available", ""),
     "device with a simulator's name": ("[Sensors.GPS]\nEnabled = Hardware", "note", "a task of DUNE", ""),
@@ -135,10 +135,10 @@ SECTIONS = {
 }
 
 ELSEWHERE = {
-    "misspelled general option": ("[General]\nVehicel = x", "warning", "'Vehicel' is no option", "'Vehicle'"),
-    "unknown general option": ("[General]\nZzzz = x", "note", "'Zzzz' is no option that Shoal knows", ""),
+    "misspelled general option": ("[General]\nVehicel = x", "warning", "unknown option 'Vehicel'", "'Vehicle'"),
+    "unknown general option": ("[General]\nZzzz = x", "note", "unknown option 'Zzzz'", ""),
     "bad start time": ("[General]\nStart Time = noon", "error", "'noon' is not a time", "2026-01-01T00:00:00Z"),
-    "bad bus": ("[General]\nBus = dds", "error", "there is no bus 'dds'", "there are inprocess, zenoh"),
+    "bad bus": ("[General]\nBus = dds", "error", "unknown bus 'dds'", "known: inprocess, zenoh"),
     "bad vehicle": ("[General]\nVehicle = a/b", "error", "cannot be the name of a vehicle", "letters, digits"),
     "unknown vehicle": ("[General]\nVehicle = nemo", "note", "'nemo' is not in [IMC Addresses], so its id is 0xA", ""),
     "bad id": ("[IMC Addresses]\nx = 70000", "warning", "'x' has no id: 70000 is above the maximum", "0x001A"),
@@ -241,7 +241,7 @@ def test_explain_of_an_unknown_section_names_the_nearest() -> None:
 @pytest.mark.parametrize(
     ("section", "words"),
     [
-        ("[Zenoh]\nLisen = tcp/0.0.0.0:7448\n", "auv.ini:11: error: [Zenoh] Lisen: no such option"),
+        ("[Zenoh]\nLisen = tcp/0.0.0.0:7448\n", "auv.ini:11: error: [Zenoh] Lisen: unknown option"),
         ("[Zenoh]\nMode = peeer\n", "auv.ini:11: error: [Zenoh] Mode"),
         ("[General]\nSeed = many\n", "auv.ini:11: error: [General] Seed: 'many' is not a seed"),
     ],

@@ -1,4 +1,4 @@
-"""The Daemon says who is there and how they are, unasked and asked."""
+"""The Daemon reports entities and their states, periodically and on request."""
 
 import imc
 from runtime import State, Task, consume, param
@@ -19,11 +19,11 @@ class Lamp(Task):
 
 
 class Silent(Task):
-    """Never says how it is."""
+    """Never reports its state."""
 
 
 class Listener(Task):
-    """Keeps what it hears."""
+    """Keeps what it receives."""
 
     def configure(self):
         self.heard = []
@@ -34,7 +34,7 @@ class Listener(Task):
 
 
 def ask(request, kind, dst=0x1A):
-    """The run, and the messages of one type that come at the moment of the request."""
+    """The run, and the messages of one type at the time of the request."""
     feed = [request.replace(timestamp=ASKED, src=CONSOLE, src_ent=7, dst=dst)]
     run = simulate([Lamp, Silent, Listener], feed, seconds=1.5)
     return run, [m for m in run.tasks[2].heard if isinstance(m, kind) and m.timestamp > START + 1.1]

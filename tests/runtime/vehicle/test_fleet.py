@@ -1,4 +1,4 @@
-"""Several vehicles on one kernel: each is as it is alone, and who fails is named."""
+"""Several vehicles on one kernel: each runs as it does alone, and failures name the vehicle."""
 
 import itertools
 import time
@@ -9,17 +9,19 @@ from hypothesis import strategies as st
 
 import imc
 from runtime import State, Task, consume, param, periodic
-from runtime.kernel import LivelockError, VirtualClock, WallClock
-from runtime.kernel.kernel import SECOND
+from runtime.bus import Bus
+from runtime.kernel import SECOND, Kernel, LivelockError, VirtualClock, WallClock
 from runtime.profile import load_profile
 from runtime.snapshot import SnapshotError, save
 from runtime.testing import START, NoProfile
 from runtime.vehicle import Fleet, FleetError, Vehicle, build
+from runtime.vehicle.fleet import Neighbour
 from shoal.missions import Mission, parse_plan, prepare
+from tests.runtime.bus.transport_contract import FIRST, SECOND_, Link, TransportContract, Wire
 
 
 class Diver(Task):
-    """Says noisy depths at a rate, and answers what it hears with a script."""
+    """Publishes noisy depths at a rate, and answers messages with a script."""
 
     rate: float = param(10.0, "Hz", "Rate.", minimum=0.0)
     patience: float = param(0.3, "s", "Time between hearing and answering.")
@@ -53,7 +55,7 @@ class Diver(Task):
 
 
 class Echo(Task):
-    """Answers at once, and a little later."""
+    """Answers immediately, and again a little later."""
 
     def start(self) -> None:
         self.set_entity_state(State.NORMAL, "active")
@@ -65,7 +67,7 @@ class Echo(Task):
 
 
 class Impatient:
-    """Looks on, and stops a vehicle at some time, as who flies a mission does."""
+    """An instrument that stops a vehicle at some time, as a mission does."""
 
     def __init__(self, vehicle):
         self.vehicle = vehicle
@@ -158,7 +160,7 @@ def test_whole_vehicles_leave_the_same_logs_as_alone(tmp_path):
         for path in (tmp_path / "alone").rglob("*"):
             if path.is_file():
                 assert (folder / path.relative_to(tmp_path / "alone")).read_bytes() == path.read_bytes(), path.name
-    assert len(list(tmp_path.rglob("Data.lsf.gz"))) == 12  # two of each vehicle, since a plan begins another
+    assert len(list(tmp_path.rglob("Data.lsf.gz"))) == 12  # two of each vehicle, since a plan starts a new log
 
 
 def test_a_vehicle_may_join_later():
@@ -177,7 +179,7 @@ def test_a_vehicle_may_join_later():
 def test_names_are_taken_until_their_vehicle_is_closed():
     with Fleet(VirtualClock(0)) as fleet:
         first = vehicle("twin", fleet=fleet)
-        with pytest.raises(FleetError, match=r"'twin' in the fleet already: give each a name of its own"):
+        with pytest.raises(FleetError, match=r"fleet already has a vehicle 'twin': give each its own name"):
             vehicle("twin", fleet=fleet)
         assert fleet.vehicles == [first]
         first.close()
@@ -254,7 +256,7 @@ class Rude(Task):
 
 
 class Clumsy(Task):
-    """Fails at the moment at which others leave."""
+    """Fails at the moment when other vehicles stop."""
 
     def start(self) -> None:
         self.after(1.0, self.wait)
@@ -307,7 +309,7 @@ def test_what_looks_on_is_its_vehicles_and_what_is_nobodys_ends_the_run():
     fleet.kernel.soon(lambda: Clumsy.fall(one))
     with pytest.raises(ValueError, match="fell") as caught:
         run(fleet, 1.0)
-    assert "belongs to no vehicle" in caught.value.__notes__[0]
+    assert "does not belong to a vehicle" in caught.value.__notes__[0]
 
 
 class Chatterbox(Task):
@@ -333,7 +335,7 @@ def test_a_livelock_names_vehicle_and_task():
 
 
 class Sleeper(Task):
-    """Takes long in a handler, and when it starts."""
+    """Takes long in a handler and in start()."""
 
     def start(self) -> None:
         time.sleep(0.15)
@@ -370,7 +372,7 @@ def test_more_vehicles_change_nothing_for_the_others():
 
 
 class Gossip(Task):
-    """Tells numbers, and remembers those of others."""
+    """Publishes numbers, and remembers those of others."""
 
     rate: float = param(10.0, "Hz", "Rate.")
 
@@ -428,7 +430,7 @@ def test_connected_vehicles_lose_nothing_and_keep_the_order(rates, everything):
 def test_one_that_joins_or_leaves_a_connected_fleet():
     with Fleet(VirtualClock(0)) as fleet:
         fleet.connect(imc.Depth)
-        with pytest.raises(FleetError, match="connected already"):
+        with pytest.raises(FleetError, match="already connected"):
             fleet.connect()
         first = Vehicle("first", 1, fleet=fleet, profile=NoProfile())
         task = first.add(Gossip, "Test.Gossip")
@@ -466,15 +468,9 @@ def test_whole_vehicles_that_hear_everything_of_each_other_do_their_own_plans(tm
 
 
 def test_a_fleet_is_not_connected_where_a_bus_reaches_further():
-    class Wire:
-        def open(self, receive):
-            pass
-
-        send = close = lambda *_: None
-
     with Fleet(VirtualClock(0)) as fleet:
         vehicle("far", fleet=fleet).bus.attach(Wire())
-        with pytest.raises(FleetError, match="bus of far reaches other processes already"):
+        with pytest.raises(FleetError, match="bus of far is already connected to other processes"):
             fleet.connect()
 
 
@@ -486,3 +482,16 @@ def test_a_vehicle_of_a_fleet_cannot_be_saved():
         fleet.run(1.0)
         with pytest.raises(SnapshotError, match="several vehicles on one kernel cannot be saved"):
             save(fleet.vehicles[0])
+
+
+class TestNeighbour(TransportContract):
+    @pytest.fixture
+    def link(self):
+        kernel, buses = Kernel(VirtualClock(0)), []
+        ends = [Bus(kernel, system) for system in (FIRST, SECOND_)]
+        transports = [Neighbour(bus, buses, (imc.Message,)) for bus in ends]
+        for bus, transport in zip(ends, transports, strict=True):
+            bus.resume()
+            bus.attach(transport)
+        yield Link(*ends, transports[0], kernel.run)
+        kernel.close()

@@ -1,4 +1,4 @@
-"""Parameters over the bus from peers that are careless or hostile, and tasks that fail under them."""
+"""Parameter requests from careless or hostile systems, and tasks that fail on them."""
 
 import pytest
 from hypothesis import given, settings
@@ -15,7 +15,7 @@ Phase = imc.EntityActivationState.State
 
 
 class Valve(Task):
-    """Has a parameter of each kind, and fails to follow some."""
+    """Has a parameter of each type, and fails to apply some."""
 
     activation = "plan"
     active: bool = param(False, "", "Whether it is open.", scope="plan")
@@ -151,7 +151,7 @@ def test_a_list_of_entities_with_numbers_that_are_none_is_met_with_calm():
 
 def test_a_value_that_is_set_back_is_told_and_saved_as_it_is(tmp_path):
     class Notes(NoProfile):
-        """Keeps what it is told."""
+        """Records the overrides."""
 
         def __init__(self):
             self.told = []

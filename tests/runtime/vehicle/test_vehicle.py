@@ -6,8 +6,7 @@ import pytest
 
 import imc
 from runtime import ActivationError, ParameterError, State, Task, consume, param, periodic
-from runtime.kernel import VirtualClock, WallClock
-from runtime.kernel.kernel import SECOND
+from runtime.kernel import SECOND, VirtualClock, WallClock
 from runtime.task import Entities, EntityError
 from runtime.testing import START, NoProfile, simulate
 from runtime.vehicle import Vehicle
@@ -313,7 +312,7 @@ class Tidy(Task):
 
 
 class Surprised(Task):
-    """Fails on the last words of others."""
+    """Fails on the last messages of others."""
 
     @consume(others=True)
     def hear(self, message: imc.Message) -> None:
@@ -322,7 +321,7 @@ class Surprised(Task):
 
 
 class Farewell(Task):
-    """Says something at the end."""
+    """Publishes a message in stop()."""
 
     def stop(self):
         self.publish(imc.Depth(value=1.0))
@@ -332,7 +331,7 @@ def closing(tasks, keep_going):
     seen = []
 
     class Witness(Tidy):
-        """Keeps itself."""
+        """Keeps a reference to each instance."""
 
         def start(self):
             seen.append(self)
@@ -464,13 +463,13 @@ def test_a_run_lasts_as_long_as_was_asked_for_however_late_it_begins():
 
 def test_a_vehicle_that_runs_twice_on_one_bus_is_told_so_once():
     class Wire:
-        """A transport whose other end is here."""
+        """A transport whose other end is in this test."""
 
         def open(self, receive):
             self.receive = receive
 
         def send(self, message, packet):
-            """Nobody else is there."""
+            """No other process."""
 
         def close(self):
             """Nothing to close."""
@@ -483,4 +482,4 @@ def test_a_vehicle_that_runs_twice_on_one_bus_is_told_so_once():
             await script.sleep(0.1)
 
     run = simulate(Pump, seconds=2.0, script=twin)
-    assert len([text for text in run.log if "another process speaks as Pump" in text]) == 1
+    assert len([text for text in run.log if "another process publishes as Pump" in text]) == 1

@@ -16,6 +16,10 @@ from typing import Any
 import pytest
 
 import imc
+from runtime.bus import Bus, Subscription
+from runtime.kernel import SECOND, Kernel, WallClock
+from runtime.zenoh import ZenohConfig, ZenohTransport
+from tests.runtime.bus.transport_contract import FIRST, SECOND_, Link, TransportContract
 
 PEERS = Path(__file__).parent / "peers"
 REPOSITORY = Path(__file__).parents[3]
@@ -29,7 +33,7 @@ def free_port(kind: int = socket.SOCK_STREAM) -> int:
 
 
 class Process:
-    """A Python process, which prints one JSON object per line or something else, which is passed over."""
+    """A Python process that prints one JSON object per line; other lines are ignored."""
 
     def __init__(self, *arguments: object) -> None:
         command = [sys.executable, *map(str, arguments)]
@@ -79,7 +83,7 @@ class Process:
         return status
 
     def hears(self, system: int, at_least: int = 1) -> Any:
-        """Wait for so many more messages of a system."""
+        """Wait for this many more messages of a system."""
         before = count(self.ask("status"), system)
         return self.until(lambda status: count(status, system) >= before + at_least)
 
@@ -105,7 +109,7 @@ def count(status: Any, system: int) -> int:
 
 
 class Network:
-    """A bus of its own: a port to meet at and a port for scouting that no other test has."""
+    """A separate bus: a port to connect to and a scouting port that no other test uses."""
 
     def __init__(self) -> None:
         self.local_port = free_port()
@@ -124,7 +128,7 @@ class Network:
         return self.add(PEERS / "plain.py", expression, mode, self.local_port, self.scouting_port)
 
     def buses(self, *systems: int, scouting: bool = True) -> list[Process]:
-        """Processes that have started at the same time and hear each other, each sending 100 messages per second."""
+        """Processes started at the same time and connected, each sending 100 messages per second."""
         processes = [self.bus(system, scouting=scouting) for system in systems]
         for process in processes:
             assert process.line() == {"opened": True}
@@ -185,7 +189,7 @@ def test_plain_subscribers_get_packets_that_imcpy_decodes(network: Network) -> N
 
 
 def first_answer(process: Process, publish: Callable[[], object]) -> Any:
-    """What a subscriber tells first while `publish` is repeated: the first ones may come before it is connected."""
+    """The first output of a subscriber while `publish` is repeated, since it may not be connected yet."""
     deadline = time.monotonic() + PATIENCE
     while time.monotonic() < deadline:
         publish()
@@ -266,7 +270,7 @@ def test_garbage_is_counted_and_costs_nothing_else(network: Network) -> None:
     assert status["heard"]["77"] == [1, 5.0, True]
     assert status["malformed"] == 4
     assert status["oversize"] == 2
-    assert sum("larger than a packet" in line for line in bus.errors) == 1
+    assert sum("too large for a packet" in line for line in bus.errors) == 1
 
 
 def test_a_port_held_by_something_else_keeps_nobody_apart_and_is_taken_over(network: Network) -> None:
@@ -346,3 +350,37 @@ def test_a_vehicle_in_two_processes_is_one_vehicle(network: Network, tmp_path: P
     logged = list(imc.Log(log.parent))
     assert {"EstimatedMugState", "EstimatedState"} <= {type(message).__name__ for message in logged}
     assert "MUG Camera" in {message.label for message in logged if isinstance(message, imc.EntityInfo)}
+
+
+class TestZenoh(TransportContract):
+    @pytest.fixture
+    def link(self) -> Iterator[Link]:
+        config = ZenohConfig(local_port=free_port(), scouting="none")
+        kernels = [Kernel(WallClock()) for _ in range(2)]
+        buses = [Bus(kernel, system) for kernel, system in zip(kernels, (FIRST, SECOND_), strict=True)]
+        transports = [ZenohTransport(config, lambda system: f"system-{system}", lambda *_: "Tank") for _ in buses]
+        for bus, transport in zip(buses, transports, strict=True):
+            bus.resume()
+            bus.attach(transport)
+
+        def run() -> None:
+            for kernel in kernels:
+                kernel.run(until=kernel.clock.read() + SECOND // 50)
+
+        link = Link(buses[0], buses[1], transports[0], run)
+        met: set[int] = set()
+        for bus in buses:
+            bus.subscribe(Subscription(imc.Heartbeat, lambda message: met.add(message.src), others=True))
+
+        def have_met() -> bool:
+            for bus in buses:
+                beat = imc.Heartbeat(src=bus.system)
+                transports[buses.index(bus)].send(beat, imc.encode(beat))
+            return met == {FIRST, SECOND_}
+
+        link.until(have_met)
+        link.settle()
+        yield link
+        for bus, kernel in zip(buses, kernels, strict=True):
+            bus.detach()
+            kernel.close()

@@ -67,9 +67,9 @@ def test_a_task_that_is_declared_wrong_is_one_problem_with_its_line(shoal, tmp_p
     (tmp_path / "mine.ini").write_text("[General]\nVehicle = mine\n\n[odd_drums.Drum]\nEnabled = Always\n")
     result = shoal("check", "mine")
     assert result.exit_code == 1
-    assert "mine.ini:4: error: [odd_drums.Drum]: odd_drums.Drum is not declared as a task is" in result.output
+    assert "mine.ini:4: error: [odd_drums.Drum]: odd_drums.Drum has an invalid declaration" in result.output
     listing = shoal("explain", "mine")
-    assert (listing.exit_code, "not declared as a task is" in listing.output) == (0, True)
+    assert (listing.exit_code, "has an invalid declaration" in listing.output) == (0, True)
     alone = shoal("tasks", "odd_drums.Drum")
     assert (alone.exit_code, alone.output.count("\n")) == (1, 1)
 
@@ -92,8 +92,8 @@ def test_check_names_entities_that_nobody_has_and_options_of_a_model_that_nobody
         "[VSIM/Model/otter]\nYaw Inertai = 3\n"
     )
     result = shoal("check", "mine", "-p", "Simulation")
-    assert "mine.ini:3: warning: [Monitors.Entities] Default Monitoring: no task" in result.output
-    assert "'Navigaton', so the mode is ERROR (did you mean 'Navigation'?)" in result.output
+    assert "mine.ini:3: warning: [Monitors.Entities] Default Monitoring: no running task" in result.output
+    assert "'Navigaton'; the mode becomes ERROR (did you mean 'Navigation'?)" in result.output
     assert "mine.ini:5: warning: [VSIM/Model/otter] nothing reads 'Yaw Inertai' (did you mean 'Yaw Inertia'?)" in (
         result.output
     )
@@ -108,8 +108,8 @@ def test_a_folder_is_no_profile(shoal, tmp_path):
 def test_explain_calls_unknown_options_so(shoal, tmp_path):
     (tmp_path / "mine.ini").write_text("[General]\nVehicel = mine\n[Simulators.GPS]\nHDPO = 1\nZzz = 2\n")
     rows = {line.split()[0]: line for line in shoal("explain", "mine", "Simulators.GPS").output.splitlines()}
-    assert rows["HDPO"].rstrip().endswith("unknown: no parameter of this task; did you mean 'HDOP'?")
-    assert rows["Zzz"].rstrip().endswith("unknown: no parameter of this task")
+    assert rows["HDPO"].rstrip().endswith("unknown: not a parameter of this task; did you mean 'HDOP'?")
+    assert rows["Zzz"].rstrip().endswith("unknown: not a parameter of this task")
     assert "unknown; did you mean 'Vehicle'?" in shoal("explain", "mine", "General").output
 
 
@@ -118,7 +118,7 @@ def test_explain_says_who_set_what(shoal):
     text = shoal("explain", "lauv-noptilus-1", section, "--set", f"{section}:Depth=5").output
     row = next(line for line in text.splitlines() if line.startswith("Depth "))
     assert row.split()[1:3] == ["5", "m"]
-    assert "command line (over etc/auv/kinematic.ini:" in row
+    assert "command line (overrides etc/auv/kinematic.ini:" in row
     assert "Simulators.GPS" in shoal("explain", "lauv-noptilus-1").output
 
 

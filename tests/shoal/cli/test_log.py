@@ -1,4 +1,4 @@
-"""`shoal log` as people use it."""
+"""`shoal log` as users run it."""
 
 from pathlib import Path
 
@@ -49,9 +49,9 @@ def test_info(shoal, recorded):
 
 def test_info_of_a_log_of_dune(shoal):
     text = shoal("info", IDLE).output
-    assert "lauv-noptilus-1, heard ccu-ref" in text
+    assert "lauv-noptilus-1, also messages from ccu-ref" in text
     assert "6 647 messages of 38 types" in text
-    assert "none beside the log; built-in" in text
+    assert "built-in, none beside the log" in text
 
 
 def test_ls(shoal, recorded):
@@ -66,16 +66,16 @@ def test_cut_merge_diff(shoal, recorded):
     for name, times in (("a", ["--to", "4s"]), ("b", ["--from", "4", "--to", "7"]), ("c", ["--from", "7"])):
         result = shoal("cut", recorded, name, *times)
         assert result.exit_code == 0, result.output
-        assert "that name who speaks" in result.output or name == "a"
+        assert "that describe the log" in result.output or name == "a"
     result = shoal("merge", "a", "b", "c", "-o", "whole")
     assert result.exit_code == 0, result.output
     result = shoal("diff", recorded, "whole")
-    assert "equal:" in result.output or "the same messages, in another order" in result.output
+    assert "equal:" in result.output or "the same messages in a different order" in result.output
     result = shoal("diff", recorded, recorded)
     assert (result.exit_code, result.output.split()[0]) == (0, "equal:")
     result = shoal("diff", recorded, "a")
     assert result.exit_code == 1
-    assert "They part at message" in result.output or "ends after message" in result.output
+    assert "They first differ at message" in result.output or "ends after message" in result.output
 
 
 def test_diff_says_what_changed(shoal, recorded, tmp_path):
@@ -103,9 +103,9 @@ def test_cut_by_names(shoal, recorded):
         (["-m", "EstimatedStat"], "did you mean EstimatedState"),
         (["-e", "GSP"], "did you mean GPS"),
         (["-s", "lauv-noptilus-2"], "did you mean lauv-noptilus-1"),
-        (["--from", "1h"], "the log is from 2026-01-01 00:00:00.000 UTC to"),
+        (["--from", "1h"], "the log covers only 2026-01-01 00:00:00.000 UTC to"),
         (["--from", "soon"], "'soon' is not a time"),
-        (["--from", "5", "--to", "4"], "--to is not behind --from"),
+        (["--from", "5", "--to", "4"], "--to must be after --from"),
         (["-m", "Abort"], "nothing is written"),
     ],
 )

@@ -19,7 +19,7 @@ maneuvers:
   - goto: {north: 40, depth: 2}
   - idle: {duration: 2}
 """
-DUNE_SECONDS = (58.8, 46.4, 69.6, 57.9)  # of the same plan in the log that it is from
+DUNE_SECONDS = (58.8, 46.4, 69.6, 57.9)  # of the same plan in its original log
 
 
 def mission(*arguments, cwd):
@@ -61,12 +61,12 @@ def test_a_plan_that_cannot_be_flown_says_why():
 def test_a_vehicle_that_knows_no_plans_says_what_it_lacks():
     report = fly(parse_plan(SHORT), modes=["Kinematic"], limit=300)
     assert report.outcome == "FAILURE"
-    assert report.reason == "vehicle not ready within 120 s: no Supervisors.Vehicle and no Plan.Engine runs in it"
+    assert report.reason == "vehicle not ready within 120 s: missing Supervisors.Vehicle and Plan.Engine"
 
 
 def test_a_limit_ends_a_mission():
     report = fly(load_plan(RECORDED), limit=60)
-    assert (report.outcome, report.reason) == ("TIMEOUT", "plan is not over")
+    assert (report.outcome, report.reason) == ("TIMEOUT", "plan not finished")
     assert report.maneuvers == ["Goto1"]
 
 
@@ -101,7 +101,7 @@ def test_the_command_has_an_exit_status_for_ci(tmp_path):
 def test_changes_that_change_nothing_are_said(tmp_path):
     (tmp_path / "plan.yaml").write_text(SHORT.replace("depth: 2", "depth: 200"), encoding="utf-8")
     for change, status, words in (
-        ("Simulators.StreamVelocity:Default Speed Nort=1", 1, "'Default Speed Nort' is no parameter"),
+        ("Simulators.StreamVelocity:Default Speed Nort=1", 1, "'Default Speed Nort' is not a parameter"),
         (
             "Simulators.IMU:Enabled=Never",
             2,

@@ -1,4 +1,4 @@
-"""Saved states, `shoal rewind` and `shoal run --from-snapshot`, each in a process of its own."""
+"""Snapshots, `shoal rewind` and `shoal run --from-snapshot`, each in its own process."""
 
 import subprocess
 import sys
@@ -17,7 +17,7 @@ def shoal(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
 
 
 def packets(folder: Path) -> list[bytes]:
-    """Without what begins the log of a run that goes on."""
+    """The packets of a log, without the first ones of a continued run."""
     (path,) = folder.glob("*/*/*")
     found = [packet for _, packet in imc.Log(path).packets()]
     heading = 1 + sum(imc.header(packet).id == imc.EntityInfo.ID for packet in found[:20])
@@ -26,7 +26,7 @@ def packets(folder: Path) -> list[bytes]:
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run of eight seconds with a state at three and at six."""
+    """A run of eight seconds with snapshots at three and six."""
     root = tmp_path_factory.mktemp("run")
     done = shoal(root, *VIRTUAL, "--snapshot-every", "3s")
     assert done.returncode == 0, done.stderr
@@ -75,7 +75,7 @@ def test_rewinding_with_a_change(log: Path, tmp_path: Path) -> None:
 def test_a_time_behind_the_end_of_the_log_is_said(log: Path, tmp_path: Path, at: str, said: bool) -> None:
     done = shoal(tmp_path, "rewind", log, "--at", at, "--for", "1s")
     assert done.returncode == 0, done.stderr
-    line = f"{log} ends at 8 s of its run: from there to {at} the vehicle just goes on\n"
+    line = f"{log} ends at 8 s of its run; the vehicle runs past this end to {at}\n"
     assert (line in done.stderr) is said
 
 

@@ -1,4 +1,4 @@
-"""`shoal rewind` of a mission: its logs, its states, and the request for its plan."""
+"""`shoal rewind` of a mission: its logs, its snapshots, and the request for its plan."""
 
 import shutil
 import subprocess
@@ -29,14 +29,14 @@ def packets(folder: Path) -> list[bytes]:
 
 
 def without_head(found: list[bytes]) -> list[bytes]:
-    """Without what begins the log of a run that goes on."""
+    """The packets of a log, without the first ones of a continued run."""
     end = next(i for i, packet in enumerate(found[1:], 1) if imc.header(packet).id != imc.EntityInfo.ID)
     return found[end:]
 
 
 @pytest.fixture(scope="module")
 def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The logs of a mission with states, and beside them those of others."""
+    """The logs of a mission with snapshots, next to other logs."""
     root = tmp_path_factory.mktemp("missions")
     others = ("--set", "Plan.Engine:State Report Frequency=4")
     for name, north, options in (("one", 12, ()), ("two", 16, ()), ("one", 12, others)):
@@ -103,7 +103,7 @@ def test_a_mission_goes_on_from_a_saved_state(day: Path, tmp_path: Path) -> None
     assert done.returncode == 0, done.stderr
     (log,) = tmp_path.glob("log/*/*/*")
     after, whole = without_head(packets(log)), packets(day / "000005_one")
-    begin, lasting = whole.index(after[0]), len(after) - 100  # it is closed where the other went on
+    begin, lasting = whole.index(after[0]), len(after) - 100  # it is closed where the other continued
     assert whole[begin : begin + lasting] == after[:lasting]
 
 

@@ -1,4 +1,4 @@
-"""`shoal run` and `shoal replay` as people use them: in a shell, in a pipe, on a terminal."""
+"""`shoal run` and `shoal replay` as users run them: in a shell, in a pipe, on a terminal."""
 
 import gzip
 import os
@@ -58,7 +58,7 @@ def test_a_virtual_run_leaves_a_log_that_begins_at_the_profiles_time(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "30.0 s of vehicle time" in done.stdout
     assert "LOG     log/lauv-noptilus-1/20260101/000000" in done.stdout
-    assert "left out: Transports.MAVLink (talks to the outside" in done.stderr
+    assert "skipped: Transports.MAVLink (needs the network, which is off in virtual time)" in done.stderr
     log = imc.Log(tmp_path / "log/lauv-noptilus-1/20260101/000000")
     counts = log.counts()
     assert counts["SimulatedState"] == 3000
@@ -185,7 +185,7 @@ def test_a_terminal_shows_the_vehicle(tmp_path):
     ("arguments", "words"),
     [
         (["run", "lauv-noptilus-9"], "lauv-noptilus-1"),
-        (["run", "../lauv-noptilus-1"], "not the name of a profile"),
+        (["run", "../lauv-noptilus-1"], "not a profile name"),
         (["run", "lauv-noptilus-1", "-p", "Simulaton"], "Simulation"),
         (["run", "lauv-noptilus-1", "--set", "nonsense"], "Section:Option=value"),
         (["run", "lauv-noptilus-1", "--clock", "soon"], "real, virtual, or a factor"),
@@ -213,7 +213,7 @@ def test_a_log_is_replayed_whole(tmp_path):
     count = len(imc.Log(folder))
     done = shoal("replay", folder, "--clock", "virtual", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert f"played {count} packets, left out 0" in done.stdout
+    assert f"played {count} packets, skipped 0" in done.stdout
 
 
 def test_a_dune_tree_of_ones_own_loads_and_what_shoal_has_not_is_listed(tmp_path):
@@ -227,12 +227,12 @@ def test_a_dune_tree_of_ones_own_loads_and_what_shoal_has_not_is_listed(tmp_path
     command = "run -c my-auv -d dune -p Simulation --clock virtual --for 2s"
     done = shoal(*command.split(), cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "left out: Simulators.LBL, Transports.HTTP (not in Shoal)" in done.stderr
+    assert "skipped: Simulators.LBL, Transports.HTTP (not in Shoal)" in done.stderr
 
 
 def test_what_a_profile_asks_for_in_vain_is_told(tmp_path):
     done = shoal(*VIRTUAL, "--for", "1s", "--set", "Simulators.GPS:HDPO=1", cwd=tmp_path)
-    assert "command line: warning: [Simulators.GPS] 'HDPO' is no parameter" in done.stderr
+    assert "command line: warning: [Simulators.GPS] 'HDPO' is not a parameter" in done.stderr
     assert "did you mean 'HDOP'?" in done.stderr
 
 

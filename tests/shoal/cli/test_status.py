@@ -1,4 +1,4 @@
-"""The live panel bears whatever messages, names and terminals it meets."""
+"""The live panel handles any messages, names and terminals."""
 
 import io
 

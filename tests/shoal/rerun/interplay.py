@@ -1,4 +1,4 @@
-"""Tasks whose every message depends on all that they heard and drew before, and in which order."""
+"""Tasks whose messages depend on everything received and drawn before, and its order."""
 
 from zlib import crc32
 
@@ -7,7 +7,7 @@ from runtime import Task, consume, param, periodic
 
 
 class Mixer(Task):
-    """Says a digest of all it has heard so far, at rates and delays that meet others' in the same moments."""
+    """Publishes a digest of all received messages, at rates and delays that coincide with those of others."""
 
     rate: float = param(20.0, "Hz", "Rate of its own messages.", minimum=0.0)
     delay: float = param(0.0, "s", "What it hears is answered after so much time.", minimum=0.0)

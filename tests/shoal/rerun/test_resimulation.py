@@ -1,4 +1,4 @@
-"""Re-simulation: the same bytes as in the log without changes, and what would be different with them."""
+"""Re-simulation: the bytes of the log without changes, and the differences with changes."""
 
 import gzip
 import shutil
@@ -33,7 +33,7 @@ STOCK = [
 def run(
     folder: Path, profile: str | Path, seconds: float, *feed: tuple[float, imc.Message], mode: str = "Kinematic"
 ) -> imc.Log:
-    """The log of a virtual run, in which an operator says the messages of `feed` at their times."""
+    """The log of a virtual run, in which an operator sends the messages of `feed` at their times."""
     loaded = load_profile(profile)
     made = build(loaded, {mode}, clock=VirtualClock(loaded.start_time_ns), seed=1, log_root=folder)
     for time, message in feed:
@@ -97,7 +97,7 @@ def test_the_log_of_a_plan_begins_with_its_run(tmp_path: Path) -> None:
         assert done.comparison.bytes == 0
         assert done.comparison.first is None
         assert sum(tally.equal for tally in done.comparison.tallies.values()) > 15
-        assert "from the start of the run, with the logs before this one: 000000" in done.notes
+        assert "starts with the earlier logs of the run: 000000" in done.notes
     (log.path.parent.parent / "000000" / "Data.lsf.gz").unlink()
     done = resimulate(log, [CAMERA])
     assert not done.exact
@@ -188,7 +188,7 @@ def test_another_seed_is_another_noise(log: imc.Log) -> None:
 def test_a_log_that_was_cut_short_is_the_same_as_far_as_it_goes(log: imc.Log, tmp_path: Path) -> None:
     done = resimulate(copy(log, tmp_path, 1801), ["IMU", "MUG Camera"])
     assert done.comparison.equal
-    assert done.notes == ["the log does not end in order: it may lack what was said last"]
+    assert done.notes == ["the log does not end cleanly: its last messages may be missing"]
 
 
 def test_a_damaged_log_says_what_nobody_can_know(log: imc.Log, tmp_path: Path) -> None:
@@ -211,7 +211,7 @@ def test_a_log_of_dune_says_what_cannot_be_reproduced() -> None:
     ("name", "reason"),
     [
         ("Simulators.MUGDetectionCamara", "did you mean 'Simulators.MUGDetectionCamera'?"),
-        ("Transports.MAVLink", "talks to the outside"),
+        ("Transports.MAVLink", "needs the network"),
         ("Simulators.Nothing", "there is no task"),
         ("Xyzzy", "there is no task 'Xyzzy': `shoal tasks` lists them"),
     ],
@@ -227,7 +227,7 @@ def test_a_task_that_was_not_there_says_something_new(log: imc.Log) -> None:
     (tally,) = [t for (_, kind), t in done.comparison.tallies.items() if kind == imc.Rpm.ID]
     assert tally.logged == 0
     assert tally.said > 100
-    assert any("nothing of the entity 'Mixer/New'" in note for note in done.notes)
+    assert any("no messages of the entity 'Mixer/New'" in note for note in done.notes)
 
 
 def test_the_command_tells_and_shows(log: imc.Log, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Which logs are of one run."""
+"""Finding the logs of one run."""
 
 import struct
 from pathlib import Path
@@ -15,7 +15,7 @@ STOPPED = imc.encode(imc.LoggingControl(timestamp=CUT, src=26, op=imc.LoggingCon
 
 
 def malformed(packet: bytes) -> bytes:
-    """The packet with one byte of its payload alone, and the CRC of that."""
+    """The packet with only one byte of payload, and the matching CRC."""
     short = packet[:4] + struct.pack("<H", 1) + packet[6:21]
     return short + struct.pack("<H", arc(short))
 

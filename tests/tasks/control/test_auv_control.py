@@ -13,7 +13,7 @@ from tasks.control.auv.speed import Speed
 
 Loops = imc.CLoopsMask
 DEPTH, ALTITUDE = imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE
-AFTER = 0.02  # s, that a run goes on after its feed
+AFTER = 0.02  # s; a run continues this long after its feed
 LIMITS = {"General": {"Absolute Maximum Depth": "50", "Absolute Minimum Altitude": "1.2"}}
 
 
@@ -140,7 +140,7 @@ def test_references_that_are_no_numbers_are_refused_and_said():
     ]
     run = attitude(feed)
     assert [(m.m, m.n) for m in run.of(imc.DesiredControl)] == [(0.0, 0.0)] * 20
-    assert len([text for text in run.log if text.startswith("a desired")]) == 3
+    assert len([text for text in run.log if text.startswith("desired ")]) == 3
 
 
 def test_the_parts_of_the_laws_have_entities_of_their_own():
@@ -150,13 +150,13 @@ def test_the_parts_of_the_laws_have_entities_of_their_own():
 
 
 def before_end(run, kind):
-    """The messages of a type, without those that a task ends with."""
+    """The messages of a type, without those published when the task stops."""
     end = run.vehicle.kernel.now_ns * 1e-9
     return [m for m in run.of(kind) if m.timestamp < end - 0.5 * AFTER]
 
 
 def fins(feed):
-    """The run, and the positions of the four fins, without those that it ends with."""
+    """The run, and the positions of the four fins, without those published when the task stops."""
     run = simulate(Allocator, feed=feed, seconds=feed[-1].timestamp + AFTER)
     moves = before_end(run, imc.SetServoPosition)
     return run, [tuple(m.value for m in moves[i : i + 4]) for i in range(0, len(moves), 4)]
@@ -182,7 +182,7 @@ def test_fins_are_no_faster_than_they_can():
 def test_torques_that_are_no_numbers_move_nothing():
     run, found = fins([enable(Loops.TORQUE), torque(0.2, n=math.nan)])
     assert found == []
-    assert run.log[-1].startswith("desired torques are no numbers")
+    assert run.log[-1].startswith("desired torques are not numbers")
 
 
 def test_a_brake_crosses_the_fins_until_it_ends():
@@ -194,7 +194,7 @@ def test_a_brake_crosses_the_fins_until_it_ends():
 
 
 def thrust(speed, units, seconds=20.0, extra=(), u=0.0, **parameters):
-    """The run, and the actuations, without the one that it ends with."""
+    """The run, and the actuations, without the one published when the task stops."""
     feed = [enable(Loops.SPEED), imc.DesiredSpeed(timestamp=0.15, value=speed, speed_units=units), *extra]
     for state in states(seconds, u=u):
         feed += [state, imc.Rpm(timestamp=state.timestamp + 0.01)]
@@ -225,7 +225,7 @@ def test_an_error_is_integrated_until_its_limit():
 
 
 def accelerated(derivative):
-    """Actuations at a surge that grows by 0.5 m/s in each second, from 0.2 m/s."""
+    """Actuations at a surge that grows from 0.2 m/s by 0.5 m/s per second."""
     feed = [enable(Loops.SPEED), imc.DesiredSpeed(timestamp=0.15, value=1.0, speed_units=imc.SpeedUnits.METERS_PS)]
     for index, state in enumerate(states(2.0)):
         feed += [state.replace(u=0.2 + 0.025 * index), imc.Rpm(timestamp=state.timestamp + 0.01)]
@@ -265,7 +265,7 @@ def test_an_abort_for_somebody_else_stops_nothing():
 def test_a_speed_that_is_no_number_is_refused():
     run, found = thrust(math.nan, imc.SpeedUnits.METERS_PS, seconds=1.0)
     assert found == []
-    assert run.log[-1].startswith("a desired speed is none")
+    assert run.log[-1].startswith("invalid desired speed: ")
 
 
 def test_the_rate_is_controlled_where_the_motor_does_not():
@@ -329,5 +329,5 @@ def test_a_servo_that_falls_silent_is_an_error_until_it_speaks():
     feed.append(imc.ServoPosition(timestamp=9.5, id=1))
     run = simulate(Allocator, feed, seconds=11.0)
     said = [(m.state, m.description) for m in run.of(imc.EntityState)]
-    assert (State.ERROR, "no position of servo 1") in said
+    assert (State.ERROR, "no position from servo 1") in said
     assert run.task.entity.state is State.NORMAL

@@ -1,4 +1,4 @@
-"""Braking before obstacles: what is one, when it begins and ends, and a vehicle before a wall."""
+"""Braking before obstacles: detection, begin and end, and a vehicle before a wall."""
 
 import math
 
@@ -48,7 +48,7 @@ def test_echoes(reach, depth, altitude, pitch, wanted):
 
 
 def braked(ranges, *more, label="Echo Sounder", seconds=None, depth=3.0, validity=1, **parameters):
-    """When (s) brakes begin and end, for a range each 0.2 s from 1 s on."""
+    """When (s) braking begins and ends, for one range every 0.2 s from 1 s on."""
     entity = simulate(Sonar, seconds=0.1).vehicle.entities.find(label).id
     feed = [imc.ControlLoops(timestamp=0.1, enable=1, mask=Loops.PATH, scope_ref=1), *more]
     for k, reach in enumerate(ranges):

@@ -1,4 +1,4 @@
-"""The plain parts of control: loops, control laws, fins, tracks, divergence."""
+"""The parts of control without a bus: loops, control laws, fins, tracks, divergence."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The protocol of path control, with a vehicle that is fed by hand."""
+"""The protocol of path control, with hand-made vehicle states."""
 
 import math
 
@@ -163,7 +163,7 @@ def test_no_further_path_is_an_error():
 
 
 def circle(radius, side, seconds, distance):
-    """A vehicle on a circle around a centre 100 m north."""
+    """A vehicle on a circle around a center 100 m north."""
     for i in range(round(seconds * 20)):
         angle = side * 1.4 * i * 0.05 / distance
         yield state(
@@ -207,9 +207,9 @@ def test_a_circle_around_where_the_vehicle_is():
 @pytest.mark.parametrize(
     ("fields", "reason"),
     [
-        ({"end_lat": math.nan}, "the desired path is nowhere"),
-        ({"end_lat": 2.0}, "the desired path is nowhere"),
-        ({"speed": math.inf}, "the desired path is nowhere"),
+        ({"end_lat": math.nan}, "the desired path has an invalid position or number"),
+        ({"end_lat": 2.0}, "the desired path has an invalid position or number"),
+        ({"speed": math.inf}, "the desired path has an invalid position or number"),
         ({"end_lat": LAT + 0.01}, "the desired path is longer than 25 km"),
     ],
 )

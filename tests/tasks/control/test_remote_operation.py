@@ -1,4 +1,4 @@
-"""An operator steers: each reference alone, and the whole vehicle."""
+"""Remote operation: each reference alone, and with the whole vehicle."""
 
 import math
 from pathlib import Path
@@ -26,7 +26,7 @@ def actions(time, text, src=CCU, **fields):
 
 
 def held(text, begin=1.0, end=5.0, **fields):
-    """What a console sends five times a second."""
+    """The messages that a console sends five times a second."""
     return [actions(begin + 0.2 * k, text, **fields) for k in range(round((end - begin) / 0.2))]
 
 
@@ -142,7 +142,7 @@ def test_nonsense_moves_nothing(text):
 def test_nonsense_beside_sense_costs_itself_alone():
     run = steered(*held("Thrust=abc;Heading=127;Fly=1"))
     assert last(run, imc.DesiredHeadingRate) == pytest.approx(math.radians(40.0))
-    assert "remote actions that are no numbers: Thrust=abc" in run.log
+    assert "remote actions are not numbers: Thrust=abc" in run.log
 
 
 def test_a_console_is_told_what_there_is():

@@ -192,10 +192,10 @@ def test_a_path_goes_on_from_a_climb_to_a_limit_that_it_has_passed():
 @pytest.mark.parametrize(
     ("path", "reason"),
     [
-        (desired(units=Units.DEPTH), "a depth is not for what flies"),
-        (desired(speed_units=imc.SpeedUnits.RPM), "the speed of what flies is in m/s"),
-        (desired(end_lat=math.nan), "the desired path is nowhere"),
-        (desired(end_z=math.inf), "the desired path is nowhere"),
+        (desired(units=Units.DEPTH), "an aerial vehicle cannot go to a depth"),
+        (desired(speed_units=imc.SpeedUnits.RPM), "the speed of an aerial vehicle must be in m/s"),
+        (desired(end_lat=math.nan), "the desired path has an invalid position or number"),
+        (desired(end_z=math.inf), "the desired path has an invalid position or number"),
         (desired(end_lat=0.0), "the desired path is longer than 25 km"),
     ],
 )
@@ -280,7 +280,7 @@ class Eyes(Task):
 
 
 def velocity(time, u=0.0, v=0.0, w=0.0, until=None):
-    """A wish that is repeated at 10 Hz."""
+    """A desired velocity, repeated at 10 Hz."""
     count = 1 if until is None else round((until - time) * 10)
     return [imc.DesiredVelocity(timestamp=time + 0.1 * i, u=u, v=v, w=w) for i in range(count)]
 
@@ -380,7 +380,7 @@ def test_an_empty_battery_lands_it_whatever_is_asked_for_and_keeps_it_there():
     again = [enable(Loops.VELOCITY, scope=3, time=30.0), *velocity(30.1, w=-2.0, until=34.0)]
     run = air(*UP, *velocity(6.5, u=2.0, until=20.0), empty, *again, seconds=36.0)
     assert phases(run) == ["GROUND", "GUIDED", "LAND", "GROUND"]
-    assert any("the battery is empty" in text for text in run.log)
+    assert any("the battery is low" in text for text in run.log)
 
 
 def test_a_velocity_that_does_not_come_is_an_error_and_it_hovers():
@@ -391,7 +391,7 @@ def test_a_velocity_that_does_not_come_is_an_error_and_it_hovers():
 
 def test_it_descends_level_where_it_does_not_know_its_state():
     class Blinking(Eyes):
-        """Sees for ten seconds."""
+        """Publishes states for ten seconds."""
 
         @consume
         def see(self, truth: imc.SimulatedState) -> None:
@@ -410,7 +410,7 @@ def test_what_is_no_number_is_refused():
     odd += [imc.EstimatedState(timestamp=3.001, x=math.nan, lat=LAT, lon=LON)]
     run = air(*UP, *odd, seconds=6.0)
     assert all(math.isfinite(m.z) for m in run.of(imc.SimulatedState))
-    assert "a desired velocity is no number" in run.log
+    assert "desired velocity is not a number" in run.log
 
 
 def test_one_that_begins_in_the_air_hovers():

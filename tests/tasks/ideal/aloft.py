@@ -1,4 +1,4 @@
-"""A flight of the profile hexa-00 with all that it simulates, and what becomes of it."""
+"""Flies the profile hexa-00 with its full simulation."""
 
 import math
 from pathlib import Path
@@ -15,9 +15,9 @@ START = 5.0
 
 
 class Flight:
-    """A vehicle that hovers, to which something happens: a message, or a task that falls silent.
+    """A hovering vehicle with an event: a message, or a task that becomes silent.
 
-    With `until_down` the flight is over 5 s after its landing.
+    With `until_down` the flight ends 5 s after landing.
     """
 
     def __init__(self, folder: Path, *events, seconds, overrides=(), plan=HOVER, until_down=False):

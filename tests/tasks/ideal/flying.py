@@ -1,4 +1,4 @@
-"""Flies plans with the ideal vehicle and all that commands it."""
+"""Flies plans with the ideal vehicle, supervisor and plan engine."""
 
 from pathlib import Path
 
@@ -40,7 +40,7 @@ PLANS = Path(__file__).parents[2] / "data" / "plans"
 
 
 def recorded(name="three_gotos"):
-    """A plan out of a log."""
+    """A plan from a log."""
     return imc.from_json((PLANS / f"{name}.json").read_text())
 
 
@@ -54,13 +54,13 @@ def plan_of(*maneuvers, name="test", transitions=None, **fields):
 
 
 def place(north, east):
-    """Latitude and longitude (rad) at offsets (m) from where the ideal vehicle starts."""
+    """Latitude and longitude (rad) at offsets (m) from the start of the ideal vehicle."""
     lat, lon, _ = imc.coordinates.displace(LAT, LON, 0.0, north, east)
     return {"lat": lat, "lon": lon}
 
 
 def goto(north, east, depth=0.0, speed=1.5):
-    """A Goto at offsets (m) from where the ideal vehicle starts."""
+    """A Goto at offsets (m) from the start of the ideal vehicle."""
     return imc.Goto(**place(north, east), z=depth, z_units=DEPTH, speed=speed)
 
 
@@ -76,7 +76,7 @@ def start(plan, at=START, **fields):
 
 
 def fly(*feed, seconds=60.0, without=(), more=(), vehicle=None, **options):
-    """Run the board and the ideal vehicle with what is fed."""
+    """Run the tasks and the ideal vehicle with the fed messages."""
     tasks = [task for task in BOARD if task not in without]
     return simulate([*tasks, *more, (IdealVehicle, vehicle or {})], feed, seconds=seconds, **options)
 
@@ -97,13 +97,13 @@ def changes(values):
 
 
 def phases(run):
-    """State and maneuver of the plan, in their order."""
+    """States and maneuvers of the plan, in order."""
     names = imc.PlanControlState.State
     return changes((names(m.state).name, m.man_id) for m in run.of(imc.PlanControlState))
 
 
 def modes(run):
-    """Modes of the vehicle, in their order."""
+    """Modes of the vehicle, in order."""
     return changes(imc.VehicleState.OpMode(m.op_mode).name for m in run.of(imc.VehicleState))
 
 

@@ -1,4 +1,4 @@
-"""Strategies for missions: plans good and bad, requests in any order, faults; and what must hold for each flight."""
+"""Strategies for missions: good and bad plans, requests in any order, faults; and the checks of each flight."""
 
 import math
 from dataclasses import dataclass
@@ -18,9 +18,9 @@ Phase = imc.PlanControlState.State
 Mode = imc.VehicleState.OpMode
 DEEPEST = 5.0  # m
 SETTINGS = {"General": {"Absolute Maximum Depth": str(DEEPEST), "Battery Capacity": "700"}}
-FIRST, LAST = 2.0, 30.0  # s between which things happen
+FIRST, LAST = 2.0, 30.0  # s, the interval of events
 STOPPING, PROBING, END = 50.0, 54.0, 64.0  # s
-PROBE = 0xF00D  # request id of the plan that shows that the engine is alive
+PROBE = 0xF00D  # request id of the plan that tests whether the engine works
 KINDS = (
     imc.Goto, imc.IdleManeuver, imc.StationKeeping, imc.Loiter, imc.FollowPath, imc.PopUp, imc.YoYo, imc.Rows,
     imc.RowsCoverage, imc.Elevator, imc.Launch, imc.ScheduledGoto, imc.Dislodge, imc.Teleoperation,
@@ -32,7 +32,7 @@ NAMES = ("m0", "m1", "m2", "m9", "_done_", "")
 
 
 class Sensor(Task):
-    """A monitored entity that breaks, falls silent, or recovers when it is told to."""
+    """A monitored entity that fails, becomes silent or recovers on demand."""
 
     fails: float = param(-1.0, "s", "Time of its failure, -1 for none.")
     recovers: float = param(-1.0, "s", "Time from its failure to its recovery, -1 for none.")
@@ -48,7 +48,7 @@ class Sensor(Task):
 
 @dataclass(frozen=True)
 class Happening:
-    """A mission of an ideal vehicle: what is fed, how the sensor fails, which task falls silent when (s)."""
+    """A mission of an ideal vehicle: fed messages, failures of the sensor, and which task becomes silent when (s)."""
 
     feed: tuple[imc.Message, ...] = ()
     fails: float = -1.0
@@ -64,7 +64,7 @@ offsets = st.floats(-40.0, 40.0)
 
 @st.composite
 def maneuvers(draw):
-    """A maneuver near the vehicle; now and then with fields that make no sense."""
+    """A maneuver near the vehicle, sometimes with invalid fields."""
     kind = draw(st.sampled_from(KINDS))
     known = {item.name for item in imc.fields(kind)}
     near = place(draw(offsets), draw(offsets))
@@ -111,7 +111,7 @@ request_ids = st.sampled_from((1, 2, 3, 7, 0xFFFF))
 
 @st.composite
 def requests(draw, plan):
-    """A request of a console about plans, or straight to the supervisor."""
+    """A request of a console to the plan tasks, or directly to the supervisor."""
     fields = {"dst": draw(destinations), "src": draw(sources)}
     at, request_id = draw(times), draw(request_ids)
     choice = draw(st.integers(0, 9))
@@ -131,7 +131,7 @@ def requests(draw, plan):
 
 
 def disturbances():
-    """An Abort, of which some are meant for others, or a message that comes at the wrong time."""
+    """An Abort, sometimes addressed to others, or a message at the wrong time."""
     return st.one_of(
         st.builds(imc.Abort, timestamp=times, src=sources, dst=destinations),
         st.builds(imc.ManeuverControlState, timestamp=times, state=st.integers(0, 5), eta=st.integers(0, 9)),
@@ -142,7 +142,7 @@ def disturbances():
 
 @st.composite
 def happenings(draw):
-    """A mission with all that can come in between."""
+    """A mission with any requests, disturbances and faults."""
     plan = draw(plans())
     feed = [control(Op.START, FIRST, plan.plan_id, 1, arg=plan)]
     feed += draw(st.lists(requests(plan), max_size=6))
@@ -160,7 +160,7 @@ def happenings(draw):
 
 
 def happen(mission: Happening) -> Run:
-    """Fly it, then stop whatever is left and start a short plan as a probe."""
+    """Fly it, then stop what still runs and start a short plan as a probe."""
     stop = control(Op.STOP, STOPPING, "", 0xBEEF)
     probe = plan_of(imc.IdleManeuver(duration=2), name="probe")
     start = control(Op.START, PROBING, "probe", PROBE, arg=probe)
@@ -181,7 +181,7 @@ def happen(mission: Happening) -> Run:
 
 
 def check(mission: Happening, run: Run) -> None:
-    """All that must hold. Raises AssertionError."""
+    """Check all rules. Raises AssertionError."""
     check_depth(mission, run)
     check_replies(mission, run)
     check_abort(mission, run)
@@ -206,7 +206,7 @@ def _asks_for_altitude(message: imc.Message | None) -> bool:
 
 
 def check_replies(mission: Happening, run: Run) -> None:
-    """One reply to each request for us, none to others; a START has one end at most."""
+    """One reply to each request to this vehicle, none to others; a START has at most one end."""
     sent = [m for m in mission.feed if isinstance(m, (imc.PlanControl, imc.PlanDB, imc.VehicleCommand))]
     silent = {"Plan.DB": imc.PlanDB, "Supervisors.Vehicle": imc.VehicleCommand}.get(mission.silent)
     for request in {_key(m): m for m in sent}.values():
@@ -232,7 +232,7 @@ def _key(message) -> tuple:
 
 
 def check_abort(mission: Happening, run: Run) -> None:
-    """After an Abort, nothing moves the vehicle until somebody asks for it."""
+    """After an Abort, the vehicle does not move until requested."""
     aborts = [m.timestamp for m in mission.feed if isinstance(m, imc.Abort) and m.dst == OWN]
     if mission.silent == "Supervisors.Vehicle" or not aborts:
         return
@@ -249,7 +249,7 @@ def check_abort(mission: Happening, run: Run) -> None:
 
 
 def check_end(mission: Happening, run: Run) -> None:
-    """The engine is able to start a plan, and says why where the vehicle is not."""
+    """The engine can start a plan, or gives the reason if the vehicle is not ready."""
     probes = [m for m in run.of(imc.PlanControl) if m.request_id == PROBE and m.type != Type.REQUEST]
     assert probes, "no reply to the last START"
     broken = mission.fails >= 0.0 and mission.recovers < 0.0

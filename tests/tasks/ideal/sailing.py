@@ -1,4 +1,4 @@
-"""Missions of the vehicle with all that it has, simulated: faults and currents, and what must hold for each."""
+"""Missions of the fully simulated vehicle with faults and currents, and the checks of each."""
 
 import math
 import tempfile
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import imc
 from shoal.missions import prepare
 
-BEGIN, ABORT, END = 12.0, 60.0, 120.0  # s; what happens to a mission happens before ABORT
+BEGIN, ABORT, END = 12.0, 60.0, 120.0  # s; all events of a mission happen before ABORT
 DEEPEST, OVERSHOOT, SURFACE = 5.0, 1.0, 0.5  # m
 RISING = 0.2  # m in 20 s
 SILENT = (
@@ -28,7 +28,7 @@ Mode = imc.VehicleState.OpMode
 class Sailing:
     """A plan, which task fails when (s), the velocity of the water (m/s), when (s) to abort and to end.
 
-    A sensor fails by falling silent, any other task by an exception, after which it is restarted.
+    A sensor fails by becoming silent, any other task by an exception, after which it is restarted.
     """
 
     plan: imc.PlanSpecification
@@ -44,7 +44,7 @@ class Sailing:
 
 @dataclass
 class Voyage:
-    """What came of it: time (s) and depth (m), time and mode of the vehicle, replies, packets, failed tasks."""
+    """The result: time (s) and depth (m), time and mode of the vehicle, replies, packets, failed tasks."""
 
     depths: list[tuple[float, float]] = field(default_factory=list[tuple[float, float]])
     modes: list[tuple[float, int]] = field(default_factory=list[tuple[float, int]])
@@ -55,7 +55,7 @@ class Voyage:
 
 @st.composite
 def sailings(draw):
-    """One or two maneuvers in a current, with something that breaks."""
+    """One or two maneuvers in a current, with a fault."""
     depth, speed = st.sampled_from((0.0, 2.0, 4.0, 5.0)), st.sampled_from((0.8, 1.5))
     near = st.floats(-60.0, 60.0).map(round)
     legs = st.builds(goto, near, near, depth, speed)
@@ -84,7 +84,7 @@ def sailings(draw):
 
 
 def sail(sailing: Sailing) -> Voyage:
-    """Fly it with the modes that simulate the vehicle with all it has. Exceptions of tasks are raised."""
+    """Fly it with the full simulation. Exceptions of tasks are raised."""
     voyage = Voyage()
     water = {"North": sailing.north, "East": sailing.east, "Down": sailing.down}
     overrides = [f"Simulators.StreamVelocity:Default Speed {name}={value}" for name, value in water.items()]
@@ -147,7 +147,7 @@ def _packed(message: imc.Message, now: float) -> tuple[imc.Message, bytes]:
 
 
 def check_voyage(sailing: Sailing, voyage: Voyage) -> None:
-    """All that must hold. Raises AssertionError."""
+    """Check all rules. Raises AssertionError."""
     assert set(voyage.failures) <= {sailing.silent}
     assert all(math.isfinite(depth) for _, depth in voyage.depths)
     time, depth = max(voyage.depths, key=lambda item: item[1])

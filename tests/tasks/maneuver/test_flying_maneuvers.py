@@ -1,4 +1,4 @@
-"""The maneuvers of what flies, each alone: the paths that they ask for, and when they are done."""
+"""The maneuvers of aircraft, each alone: the desired paths, and when they are done."""
 
 import math
 
@@ -32,7 +32,7 @@ def execute(cls, maneuver, *feed, seconds=30.0, **parameters):
 
 
 def done(run):
-    """When it was done (s), infinity where it was not."""
+    """When it was done (s), infinity if it was not."""
     found = [m.timestamp for m in run.of(imc.ManeuverControlState) if m.state == Phase.DONE]
     return found[0] - run.vehicle.start_time if found else math.inf
 

@@ -1,4 +1,4 @@
-"""Missions of boats with all that they have, simulated: legs, corners, stations, wind, current, aborts and faults."""
+"""Missions of fully simulated boats: legs, corners, stations, wind, current, aborts and faults."""
 
 import math
 import tempfile
@@ -33,7 +33,7 @@ WIND = ("Simulators.Wind:Speed=6", "Simulators.Wind:Direction=45", "Simulators.W
 
 @dataclass
 class Voyage:
-    """What came of a mission: the report, and messages of a few types with their times from the start (s)."""
+    """The result of a mission: the report, and messages of some types with their times from the start (s)."""
 
     report: Report
     heard: dict[type[imc.Message], list[tuple[float, imc.Message]]] = field(default_factory=dict)
@@ -45,7 +45,7 @@ class Voyage:
 
     @property
     def modes(self):
-        """The modes of the vehicle, one after the other."""
+        """The modes of the vehicle, in order."""
         modes = [m.op_mode for m in self.of(imc.VehicleState)]
         return modes[:1] + [mode for before, mode in pairwise(modes) if mode != before]
 
@@ -54,12 +54,12 @@ class Voyage:
         return next(time for time, m in self.heard[imc.VehicleState] if m.op_mode == mode)
 
     def distances(self, kind, begin, end, place):
-        """Of SimulatedStates from a place (m north and east of the start)."""
+        """Distances (m) of SimulatedStates from a place (m north and east of the start)."""
         return [math.dist((m.x, m.y), place) for m in self.of(kind, begin, end)]
 
 
 def sail(boat, plan, *overrides, seed=1, happen=None, until=None, keep_all=False):
-    """Fly a plan to its end or, whatever becomes of it, `until` a time (s).
+    """Sail a plan to its end or, whatever happens, `until` a time (s).
 
     `happen` is a coroutine function that gets the vehicle and a script.
     """

@@ -1,4 +1,4 @@
-"""A fault of any sensor or actuator of the simulated AUV leads to the mode that docs/mission.md says."""
+"""A fault of any sensor or actuator of the simulated AUV leads to the mode given in docs/mission.md."""
 
 import re
 from pathlib import Path
@@ -20,12 +20,12 @@ def fails():
 
 
 def silent(task):
-    """Nothing more is heard of a sensor; the entity does not know."""
+    """The sensor publishes nothing more; its entity state stays the same."""
     return lambda vehicle: vehicle.task(task).disconnect()
 
 
 def broken(task):
-    """The sensor's task fails, and begins anew a second later."""
+    """The sensor's task fails, and restarts a second later."""
 
     def inject(vehicle):
         vehicle.kernel.after(0.0, fails).owner = vehicle.task(task)
@@ -42,7 +42,7 @@ def says(message):
 
 
 LEAK = imc.LeakSimulation(op=imc.LeakSimulation.Op.ON)
-# what happens -> the last error, and within how many seconds
+# fault -> the last error, and the longest time to it (s)
 ENDS = {
     "AHRS silent": (silent("Simulators.IMU/AHRS"), "Navigation: attitude is missing", 2.1),
     "AHRS fails": (broken("Simulators.IMU/AHRS"), "AHRS: RuntimeError: broken", 0.1),
@@ -53,12 +53,12 @@ ENDS = {
     "altimeter and echo sounder fail": (broken("Simulators.Environment"), "entity errors: Altimeter", 1.1),
     "motor silent": (silent("Simulators.Motor"), "Speed Control: no Rpm for 2 s", 3.1),
     "motor fails": (broken("Simulators.Motor"), "Motor: RuntimeError: broken", 0.1),
-    "servos silent": (silent("Simulators.Servos"), "Allocator: no position of servo 0, 1, 2, 3", 4.1),
+    "servos silent": (silent("Simulators.Servos"), "Allocator: no position from servo 0, 1, 2, 3", 4.1),
     "servos fail": (broken("Simulators.Servos"), "Servos: RuntimeError: broken", 0.1),
     "leak": (says(LEAK), "Leak Sensor - Tail: leak detected", 0.1),
     "navigation fails": (broken("Navigation.AUV.Navigation"), "Navigation: RuntimeError: broken", 0.1),
 }
-# what happens -> an entity that says so
+# fault -> the entity that reports it, and its description
 GOES_ON = {
     "DVL silent": (silent("Simulators.DVL"), "Navigation", "active without DVL"),
     "GPS silent": (silent("Simulators.GPS"), "Navigation", "active"),
@@ -69,7 +69,7 @@ GOES_ON = {
 
 
 class Flight:
-    """What came of a plan with a fault: when (s after it) the plan failed, modes after it, errors, and descriptions."""
+    """The result of a plan with a fault: when (s after it) the plan failed, modes after it, errors, descriptions."""
 
     def __init__(self, folder, inject, end):
         made = prepare("lauv-noptilus-1", overrides=LIGHT, log_root=folder / "log", state_folder=folder / "db")

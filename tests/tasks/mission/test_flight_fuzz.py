@@ -1,4 +1,4 @@
-"""Random flights in random wind, some with an abort: never above the limit, and softly on the ground in the end."""
+"""Random flights in random wind, some with an abort: they stay below the limit and land softly."""
 
 import math
 from itertools import pairwise

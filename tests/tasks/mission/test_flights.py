@@ -1,4 +1,4 @@
-"""Plans that the profile hexa-00 flies with its whole simulation, and what becomes of faults in the air."""
+"""Plans of the profile hexa-00 with its full simulation, and faults in the air."""
 
 import hashlib
 import math
@@ -56,9 +56,9 @@ def test_an_area_in_wind():
 @pytest.mark.parametrize(
     ("maneuvers", "reason"),
     [
-        ("  - goto: {north: 10}", "Goto1: the vehicle is on the ground then, a Takeoff has to come first"),
+        ("  - goto: {north: 10}", "Goto1: the vehicle is on the ground, a Takeoff must come first"),
         ("  - takeoff: {altitude: 130}", "Takeoff1: an altitude of 130 m is above the limit of 120 m"),
-        ("  - takeoff: {}\n  - goto: {north: 10, depth: 2}", "Goto2: a depth is not for what flies"),
+        ("  - takeoff: {}\n  - goto: {north: 10, depth: 2}", "Goto2: an aerial vehicle cannot go to a depth"),
         ("  - takeoff: {}\n  - goto: {north: 5100}", "Goto2: a leg of 5.1 km is longer than 5 km"),
         (
             "  - takeoff: {}\n  - loiter: {north: 9, radius: 9, duration: 1h}",
@@ -168,7 +168,7 @@ def test_the_area_bounds_plans_and_flights(tmp_path):
     area = ["Monitors.OperationalLimits:Initial Setting - Area Center=41.185, -8.7062"]
     size = "Monitors.OperationalLimits:Initial Setting - Area Size="
     report = fly(HOVER, "hexa-00", limit=60, overrides=[*area, size + "50, 50"])
-    assert report.reason == "StationKeeping2: is outside of the area of the operational limits"
+    assert report.reason == "StationKeeping2: is outside the area of the operational limits"
     smaller = imc.OperationalLimits(dst=OWN, src=CCU, mask=imc.OpLimitsMask.AREA, length=20.0, width=20.0)
     center = {"lat": math.radians(41.185), "lon": math.radians(-8.7062)}
     flight = Flight(tmp_path, (25.0, smaller.replace(**center)), seconds=60.0, overrides=[*area, size + "90, 90"])

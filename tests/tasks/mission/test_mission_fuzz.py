@@ -1,4 +1,4 @@
-"""Missions out of strategies, good and bad: what must hold for all of them, and what has once been wrong with some."""
+"""Random good and bad missions keep all rules; and cases that failed once."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The whole vehicle is as sure of its position as its errors are large, where sensors have the noise they claim."""
+"""The position error of the whole vehicle matches its covariance, if sensors have the noise they claim."""
 
 import imc
 from imc.coordinates import absolute, displacement

@@ -1,4 +1,4 @@
-"""What watches the vehicle."""
+"""The monitors of the vehicle."""
 
 import math
 
@@ -114,7 +114,7 @@ def test_a_passed_limit_is_an_error_until_it_is_well_inside():
     feed = [at(1.0, depth=29.0), at(2.0, depth=30.5), at(3.0, depth=29.9), at(4.0, depth=29.5)]
     run = simulate(OperationalLimits, feed, seconds=5, maximum_depth=30.0)
     fine = ("NORMAL", "active")
-    assert states(run) == [fine, ("ERROR", "outside of maximum depth"), fine]
+    assert states(run) == [fine, ("ERROR", "violates maximum depth"), fine]
 
 
 @pytest.mark.parametrize(
@@ -132,7 +132,7 @@ def test_a_passed_limit_is_an_error_until_it_is_well_inside():
 def test_every_limit(limits, state, name):
     feed = [imc.OperationalLimits(timestamp=0.5, src=CCU, dst=OWN, **limits), at(1.0, **state)]
     run = simulate(OperationalLimits, feed, seconds=2)
-    assert ("ERROR", f"outside of {name}") in states(run)
+    assert ("ERROR", f"violates {name}") in states(run)
     inside = [feed[0], at(1.0, depth=0.1, alt=-1.0, vx=0.7, **place(40, 0))]
     assert "ERROR" not in {state for state, _ in states(simulate(OperationalLimits, inside, seconds=2))}
 
@@ -149,7 +149,7 @@ def test_an_area_is_there_from_the_start():
     feed = [at(1.0, **place(0, 40)), at(2.0, **place(40, 0))]
     run = simulate(OperationalLimits, feed, seconds=3, **area)
     assert run.of(imc.OperationalLimits)[0].mask == Limit.AREA
-    assert states(run) == [("NORMAL", "active"), ("ERROR", "outside of area")]
+    assert states(run) == [("NORMAL", "active"), ("ERROR", "violates area")]
     with pytest.raises(ParameterError):
         simulate(OperationalLimits, seconds=1, area_center=[99.0, 0.0])
 
@@ -158,7 +158,7 @@ def test_limits_that_are_no_numbers_are_refused():
     bad = imc.OperationalLimits(timestamp=1.0, src=CCU, dst=OWN, mask=Limit.MAX_DEPTH, max_depth=math.nan)
     run = simulate(OperationalLimits, [bad, bad.replace(dst=0x1B, max_depth=1.0)], seconds=2, maximum_depth=30.0)
     assert [m.max_depth for m in run.of(imc.OperationalLimits)] == [30.0]
-    assert run.log == ["limits from 0x4000 have a value that is no number"]
+    assert run.log == ["limits from 0x4000 have a value that is not a number"]
 
 
 @pytest.mark.parametrize(("src", "dst", "limit"), [(0x1B, 0xFFFF, 30.0), (0x1B, OWN, 5.0), (CCU, 0xFFFF, 5.0)])

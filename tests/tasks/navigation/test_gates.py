@@ -1,4 +1,4 @@
-"""What is believed, and what is not."""
+"""Gates: which measurements are accepted, and which are rejected."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Navigation of a boat: circles in a current, sensors that are lost and come back, its own uncertainty."""
+"""Navigation of a boat: circles in a current, sensors that are lost and return, its uncertainty."""
 
 import math
 
@@ -19,11 +19,11 @@ RADIUS, SPEED = 15.0, 1.5
 
 
 class GPS(Task):
-    """Keeps the entity's place."""
+    """Reserves the entity."""
 
 
 def truth(time, stream=(0.2, -0.3)):
-    """Position (m), heading and its rate, velocity over ground of a boat that circles through moving water."""
+    """Position (m), heading, heading rate and velocity over ground of a boat that circles in a current."""
     rate = SPEED / RADIUS
     psi = rate * time
     x, y = RADIUS * math.sin(psi) + stream[0] * time, RADIUS * (1.0 - math.cos(psi)) + stream[1] * time
@@ -31,7 +31,7 @@ def truth(time, stream=(0.2, -0.3)):
 
 
 def sensors(seconds, noise=0.0, seed=0, gone=(math.inf, math.inf), **options):
-    """GPS at 1 Hz with white noise (m), missing between two times; attitude at 50 Hz."""
+    """GPS at 1 Hz with white noise (m), lost between two times; attitude at 50 Hz."""
     random = np.random.default_rng(seed)
     feed = []
     for k in range(round(seconds * 50)):
@@ -127,7 +127,7 @@ def test_bad_fixes_are_refused_and_a_position_that_stays_elsewhere_is_taken():
     assert max(errors(run, 20.0)) < 1.0
     moved = [m.replace(lat=m.lat + 2e-5) if isinstance(m, imc.GpsFix) and m.timestamp > 40.0 else m for m in good]
     run = navigate(moved)
-    assert any("begins anew" in text for text in run.log)
+    assert any("is reset to theirs" in text for text in run.log)
     assert errors(run)[-1] == pytest.approx(127.0, abs=2.0)
 
 

@@ -1,4 +1,4 @@
-"""The filter is as good as it says it is."""
+"""The errors of the filter match its covariance."""
 
 import math
 
@@ -87,7 +87,7 @@ def test_a_dive_makes_it_less_sure_and_a_fix_surer():
 
 
 def test_prediction_agrees_with_matrices():
-    """P = F P Fᵀ + Q with the Jacobian of the motion taken by differences."""
+    """P = F P Fᵀ + Q with the Jacobian of the motion from differences."""
     random = np.random.default_rng(1)
     state = HorizontalFilter(INITIAL, PROCESS, 1.0e-3)
     root = random.normal(size=(SIZE, SIZE))

@@ -1,4 +1,4 @@
-"""Navigation with sensors that are fed by hand."""
+"""Navigation with hand-made sensor data."""
 
 import math
 
@@ -20,7 +20,7 @@ FIX = imc.GpsFix(
 def sensors(
     seconds, *, heading=0.0, depth=1.0, pitch=0.0, fixes=lambda _: FIX, surge=0.0, doppler=lambda _: True, rpm=0
 ):
-    """What a vehicle that goes straight on hears, at the rates of its sensors."""
+    """The sensor data of a vehicle on a straight line, at the rates of its sensors."""
     for tick in range(round(seconds * 20)):
         time = tick * 0.05 + 0.01
         yield imc.EulerAngles(timestamp=time, psi=heading, theta=pitch)
@@ -98,7 +98,7 @@ def test_fixes_that_contradict_it_again_and_again_are_believed():
     there = FIX.replace(lat=lat, lon=lon, height=height)
     run = simulate(Navigation, feed=sensors(60.0, fixes=lambda t: FIX if t < 50.0 else there), **ANY)
     assert run.of(imc.EstimatedState)[-1].x == pytest.approx(200.0, abs=1.0)
-    assert "fixes contradict the position, which begins anew with theirs" in run.log
+    assert "fixes contradict the position, which is reset to theirs" in run.log
 
 
 def test_the_reference_moves_with_a_vehicle_that_is_far_away():

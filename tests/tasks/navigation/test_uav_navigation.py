@@ -1,4 +1,4 @@
-"""Navigation of an aerial vehicle: with sensors that are fed by hand, and with simulated ones over seeds."""
+"""Navigation of a UAV with hand-made sensor data, and with simulated sensors for several seeds."""
 
 import math
 
@@ -113,7 +113,7 @@ def test_fixes_that_contradict_are_believed_when_they_go_on():
     assert run(3).of(imc.EstimatedState)[-1].x == pytest.approx(0.0, abs=0.1)
     moved = run(6)
     assert moved.of(imc.EstimatedState)[-1].x == pytest.approx(63.6, abs=0.5)
-    assert any("begins anew" in text for text in moved.log)
+    assert any("is reset to theirs" in text for text in moved.log)
 
 
 def test_fixes_that_are_none_are_refused_and_it_is_said():

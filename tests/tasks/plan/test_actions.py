@@ -7,7 +7,7 @@ from runtime import ActivationError, Task, param
 
 
 class Payload(Task):
-    """Something that a plan switches on."""
+    """A payload that a plan activates."""
 
     activation = "plan"
     active: bool = param(False, "", "Whether it works.", scope="plan")

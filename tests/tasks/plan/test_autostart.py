@@ -1,4 +1,4 @@
-"""A vehicle begins by itself, once, and only where nobody else was quicker."""
+"""Autostart runs a plan once, and only if nothing else was started before."""
 
 import re
 from typing import Any
@@ -56,7 +56,7 @@ def test_a_refusal_is_told() -> None:
         (2.0, imc.PlanControlState(state=Phase.READY)),
         (3.0, imc.PlanGeneration(op=imc.PlanGeneration.Op.ERROR, plan_id="sk", params="error=position is unknown")),
     )
-    assert done.task.entity.state is State.NORMAL  # the answer is not for this task
+    assert done.task.entity.state is State.NORMAL  # a reply to another task
 
     own = done.task.entity.id
     answer = imc.PlanGeneration(
@@ -69,8 +69,8 @@ def test_a_refusal_is_told() -> None:
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"template": "dyve"}, "Template: there is no template 'dyve'; did you mean 'dive'?"),
-        ({"template": "circles"}, "there are go, sk, come_near, loiter, dive, surface, dislodge, flight"),
+        ({"template": "dyve"}, "Template: unknown template 'dyve'; did you mean 'dive'?"),
+        ({"template": "circles"}, "known: go, sk, come_near, loiter, dive, surface, dislodge, flight"),
         ({"template": "dive", "values": ["radius=15", "depth=abc"]}, "Values: depth is not a number"),
         ({"template": "go", "values": ["lat=100"]}, "Values: lat and lon are not a position in degrees"),
     ],

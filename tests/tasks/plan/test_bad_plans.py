@@ -1,4 +1,4 @@
-"""Plans that cannot be executed: each has its reason, and nothing of it remains."""
+"""Plans that cannot be executed are refused with a reason, and leave nothing behind."""
 
 import math
 from itertools import pairwise
@@ -18,7 +18,7 @@ NO_WAY = "m1: maneuver has no incoming transition and it's not the initial maneu
 
 
 def refusal(plan, **options):
-    """The reply to a START with a plan that cannot be executed; nothing of it must remain."""
+    """The reply to a START with a plan that cannot be executed; checks that nothing remains of it."""
     run = fly(start(plan), seconds=10, settings=SETTINGS, **options)
     assert last(run) == ("READY", "FAILURE")
     assert modes(run) == ["BOOT", "SERVICE"]
@@ -41,7 +41,7 @@ def refusal(plan, **options):
             plan_of(goto(0, 0).replace(z_units=imc.ZUnits.ALTITUDE, z=-3.0)),
             "m0: maneuver above the surface or below the bottom",
         ),
-        (plan_of(goto(0, 0).replace(z_units=imc.ZUnits.NONE)), "m0: neither depth nor altitude, and the vehicle dives"),
+        (plan_of(goto(0, 0).replace(z_units=imc.ZUnits.NONE)), "m0: z is neither a depth nor an altitude"),
         (plan_of(goto(0, 0, speed=12.0)), "m0: a speed of 12 m/s is above the vehicle's 2 m/s"),
         (plan_of(imc.Elevator(end_z=60, end_z_units=DEPTH, speed=1)), "m0: maneuver depth beyond limits"),
         (plan_of(goto(0, 0), goto(1, 1), transitions=[]), NO_WAY),
@@ -66,7 +66,7 @@ def refusal(plan, **options):
         (plan_of(imc.Rows(speed=1, width=0, z_units=DEPTH)), "m0: width, length and step must be at least 1 mm"),
         (
             plan_of(goto(0, 0), transitions=[("m0", "m0", "x < 3")]),
-            "m0: condition 'x < 3': 'x' is not ManeuverIsDone and not Message.field",
+            "m0: condition 'x < 3': 'x' is neither ManeuverIsDone nor Message.field",
         ),
         (plan_of(goto(0, 0)).replace(maneuvers=[imc.Goto()]), "test: Goto is not a PlanManeuver"),
         (plan_of(goto(0, 0)).replace(transitions=[imc.Goto()]), "test: Goto is not a PlanTransition"),
@@ -100,7 +100,7 @@ BAD = {
     "an unknown operation": (control(77, 10.0, "test", 9), "no such operation: 77"),
     "the recovery plan": (
         start(plan_of(goto(0, 0), name="dislodge"), 10.0, request_id=9),
-        "the recovery plan is started by the plan generator alone",
+        "only the plan generator may start the recovery plan",
     ),
 }
 
@@ -206,4 +206,4 @@ def test_without_a_supervisor_the_engine_does_not_hang():
 def test_the_recovery_plan_is_not_for_everybody():
     plan = plan_of(imc.Dislodge(rpm=1000), name="dislodge")
     run = fly(start(plan), seconds=5, settings=SETTINGS)
-    assert replies(run) == [("FAILURE", "the recovery plan is started by the plan generator alone")]
+    assert replies(run) == [("FAILURE", "only the plan generator may start the recovery plan")]

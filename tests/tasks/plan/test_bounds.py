@@ -1,4 +1,4 @@
-"""What a plan may not do: leave the area, fly too high, or fly before it has taken off."""
+"""Plans that leave the area, fly too high, or fly before takeoff are refused."""
 
 import math
 
@@ -23,7 +23,7 @@ def goto(north=0.0, altitude=20.0, **fields):
 
 
 def check(*maneuvers, options=(), kinds=KINDS, state=STATE, transitions=None, **fields):
-    """The reason why a plan is refused, empty where it is not."""
+    """Why a plan is refused, empty if it is accepted."""
     options = {"Absolute Maximum Altitude": "120", **dict(options)}
     preflight = Preflight(lambda option: options.get(option, ""), 15.0, 5000.0)
     try:
@@ -42,7 +42,7 @@ def test_plans_that_take_off_first_can_be_flown(maneuvers):
 
 @pytest.mark.parametrize(("maneuvers", "name"), [((goto(),), "m0"), ((TAKEOFF, LAND, IDLE, goto()), "m3")])
 def test_what_flies_on_the_ground_is_refused(maneuvers, name):
-    assert check(*maneuvers) == f"{name}: the vehicle is on the ground then, a Takeoff has to come first"
+    assert check(*maneuvers) == f"{name}: the vehicle is on the ground, a Takeoff must come first"
 
 
 def test_what_is_in_the_air_need_not_take_off():
@@ -65,11 +65,11 @@ def test_what_does_not_take_off_at_all_flies_nothing():
     [
         (goto(altitude=121.0), "an altitude of 121 m is above the limit of 120 m"),
         (goto(altitude=211.0, z_units=imc.ZUnits.HEIGHT), "an altitude of 121 m is above the limit of 120 m"),
-        (goto(altitude=2.0, z_units=imc.ZUnits.DEPTH), "a depth is not for what flies"),
-        (goto(speed=50.0, speed_units=imc.SpeedUnits.PERCENTAGE), "the speed of what flies is in m/s"),
-        (imc.Takeoff(speed=2.0), "takes off to no altitude or height above the ground"),
-        (imc.Takeoff(speed=2.0, z=-1.0, z_units=UP), "takes off to no altitude or height above the ground"),
-        (imc.Takeoff(speed=2.0, z=80.0, z_units=3), "takes off to no altitude or height above the ground"),
+        (goto(altitude=2.0, z_units=imc.ZUnits.DEPTH), "an aerial vehicle cannot go to a depth"),
+        (goto(speed=50.0, speed_units=imc.SpeedUnits.PERCENTAGE), "the speed of an aerial vehicle must be in m/s"),
+        (imc.Takeoff(speed=2.0), "a Takeoff needs an altitude or height above the ground"),
+        (imc.Takeoff(speed=2.0, z=-1.0, z_units=UP), "a Takeoff needs an altitude or height above the ground"),
+        (imc.Takeoff(speed=2.0, z=80.0, z_units=3), "a Takeoff needs an altitude or height above the ground"),
         (
             imc.FollowPath(**place(0, 0), z=110.0, z_units=UP, speed=5.0, points=[imc.PathPoint(x=9.0, z=20.0)]),
             "an altitude of 130 m is above the limit of 120 m",
@@ -98,7 +98,7 @@ def fence(**fields):
 
 def test_a_plan_stays_inside_the_area():
     assert check(TAKEOFF, goto(99.0), limits=fence()) == ""
-    assert check(TAKEOFF, goto(101.0), limits=fence()) == "m1: is outside of the area of the operational limits"
+    assert check(TAKEOFF, goto(101.0), limits=fence()) == "m1: is outside the area of the operational limits"
     assert check(TAKEOFF, goto(99.0), limits=fence(orientation=0.5 * math.pi)).startswith("m1: is outside")
     assert check(TAKEOFF, goto(101.0), limits=fence(mask=0)) == ""
     circle = imc.Loiter(**place(80.0, 0.0), radius=25.0, z=20.0, z_units=UP, speed=5.0)
@@ -110,7 +110,7 @@ def test_limits_that_are_no_numbers_are_kept_by_no_plan(field):
     broken = fence(max_altitude=50.0, mask=imc.OpLimitsMask.AREA | imc.OpLimitsMask.MAX_ALT)
     assert check(TAKEOFF, goto(), limits=broken) == ""
     broken = broken.replace(**{field: math.nan})
-    assert check(TAKEOFF, goto(), limits=broken) == "the operational limits have a value that is no number"
+    assert check(TAKEOFF, goto(), limits=broken) == "the operational limits have a value that is not a number"
     assert check(TAKEOFF, goto(), limits=broken.replace(mask=0)) == ""
 
 

@@ -38,9 +38,9 @@ def test_comparisons(text, expected):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("FuelLevel.valu < 2", "FuelLevel has no number 'valu'"),
-        ("LogBookEntry.text < 2", "LogBookEntry has no number 'text'"),
-        ("Foo.x < 3", "'Foo.x' is not ManeuverIsDone"),
+        ("FuelLevel.valu < 2", "FuelLevel has no numeric field 'valu'"),
+        ("LogBookEntry.text < 2", "LogBookEntry has no numeric field 'text'"),
+        ("Foo.x < 3", "'Foo.x' is neither ManeuverIsDone nor Message.field"),
         ("FuelLevel.value", "a comparison is missing"),
         ("FuelLevel.value = 3", "'=' is not understood"),
         ("FuelLevel.value <", "needs a number"),

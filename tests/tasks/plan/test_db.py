@@ -24,7 +24,7 @@ def ask(op, plan_id="", arg=None, at=1.0, **fields):
 
 
 def served(*requests, **options):
-    """The replies to requests, without the progress."""
+    """The replies to requests, without progress reports."""
     run = simulate(DB, requests, seconds=20, **options)
     return [m for m in run.of(imc.PlanDB) if m.op != Op.BOOT and m.type != Type.IN_PROGRESS]
 
@@ -124,7 +124,7 @@ def test_a_plan_that_is_started_with_its_specification_is_kept():
 
 def test_a_plan_that_is_started_and_cannot_be_kept_is_told_and_harms_nothing():
     class Full(DB):
-        """Finds no room for plans."""
+        """A database without space for plans."""
 
         def start(self) -> None:
             super().start()
@@ -159,7 +159,7 @@ def test_virtual_runs_begin_without_plans_and_a_file_keeps_them(tmp_path):
 
 def test_a_damaged_file_is_put_aside(tmp_path):
     class Files(DB):
-        """With a file that is none of ours."""
+        """A database whose file is damaged."""
 
         def start(self) -> None:
             folder = self.vehicle.state_folder / self.system_name
@@ -169,13 +169,13 @@ def test_a_damaged_file_is_put_aside(tmp_path):
             assert (folder / "Plan.damaged").exists()
 
     run = simulate(Files, [ask(Op.SET, "a", A)], seconds=3, storage="File")
-    assert any("put aside as Plan.damaged" in text for text in run.log)
+    assert any("renamed to Plan.damaged" in text for text in run.log)
     assert run.of(imc.PlanDB)[-1].info == "OK (new entry)"
 
 
 def test_a_wall_clock_uses_the_file():
     class Look(DB):
-        """Says where its plans are."""
+        """Checks its file in stop()."""
 
         def stop(self) -> None:
             file = self.vehicle.state_folder / self.system_name / "Plan.db"

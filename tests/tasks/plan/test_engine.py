@@ -1,4 +1,4 @@
-"""What the plan engine answers: to good requests, and to all kinds of bad ones."""
+"""Replies of the plan engine to good and bad requests."""
 
 import pytest
 from flying import BROADCAST, CCU, OWN, START, control, fly, goto, last, modes, phases, plan_of, replies, start
@@ -175,12 +175,12 @@ def test_a_condition_may_end_a_maneuver_early():
 def test_a_plan_whose_conditions_lead_nowhere_fails():
     plan = plan_of(imc.IdleManeuver(duration=1), goto(0, 0), transitions=[("m0", "m1", "Temperature.value > 20")])
     run = fly(start(plan), seconds=10)
-    assert replies(run)[-1] == ("FAILURE", "m0: done, and the condition of no transition holds")
+    assert replies(run)[-1] == ("FAILURE", "m0: done, but no condition of a transition holds")
     assert modes(run)[-1] == "SERVICE"
 
 
 class Weak(Maneuver):
-    """A maneuver of a user's own that fails."""
+    """A custom maneuver that fails."""
 
     loops = 0
 

@@ -1,4 +1,4 @@
-"""What plans take, as DUNE has foreseen it for a plan that it flew."""
+"""Duration estimates of plans, compared with DUNE's estimate for a plan that it flew."""
 
 import math
 
@@ -88,9 +88,9 @@ def test_energy_decides():
     [
         ("Battery Capacity", "much", "'much' is not a number"),
         ("Speed Conversion -- MPS", "0, x", "are not numbers"),
-        ("Speed Conversion -- MPS", "1, 0, 2", "two numbers or more that rise"),
-        ("Speed Conversion -- MPS", "0, 1", "has not as many values"),
-        ("Power Model -- Conversion - RPM", "0, 1", "has not as many values"),
+        ("Speed Conversion -- MPS", "1, 0, 2", "two or more rising numbers"),
+        ("Speed Conversion -- MPS", "0, 1", "must have as many values"),
+        ("Power Model -- Conversion - RPM", "0, 1", "must have as many values"),
     ],
 )
 def test_bad_profiles_are_named(option, text, reason):

@@ -1,4 +1,4 @@
-"""A whole plan that DUNE has flown, flown by an ideal vehicle: the same sequence of states and maneuvers."""
+"""A plan that DUNE flew, flown by an ideal vehicle: the same sequence of states and maneuvers."""
 
 import json
 

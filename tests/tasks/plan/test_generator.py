@@ -82,7 +82,7 @@ def test_the_recovery_plan_is_the_generators():
     run = asked(ask("dislodge", "calibrate=false", Cmd.EXECUTE), seconds=4)
     assert ("EXECUTING", "dislodge") in phases(run)
     refused = asked(ask("dislodge"), control(imc.PlanControl.Op.START, 3.0, "dislodge"))
-    assert replies(refused) == [("FAILURE", "the recovery plan is started by the plan generator alone")]
+    assert replies(refused) == [("FAILURE", "only the plan generator may start the recovery plan")]
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_without_a_database():
     from tasks.plan.db import DB
 
     assert answers(asked(ask("sk"), board=[task for task in BOARD if task is not DB])) == [
-        ("ERROR", "error=no answer of the plan database")
+        ("ERROR", "error=no answer from the plan database")
     ]
 
 

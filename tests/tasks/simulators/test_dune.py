@@ -1,7 +1,7 @@
-"""The equations of motion against a mission that DUNE simulated.
+"""The equations of motion compared with a mission that DUNE simulated.
 
 `before`, `steady` and `after` are states and commands (four fins in rad, thruster) of 500 steps of 10 ms in which the
-log leaves no doubt which commands acted; `commands` acted in each step of its first 116 s, of which `states` are those
+log shows clearly which commands acted; `commands` acted in each step of its first 116 s, of which `states` are those
 at `times`. A state is x, y, z, phi, theta, psi, u, v, w, p, q, r.
 """
 
@@ -16,7 +16,7 @@ from world.bodies import UnderwaterVehicle, read_underwater_model
 
 ROOT = Path(__file__).parents[3]
 LAUV = read_sections(ROOT / "etc/common/vsim-models.ini")["VSIM/Model/lauv"]
-SURFACED = 110  # s; there a few cm of depth decide whether the fins still hold the vehicle
+SURFACED = 110  # s; then a few cm of depth decide whether the fins still have effect
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def as_it_should_be():
 
 
 def swim(mission, model):
-    """Differences from DUNE's states at `times`, with DUNE's commands and nothing to correct the course."""
+    """Differences from DUNE's states at `times`, with DUNE's commands and without corrections."""
     craft = craft_at(mission["states"][0], model)
     found: list[tuple[float, ...]] = []
     for step, commands in enumerate(mission["commands"]):
@@ -64,7 +64,7 @@ def swim(mission, model):
 
 
 def accelerations(mission, model):
-    """What this model accelerates with, less what DUNE's did, per step."""
+    """The accelerations of this model minus DUNE's, per step."""
     found: list[tuple[float, ...]] = []
     for state, commands in zip(mission["before"], mission["steady"], strict=True):
         craft = craft_at(state, model)

@@ -1,4 +1,4 @@
-"""What DUNE's ini files of an AUV set for its simulators, they can set for ours."""
+"""Shoal's simulators know the options that DUNE's AUV profiles set."""
 
 import pytest
 

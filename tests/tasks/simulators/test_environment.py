@@ -154,7 +154,7 @@ def test_environment_and_what_is_not_finite():
     for label in ("Environment", "Altimeter", "Echo Sounder"):
         assert states(run, label) == [State.BOOT, State.NORMAL, State.FAULT]
     assert len(run.of(imc.Distance)) == 24
-    with pytest.raises(ParameterError, match="Pier Points"):
+    with pytest.raises(ParameterError, match="Pier Points: must be two positions"):
         simulate(Environment, simulate_pier=True)
 
 
@@ -199,4 +199,4 @@ def test_leaks_come_and_go():
         (3, 3),
     ]
     assert (tail.state, tail.description) == (State.ERROR, "leak detected")
-    assert any("no leak sensor 'Bilge'" in text for text in run.log)
+    assert any("unknown leak sensor 'Bilge'" in text for text in run.log)

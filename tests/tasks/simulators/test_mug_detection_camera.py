@@ -1,4 +1,4 @@
-"""Simulators.MUGDetectionCamera on a bus: what is published when, errors, faults, fidelities."""
+"""Simulators.MUGDetectionCamera on a bus: messages and their times, errors, faults, fidelities."""
 
 import json
 import math

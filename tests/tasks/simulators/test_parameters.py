@@ -1,4 +1,4 @@
-"""Every parameter of the simulators explains itself."""
+"""Every parameter of the simulators has a description."""
 
 import pytest
 

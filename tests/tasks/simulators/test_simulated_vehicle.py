@@ -1,4 +1,4 @@
-"""All simulators of the AUV together: rates, sensors and truth, runs that go on from a snapshot."""
+"""All simulators of the AUV together: rates, sensors compared with truth, runs continued from a snapshot."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The simulated multirotor, its barometer and its GPS receiver, held against elementary physics."""
+"""The simulated multirotor, its barometer and its GPS receiver, compared with elementary physics."""
 
 import math
 
@@ -164,7 +164,7 @@ def test_without_commands_it_descends_level_and_rests():
     assert states[-1].z == 0.0
     assert run.task.craft.rotors == pytest.approx(0.0, abs=1e-6)
     assert float(run.log[-1].split()[-2]) < 2.0
-    assert "nobody commands the rotors: descending level" in run.log
+    assert "no commands for the rotors: descending level" in run.log
 
 
 @pytest.mark.parametrize(
@@ -179,7 +179,7 @@ def test_without_commands_it_descends_level_and_rests():
 def test_commands_that_are_no_numbers_are_said_once_and_have_no_effect(command):
     feed = [FIX, *(command.replace(timestamp=0.5 + 0.1 * i) for i in range(5))]
     run = simulate(UAV, feed=feed, seconds=2.0)
-    assert len([text for text in run.log if text.endswith("is no number")]) == 1
+    assert len([text for text in run.log if text.endswith("is not a number")]) == 1
     assert run.of(imc.SimulatedState)[-1].z == 0.0
 
 

@@ -1,4 +1,4 @@
-"""Simulators.VSIM as others meet it: start position, commands, current, and what is wrong with them."""
+"""Simulators.VSIM on a bus: start position, commands, current, and bad values of them."""
 
 import math
 from pathlib import Path
@@ -18,7 +18,7 @@ HERE = imc.GpsFix(timestamp=0.0, type=MANUAL, lat=0.7188, lon=-0.152, height=3.0
 
 
 class StreamVelocity(Task):
-    """Keeps the entity's place."""
+    """Reserves the entity."""
 
 
 def vsim(*feed: imc.Message, settings=MODELS, **options):
@@ -103,7 +103,7 @@ def test_commands_that_nothing_can_follow_are_said_once():
     assert state.lat == 0.7188
     assert sum("fin 9 has no effect: the model has 4" in text for text in run.log) == 1
     assert sum("has no effect" in text for text in run.log) == 3
-    assert sum("nowhere on earth" in text for text in run.log) == 2
+    assert sum("not a position on Earth" in text for text in run.log) == 2
 
 
 def test_a_vehicle_type_without_model():

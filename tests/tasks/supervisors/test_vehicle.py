@@ -19,7 +19,7 @@ BOOTING = CALM.replace(ecount=1, enames="GPS")
 
 
 class Puppet(Task):
-    """Answers as a maneuver does, and reports each second; in the end as the timeout of its Goto says, after 3 s."""
+    """Answers like a maneuver, reports every second, and after 3 s ends in the state given by its Goto's timeout."""
 
     def start(self):
         self.running = False
@@ -53,7 +53,7 @@ def order(command, at=2.0, maneuver=None, **fields):
 
 
 def watched(*feed, seconds=10, calm=True, tasks=(Puppet,), **parameters):
-    """A run of the supervisor; the monitor says each second that all is well, where nothing else is fed."""
+    """A run of the supervisor; the monitor reports every second that all is well, unless other messages are fed."""
     reports = [CALM.replace(timestamp=float(t)) for t in range(int(seconds))] if calm else []
     return simulate([(Vehicle, parameters), *tasks], [*reports, *feed], seconds=seconds)
 
@@ -202,7 +202,7 @@ def test_vital_entities_count_even_where_a_plan_ignores_errors():
 
 
 class Faint(Puppet):
-    """Says nothing more after 4 s."""
+    """Becomes silent after 4 s."""
 
     @consume
     def begin(self, maneuver: imc.Goto | imc.IdleManeuver) -> None:
@@ -214,7 +214,7 @@ class Faint(Puppet):
 
 
 class Broken(Puppet):
-    """Fails 4 s after it has begun a Goto."""
+    """Fails 4 s after the start of a Goto."""
 
     @consume
     def begin(self, maneuver: imc.Goto | imc.IdleManeuver) -> None:

@@ -1,4 +1,4 @@
-"""A ground station's desk: one MAVLink session without a socket."""
+"""A ground station for tests: one MAVLink session without a socket."""
 
 import pytest
 
@@ -16,7 +16,7 @@ BOOT = 1000.0
 
 
 class Lamp(Task):
-    """Something with parameters."""
+    """A task with parameters."""
 
     power: float = param(0.5, "W", "Power.", minimum=0, maximum=10)
     blinks: int = param(3, "1", "Blinks.", minimum=0, maximum=1000)
@@ -26,7 +26,7 @@ class Lamp(Task):
 
 
 class Desk:
-    """One session and what went out on it."""
+    """One session and the messages sent on it."""
 
     def __init__(self, flavour="px4", kind="submarine", system=26):
         self.vehicle = simulate(Lamp, seconds=0.0, section="Lamp").vehicle
@@ -84,7 +84,7 @@ class Desk:
         return messages
 
     def run(self, seconds):
-        """Pump for so long; returns the names of what went out."""
+        """Run the session for this time; returns the names of the messages sent."""
         end, names = self.now + seconds, []
         while True:
             due = self.session.pump(self.now)
@@ -98,7 +98,7 @@ class Desk:
 
 @pytest.fixture(scope="session")
 def open_desk():
-    """Makes a desk of a flavour and a kind of vehicle."""
+    """Makes a desk with a flavor and a type of vehicle."""
     return Desk
 
 

@@ -1,4 +1,4 @@
-"""A program with MAVSDK as its users write it: connects to the port in its argument and prints what it saw as JSON."""
+"""A typical MAVSDK program: connects to the port in its argument and prints what it received as JSON."""
 
 import asyncio
 import json

@@ -1,4 +1,4 @@
-"""A program with MAVSDK that watches a flight: prints "ready", then what changed until it has landed, as JSON."""
+"""A MAVSDK program that watches a flight: prints "ready", then the changes until landing, as JSON."""
 
 import asyncio
 import json

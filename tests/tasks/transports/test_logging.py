@@ -1,4 +1,4 @@
-"""The logger: what stands in its folders, whatever happens to them."""
+"""The logger: the contents of its folders, also after damage to them."""
 
 import gzip
 import resource
@@ -28,7 +28,7 @@ OPERATOR = 0x4001
 
 
 class Whistle(Task):
-    """Says something ten times a second."""
+    """Publishes ten times a second."""
 
     @periodic(10.0)
     def tick(self) -> None:
@@ -36,7 +36,7 @@ class Whistle(Task):
 
 
 class Listener(Task):
-    """Hears and says nothing."""
+    """Receives and publishes nothing."""
 
     @consume
     def hear(self, message: imc.Temperature) -> None:
@@ -366,5 +366,5 @@ def test_killed_process_leaves_a_log_that_others_read(tmp_path: Path) -> None:
     texts = [m.value for m in messages if type(m).__name__ == "DevDataText"]
     assert flushed > 0
     assert texts == [str(number) for number in range(len(texts))]
-    # What is on its way to the logger when it flushes comes with the next flush.
+    # Messages on their way to the logger during a flush are written with the next one.
     assert len(texts) >= flushed - 2

@@ -31,7 +31,7 @@ class Winch(Task):
 
 
 class Station:
-    """A ground station's socket."""
+    """The socket of a ground station."""
 
     def __init__(self, script, port=0, system=255):
         self.script = script
@@ -53,7 +53,7 @@ class Station:
         self.send("COMMAND_LONG", target_system=target, target_component=1, command=command, **named)
 
     def take(self):
-        """Read all that has come."""
+        """Read all received messages."""
         while True:
             try:
                 frame, self.vehicle = self.socket.recvfrom(2048)
@@ -63,7 +63,7 @@ class Station:
             self.inbox += split(frame, DIALECT)[0]
 
     async def expect(self, name, where=lambda values: True, seconds=20.0):
-        """The values of the next message of a name; what came before it is forgotten."""
+        """The values of the next message of a name; earlier messages are dropped."""
         end = self.script.now + seconds
         while self.script.now < end:
             self.take()
@@ -75,7 +75,7 @@ class Station:
         raise AssertionError(f"no {name}")
 
     async def meet(self, vehicle=None):
-        """Wait for the vehicle, or call it, until both know each other."""
+        """Wait for the vehicle, or contact it, until both know each other."""
         self.vehicle = vehicle or self.vehicle
         if self.vehicle is None:
             await self.expect("HEARTBEAT")
@@ -83,7 +83,7 @@ class Station:
         await self.expect("HEARTBEAT")
 
     async def quiet(self, seconds):
-        """What comes within a time."""
+        """The messages received within a time."""
         self.take()
         self.inbox.clear()
         for _ in range(100):
@@ -98,7 +98,7 @@ def free_port():
 
 
 def sail(script, *links, tasks=(), seconds=120.0, clock=None, **parameters):
-    """Run the task with links, and a script beside it that has to get through; in virtual time unless told."""
+    """Run the task with links and a script that must finish; in virtual time by default."""
     done = []
 
     async def through(control):

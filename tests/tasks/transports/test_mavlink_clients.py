@@ -1,4 +1,4 @@
-"""MAVSDK and MAVProxy as their users install them, against a vehicle in real time."""
+"""MAVSDK and MAVProxy as installed by users, with a vehicle in real time."""
 
 import contextlib
 import json
@@ -45,7 +45,7 @@ LAT, LON = 41.1877012, -8.7107677  # where STATE is, in degrees
 
 
 class Surveyor(Task):
-    """Knows where the vehicle is, and has parameters."""
+    """Publishes the position of the vehicle, and has parameters."""
 
     gain: float = param(0.5, "1", "Gain.", minimum=0, maximum=10)
     beams: int = param(3, "1", "Beams.")
@@ -58,7 +58,7 @@ class Surveyor(Task):
 
 @contextlib.contextmanager
 def afloat(flavour):
-    """A vehicle in a thread of its own, its task Surveyor, and the port that it calls."""
+    """A vehicle in its own thread, its task Surveyor, and the port that it sends to."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
@@ -132,7 +132,7 @@ class MAVProxy:
             self.output += line
 
     def expect(self, pattern, command=""):
-        """The match of `pattern` in what comes after `command`, which is given again while there is none."""
+        """The match of `pattern` in the output after `command`, which is repeated until it matches."""
         start, end, again = len(self.output) if command else 0, time.monotonic() + PATIENCE, 0.0
         while time.monotonic() < end:
             if command and time.monotonic() > again:

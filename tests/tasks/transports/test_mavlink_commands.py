@@ -1,4 +1,4 @@
-"""Commands: what is done, what is refused and why, and that each is acknowledged."""
+"""Commands: which are executed, which are refused and why; each is acknowledged."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What ground stations see of what flies; MAVSDK watches a flight of the profile hexa-00, at four times real time."""
+"""A multirotor seen by ground stations; MAVSDK watches a flight of the profile hexa-00 at four times real time."""
 
 import json
 import socket
@@ -113,7 +113,7 @@ def test_a_submarine_stays_as_it_was(desk):
 
 
 class Pilot:
-    """Starts the plan when it is told to, and lands the vehicle with an Abort a while after it is over."""
+    """Starts the plan on command, and lands the vehicle with an Abort a while after its end."""
 
     def __init__(self, vehicle):
         self.vehicle = vehicle

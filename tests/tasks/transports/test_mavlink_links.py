@@ -1,4 +1,4 @@
-"""Links as a profile writes them."""
+"""Links as written in a profile."""
 
 import pytest
 
@@ -13,15 +13,15 @@ def test_link():
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("udpout:127.0.0.1:14550", "is not udpout:ADDRESS:PORT:FLAVOUR"),
-        ("tcp:127.0.0.1:14550:px4", "'tcp' is not a scheme; there are udpout, udpin"),
+        ("udpout:127.0.0.1:14550", "is not udpout:ADDRESS:PORT:FLAVOR"),
+        ("tcp:127.0.0.1:14550:px4", "'tcp' is not a scheme; known: udpout, udpin"),
         ("udpinn:127.0.0.1:14550:px4", "'udpinn' is not a scheme; did you mean 'udpin'?"),
         ("udpin:nowhere:14550:px4", "'nowhere' is not an IPv4 address"),
         ("udpin:127.0.0.1:0:px4", "'0' is not a port"),
         ("udpin:127.0.0.1:65536:px4", "'65536' is not a port"),
         ("udpin:127.0.0.1:x:px4", "'x' is not a port"),
-        ("udpin:127.0.0.1:14550:dune", "'dune' is not a flavour; there are ardupilot, px4, generic"),
-        ("udpin:127.0.0.1:14550:ardupilt", "'ardupilt' is not a flavour; did you mean 'ardupilot'?"),
+        ("udpin:127.0.0.1:14550:dune", "'dune' is not a flavor; known: ardupilot, px4, generic"),
+        ("udpin:127.0.0.1:14550:ardupilt", "'ardupilt' is not a flavor; did you mean 'ardupilot'?"),
     ],
 )
 def test_bad_links_say_why(text, reason):

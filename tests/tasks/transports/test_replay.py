@@ -1,4 +1,4 @@
-"""Replay: what was on the bus comes back, at its times, and nothing is taken for something else."""
+"""Replay: the messages of a log return at their times, and none is mistaken for another."""
 
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ T0 = 1.7e9
 
 
 class Ear(Task):
-    """Notes what it hears of others, and when."""
+    """Records messages of other systems, and when they came."""
 
     def start(self) -> None:
         self.heard: list[tuple[float, bytes]] = []
@@ -82,7 +82,7 @@ def test_log_of_dune_comes_back_packet_by_packet() -> None:
         times.append(latest)
     assert [time for time, _ in run.heard] == pytest.approx(times, abs=1e-4)
     assert last_state(run) == (State.NORMAL, "finished")
-    assert "played 6647 packets, left out 0" in run.log
+    assert "played 6647 packets, skipped 0" in run.log
 
 
 def test_own_log_replayed_and_recorded_again(tmp_path: Path) -> None:
@@ -154,7 +154,7 @@ def test_message_that_is_another_one_here_is_left_out_and_told(tmp_path: Path) -
     assert [packet for _, packet in run.heard] == [schema.encode(messages[0]), schema.encode(messages[3])]
     assert "2 packets not played: GpioStateGet (2001, here EstimatedMugState)" in run.log
     assert "1 packets not played: MsgList with GpioStateGet (2001, here EstimatedMugState)" in run.log
-    assert "played 2 packets, left out 3" in run.log
+    assert "played 2 packets, skipped 3" in run.log
 
 
 def test_unknown_message_stays_opaque(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Replay: pausing, seeking, looping, and choosing what of a log is played."""
+"""Replay: pausing, seeking, looping, and choosing which part of a log is played."""
 
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ Op = imc.ReplayControl.Op
 
 
 class Ear(Task):
-    """Notes what it hears of others, and when."""
+    """Records messages of other systems, and when they came."""
 
     def start(self) -> None:
         self.heard: list[tuple[float, float]] = []
@@ -77,14 +77,14 @@ def test_a_place_between_packets_is_waited_for(log: Path) -> None:
 
 @pytest.mark.parametrize("text", ["tomorrow", "-3", "2026-13-01"])
 def test_what_is_no_place_is_refused(log: Path, text: str) -> None:
-    with pytest.raises(ParameterError, match=f"From: '{text}' is no place in a log"):
+    with pytest.raises(ParameterError, match=f"From: '{text}' is not a place in a log"):
         play(log, begin=text)
 
 
 def test_behind_the_end_there_is_nothing(log: Path) -> None:
     run = play(log, begin="1h")
     assert run.heard == []
-    assert "there is nothing to play at this place of the log" in run.log
+    assert "nothing to play from this place of the log" in run.log
 
 
 def test_systems_by_the_names_that_they_announce(log: Path) -> None:
@@ -149,7 +149,7 @@ def test_starting_without_a_name_begins_anew(log: Path) -> None:
 
 
 class Player:
-    """Notes what keys do."""
+    """Records the actions of keys."""
 
     def __init__(self) -> None:
         self.paused = False

@@ -48,7 +48,7 @@ def test_frames_come_at_their_rate_with_pose_and_time():
 
 
 def test_gliders_lie_off_the_place_where_the_vehicle_is_first_seen():
-    """The reference point moves on meanwhile, by 10 m to the north."""
+    """The reference point moves by 10 m to the north meanwhile."""
     latitude, step = 0.7, 10.0 / 6_361_000.0
     feed = [
         state(0.0, lat=latitude, x=100.0, y=50.0),

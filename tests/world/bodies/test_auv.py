@@ -1,4 +1,4 @@
-"""The equations of motion: balances that have closed solutions, symmetries, conserved energy, signs of fins."""
+"""The equations of motion: balances with closed solutions, symmetries, conserved energy, signs of fins."""
 
 import math
 from dataclasses import replace
@@ -85,7 +85,7 @@ def test_the_current_carries_it_and_changes_nothing_else():
 
 @pytest.mark.parametrize("fin", [0, 3])
 def test_a_rudder_turns_it_the_way_that_the_allocator_expects(fin):
-    """DUNE's allocator sets the rudders to minus the wanted yaw moment."""
+    """DUNE's allocator sets the rudders to minus the desired yaw moment."""
     craft = under_way()
     craft.deflect(fin, -0.1)
     swim(craft, 5.0)
@@ -237,14 +237,14 @@ def test_a_model_that_cannot_be_diverges_with_a_word():
     [
         ({"Mass": ""}, "has no Mass"),
         ({"Mass": "heavy"}, "Mass is not a number"),
-        ({"Mass": "-1"}, "Mass has to be more than 0"),
+        ({"Mass": "-1"}, "Mass must be more than 0"),
         ({"Mass": "nan"}, "Mass is not a number"),
         ({"Inertial_Matrix": "19, 34, 34"}, "Inertial Matrix is not 6 numbers"),
         ({"Inertial_Matrix": "19, 34, 34, 0, 2, 2"}, "more than 0"),
         ({"Fin_Count": "2.5"}, "whole number"),
         ({"Fin_Count": "5"}, "has no Fin Force 4"),
         ({"Engine_Parameters_0": "0.96"}, "Engine Parameters 0 is not 3 numbers"),
-        ({"Integration_Method": "false", "Type": "ASV"}, "no underwater vehicle"),
+        ({"Integration_Method": "false", "Type": "ASV"}, "type ASV, not of an underwater vehicle"),
     ],
 )
 def test_what_is_wrong_with_a_model(changes, words):

@@ -1,4 +1,4 @@
-"""The motion of boats: balances that have closed solutions, symmetries, conserved energy, signs of rudders and wind."""
+"""The motion of boats: balances with closed solutions, symmetries, conserved energy, signs of rudders and wind."""
 
 import math
 from dataclasses import replace
@@ -174,11 +174,11 @@ def test_a_model_that_cannot_be_diverges_with_a_word():
     [
         ({"Mass": ""}, "has no Mass"),
         ({"Mass": "nan"}, "Mass is not a number"),
-        ({"Yaw_Inertia": "-1"}, "Yaw Inertia has to be more than 0"),
+        ({"Yaw_Inertia": "-1"}, "Yaw Inertia must be more than 0"),
         ({"Linear_Drag_Coefficients": "1, 0, 0, 0, 0"}, "cannot be more than 0"),
-        ({"Added_Mass_Coefficients": "2000, 0, 0, 0"}, "make no inertia"),
-        ({"Engine_Parameters_0": "1, -1, 100"}, "engine 0 has a number that is less than 0"),
-        ({"Rudder_Slipstream_0": "2, 0.3"}, "a share from 0 to 1"),
+        ({"Added_Mass_Coefficients": "2000, 0, 0, 0"}, "make the inertia matrix not positive definite"),
+        ({"Engine_Parameters_0": "1, -1, 100"}, "engine 0: gain and speed must be more than 0, the others at least 0"),
+        ({"Rudder_Slipstream_0": "2, 0.3"}, "must be a share from 0 to 1"),
         ({"Engine_Count": "0"}, "there is no engine 0"),
         ({"Rudder_Count": "0.5"}, "whole number"),
     ],

@@ -1,4 +1,4 @@
-"""The moving vehicle: velocities are derivatives, limits hold, patterns are followed."""
+"""Kinematic motion: velocities are derivatives, limits hold, patterns are followed."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Directions of the faces, and how they are stacked."""
+"""Directions and order of the faces."""
 
 import json
 from pathlib import Path

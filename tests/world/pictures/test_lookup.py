@@ -1,4 +1,4 @@
-"""The inverse map, and pictures put together along it."""
+"""The inverse map, and pictures assembled with it."""
 
 import importlib
 import json

@@ -1,4 +1,4 @@
-"""What the rendered pictures show, and where."""
+"""Contents of the rendered pictures, and their places."""
 
 import functools
 import math
@@ -25,7 +25,7 @@ def fisheye(scene="Seabed", fov=180.0, size=320, **options):
 
 
 def centroid(difference):
-    """Of the pixels that a glider changes, weighted by how much."""
+    """The centroid of the pixels that a glider changes, weighted by the change."""
     i, j = np.meshgrid(np.arange(difference.shape[1]) + 0.5, np.arange(difference.shape[0]) + 0.5)
     return np.array([np.sum(i * difference), np.sum(j * difference)]) / np.sum(difference)
 
@@ -82,7 +82,7 @@ def test_the_top_of_the_image_looks_to_the_bow():
 
 
 def test_the_view_moves_with_the_vehicle():
-    """Sailing on by the footprint of ten pixels shifts the middle of the picture by ten pixels."""
+    """Moving by the footprint of ten pixels shifts the middle of the picture by ten pixels."""
     camera_below = fisheye(size=256, visibility=1000.0)
     step = 10 * math.pi / 256 * DIVING.height
     here, there = (camera_below.picture(replace(DIVING, north=n))[..., 1].astype(float) for n in (0.0, step))
@@ -104,7 +104,7 @@ def test_visibility_is_where_two_percent_of_the_contrast_are_left():
 
 
 def test_snells_window_is_bright_inside_half_of_97_degrees():
-    """Upside down at 3 m depth: the sky is seen within 48.3° of the zenith, and the mirrored deep around it."""
+    """Upside down at 3 m depth: the sky within 48.3° of the zenith, and the reflected deep around it."""
     picture = fisheye(visibility=100.0).picture(replace(DIVING, depth=3.0, roll=math.pi))
     radius = np.hypot(*np.meshgrid(np.arange(320) - 159.5, np.arange(320) - 159.5)) * 180 / 320
     brightness = picture[..., 1].astype(float)
@@ -113,7 +113,7 @@ def test_snells_window_is_bright_inside_half_of_97_degrees():
 
 
 def test_no_seam_between_faces():
-    """Across the edge of the face below, neighbouring pixels differ no more than elsewhere."""
+    """Across the edge of the face below, neighboring pixels differ no more than elsewhere."""
     picture = fisheye("Sea Surface", size=512).picture(FLYING)[..., 1].astype(int)
     steps = np.abs(np.diff(picture[:, 246:266], axis=0)).mean(axis=1)
     assert steps[126:130].max() < 2.5 * np.median(steps[100:160])

@@ -1,4 +1,4 @@
-"""The noise model against the vectors, Allan's variance and the articles' block."""
+"""The noise model compared with the vectors, the Allan variance and the articles' block."""
 
 import json
 import math

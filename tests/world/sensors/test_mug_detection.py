@@ -1,4 +1,4 @@
-"""The camera's geometry against the vectors, in all fidelities."""
+"""The camera's geometry compared with the vectors, in all fidelities."""
 
 import json
 import math

@@ -8,10 +8,10 @@ from tasks.control.asv.pilot import Loops, Steered
 
 
 class Heading(Steered):
-    """Turns DesiredHeading and DesiredHeadingRate into the position of the rudder, servo 0.
+    """Turns DesiredHeading and DesiredHeadingRate into the rudder angle, servo 0.
 
-    While the loops YAW and YAW_RATE are enabled. The effort is the angle of the rudder at the reference speed; it grows
-    with the square of that speed over the boat's. A positive angle turns to port, as on the fins of a LAUV.
+    Runs while the loop YAW or YAW_RATE is enabled. The gains hold at the reference speed; at other speeds the angle is
+    scaled by (reference speed / speed) squared. A positive angle turns to port, as on the fins of a LAUV.
     """
 
     controlled = Loops.YAW | Loops.YAW_RATE
@@ -19,8 +19,8 @@ class Heading(Steered):
     maximum_angle: float = param(
         25.0, "°", "Largest angle of the rudder.", name="Maximum Rudder Angle", minimum=0, maximum=90
     )
-    reference_speed: float = param(1.5, "m/s", "Speed that the gains are for.", minimum=0.1)
-    slowest: float = param(0.75, "m/s", "Speed below which the gains grow no more.", name="Minimum Speed", minimum=0.1)
+    reference_speed: float = param(1.5, "m/s", "Speed at which the gains hold.", minimum=0.1)
+    slowest: float = param(0.75, "m/s", "Below this speed the gains stop growing.", name="Minimum Speed", minimum=0.1)
 
     def act(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
         growth = (self.reference_speed / max(self.slowest, state.u)) ** 2

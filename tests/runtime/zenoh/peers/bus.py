@@ -1,6 +1,6 @@
-"""A process on the bus with nothing but a transport: sends EstimatedState with x counting up, and counts what it hears.
+"""A process with only a transport: sends EstimatedState with x counting up, and counts the messages it receives.
 
-Arguments: system id, local port, scouting port (0 is none). Commands on standard input, one JSON answer each.
+Arguments: system id, local port, scouting port (0 means none). Commands on standard input, one JSON answer each.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""A zenoh session that publishes nonsense under imc/**, and one good packet at a strange key. Argument: local port."""
+"""A zenoh session that publishes nonsense under imc/**, and one good packet at a wrong key. Argument: local port."""
 
 import json
 import sys

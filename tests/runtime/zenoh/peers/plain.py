@@ -1,4 +1,4 @@
-"""A subscriber that knows zenoh-python and imcpy, and nothing of Shoal: prints key and message of what it hears.
+"""A subscriber with only zenoh-python and imcpy, without Shoal: prints key and message of what it receives.
 
 Arguments: key expression, mode, local port, scouting port.
 """

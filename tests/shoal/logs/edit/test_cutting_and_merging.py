@@ -1,4 +1,4 @@
-"""Parts of logs, and logs of parts."""
+"""Cutting and merging logs."""
 
 import gzip
 from pathlib import Path
@@ -7,8 +7,9 @@ import pytest
 
 import imc
 from runtime.logs import summarize
-from shoal.logs.edit import Selection, choose, cut, merge
+from shoal.logs.edit import cut, merge
 from shoal.logs.edit.merging import Conflict
+from shoal.logs.selection import Selection, choose
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 INF = float("inf")

@@ -1,4 +1,4 @@
-"""MCAP files of ours made logs again, and files that are none."""
+"""Import of Shoal's MCAP files, and of files that are not."""
 
 import io
 from contextlib import suppress
@@ -25,7 +25,7 @@ def packets_of(log):
 
 @pytest.fixture
 def idle(tmp_path):
-    """A log of DUNE and it as MCAP, in several chunks."""
+    """A log of DUNE, and the same as MCAP in several chunks."""
     log = imc.Log(LOGS / "dune-idle")
     export_mcap(Source(log, summarize(log)), tmp_path / "idle.mcap")
     return log, tmp_path / "idle.mcap"

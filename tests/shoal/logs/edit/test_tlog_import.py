@@ -1,4 +1,4 @@
-"""MAVLink .tlog files as logs: a piece of a dive of a BlueROV2, with damage in it, and frames made here."""
+"""Import of MAVLink .tlog files: part of a BlueROV2 dive, with damage, and frames made here."""
 
 import math
 import struct
@@ -22,7 +22,7 @@ FRAMES |= {"STATUSTEXT": 4, "VFR_HUD": 478, "RAW_IMU": 11, "SCALED_PRESSURE": 11
 
 
 class Recorder:
-    """Makes a .tlog of MAVLink messages; times in s."""
+    """Writes MAVLink messages to a .tlog; times in s."""
 
     def __init__(self, system=1, component=1):
         self.data = b""

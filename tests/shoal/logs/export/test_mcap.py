@@ -1,4 +1,4 @@
-"""Logs as MCAP, read again by the packages `mcap` and `rosbags`, and made logs again."""
+"""Logs as MCAP, read by the packages `mcap` and `rosbags`, and imported again."""
 
 import json
 import math
@@ -13,11 +13,11 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 import imc
 from imc.layout import WIRE_CODES
 from runtime.logs import summarize
-from shoal.logs.edit import Selection
 from shoal.logs.edit.mcap_import import import_mcap
 from shoal.logs.export import Source
 from shoal.logs.export.mcap import export_mcap
 from shoal.logs.export.ros_messages import ros_type
+from shoal.logs.selection import Selection
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 HEADER = {"timestamp": 1.7e9, "src": 0x1A, "src_ent": 7, "dst": 0x1E, "dst_ent": 9}
@@ -70,7 +70,7 @@ class Reader:
 
 
 def check_equal(schema, message, said):
-    """A message as rosbags reads it is that of the log."""
+    """Assert that a message read by rosbags equals that of the log."""
     members = ros_type(schema, schema.types_by_id[message.ID]).members
     for field, member in zip(schema.fields(type(message)), members, strict=True):
         check_field(schema, field.type, getattr(message, field.name), getattr(said, member.name), member.inner)
@@ -103,7 +103,7 @@ def check_field(schema, kind, logged, read, inner):
 
 @pytest.fixture(scope="module")
 def idle(tmp_path_factory):
-    """A log of DUNE as MCAP: the log, the file, what is in it."""
+    """A log of DUNE as MCAP: the log, the file, its contents."""
     path = tmp_path_factory.mktemp("idle") / "idle.mcap"
     source = source_of(LOGS / "dune-idle")
     count = export_mcap(source, path)
@@ -229,7 +229,7 @@ def test_every_message_of_the_schema_is_read_as_it_is(make_log, tmp_path):
 
 
 def filled(schema, cls, depth):
-    """A message with something in each field."""
+    """A message with a value in each field."""
     values = {}
     for field in schema.types_by_id[cls.ID].fields:
         code = WIRE_CODES[field.type]

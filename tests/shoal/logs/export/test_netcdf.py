@@ -1,4 +1,4 @@
-"""Logs as NetCDF, read again by the library of Unidata, and by another reader of the format, alone and for xarray."""
+"""Logs as NetCDF, read by Unidata's library and by another reader, directly and with xarray."""
 
 import json
 import math
@@ -20,7 +20,7 @@ HEADER = {"timestamp": 1.7e9, "src": 0x1A, "src_ent": 7, "dst": 0xFFFF, "dst_ent
 
 
 def export(log, path):
-    """Writes a log to a file; how many rows."""
+    """Writes a log to a file; returns the number of rows."""
     opened = imc.Log(log)
     return export_netcdf(Source(opened, summarize(opened)), path)
 

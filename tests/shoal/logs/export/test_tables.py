@@ -1,4 +1,4 @@
-"""Logs as Parquet, CSV and LLF, read again by other readers."""
+"""Logs as Parquet, CSV and LLF, read by other software."""
 
 import csv
 import json
@@ -11,11 +11,11 @@ import pytest
 
 import imc
 from runtime.logs import summarize
-from shoal.logs.edit import Selection
 from shoal.logs.export import Source
 from shoal.logs.export.csv import export_csv
 from shoal.logs.export.llf import export_llf, java_number
 from shoal.logs.export.parquet import export_parquet
+from shoal.logs.selection import Selection
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 HEADER = {"timestamp": 1.7e9, "src": 0x1A, "src_ent": 7, "dst": 0x1E, "dst_ent": 9}
@@ -40,7 +40,7 @@ def source_of(log, *types):
 
 @pytest.fixture
 def odd(make_log):
-    """A log with what is hard to write as text; one message is big-endian."""
+    """A log with values that are hard to write as text; one message is big-endian."""
     return source_of(make_log([imc.encode(message, "big" if message is ODD[7] else "little") for message in ODD]))
 
 

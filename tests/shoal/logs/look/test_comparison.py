@@ -1,4 +1,4 @@
-"""Where two logs part."""
+"""Comparison of two logs."""
 
 import math
 

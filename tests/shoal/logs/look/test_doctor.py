@@ -1,4 +1,4 @@
-"""What is wrong with logs, and repaired ones."""
+"""Diagnosis and repair of logs."""
 
 import gzip
 from concurrent.futures import ThreadPoolExecutor
@@ -75,7 +75,7 @@ def test_damage_is_told_and_repaired(make_log, tmp_path, kind, text, saved):
 
 
 def test_a_cut_member_is_told_and_mended(make_log, tmp_path):
-    """As SIGKILL leaves it within a write, at any byte of the last member."""
+    """SIGKILL during a write cuts the last member at any byte."""
     path = make_log(good(), block=2000) / "Data.lsf.gz"
     whole = path.read_bytes()
     packets = b"".join(map(imc.encode, good()))
@@ -112,7 +112,7 @@ def test_several_threads_find_the_same(make_log, monkeypatch):
     assert examination.findings == examine(path.parent).findings
 
 
-@pytest.mark.parametrize(("content", "text"), [(b"", "the file is empty"), (b"x" * 99, "not one of its 99 bytes")])
+@pytest.mark.parametrize(("content", "text"), [(b"", "the file is empty"), (b"x" * 99, "none of its 99 bytes")])
 def test_no_log_at_all(tmp_path, content, text):
     (tmp_path / "Data.lsf").write_bytes(content)
     examination = examine(tmp_path)
@@ -164,7 +164,7 @@ def test_a_clock_that_leaps_and_one_that_is_off(make_log):
     messages = [*labels(Battery=7), *(at(n / 10 - (60 if n > 300 else 0)) for n in range(600)), stop(0)]
     messages[100:100] = [at(-4000 + n, src=OTHER) for n in range(30)]
     found = said(make_log(messages))
-    assert "warning: clocks leap: 1 time" in found
+    assert "warning: clocks jump: 1 time" in found
     assert any("the clock of lauv-seacon-1 is off" in text for text in found)
 
 
@@ -173,7 +173,7 @@ def test_silence_of_a_regular_message(make_log):
     spoken = [at(n / 10) for n in range(600) if not 200 <= n < 300]
     messages = sorted([*others, *spoken], key=lambda message: message.timestamp)
     (finding,) = examine(make_log([*labels(Battery=7), *messages, stop(60)])).findings
-    assert finding.text == "silence of what comes regularly: 1 kind of message"
+    assert finding.text == "gaps in regular messages: 1 kind of message"
     assert "Voltage of Battery (every 0.1 s): silent for 10.1 s from 2026-01-01 00:00:19.900 UTC" in finding.places[0]
 
 
@@ -181,7 +181,7 @@ def test_entities_without_labels_nobody_and_too_many(make_log):
     many = [at(1, imc.EntityInfo, id=n, src_ent=n, label=f"Entity {n}") for n in range(255)]
     found = said(make_log([*many, at(2, src=VEHICLE, src_ent=255), stop(3)]))
     assert "warning: lauv-noptilus-1 has 255 entities" in found
-    assert "note: 1 message of entity 255, which is nobody" in found
+    assert "note: 1 message of entity 255, which means none" in found
     assert "note: 1 entity without a label" in said(make_log([*good(), at(1, src_ent=9), stop(21)], "other"))
 
 

@@ -1,4 +1,4 @@
-"""The page of a log: complete, alone, and safe whatever the log says."""
+"""The HTML page of a log: complete, self-contained, and safe for any log."""
 
 import math
 import re

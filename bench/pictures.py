@@ -1,0 +1,37 @@
+"""Draws the picture of a run in the README: `python bench/pictures.py docs/images`."""
+
+import io
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+from rich.console import Console
+
+from runtime.kernel import WallClock
+from runtime.profile import load_profile
+from runtime.vehicle import build
+from shoal.cli.status import Status
+
+COMMAND = "shoal run lauv-noptilus-1 -p Simulation --clock 20x"
+SECONDS = 300.0  # of the vehicle
+
+
+def draw_run(path: Path) -> None:
+    """The panel of a run, in a terminal of 100 columns."""
+    os.environ["COLUMNS"] = "104"
+    profile = load_profile("lauv-noptilus-1")
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        vehicle = build(profile, profile.select("Simulation"), clock=WallClock(20.0)).vehicle
+        with Status(vehicle, "lauv-noptilus-1 (Simulation)", None) as status:
+            vehicle.start()
+            vehicle.run(SECONDS)
+            console = Console(record=True, width=100, file=io.StringIO())
+            console.print(status._panel())
+        vehicle.close()
+    console.save_svg(str(path), title=COMMAND)
+
+
+if __name__ == "__main__":
+    draw_run(Path(sys.argv[1]).resolve() / "run.svg")

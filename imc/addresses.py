@@ -1,0 +1,9 @@
+"""Reserved addresses. Source: DUNE, IMC/AddressResolver and Constants."""
+
+UNKNOWN_SYSTEM = 0xFFFF
+UNKNOWN_ENTITY = 0xFF
+BROADCAST = 0xFFF0
+"""The system id that addresses all systems."""
+
+OPERATORS = range(0x4000, 0x6000)
+"""System ids of consoles."""

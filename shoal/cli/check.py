@@ -1,0 +1,76 @@
+"""`shoal check`: lists the mistakes in profiles."""
+
+import sys
+from collections import Counter
+from collections.abc import Collection, Iterable
+from pathlib import Path
+
+import click
+from rich.console import Console
+
+from runtime.kernel import WallClock
+from runtime.problem import Problem, ProfileError
+from runtime.profile import Profile, available, load_profile
+from runtime.vehicle import TaskImportError, all_tasks, build, doubts, find_task
+from runtime.vehicle import check as find_problems
+from shoal.cli.tables import config_dir_option, modes_option, overrides_option
+
+STYLES = {"error": "red", "warning": "yellow", "note": "dim"}
+
+
+@click.command()
+@click.argument("names", nargs=-1, metavar="[PROFILE]...")
+@config_dir_option
+@modes_option
+@overrides_option
+@click.option("--strict", is_flag=True, help="Exit status 1 also for warnings.")
+def check(
+    names: tuple[str, ...],
+    config_dir: tuple[Path, ...],
+    profiles: tuple[str, ...],
+    overrides: tuple[str, ...],
+    strict: bool,
+) -> None:
+    """Check PROFILEs for mistakes, by default all that are found. The exit status is 1 if there are errors."""
+    console = Console(highlight=False, soft_wrap=True)
+    counts: Counter[str] = Counter()
+    broken: list[TaskImportError] = []
+    known = all_tasks(broken)
+    for error in broken:
+        counts["error"] += 1
+        console.print(f"error: {error}", style=STYLES["error"], markup=False)
+    for name in names or sorted(available(config_dir)):
+        try:
+            profile = load_profile(name, config_dir, overrides=overrides, strict=False)
+            selected = profile.select(profiles) if profiles else None
+            problems = find_problems(profile, known, selected, find_task)
+            if not any(problem.severity == "error" for problem in problems):
+                problems += _misfits(profile, [{mode} for mode in profile.modes] if selected is None else [selected])
+        except ProfileError as error:
+            problems = error.problems
+        for problem in problems:
+            counts[problem.severity] += 1
+            console.print(str(problem), style=STYLES[problem.severity], markup=False)
+        if not problems:
+            console.print(f"{name}: nothing wrong", markup=False)
+    if counts:
+        console.print(", ".join(f"{number} {severity}{'s' * (number > 1)}" for severity, number in counts.items()))
+    sys.exit(1 if counts["error"] or (strict and counts["warning"]) else 0)
+
+
+def _misfits(profile: Profile, selections: Iterable[Collection[str]]) -> list[Problem]:
+    """What building the vehicle shows in any selection: values that tasks reject or doubt, missing packages."""
+    found: list[Problem] = []
+    for selected in selections:
+        try:
+            made = build(profile, selected, clock=WallClock())
+            try:
+                found += doubts(made.vehicle, profile)
+            finally:
+                made.vehicle.close()
+            for reason, names in made.skipped.items():
+                sections = [profile.config.sections[name] for name in names if find_task(name) is not None]
+                found += [Problem("note", *section.origin, f"[{section.name}] {reason}") for section in sections]
+        except ProfileError as error:
+            found += error.problems
+    return list(dict.fromkeys(found))

@@ -1,0 +1,84 @@
+"""`shoal explain`: shows the values of a profile, what they mean and where they are set."""
+
+from pathlib import Path
+
+import click
+from rich.console import Console
+
+from runtime.problem import Origin, Problem, ProfileError, printable, suggestion
+from runtime.profile import Profile, load_profile
+from runtime.task import Task
+from runtime.vehicle import TaskImportError, find_task
+from runtime.vehicle import explain as rows_of
+from shoal.cli.tables import (
+    config_dir_option,
+    modes_option,
+    open_console,
+    overrides_option,
+    plain_table,
+    sentence,
+    task_of,
+)
+
+
+@click.command()
+@click.argument("profile")
+@click.argument("section", required=False)
+@config_dir_option
+@modes_option
+@overrides_option
+def explain(
+    profile: str,
+    section: str | None,
+    config_dir: tuple[Path, ...],
+    profiles: tuple[str, ...],
+    overrides: tuple[str, ...],
+) -> None:
+    """Show each value of PROFILE with its unit, its meaning and the line that set it.
+
+    Saved parameters (db/<vehicle>-saved.ini) are included; virtual runs ignore them.
+    """
+    console = open_console()
+    try:
+        loaded = load_profile(profile, config_dir, saved=Path("db"), overrides=overrides, strict=False)
+        selected = loaded.select(profiles)
+        if section is not None:
+            _explain_section(console, loaded, section)
+            return
+        table = plain_table("section", "enabled in", "task", "set in")
+        for found in loaded.config.sorted_sections():
+            try:
+                cls = find_task(found.name)
+                what = sentence(cls) if cls else "not in Shoal" if "Enabled" in found.options else "data"
+            except TaskImportError as error:
+                cls, what = Task, str(error)
+            if selected and (cls is None or not loaded.enabled(found.name, selected)):
+                continue
+            origin = _short(found.origin, loaded)
+            table.add_row(*map(printable, (found.name, found.value("Enabled"), what, origin)))
+        console.print(table)
+    except ProfileError as error:
+        raise click.ClickException(str(error)) from None
+
+
+def _explain_section(console: Console, profile: Profile, section: str) -> None:
+    cls = task_of(section)
+    if section not in profile.config.sections and cls is None:
+        hint = suggestion(section, profile.config.sections)
+        raise ProfileError([Problem("error", str(profile.path), 0, f"there is no section [{section}]", hint)])
+    if cls is not None:
+        console.print(f"[bold]{section}[/]: {sentence(cls)}")
+    table = plain_table("option", "value", "unit", "set by", "meaning")
+    for row in rows_of(profile, section, cls):
+        before = ", ".join(_short(origin, profile) for origin in row.overwritten)
+        origin = _short(row.origins[0], profile) if row.origins else "default"
+        origin += f" (overrides {before})" if before else ""
+        table.add_row(*map(printable, (row.option, row.value, row.unit, origin, row.meaning)))
+    console.print(table)
+
+
+def _short(origin: Origin, profile: Profile) -> str:
+    """File and line; the file is relative to the parent of the profile's folder."""
+    root = profile.path.absolute().parent.parent
+    path = Path(origin.file).absolute()
+    return str(origin._replace(file=str(path.relative_to(root)))) if path.is_relative_to(root) else str(origin)

@@ -1,0 +1,27 @@
+"""`shoal message`: shows the fields of a message."""
+
+import click
+
+import imc
+from shoal.cli.tables import choose, open_console, plain_table, range_text, sentence
+
+
+@click.command()
+@click.argument("name")
+def message(name: str) -> None:
+    """Show the fields of the message NAME, which may be an id."""
+    known = {cls.__name__: cls for cls in imc.messages.BY_ID.values()}
+    if name.isdecimal():
+        found = next((cls for cls in known.values() if int(name) == cls.ID), None)
+        if found is None:
+            raise click.ClickException(f"no message has the id {name}")
+    else:
+        found = known[choose(name, known, "message")]
+    console, table = open_console(), plain_table("field", "type", "unit", "range", "values")
+    console.print(f"[bold]{found.__name__}[/], id {found.ID}: {sentence(found)}")
+    for field in imc.fields(found):
+        limits = range_text(field.minimum, field.maximum)
+        values = ", ".join(f"{member.value} {member.name}" for member in field.enum) if field.enum else ""
+        table.add_row(field.name, field.type, field.unit, limits, values)
+    if table.row_count:
+        console.print(table)

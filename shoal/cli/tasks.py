@@ -1,0 +1,49 @@
+"""`shoal tasks`: lists tasks, or the parameters of one."""
+
+import sys
+
+import click
+from rich.console import Console
+
+from runtime.task import Parameter, Task
+from runtime.vehicle import TaskImportError, all_tasks, missing_extra
+from shoal.cli.tables import choose, open_console, plain_table, range_text, sentence, task_of
+
+
+@click.command()
+@click.argument("name", required=False)
+def tasks(name: str | None) -> None:
+    """List Shoal's tasks, or the parameters of the task NAME, which may be one of your own."""
+    broken: list[TaskImportError] = []
+    console, known = open_console(), all_tasks(broken)
+    for error in broken:
+        click.echo(f"Error: {error}", err=True)
+    if name is not None:
+        if name not in known and (own := task_of(name)) is not None:
+            known[name] = own
+        _describe(console, choose(name, known, "task"), known)
+        return
+    table = plain_table("task", "what it does")
+    for section, cls in known.items():
+        extra = missing_extra(cls)
+        need = f" [yellow](needs pip install 'shoal\\[{extra}]')[/]" if extra else ""
+        table.add_row(section, sentence(cls) + need)
+    console.print(table)
+    if broken:
+        sys.exit(1)
+
+
+def _describe(console: Console, section: str, known: dict[str, type[Task]]) -> None:
+    cls = known[section]
+    console.print(f"[bold]{section}[/]: {sentence(cls)}")
+    table = plain_table("parameter", "default", "unit", "range", "meaning")
+    for parameter in cls.parameters().values():
+        default = parameter.format(parameter.default)
+        table.add_row(parameter.name, default, parameter.unit, _limits(parameter), parameter.description)
+    console.print(table)
+
+
+def _limits(parameter: Parameter) -> str:
+    if parameter.choices:
+        return ", ".join(map(str, parameter.choices))
+    return range_text(parameter.minimum, parameter.maximum)

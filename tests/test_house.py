@@ -1,0 +1,123 @@
+"""The rules of the house that import-linter cannot check: faces, names, and who knows what."""
+
+import ast
+import importlib
+import inspect
+import pkgutil
+import re
+from pathlib import Path
+from types import FunctionType
+
+import pytest
+
+from runtime.vehicle import all_tasks
+
+ROOT = Path(__file__).parent.parent
+PACKAGES = ("imc", "mavlink", "runtime", "shoal", "tasks", "world")
+SOURCES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
+DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+ROOMS = {
+    found.name
+    for package in PACKAGES
+    for found in pkgutil.walk_packages([str(ROOT / package)], f"{package}.")
+    if found.ispkg
+}
+FACES = {room for room in ROOMS if hasattr(importlib.import_module(room), "__all__")}
+BEHIND_NO_FACE = re.compile(
+    r"shoal\.logs\.export\.\w+|shoal\.logs\.edit\.\w+_import"  # each needs a library of its own
+    r"|imc\.coordinates\.arrays|imc\.schema\.yamltree"  # need NumPy, PyYAML, which are slow to import
+    r"|shoal\.cli\.\w+|tasks\.transports\.mavlink_protocol\.\w+"
+)
+TASKS = all_tasks()
+DUNES_NAMES = ROOT / "runtime" / "profile" / "dune.py"
+
+
+def module_of(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(tree):
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module, [alias.name for alias in node.names]
+        elif isinstance(node, ast.Import):
+            yield from ((alias.name, []) for alias in node.names)
+
+
+def room_of(module):
+    """The innermost package that a module is in."""
+    return module if module in ROOMS else module.rpartition(".")[0]
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=module_of)
+def test_a_room_is_entered_through_its_face(path):
+    here = room_of(module_of(path))
+    for module, _ in imports(ast.parse(path.read_text())):
+        room = room_of(module)
+        if module.split(".")[0] not in PACKAGES or module in ROOMS or room not in FACES or BEHIND_NO_FACE.match(module):
+            continue
+        inside = here == room or here.startswith(f"{room}.") or room.startswith("tasks.")
+        assert inside or here == "imc", f"import this from {room}, or add it to the face of {room}: {module}"
+
+
+@pytest.mark.parametrize("room", sorted(ROOMS - {room for room in ROOMS if room.startswith("tasks.")}))
+def test_a_face_has_a_sentence_and_names_what_it_exports(room):
+    face = importlib.import_module(room)
+    assert (face.__doc__ or "").strip().split("\n")[0].endswith((".", "`."))
+    modules = {found.name for found in pkgutil.iter_modules(face.__path__)}
+    for name in getattr(face, "__all__", ()):
+        exported = getattr(face, name)
+        assert not (isinstance(exported, FunctionType) and name in modules), f"{room}.{name} is a function and a module"
+
+
+def texts_of(tree):
+    """The strings of a module that are not docstrings."""
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    owners = [node for node in ast.walk(tree) if isinstance(node, documented) and ast.get_docstring(node)]
+    docstrings = {id(node.body[0].value) for node in owners}
+    constants = (node for node in ast.walk(tree) if isinstance(node, ast.Constant) and id(node) not in docstrings)
+    return [node.value for node in constants if isinstance(node.value, str)]
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "runtime").rglob("*.py")), ids=module_of)
+def test_the_runtime_names_no_task(path):
+    texts = texts_of(ast.parse(path.read_text()))
+    named = [name for name in TASKS for text in texts if re.search(rf"\b{re.escape(name)}\b", text)]
+    assert path == DUNES_NAMES or not named
+
+
+@pytest.mark.parametrize("path", [path for path in SOURCES if path.parent.name != "mavlink"], ids=module_of)
+def test_only_mavlink_knows_pymavlink(path):
+    text = path.read_text()
+    assert "mavutil" not in text
+    imported = [module for module, _ in imports(ast.parse(text))] + re.findall(r"import_module\(\"([\w.]+)", text)
+    assert not [module for module in imported if module.split(".")[0] == "pymavlink"]
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_documents_import_from_faces(document):
+    faces = {*PACKAGES, *ROOMS, "runtime.testing"}
+    for language, code in re.findall(r"^```(\w+)[^\n]*\n(.*?)^```$", document.read_text(), re.MULTILINE | re.DOTALL):
+        if language != "python":
+            continue
+        for module, names in imports(ast.parse(code)):
+            if module.split(".")[0] not in PACKAGES:
+                continue
+            assert module in faces, f"{module} is not a face"
+            face = importlib.import_module(module)
+            missing = [name for name in names if name not in getattr(face, "__all__", dir(face))]
+            assert not missing, f"{module} does not export {missing}"
+
+
+def test_every_public_function_and_class_of_a_face_has_a_docstring():
+    missing = []
+    for room in sorted(ROOMS | {"imc", "mavlink", "shoal"}):
+        face = importlib.import_module(room)
+        for name in getattr(face, "__all__", ()):
+            exported = getattr(face, name)
+            module = getattr(exported, "__module__", "")
+            hand_written = module.split(".")[0] in PACKAGES and module != "imc.messages"
+            if hand_written and (inspect.isclass(exported) or inspect.isfunction(exported)) and not exported.__doc__:
+                missing.append(f"{room}.{name}")
+    assert missing == []
