@@ -9,7 +9,7 @@ from msgspec.structs import force_setattr
 
 from imc.compiler import Reader, compile_reader, payload_size
 from imc.errors import DecodeError, EncodeError
-from imc.layout import ADDRESS_FIELDS, FOOTER_SIZE, HEADER, HEADER_SIZE, SMALLEST_PACKET, VARIABLE
+from imc.layout import ADDRESS, ADDRESS_FIELDS, FOOTER_SIZE, HEADER, HEADER_SIZE, SMALLEST_PACKET, VARIABLE
 from imc.message import Header, Message, Unknown
 from imc.messages import BY_ID
 from imc.wire_check import first_problem, wire_violations
@@ -126,7 +126,9 @@ class Codec:
         if offset < end:
             force_setattr(message, "surplus", packet[offset:end])
         elif order == "little" and not VARIABLE.intersection(cls.WIRE):
-            self._fixed[packet[:6]] = _Fixed(end + FOOTER_SIZE, cls, struct.Struct("<dHBHB" + cls.WIRE).unpack_from)
+            self._fixed[packet[:6]] = _Fixed(
+                end + FOOTER_SIZE, cls, struct.Struct("<" + ADDRESS + cls.WIRE).unpack_from
+            )
         return message
 
 

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Any
 from fastcrc.crc16 import arc
 
 from imc.errors import DecodeError, EncodeError
-from imc.layout import ADDRESS_FIELDS, HEADER, HEADER_SIZE, LARGEST_PACKET, LARGEST_PAYLOAD, SMALLEST_PACKET, VARIABLE
+from imc.layout import (
+    ADDRESS,
+    ADDRESS_FIELDS,
+    HEADER,
+    HEADER_SIZE,
+    LARGEST_PACKET,
+    LARGEST_PAYLOAD,
+    SMALLEST_PACKET,
+    VARIABLE,
+)
 
 if TYPE_CHECKING:
     from imc.message import Message
@@ -75,7 +84,7 @@ def compile_packet(cls: "type[Message]", given_header: bool) -> Any:
     if VARIABLE.intersection(cls.WIRE):
         lines += ["    " + line for line in general]
     else:
-        whole = struct.Struct("<IHdHBHB" + cls.WIRE)  # I: sync and id together, one constant
+        whole = struct.Struct("<IH" + ADDRESS + cls.WIRE)  # I: sync and id together, one constant
         fields = ["m." + name for name in _own_fields(cls)]
         values = ", ".join([str(cls.SYNC | cls.ID << 16), str(whole.size - HEADER_SIZE), *header, *fields])
         space["pack"] = whole.pack

@@ -20,6 +20,7 @@ ADDRESS_FIELDS = dict(list(HEADER_FIELDS.items())[3:])
 """The part of the header that a message carries: name -> struct letter."""
 
 HEADER = "".join(HEADER_FIELDS.values())
+ADDRESS = "".join(ADDRESS_FIELDS.values())
 HEADER_SIZE = struct.calcsize("<" + HEADER)
 FOOTER_SIZE = 2  # the CRC
 SMALLEST_PACKET = HEADER_SIZE + FOOTER_SIZE

@@ -1,5 +1,6 @@
 """MAVLink without sockets: messages, frames, .tlog files, and conversion to and from IMC."""
 
+from mavlink import from_imc, text
 from mavlink.dialect import Dialect, Fields, load_dialect
 from mavlink.frames import LONGEST_DATAGRAM, Received, encode, split
 from mavlink.modes import (
@@ -45,8 +46,10 @@ __all__ = [
     "Tlog",
     "chunks",
     "encode",
+    "from_imc",
     "load_dialect",
     "mode_of",
     "moving",
     "split",
+    "text",
 ]

@@ -97,7 +97,8 @@ def load_dialect() -> Dialect:
 
 
 def _names(name: str, values: Any) -> dict[int, str]:
-    return {value: entry.name.removeprefix(f"{name}_") for value, entry in values.items()}
+    names = {value: entry.name.removeprefix(f"{name}_") for value, entry in values.items()}
+    return {value: text for value, text in names.items() if text != "ENUM_END"}
 
 
 def _definition(message: Any) -> Definition:

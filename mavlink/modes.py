@@ -115,6 +115,7 @@ PX4_NAMES: Mapping[tuple[int, int], str] = {
     (4, 4): "MISSION",
     (4, 5): "RTL",
     (4, 6): "LAND",
+    (4, 7): "RTGS",
     (4, 8): "FOLLOWME",
     (5, 0): "ACRO",
     (6, 0): "OFFBOARD",
@@ -123,14 +124,32 @@ PX4_NAMES: Mapping[tuple[int, int], str] = {
 }
 """Main and sub mode of PX4 -> their name in ground stations."""
 
+BLIMP_MODES = ("LAND", "MANUAL", "VELOCITY", "LOITER", "RTL", "AUTO", "HOLD")
+
 ARDUPILOT_MODES: Mapping[int, str] = {
     **dict.fromkeys((1, 19, 20, 21), "PLANE_MODE"),
     **dict.fromkeys((2, 3, 4, 13, 14, 15, 29, 35), "COPTER_MODE"),
     **dict.fromkeys((10, 11), "ROVER_MODE"),
     5: "TRACKER_MODE",
+    7: "BLIMP_MODE",
     12: "SUB_MODE",
 }
 """MAV_TYPE -> the enumeration of ArduPilot's modes."""
+
+GROUND_STATION_NAMES: Mapping[tuple[str, int], str] = {
+    ("PLANE_MODE", 5): "FBWA",
+    ("PLANE_MODE", 6): "FBWB",
+    ("PLANE_MODE", 16): "INITIALISING",
+    ("PLANE_MODE", 25): "LOITERALTQLAND",
+    ("COPTER_MODE", 8): "POSITION",
+    ("COPTER_MODE", 10): "OF_LOITER",
+    ("COPTER_MODE", 29): "RATE_ACRO",
+    ("ROVER_MODE", 2): "LEARNING",
+    ("ROVER_MODE", 16): "INITIALISING",
+    ("TRACKER_MODE", 16): "INITIALISING",
+    **{("BLIMP_MODE", number): name for number, name in enumerate(BLIMP_MODES)},
+}
+"""Modes that ground stations call otherwise than the enumeration, or that it lacks."""
 
 STANDARD_MODES: Mapping[int, Mode] = {
     1: Mode.HOLD,
@@ -216,8 +235,9 @@ def mode_name(base: int, custom: int, kind: int, autopilot: int, enumerations: M
         return PX4_NAMES.get((main, sub if main == 4 else 0), "UNKNOWN")
     if not base & CUSTOM_MODE:
         return f"Mode({base:#010x})"
-    names = enumerations.get(ARDUPILOT_MODES.get(kind, ""), {})
-    return names.get(custom, f"Mode({custom})")
+    enumeration = ARDUPILOT_MODES.get(kind, "")
+    name = GROUND_STATION_NAMES.get((enumeration, custom)) or enumerations.get(enumeration, {}).get(custom)
+    return name or f"Mode({custom})"
 
 
 def moving(vehicle: imc.VehicleState | None) -> bool:

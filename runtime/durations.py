@@ -2,11 +2,8 @@
 
 import re
 
-import click
-
 _UNITS = {"ms": 0.001, "s": 1.0, "": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 _LONGEST = 1e10  # s; three centuries
-SHORTEST = 0.01  # s; the shortest period of a repeated action
 _PART = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*([a-z]*)\s*")
 
 
@@ -22,19 +19,3 @@ def parse_duration(text: str) -> float:
     if not word or position < len(word) or total > _LONGEST:
         raise ValueError(f"{text!r} is not a duration; write 90s, 10min or 1h30min")
     return total
-
-
-def period_option(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:
-    """Click callback of a period: a duration of at least `SHORTEST`."""
-    period = duration_option(context, parameter, text)
-    if period is not None and period < SHORTEST:
-        raise click.BadParameter(f"{text!r} is too short; use at least {SHORTEST:g} s")
-    return period
-
-
-def duration_option(_: click.Context, __: click.Parameter, text: str | None) -> float | None:
-    """Click callback of a duration."""
-    try:
-        return None if text is None else parse_duration(text)
-    except ValueError as error:
-        raise click.BadParameter(str(error)) from None

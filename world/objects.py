@@ -5,15 +5,22 @@ from collections.abc import Sequence
 
 
 def parse_gliders(texts: Sequence[str]) -> tuple[tuple[float, float], ...]:
-    """North and east (m) of each glider, from "1.0 0.3, 25 5" split at the commas or at all blanks.
+    """North and east (m) of each glider: a pair in each text ("1.0 0.3", "25 5"), or all numbers one by one.
 
     Raises ValueError if the numbers are not finite or do not come in pairs.
     """
-    words = " ".join(texts).split()
+    rows = [text.split() for text in texts]
+    if all(len(row) == 1 for row in rows):
+        words = [row[0] for row in rows]
+        rows = [words[place : place + 2] for place in range(0, len(words), 2)]
+    return tuple(_pair(row) for row in rows)
+
+
+def _pair(row: list[str]) -> tuple[float, float]:
     try:
-        numbers = [float(word) for word in words]
+        north, east = map(float, row)
     except ValueError:
-        raise ValueError(f"{', '.join(texts)!r}: expected numbers") from None
-    if len(numbers) % 2 or not all(map(math.isfinite, numbers)):
-        raise ValueError(f"{', '.join(texts)!r}: expected pairs of north and east")
-    return tuple(zip(numbers[::2], numbers[1::2], strict=True))
+        north = east = math.nan
+    if not math.isfinite(north + east):
+        raise ValueError(f"{' '.join(row)!r}: expected north and east")
+    return north, east

@@ -161,6 +161,8 @@ class Bus:
             try:
                 self._transports.pop().close()
             except Exception as error:
+                if errors:
+                    logger.error("while closing another transport: %r", error)
                 errors.append(error)
         if errors:
             raise errors[0]

@@ -18,9 +18,9 @@ def nanoseconds(seconds: float) -> int:
 class Clock(Protocol):
     """Where a kernel takes its time from. Times are ns since 1970 UTC and never go back.
 
-    `virtual` is whether time stands still while handlers run: then no ticks are merged, nothing may come from outside
-    the run, and a run ends when nothing is left to do. A simulator that steps its own time can be a clock: its
-    `advance` returns as soon as a step ends, at the time of that step.
+    `virtual` is whether time stands still while handlers run. Ticks are then never merged, and tasks that need the
+    network (`external`) are skipped. A simulator that steps its own time can be such a clock: its `advance` returns as
+    soon as a step ends, at the time of that step, and what the simulator measured is brought in with `kernel.post`.
     """
 
     @property

@@ -255,13 +255,23 @@ class Kernel:
         reached = self.clock.advance(target, self._poll)
         if reached is None:
             return False
-        if reached != self.now_ns:
+        if reached > self.now_ns:
             self.now_ns = reached
             self._busy = 0
-        if is_last and reached == target:
+        elif reached != target:
+            self._count_standstill()
+        if reached != target:
+            self._poll(0)
+        elif is_last:
             return False
         self._gather()
         return True
+
+    def _count_standstill(self) -> None:
+        """A clock that stops short of the next event again and again hangs the run as a livelock does."""
+        self._busy += 1
+        if self._busy > self.livelock_events:
+            raise LivelockError(self.livelock_events, self.clock)
 
     def _advance_wall(self, until: int | None) -> bool:
         clock = self.clock
@@ -273,7 +283,8 @@ class Kernel:
             wake = self._later[0][0] if self._later else None
             if until is not None:
                 wake = until if wake is None else min(wake, until)
-            clock.advance(wake, self._poll)
+            if clock.advance(wake, self._poll) is None:
+                return False
         elif now >= self._poll_next:
             self._poll_next = now + POLL_PERIOD
             self._poll(0)

@@ -5,7 +5,7 @@ from difflib import get_close_matches
 from typing import Any
 
 import imc
-from imc.addresses import UNKNOWN_ENTITY
+from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.profile import own_etc, parse_address, read_sections
 
 NAMING = frozenset({imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID})
@@ -13,8 +13,6 @@ NAMING = frozenset({imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID})
 
 KEPT = NAMING | {imc.LoggingControl.ID}
 """Ids of the messages that describe a whole log, so that every part of it needs them."""
-
-NOBODY = 0xFFFF
 
 
 class UnknownName(ValueError):
@@ -117,7 +115,7 @@ def _number(text: str) -> int | None:
         number = int(text, 0)
     except ValueError:
         return None
-    return number if 0 <= number <= NOBODY else None
+    return number if 0 <= number <= UNKNOWN_SYSTEM else None
 
 
 def _address_table() -> dict[int, str]:

@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 import imc
+from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import SMALLEST_PACKET
 from imc.lsf import ReportShare
 from runtime.logs.clocks import Clock, ClockStep
@@ -63,7 +64,7 @@ class Summary:
     @property
     def owner(self) -> int:
         """The system that wrote the log: the one with the most packets."""
-        return max(self.clocks, key=lambda src: self.clocks[src].packets, default=0xFFFF)
+        return max(self.clocks, key=lambda src: self.clocks[src].packets, default=UNKNOWN_SYSTEM)
 
     @property
     def start(self) -> float:

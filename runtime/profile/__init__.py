@@ -1,5 +1,6 @@
 """Profiles: ini files read into values that know their file and line."""
 
+from runtime.profile import dune
 from runtime.profile.config import Config, Option, Section, items, statement, write
 from runtime.profile.dune import EVERY_TASK
 from runtime.profile.folders import available, find_profile, own_etc, search_path
@@ -27,6 +28,7 @@ __all__ = [
     "available",
     "default_label",
     "derived_id",
+    "dune",
     "find_profile",
     "items",
     "load_profile",

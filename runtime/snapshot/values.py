@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 LARGEST = 2**63
-OWN = frozenset({"imc", "mavlink", "runtime", "shoal", "tasks", "world"})
+OWN = frozenset({"imc", "mavlink", "runtime", "tasks", "world"})
 CONTAINERS = (list, set, frozenset, deque)
 SEQUENCES: dict[type, str] = {list: "list", tuple: "tuple", set: "set", frozenset: "frozenset"}
 

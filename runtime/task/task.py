@@ -43,7 +43,7 @@ class Task:
     transient: ClassVar[tuple[str, ...]] = ()
 
     entity_label: str = param("", "", "Label of the task's entity.", editable=False)
-    debug_level: str = param("None", "", "How much goes to the log book.", choices=("None", "Debug", "Trace", "Spew"))
+    debug_level: str = param("None", "", "Verbosity of the log book.", choices=("None", "Debug", "Trace", "Spew"))
     execution_priority: int = param(10, "1", "No effect: all tasks share one thread.", editable=False)
     activation_time: int = param(0, "s", "Time that activation takes.", minimum=0, maximum=65535, editable=False)
     deactivation_time: int = param(0, "s", "Time that deactivation takes.", minimum=0, maximum=65535, editable=False)

@@ -1,4 +1,4 @@
-"""Parameter changes of a running vehicle: the effective configuration, and saved parameters."""
+"""The values of parameters: as the profile gives them, as they change in a running vehicle, and as they are saved."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -20,7 +20,7 @@ class FleetError(ValueError):
     """A vehicle cannot join a fleet; the text says why."""
 
 
-class Neighbour:
+class Neighbor:
     """A transport between the buses of one process: what is published on one is delivered on the others immediately."""
 
     def __init__(self, bus: Bus, buses: list[Bus], kinds: tuple[type[imc.Message], ...]):
@@ -170,7 +170,7 @@ class Fleet:
             raise FleetError(f"{text}: change one of them in [IMC Addresses]")
         if vehicle.bus.is_attached:
             raise FleetError(f"the bus of {vehicle.name} is already connected to other processes")
-        vehicle.bus.attach(Neighbour(vehicle.bus, self._buses, self._kinds))
+        vehicle.bus.attach(Neighbor(vehicle.bus, self._buses, self._kinds))
 
     def _dismiss(self) -> bool:
         """Close the vehicles that have stopped; return whether there were any."""

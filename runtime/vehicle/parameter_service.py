@@ -1,4 +1,4 @@
-"""The vehicle's parameters over IMC: queried, set, pushed, popped and saved by entity label."""
+"""Queries, sets, pushes, pops and saves parameters over IMC, by entity label; the part of the Daemon that does so."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING

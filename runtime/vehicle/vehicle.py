@@ -201,7 +201,10 @@ class Vehicle:
 
     def tap(self, kind: type, handler: Callable[..., object], *, packets: bool = False) -> None:
         """Call `handler` with each delivered message of a type, whoever sent it."""
-        self._observers.append(owner_of(handler))
+        owner = owner_of(handler)
+        if isinstance(owner, Task):
+            raise TypeError(f"{owner!r} is part of the vehicle: use @consume or script.hear instead of tap")
+        self._observers.append(owner)
         self.bus.subscribe(Subscription(kind, handler, handler, others=True, packets=packets))
 
     def is_observer(self, owner: object) -> bool:

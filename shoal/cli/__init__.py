@@ -12,9 +12,9 @@ import click
 COMMANDS = {
     "run": ("shoal.cli.run", "Run a vehicle profile."),
     "mission": ("shoal.cli.mission", "Fly a plan in virtual time and report the result."),
-    "replay": ("shoal.cli.replay", "Play a log onto the bus."),
+    "replay": ("shoal.cli.replay", "Play back a log on the bus."),
     "resim": ("shoal.cli.resim", "Re-run tasks on a log and compare."),
-    "rewind": ("shoal.cli.rewind", "Resume a virtual run from a moment of its log."),
+    "rewind": ("shoal.cli.rewind", "Resume a virtual run from a given time in its log."),
     "log": ("shoal.cli.log", "Show, cut, merge, compare, repair and export logs."),
     "check": ("shoal.cli.check", "Check profiles for mistakes."),
     "explain": ("shoal.cli.explain", "Show the values of a profile and where they are set."),

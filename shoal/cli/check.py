@@ -13,7 +13,7 @@ from runtime.problem import Problem, ProfileError
 from runtime.profile import Profile, available, load_profile
 from runtime.vehicle import TaskImportError, all_tasks, build, doubts, find_task
 from runtime.vehicle import check as find_problems
-from shoal.cli.tables import config_dir_option, modes_option, overrides_option
+from shoal.cli.options import config_dir_option, modes_option, overrides_option
 
 STYLES = {"error": "red", "warning": "yellow", "note": "dim"}
 

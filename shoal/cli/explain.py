@@ -10,11 +10,9 @@ from runtime.profile import Profile, load_profile
 from runtime.task import Task
 from runtime.vehicle import TaskImportError, find_task
 from runtime.vehicle import explain as rows_of
+from shoal.cli.options import config_dir_option, modes_option, overrides_option
 from shoal.cli.tables import (
-    config_dir_option,
-    modes_option,
     open_console,
-    overrides_option,
     plain_table,
     sentence,
     task_of,

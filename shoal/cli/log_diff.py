@@ -7,7 +7,8 @@ from typing import Any
 import click
 
 from runtime.problem import printable
-from shoal.cli.log_open import LOG, make_console, make_table, open_log, progress, refusals
+from shoal.cli.log_open import LOG, open_log, progress, refusals
+from shoal.cli.tables import open_console, plain_table
 from shoal.logs.look import FieldDifference, LogDifference, LogMessage, compare, differing, moment, number
 
 MOST_FIELDS = 30
@@ -33,7 +34,7 @@ def diff(a: Path, b: Path) -> None:
     if found.equal:
         click.echo(f"equal: {number(found.packets[0], 'message')}, byte for byte")
         return
-    console = make_console()
+    console = open_console(markup=False)
     for name, path, count in zip("AB", (a, b), found.packets, strict=True):
         console.print(printable(f"{name}: {path}: {number(count, 'message')}"), soft_wrap=True)
     console.print()
@@ -80,11 +81,11 @@ def _value(value: Any) -> str:
 
 def _show_types(found: LogDifference) -> None:
     columns = ("equal", "changed", "only in A", "only in B")
-    table = make_table("message", *columns, right=columns)
+    table = plain_table("message", *columns, right=columns)
     different = {name: row for name, row in found.types.items() if row.changed or row.only_a or row.only_b}
     for name, row in sorted(different.items(), key=lambda item: -item[1].changed - item[1].only_a - item[1].only_b):
         table.add_row(name, *(str(count or "") for count in (row.same, row.changed, row.only_a, row.only_b)))
-    console = make_console()
+    console = open_console(markup=False)
     console.print()
     console.print(table)
     same = sum(row.same for name, row in found.types.items() if name not in different)
@@ -97,11 +98,11 @@ def _show_fields(found: LogDifference) -> None:
     if not found.fields:
         return
     columns = ("differs", "mean", "greatest")
-    table = make_table("field", *columns, "at", right=columns)
+    table = plain_table("field", *columns, "at", right=columns)
     rows = sorted(found.fields.items(), key=lambda item: -item[1].count)
     for (name, attribute), row in rows[:MOST_FIELDS]:
         table.add_row(f"{name}.{attribute}", *map(printable, _figures(row)))
-    console = make_console()
+    console = open_console(markup=False)
     how = "type, sender and time" if found.by_time else "type, sender and order (the times differ)"
     some = f", the first {number(found.compared, 'pair')}" if found.compared < found.pairs else ""
     console.print(f"\nFields that differ in messages of the same {how}{some}:")

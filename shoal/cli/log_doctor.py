@@ -8,9 +8,10 @@ from rich.padding import Padding
 from rich.text import Text
 
 from runtime.problem import printable
-from shoal.cli.log_open import LOG, all_processors, make_console, progress, refusals
-from shoal.logs.look import doctor as clinic
-from shoal.logs.look import number, span
+from shoal.cli.log_open import LOG, all_processors, progress, refusals
+from shoal.cli.tables import open_console
+from shoal.logs.look import examine, number, span
+from shoal.logs.look import repair as repair_log
 
 STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
 
@@ -22,8 +23,8 @@ def doctor(log: Path, repair: Path | None) -> None:
     """Find what is wrong with LOG, and explain it. Exit status 1 if there are errors or warnings."""
     with refusals():
         with progress(log) as tell:
-            examination = clinic.examine(log, tell, all_processors())
-        console = make_console()
+            examination = examine(log, tell, all_processors())
+        console = open_console(markup=False)
         order = list(STYLES)
         for finding in sorted(examination.findings, key=lambda finding: order.index(finding.severity)):
             console.print(Text.assemble((f"{finding.severity}: ", STYLES[finding.severity]), printable(finding.text)))
@@ -35,7 +36,7 @@ def doctor(log: Path, repair: Path | None) -> None:
             if examination.healthy:
                 console.print(Text("healthy: ", "green") + Text(_size(summary.packets, summary.duration)))
             if repair is not None:
-                count = clinic.repair(examination, repair)
+                count = repair_log(examination, repair)
                 console.print(printable(f"repaired: {number(count, 'message')}: {repair}"), soft_wrap=True)
         elif repair is not None:
             raise click.ClickException("there is no message to save")

@@ -3,7 +3,9 @@
 import re
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
+from typing import NamedTuple, TypeAlias
 
 import click
 
@@ -17,9 +19,29 @@ from shoal.logs.export import ReportBytes, Source
 from shoal.logs.look import number
 from shoal.logs.selection import choose
 
-ENDINGS = {"mcap": ".mcap", "netcdf": ".nc", "parquet": "-parquet", "csv": "-csv", "llf": "-llf"}
-FORMATS = tuple(ENDINGS)
-FILES = ("mcap", "netcdf")
+
+class Format(NamedTuple):
+    """A format: what the name of the output ends with, whether it is one file or a folder, and its function.
+
+    The module is imported when the format is used, because it may need a library.
+    """
+
+    ending: str
+    is_file: bool
+    module: str
+    function: str
+
+
+FORMATS = {
+    "mcap": Format(".mcap", True, "shoal.logs.export.mcap", "export_mcap"),
+    "netcdf": Format(".nc", True, "shoal.logs.export.netcdf", "export_netcdf"),
+    "parquet": Format("-parquet", False, "shoal.logs.export.parquet", "export_parquet"),
+    "csv": Format("-csv", False, "shoal.logs.export.csv", "export_csv"),
+    "llf": Format("-llf", False, "shoal.logs.export.llf", "export_llf"),
+}
+Writer: TypeAlias = Callable[[Source, Path, ReportBytes], int]
+"""Writes what is selected to a path, reports the bytes read, and returns how many messages or rows it wrote."""
+
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 MOST_LINES = 20
 
@@ -32,7 +54,7 @@ MOST_LINES = 20
 )
 @click.argument("log", type=LOG)
 @click.argument("out", type=LOG, required=False)
-@click.option("-f", "--format", "form", type=click.Choice(FORMATS), help="[default: by the ending of OUT, else mcap]")
+@click.option("-f", "--format", "form", type=click.Choice([*FORMATS]), help="[default: by the ending of OUT, or mcap]")
 @click.option("--from", "begin", metavar="TIME", help=f"Start: {TIMES}.")
 @click.option("--to", "end", metavar="TIME", help="End, not included; written as --from.")
 @click.option("-m", "--messages", multiple=True, help="Messages, by name or id, separated by commas.")
@@ -60,14 +82,14 @@ def export(
         with _extra("analysis"):
             write = _writer(form, raw, images)
         opened = open_log(log)
-        out = out or Path(_name(opened.path) + ENDINGS[form])
+        out = out or Path(_name(opened.path) + FORMATS[form].ending)
         with progress(opened.path) as tell:
             summary = summarize(opened, tell)
         check_found(opened, summary.packets)
         start, stop = (read_time(text, summary.start, summary.end) for text in (begin, end))
         words = split_words(messages), split_words(systems), split_words(entities)
         source = Source(opened, summary, choose(summary, start, stop, *words))
-        with _named(out), (new_file if form in FILES else new_folder)(out, force) as part:
+        with _named(out), (new_file if FORMATS[form].is_file else new_folder)(out, force) as part:
             with progress(opened.path, "exporting") as tell:
                 written = write(source, part, tell)
             if source.packets == 0:
@@ -110,34 +132,19 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
 def _format_of(out: Path) -> str:
     """The format for the ending of a name; MCAP if it has none. Raises ValueError if the ending is unknown."""
     ending = out.suffix[1:].lower()
-    if ending and ending != "nc" and ending not in FORMATS:
-        raise ValueError(f"{out}: unknown ending '.{ending}'; choose a format with --format")
-    return "netcdf" if ending == "nc" else ending or "mcap"
+    if not ending:
+        return "mcap"
+    for name, form in FORMATS.items():
+        if ending in (name, form.ending[1:]):
+            return name
+    raise ValueError(f"{out}: unknown ending '.{ending}'; choose a format with --format")
 
 
-def _writer(form: str, raw: bool, images: bool) -> Callable[[Source, Path, ReportBytes], int]:
-    # The libraries of a format are loaded only when it is used.
-    match form:
-        case "mcap":
-            from shoal.logs.export.mcap import export_mcap
-
-            return lambda source, path, tell: export_mcap(source, path, raw, images, tell)
-        case "parquet":
-            from shoal.logs.export.parquet import export_parquet
-
-            return export_parquet
-        case "netcdf":
-            from shoal.logs.export.netcdf import export_netcdf
-
-            return export_netcdf
-        case "csv":
-            from shoal.logs.export.csv import export_csv
-
-            return export_csv
-        case _:
-            from shoal.logs.export.llf import export_llf
-
-            return export_llf
+def _writer(form: str, raw: bool, images: bool) -> Writer:
+    write = getattr(import_module(FORMATS[form].module), FORMATS[form].function)
+    if form != "mcap":
+        return write
+    return lambda source, path, tell: write(source, path, raw, images, tell)
 
 
 def _import_mcap(file: Path, folder: Path, _: ReportBytes) -> list[str]:

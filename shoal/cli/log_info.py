@@ -6,7 +6,8 @@ import click
 
 from runtime.logs import PacketCount, Summary, summarize
 from runtime.problem import printable
-from shoal.cli.log_open import LOG, check_found, make_console, make_table, open_log, progress, refusals
+from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals
+from shoal.cli.tables import open_console, plain_table
 from shoal.logs.look import logs_below, moment, number, rate, size, span
 
 MOST_LINES = 20  # of damage
@@ -22,16 +23,16 @@ def info(log: Path, entities: bool) -> None:
         with progress(opened.path) as tell:
             summary = summarize(opened, tell)
         check_found(opened, summary.packets)
-    console = make_console()
+    console = open_console(markup=False)
     for title, text in _facts(summary):
         console.print(f"{title:10}{printable(text)}", soft_wrap=True)
     console.print()
-    table = make_table("message", "count", "rate", "bytes", right=("count", "rate", "bytes"))
+    table = plain_table("message", "count", "rate", "bytes", right=("count", "rate", "bytes"))
     for name, tally in summary.by_type.items():
         table.add_row(name, *_figures(tally))
     console.print(table)
     if entities:
-        table = make_table("entity", "id", "of", "count", "rate", "bytes", right=("id", "count", "rate", "bytes"))
+        table = plain_table("entity", "id", "of", "count", "rate", "bytes", right=("id", "count", "rate", "bytes"))
         for (src, entity), tally in summary.by_entity.items():
             label, system = summary.names.entity(src, entity), summary.names.system(src)
             table.add_row(printable(label), str(entity), printable(system), *_figures(tally))
@@ -81,8 +82,8 @@ def ls(folder: Path) -> None:
     found = logs_below(folder)
     if not found:
         raise click.ClickException(printable(f"{folder}: there are no logs in it"))
-    console = make_console()
-    table = make_table("log", "system", "from", "duration", "size", "", right=("duration", "size"))
+    console = open_console(markup=False)
+    table = plain_table("log", "system", "from", "duration", "size", "", right=("duration", "size"))
     for glance in found:
         path = glance.path.parent if glance.path.name.startswith("Data.lsf") else glance.path
         when = moment(glance.start) if glance.start == glance.start else ""

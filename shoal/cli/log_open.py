@@ -9,7 +9,6 @@ from pathlib import Path
 import click
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 import imc
 from imc.lsf import Spread
@@ -62,17 +61,3 @@ def progress(path: Path, what: str = "reading") -> Generator[Callable[[float], N
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(f"{what} {printable(path.parent.name)}/{printable(path.name)}", total=1.0)
         yield lambda share: bar.update(task, completed=share)
-
-
-def make_console() -> Console:
-    """A console as wide as the terminal; 200 columns for a pipe."""
-    console = Console(highlight=False, markup=False, emoji=False)
-    return console if console.is_terminal else Console(highlight=False, markup=False, emoji=False, width=200)
-
-
-def make_table(*columns: str, right: tuple[str, ...] = ()) -> Table:
-    """A plain table; the columns in `right` hold numbers."""
-    table = Table(box=None, header_style="dim", pad_edge=False)
-    for place, column in enumerate(columns):
-        table.add_column(column, overflow="fold", no_wrap=place == 0, justify="right" if column in right else "left")
-    return table

@@ -13,10 +13,11 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 import imc
-from runtime.durations import parse_duration, period_option
+from runtime.durations import parse_duration
 from runtime.problem import ProfileError
 from runtime.profile import Profile
 from runtime.vehicle import check, find_task
+from shoal.cli.options import config_dir_option, log_dir_option, overrides_option, parse_period
 from shoal.cli.run import tell_warnings
 from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare
 
@@ -27,16 +28,16 @@ CANNOT_FLY = 2  # exit status if a file or the profile is wrong
 @click.command()
 @click.argument("profile")
 @click.argument("plan", type=click.Path(path_type=Path, dir_okay=False))
-@click.option("-d", "--config-dir", multiple=True, type=click.Path(path_type=Path), help="A folder with profiles.")
+@config_dir_option
 @click.option("-p", "--profiles", multiple=True, help="Modes to select [default: Simulation, or else Kinematic].")
-@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Override a value.")
+@overrides_option
 @click.option("--for", "limit", default="24h", show_default=True, help="Time limit, in vehicle time.")
 @click.option("--seed", type=click.IntRange(0), help="Seed of all random numbers [default: the profile's, or 0]")
 @click.option("--calibrate", is_flag=True, help="Calibrate before the plan starts.")
 @click.option(
-    "--snapshot-every", callback=period_option, metavar="TIME", help="Save a snapshot beside the log at this interval."
+    "--snapshot-every", callback=parse_period, metavar="TIME", help="Save a snapshot beside the log at this interval."
 )
-@click.option("--log-dir", default="log", show_default=True, type=click.Path(path_type=Path), help="Folder for logs.")
+@log_dir_option
 @click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
 def mission(
     profile: str,

@@ -20,13 +20,19 @@ HEADER = frozenset({*imc.Message.__struct_fields__})
 @click.command()
 @click.argument("log", type=click.Path(exists=True, path_type=Path))
 @click.option("-t", "--task", "tasks", multiple=True, required=True, help="Task: section, entity label or class.")
-@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="What if: override a value.")
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="SECTION:OPTION=VALUE",
+    help="Override an option, to see what would have changed.",
+)
 @click.option("-c", "--config-file", help="Profile to use instead of the log's Config.ini.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="New folder for the log of the re-simulation.")
 def resim(
     log: Path, tasks: tuple[str, ...], overrides: tuple[str, ...], config_file: str | None, out: Path | None
 ) -> None:
-    """Re-run tasks on the messages of all others in LOG, and compare what they publish with the log.
+    """Re-run tasks on LOG, using the logged messages of all other tasks, and compare what they publish with the log.
 
     For example: shoal resim log/lauv-noptilus-1/20260101/000000 --task Simulators.MUGDetectionCamera. For the log of a
     virtual run, the exit status is 1 if anything differs. With --set, the command shows what would have changed; the

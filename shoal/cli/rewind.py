@@ -1,4 +1,4 @@
-"""`shoal rewind`: resumes a virtual run from a moment of its log."""
+"""`shoal rewind`: resumes a virtual run from a given time in its log."""
 
 from collections import Counter
 from pathlib import Path
@@ -16,12 +16,14 @@ from shoal.rerun import Instants, Rewound, outline
 
 @click.command()
 @click.argument("log", type=click.Path(exists=True, path_type=Path))
-@click.option("--at", required=True, metavar="TIME", help="Time of the run: seconds, or 1h30min.")
+@click.option("--at", required=True, metavar="TIME", help="Time since the start of the run: 90 or 1h30min.")
 @click.option("--for", "duration", metavar="TIME", help="How long to run from there [default: to the end of the log]")
-@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Change a value from then on.")
+@click.option(
+    "--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Change an option from then on."
+)
 @click.option("--log-dir", default="log", show_default=True, type=click.Path(path_type=Path), help="Folder for logs.")
 def rewind(log: Path, at: str, duration: str | None, overrides: tuple[str, ...], log_dir: Path) -> None:
-    """Resume a virtual run from a moment of its LOG, and write a new log.
+    """Resume a virtual run from a given time in its LOG, and write a new log.
 
     It starts from the nearest earlier snapshot of the run, see shoal run --snapshot-every, or else from its beginning.
     Without --set, the new log repeats the bytes of the old one.

@@ -12,13 +12,20 @@ from typing import Any, NoReturn, TypeVar
 
 import click
 
-from runtime.durations import duration_option, period_option
 from runtime.kernel import kernel, parse_clock
 from runtime.problem import Problem, ProfileError
 from runtime.profile import load_profile
 from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load, run_with_snapshots
 from runtime.vehicle import Build, Vehicle, build, check, find_task, join_zenoh
 from runtime.vehicle import vehicle as vehicle_module
+from shoal.cli.options import (
+    config_dir_option,
+    log_dir_option,
+    modes_option,
+    overrides_option,
+    parse_period,
+    parse_time,
+)
 from shoal.cli.status import Status
 from shoal.rerun import continued
 
@@ -30,15 +37,18 @@ OWN_FILES = (kernel.__file__, vehicle_module.__file__)
 
 def options(function: F) -> F:
     """Add the options that `run` and `replay` share."""
-    folder = click.Path(path_type=Path)
     declared = [
         click.option("--clock", default="real", show_default=True, help="real, virtual, or a factor such as 10x."),
-        click.option("--for", "duration", callback=duration_option, help="Stop after this time: 90s, 10min, 1h30min."),
+        click.option("--for", "duration", callback=parse_time, help="Stop after this time: 90s, 10min, 1h30min."),
         click.option(
             "--seed", type=click.IntRange(0), help="Seed of all random numbers [default: the profile's, or 0]"
         ),
-        click.option("--bus", type=click.Choice(["inprocess", "zenoh"]), help="Override the profile's Bus."),
-        click.option("--log-dir", default="log", show_default=True, type=folder, help="Folder for logs."),
+        click.option(
+            "--bus",
+            type=click.Choice(["inprocess", "zenoh"]),
+            help="Bus to use instead of the profile's [default: inprocess]",
+        ),
+        log_dir_option,
         click.option("--keep-going/--stop-on-error", default=None, help="Restart a failing task, or end the run."),
     ]
     for option in reversed(declared):
@@ -48,14 +58,14 @@ def options(function: F) -> F:
 
 @click.command()
 @click.argument("profile", required=False)
-@click.option("-c", "--config-file", help="Same as PROFILE, as in DUNE.")
-@click.option("-d", "--config-dir", multiple=True, type=click.Path(path_type=Path), help="A folder with profiles.")
-@click.option("-p", "--profiles", multiple=True, help="Modes to select, such as Simulation, separated by commas.")
+@click.option("-c", "--config-file", help="Same as PROFILE; the spelling of DUNE.")
+@config_dir_option
+@modes_option
 @click.option("-V", "--vehicle", default="", help="Name of the vehicle, instead of the profile's.")
-@click.option("--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Override a value.")
+@overrides_option
 @click.option(
     "--snapshot-every",
-    callback=period_option,
+    callback=parse_period,
     metavar="TIME",
     help="Save a snapshot of a virtual run beside its log at this interval.",
 )

@@ -1,7 +1,6 @@
-"""Shared by `check`, `explain`, `tasks` and `message`: options, tables, and the look-up of names."""
+"""What commands print: tables, sentences, ranges; and the look-up of names."""
 
 from difflib import get_close_matches
-from pathlib import Path
 
 import click
 from rich.console import Console
@@ -10,25 +9,18 @@ from rich.table import Table
 from runtime.task import Task
 from runtime.vehicle import TaskImportError, find_task
 
-config_dir_option = click.option(
-    "-d", "--config-dir", multiple=True, type=click.Path(path_type=Path), help="A folder with profiles."
-)
-modes_option = click.option("-p", "--profiles", multiple=True, help="Modes to select, such as Simulation.")
-overrides_option = click.option(
-    "--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Override a value."
-)
 
-
-def open_console() -> Console:
+def open_console(*, markup: bool = True) -> Console:
     """A console as wide as the terminal; 200 columns for a file or a pipe."""
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=200)
+    width = None if Console().is_terminal else 200
+    return Console(highlight=False, markup=markup, emoji=markup, width=width)
 
 
-def plain_table(*columns: str) -> Table:
+def plain_table(*columns: str, right: tuple[str, ...] = ()) -> Table:
+    """A table without lines; the columns in `right` hold numbers."""
     table = Table(box=None, header_style="dim", pad_edge=False)
-    for number, column in enumerate(columns):
-        table.add_column(column, overflow="fold", no_wrap=number == 0)
+    for place, column in enumerate(columns):
+        table.add_column(column, overflow="fold", no_wrap=place == 0, justify="right" if column in right else "left")
     return table
 
 

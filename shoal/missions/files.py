@@ -9,6 +9,7 @@ from typing import Any, cast
 import yaml
 
 import imc
+from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from shoal.missions.reader import DONE, PlanFileError, PlanReader, Values
 from shoal.missions.values import Z_UNITS, degrees, write_field
 from shoal.missions.values import number as shortest
@@ -134,4 +135,6 @@ def _without_header(value: Any) -> Any:
 
 
 def _bare(plan: imc.PlanSpecification) -> imc.PlanSpecification:
-    return plan.replace(timestamp=-1.0, src=0xFFFF, src_ent=0xFF, dst=0xFFFF, dst_ent=0xFF)
+    return plan.replace(
+        timestamp=-1.0, src=UNKNOWN_SYSTEM, src_ent=UNKNOWN_ENTITY, dst=UNKNOWN_SYSTEM, dst_ent=UNKNOWN_ENTITY
+    )

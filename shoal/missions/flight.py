@@ -1,11 +1,11 @@
-"""Flies a plan with the simulated vehicle of a profile."""
+"""Builds the simulated vehicle of a profile and flies a plan with it."""
 
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 import imc
-from runtime.kernel import parse_clock
+from runtime.kernel import Clock, parse_clock
 from runtime.profile import load_profile
 from runtime.vehicle import Build, Fleet, build
 from shoal.missions.files import load_plan
@@ -52,7 +52,7 @@ def prepare(
     *,
     config_dir: Sequence[Path] = (),
     overrides: Sequence[str] = (),
-    clock: str = "virtual",
+    clock: Clock | str = "virtual",
     vehicle: str = "",
     fleet: Fleet | None = None,
     seed: int | None = None,
@@ -68,10 +68,11 @@ def prepare(
     usual = [mode for mode in USUAL_MODES if mode in loaded.modes][:1]
     if AUTOSTART in loaded.config.sections:
         loaded.override(f"{AUTOSTART}:Enabled=Never")
+    chosen = parse_clock(clock, loaded.start_time_ns) if isinstance(clock, str) else clock
     return build(
         loaded,
         loaded.select(list(modes) or usual),
-        clock=parse_clock(clock, loaded.start_time_ns) if fleet is None else None,
+        clock=chosen if fleet is None else None,
         fleet=fleet,
         seed=seed,
         log_root=log_root,

@@ -1,4 +1,4 @@
-"""Flies a plan unattended and reports the result."""
+"""Flies a plan with a vehicle that is built already, without an operator, and reports the result."""
 
 import math
 from collections.abc import Callable

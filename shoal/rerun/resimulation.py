@@ -215,8 +215,8 @@ def _reservations(
         yield f"the log has {damaged} damaged places: what the tasks received there is unknown"
     if malformed:
         yield f"{malformed} messages of the log are malformed and were not delivered"
-    if left_out := profile.config.value("Transports.Logging", "Transports"):
-        yield f"the log has only selected messages: {left_out}"
+    if skipped := profile.config.value("Transports.Logging", "Transports"):
+        yield f"the log has only selected messages: {skipped}"
     schema = run.schema
     present = {number: schema.by_id(number) for number in about.counts if number in schema.types_by_id}
     for task in tasks:

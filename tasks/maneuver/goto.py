@@ -5,7 +5,7 @@ from tasks.maneuver.protocol import Leg, Maneuver
 
 
 class Goto(Maneuver):
-    """Goes to a point at a depth or an altitude; done when path control reports it near."""
+    """Goes to a point at a depth or an altitude; done when path control reports that it is near."""
 
     async def execute(self, goto: imc.Goto) -> None:
         await self.follow(Leg.of(goto))

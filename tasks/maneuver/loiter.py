@@ -13,9 +13,9 @@ Direction = imc.Loiter.Direction
 
 
 class Loiter(Maneuver):
-    """Circles for a time, counted from the arrival on the circle; 0 is forever. All types but EIGHT are circles.
+    """Circles for a time, counted from the arrival on the circle; 0 is forever.
 
-    A vehicle that can hover does so for the type HOVER.
+    The type EIGHT is a figure of eight, all others are circles. A vehicle that can hover does so for the type HOVER.
     """
 
     hears = (imc.PathControlState, imc.EstimatedState)

@@ -1,6 +1,7 @@
 """Lets an operator steer."""
 
 import imc
+from imc.addresses import UNKNOWN_SYSTEM
 from imc.tuples import read_tuples, whole_number
 from tasks.maneuver.protocol import Loops, Maneuver
 
@@ -17,7 +18,7 @@ class Teleoperation(Maneuver):
         operator = whole_number(teleoperation.custom, "src")
         while True:
             event = await self.event()
-            if event.dst not in (self.system, 0xFFFF) or operator not in (None, event.src):
+            if event.dst not in (self.system, UNKNOWN_SYSTEM) or operator not in (None, event.src):
                 continue
             if isinstance(event, imc.TeleoperationDone):
                 return

@@ -3,7 +3,7 @@
 import math
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
+from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from imc.coordinates import absolute, displacement
 from runtime import ParameterError, State, Task, consume, param, periodic
 
@@ -109,7 +109,7 @@ class OperationalLimits(Task):
             self.log.error(f"limits from {self.vehicle.systems.name(limits.src)} have a value that is not a number")
             return
         self._limits = limits.replace(
-            timestamp=-1.0, src=self.system, src_ent=self.entity.id, dst=UNKNOWN_SYSTEM, dst_ent=0xFF
+            timestamp=-1.0, src=self.system, src_ent=self.entity.id, dst=UNKNOWN_SYSTEM, dst_ent=UNKNOWN_ENTITY
         )
         self.publish(self._limits)
 

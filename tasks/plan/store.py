@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import imc
+from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import FOOTER_SIZE, HEADER_SIZE
 
 Row = tuple[str | bytes | float | None, ...]
@@ -21,7 +22,7 @@ class Change(NamedTuple):
     """Who changed something, and when (s since 1970 UTC)."""
 
     time: float = -1.0
-    system: int = 0xFFFF
+    system: int = UNKNOWN_SYSTEM
     name: str = ""
 
 

@@ -22,12 +22,16 @@ class GPS(Task):
     execution_frequency: float = param(1.0, "Hz", "Rate of GpsFix.", minimum=0.1, maximum=100)
     activation_depth: float = param(0.2, "m", "Depth below which there is no fix.", minimum=0)
     hdop: float = param(0.9, "1", "Horizontal dilution of precision of a fix.", name="HDOP", minimum=0)
-    hacc: float = param(2.0, "m", "Horizontal accuracy that a fix claims.", name="HACC", minimum=0)
+    hacc: float = param(2.0, "m", "Horizontal accuracy reported in each fix.", name="HACC", minimum=0)
     number_of_satellites: int = param(
-        8, "1", "Satellites of a fix.", name="Number of Satellites", minimum=0, maximum=255
+        8, "1", "Number of satellites reported in each fix.", name="Number of Satellites", minimum=0, maximum=255
     )
     position_noise: float = param(
-        0.0, "m", "White noise of north and east, each.", name="Standard Deviation - Position", minimum=0
+        0.0,
+        "m",
+        "Standard deviation of white noise on north and on east.",
+        name="Standard Deviation - Position",
+        minimum=0,
     )
     height_noise: float = param(0.0, "m", "White noise of the height.", name="Standard Deviation - Height", minimum=0)
     report_ground_velocity: bool = param(

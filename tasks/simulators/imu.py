@@ -12,7 +12,7 @@ TIMING = 1e-3  # of a period: how early a sample may be, since the resolution of
 
 
 class IMU(Task):
-    """Measures specific force, angular velocity and attitude, with AirSim's noise model of a MPU-6000.
+    """Measures specific force, angular velocity and attitude, with AirSim's noise model of an MPU-6000.
 
     Specific force is f = dv/dt + omega x v + R^T (ds/dt - g), with v the velocity through the water, s that of
     the water: at rest it is -g, as an accelerometer measures; the Acceleration of DUNE's simulator is dv/dt alone.

@@ -12,7 +12,7 @@ SLOWEST = 30  # rpm
 
 
 class Motor(Task):
-    """Measures the speed that the actuation a gives: rpm = offset + factor a, averaged over five samples.
+    """Measures the motor speed: rpm = offset + factor * actuation, averaged over five samples.
 
     With a time constant the speed lags, like that of the engine in a boat's model. An actuation must be repeated: after
     `Command Timeout` without one, the motor publishes an actuation of 0 and stops.

@@ -17,7 +17,7 @@ TIMING = 1e-3  # of a period: how early an image may be, since the resolution of
 
 
 class MUGDetectionCamera(Task):
-    """Publishes one EstimatedMugState for each glider in the image: north and east (m) of the vehicle, and its id.
+    """Publishes an EstimatedMugState for each glider in the image: its offset north and east (m), and its number.
 
     The gliders lie on the target plane, at `MUGs` north and east of the vehicle's first position. A detection goes from
     north-east-down to the pixel, back through the pixel's center, and gets an error that grows with the height.

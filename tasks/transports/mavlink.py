@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 
 import imc
-from mavlink import KINDS, Flavour, Received, dialect, split, text
+from mavlink import KINDS, Flavour, Received, load_dialect, split, text
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
 from runtime.task import ParameterError
@@ -71,7 +71,7 @@ class MAVLink(Task):
         self.detected: dict[int, float] = {}
         self.pump_timer: Timer | None = None
         self.autopilot = MavlinkSystem(
-            dialect.load_dialect(),
+            load_dialect(),
             name=self.system_name,
             system=self.system_id or ((self.system & 0xFF) - 1) % SYSTEMS + 1,
             kind=KINDS[self.vehicle_kind],

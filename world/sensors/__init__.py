@@ -1,5 +1,6 @@
 """Models of sensors: noise and geometry."""
 
+from world.sensors import mug_original
 from world.sensors.imu import (
     STANDARD_GRAVITY,
     NoiseDensity,
@@ -23,6 +24,7 @@ __all__ = [
     "detect",
     "detect_originally",
     "gsd_sigma",
+    "mug_original",
     "specific_force",
     "vins_parameters",
 ]

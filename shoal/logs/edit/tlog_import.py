@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import imc
+from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from imc.lsf import LsfWriter, gzip_member
 from mavlink import AUTOPILOT_NONE, ENTITIES, GROUND_STATION, AutopilotTranslator, Dialect, Tlog, load_dialect
 from runtime.profile import derived_id, load_profile, own_etc
@@ -109,5 +110,5 @@ def _say(writer: LsfWriter, heard: _System, label: str, message: imc.Message) ->
 
 
 def _write(writer: LsfWriter, heard: _System, entity: int, message: imc.Message) -> None:
-    writer.write(imc.encode_as(message, message.timestamp, heard.id, entity, 0xFFFF, 0xFF))
+    writer.write(imc.encode_as(message, message.timestamp, heard.id, entity, UNKNOWN_SYSTEM, UNKNOWN_ENTITY))
     heard.count += 1

@@ -115,16 +115,16 @@ def content_of(log: imc.Log, summary: Summary) -> LogContent:
                 continue
         collected[kind].append(_state(message) if kind == "EstimatedState" else message)
     motion, origin = _motion(collected["EstimatedState"], summary)
-    story = LogContent(
+    content = LogContent(
         summary, motion, _detections(collected["EstimatedMugState"], motion, summary), origin, levels=levels
     )
-    _states(story, collected["EntityState"])
-    _plans(story, collected["PlanControlState"])
-    _modes(story, collected["VehicleState"])
+    _states(content, collected["EntityState"])
+    _plans(content, collected["PlanControlState"])
+    _modes(content, collected["VehicleState"])
     for entry in collected["LogBookEntry"]:
-        story.entries.append(LogbookLine(entry.timestamp - summary.start, _level(entry), entry.context, entry.text))
-    story.entries.sort(key=lambda entry: entry.time)
-    return story
+        content.entries.append(LogbookLine(entry.timestamp - summary.start, _level(entry), entry.context, entry.text))
+    content.entries.sort(key=lambda entry: entry.time)
+    return content
 
 
 def track_length(motion: Track, least: float = 1.0) -> float:
@@ -187,25 +187,25 @@ def _detections(messages: list[Any], motion: Track, summary: Summary) -> Detecti
     return Detections(time, np.array([message.id for message in known], np.int64), north, east)
 
 
-def _states(story: LogContent, messages: list[Any]) -> None:
-    names, owner = story.summary.names, story.summary.owner
+def _states(content: LogContent, messages: list[Any]) -> None:
+    names, owner = content.summary.names, content.summary.owner
     by_entity: dict[int, list[Any]] = {}
     for message in messages:
         by_entity.setdefault(message.src_ent, []).append(message)
     for number, states in by_entity.items():
         label = names.entity(owner, number)
-        if label in story.entities:
+        if label in content.entities:
             label = f"{label} ({number})"
         rows = [(m.timestamp, _named(imc.EntityState.State, m.state), m.description) for m in states]
-        story.entities[label] = _stretches(rows, story.summary)
+        content.entities[label] = _stretches(rows, content.summary)
 
 
-def _modes(story: LogContent, messages: list[Any]) -> None:
+def _modes(content: LogContent, messages: list[Any]) -> None:
     rows = [(m.timestamp, _named(imc.VehicleState.OpMode, m.op_mode), m.last_error) for m in messages]
-    story.modes = _stretches(rows, story.summary, by_text=False)
+    content.modes = _stretches(rows, content.summary, by_text=False)
 
 
-def _plans(story: LogContent, messages: list[Any]) -> None:
+def _plans(content: LogContent, messages: list[Any]) -> None:
     messages.sort(key=lambda message: message.timestamp)
     rows = [
         (
@@ -215,10 +215,10 @@ def _plans(story: LogContent, messages: list[Any]) -> None:
         )
         for message in messages
     ]
-    story.maneuvers = [stretch for stretch in _stretches(rows, story.summary) if stretch.value]
-    times = np.array([message.timestamp - story.summary.start for message in messages])
+    content.maneuvers = [stretch for stretch in _stretches(rows, content.summary) if stretch.value]
+    times = np.array([message.timestamp - content.summary.start for message in messages])
     percent = np.array([message.plan_progress for message in messages], float)
-    story.progress = (times, np.where((percent >= 0.0) & (percent <= 100.0), percent, np.nan))
+    content.progress = (times, np.where((percent >= 0.0) & (percent <= 100.0), percent, np.nan))
 
 
 def _stretches(rows: list[tuple[float, str, str]], summary: Summary, by_text: bool = True) -> list[Stretch]:

@@ -36,8 +36,8 @@ def report(log: imc.Log, progress: ReportShare | None = None) -> str:
     return page(content_of(log, summary))
 
 
-def page(story: LogContent) -> str:
-    summary = story.summary
+def page(content: LogContent) -> str:
+    summary = content.summary
     script = (_HERE / "report.js").read_text(encoding="utf-8")
     allowed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{allowed}'; base-uri 'none'"
@@ -45,12 +45,12 @@ def page(story: LogContent) -> str:
     title = f"{name}, {moment(summary.start)}"
     duration = max(summary.duration, 0.0) if math.isfinite(summary.duration) else 0.0
     parts = [
-        _tiles(story),
-        draw_track(story),
-        *_charts(story, duration),
-        *_timelines(story, duration),
-        _detections(story),
-        _book(story.entries, story),
+        _tiles(content),
+        draw_track(content),
+        *_charts(content, duration),
+        *_timelines(content, duration),
+        _detections(content),
+        _book(content.entries, content),
         _rates(summary),
         _troubles(summary),
     ]
@@ -71,23 +71,27 @@ IMC {_safe(summary.schema.version)} from {_safe(source)}.</footer>
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def _tiles(story: LogContent) -> str:
-    summary, motion = story.summary, story.motion
+def _tiles(content: LogContent) -> str:
+    summary, motion = content.summary, content.motion
     tiles = [("", span(summary.duration), "duration")]
     if len(motion.time):
         moving = motion.speed[motion.speed > 0.05]
-        tiles.append(("", f"{story.distance:,.0f} m".replace(",", " "), "over ground"))
+        tiles.append(("", f"{content.distance:,.0f} m".replace(",", " "), "over ground"))
         for height, what in ((motion.depth, "greatest depth"), (motion.altitude, "greatest altitude")):
-            if np.isfinite(height).any() and not story.afloat:
+            if np.isfinite(height).any() and not content.afloat:
                 tiles.append(("", f"{float(np.nanmax(height)):.1f} m", what))
                 break
         tiles.append(("", f"{float(np.median(moving)) if len(moving) else 0.0:.2f} m/s", "median speed"))
-    if len(story.detections.time):
+    if len(content.detections.time):
         tiles.append(
-            ("", f"{len(story.detections.time)}", f"detections of {number(len(np.unique(story.detections.id)), 'MUG')}")
+            (
+                "",
+                f"{len(content.detections.time)}",
+                f"detections of {number(len(np.unique(content.detections.id)), 'MUG')}",
+            )
         )
     tiles.append(("", f"{summary.packets:,}".replace(",", " "), "messages"))
-    bad, fair = story.levels["ERROR"] + story.levels["CRITICAL"], story.levels["WARNING"]
+    bad, fair = content.levels["ERROR"] + content.levels["CRITICAL"], content.levels["WARNING"]
     tiles.append(("bad" if bad else "fair" if fair else "", f"{bad} · {fair}", "errors · warnings"))
     if summary.losses:
         tiles.append(("bad", str(len(summary.losses)), "damaged places"))
@@ -98,13 +102,13 @@ def _tile(kind: str, value: str, what: str) -> str:
     return f'<div class="tile {kind}"><b>{_safe(value)}</b><span>{_safe(what)}</span></div>'
 
 
-def _charts(story: LogContent, duration: float) -> Iterable[str]:
-    motion = story.motion
+def _charts(content: LogContent, duration: float) -> Iterable[str]:
+    motion = content.motion
     if len(motion.time) == 0:
         return
     bed = motion.depth + motion.altitude
     curves = [Curve("depth", "a", motion.time, motion.depth, "m", 2)]
-    if story.afloat:
+    if content.afloat:
         if np.isfinite(bed).any():
             below = [Curve("altitude", "c", motion.time, motion.altitude, "m", 2)]
             yield chart("Altitude above the seabed, m", below, duration, 130)
@@ -131,32 +135,32 @@ def _charts(story: LogContent, duration: float) -> Iterable[str]:
     turn = [Curve("heading", "a", motion.time, heading, "°", 0, wraps=True)]
     yield chart("Heading, °", turn, duration, 160, limits=(0.0, 360.0), marks=(0.0, 90.0, 180.0, 270.0, 360.0))
     yield chart("Speed over ground, m/s", [Curve("speed", "c", motion.time, motion.speed, "m/s", 2)], duration, 150)
-    times, percent = story.progress
+    times, percent = content.progress
     if np.isfinite(percent).any():
         plan = [Curve("progress", "a", times, percent, "%", 0)]
         yield chart("Plan progress, %", plan, duration, 130, limits=(0.0, 103.0), marks=(0.0, 50.0, 100.0))
 
 
-def _timelines(story: LogContent, duration: float) -> Iterable[str]:
+def _timelines(content: LogContent, duration: float) -> Iterable[str]:
     rows: list[tuple[str, list[Stretch]]] = []
-    if story.maneuvers:
-        rows.append(("maneuver", story.maneuvers))
-    if story.modes:
-        rows.append(("mode", story.modes))
-    severe = [entry for entry in story.entries if entry.level in SEVERE]
+    if content.maneuvers:
+        rows.append(("maneuver", content.maneuvers))
+    if content.modes:
+        rows.append(("mode", content.modes))
+    severe = [entry for entry in content.entries if entry.level in SEVERE]
     if severe:
         marks = [Stretch(entry.time, entry.time, entry.level, f"{entry.context}: {entry.text}") for entry in severe]
         rows.append(("log book", marks))
     if rows:
         yield bands("Plan and mode", _printable(rows), duration)
-    changing = {name: found for name, found in story.entities.items() if _worst(found) > 0}
-    calm = [name for name in story.entities if name not in changing]
-    few = len(story.entities) <= 12
-    order = sorted(story.entities if few else changing, key=lambda name: (-_worst(story.entities[name]), name))
+    changing = {name: found for name, found in content.entities.items() if _worst(found) > 0}
+    calm = [name for name in content.entities if name not in changing]
+    few = len(content.entities) <= 12
+    order = sorted(content.entities if few else changing, key=lambda name: (-_worst(content.entities[name]), name))
     if order:
         states = ("BOOT", "NORMAL", "FAULT", "ERROR", "FAILURE")
         legend = "".join(f'<span><i class="state {css_class(s)}"></i>{s.lower()}</span>' for s in states)
-        shown = [(name, story.entities[name]) for name in order[:MOST_ROWS]]
+        shown = [(name, content.entities[name]) for name in order[:MOST_ROWS]]
         yield bands("Entity states", _printable(shown), duration, legend)
     if calm and not few:
         more = f" {len(order) - MOST_ROWS} more changed." if len(order) > MOST_ROWS else ""
@@ -174,8 +178,8 @@ def _worst(stretches: list[Stretch]) -> int:
     return max((ranks.get(stretch.value, 1) for stretch in stretches), default=0) or ended
 
 
-def _detections(story: LogContent) -> str:
-    seen = story.detections
+def _detections(content: LogContent) -> str:
+    seen = content.detections
     if len(seen.time) == 0:
         return ""
     rows: list[tuple[str, ...]] = []
@@ -183,7 +187,7 @@ def _detections(story: LogContent) -> str:
         of = seen.id == identity
         north, east = float(seen.north[of].mean()), float(seen.east[of].mean())
         spread = math.hypot(float(seen.north[of].std()), float(seen.east[of].std()))
-        lat, lon, _ = coordinates.displace(*(story.origin or (0.0, 0.0)), 0.0, north, east)
+        lat, lon, _ = coordinates.displace(*(content.origin or (0.0, 0.0)), 0.0, north, east)
         where = f"{math.degrees(lat):.6f}° {math.degrees(lon):.6f}°"
         times = (clock(float(seen.time[of].min())), clock(float(seen.time[of].max())))
         figures = (f"{north:.2f} m", f"{east:.2f} m", f"± {spread:.2f} m")
@@ -192,13 +196,13 @@ def _detections(story: LogContent) -> str:
     return _section("MUG detections", _table(head, rows, range(1, 7)))
 
 
-def _book(entries: list[LogbookLine], story: LogContent) -> str:
+def _book(entries: list[LogbookLine], content: LogContent) -> str:
     severe = [entry for entry in entries if entry.level in SEVERE]
     others = [entry for entry in entries if entry.level not in SEVERE]
     head = ("time", "level", "who", "what")
     text = _table(head, map(_line, severe[:MOST_ENTRIES]), (0,)) if severe else '<p class="none">None.</p>'
     if len(severe) > MOST_ENTRIES:
-        text += f'<p class="none">The first {MOST_ENTRIES} of {sum(story.levels[level] for level in SEVERE)}.</p>'
+        text += f'<p class="none">The first {MOST_ENTRIES} of {sum(content.levels[level] for level in SEVERE)}.</p>'
     if others:
         table = _table(head, map(_line, others[:MOST_ENTRIES]), (0,))
         first = f"the first {MOST_ENTRIES} of " if len(others) > MOST_ENTRIES else ""

@@ -34,9 +34,9 @@ class PlotView:
         return HEIGHT / 2 - (np.asarray(north) - self.middle[0]) / self.span
 
 
-def draw_track(story: LogContent) -> str:
+def draw_track(content: LogContent) -> str:
     """The track, where it begins and ends, and the detections; a grid in m north and east of the origin."""
-    motion, seen = story.motion, story.detections
+    motion, seen = content.motion, content.detections
     if len(motion.time) == 0:
         return figure("Track over ground", "", '<p class="none">The log has no EstimatedState with a position.</p>')
     view = PlotView(np.concatenate((motion.north, seen.north)), np.concatenate((motion.east, seen.east)))
@@ -59,7 +59,7 @@ def draw_track(story: LogContent) -> str:
             strict=True,
         )
     )
-    lat, lon = (math.degrees(angle) for angle in story.origin or (0.0, 0.0))
+    lat, lon = (math.degrees(angle) for angle in content.origin or (0.0, 0.0))
     legend = f'<span class="origin">0, 0 is {lat:.6f}° {lon:.6f}°</span>' + _shades(motion) + _key(seen)
     head = f'<svg class="map" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" data-places="{places}">'
     drawing = f"{head}{''.join(body)}{marker}</svg>"

@@ -8,7 +8,7 @@ from tasks.control.path.track import PathProgress, bearing
 
 
 class PurePursuit(PathFollower):
-    """Steers straight to the end of a track; around a circle, to a point ahead on it."""
+    """Steers towards the end of a straight track, or towards a point ahead on a circle."""
 
     lookahead: float = param(5.0, "m", "Distance to the point ahead on a circle.", name="Loiter Lookahead", minimum=0.1)
 

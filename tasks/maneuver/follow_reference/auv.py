@@ -1,6 +1,7 @@
 """Follows references that another system sends."""
 
 import imc
+from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime import param
 from tasks.maneuver.protocol import Completed, Leg, Loops, Maneuver, ManeuverError, PathFlags
 from tasks.maneuver.spiral import vertical_error
@@ -8,7 +9,6 @@ from tasks.maneuver.spiral import vertical_error
 Has = imc.Reference.Flags
 Doing = imc.FollowRefState.State
 Near = imc.FollowRefState.Proximity
-ANY_SYSTEM, ANY_ENTITY = 0xFFFF, 0xFF
 UNITS = {"None": 0, "DEPTH": 1, "ALTITUDE": 2, "HEIGHT": 3}
 SPEEDS = {"m/s": 0, "RPM": 1, "%": 2}
 
@@ -54,9 +54,9 @@ class AUV(Maneuver):
     def _obeys(self, reference: imc.Reference) -> bool:
         order = self._order
         return (
-            order.control_src in (reference.src, ANY_SYSTEM)
-            and order.control_ent in (reference.src_ent, ANY_ENTITY)
-            and reference.dst in (self.system, ANY_SYSTEM)
+            order.control_src in (reference.src, UNKNOWN_SYSTEM)
+            and order.control_ent in (reference.src_ent, UNKNOWN_ENTITY)
+            and reference.dst in (self.system, UNKNOWN_SYSTEM)
         )
 
     async def _accept(self, reference: imc.Reference) -> None:

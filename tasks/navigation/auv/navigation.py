@@ -18,7 +18,7 @@ STEEPEST = 0.1  # least cosine of pitch or roll to divide by, near the singulari
 
 
 class Navigation(Sensors):
-    """Publishes EstimatedState from GPS, Doppler log, depth sensor, attitude reference, altimeter and tachometer.
+    """Publishes EstimatedState from GPS, DVL, depth sensor, attitude reference, altimeter and tachometer.
 
     Latitude, longitude and height are those of a reference at the surface, x, y, z the offsets from it; they start
     with the first fix. Under water the position follows from the velocity over ground; without it, from that through

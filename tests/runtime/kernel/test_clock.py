@@ -4,14 +4,14 @@ import json
 import math
 import socket
 import threading
-import time
 
 import pytest
 
 import imc
 from runtime import State, Task, periodic
-from runtime.kernel import SECOND, Clock, Kernel, VirtualClock, WallClock
+from runtime.kernel import SECOND, Kernel, LivelockError, VirtualClock, WallClock
 from runtime.testing import START, simulate
+from tests.runtime.kernel.clock_contract import ClockContract
 
 STEP = SECOND // 250
 
@@ -74,67 +74,6 @@ class LockStepClock:
 
     def close(self):
         self._file.close()
-
-
-class ClockContract:
-    """The tests that all clocks pass; a subclass makes `clock`."""
-
-    @pytest.fixture
-    def kernel(self, clock):
-        kernel = Kernel(clock)
-        yield kernel
-        kernel.close()
-
-    def test_it_is_a_clock(self, clock: Clock):
-        assert isinstance(clock.virtual, bool)
-        assert clock.speed > 0.0
-        assert clock.read() <= clock.read()
-
-    def test_timers_come_in_order_and_never_early(self, kernel):
-        begin, seen = kernel.now_ns, []
-        for delay in (30, 10, 20, 10):
-            kernel.at(begin + delay * SECOND // 1000, lambda d: seen.append((d, kernel.now_ns - begin)), delay)
-        kernel.run(begin + SECOND // 20)
-        assert [delay for delay, _ in seen] == [10, 10, 20, 30]
-        assert all(passed >= delay * SECOND // 1000 for delay, passed in seen)
-        if kernel.virtual:
-            assert all(passed == delay * SECOND // 1000 for delay, passed in seen)
-
-    def test_a_run_ends_at_its_time(self, kernel):
-        end = kernel.now_ns + SECOND // 50
-        kernel.run(end)
-        assert kernel.clock.read() >= end
-        assert not kernel.virtual or kernel.now_ns == kernel.clock.read() == end
-
-    def test_another_thread_is_heard(self, kernel):
-        begin, seen = kernel.now_ns, []
-
-        def ask():
-            time.sleep(0.01)
-            kernel.post(seen.append, "asked")
-
-        thread = threading.Thread(target=ask)
-        thread.start()
-        for number in range(1, 40):
-            kernel.at(begin + number * SECOND // 1000, time.sleep, 0.001)
-        kernel.run(begin + SECOND)
-        thread.join()
-        kernel.run(kernel.now_ns + SECOND // 100)
-        assert seen == ["asked"]
-
-    def test_a_socket_is_heard(self, kernel):
-        here, there = socket.socketpair()
-        seen = []
-        with here, there:
-            kernel.watch(here, lambda: seen.append(here.recv(10)))
-            there.send(b"hello")
-            begin = kernel.now_ns
-            for number in range(1, 100):
-                kernel.at(begin + number * SECOND // 10_000, lambda: None)
-            kernel.run(begin + SECOND // 50)
-            kernel.discard(None)
-            kernel.unwatch(here)
-        assert seen == [b"hello"]
 
 
 class TestWallClock(ClockContract):
@@ -206,3 +145,45 @@ def test_a_run_ends_when_the_outside_simulator_does():
     task = dive(10.0).task
     assert task.ticks[-1] <= (START + 2) * SECOND
     assert len(task.depths) == 2 * SECOND // STEP
+
+
+def test_a_clock_that_steps_without_events_still_lets_sockets_be_heard():
+    class Stepping(VirtualClock):
+        def advance(self, target, wait):
+            return super().advance(min(target, self.read() + STEP), wait)
+
+    kernel, seen = Kernel(Stepping(0)), []
+    here, there = socket.socketpair()
+    with here, there:
+        kernel.watch(here, lambda: seen.append((here.recv(10), kernel.now_ns)))
+        kernel.at(SECOND // 2, there.send, b"hello")
+        kernel.run(SECOND)
+        kernel.close()
+    ((data, when),) = seen
+    assert data == b"hello"
+    assert SECOND // 2 <= when <= SECOND // 2 + STEP
+
+
+def test_a_clock_that_stands_still_is_a_livelock():
+    class Stuck(VirtualClock):
+        def advance(self, target, wait):
+            return self.read()
+
+    kernel = Kernel(Stuck(0))
+    kernel.livelock_events = 100
+    kernel.at(SECOND, print)
+    with pytest.raises(LivelockError, match="Stuck"):
+        kernel.run()
+    kernel.close()
+
+
+@pytest.mark.parametrize("base", [WallClock, VirtualClock])
+def test_a_clock_says_that_no_time_will_ever_pass(base):
+    class Ended(base):
+        def advance(self, target, wait):
+            return None
+
+    kernel = Kernel(Ended())
+    kernel.at(kernel.now_ns + 3600 * SECOND, print)
+    kernel.run()
+    kernel.close()

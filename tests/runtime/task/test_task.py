@@ -476,3 +476,28 @@ def test_times_that_a_float_can_carry_are_kept_to_the_nanosecond():
     feed = [imc.Depth(timestamp=n / 8) for n in range(1, 16)]
     times = simulate(Punctual, feed, seconds=2.0).task.times
     assert times == [n * 10**9 // 8 for n in range(1, 16) for _ in range(2)]
+
+
+@pytest.mark.parametrize("dst", [0x1A, 0xFFFF, 0xFFF0, 0x1B])
+@pytest.mark.parametrize("src", [0x1A, 0x4001, 0x5FFF, 0x6000, 0x1B])
+def test_a_request_concerns_a_vehicle_that_it_is_addressed_to_or_an_operators_broadcast(src, dst):
+    class Clerk(Task):
+        """Asks itself whether requests are its own."""
+
+    task = simulate(Clerk, seconds=0.0).task
+    from_outside = src not in (0x1A, 0x4001, 0x5FFF)
+    assert task.concerns(imc.Abort(src=src, dst=dst)) == (dst == 0x1A or (dst != 0x1B and not from_outside))
+
+
+def test_a_task_does_not_tap_the_bus():
+    class Spy(Task):
+        """Taps the bus."""
+
+        def start(self):
+            self.vehicle.tap(imc.Depth, self.note)
+
+        def note(self, depth):
+            """Never called."""
+
+    with pytest.raises(TypeError, match="part of the vehicle"):
+        simulate(Spy, seconds=1.0)

@@ -15,7 +15,7 @@ from runtime.profile import load_profile
 from runtime.snapshot import SnapshotError, save
 from runtime.testing import START, NoProfile
 from runtime.vehicle import Fleet, FleetError, Vehicle, build
-from runtime.vehicle.fleet import Neighbour
+from runtime.vehicle.fleet import Neighbor
 from shoal.missions import Mission, parse_plan, prepare
 from tests.runtime.bus.transport_contract import FIRST, SECOND_, Link, TransportContract, Wire
 
@@ -484,12 +484,12 @@ def test_a_vehicle_of_a_fleet_cannot_be_saved():
             save(fleet.vehicles[0])
 
 
-class TestNeighbour(TransportContract):
+class TestNeighbor(TransportContract):
     @pytest.fixture
     def link(self):
         kernel, buses = Kernel(VirtualClock(0)), []
         ends = [Bus(kernel, system) for system in (FIRST, SECOND_)]
-        transports = [Neighbour(bus, buses, (imc.Message,)) for bus in ends]
+        transports = [Neighbor(bus, buses, (imc.Message,)) for bus in ends]
         for bus, transport in zip(ends, transports, strict=True):
             bus.resume()
             bus.attach(transport)

@@ -1,0 +1,65 @@
+"""YAML with lines: types as YAML has them, and what is refused."""
+
+import datetime
+
+import pytest
+
+from imc.schema.yamltree import read_tree
+
+TEXT = """
+name: pool
+count: 3
+ratio: 1.5e-3
+flag: yes
+nothing: ~
+day: 2026-01-01
+quoted: "3"
+items: [1, two, {three: 3}]
+"""
+
+
+class Refused(ValueError):
+    """What the caller wants to be raised."""
+
+
+def test_values_have_the_types_of_yaml():
+    tree = read_tree(TEXT, "pool.yaml", Refused)
+    assert tree.value() == {
+        "name": "pool",
+        "count": 3,
+        "ratio": 0.0015,
+        "flag": True,
+        "nothing": None,
+        "day": datetime.date(2026, 1, 1),
+        "quoted": "3",
+        "items": [1, "two", {"three": 3}],
+    }
+
+
+def test_nodes_know_their_lines():
+    tree = read_tree(TEXT, "pool.yaml", Refused)
+    nodes = tree.mapping()
+    assert [nodes[name].line for name in ("name", "day", "items")] == [2, 7, 9]
+    with pytest.raises(Refused, match=r"^pool\.yaml:3: too few$"):
+        nodes["count"].fail("too few")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("a: 1\na: 2", "f:2: 'a' occurs twice"),
+        ("a: &x 1\nb: *x", "f:1: anchors and aliases"),
+        ("a: !!python/name:os.system", "f:1: tags such as"),
+        ("a: [1", "f:[12]: not YAML"),
+        ("a: 1\n---\nb: 2", "f:1: expected one YAML document, not 2"),
+        ("[" * 30 + "]" * 30, "f:1: nested too deeply"),
+    ],
+)
+def test_what_is_refused(text, reason):
+    with pytest.raises(Refused, match=reason):
+        read_tree(text, "f", Refused)
+
+
+def test_a_date_that_is_none_is_named_with_its_line():
+    with pytest.raises(Refused, match="f:2: '2026-13-41' is not a value"):
+        read_tree("a: 1\nb: 2026-13-41", "f", Refused).value()
