@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 import sys
 import tempfile
 from pathlib import Path
@@ -27,10 +28,14 @@ def draw_run(path: Path) -> None:
         with Status(vehicle, "lauv-noptilus-1 (Simulation)", None) as status:
             vehicle.start()
             vehicle.run(SECONDS)
+            status._refresh()
             console = Console(record=True, width=100, file=io.StringIO())
             console.print(status._panel())
         vehicle.close()
-    console.save_svg(str(path), title=COMMAND)
+    picture = console.export_svg(title=COMMAND)
+    # Without the fonts and the comment that Rich adds, so that the picture loads nothing from elsewhere.
+    picture = re.sub(r"\s*<!-- Generated.*?-->|\s*@font-face {.*?}", "", picture, flags=re.DOTALL)
+    path.write_text(picture.replace("Fira Code", "DejaVu Sans Mono"))
 
 
 if __name__ == "__main__":
