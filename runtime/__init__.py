@@ -2,12 +2,15 @@
 
 from runtime.bus import Frame
 from runtime.kernel import Timer
-from runtime.task import ActivationError, Entity, ParameterError, Script, State, Task, consume, param, periodic
+from runtime.problem import Doubt
+from runtime.task import ActivationError, Entity, Inbox, ParameterError, Script, State, Task, consume, param, periodic
 
 __all__ = [
     "ActivationError",
+    "Doubt",
     "Entity",
     "Frame",
+    "Inbox",
     "ParameterError",
     "Script",
     "State",
