@@ -27,7 +27,6 @@ from shoal.cli.options import (
     parse_time,
 )
 from shoal.cli.status import Status
-from shoal.rerun import continued
 
 F = TypeVar("F", bound=Callable[..., Any])
 MOST_WARNINGS = 10
@@ -133,6 +132,8 @@ def go_on(
     path: Path, log_dir: Path, duration: float | None, overrides: tuple[str, ...], snapshot_every: float | None
 ) -> NoReturn:
     """Continue from a snapshot, which contains the profile; `overrides` change its values."""
+    from shoal.rerun import continued  # only here, since all other runs begin sooner without it
+
     try:
         state = load(path.read_bytes())
         vehicle = continued(state, log_dir, overrides=overrides, journals=snapshot_every is not None)
