@@ -8,7 +8,9 @@ import imc
 from runtime import Task, consume, param, periodic
 from runtime.bus import Bus, Subscription
 from runtime.kernel import Kernel, VirtualClock
+from runtime.profile import load_profile
 from runtime.testing import simulate
+from runtime.vehicle import build
 from tests.runtime.bus.transport_contract import FIRST, SECOND_, Link, TransportContract, Wire
 
 OWN, OTHER = 0x1A, 0x1B
@@ -237,3 +239,21 @@ def test_instruments_observe_every_subscription(bus):
     bus.subscribe(Subscription(imc.Depth, print))
     bus.subscribe(Subscription(imc.Rpm, print))
     assert [observer.types for observer in observers] == [[imc.Depth, imc.Rpm]] * 2
+
+
+def test_all_transports_of_a_shipped_vehicle_carry_the_same_packets(tmp_path):
+    profile = load_profile("lauv-noptilus-1")
+    clock = VirtualClock(profile.start_time_ns)
+    vehicle = build(profile, profile.select("Simulation"), clock=clock, log_root=tmp_path).vehicle
+    wires = Wire(), Wire()
+    for wire in wires:
+        vehicle.bus.attach(wire)
+    vehicle.start()
+    vehicle.run(3.0)
+    wires[0].receive(b"junk of a stranger")
+    wires[1].receive(imc.encode(imc.Depth(value=1.0, src=OTHER, timestamp=1.0)))
+    vehicle.run(3.0)
+    vehicle.close()
+    assert len(wires[0].sent) > 2000
+    assert wires[0].sent == wires[1].sent, "what comes in on one is not sent on"
+    assert (vehicle.bus.malformed, [wire.closed for wire in wires]) == (1, [1, 1])

@@ -10,7 +10,9 @@ import pytest
 import imc
 from runtime import State, Task, periodic
 from runtime.kernel import SECOND, Kernel, LivelockError, VirtualClock, WallClock
+from runtime.profile import load_profile
 from runtime.testing import START, simulate
+from runtime.vehicle import build
 from tests.runtime.kernel.clock_contract import ClockContract
 
 STEP = SECOND // 250
@@ -187,3 +189,42 @@ def test_a_clock_says_that_no_time_will_ever_pass(base):
     kernel.at(kernel.now_ns + 3600 * SECOND, print)
     kernel.run()
     kernel.close()
+
+
+def swim(clock, folder):
+    """The log of five seconds of a shipped vehicle."""
+    profile = load_profile("lauv-noptilus-1")
+    vehicle = build(profile, profile.select("Simulation"), clock=clock, log_root=folder).vehicle
+    vehicle.start()
+    vehicle.run(5.0)
+    vehicle.close()
+    return [path.read_bytes() for path in sorted(folder.rglob("Data.lsf.gz"))]
+
+
+def test_a_shipped_vehicle_in_lock_step_writes_the_log_of_a_virtual_run(tmp_path):
+    start = load_profile("lauv-noptilus-1").start_time_ns
+    simulator = Simulator(start, start + 100 * SECOND)
+    clock = LockStepClock(simulator, start)
+    try:
+        logs = swim(clock, tmp_path / "steps")
+    finally:
+        clock.close()
+        simulator.close()
+    assert logs == swim(VirtualClock(start), tmp_path / "virtual")
+    assert sum(map(len, logs)) > 10_000
+
+
+def test_a_shipped_vehicle_ends_its_log_in_order_when_its_simulator_is_killed(tmp_path):
+    start = load_profile("lauv-noptilus-1").start_time_ns
+    simulator = Simulator(start, start + SECOND)
+    clock = LockStepClock(simulator, start)
+    try:
+        swim(clock, tmp_path)
+    finally:
+        clock.close()
+        simulator.close()
+    (path,) = tmp_path.rglob("Data.lsf.gz")
+    log = imc.Log(path.parent)
+    last = list(log.messages("LoggingControl"))[-1]
+    assert (last.op, log.losses) == (imc.LoggingControl.Op.STOPPED, [])
+    assert last.timestamp == pytest.approx(start / SECOND + 1.0, abs=STEP / SECOND)
