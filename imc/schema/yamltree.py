@@ -102,7 +102,8 @@ def read_tree(text: str, file: str, error: type[ValueError] = SchemaError) -> No
         return _tree(cast(Any, yaml).parse(text, Loader=_LOADER), file, error)
     except yaml.MarkedYAMLError as wrong:
         line = wrong.problem_mark.line + 1 if wrong.problem_mark else 1
-        raise error(f"{file}:{line}: not YAML: {wrong.problem}") from wrong
+        tab = "; indent with spaces, not tabs" if "cannot start any token" in str(wrong.problem) else ""
+        raise error(f"{file}:{line}: not YAML: {wrong.problem}{tab}") from wrong
     except yaml.YAMLError as wrong:
         raise error(f"{file}: not YAML: {str(wrong).splitlines()[0]}") from wrong
 
@@ -149,5 +150,5 @@ def _tree(events: Iterator[yaml.Event], file: str, error: type[ValueError]) -> N
             keys.append(None)
     documents = root.items()
     if len(documents) != 1:
-        raise error(f"{file}:1: expected one YAML document, not {len(documents)}")
+        raise error(f"{file}:1: " + ("expected one YAML document, not several" if documents else "the file is empty"))
     return documents[0]

@@ -194,7 +194,7 @@ class Lines:
             self.error(f"{quoted(text)} is neither a section nor an assignment", "a comment begins with # or ;")
             return
         if self._option is None:
-            self.warn(f"{quoted(text)} continues nothing and is ignored", "write NAME = VALUE")
+            self.warn(f"{quoted(text)} has no '=' and is ignored", "write NAME = VALUE")
             return
         name = self._option.name
         if self._reduced:

@@ -114,7 +114,7 @@ class Profile:
         except (ValueError, OverflowError):
             since = timedelta(-1)
         if since < timedelta(0):
-            text = f"{quoted(text)} is not a time since 1970"
+            text = f"{quoted(text)} is not a date and time from 1970 on"
             raise self._error("General", "Start Time", text, f"write it as {START_TIME}")
         return since // timedelta(microseconds=1) * 1000
 

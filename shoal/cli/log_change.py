@@ -67,7 +67,7 @@ def merge(logs: tuple[Path, ...], out: Path, copies: bool) -> None:
         opened = [open_log(path) for path in logs]
         with progress(opened[0].path, "merging") as tell:
             merged = merge_logs(opened, out, copies, tell)
-    left = f", without {number(merged.copies, 'copy', 'copies')}" if merged.copies else ""
+    left = f"; {number(merged.copies, 'duplicate')} skipped" if merged.copies else ""
     click.echo(printable(f"{number(merged.packets, 'message')} from {number(len(logs), 'log')}{left}: {out}"))
     for warning in merged.warnings:
         click.echo(printable(f"warning: {warning}; readers use only one of them"), err=True)

@@ -41,7 +41,7 @@ def replay(
     log_dir: Path,
     keep_going: bool | None,
 ) -> None:
-    """Play LOG, a folder or a Data.lsf of Shoal or DUNE, with the headers and in the order of the log.
+    """Play LOG, a folder or a Data.lsf of Shoal or DUNE, with their original headers and in their original order.
 
     The player is a system of its own, named replay, so its messages do not mix with those of the log. Separate several
     messages, systems or entities by commas. On a terminal, the space bar pauses, the left and right arrows skip 10 s,

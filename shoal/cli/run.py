@@ -57,7 +57,7 @@ def options(function: F) -> F:
 
 @click.command()
 @click.argument("profile", required=False)
-@click.option("-c", "--config-file", help="Same as PROFILE; the spelling of DUNE.")
+@click.option("-c", "--config-file", help="Same as PROFILE, as DUNE spells it.")
 @config_dir_option
 @modes_option
 @click.option("-V", "--vehicle", default="", help="Name of the vehicle, instead of the profile's.")

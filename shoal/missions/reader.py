@@ -69,7 +69,9 @@ class PlanReader:
         item = self._mapping(node, "a maneuver")
         kinds = [key for key in item if key not in _ITEM_KEYS]
         if len(kinds) != 1:
-            node.fail("expected one maneuver, such as goto: {...}, and optionally id, then, on_start, on_end")
+            node.fail(
+                "expected one maneuver with its fields, such as goto: {...}, and optionally id, then, on_start, on_end"
+            )
         cls = self._kind(kinds[0], item[kinds[0]])
         fields = self._mapping(item[kinds[0]], "the fields of a maneuver", optional=True)
         name = self._text(item, "id", f"{cls.__name__}{number}")

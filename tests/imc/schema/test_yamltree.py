@@ -51,7 +51,9 @@ def test_nodes_know_their_lines():
         ("a: &x 1\nb: *x", "f:1: anchors and aliases"),
         ("a: !!python/name:os.system", "f:1: tags such as"),
         ("a: [1", "f:[12]: not YAML"),
-        ("a: 1\n---\nb: 2", "f:1: expected one YAML document, not 2"),
+        ("a:\n\tb: 1", "f:2: not YAML: .*; indent with spaces, not tabs"),
+        ("", "f:1: the file is empty"),
+        ("a: 1\n---\nb: 2", "f:1: expected one YAML document, not several"),
         ("[" * 30 + "]" * 30, "f:1: nested too deeply"),
     ],
 )

@@ -111,7 +111,7 @@ SILENT = {
     "no section": ("# title\n\nX = 1", "3: error: 'X' is set before any section (put a [Section] line above)"),
     "no section to continue": ("hello", "1: error: 'hello' is neither a section nor an assignment"),
     "no section to describe": ("X {scope: plan}", "1: error: 'X' has attributes before any section"),
-    "nothing to continue": ("[A]\nhello", "2: warning: 'hello' continues nothing and is ignored"),
+    "nothing to continue": ("[A]\nhello", "2: warning: 'hello' has no '=' and is ignored"),
     "bar": ("[A]\n| b", "2: error: a line that begins with | is neither a comment nor text"),
     "no name": ("[A]\n+ = 1", "2: warning: an assignment without a name is ignored"),
     "blank before +": ("[A]\nX + = 1", "2: warning: this sets 'X ' with the blank, not 'X' (write X+ =)"),

@@ -102,7 +102,7 @@ def test_degrees_are_exact(angle):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("", "f.yaml:1: expected one YAML document, not 0"),
+        ("", "f.yaml:1: the file is empty"),
         ("- a", "f.yaml:1: a plan must be a mapping of names to values"),
         ("plan: x\nmaneuvers: [", "f.yaml:[23]: not YAML: did not find expected node content"),
         ("plan: x\nmaneuvers: []", "f.yaml:2: maneuvers: expected a list"),
