@@ -1,0 +1,316 @@
+"""Random missions with random faults: does the true vehicle stay off the bottom and come home?
+
+`python bench/campaign.py --missions 300` flies them, prints each failure with its seed, and exits with 1 if there is
+one; `--seed N --missions 1` flies a single one again. Python 3.11 or newer, no extras.
+"""
+
+import argparse
+import math
+import multiprocessing
+import platform
+import random
+import sys
+import tempfile
+import time
+from collections import Counter, deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import imc
+from imc.coordinates import displace, displacement
+from shoal.missions import prepare
+from world.sea import Bathymetry, read_bathymetry
+
+CCU = 0x4001
+READY, FAULTS, HOME = 15.0, 90.0, 120.0  # s: start of the plan, then the faults, then the time to come home
+LIMIT, MARGIN = 50.0, 5.0  # m: maximum depth of the profile, and how far below it the vehicle may get
+TOUCH, SURFACE, NEAR = 0.2, 0.5, 2.0  # m
+DRIFTING = 0.4  # m/s through the water
+LIGHT = ["Transports.MAVLink:Enabled=Never"]
+AUV = "lauv-noptilus-1"
+PROFILES = (AUV,) * 7 + ("otter", "caravel", "hexa-00")
+SENSORS = ("Simulators.DepthSensor", "Simulators.GPS", "Simulators.IMU", "Simulators.DVL", "Simulators.Environment",
+           "Simulators.Motor", "Simulators.Servos", "Simulators.Barometer")  # fmt: skip
+MEASURED = ("value", "lat", "lon", "height", "x", "y", "z", "phi", "theta", "psi")
+START = math.radians(41.185), math.radians(-8.7062)
+
+
+@dataclass
+class Mission:
+    """A profile with overrides, its plan, and the faults: s after the start of the plan, what, and to which task."""
+
+    profile: str
+    overrides: list[str]
+    plan: imc.PlanSpecification
+    faults: list[tuple[float, str, str]]
+
+
+@dataclass
+class Flight:
+    """What happened: `violations` by name, `maneuvers` flown, and the last words of the log book."""
+
+    seed: int
+    mission: Mission
+    violations: list[str] = field(default_factory=list[str])
+    outcome: str = "no plan"
+    log: list[str] = field(default_factory=list[str])
+
+
+def draw(seed: int) -> Mission:
+    """The mission of a seed."""
+    pick = random.Random(seed)
+    profile = pick.choice(PROFILES)
+    overrides = list(LIGHT)
+    if profile == AUV:
+        overrides.append("Simulators.MUGDetectionCamera:Enabled=Never")
+    if profile != "hexa-00":
+        for name in ("North", "East"):
+            overrides.append(f"Simulators.StreamVelocity:Default Speed {name}={pick.choice((-0.4, 0.0, 0.0, 0.3))}")
+    water = pick.choice((4.0, 8.0, 15.0, 30.0, 120.0)) if profile == AUV else 4.0
+    if water != 4.0:
+        overrides += ["Bathymetry:Data=", f"Simulators.Environment:Out Of Bounds Depth={water}"]
+    maneuvers = [_maneuver(pick, profile, water) for _ in range(pick.choice((1, 2, 3)))]
+    if profile == "hexa-00":
+        maneuvers.insert(0, imc.Takeoff(lat=START[0], lon=START[1], z=15.0, z_units=imc.ZUnits.ALTITUDE, speed=3.0))
+    faults: list[tuple[float, str, str]] = []
+    names = tasks_of(profile)
+    for _ in range(pick.choice((1, 1, 2))):
+        kind = pick.choice(("mute", "mute", "disconnect", "fail", "stuck", "spike", "nan", "jump", "abort", "flat"))
+        lies = kind in ("stuck", "spike", "nan", "jump")
+        near = [name for name in names if not lies or name.split("/")[0] in SENSORS]
+        faults.append((pick.uniform(5.0, FAULTS), kind, "Simulators.GPS" if kind == "jump" else pick.choice(near)))
+    return Mission(profile, overrides, _plan(maneuvers), sorted(faults))
+
+
+def tasks_of(profile: str) -> list[str]:
+    """The tasks of a profile's simulation."""
+    with tempfile.TemporaryDirectory() as folder:
+        vehicle = prepare(profile, overrides=LIGHT, state_folder=Path(folder), log_root=Path(folder)).vehicle
+        names = [task.name for task in vehicle.tasks]
+        vehicle.close()
+    return [name for name in names if name not in ("Simulators.VSIM", "Simulators.UAV")]
+
+
+def _maneuver(pick: random.Random, profile: str, water: float) -> imc.Message:
+    lat, lon, _ = displace(*START, 0.0, pick.uniform(-60.0, 60.0), pick.uniform(-60.0, 60.0))
+    z, units, speed = 0.0, imc.ZUnits.DEPTH, 1.2
+    if profile == AUV:
+        z = pick.choice((0.0, 2.0, 0.5 * water, min(water + 5.0, 20.0), 10.0))
+        if pick.random() < 0.2:
+            z, units = pick.choice((2.0, 3.0, 6.0)), imc.ZUnits.ALTITUDE
+    elif profile == "hexa-00":
+        z, units, speed = pick.choice((5.0, 15.0, 30.0)), imc.ZUnits.ALTITUDE, pick.choice((3.0, 8.0))
+    at = {"lat": lat, "lon": lon, "z": z, "z_units": units, "speed": speed}
+    kinds = ["goto", "goto", "keep", "loiter"]
+    if profile == AUV:
+        kinds += ["yoyo", "yoyo", "popup", "rows", "path"]
+    match pick.choice(kinds):
+        case "keep":
+            return imc.StationKeeping(**at, radius=15.0, duration=pick.choice((30, 60)))
+        case "loiter":
+            return imc.Loiter(**at, type=imc.Loiter.Type.CIRCULAR, radius=15.0, duration=40)
+        case "yoyo":
+            steep = math.radians(pick.choice((10.0, 15.0, 25.0)))
+            return imc.YoYo(**{**at, "z": max(z, 2.0)}, amplitude=pick.choice((1.0, 2.0, 0.8 * z)), pitch=steep)
+        case "popup":
+            return imc.PopUp(**at, radius=15.0, duration=10, flags=imc.PopUp.Flags.CURR_POS)
+        case "rows":
+            return imc.Rows(**at, width=60.0, length=60.0, hstep=20.0, coff=10, alternation=100)
+        case "path":
+            points = tuple(imc.PathPoint(x=pick.uniform(-40, 40), y=pick.uniform(-40, 40)) for _ in range(3))
+            return imc.FollowPath(**at, points=points)
+        case _:
+            return imc.Goto(**at)
+
+
+def _plan(maneuvers: list[imc.Message]) -> imc.PlanSpecification:
+    steps = tuple(imc.PlanManeuver(maneuver_id=f"m{i}", data=item) for i, item in enumerate(maneuvers))
+    arrows = tuple(
+        imc.PlanTransition(source_man=f"m{i}", dest_man=f"m{i + 1}", conditions="ManeuverIsDone")
+        for i in range(len(maneuvers) - 1)
+    )
+    return imc.PlanSpecification(plan_id="random", start_man_id="m0", maneuvers=steps, transitions=arrows)
+
+
+class Judge:
+    """Watches the true vehicle, and what the vehicle says of itself."""
+
+    def __init__(self, flight: Flight, vehicle: "object", sea: Bathymetry):
+        self._flight, self._sea = flight, sea
+        self._has_sea = flight.mission.profile != "hexa-00"
+        self._truth: imc.SimulatedState | None = None
+        self._estimate: imc.EstimatedState | None = None
+        self._executing, self._ended = False, -math.inf
+        self._depths: deque[float] = deque([math.inf], 1000)
+        vehicle.tap(imc.SimulatedState, self._measure)
+        vehicle.tap(imc.EstimatedState, self._believe)
+        vehicle.tap(imc.PlanControlState, self._follow)
+        vehicle.tap(imc.LogBookEntry, lambda entry: flight.log.append(f"{entry.htime:.1f} {entry.context}: {entry.text}"))
+
+    def _measure(self, truth: imc.SimulatedState) -> None:
+        self._truth = truth
+        self._depths.append(truth.z)
+        if not math.isfinite(truth.x + truth.y + truth.z + truth.u + truth.v + truth.w):
+            self._violate("physics is not finite")
+        elif self._has_sea:
+            north, east, _ = displacement(*self._sea.reference, 0.0, truth.lat, truth.lon, 0.0)
+            if truth.z > self._sea.depth(north + truth.x, east + truth.y) + TOUCH:
+                self._violate("below the bottom")
+            if truth.z > LIMIT + MARGIN:
+                self._violate("below the maximum depth")
+
+    def _believe(self, state: imc.EstimatedState) -> None:
+        self._estimate = state
+
+    def _follow(self, state: imc.PlanControlState) -> None:
+        executing = state.state == imc.PlanControlState.State.EXECUTING
+        if self._executing and not executing:
+            self._ended = state.timestamp
+        self._executing = executing
+        self._flight.outcome = imc.PlanControlState.LastOutcome(state.last_outcome).name
+
+    @property
+    def grace(self) -> float:
+        """How long (s) a vehicle on its way up may still take, because its plan went on after the fault."""
+        rising = not self._executing and self._truth is not None and self._depths[-1] < self._depths[0] - 0.2
+        return self._ended + HOME - self._truth.timestamp if rising and self._truth is not None else 0.0
+
+    def finish(self) -> None:
+        """Look where the vehicle is in the end."""
+        truth, estimate = self._truth, self._estimate
+        if truth is None:
+            return
+        knows = estimate is not None and abs(truth.z - estimate.z) < NEAR
+        if self._executing and knows:
+            self._flight.outcome = "on its plan"
+        elif self._flight.mission.profile == AUV and truth.z > SURFACE:
+            self._violate(f"still {truth.z:.0f} m deep")
+        elif self._flight.mission.profile == "hexa-00" and truth.z < -SURFACE:
+            self._violate(f"still {-truth.z:.0f} m up")
+        elif self._has_sea and math.hypot(truth.u, truth.v) > DRIFTING:
+            self._violate("drives without a plan")
+
+    def _violate(self, what: str) -> None:
+        if what not in self._flight.violations:
+            self._flight.violations.append(what)
+
+
+def spoil(task: "object", kind: str) -> None:
+    """Make a task silent, or let its measurements lie."""
+    publish: Callable[..., imc.Message] = task.publish
+    last: dict[tuple[int, object], imc.Message] = {}
+
+    def lie(message: imc.Message, **options: object) -> imc.Message:
+        found = [name for name in MEASURED if isinstance(getattr(message, name, None), float)]
+        key = message.ID, options.get("entity")
+        if kind == "mute":
+            return message
+        if not found or isinstance(message, imc.SetThrusterActuation):
+            return publish(message, **options)
+        if kind == "stuck":
+            return publish(last.setdefault(key, message), **options)
+        if kind == "spike" and key in last:
+            return publish(message, **options)
+        last[key] = message
+        wrong = {"nan": math.nan, "spike": 1e6 if "lat" not in found else 1.5}
+        if kind == "jump":
+            return publish(message.replace(lat=message.lat + 1e-3, lon=message.lon + 5e-4), **options)
+        return publish(message.replace(**{found[0]: wrong[kind]}), **options)
+
+    task.publish = lie
+
+
+def fly(seed: int) -> Flight:
+    """Fly the mission of a seed."""
+    flight = Flight(seed, draw(seed))
+    mission = flight.mission
+    with tempfile.TemporaryDirectory() as folder:
+        made = prepare(
+            mission.profile, overrides=mission.overrides, seed=seed, log_root=Path(folder), state_folder=Path(folder)
+        )
+        vehicle = made.vehicle
+        vehicle.keep_going = True
+        value = vehicle.profile.value
+        radius, elsewhere = (
+            float(value("Simulators.Environment", name) or default)
+            for name, default in (("Sounding Radius", 60.0), ("Out Of Bounds Depth", 120.0))
+        )
+        judge = Judge(flight, vehicle, read_bathymetry(value, radius, elsewhere))
+
+        def say(message: imc.Message) -> None:
+            packet = imc.encode_as(message, vehicle.kernel.now_ns * 1e-9, CCU, 1, vehicle.system, 0xFF)
+            vehicle.bus.publish(imc.decode(packet), packet, None)
+
+        def happen(kind: str, name: str) -> None:
+            if kind == "abort":
+                say(imc.Abort())
+            elif kind == "flat":
+                task = vehicle.task("Simulators.Battery") if "Simulators.Battery" in names else None
+                if task is not None:
+                    task._charge = 0.0
+            elif kind == "disconnect":
+                vehicle.task(name).disconnect()
+            elif kind == "fail":
+                vehicle.kernel.after(0.0, _break).owner = vehicle.task(name)
+            else:
+                spoil(vehicle.task(name), kind)
+
+        names = {task.name for task in vehicle.tasks}
+        start = imc.PlanControl(plan_id=mission.plan.plan_id, arg=mission.plan, request_id=1)
+        vehicle.start()
+        vehicle.kernel.after(READY, say, start)
+        for at, kind, name in mission.faults:
+            if name in names:
+                vehicle.kernel.after(READY + at, happen, kind, name)
+        try:
+            vehicle.run(READY + mission.faults[-1][0] + HOME)
+            if judge.grace > 0.0:
+                vehicle.run(judge.grace)
+        except Exception as error:
+            flight.violations.append(f"the run ended: {error!r}")
+        finally:
+            vehicle.close()
+        judge.finish()
+    return flight
+
+
+def _break() -> None:
+    raise RuntimeError("broken on purpose")
+
+
+def describe(flight: Flight) -> str:
+    """The flight in a few lines."""
+    mission = flight.mission
+    legs = ", ".join(
+        f"{type(step.data).__name__} {imc.ZUnits(step.data.z_units).name.lower()} {step.data.z:g}"
+        for step in mission.plan.maneuvers
+    )
+    faults = ", ".join(f"{kind} {name} at {at:.0f} s" for at, kind, name in mission.faults)
+    extra = ", ".join(text for text in mission.overrides if "Enabled" not in text)
+    return f"seed {flight.seed}, {mission.profile}: {'; '.join(flight.violations) or flight.outcome}\n  {legs}\n  {faults}\n  {extra}"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--missions", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1, help="of the first mission")
+    parser.add_argument("--processes", type=int, default=multiprocessing.cpu_count())
+    options = parser.parse_args()
+    began, outcomes, failed = time.monotonic(), Counter[str](), 0
+    seeds = range(options.seed, options.seed + options.missions)
+    with multiprocessing.get_context("spawn").Pool(options.processes) as pool:
+        for flight in pool.imap(fly, seeds):
+            outcomes[flight.outcome if not flight.violations else "failed"] += 1
+            if flight.violations or options.missions == 1:
+                print(describe(flight), flush=True)
+                failed += bool(flight.violations)
+            if options.missions == 1:
+                print(*flight.log, sep="\n")
+    print(f"{platform.machine()}, Python {platform.python_version()}: {options.missions} missions from seed {options.seed} "
+          f"in {time.monotonic() - began:.0f} s, {failed} failed; {dict(outcomes)}")  # fmt: skip
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
