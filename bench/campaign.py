@@ -146,7 +146,9 @@ class Judge:
         vehicle.tap(imc.SimulatedState, self._measure)
         vehicle.tap(imc.EstimatedState, self._believe)
         vehicle.tap(imc.PlanControlState, self._follow)
-        vehicle.tap(imc.LogBookEntry, lambda entry: flight.log.append(f"{entry.htime:.1f} {entry.context}: {entry.text}"))
+        vehicle.tap(
+            imc.LogBookEntry, lambda entry: flight.log.append(f"{entry.htime:.1f} {entry.context}: {entry.text}")
+        )
 
     def _measure(self, truth: imc.SimulatedState) -> None:
         self._truth = truth
@@ -288,7 +290,8 @@ def describe(flight: Flight) -> str:
     )
     faults = ", ".join(f"{kind} {name} at {at:.0f} s" for at, kind, name in mission.faults)
     extra = ", ".join(text for text in mission.overrides if "Enabled" not in text)
-    return f"seed {flight.seed}, {mission.profile}: {'; '.join(flight.violations) or flight.outcome}\n  {legs}\n  {faults}\n  {extra}"
+    result = "; ".join(flight.violations) or flight.outcome
+    return f"seed {flight.seed}, {mission.profile}: {result}\n  {legs}\n  {faults}\n  {extra}"
 
 
 def main() -> int:
@@ -307,8 +310,8 @@ def main() -> int:
                 failed += bool(flight.violations)
             if options.missions == 1:
                 print(*flight.log, sep="\n")
-    print(f"{platform.machine()}, Python {platform.python_version()}: {options.missions} missions from seed {options.seed} "
-          f"in {time.monotonic() - began:.0f} s, {failed} failed; {dict(outcomes)}")  # fmt: skip
+    print(f"{platform.machine()}, Python {platform.python_version()}, {time.monotonic() - began:.0f} s")
+    print(f"{options.missions} missions from seed {options.seed}, {failed} failed: {dict(outcomes)}")
     return 1 if failed else 0
 
 

@@ -1,14 +1,26 @@
-"""Fixtures that write logs."""
+"""What all tests share: signals, hypothesis without a deadline, and fixtures that write logs."""
 
+import signal
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 import imc
 from imc.lsf import LsfWriter, gzip_member
 
 DEFINITIONS = gzip_member(imc.dump(imc.builtin()))
+
+settings.register_profile("shoal", deadline=None)
+settings.load_profile("shoal")
+
+
+def pytest_configure() -> None:
+    """Processes that tests start inherit ignored signals: under nohup they would never end."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    if hasattr(signal, "SIGHUP"):
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.fixture

@@ -58,7 +58,7 @@ def same(first: imc.Message, second: imc.Message) -> bool:
     return type(first) is type(second) and first.to_json() == second.to_json()
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(MESSAGES, ORDERS)
 def test_message_returns(message: imc.Message, order: Any) -> None:
     packet = imc.encode(message, order)
@@ -74,7 +74,7 @@ def packet_header(message: imc.Message) -> tuple[Any, ...]:
     return message.timestamp, message.src, message.src_ent, message.dst, message.dst_ent
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(MESSAGES, MESSAGES, ORDERS)
 def test_other_header(message: imc.Message, other: imc.Message, order: Any) -> None:
     header = packet_header(other)
@@ -86,7 +86,7 @@ def test_other_header(message: imc.Message, other: imc.Message, order: Any) -> N
     )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(MESSAGES, ORDERS)
 def test_every_truncation_is_refused(message: imc.Message, order: Any) -> None:
     packet = imc.encode(message, order)
@@ -95,7 +95,7 @@ def test_every_truncation_is_refused(message: imc.Message, order: Any) -> None:
             imc.decode(packet[:length])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(MESSAGES, ORDERS)
 def test_every_flipped_bit_is_noticed(message: imc.Message, order: Any) -> None:
     packet = imc.encode(message, order)
@@ -106,7 +106,7 @@ def test_every_flipped_bit_is_noticed(message: imc.Message, order: Any) -> None:
             imc.decode(bytes(damaged))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(MESSAGES, st.data())
 def test_damaged_payload_with_a_right_crc_never_crashes(message: imc.Message, data: st.DataObject) -> None:
     packet = bytearray(imc.encode(message)[:-2])
@@ -129,7 +129,7 @@ def has_signalling_nan(packet: bytes) -> bool:
     return any(packet[i] & 0x7F == 0x7F and packet[i - 1] & 0xC0 == 0x80 for i in range(1, len(packet)))
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 @given(st.lists(st.tuples(GARBAGE, MESSAGES, ORDERS), max_size=5), GARBAGE, st.data())
 def test_stream_loses_nothing_good(parts: list[Any], end: bytes, data: st.DataObject) -> None:
     packets = [imc.encode(message, order) for _, message, order in parts]

@@ -120,7 +120,7 @@ def test_timesync_carries_its_target():
     assert message.payload == struct.pack("<qqBB", 1, 2, 255, 190)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.lists(st.one_of(st.binary(max_size=80), st.sampled_from([pymavlink_frame(PING), pymavlink_frame(ATTITUDE)]))))
 def test_no_datagram_raises(parts):
     found, damages = split(b"".join(parts), DIALECT)
@@ -128,7 +128,7 @@ def test_no_datagram_raises(parts):
     assert all(m.definition in DIALECT.by_id.values() for m in found)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.binary(max_size=60), st.data())
 def test_altered_frames_never_raise(tail, data):
     good = bytearray(pymavlink_frame(ATTITUDE) + pymavlink_frame(PING))

@@ -150,7 +150,7 @@ def test_landed_state_follows_the_medium():
     assert [from_imc.extended_state(*state)["landed_state"] for state in states] == [0, 1, 1, 2, 2]
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(ANY_STATE, st.booleans())
 @example(imc.EstimatedState(lat=math.pi / 2, lon=0.0, x=10.0, y=10.0), True)
 @example(imc.EstimatedState(lat=0.5, lon=math.pi, y=1000.0), True)
@@ -177,7 +177,7 @@ def test_no_state_raises_and_none_lies(state, afloat):
                 assert [said["vx"], said["vy"]] == pytest.approx([100 * state.vx, 100 * state.vy], abs=1.0)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(*[st.floats() for _ in range(4)])
 def test_no_figure_raises(load, voltage, current, fuel):
     fields = from_imc.system_status((0, 0), load, voltage, current, fuel)

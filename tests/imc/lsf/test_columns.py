@@ -23,7 +23,7 @@ from imc.lsf import scanner as packet_scan
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
 HEADER = ("timestamp", "src", "src_ent", "dst", "dst_ent")
-FAST = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+FAST = settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 RANGES = {"b": 1 << 7, "h": 1 << 15, "i": 1 << 31, "q": 1 << 63}
 
 pieces = st.one_of(

@@ -58,7 +58,7 @@ def one_by_one(data: bytes) -> list[tuple[int, bytes]]:
     return packets
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(CONTENTS, st.integers(1, 300))
 @example(b"\x54\xfe" * 40_000 + PACKETS[1] + b"\xfe\x54" * 40_000 + PACKETS[0], 70_000)
 def test_all_ways_find_the_same_packets(data: bytes, step: int) -> None:
@@ -72,7 +72,7 @@ def test_all_ways_find_the_same_packets(data: bytes, step: int) -> None:
     assert sum(len(packet) for _, packet in together[0]) + sum(length for _, length, _ in together[1]) == len(data)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.binary(min_size=22, max_size=300), st.data())
 def test_parts_are_right_where_their_crc_is(data: bytes, draw: st.DataObject) -> None:
     size = st.integers(0, len(data) - 22)

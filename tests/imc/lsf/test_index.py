@@ -22,7 +22,7 @@ from imc.lsf import bytes as log_bytes
 from imc.lsf import log as lsf
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
-FAST = settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+FAST = settings(max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @pytest.fixture(autouse=True)

@@ -32,7 +32,7 @@ QueryEntityInfo=90 RemoteActionsRequest=2 Rpm=101 ServoPosition=2012 SetThruster
 SoundSpeed=10 Temperature=5 TransportBindings=1034 VehicleState=12 VersionInfo=2 WaterVelocity=25
 """
 
-FAST = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+FAST = settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 garbage = st.one_of(
     st.binary(min_size=1, max_size=60),
     st.just(b"\x54\xfe"),

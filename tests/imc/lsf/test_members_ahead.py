@@ -19,7 +19,7 @@ from imc.lsf.bytes import open_reader
 from imc.lsf.members import Piece, unpack
 from imc.lsf.members_ahead import unpack_ahead
 
-FAST = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+FAST = settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 GZIP = COMPRESSIONS["gzip"]
 
 

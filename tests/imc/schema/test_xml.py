@@ -109,7 +109,7 @@ def test_file_that_is_not_there(tmp_path: Path) -> None:
         imc.load(tmp_path / "IMC.xml")
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(0, len(XML) - 1), st.integers(0, 40), st.binary(max_size=8))
 def test_any_damage_is_a_schema_error_or_nothing(tmp_path: Path, start: int, length: int, new: bytes) -> None:
     data = XML.encode()
@@ -121,7 +121,7 @@ def test_any_damage_is_a_schema_error_or_nothing(tmp_path: Path, start: int, len
         assert schema.decode(schema.encode(schema[message.abbrev]()))
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.binary(max_size=200))
 def test_any_bytes_are_a_schema_error(tmp_path: Path, data: bytes) -> None:
     with pytest.raises(imc.SchemaError):

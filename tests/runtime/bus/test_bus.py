@@ -143,7 +143,7 @@ class Clerk(Task):
         self.heard.append(message)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(
     st.lists(st.tuples(st.floats(0.0, 9.0), st.sampled_from([3.0, 5.0])), max_size=5),
     st.permutations([3.0, 5.0, 8.0]),

@@ -153,7 +153,6 @@ def test_long_lines_up_to_the_bound_are_read_and_wrapped(tmp_path: Path) -> None
     assert values(read(tmp_path, dump)) == {"A": {"X": items}}
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=400))
 def test_arbitrary_bytes_never_raise(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
     folder = tmp_path_factory.getbasetemp()
@@ -169,7 +168,7 @@ LINE = st.one_of(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.lists(LINE, max_size=12))
 def test_what_was_read_is_read_again_from_its_dump(tmp_path_factory: pytest.TempPathFactory, lines: list[str]) -> None:
     folder = tmp_path_factory.getbasetemp()
@@ -192,7 +191,6 @@ NAME = st.text(st.characters(exclude_characters="={}[]\n\0;#|", exclude_categori
 VALUE = st.text(st.characters(exclude_characters="\n\0;#|", exclude_categories=["Cs"]), max_size=200).map(str.strip)
 
 
-@settings(deadline=None)
 @given(st.dictionaries(NAME.map(str.strip).filter(bool), st.dictionaries(NAME.map(str.strip).filter(bool), VALUE)))
 def test_what_is_written_is_read_again(
     tmp_path_factory: pytest.TempPathFactory, sections: dict[str, dict[str, str]]

@@ -85,9 +85,7 @@ def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> list[bytes]:
 
 
 @given(time=st.one_of(st.floats(0.001, LENGTH - 0.1), st.sampled_from([1.0, 3.01, 5.0])))
-@settings(
-    max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=8, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture])
 def test_the_stock_vehicle_goes_on_with_the_same_bytes(
     uninterrupted: list[bytes], tmp_path_factory: pytest.TempPathFactory, time: float
 ) -> None:
@@ -113,7 +111,7 @@ def test_a_camera_that_is_about_to_deliver_goes_on(tmp_path: Path) -> None:
 
 
 @given(st.lists(st.floats(0.0, 1.4), min_size=2, max_size=4), st.integers(0, 2**32))
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 def test_delays_heavy_work_and_random_numbers_go_on(
     tmp_path_factory: pytest.TempPathFactory, times: list[float], numbers: int
 ) -> None:

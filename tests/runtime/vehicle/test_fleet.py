@@ -129,7 +129,7 @@ members = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(members, min_size=2, max_size=3), st.randoms(use_true_random=False))
 def test_each_is_as_it_is_alone_to_the_byte_in_any_order(hows, shuffler):
     fleet = [(f"v{number}", how) for number, how in enumerate(hows)]
@@ -408,7 +408,7 @@ def gossips(rates, *kinds, seconds=1.0):
     return tasks, packets
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.lists(st.sampled_from([1.0, 3.0, 7.0, 50.0]), min_size=2, max_size=5), st.booleans())
 def test_connected_vehicles_lose_nothing_and_keep_the_order(rates, everything):
     kinds = () if everything else (imc.Depth,)

@@ -67,7 +67,7 @@ values = st.one_of(
 entries = st.lists(st.builds(imc.EntityParameter, name=names, value=values), max_size=5)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(entries, min_size=1, max_size=4))
 def test_whatever_is_set_the_values_keep_to_their_declarations_and_the_daemon_lives(lots):
     feed = [setting(1.0 + n).replace(params=tuple(lot)) for n, lot in enumerate(lots)]

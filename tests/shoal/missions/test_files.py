@@ -84,7 +84,7 @@ def test_plans_that_are_not_short_are_written_in_full():
     assert imc.encode(parse_plan(text)) == imc.encode(plan)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(-1.57, 1.57), st.floats(-3.14, 3.14), st.floats(0, 5, width=32), st.floats(-100, 100, width=32))
 def test_every_position_speed_and_depth_is_exact(lat, lon, speed, z):
     goto = imc.Goto(lat=lat, lon=lon, z=z, z_units=1, speed=speed)

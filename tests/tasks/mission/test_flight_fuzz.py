@@ -51,7 +51,7 @@ def plans(draw):
     )
 
 
-@settings(max_examples=4, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=4, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(plan=plans(), north=st.floats(-8, 8), east=st.floats(-5, 5), abort=st.none() | st.floats(START, 60))
 def test_every_flight_ends_softly_on_the_ground(tmp_path, plan, north, east, abort):
     wind = [f"Simulators.StreamVelocity:Default Speed {way}={v:.2f}" for way, v in (("North", north), ("East", east))]

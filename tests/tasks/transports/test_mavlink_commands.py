@@ -25,7 +25,7 @@ def test_every_command_is_acknowledged(desk):
     assert desk.command(21196)[0] == UNSUPPORTED
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     st.sampled_from([176, 262, 400, 410, 510, 511, 512, 520, 42428]),
     st.lists(st.floats(width=32), min_size=7, max_size=7),

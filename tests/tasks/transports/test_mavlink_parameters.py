@@ -76,7 +76,7 @@ def test_the_two_encodings_of_an_integer(sonar):
     assert sonar["gain"].encoded(PX4) == sonar["gain"].encoded(ARDUPILOT) == struct.pack("<f", 0.5)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.integers(-(2**31), 2**31 - 1))
 def test_integers_survive_bytewise(value):
     table = ParameterTable(simulate((Sonar), seconds=0.0, section="Sonar", pings=value).vehicle.tasks)
@@ -128,7 +128,6 @@ def test_refusals(sonar, name, raw, kind, flavour, code):
     assert caught.value.code == code
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(WORDS, WORDS), unique=True, max_size=40))
 def test_names_fit_and_are_unique(pairs):
     names = identifiers(pairs)

@@ -206,7 +206,7 @@ def test_chunks_join_to_the_text(words):
         assert {part["id"] for part in parts} == {7}
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.sampled_from(sorted(DIALECT.by_name)), st.binary(max_size=255), st.sampled_from(sorted(FLAVOURS)))
 def test_no_message_raises(open_desk, name, payload, flavour):
     desk = open_desk(flavour)

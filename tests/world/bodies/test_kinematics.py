@@ -49,7 +49,7 @@ def motions(draw):
     return make(pattern, current, heading, speed, draw(st.floats(0.0, 6.0)), turn_rate, pitch, 2.0)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(motions())
 def test_velocities_are_derivatives_and_agree_with_attitude(motion):
     turn_rate, pitch, current = motion.turn_rate, motion.maximum_pitch, (*motion.current, 0.0)

@@ -95,7 +95,7 @@ def test_damaged_chunks_are_left_out(tmp_path, monkeypatch):
     assert len(before) > len(after) > len(before) / 2
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(data=st.data())
 def test_no_damage_stops_an_import(tmp_path_factory, small, data):
     source = small
