@@ -23,7 +23,7 @@ GEOFENCE, AHRS, LOGGING, BATTERY, PREARM = 0x100000, 0x200000, 0x1000000, 0x2000
 # MAV_SYS_STATUS_SENSOR bits by a word in the entity label; the first match counts
 SENSORS = (
     ("IMU", GYRO | ACCELEROMETER),
-    ("AHRS", MAGNETOMETER | AHRS),
+    ("AHRS", GYRO | ACCELEROMETER | MAGNETOMETER | AHRS),
     ("Depth Control", Z_CONTROL),
     ("Depth", PRESSURE),
     ("Barometer", PRESSURE),

@@ -12,13 +12,14 @@ from tasks.transports.mavlink_protocol.links import Link, parse_route
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, SOON, Session, addressed
-from tasks.transports.mavlink_protocol.system import MavlinkSystem
+from tasks.transports.mavlink_protocol.system import HOLD_PLAN, MavlinkSystem
 
 LINKS = ["udpout:127.0.0.1:14550:ardupilot", "udpout:127.0.0.1:14540:px4", "udpin:127.0.0.1:14551:ardupilot"]
 SYSTEMS = 250
 SET_TIMEOUT = 0.25
 DETECTION_PERIOD = 5.0
 DETECTIONS = 64
+TWINS = 16
 
 
 class MAVLink(Task):
@@ -46,6 +47,7 @@ class MAVLink(Task):
     attitude_rate: float = param(10.0, "Hz", "Rate of ATTITUDE.", minimum=0, maximum=200)
     position_rate: float = param(4.0, "Hz", "Rate of positions and VFR_HUD.", minimum=0, maximum=200)
     status_rate: float = param(2.0, "Hz", "Rate of SYS_STATUS.", minimum=0, maximum=200)
+    hold_speed: float = param(1.2, "m/s", "Speed back to the place where it was told to hold.", minimum=0.1, maximum=20)
     maximum_peers: int = param(8, "1", "Most ground stations on one udpin link.", minimum=1, maximum=64, editable=False)
     peer_timeout: float = param(30.0, "s", "Silence after which a ground station is forgotten.", minimum=1)
 
@@ -70,10 +72,12 @@ class MAVLink(Task):
         self.asked: dict[str, Timer] = {}
         self.detected: dict[int, float] = {}
         self.pump_timer: Timer | None = None
+        self.holding, self.requests = -1, 0
+        self.twins: set[object] = set()
         self.autopilot = MavlinkSystem(
             load_dialect(),
             name=self.system_name,
-            system=self.system_id or ((self.system & 0xFF) - 1) % SYSTEMS + 1,
+            system=self.system_id or _folded(self.system),
             kind=KINDS[self.vehicle_kind],
             boot=self.vehicle.start_time,
             undulation=self.geoid_undulation,
@@ -82,6 +86,7 @@ class MAVLink(Task):
             entities=lambda: (e for e in self.vehicle.entities if e.component != self.name),
             set_parameter=self.ask_for,
             stop_plan=self.stop_plan,
+            hold=self.hold,
         )
         self.shown = self.autopilot.shown
         self.values = {entry.id: entry.value for entry in self.autopilot.parameters}
@@ -94,7 +99,8 @@ class MAVLink(Task):
 
     @periodic(1.0)
     def look_after_links(self) -> None:
-        """Forget silent peers, retry links that could not be opened, and report the state."""
+        """Forget silent peers and old figures, retry links that could not be opened, and report the state."""
+        self.autopilot.forget_old(self.now)
         for link in self.open_links:
             link.forget_silent(self.now - self.peer_timeout)
         for words, trouble in list(self.closed.items()):
@@ -138,6 +144,8 @@ class MAVLink(Task):
                 messages, damages = split(datagram, self.autopilot.dialect)
                 self.counts["malformed"] += damages + (not datagram)
                 for message in messages:
+                    if message.system == self.autopilot.system:
+                        self.name_twin(f"{peer[0]}:{peer[1]}")
                     self.obey(link.session(peer), message)
         self.pump()
 
@@ -171,7 +179,7 @@ class MAVLink(Task):
 
     @consume
     def change_mode(self, state: imc.VehicleState | imc.PlanControlState) -> None:
-        self.autopilot.hear_mode(state)
+        self.autopilot.hear_mode(state, self.now)
         self.show_changes()
 
     @consume
@@ -185,11 +193,11 @@ class MAVLink(Task):
         | imc.Throttle
         | imc.VehicleMedium,
     ) -> None:
-        self.autopilot.hear_figure(figure, self.vehicle.entities.label(figure.src, figure.src_ent))
+        self.autopilot.hear_figure(figure, self.vehicle.entities.label(figure.src, figure.src_ent), self.now)
 
     @consume
     def fly(self, state: imc.ArmingState | imc.AutopilotMode) -> None:
-        self.autopilot.hear_figure(state, "")
+        self.autopilot.hear_figure(state, "", self.now)
         self.show_changes()
 
     @consume
@@ -233,6 +241,42 @@ class MAVLink(Task):
         for session in self.sessions():
             session.send_parameter(entry)
 
+    @consume(others=True)
+    def meet_vehicle(self, other: imc.Announce) -> None:
+        """Name another vehicle that has the same MAVLink id by default."""
+        moves = other.sys_type in (imc.SystemType.UUV, imc.SystemType.USV, imc.SystemType.UAV, imc.SystemType.UGV)
+        if moves and other.src != self.system and _folded(other.src) == self.autopilot.system:
+            self.name_twin(f"{other.sys_name} ({other.src:#06x})")
+
+    def name_twin(self, twin: str) -> None:
+        if twin not in self.twins and len(self.twins) < TWINS:
+            self.twins.add(twin)
+            self.log.warning(f"MAVLink id {self.autopilot.system} is also that of {twin}: set System Id")
+
+    @consume
+    def judge_hold(self, reply: imc.PlanControl) -> None:
+        """A vehicle that cannot keep station at least stops."""
+        if reply.type == imc.PlanControl.Type.REQUEST or reply.request_id != self.holding or reply.dst != self.system:
+            return
+        self.holding = -1
+        if reply.type == imc.PlanControl.Type.FAILURE:
+            self.say(text.WARNING, f"Cannot hold, stopping: {reply.info}")
+            self.stop_plan()
+
+    def hold(self, station: imc.StationKeeping | None) -> None:
+        """Keep station; without a position, stop."""
+        if station is None:
+            self.say(text.WARNING, "Cannot hold, stopping: the position is unknown")
+            self.stop_plan()
+            return
+        station = station.replace(speed=self.hold_speed)
+        step = imc.PlanManeuver(maneuver_id=HOLD_PLAN, data=station)
+        plan = imc.PlanSpecification(plan_id=HOLD_PLAN, start_man_id=HOLD_PLAN, maneuvers=(step,))
+        self.holding = self.requests = (self.requests + 1) & 0xFFFF
+        kind = imc.PlanControl
+        request = kind(op=kind.Op.START, plan_id=HOLD_PLAN, arg=plan, dst=self.system, request_id=self.holding)
+        self.publish(request)
+
     def stop_plan(self) -> None:
         control = imc.PlanControl
         self.publish(control(type=control.Type.REQUEST, op=control.Op.STOP, dst=self.system))
@@ -241,3 +285,8 @@ class MAVLink(Task):
         self.autopilot.remember(severity, words)
         for session in self.sessions():
             session.say(severity, words, self.now)
+
+
+def _folded(system: int) -> int:
+    """The MAVLink id (1 to 250) of an IMC system."""
+    return ((system & 0xFF) - 1) % SYSTEMS + 1

@@ -51,15 +51,16 @@ def obey(session: Session, message: Received, now: float) -> None:
         session.say(text.WARNING, reason, now)
 
 
-def set_mode(session: Session, mode: Mode) -> Reply:
-    """Set a mode if possible: HOLD always is, and so is the present mode."""
+def set_mode(session: Session, mode: Mode, now: float) -> Reply:
+    """Set a mode if possible: HOLD always is, and so is the present mode; MANUAL ends a hold."""
     autopilot = session.autopilot
     if mode is Mode.HOLD:
-        if moving(autopilot.figures.vehicle) and autopilot.mode is not Mode.HOLD:
-            autopilot.stop_plan()
-        autopilot.held = True
+        autopilot.hold(now)
         return DONE
-    if mode is Mode.MANUAL and not moving(autopilot.figures.vehicle) and not autopilot.aloft:
+    free = autopilot.holds_station or not moving(autopilot.figures.vehicle)
+    if mode is Mode.MANUAL and free and not autopilot.aloft:
+        if autopilot.holds_station:
+            autopilot.stop_plan()
         autopilot.held = False
         return DONE
     if mode is autopilot.mode:
@@ -84,7 +85,7 @@ def _arm(session: Session, order: Order, now: float) -> Reply:
     if not wish and autopilot.aloft:
         return Result.DENIED, "Disarming denied: the vehicle is in the air"
     if not wish and moving(autopilot.figures.vehicle):
-        if not force:
+        if not force and not autopilot.holds_station:
             return Result.DENIED, "Disarming denied: the vehicle is executing a maneuver"
         autopilot.stop_plan()
     autopilot.armed = bool(wish)
@@ -95,11 +96,11 @@ def _do_set_mode(session: Session, order: Order, now: float) -> Reply:
     base, main, sub = order.number(1), order.number(2), order.number(3) or 0
     if base is None or not base & CUSTOM_MODE or main is None or main < 0 or not 0 <= sub < 256:
         return Result.DENIED, "Mode denied: only custom modes are supported"
-    return set_mode(session, session.flavour.commanded_mode(session.autopilot.kind, main, sub))
+    return set_mode(session, session.flavour.commanded_mode(session.autopilot.kind, main, sub), now)
 
 
 def _do_set_standard_mode(session: Session, order: Order, now: float) -> Reply:
-    return set_mode(session, STANDARD_MODES.get(order.number(1) or 0, Mode.OTHER))
+    return set_mode(session, STANDARD_MODES.get(order.number(1) or 0, Mode.OTHER), now)
 
 
 def _offered(session: Session, number: int | None) -> str:

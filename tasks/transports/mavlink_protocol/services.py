@@ -43,7 +43,7 @@ def _timesync(session: Session, message: Received, now: float) -> None:
 
 def _set_mode(session: Session, message: Received, now: float) -> None:
     autopilot = session.autopilot
-    result, reason = set_mode(session, session.flavour.mode(autopilot.kind, message.values["custom_mode"]))
+    result, reason = set_mode(session, session.flavour.mode(autopilot.kind, message.values["custom_mode"]), now)
     if result is not Result.ACCEPTED:
         session.say(text.WARNING, reason, now)
 

@@ -4,7 +4,6 @@ import hashlib
 import math
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 
 import imc
 from imc import coordinates
@@ -24,10 +23,14 @@ from mavlink import (
     moving,
 )
 from runtime.task import Entity, State
+from tasks.transports.mavlink_protocol.figures import Figures
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 
 COMPONENT = 1
 STALE = 3.0
+SUBMERGED = 0.3  # m
+HOLD_PLAN = "hold"
+DEPTH = imc.ZUnits.DEPTH
 REMEMBERED = 10
 BATTERY = "Batter"
 LANDS = "LAND"  # AutopilotMode of an aircraft that lands by itself
@@ -35,31 +38,13 @@ OpMode = imc.VehicleState.OpMode
 WORKING = (OpMode.SERVICE, OpMode.MANEUVER, OpMode.EXTERNAL)
 
 
-@dataclass(slots=True)
-class Figures:
-    """The latest values on the bus; NaN: unknown."""
-
-    state: imc.EstimatedState | None = None
-    state_at: float = 0.0
-    vehicle: imc.VehicleState | None = None
-    plan: imc.PlanControlState | None = None
-    medium: int | None = None
-    motors: bool | None = None
-    autopilot: str = ""
-    airspeed: float = math.nan
-    throttle: float = math.nan
-    voltage: float = math.nan
-    current: float = math.nan
-    fuel: float = math.nan
-    load: float = math.nan
-
-
 class MavlinkSystem:
     """The state that all ground stations share.
 
-    `set_parameter(entry, text)` and `stop_plan()` send requests to the vehicle; `entities` gives the entities whose
-    state counts for arming; `boot` is when the vehicle started, in s since 1970. `undulation` is the height of the
-    geoid above the ellipsoid, in m. `rates()` are the rates of the messages streamed by default, in Hz.
+    `set_parameter(entry, text)`, `stop_plan()` and `hold(station)` send requests to the vehicle; `hold` gets None if
+    the position is unknown. `entities` gives the entities whose state counts for arming; `boot` is when the vehicle
+    started, in s since 1970. `undulation` is the height of the geoid above the ellipsoid, in m. `rates()` are the rates
+    of the messages streamed by default, in Hz.
     """
 
     def __init__(
@@ -76,6 +61,7 @@ class MavlinkSystem:
         entities: Callable[[], Iterable[Entity]],
         set_parameter: Callable[[ParameterEntry, str], None],
         stop_plan: Callable[[], None],
+        hold: Callable[[imc.StationKeeping | None], None],
     ):
         self.dialect = dialect
         self.system = system
@@ -83,11 +69,13 @@ class MavlinkSystem:
         self.parameters = parameters
         self.set_parameter = set_parameter
         self.stop_plan = stop_plan
+        self._hold = hold
         self.figures = Figures()
         self.rates = rates
         self.home: from_imc.Home | None = None
         self.armed = False
         self.held = False
+        self.is_abandoned = False
         self.notices: deque[tuple[int, str]] = deque(maxlen=REMEMBERED)
         self._entities = entities
         self._boot = boot
@@ -120,44 +108,72 @@ class MavlinkSystem:
 
     def hear_state(self, state: imc.EstimatedState, now: float) -> None:
         """Take a new estimate; the first valid one gives home."""
-        self.figures.state = state
-        self.figures.state_at = now
+        self.figures.take("state", state, now)
         if self.home is None:
             self.home = from_imc.home_of(state, afloat=self.kind.afloat, undulation=self._undulation)
 
-    def hear_mode(self, state: imc.VehicleState | imc.PlanControlState) -> None:
+    def hear_mode(self, state: imc.VehicleState | imc.PlanControlState, now: float) -> None:
         """Take what the supervisors publish about the vehicle's activity; a new activity ends a requested hold."""
         if isinstance(state, imc.PlanControlState):
-            self.figures.plan = state
+            self.figures.take("plan", state, now)
         else:
-            self.figures.vehicle = state
+            self.figures.take("vehicle", state, now)
             self.held = self.held and not moving(state)
+            self.is_abandoned = False
 
-    def hear_figure(self, message: imc.Message, label: str) -> None:
+    def hear_figure(self, message: imc.Message, label: str, now: float) -> None:
         """Take a measurement of an entity; if several measure voltage or current, the batteries count."""
         figures = self.figures
         match message:
             case imc.Voltage(value=value) if self._powers(label):
-                figures.voltage = value
+                figures.take("voltage", value, now)
             case imc.Current(value=value) if self._powers(label):
-                figures.current = value
+                figures.take("current", value, now)
             case imc.FuelLevel(value=value):
-                figures.fuel = value
+                figures.take("fuel", value, now)
             case imc.CpuUsage(value=value):
-                figures.load = value
+                figures.take("load", value, now)
             case imc.IndicatedSpeed(value=value):
-                figures.airspeed = value
+                figures.take("airspeed", value, now)
             case imc.Throttle(value=value):
-                figures.throttle = value
+                figures.take("throttle", value, now)
             case imc.VehicleMedium(medium=medium):
-                figures.medium = medium
+                figures.take("medium", medium, now)
             case imc.AutopilotMode(mode=mode):
-                figures.autopilot = mode
+                figures.take("autopilot", mode, now)
             case imc.ArmingState(state=state):
                 self.armed = self.armed and not (figures.motors and state != imc.ArmingState.State.ARMED)
-                figures.motors = state == imc.ArmingState.State.ARMED
+                figures.take("motors", state == imc.ArmingState.State.ARMED, now)
             case _:
                 pass
+
+    def forget_old(self, now: float) -> None:
+        """Forget what nobody reports any more; a vehicle whose supervisor is silent is in a critical state."""
+        self.is_abandoned |= "vehicle" in self.figures.forget_old(now)
+
+    def hold(self, now: float) -> None:
+        """Hold: keep station here if it moves, is armed or is under water; otherwise only show the mode."""
+        vehicle = self.figures.vehicle
+        able = vehicle is not None and vehicle.op_mode in WORKING
+        holds = self.mode is Mode.HOLD and moving(vehicle)
+        if able and not holds and (self.armed_or_moving or self._is_submerged(now)):
+            self._hold(self._station(now))
+        self.held = True
+
+    def _is_submerged(self, now: float) -> bool:
+        state = self._present(now)
+        return self.kind.afloat and state is not None and state.depth > SUBMERGED
+
+    def _station(self, now: float) -> imc.StationKeeping | None:
+        """Here, at the present depth or height."""
+        found = self.place(now)
+        if found is None:
+            return None
+        place = found[1]
+        if self.kind.afloat:
+            return imc.StationKeeping(lat=place.lat, lon=place.lon, z=max(0.0, -place.relative), z_units=DEPTH)
+        height = place.altitude + self._undulation
+        return imc.StationKeeping(lat=place.lat, lon=place.lon, z=height, z_units=imc.ZUnits.HEIGHT)
 
     def _powers(self, label: str) -> bool:
         return BATTERY in label or not any(BATTERY in entity.label for entity in self._entities())
@@ -172,8 +188,16 @@ class MavlinkSystem:
         """What the vehicle does; HOLD also if a ground station asked for it and nothing else goes on."""
         if self.aloft and self.figures.autopilot == LANDS:
             return Mode.LAND
+        if self.holds_station:
+            return Mode.HOLD
         mode = mode_of(self.figures.vehicle, self.figures.plan, aloft=self.aloft)
         return Mode.HOLD if mode is Mode.MANUAL and self.held else mode
+
+    @property
+    def holds_station(self) -> bool:
+        """Whether it holds because a ground station asked for it."""
+        plan = self.figures.plan
+        return plan is not None and plan.plan_id == HOLD_PLAN and moving(self.figures.vehicle)
 
     @property
     def armed_or_moving(self) -> bool:
@@ -189,6 +213,8 @@ class MavlinkSystem:
     def obstacle(self) -> str:
         """Why the vehicle cannot be armed; empty if it can."""
         vehicle = self.figures.vehicle
+        if self.is_abandoned:
+            return "VehicleState is missing"
         if vehicle is not None and vehicle.op_mode not in WORKING:
             mode = next((mode.name for mode in OpMode if mode == vehicle.op_mode), f"mode {vehicle.op_mode}")
             return f"the vehicle is in {mode}" + (f": {vehicle.error_ents}" if vehicle.error_ents else "")
@@ -216,7 +242,7 @@ class MavlinkSystem:
         self.notices.append((severity, words))
 
     def _present(self, now: float) -> imc.EstimatedState | None:
-        return self.figures.state if now - self.figures.state_at <= STALE else None
+        return self.figures.state if now - self.figures.heard.get("state", -STALE) <= STALE else None
 
     def _time(self, state: imc.EstimatedState) -> int:
         return from_imc.boot_ms(state.timestamp, self._boot)
@@ -224,7 +250,7 @@ class MavlinkSystem:
     def _heartbeat(self, flavour: Flavour, now: float) -> Fields:
         vehicle, mode = self.figures.vehicle, self.mode
         status = STANDBY if vehicle is None else STATUS.get(vehicle.op_mode, STANDBY)
-        if any(e.stateful and e.state in (State.ERROR, State.FAILURE) for e in self._entities()):
+        if self.is_abandoned or any(e.stateful and e.state in (State.ERROR, State.FAILURE) for e in self._entities()):
             status = CRITICAL
         return {
             "type": self.kind.type,

@@ -31,7 +31,7 @@ class Desk:
     def __init__(self, flavour="px4", kind="submarine", system=26):
         self.vehicle = simulate(Lamp, seconds=0.0, section="Lamp").vehicle
         self.wishes = []
-        self.stops = 0
+        self.stops, self.holds = 0, []
         self.frames = []
         self.autopilot = MavlinkSystem(
             DIALECT,
@@ -45,6 +45,7 @@ class Desk:
             entities=lambda: self.vehicle.entities,
             set_parameter=lambda entry, text: self.wishes.append((entry.id, text)),
             stop_plan=self.stop,
+            hold=self.holds.append,
         )
         self.session = Session(self.autopilot, FLAVOURS[flavour], self.frames.append, BOOT)
         self.now = BOOT

@@ -10,6 +10,7 @@ import imc
 from runtime import State
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = range(4)
+HOLD = (1, 4, 3)
 MANEUVER = imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER)
 
 
@@ -116,13 +117,13 @@ def test_arming_is_denied_with_the_reason_while_an_entity_is_not_well(desk):
 
 
 def test_arming_is_denied_in_error_mode(desk):
-    desk.autopilot.hear_mode(imc.VehicleState(op_mode=imc.VehicleState.OpMode.ERROR, error_ents="DVL"))
+    desk.autopilot.hear_mode(imc.VehicleState(op_mode=imc.VehicleState.OpMode.ERROR, error_ents="DVL"), desk.now)
     result, rest = desk.command(400, 1)
     assert (result, texts(rest)) == (DENIED, ["Arming denied: the vehicle is in ERROR: DVL"])
 
 
 def test_disarming_in_a_maneuver_takes_force(desk):
-    desk.autopilot.hear_mode(MANEUVER)
+    desk.autopilot.hear_mode(MANEUVER, desk.now)
     assert desk.command(400, 0)[0] == DENIED
     assert desk.stops == 0
     assert desk.command(400, 0, 21196)[0] == ACCEPTED
@@ -144,11 +145,58 @@ def test_hold_is_never_denied(open_desk, flavour, kind, params):
     desk = open_desk(flavour, kind)
     assert desk.command(176, *params)[0] == ACCEPTED
     assert desk.autopilot.mode.name == "HOLD"
-    assert desk.stops == 0
-    desk.autopilot.hear_mode(MANEUVER)
+    assert desk.holds == []
+    desk.autopilot.hear_mode(MANEUVER, desk.now)
     assert desk.autopilot.mode.name == "MISSION"
     assert desk.command(176, *params)[0] == ACCEPTED
-    assert desk.stops == 1
+    assert desk.holds == [None], "without a position it can only stop"
+    desk.locate()
+    assert desk.command(176, *params)[0] == ACCEPTED
+    assert isinstance(desk.holds[1], imc.StationKeeping)
+
+
+def test_hold_keeps_station_at_the_present_depth_and_ends_with_manual_or_disarming(desk):
+    desk.locate(depth=3.0)
+    desk.autopilot.hear_mode(MANEUVER, desk.now)
+    assert desk.command(176, *HOLD)[0] == ACCEPTED
+    (station,) = desk.holds
+    assert (station.lat, station.lon, station.z) == pytest.approx((0.7, -0.15, 3.0))
+    assert station.z_units == imc.ZUnits.DEPTH
+    plan = imc.PlanControlState
+    desk.autopilot.hear_mode(plan(state=plan.State.EXECUTING, plan_id="hold"), desk.now)
+    assert desk.autopilot.mode.name == "HOLD"
+    assert desk.command(176, *HOLD)[0] == ACCEPTED
+    assert len(desk.holds) == 1, "it holds already"
+    assert desk.command(176, 1, 1)[0] == desk.command(400, 0)[0] == ACCEPTED
+    assert desk.stops == 2
+
+
+def test_hold_moves_no_vehicle_that_rests_disarmed_or_is_ill(desk):
+    desk.locate(depth=0.0)
+    for mode in (imc.VehicleState.OpMode.SERVICE, imc.VehicleState.OpMode.ERROR):
+        desk.autopilot.hear_mode(imc.VehicleState(op_mode=mode), desk.now)
+        assert desk.command(176, *HOLD)[0] == ACCEPTED
+    assert desk.holds == []
+    desk.autopilot.hear_mode(imc.VehicleState(op_mode=imc.VehicleState.OpMode.SERVICE), desk.now)
+    assert desk.command(400, 1)[0] == desk.command(176, *HOLD)[0] == ACCEPTED
+    assert len(desk.holds) == 1
+
+
+def test_what_nobody_reports_any_more_is_unknown(desk):
+    desk.autopilot.hear_mode(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), desk.now)
+    for message in (imc.Voltage(value=24.0), imc.Current(value=2.0), imc.CpuUsage(value=7), imc.FuelLevel(value=60.0)):
+        desk.autopilot.hear_figure(message, "Batteries", desk.now)
+    assert desk.autopilot.shown[1]
+    desk.autopilot.forget_old(desk.now + 3.5)
+    desk.session.send_now("HEARTBEAT", desk.now)
+    beat = desk.said()[0].values
+    assert (beat["system_status"], beat["base_mode"] & 128) == (5, 0)
+    assert desk.command(400, 1)[0] == DENIED
+    desk.autopilot.forget_old(desk.now + 11.0)
+    desk.session.send_now("SYS_STATUS", desk.now)
+    status = desk.said()[0].values
+    assert (status["voltage_battery"], status["current_battery"], status["load"]) == (0xFFFF, -1, 0)
+    assert status["battery_remaining"] == 60
 
 
 def test_other_modes_are_denied_with_a_reason(desk):

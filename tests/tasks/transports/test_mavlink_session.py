@@ -61,8 +61,8 @@ def test_heartbeat(open_desk, flavour):
 
 
 def test_heartbeat_follows_the_vehicle(desk):
-    desk.autopilot.hear_mode(MANEUVER)
-    desk.autopilot.hear_mode(imc.PlanControlState(state=imc.PlanControlState.State.EXECUTING))
+    desk.autopilot.hear_mode(MANEUVER, desk.now)
+    desk.autopilot.hear_mode(imc.PlanControlState(state=imc.PlanControlState.State.EXECUTING), desk.now)
     desk.session.send_now("HEARTBEAT", desk.now)
     (beat,) = desk.said()
     assert beat.values["base_mode"] == 1 + 4 + 8 + 16 + 128

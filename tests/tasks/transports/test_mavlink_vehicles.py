@@ -1,0 +1,127 @@
+"""Shipped vehicles at the command of a ground station: they hold where they are, and their health is what it is."""
+
+import math
+import socket
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+import imc
+from runtime import State
+from shoal.missions import parse_plan, prepare
+from tasks.transports.mavlink import MAVLink
+
+PATIENCE = 60.0
+FAR = "origin: 41.185°, -8.7062°\nplan: far\nspeed: {speed} m/s\nmaneuvers:\n"
+PLANS = {
+    "lauv-noptilus-1": FAR.format(speed=1.2) + "  - goto: {north: 300, depth: 2}",
+    "otter": FAR.format(speed=1.2) + "  - goto: {north: 300, depth: 0}",
+    "caravel": FAR.format(speed=1.2) + "  - goto: {north: 300, depth: 0}",
+    "hexa-00": FAR.format(speed=5) + "  - takeoff: {altitude: 15}\n  - goto: {north: 600, altitude: 15}",
+}
+HOLD_AT, END = 60.0, 240.0  # s
+QUIET = "Simulators.StreamVelocity:Default Speed East=0.1"
+
+
+class Commanded:
+    """A vehicle that executes its plan until a ground station tells it to hold."""
+
+    def __init__(self, profile, folder):
+        sea = profile == "lauv-noptilus-1"
+        self.vehicle = prepare(
+            profile,
+            overrides=[QUIET, "Bathymetry:Data="] if sea else [],
+            log_root=folder / "log",
+            state_folder=folder / "db",
+        ).vehicle
+        kind = {"lauv-noptilus-1": "submarine", "hexa-00": "hexacopter"}.get(profile, "boat")
+        links = ["udpin:127.0.0.1:0:px4"]
+        self.link = self.vehicle.add(MAVLink, "Transports.MAVLink", links=links, vehicle_kind=kind)
+        self.truths, self.modes, self.log = [], [], []
+        self.vehicle.tap(imc.SimulatedState, self.truths.append)
+        self.vehicle.tap(imc.LogBookEntry, lambda entry: self.log.append(entry.text))
+        self.vehicle.tap(imc.VehicleState, lambda _: self.modes.append(self.link.autopilot.mode.name))
+
+    def say(self, message):
+        packet = imc.encode_as(message, self.vehicle.kernel.now_ns / 1e9, 0x4000, 1, self.vehicle.system, 0xFF)
+        self.vehicle.bus.publish(imc.decode(packet), packet, None)
+
+    def begin(self, plan):
+        self.say(imc.PlanControl(plan_id=plan.plan_id, arg=plan, request_id=1))
+
+    def hold(self):
+        self.link.autopilot.hold(self.link.now)
+
+
+@pytest.mark.parametrize("profile", PLANS)
+def test_hold_means_to_stay_there(profile, tmp_path):
+    flown = Commanded(profile, tmp_path)
+    kernel = flown.vehicle.kernel
+    flown.vehicle.start()
+    kernel.after(15.0, flown.begin, parse_plan(PLANS[profile]))
+    kernel.after(HOLD_AT, flown.hold)
+    flown.vehicle.run(HOLD_AT)
+    held = flown.truths[-1]
+    assert flown.modes[-1] == "MISSION"
+    flown.vehicle.run(END - HOLD_AT)
+    flown.vehicle.close()
+    later = flown.truths[-3000:]
+    assert max(math.hypot(t.x - held.x, t.y - held.y) for t in later) < 30.0
+    assert flown.modes[-1] == "HOLD"
+    if profile == "hexa-00":
+        assert all(abs(t.z - held.z) < 1.5 for t in later), "it hovers where it was, and does not land"
+
+
+def test_a_vehicle_that_cannot_keep_station_stops(tmp_path):
+    flown = Commanded("lauv-noptilus-1", tmp_path)
+    flown.vehicle.start()
+    flown.vehicle.kernel.after(15.0, flown.begin, parse_plan(PLANS["lauv-noptilus-1"]))
+    flown.vehicle.run(30.0)
+    flown.link.hold_speed = 5.0  # the vehicle refuses a plan that is too fast
+    flown.hold()
+    flown.vehicle.run(5.0)
+    assert flown.modes[-1] == "HOLD"
+    assert flown.vehicle.task("Supervisors.Vehicle").entity.state == State.NORMAL
+    assert not flown.link.autopilot.armed_or_moving
+    words = [text for _, text in flown.link.autopilot.notices if text.startswith("Cannot hold, stopping: ")]
+    flown.vehicle.close()
+    assert len(words) == 1
+
+
+def test_another_vehicle_with_the_same_id_is_named(tmp_path):
+    flown = Commanded("lauv-noptilus-1", tmp_path)
+    flown.vehicle.start()
+    flown.vehicle.run(1.0)
+    other = imc.Announce(sys_name="lauv-twin", sys_type=imc.SystemType.UUV, src=0x421A)
+    packet = imc.encode_as(other, flown.vehicle.kernel.now_ns / 1e9, 0x421A, 0, 0xFFFF, 0xFF)
+    for _ in range(2):
+        flown.vehicle.bus.publish(imc.decode(packet), packet, None)
+    flown.vehicle.run(1.0)
+    flown.vehicle.close()
+    assert [text for text in flown.log if "lauv-twin (0x421a): set System Id" in text] == [
+        "MAVLink id 26 is also that of lauv-twin (0x421a): set System Id"
+    ]
+
+
+@pytest.mark.parametrize("profile", ["lauv-noptilus-1", "otter", "hexa-00"])
+def test_mavsdk_finds_a_shipped_vehicle_well(profile, tmp_path):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    links = f"Transports.MAVLink:Links=udpout:127.0.0.1:{port}:px4"
+    folders = {"log_root": tmp_path / "log", "state_folder": tmp_path / "db"}
+    vehicle = prepare(profile, clock="4x", overrides=[links], **folders).vehicle
+    vehicle.start()
+    thread = threading.Thread(target=vehicle.run, daemon=True)
+    thread.start()
+    try:
+        command = [sys.executable, str(Path(__file__).with_name("mavsdk_health_client.py")), str(port)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    finally:
+        vehicle.kernel.post(vehicle.stop)
+        thread.join(PATIENCE)
+        vehicle.close()
+    assert done.stdout == "well\n", done.stderr
