@@ -128,3 +128,8 @@ TASKS = frozenset(
         "Transports.UDP",
     ]
 )
+
+
+def may_have(section: str) -> bool:
+    """Whether a section may be one of DUNE's tasks, by its group."""
+    return section.partition(".")[0] in GROUPS

@@ -1,7 +1,16 @@
 """A profile brought to life: the vehicle, fleets of them, and what checks and explains a profile."""
 
 from runtime.vehicle.assemble import Build, build, doubts, join_zenoh
-from runtime.vehicle.catalogue import TaskImportError, all_tasks, find_task, missing_extra, own_tasks, section_name
+from runtime.vehicle.catalogue import (
+    TaskImportError,
+    all_tasks,
+    find_task,
+    missing_extra,
+    own_tasks,
+    search_code,
+    section_name,
+    why_missing,
+)
 from runtime.vehicle.changes import Settings
 from runtime.vehicle.checker import check
 from runtime.vehicle.explainer import explain
@@ -24,5 +33,7 @@ __all__ = [
     "join_zenoh",
     "missing_extra",
     "own_tasks",
+    "search_code",
     "section_name",
+    "why_missing",
 ]

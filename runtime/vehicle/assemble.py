@@ -7,9 +7,9 @@ from pathlib import Path
 from runtime.bus import Bus
 from runtime.kernel import Clock, Kernel
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
-from runtime.profile import ENTITY_IDS, EVERY_TASK, NEVER, Option, Profile, default_label
+from runtime.profile import ENTITY_IDS, EVERY_TASK, NEVER, Option, Profile, default_label, dune
 from runtime.task import EntityError, ParameterError, Task, allot, with_place
-from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra
+from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra, misspelled, why_missing
 from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.vehicle import Vehicle
 
@@ -91,7 +91,12 @@ def build(
             problems.append(Problem("error", *section.origin, str(error)))
             continue
         if cls is None:
-            made.skip(section.name, "not in Shoal")
+            near = misspelled(section.name)
+            if dune.may_have(section.name) and (not near or section.name in dune.TASKS):
+                made.skip(section.name, "not in Shoal")
+                continue
+            words, hint = f"[{section.name}] is not a task", f"did you mean [{near}]?" if near else ""
+            problems.append(Problem("error", *section.origin, words, hint or why_missing(section.name)))
         elif vehicle.virtual and cls.external:
             made.skip(section.name, "needs the network, which is off in virtual time")
         elif extra := missing_extra(cls):

@@ -1,15 +1,20 @@
-"""Finds the class of a section: Shoal's own tasks by path, a user's tasks by the name of their module."""
+"""Finds the class of a section: tasks in folders `tasks` by path, other tasks of a user by the name of their module."""
 
 import importlib
 import importlib.util
-import pkgutil
+import sys
+import traceback
 from collections.abc import Iterator
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 
-from runtime.task import Task
+from runtime.problem import nearest, quoted
+from runtime.task import Task, one_line
 
 OWN = "tasks"
+PACKAGES = ("imc", "mavlink", "runtime", "shoal", "world")  # of Shoal, besides that of its tasks
 LIBRARIES = {"zenoh": "zenoh", "mavlink": "pymavlink", "vision": "PIL"}
 
 
@@ -17,17 +22,58 @@ class TaskImportError(ImportError):
     """The module of a section exists but cannot be imported, or the declaration of its task is invalid."""
 
 
+def search_code(folder: Path) -> list[str]:
+    """Search a folder for a user's tasks, after Shoal's: its modules, and its folder `tasks` by path.
+
+    Returns what cannot be found there, because Shoal has the same name.
+    """
+    folder = folder.resolve()
+    if str(folder) not in sys.path:
+        sys.path.append(str(folder))
+    importlib.invalidate_caches()
+    package = importlib.import_module(OWN)
+    own = [Path(place).resolve() for place in package.__path__]
+    if folder / OWN in own:
+        return []
+    clashes = [
+        f"{path}: {quoted(name)} is a package of Shoal, so nothing in yours can be imported; rename it"
+        for name in PACKAGES
+        for path in (folder / name, folder / f"{name}.py")
+        if path.is_file() or any(path.glob("*.py"))
+    ]
+    before = own_tasks()
+    for module, file in _modules(folder / OWN, OWN):
+        short = _section_key(module)
+        if short in before:
+            clashes.append(f"{file}: Shoal has a task in {before[short].replace('.', '/')}.py; rename yours")
+    if (folder / OWN).is_dir():
+        _extend(package, folder / OWN)
+        own_tasks.cache_clear()
+    return clashes
+
+
+def _extend(package: ModuleType, folder: Path) -> None:
+    """Let a package of Shoal also have the modules of a user's folder of the same name, at any depth."""
+    package.__path__.append(str(folder))
+    for inner in sorted(path for path in folder.iterdir() if path.is_dir()):
+        name = f"{package.__name__}.{inner.name}"
+        if any((Path(place) / inner.name / "__init__.py").is_file() for place in package.__path__[:-1]):
+            _extend(importlib.import_module(name), inner)
+
+
 @cache
 def own_tasks() -> dict[str, str]:
-    """The modules of Shoal's own tasks, at any depth, by the section's name in lower case."""
+    """The modules in folders `tasks`, at any depth, by the section's name in lower case; Shoal's come first."""
     folder = importlib.util.find_spec(OWN)
     found: dict[str, str] = {}
     for path in (folder.submodule_search_locations or []) if folder else []:
-        for group in pkgutil.iter_modules([path]):
-            if group.ispkg:
-                for module in _modules(Path(path) / group.name, f"{OWN}.{group.name}"):
-                    found[module.removeprefix(f"{OWN}.").replace("_", "").lower()] = module
+        for module, _ in _modules(Path(path), OWN):
+            found.setdefault(_section_key(module), module)
     return found
+
+
+def _section_key(module: str) -> str:
+    return module.removeprefix(f"{OWN}.").replace("_", "").lower()
 
 
 def find_task(section: str) -> type[Task] | None:
@@ -35,20 +81,63 @@ def find_task(section: str) -> type[Task] | None:
 
     Raises TaskImportError if its module cannot be imported, or the declaration of a parameter is invalid.
     """
-    name = section.partition("/")[0]
-    path, _, cls_name = name.rpartition(".")
-    module = own_tasks().get(name.lower())
-    users = path if all(part.isidentifier() for part in name.split(".")) else ""
-    try:
-        if module is None and users and _exists(users):
-            module = users
-        found = getattr(importlib.import_module(module), cls_name, None) if module else None
-    except (Exception, SystemExit) as error:
-        raise TaskImportError(f"{section}: module {module or users} cannot be imported: {error!r}") from error
+    module, cls_name = _module_of(section)
+    found = _member(section, module, cls_name) if module else None
     if not (isinstance(found, type) and issubclass(found, Task) and found is not Task):
         return None
     _check_declaration(section, found)
     return found
+
+
+def misspelled(section: str) -> str:
+    """The name of the task of Shoal that a section almost has; empty if it is not close to any."""
+    name = section.partition("/")[0].lower()
+    close = get_close_matches(name, own_tasks(), 1, 0.9)
+    if not close:
+        return ""
+    module = own_tasks()[close[0]]
+    wanted = close[0].rpartition(".")[2]
+    members = _members(section_group(module), module)
+    return f"{section_group(module)}.{next((word for word in members if word.lower() == wanted), wanted)}"
+
+
+def why_missing(section: str) -> str:
+    """Why `find_task` finds nothing for a section: what is wrong with its module or class."""
+    module, cls_name = _module_of(section)
+    if not module:
+        path = section.partition("/")[0].rpartition(".")[0]
+        return f"there is no module {quoted(path)} where tasks are searched for; see --code" if path else ""
+    found = _member(section, module, cls_name)
+    if found is not None:
+        return f"{cls_name} of module {module} is not a Task: write class {cls_name}(Task)"
+    tasks = [
+        name
+        for name, value in vars(importlib.import_module(module)).items()
+        if isinstance(value, type) and issubclass(value, Task) and value is not Task
+    ]
+    near = nearest(cls_name, tasks)
+    hint = f"; did you mean {near}?" if near else f"; it has {', '.join(tasks)}" if tasks else ""
+    return f"module {module} has no class {cls_name}{hint}"
+
+
+def _module_of(section: str) -> tuple[str, str]:
+    """The module of a section, empty if there is none, and the name of the class in it."""
+    name = section.partition("/")[0]
+    path, _, cls_name = name.rpartition(".")
+    module = own_tasks().get(name.lower())
+    if module is None and path and all(part.isidentifier() for part in name.split(".")):
+        try:
+            module = path if _exists(path) else None
+        except (Exception, SystemExit) as error:
+            raise TaskImportError(f"{section}: module {path} cannot be imported: {_told(error)}") from error
+    return module or "", cls_name
+
+
+def _member(section: str, module: str, cls_name: str) -> object:
+    try:
+        return getattr(importlib.import_module(module), cls_name, None)
+    except (Exception, SystemExit) as error:
+        raise TaskImportError(f"{section}: module {module} cannot be imported: {_told(error)}") from error
 
 
 def all_tasks(broken: list[TaskImportError] | None = None) -> dict[str, type[Task]]:
@@ -98,7 +187,7 @@ def _members(group: str, module: str) -> dict[str, object]:
     try:
         return vars(importlib.import_module(module))
     except (Exception, SystemExit) as error:
-        raise TaskImportError(f"{group}: module {module} cannot be imported: {error!r}") from error
+        raise TaskImportError(f"{group}: module {module} cannot be imported: {_told(error)}") from error
 
 
 def _check_declaration(section: str, cls: type[Task]) -> None:
@@ -108,17 +197,26 @@ def _check_declaration(section: str, cls: type[Task]) -> None:
         raise TaskImportError(f"{section} has an invalid declaration: {error}") from error
 
 
-def _modules(folder: Path, package: str) -> Iterator[str]:
-    for module in pkgutil.iter_modules([str(folder)]):
-        name = f"{package}.{module.name}"
-        if module.ispkg:
-            yield from _modules(folder / module.name, name)
-        else:
-            yield name
+def _modules(folder: Path, package: str) -> Iterator[tuple[str, Path]]:
+    """The modules below a folder, in folders of its own, with their files."""
+    for file in sorted(folder.glob("*/**/*.py")):
+        parts = file.relative_to(folder).with_suffix("").parts
+        if parts[-1] != "__init__" and all(part.isidentifier() for part in parts):
+            yield ".".join((package, *parts)), file
+
+
+def _told(error: BaseException) -> str:
+    """An error during an import, with the place in the user's code."""
+    if isinstance(error, SyntaxError):
+        return f"{error.filename}:{error.lineno}: SyntaxError: {error.msg}"
+    words = one_line(error) if isinstance(error, Exception) else repr(error)
+    frames = traceback.extract_tb(error.__traceback__)
+    places = [f for f in frames if not f.filename.startswith("<frozen") and f.filename != __file__]
+    return f"{places[-1].filename}:{places[-1].lineno}: {words}" if places else words
 
 
 def _exists(module: str) -> bool:
-    if module.split(".")[0] in (OWN, "imc", "mavlink", "runtime", "shoal", "world"):
+    if module.split(".")[0] in (OWN, *PACKAGES):
         return False
     try:
         return importlib.util.find_spec(module) is not None

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from runtime.problem import Origin, Problem, ProfileError, Severity, nearest, quoted, suggestion
 from runtime.profile import ALWAYS, NEVER, Option, Profile, Section, default_label, dune, items, parse_address
 from runtime.task import Parameter, Task
+from runtime.vehicle.catalogue import misspelled, why_missing
 from runtime.zenoh import ZenohConfig
 
 DAEMON = "Daemon"
@@ -148,7 +149,7 @@ class _Checker:
         if self._check_case(section, [*self._tasks, *dune.DATA_SECTIONS]):
             return
         near = self._nearest_task(base)
-        hint = f"did you mean [{near}]?" if near else "your own modules are searched for in the current folder"
+        hint = f"did you mean [{near}]?" if near else why_missing(base) if runs else ""
         if ":" in name or not dot:
             if "Enabled" in section.options:
                 self._say("warning", section.origin, f"[{name}] has an option Enabled, but it is not a task", hint)
@@ -157,7 +158,8 @@ class _Checker:
         elif base in dune.TASKS or (group in dune.GROUPS and not near):
             self._say("note", section.origin, f"[{name}] is a task of DUNE that is not available in Shoal")
         elif runs or near or "Enabled" not in section.options:
-            self._say("warning", section.origin, f"[{name}] is not a task", hint)
+            never = runs and (group not in dune.GROUPS or misspelled(base))
+            self._say("error" if never else "warning", section.origin, f"[{name}] is not a task", hint)
 
     def _nearest_task(self, name: str) -> str:
         """If the group is one of DUNE's, only within it, since DUNE has similar names in other groups."""

@@ -4,7 +4,6 @@ import sys
 from difflib import get_close_matches
 from importlib import import_module
 from keyword import iskeyword
-from pathlib import Path
 from typing import Any, ClassVar
 
 import click
@@ -55,4 +54,3 @@ def main() -> None:
     """A task runtime for unmanned vehicles."""
     if reconfigure := getattr(sys.stdout, "reconfigure", None):
         reconfigure(errors="replace")  # an ASCII terminal has no °
-    sys.path.append(str(Path.cwd()))

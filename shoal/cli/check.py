@@ -13,7 +13,7 @@ from runtime.problem import Problem, ProfileError
 from runtime.profile import Profile, available, load_profile
 from runtime.vehicle import TaskImportError, all_tasks, build, doubts, find_task
 from runtime.vehicle import check as find_problems
-from shoal.cli.options import config_dir_option, modes_option, overrides_option
+from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
 
 STYLES = {"error": "red", "warning": "yellow", "note": "dim"}
 
@@ -23,15 +23,18 @@ STYLES = {"error": "red", "warning": "yellow", "note": "dim"}
 @config_dir_option
 @modes_option
 @overrides_option
+@code_option
 @click.option("--strict", is_flag=True, help="Exit status 1 also for warnings.")
 def check(
     names: tuple[str, ...],
     config_dir: tuple[Path, ...],
     profiles: tuple[str, ...],
     overrides: tuple[str, ...],
+    code: tuple[Path, ...],
     strict: bool,
 ) -> None:
     """Check PROFILEs for mistakes, by default all that are found. The exit status is 1 if there are errors."""
+    use_code(code, names)
     console = Console(highlight=False, soft_wrap=True)
     counts: Counter[str] = Counter()
     broken: list[TaskImportError] = []

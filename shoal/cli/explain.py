@@ -10,7 +10,7 @@ from runtime.profile import Profile, load_profile
 from runtime.task import Task
 from runtime.vehicle import TaskImportError, find_task
 from runtime.vehicle import explain as rows_of
-from shoal.cli.options import config_dir_option, modes_option, overrides_option
+from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
 from shoal.cli.tables import (
     open_console,
     plain_table,
@@ -25,17 +25,20 @@ from shoal.cli.tables import (
 @config_dir_option
 @modes_option
 @overrides_option
+@code_option
 def explain(
     profile: str,
     section: str | None,
     config_dir: tuple[Path, ...],
     profiles: tuple[str, ...],
     overrides: tuple[str, ...],
+    code: tuple[Path, ...],
 ) -> None:
     """Show each value of PROFILE with its unit, its meaning and the line that set it.
 
     Saved parameters (db/<vehicle>-saved.ini) are included; virtual runs ignore them.
     """
+    use_code(code, [profile])
     console = open_console()
     try:
         loaded = load_profile(profile, config_dir, saved=Path("db"), overrides=overrides, strict=False)

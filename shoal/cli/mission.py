@@ -17,7 +17,7 @@ from runtime.durations import parse_duration
 from runtime.problem import ProfileError
 from runtime.profile import Profile
 from runtime.vehicle import check, find_task
-from shoal.cli.options import config_dir_option, log_dir_option, overrides_option, parse_period
+from shoal.cli.options import code_option, config_dir_option, log_dir_option, overrides_option, parse_period, use_code
 from shoal.cli.run import tell_warnings
 from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare
 
@@ -31,6 +31,7 @@ CANNOT_FLY = 2  # exit status if a file or the profile is wrong
 @config_dir_option
 @click.option("-p", "--profiles", multiple=True, help="Modes to select [default: Simulation, or else Kinematic].")
 @overrides_option
+@code_option
 @click.option("--for", "limit", default="24h", show_default=True, help="Time limit, in vehicle time.")
 @click.option("--seed", type=click.IntRange(0), help="Seed of all random numbers [default: the profile's, or 0]")
 @click.option("--calibrate", is_flag=True, help="Calibrate before the plan starts.")
@@ -45,6 +46,7 @@ def mission(
     config_dir: tuple[Path, ...],
     profiles: tuple[str, ...],
     overrides: tuple[str, ...],
+    code: tuple[Path, ...],
     limit: str,
     seed: int | None,
     calibrate: bool,
@@ -57,6 +59,7 @@ def mission(
     The exit status is 0 if the plan was completed, 1 if the vehicle refused or did not complete it, 2 if a file or the
     profile is wrong.
     """
+    use_code(code, [profile])
     try:
         longest = parse_duration(limit)
         specification = load_plan(plan)

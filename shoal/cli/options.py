@@ -1,5 +1,6 @@
 """Options that several commands have, and the parsing of their values."""
 
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import click
@@ -17,9 +18,41 @@ modes_option = click.option(
 overrides_option = click.option(
     "--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Override an option; can be repeated."
 )
+code_option = click.option(
+    "--code",
+    multiple=True,
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="Folder with tasks of your own; by default the current one, unless it has a log.",
+)
+code_of_log_option = click.option(
+    "--code",
+    multiple=True,
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="Folder with tasks of your own that the log needs; there is no default.",
+)
 log_dir_option = click.option(
     "--log-dir", default="log", show_default=True, type=click.Path(path_type=Path), help="Folder for logs."
 )
+
+
+def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool = False) -> None:
+    """Search these folders for a user's tasks; without any the current one, unless it or a profile is part of a log.
+
+    A log received from others must not run code: its Config.ini may name any module beside it.
+    """
+    from runtime.vehicle import search_code  # slow to import, and not every command needs it
+
+    places = [Path.cwd(), *(Path(name).parent for name in profiles if Path(name).is_file())]
+    if not code and not of_log and not any(map(_is_log, places)):
+        code = places[:1]
+    for folder in code:
+        for clash in search_code(folder):
+            click.echo(f"warning: {clash}", err=True)
+
+
+def _is_log(folder: Path) -> bool:
+    """Whether a folder has a log, or folders below it are a run's: <date>/<time>/Data.lsf."""
+    return any(True for depth in ("", "*/", "*/*/") for _ in folder.glob(f"{depth}Data.lsf*"))
 
 
 def parse_period(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:

@@ -10,6 +10,7 @@ from rich.table import Table
 
 import imc
 from runtime.problem import ProfileError, printable
+from shoal.cli.options import code_of_log_option, use_code
 from shoal.logs.look import number
 from shoal.rerun import Resimulation, ResimulationError, resimulate
 
@@ -27,10 +28,16 @@ HEADER = frozenset({*imc.Message.__struct_fields__})
     metavar="SECTION:OPTION=VALUE",
     help="Override an option, to see what would have changed.",
 )
+@code_of_log_option
 @click.option("-c", "--config-file", help="Profile to use instead of the log's Config.ini.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="New folder for the log of the re-simulation.")
 def resim(
-    log: Path, tasks: tuple[str, ...], overrides: tuple[str, ...], config_file: str | None, out: Path | None
+    log: Path,
+    tasks: tuple[str, ...],
+    overrides: tuple[str, ...],
+    code: tuple[Path, ...],
+    config_file: str | None,
+    out: Path | None,
 ) -> None:
     """Re-run tasks on LOG, using the logged messages of all other tasks, and compare what they publish with the log.
 
@@ -38,6 +45,7 @@ def resim(
     virtual run, the exit status is 1 if anything differs. With --set, the command shows what would have changed; the
     other tasks do not react, as their messages come from the log.
     """
+    use_code(code, of_log=True)
     try:
         done = resimulate(imc.Log(log), tasks, overrides=overrides, profile=config_file, out=out)
     except (ResimulationError, ProfileError, OSError) as error:

@@ -10,6 +10,7 @@ from runtime.durations import parse_duration
 from runtime.kernel import SECOND
 from runtime.problem import ProfileError
 from runtime.snapshot import SnapshotError
+from shoal.cli.options import code_of_log_option, use_code
 from shoal.cli.run import swim
 from shoal.rerun import Instants, Rewound, outline
 
@@ -21,13 +22,17 @@ from shoal.rerun import Instants, Rewound, outline
 @click.option(
     "--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Change an option from then on."
 )
+@code_of_log_option
 @click.option("--log-dir", default="log", show_default=True, type=click.Path(path_type=Path), help="Folder for logs.")
-def rewind(log: Path, at: str, duration: str | None, overrides: tuple[str, ...], log_dir: Path) -> None:
+def rewind(
+    log: Path, at: str, duration: str | None, overrides: tuple[str, ...], code: tuple[Path, ...], log_dir: Path
+) -> None:
     """Resume a virtual run from a given time in its LOG, and write a new log.
 
     It starts from the nearest earlier snapshot of the run, see shoal run --snapshot-every, or else from its beginning.
     Without --set, the new log repeats the bytes of the old one.
     """
+    use_code(code, of_log=True)
     try:
         opened = imc.Log(log)
         rewound = Rewound(opened)

@@ -19,12 +19,14 @@ from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load, run
 from runtime.vehicle import Build, Vehicle, build, check, find_task, join_zenoh
 from runtime.vehicle import vehicle as vehicle_module
 from shoal.cli.options import (
+    code_option,
     config_dir_option,
     log_dir_option,
     modes_option,
     overrides_option,
     parse_period,
     parse_time,
+    use_code,
 )
 from shoal.cli.status import Status
 
@@ -62,6 +64,7 @@ def options(function: F) -> F:
 @modes_option
 @click.option("-V", "--vehicle", default="", help="Name of the vehicle, instead of the profile's.")
 @overrides_option
+@code_option
 @click.option(
     "--snapshot-every",
     callback=parse_period,
@@ -77,6 +80,7 @@ def run(
     profiles: tuple[str, ...],
     vehicle: str,
     overrides: tuple[str, ...],
+    code: tuple[Path, ...],
     snapshot_every: float | None,
     from_snapshot: Path | None,
     clock: str,
@@ -88,6 +92,7 @@ def run(
 ) -> None:
     """Run the vehicle PROFILE, for example: shoal run lauv-noptilus-1 -p Simulation"""
     name = profile or config_file
+    use_code(code, [] if name is None else [name])
     if from_snapshot is not None:
         go_on(from_snapshot, log_dir, duration, overrides, snapshot_every)
     if name is None:

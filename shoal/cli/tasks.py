@@ -1,19 +1,23 @@
 """`shoal tasks`: lists tasks, or the parameters of one."""
 
 import sys
+from pathlib import Path
 
 import click
 from rich.console import Console
 
 from runtime.task import Parameter, Task
 from runtime.vehicle import TaskImportError, all_tasks, missing_extra
+from shoal.cli.options import code_option, use_code
 from shoal.cli.tables import choose, open_console, plain_table, range_text, sentence, task_of
 
 
 @click.command()
 @click.argument("name", required=False)
-def tasks(name: str | None) -> None:
+@code_option
+def tasks(name: str | None, code: tuple[Path, ...]) -> None:
     """List Shoal's tasks, or the parameters of the task NAME, which may be one of your own."""
+    use_code(code)
     broken: list[TaskImportError] = []
     console, known = open_console(), all_tasks(broken)
     for error in broken:

@@ -13,7 +13,7 @@ from runtime.logs import new_log
 from runtime.problem import quoted, suggestion
 from runtime.profile import Profile, default_label, items, load_profile, own_etc
 from runtime.task import Task, consumers, tickers
-from runtime.vehicle import TaskImportError, all_tasks, build, find_task
+from runtime.vehicle import TaskImportError, all_tasks, build, find_task, why_missing
 from shoal.rerun.comparison import Comparison, LastMoment
 from shoal.rerun.history import History, Instants, spoken_by
 from shoal.rerun.logged_bus import LoggedBus
@@ -161,7 +161,7 @@ def _check(section: str) -> None:
     except TaskImportError as error:
         raise ResimulationError(str(error)) from None
     if cls is None:
-        raise ResimulationError(f"{section} is not in Shoal")
+        raise ResimulationError(f"{section} is not a task of Shoal: {why_missing(section)}")
     if cls.external:
         raise ResimulationError(f"{section} needs the network, which logs do not record")
 

@@ -117,7 +117,7 @@ SWIMMER = {
 
 SECTIONS = {
     "misspelled task": ("[Simulators.Swimer]\nEnabled = Always", "warning", "is not a task", "[Simulators.Swimmer]"),
-    "misspelled group": ("[Simulator.Swimmer]\nEnabled = Always", "warning", "is not a task", "[Simulators.Swimmer]"),
+    "misspelled group": ("[Simulator.Swimmer]\nEnabled = Always", "error", "is not a task", "[Simulators.Swimmer]"),
     "letter case of a task": ("[Simulators.swimmer/2]", "warning", "differs in letter case", "[Simulators.Swimmer/2]"),
     "task without its group": (
         "[Swimmer]\nEnabled = Always",
@@ -125,7 +125,7 @@ SECTIONS = {
         "it is not a task",
         "did you mean [Simulators.Swimmer]",
     ),
-    "module that is not there": ("[mine.Whistle]\nEnabled = Always", "warning", "is not a task", "current folder"),
+    "module that is not there": ("[mine.Whistle]\nEnabled = Always", "error", "is not a task", "no module 'mine'"),
     "task of DUNE": ("[Supervisors.Vehicle]\nEnabled = Always", "note", "a task of DUNE that is not available", ""),
     "device of DUNE": ("[Sensors.Keller/2]\nEnabled = Hardware", "note", "a task of DUNE that is not available", ""),
     "device with a simulator's name": ("[Sensors.GPS]\nEnabled = Hardware", "note", "a task of DUNE", ""),

@@ -1,0 +1,129 @@
+"""A user's own code: found where the user keeps it, and never taken from a log."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+TASK = '''"""A task of a user's own."""
+
+import imc
+from runtime import Task, periodic
+
+
+class {name}(Task):
+    """Measures a temperature."""
+
+    @periodic(1.0)
+    def measure(self) -> None:
+        self.publish(imc.Temperature(value=3.0))
+'''
+PROFILE = """[Require lauv-noptilus-1.ini]
+[Simulators.Whistle]
+Enabled = Kinematic
+Entity Label = Whistle
+[Mine.Bell]
+Enabled = Kinematic
+Entity Label = Bell
+[horns.Horn]
+Enabled = Kinematic
+Entity Label = Horn
+"""
+
+
+def shoal(*words, cwd):
+    command = [sys.executable, "-m", "shoal.cli", *words]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONSAFEPATH": "1"}
+    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, env=environment)
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.fixture
+def project(tmp_path):
+    """A user's folder: tasks in a group of Shoal's, in a group of their own, and in a module."""
+    files = {"tasks/simulators/whistle.py": "Whistle", "tasks/mine/bell.py": "Bell", "horns.py": "Horn"}
+    for name, cls in files.items():
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(TASK.format(name=cls))
+    (tmp_path / "my.ini").write_text(PROFILE)
+    return tmp_path
+
+
+def run(project, *words):
+    return shoal("run", "./my.ini", "-p", "Kinematic", "--clock", "virtual", "--for", "2s", *words, cwd=project)
+
+
+def test_tasks_in_an_own_folder_are_found_by_path(project):
+    status, out, err = run(project)
+    assert (status, "skipped: Transports.MAVLink" in err, "Temperature" in err) == (0, True, False)
+    log = next(project.glob("log/*/*/*"))
+    status, out, err = shoal("log", "info", str(log), cwd=project)
+    assert all(label in out for label in ("Whistle", "Bell", "Horn"))
+    assert shoal("check", "my.ini", cwd=project)[:2] == (0, "my.ini: nothing wrong\n")
+    (project / "tasks/simulators/gps.py").write_text(TASK.format(name="GPS"))
+    (project / "imc").mkdir()
+    (project / "imc/mine.py").write_text("")
+    status, _, err = run(project)
+    assert status == 0
+    assert "tasks/simulators/gps.py: Shoal has a task in tasks/simulators/gps.py; rename yours" in err
+    assert "imc: 'imc' is a package of Shoal" in err
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        (
+            "horns.Horn",
+            "horns.Hron",
+            "my.ini:8: error: [horns.Hron] is not a task (module horns has no class Hron; did",
+        ),
+        ("horns.Horn", "hornz.Horn", "my.ini:8: error: [hornz.Horn] is not a task (there is no module 'hornz'"),
+        ("Mine.Bell", "Mine.Bel", "my.ini:5: error: [Mine.Bel] is not a task (did you mean [Mine.Bell]?)"),
+        ("Simulators.Whistle", "Simulators.Whistel", "my.ini:2: error: [Simulators.Whistel] is not a task (did you"),
+    ],
+)
+def test_a_misspelled_task_is_an_error(project, before, after, words):
+    (project / "my.ini").write_text(PROFILE.replace(before, after))
+    status, _, err = run(project)
+    assert status != 0
+    assert words in err
+    status, out, _ = shoal("check", "my.ini", cwd=project)
+    assert status == 1
+    assert words in out
+
+
+def test_a_class_that_is_no_task_and_a_failing_import_name_the_place(project):
+    (project / "horns.py").write_text("class Horn:\n    pass\n")
+    assert "Horn of module horns is not a Task: write class Horn(Task)" in run(project)[2]
+    (project / "horns.py").write_text("import imc\nimport no_such_library\n")
+    assert f"{project / 'horns.py'}:2: ModuleNotFoundError: No module named 'no_such_library'" in run(project)[2]
+    (project / "horns.py").write_text("def horn(:\n")
+    assert f"{project / 'horns.py'}:1: SyntaxError" in run(project)[2]
+
+
+def test_a_received_log_runs_no_code(project):
+    assert run(project)[0] == 0
+    log = next(project.glob("log/*/*/*"))
+    (log / "tasks/mine").mkdir(parents=True)
+    for name in ("horns.py", "tasks/mine/bell.py"):
+        (log / name).write_text("open('/dev/stdout', 'w').write('CODE OF A STRANGER')\nraise SystemExit(0)\n")
+    for folder in (log, log.parent, log.parent.parent):
+        place = os.path.relpath(log, folder)
+        for words in (
+            ("check", f"{place}/Config.ini"),
+            ("explain", f"{place}/Config.ini"),
+            ("explain", f"{place}/Config.ini", "horns.Horn"),
+            ("run", f"{place}/Config.ini", "-p", "Kinematic", "--for", "1s", "--clock", "virtual"),
+            ("resim", place, "--task", "horns.Horn"),
+            ("rewind", place, "--at", "1s"),
+            ("replay", place, "--clock", "virtual"),
+        ):
+            _, out, err = shoal(*words, cwd=folder)
+            assert "STRANGER" not in out + err, words
+            assert "Traceback" not in err, words
+    status, _, err = shoal("rewind", str(log), "--at", "1s", "--code", str(project), "--log-dir", "new", cwd=project)
+    assert status == 0, err
+    status, out, err = shoal("resim", str(log), "--task", "horns.Horn", "--code", str(project), cwd=project)
+    assert status == 0, err
