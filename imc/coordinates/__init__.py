@@ -1,6 +1,6 @@
 """Positions on the WGS-84 ellipsoid, offsets between them (in `arrays` also for NumPy), and patterns of rows."""
 
-from imc.coordinates.patterns import rows, rows_of, swath
+from imc.coordinates.patterns import rows, rows_of, spacing, swath
 from imc.coordinates.start import StartPoint
 from imc.coordinates.wgs84 import FLATTENING, SEMI_MAJOR_AXIS, absolute, displace, displacement
 
@@ -13,5 +13,6 @@ __all__ = [
     "displacement",
     "rows",
     "rows_of",
+    "spacing",
     "swath",
 ]

@@ -1,17 +1,20 @@
 """Covers an area in parallel rows."""
 
+from collections.abc import Callable
+
 import imc
 from imc.coordinates import displace, rows_of
 from tasks.maneuver.protocol import Leg, Maneuver, ManeuverError
 
 
-async def cover(maneuver: Maneuver, area: imc.Rows | imc.RowsCoverage) -> None:
-    """Go along all rows. Raises ManeuverError if the rows are invalid."""
+async def cover(
+    maneuver: Maneuver, area: imc.Rows | imc.RowsCoverage, swath: Callable[[], float] | None = None
+) -> None:
+    """Go along all rows, at most `swath()` m apart. Raises ManeuverError if the rows are invalid."""
+    leg = Leg.of(area)
     try:
-        corners = rows_of(area)
+        for number, (north, east) in enumerate(rows_of(area, swath)):
+            lat, lon, _ = displace(area.lat, area.lon, 0.0, north, east)
+            await maneuver.follow(leg._replace(lat=lat, lon=lon), info=f"waypoint={number}")
     except ValueError as error:
         raise ManeuverError(str(error)) from None
-    leg = Leg.of(area)
-    for number, (north, east) in enumerate(corners):
-        lat, lon, _ = displace(area.lat, area.lon, 0.0, north, east)
-        await maneuver.follow(leg._replace(lat=lat, lon=lon), info=f"waypoint={number}")

@@ -1,12 +1,54 @@
 """Covers an area with a sonar."""
 
+import math
+from collections import deque
+
 import imc
+from imc.coordinates import swath
+from runtime import param
 from tasks.maneuver.coverage import cover
-from tasks.maneuver.protocol import Maneuver
+from tasks.maneuver.protocol import Leg, Maneuver
 
 
 class RowsCoverage(Maneuver):
-    """Goes along rows whose spacing follows from a sonar's aperture, range and the overlap of its swaths."""
+    """Goes along rows whose spacing follows from a sonar's aperture and range and the overlap of its swaths.
+
+    Where the bottom is nearer than the range the swath is narrower, so the next row is nearer: by the lowest mean
+    altitude of the row before.
+    """
+
+    hears = (imc.PathControlState, imc.EstimatedState)
+
+    samples: int = param(
+        40,
+        "1",
+        "Altitudes of which the mean is taken.",
+        name="Altitude Moving Average Samples",
+        minimum=5,
+        maximum=1000,
+    )
+    minimum_altitude: float = param(0.3, "m", "Altitudes above this count.", name="Minimum Altitude Value", minimum=0)
 
     async def execute(self, area: imc.RowsCoverage) -> None:
-        await cover(self, area)
+        def narrowest() -> float:
+            seen = self._lowest < math.inf and area.angaperture > 0.0
+            return swath(area.angaperture, self._lowest, area.overlap) if seen else math.inf
+
+        self._forget()
+        await cover(self, area, narrowest)
+
+    def steer(self, leg: Leg, *, radius: float = 0.0, flags: int = 0) -> None:
+        self._forget()
+        super().steer(leg, radius=radius, flags=flags)
+
+    async def event(self, timeout: float | None = None) -> imc.Message:
+        message = await super().event(timeout)
+        if isinstance(message, imc.EstimatedState) and message.alt > self.minimum_altitude:
+            self._altitudes.append(message.alt)
+            if len(self._altitudes) == self.samples:
+                self._lowest = min(self._lowest, math.fsum(self._altitudes) / self.samples)
+        return message
+
+    def _forget(self) -> None:
+        """Begin to measure a row."""
+        self._altitudes, self._lowest = deque[float](maxlen=self.samples), math.inf

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from imc.coordinates import rows, swath
+import imc
+from imc.coordinates import rows, rows_of, spacing, swath
 
 
 def points(**changes):
@@ -18,20 +19,41 @@ def test_rows_go_up_and_down():
     assert points() == [(0, 0), (0, 0), (100, 0), (100, 10), (0, 10), (0, 20), (100, 20), (100, 30), (0, 30)]
 
 
-def test_overshoot_and_square_corners():
-    assert points(width=10.0, overshoot=5.0)[:3] == [(-5, 0), (0, 0), (100, 0)]
-    corners = [(-5, 0), (0, 0), (105, 0), (105, 10), (100, 10), (-5, 10)]
-    assert points(width=10.0, overshoot=5.0, square=True) == corners
+def test_each_row_ends_beyond_the_area():
+    """A corner that is not square leads back to the edge of the area during the step."""
+    found = points(width=20.0, overshoot=5.0)
+    assert found == [(-5, 0), (0, 0), (105, 0), (100, 10), (-5, 10), (0, 20), (105, 20)]
+
+
+def test_square_corners():
+    found = points(width=20.0, overshoot=5.0, square=True)
+    assert found[:6] == [(-5, 0), (0, 0), (105, 0), (105, 10), (100, 10), (-5, 10)]
+    assert found[6:] == [(-5, 20), (0, 20), (105, 20)]
 
 
 def test_alternation_changes_the_steps():
     assert [e for _, e in points(alternation=0.5, width=20.0)] == [0, 0, 0, 5, 5, 20, 20]
 
 
-def test_side_bearing_and_lean():
+def test_without_alternation_each_row_is_flown_twice():
+    assert [e for _, e in points(alternation=0.0, width=40.0)] == [0, 0, 0, 0, 0, 20, 20, 20, 20, 40, 40, 40, 40]
+
+
+def test_side_and_bearing():
     assert points(right=False, width=10.0)[3] == (100, -10)
     assert points(bearing=math.pi / 2, width=10.0)[3] == (-10, 100)
-    assert points(cross_angle=math.pi / 4, width=10.0)[3] == (110, 10)
+
+
+@pytest.mark.parametrize("right", [True, False])
+def test_the_cross_angle_turns_the_steps(right):
+    """A step keeps its length; both of its ends are nearer to the first corner than at a right angle."""
+    side = 1.0 if right else -1.0
+    found = points(cross_angle=math.radians(30), width=10.0, right=right)
+    across = pytest.approx(side * 10 * math.cos(math.radians(30)), abs=1e-5)
+    assert [n for n, _ in found] == [0, 0, 100, 95, -5]
+    assert [e for _, e in found] == [0, 0, 0, across, across]
+    with pytest.raises(ValueError, match="more than 10000 rows"):
+        points(cross_angle=math.pi / 2)
 
 
 @pytest.mark.parametrize("name", ["width", "length", "step"])
@@ -62,6 +84,15 @@ def test_rows_stay_within_their_area(width, length, step, alternation, square, r
     assert {round(n, 9) for n, _ in found} <= {0.0, round(length, 9)}
 
 
-def test_swath():
-    assert swath(math.radians(60), 30.0, 0.0) == pytest.approx(30.0)
-    assert swath(-math.radians(60), 30.0, 0.5) == pytest.approx(15.0)
+def test_spacing():
+    assert spacing(math.radians(60), 30.0, 0.0) == pytest.approx(30.0)
+    assert spacing(math.radians(60), 30.0, 50.0) == pytest.approx(22.5)
+    assert spacing(0.0, 30.0, 0.0) == pytest.approx(60.0)
+    assert swath(math.radians(90), 10.0, 50.0) == pytest.approx(15.0)
+
+
+def test_rows_come_nearer_where_the_swath_is_narrow():
+    area = imc.RowsCoverage(width=40, length=100, range=10, flags=imc.RowsCoverage.Flags.CURVE_RIGHT)
+    swaths = iter([99.0, 99.0, 10.0, 4.0, 10.0, 99.0])  # two for the check, then one for each step
+    found = [round(e, 6) for _, e in rows_of(area, lambda: next(swaths))]
+    assert found == [0, 0, 0, 10, 10, 14, 14, 24, 24]

@@ -106,8 +106,8 @@ def test_rows_coverage_follows_from_the_swath():
     sonar = {"angaperture": math.radians(120), "range": 30, "overlap": 20}
     run = flown(imc.RowsCoverage(**at(0, 0, 2), width=100, length=50, flags=2, **sonar), seconds=500)
     assert replies(run)[-1] == DONE
-    step = patterns.swath(math.radians(120), 30, 0.2)
-    assert len(run.of(imc.DesiredPath)) == 2 + 2 * int(100 / step) + 1
+    wide = patterns.spacing(math.radians(120), 30, 20)
+    assert len(run.of(imc.DesiredPath)) == 2 + 2 * int(100 / wide) + 1
 
 
 def test_yoyo_swings_between_two_depths():
