@@ -7,6 +7,7 @@ from tasks.control.path.track import PathProgress
 from world.attitude import wrap
 
 MISSES = 2
+CLOSER = 1.0  # m nearer to the track: the vehicle comes back
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Divergence:
         self._checked: float | None = None
         self._outside: float | None = None
         self._misses = 0
-        self._remaining = self._error = 0.0
+        self._remaining = self._error = self._aside = self._farthest = 0.0
 
     def error(self, now: float, where: PathProgress, target: float, uncertainty: float) -> str:
         """The error, empty if there is none. `target` is the course to the path (rad), `uncertainty` is in m."""
@@ -59,10 +60,12 @@ class Divergence:
         first, self._checked = self._checked is None, now
         remaining, self._remaining = self._remaining, where.left
         error, self._error = self._error, off_course
+        aside, self._aside = self._aside, abs(where.y)
         if first:
             return False
         if off_course < 0.5 * math.pi:
-            gained = remaining - where.left >= along.period * along.speed
+            # A leg that begins at the center of a large circle is first approached at nearly a right angle.
+            gained = max(remaining - where.left, aside - self._aside) >= along.period * along.speed
         else:
             gained = error - off_course >= along.period * along.turning
         self._misses = 0 if gained else self._misses + 1
@@ -72,5 +75,6 @@ class Divergence:
         if abs(where.y) < cross.distance + uncertainty:
             self._outside = None
             return False
-        self._outside = now if self._outside is None else self._outside
+        if self._outside is None or abs(where.y) < self._farthest - CLOSER:
+            self._outside, self._farthest = now, abs(where.y)
         return now - self._outside >= cross.patience

@@ -108,8 +108,10 @@ class PathFollower(Task):
         self._uncertainty = 0.0
         self._waiting: imc.DesiredPath | None = None
         self._path: imc.DesiredPath | None = None
+        self._before: imc.DesiredPath | None = None
         self._state: imc.EstimatedState | None = None
-        self._cycled = -math.inf
+        self._near = self._loitering = False
+        self._cycled = self._left = -math.inf
         self.set_entity_state(State.NORMAL, "idle")
 
     @consume
@@ -122,6 +124,8 @@ class PathFollower(Task):
         if loops.mask != Loops.ALL and self._enabled:  # ALL has disabled the loops below as well
             self._switch(imc.ControlLoops.Enable.DISABLE, self._enabled)
         self._enabled = 0
+        if self._path is not None:
+            self._before, self._left = self._path, self.now
         self._path = self._waiting = None
         self.set_entity_state(State.NORMAL, "idle")
 
@@ -189,13 +193,16 @@ class PathFollower(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     def _start_of(self, path: imc.DesiredPath, state: imc.EstimatedState) -> Point:
-        old = self._path
+        """As DUNE: the end of the path before, also of a circle, if the vehicle got there and was on it until now."""
         if path.flags & Flags.START:
             return path.start_lat, path.start_lon
-        recent = state.timestamp - self._cycled <= RECENT
-        if old is None or not recent or not self._near or self._loitering or path.flags & Flags.DIRECT:
+        if self._path is not None:
+            before, recent = self._path, state.timestamp - self._cycled <= RECENT
+        else:  # other loops may have been enabled in between
+            before, recent = self._before, self.now - self._left <= RECENT
+        if before is None or not recent or not (self._near or self._loitering) or path.flags & Flags.DIRECT:
             return _position(state)
-        return old.end_lat, old.end_lon
+        return before.end_lat, before.end_lon
 
     def _place(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
         """Convert the path to meters from the reference position of the state."""
