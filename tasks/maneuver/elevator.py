@@ -11,7 +11,7 @@ from tasks.maneuver.spiral import spiral
 class Elevator(Maneuver):
     """Goes to a point, or stays where it is, and spirals from one depth or altitude to another."""
 
-    hears = (imc.PathControlState, imc.EstimatedState)
+    hears = (imc.PathControlState, imc.EstimatedState, imc.DesiredZ)
 
     minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
     vertical_monitor: bool = param(True, "", "Fail if the depth does not change.", name="VMonitor")

@@ -29,17 +29,24 @@ class Loiter(Maneuver):
             return
         self._left = float(loiter.duration) or math.inf
         self._end = math.inf
+        self._nearest = math.inf
         radius = max(loiter.radius, self.minimum_radius)
         counter = PathFlags.CCLOCKW if loiter.direction == Direction.CCLOCKW else 0
         if loiter.type != Form.EIGHT:
             self.steer(Leg.of(loiter), radius=radius, flags=counter)
             while not await self._over():
                 pass
+            self._judge(loiter)
             return
         side, over = 1.0, False
         while not over:
             over = await self._half_eight(loiter, radius, side, counter)
             side, counter = -side, counter ^ PathFlags.CCLOCKW
+        self._judge(loiter)
+
+    def _judge(self, loiter: imc.Loiter) -> None:
+        if math.isfinite(self._nearest):
+            self.judge(Leg.of(loiter), self._nearest)
 
     async def _half_eight(self, loiter: imc.Loiter, radius: float, side: float, flags: int) -> bool:
         """One circle of an eight: around its outer side, then until abeam of its center. True if the time is over."""
@@ -62,6 +69,7 @@ class Loiter(Maneuver):
         """Wait for the next message and report the time left; True if the time is over."""
         if await self.event() is self.path and self.path is not None:
             if self.path.flags & PathState.LOITERING:
+                self._nearest = min(self._nearest, self.path.z, key=abs)
                 self._end = min(self._end, self.now + self._left)
                 self.report(self._end - self.now)
             elif self._end == math.inf:

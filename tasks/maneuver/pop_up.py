@@ -14,13 +14,13 @@ Water = imc.VehicleMedium.Medium.WATER
 
 
 class PopUp(Maneuver):
-    """Goes to a point, spirals to the surface, waits there, and spirals down again.
+    """Goes to a point, spirals to the surface where it is then, waits there, and spirals down again where it is.
 
-    With the flag WAIT_AT_SURFACE or STATION_KEEP it waits for its duration, with STATION_KEEP near the point. Without
+    With the flag WAIT_AT_SURFACE or STATION_KEEP it keeps near the place where it came up for its duration. Without
     them it waits until a good fix confirms the navigation, for its duration at most; 0 is no limit.
     """
 
-    hears = (imc.PathControlState, imc.EstimatedState, imc.VehicleMedium, imc.GpsFix)
+    hears = (imc.PathControlState, imc.EstimatedState, imc.VehicleMedium, imc.GpsFix, imc.DesiredZ)
 
     elevator_radius: float = param(15.0, "m", "Smallest radius of the spirals.", minimum=1)
     station_radius: float = param(
@@ -37,34 +37,33 @@ class PopUp(Maneuver):
     async def execute(self, popup: imc.PopUp) -> None:
         leg = Leg.of(popup)
         radius = max(popup.radius, self.elevator_radius)
-        here = popup.flags & Flags.CURR_POS
-        if not here:
+        if not popup.flags & Flags.CURR_POS:
             await self.follow(leg, after=popup.duration)
         surface = leg._replace(z=0.0, z_units=imc.ZUnits.DEPTH)
-        loiter = PathFlags.LOITER_CURR if here else 0
-        await self._spiral(surface, radius, loiter, popup.duration)
+        await self._spiral(surface, radius, popup.duration)
         self.control(0)
         medium = None
         while medium != Water:
             event = await self.event()
             medium = event.medium if isinstance(event, imc.VehicleMedium) else medium
-        if popup.flags & Flags.STATION_KEEP:
-            await keep_station(self, surface, max(self.station_radius, radius), max(1.0, popup.duration))
-        elif popup.flags & Flags.WAIT_AT_SURFACE:
-            await self._until(self.now + popup.duration, any_fix=False)
+        if popup.flags & (Flags.STATION_KEEP | Flags.WAIT_AT_SURFACE):
+            lat, lon, _ = absolute(await self.located())
+            station = surface._replace(lat=lat, lon=lon)
+            await keep_station(self, station, max(self.station_radius, radius), max(1.0, popup.duration))
         else:
-            await self._until(self.now + popup.duration if popup.duration else math.inf, any_fix=True)
+            await self._until_fixed(self.now + popup.duration if popup.duration else math.inf)
         self.control(Loops.PATH)
-        await self._spiral(leg, radius, loiter)
+        await self._spiral(leg, radius)
 
-    async def _spiral(self, leg: Leg, radius: float, flags: int, after: float = 0.0) -> None:
-        await spiral(self, leg, radius, flags=flags, after=after, slowest=self.slowest, patience=self.patience)
+    async def _spiral(self, leg: Leg, radius: float, after: float = 0.0) -> None:
+        flags, slowest, patience = PathFlags.LOITER_CURR, self.slowest, self.patience
+        await spiral(self, leg, radius, flags=flags, after=after, slowest=slowest, patience=patience)
 
-    async def _until(self, end: float, *, any_fix: bool) -> None:
-        """Drift until `end`, or with `any_fix` until a fix confirms where the vehicle is."""
+    async def _until_fixed(self, end: float) -> None:
+        """Drift until a fix confirms where the vehicle is, at most until `end`."""
         while self.now < end:
             event = await self.event()
-            if any_fix and isinstance(event, imc.GpsFix) and self._confirms(event):
+            if isinstance(event, imc.GpsFix) and self._confirms(event):
                 return
             if isinstance(event, imc.VehicleMedium):
                 self.report(end - self.now)

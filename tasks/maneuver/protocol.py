@@ -3,6 +3,7 @@
 import functools
 import inspect
 import math
+from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple, get_type_hints
 
 import imc
@@ -17,7 +18,10 @@ PathFlags = imc.DesiredPath.Flags
 PathState = imc.PathControlState.Flags
 ALL_LOOPS = 0xFFFFFFFF
 UNKNOWN_ETA = 0xFFFF
+DONE = "done"
 SILENCE = 1.5  # s after which a maneuver repeats its report
+SHORT = 0.5  # m; a depth or altitude that is missed by more is said
+VERTICAL: Mapping[int, str] = {imc.ZUnits.DEPTH: "depth", imc.ZUnits.ALTITUDE: "altitude"}
 
 
 class ManeuverError(RuntimeError):
@@ -81,6 +85,7 @@ class Maneuver(Task):
         self._script: Script | None = None
         self._scope = self._path_ref = self._enabled = 0
         self._said, self._said_at = imc.ManeuverControlState(state=Phase.STOPPED), self.now
+        self._missed: list[str] = []
         self.publish(imc.RegisterManeuver(mid=self.kind().ID))
         self.set_entity_state(State.NORMAL, "idle")
 
@@ -146,6 +151,21 @@ class Maneuver(Task):
         while not self.near:
             if isinstance(await self.event(), imc.PathControlState):
                 self.tell(after, info)
+        if self.path is not None:
+            self.judge(leg, self.path.z)
+
+    def judge(self, leg: Leg, error: float) -> None:
+        """Say aloud if the vehicle is not at the depth or altitude of `leg` at its end; `error` is what is missing (m).
+
+        The maneuver goes on as in DUNE: a leg may be too short to dive, or the water too shallow. The text is in the
+        log book, in the report of the maneuver when it is done, and from there in the last reply to the console.
+        """
+        name = VERTICAL.get(leg.z_units)
+        if name is None or abs(error) <= SHORT:
+            return
+        text = f"{name} {leg.z - error:.1f} m instead of {leg.z:g} m"
+        self.log.warning(text)
+        self._missed.append(text)
 
     def tell(self, after: float = 0.0, info: str = "") -> None:
         """Report the time left on the path plus `after` (s); nothing at its end, which ends or changes something."""
@@ -197,6 +217,7 @@ class Maneuver(Task):
         if self._script is not None:
             self._script.cancel()
         self.path = self.state = None
+        self._missed = []
         self._say(Phase.EXECUTING, UNKNOWN_ETA, "in progress")
         self.set_entity_state(State.NORMAL, "active")
         self._script = self.run(self._perform, maneuver)
@@ -217,7 +238,8 @@ class Maneuver(Task):
                 return
             raise
         self.set_entity_state(State.NORMAL, "idle")
-        self._say(Phase.DONE, info="done")
+        more = f" (and {len(self._missed) - 1} more times)" if len(self._missed) > 1 else ""
+        self._say(Phase.DONE, info=self._missed[0] + more if self._missed else DONE)
 
     def _listen(self, script: Script) -> Inbox:
         inbox = script.listen(*self.hears)

@@ -30,16 +30,21 @@ async def spiral(
 ) -> None:
     """Circle around the end of `leg` with `radius` (m) until its depth is reached; `after` (s) is added to the eta.
 
-    Raises ManeuverError if the vertical speed on the circle is below `slowest` (m/s) over `patience` (s).
+    Raises ManeuverError if the vertical speed on the circle is below `slowest` (m/s) over `patience` (s). Where control
+    holds the vehicle off the bottom, or the water is too shallow for an altitude, it is done; the maneuver says so. To
+    know it, the maneuver must hear DesiredZ.
     """
     state = await maneuver.located()
     maneuver.steer(leg, radius=radius, flags=flags)
-    mark, marked = vertical_error(state, leg), maneuver.now
+    mark, marked, held = vertical_error(state, leg), maneuver.now, False
     while True:
         event = await maneuver.event()
+        if isinstance(event, imc.DesiredZ):
+            held = event.z_units != leg.z_units or abs(event.value - leg.z) > NEAR_ENOUGH
         if maneuver.state is None:
             continue
         error = vertical_error(maneuver.state, leg)
+        held = held or (leg.z_units == imc.ZUnits.ALTITUDE and maneuver.state.depth < NEAR_ENOUGH and error < 0.0)
         if abs(error) <= NEAR_ENOUGH:
             return
         if event is maneuver.path:
@@ -48,5 +53,8 @@ async def spiral(
             mark, marked = error, maneuver.now
         elif maneuver.now - marked >= patience:
             if abs(mark) - abs(error) < slowest * patience:
+                if held:
+                    maneuver.judge(leg, error if leg.z_units == imc.ZUnits.DEPTH else -error)
+                    return
                 raise ManeuverError(f"vertical speed is below {slowest:g} m/s")
             mark, marked = error, maneuver.now
