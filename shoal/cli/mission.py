@@ -75,7 +75,10 @@ def mission(
         )
         if isinstance(flown := made.vehicle.profile, Profile):
             tell_warnings(check(flown, {}, flown.select(flown.value("General", "Selected")), find_task), profile)
-    except (PlanFileError, ProfileError, OSError, ValueError) as error:
+    except OSError as error:
+        click.echo(f"Error: {error.filename or plan}: {error.strerror or error}", err=True)
+        sys.exit(CANNOT_FLY)
+    except (PlanFileError, ProfileError, ValueError) as error:
         click.echo(f"Error: {error}", err=True)
         sys.exit(CANNOT_FLY)
     bar = _Bar(specification.plan_id)

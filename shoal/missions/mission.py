@@ -81,7 +81,7 @@ class Mission:
         self._end(FAILED, f"{reason}: {trouble}" if trouble else reason)
 
     def _judge(self, answer: imc.PlanControl) -> None:
-        if self._is_over or answer.src != self._vehicle.system:
+        if self._is_over or answer.src != self._vehicle.system or not self._request.is_answered_by(answer):
             return
         if answer.type == imc.PlanControl.Type.FAILURE:
             self._end(FAILED, answer.info)

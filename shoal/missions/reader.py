@@ -1,5 +1,6 @@
 """Reads plans written in YAML."""
 
+import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -10,11 +11,16 @@ from imc.coordinates import displace
 from imc.schema.yamltree import Node, read_tree
 from runtime.problem import suggestion
 from shoal.missions.values import Z_UNITS, position, quantity, read_field, speed
+from tasks.plan import parse_condition
 
 DONE = "ManeuverIsDone"
 FINISH = "_done_"
 ALIASES = {"idle": "IdleManeuver"}
-MOST = 4096  # maneuvers; a message has room for 65535 bytes
+END = "end"
+MOST = 4096  # maneuvers
+_SIZES = ("radius", "length", "width", "hstep", "amplitude", "range")  # not below 0
+_ANGLES = {"lat": 0.5 * math.pi, "lon": math.pi}
+_PLACES = (("at",), ("north", "east"), ("lat", "lon"))  # three ways to say where
 _SHORTHANDS = ("at", "north", "east", "speed", *Z_UNITS)
 _TARGET_KEYS = ("origin", "speed", *Z_UNITS)
 _PLAN_KEYS = ("plan", "description", "namespace", *_TARGET_KEYS, "start", "maneuvers", "on_start", "on_end")
@@ -43,21 +49,30 @@ class PlanReader:
         if maneuvers is None or not isinstance(maneuvers.content, list) or not maneuvers.content:
             (maneuvers or self._root).fail("maneuvers: expected a list of at least one maneuver")
         if (count := len(maneuvers.content)) > MOST:
-            maneuvers.fail(f"{count} maneuvers do not fit into the 65535 bytes of a message")
+            maneuvers.fail(f"{count} maneuvers are more than the {MOST} that a plan may have")
         self._origin = self._read(root["origin"], position) if "origin" in root else None
         self._defaults = self._target(root)
         items = [self._maneuver(node, number) for number, node in enumerate(maneuvers.content, 1)]
         names = [item["maneuver_id"] for item, *_ in items]
+        taken: dict[str, Node] = {}
+        for name, (_, node, _) in zip(names, items, strict=True):
+            if name in (END, FINISH):
+                node.fail(f"{name!r} cannot be an id, it ends a plan")
+            if taken.setdefault(name, node) is not node:
+                node.fail(f"the id {name!r} is used twice")
+        start = self._text(root, "start", names[0])
+        if start not in names:
+            root["start"].fail(_hinted(f"there is no maneuver {start!r}", start, names))
         arrows: list[Values] = []
         for (item, node, then), following in zip(items, [*names[1:], None], strict=True):
             arrows += self._arrows(item["maneuver_id"], then, following, names, node)
         return imc.from_dict(
             {
                 "abbrev": "PlanSpecification",
-                "plan_id": self._text(root, "plan", Path(self._name).stem),
+                "plan_id": self._text(root, "plan", Path(self._name).stem, empty=False),
                 "description": self._text(root, "description", ""),
                 "vnamespace": self._text(root, "namespace", ""),
-                "start_man_id": self._text(root, "start", names[0] if names else ""),
+                "start_man_id": start,
                 "maneuvers": [item for item, *_ in items],
                 "transitions": arrows,
                 "start_actions": self._actions(root.get("on_start")),
@@ -74,7 +89,7 @@ class PlanReader:
             )
         cls = self._kind(kinds[0], item[kinds[0]])
         fields = self._mapping(item[kinds[0]], "the fields of a maneuver", optional=True)
-        name = self._text(item, "id", f"{cls.__name__}{number}")
+        name = self._text(item, "id", f"{cls.__name__}{number}", empty=False)
         made = {
             "abbrev": "PlanManeuver",
             "maneuver_id": name,
@@ -95,6 +110,7 @@ class PlanReader:
             if key not in infos:
                 nodes[key].fail(_hinted(f"{cls.__name__} has no field {key!r}", key, [*_SHORTHANDS, *infos]))
             values[key] = self._read(nodes[key], _points if key == "points" else partial(read_field, infos[key]))
+            self._check(nodes[key], key, values[key])
         for key in target:
             if key not in infos:
                 named = [name for name in Z_UNITS if name in nodes] if key == "z" else ["position"]
@@ -108,9 +124,25 @@ class PlanReader:
             where.fail(f"{cls.__name__} needs a position: at, or north and east of the plan's origin")
         return values
 
+    def _check(self, node: Node, key: str, value: object) -> None:
+        """Refuse a number that no maneuver can have."""
+        if not isinstance(value, int | float):
+            return
+        if not math.isfinite(value):
+            node.fail(f"{key}: {value} is not a number")
+        if key in _SIZES and value < 0:
+            node.fail(f"{key} must not be below 0")
+        if abs(value) > _ANGLES.get(key, math.inf):
+            node.fail(f"{key}: {math.degrees(value):g}° is no place on Earth; plain numbers are in rad")
+
     def _target(self, nodes: Nodes) -> Values:
         """Position, depth and speed of the plan or of a maneuver."""
         found: Values = {}
+        ways = [next((key for key in way if key in nodes), "") for way in _PLACES]
+        if len(given := [key for key in ways if key]) > 1:
+            nodes[given[1]].fail(f"{' and '.join(given)} exclude each other")
+        if len(pair := [key for key in ("lat", "lon") if key in nodes]) == 1:
+            nodes[pair[0]].fail("lat and lon belong together")
         if "at" in nodes:
             found["lat"], found["lon"] = self._read(nodes["at"], position)
         if "north" in nodes or "east" in nodes:
@@ -131,19 +163,23 @@ class PlanReader:
     def _arrows(
         self, source: str, then: Node | None, following: str | None, names: list[str], where: Node
     ) -> list[Values]:
-        value = then.value() if then is not None else following
+        value = then.value() if then is not None else following or END
         wishes: list[Any] = cast(list[Any], value) if isinstance(value, list) else []
-        wishes = wishes or ([] if value in (None, "end") else [value])
+        wishes = wishes or ([] if value == END else [value])
         arrows: list[Values] = []
         for wish in wishes:
             text: Any = {"to": wish} if isinstance(wish, str) else wish
             if not isinstance(text, dict) or "to" not in text or len(set(cast(Values, text)) - {"to", "when"}):
                 (then or where).fail("expected then: NAME, then: end, or a list of {to: NAME, when: CONDITION}")
             text = cast(Values, text)
-            to = str(text["to"])
+            to = FINISH if text["to"] == END else str(text["to"])
             if to not in (*names, FINISH):
                 (then or where).fail(_hinted(f"there is no maneuver {to!r}", to, names))
             condition = str(text.get("when", DONE))
+            try:
+                parse_condition(condition)
+            except ValueError as error:
+                (then or where).fail(f"when: {condition}: {error}")
             arrows.append({"abbrev": "PlanTransition", "source_man": source, "dest_man": to, "conditions": condition})
         return arrows
 
@@ -181,8 +217,15 @@ class PlanReader:
             if key not in names:
                 node.fail(f"unknown key {key!r} (known: {', '.join(names)})")
 
-    def _text(self, nodes: Nodes, key: str, default: str) -> str:
-        return str(nodes[key].value()) if key in nodes else default
+    def _text(self, nodes: Nodes, key: str, default: str, *, empty: bool = True) -> str:
+        if key not in nodes:
+            return default
+        value = nodes[key].value()
+        if not isinstance(value, str | int | float) or isinstance(value, bool):
+            nodes[key].fail(f"{key}: expected a text, not {value!r}")
+        if not empty and not str(value).strip():
+            nodes[key].fail(f"{key} must not be empty")
+        return str(value)
 
     def _read(self, node: Node, function: Callable[[Any], Any]) -> Any:
         try:

@@ -40,6 +40,16 @@ class PlanRequest:
         vehicle.tap(imc.VehicleState, self._watch)
         vehicle.tap(imc.PlanControlState, self._ask)
 
+    def is_answered_by(self, answer: imc.PlanControl) -> bool:
+        """Whether a reply is for this request, not for that of another operator."""
+        daemon = self._vehicle.daemon
+        return (answer.dst, answer.dst_ent, answer.op, answer.request_id) == (
+            daemon.system,
+            daemon.entity.id,
+            self._request.op,
+            self._request.request_id,
+        )
+
     def begin(self) -> None:
         """Start the timeout."""
         self._deadline = self._vehicle.kernel.now_ns + round(self._patience * SECOND)

@@ -35,6 +35,8 @@ def quantity(value: object, unit: str = "") -> float:
 def split(value: object) -> tuple[float, str]:
     """Number and unit of "1.2 m/s". Raises ValueError if it is not a number."""
     if isinstance(value, int | float) and not isinstance(value, bool):
+        if not math.isfinite(value):
+            raise ValueError(f"{value} is not a number")
         return float(value), ""
     match = _QUANTITY.fullmatch(value.strip()) if isinstance(value, str) else None
     if match is None:
@@ -47,6 +49,8 @@ def speed(value: object) -> dict[str, Any]:
     number, unit = split(value)
     if unit and unit not in SPEED_UNITS:
         raise ValueError(f"{value!r} should be in {', '.join(SPEED_UNITS)}")
+    if number <= 0.0:
+        raise ValueError("speed must be above 0")
     return {"speed": number, "speed_units": int(SPEED_UNITS[unit or "m/s"])}
 
 
@@ -58,7 +62,10 @@ def position(value: object) -> tuple[float, float]:
         raise ValueError(f"{value!r} is not a latitude and a longitude")
     if not all(split(part)[1] in _ANGLES for part in parts):
         raise ValueError(f"{value!r}: write the unit, as in 41.185°, -8.7062°")
-    return quantity(parts[0], "rad"), quantity(parts[1], "rad")
+    lat, lon = quantity(parts[0], "rad"), quantity(parts[1], "rad")
+    if abs(lat) > 0.5 * math.pi or abs(lon) > math.pi:
+        raise ValueError(f"{value!r} is no place on Earth: latitudes end at 90°, longitudes at 180°")
+    return lat, lon
 
 
 def degrees(angle: float) -> str:

@@ -6,6 +6,8 @@ import imc
 from imc.coordinates import displace, rows_of
 from tasks.maneuver.protocol import Leg, Maneuver, ManeuverError
 
+APPROACH = 2  # corners before the first row
+
 
 async def cover(
     maneuver: Maneuver, area: imc.Rows | imc.RowsCoverage, swath: Callable[[], float] | None = None
@@ -15,6 +17,7 @@ async def cover(
     try:
         for number, (north, east) in enumerate(rows_of(area, swath)):
             lat, lon, _ = displace(area.lat, area.lon, 0.0, north, east)
-            await maneuver.follow(leg._replace(lat=lat, lon=lon), info=f"waypoint={number}")
+            on_row = number >= APPROACH
+            await maneuver.follow(leg._replace(lat=lat, lon=lon), info=f"waypoint={number}", judged=on_row)
     except ValueError as error:
         raise ManeuverError(str(error)) from None

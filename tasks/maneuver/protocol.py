@@ -145,13 +145,18 @@ class Maneuver(Task):
             )
         )
 
-    async def follow(self, leg: Leg, *, flags: int = 0, info: str = "", after: float = 0.0) -> None:
-        """Steer to the end of `leg` until near; `after` is the time the maneuver takes from there (s)."""
+    async def follow(
+        self, leg: Leg, *, flags: int = 0, info: str = "", after: float = 0.0, judged: bool = True
+    ) -> None:
+        """Steer to the end of `leg` until near; `after` is the time the maneuver takes from there (s).
+
+        A leg that is `judged` must end at its depth, else `judge` says so.
+        """
         self.steer(leg, flags=flags)
         while not self.near:
             if isinstance(await self.event(), imc.PathControlState):
                 self.tell(after, info)
-        if self.path is not None:
+        if judged and self.path is not None:
             self.judge(leg, self.path.z)
 
     def judge(self, leg: Leg, error: float) -> None:

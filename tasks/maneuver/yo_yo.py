@@ -3,7 +3,7 @@
 import math
 
 import imc
-from runtime import param
+from runtime import ParameterError, param
 from tasks.maneuver.protocol import Leg, Loops, Maneuver, PathFlags
 
 TOLERANCE = 0.2  # m
@@ -23,7 +23,10 @@ class YoYo(Maneuver):
 
     def configure(self) -> None:
         text = self.vehicle.profile.value("General", "Absolute Maximum Depth")
-        self._deepest = float(text) - SAFETY if text else math.inf
+        try:
+            self._deepest = float(text) - SAFETY if text else math.inf
+        except ValueError:
+            raise ParameterError("Absolute Maximum Depth", f"[General] has {text!r}, which is not a number") from None
 
     async def execute(self, yoyo: imc.YoYo) -> None:
         self._pitch = 0.0

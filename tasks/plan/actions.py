@@ -1,11 +1,16 @@
 """The actions of a plan: sets parameters at its events, activates payloads ahead of them."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING
 
 import imc
-from runtime.task import Entities
+from runtime.problem import suggestion
+from runtime.task import Entities, Task
 from tasks.plan.graph import Actions, Graph, PlanNode
+
+if TYPE_CHECKING:
+    from runtime.vehicle import Vehicle
 
 Publish = Callable[[imc.Message], object]
 
@@ -39,10 +44,7 @@ class PlanActions:
         self._publish = publish
         self._lead = lead
         self._early: set[str] = set()
-        plan = graph.plan
-        lists = [plan.start_actions, plan.end_actions]
-        lists += [actions for node in graph.nodes.values() for actions in (node.start_actions, node.end_actions)]
-        self._labels = list(dict.fromkeys(action.name for actions in lists for action in _settings(actions)))
+        self._labels = list(dict.fromkeys(action.name for _, action in _all_settings(graph)))
 
     @property
     def preparation(self) -> float:
@@ -105,6 +107,55 @@ class PlanActions:
             if active and activations:
                 self.activated.add(action.name)
                 self._publish(action.replace(params=active))
+
+
+def unknown_settings(graph: Graph, vehicle: "Vehicle") -> Iterator[str]:
+    """Objections to actions that set what the vehicle does not have, or to a value that it cannot take.
+
+    What is not there is not active, and an entity without activation always is: a console may write that it is so.
+    Entities of other processes of the vehicle are known by name only.
+    """
+    remote = {label for (system, _), label in vehicle.entities.heard.items() if system == vehicle.system}
+    for name, action in _all_settings(graph):
+        task = vehicle.find(action.name)
+        if task is None and action.name in remote:
+            continue
+        for entry in action.params:
+            if isinstance(entry, imc.EntityParameter) and (reason := _refusal(action.name, entry, task, vehicle)):
+                yield f"{name}: {reason}"
+
+
+def _refusal(label: str, entry: imc.EntityParameter, task: Task | None, vehicle: "Vehicle") -> str:
+    if task is None:
+        if (entry.name, entry.value) == ("Active", "false"):
+            return ""
+        known = [task.entity.label for task in vehicle.tasks]
+        return _hinted(f"the vehicle has no entity {label!r}", label, known)
+    parameter = task.parameter_set.find(entry.name)
+    if parameter is None:
+        if entry.name == "Active" and entry.value in ("true", "false"):
+            return ""
+        return _hinted(f"{label} has no parameter {entry.name!r}", entry.name, task.parameter_set.declarations)
+    if not parameter.editable:
+        return f"{label}: {entry.name} cannot be changed while the vehicle runs"
+    try:
+        parameter.parse(entry.value)
+    except ValueError as error:
+        return f"{label}: {entry.name}: {error}"
+    return ""
+
+
+def _hinted(reason: str, word: str, words: Iterable[str]) -> str:
+    hint = suggestion(word, words)
+    return f"{reason} ({hint})" if hint else reason
+
+
+def _all_settings(graph: Graph) -> Iterator[tuple[str, imc.SetEntityParameters]]:
+    """All settings of a plan, with the name of what they belong to."""
+    plan = graph.plan
+    found = [(plan.plan_id, plan.start_actions), (plan.plan_id, plan.end_actions)]
+    found += [(name, actions) for name, n in graph.nodes.items() for actions in (n.start_actions, n.end_actions)]
+    yield from ((name, action) for name, actions in found for action in _settings(actions))
 
 
 def _settings(actions: Actions) -> list[imc.SetEntityParameters]:

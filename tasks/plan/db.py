@@ -64,10 +64,11 @@ class DB(Task):
     def keep_started(self, request: imc.PlanControl) -> None:
         """Also store a plan that is started or loaded with its specification."""
         plan, kinds = request.arg, imc.PlanControl
+        own = request.src == self.system and request.dst == UNKNOWN_SYSTEM
         if (
             request.type != kinds.Type.REQUEST
             or request.op not in (kinds.Op.START, kinds.Op.LOAD)
-            or request.dst not in (self.system, BROADCAST)
+            or not (own or request.dst in (self.system, BROADCAST))
             or not isinstance(plan, imc.PlanSpecification)
             or not plan.plan_id
             or plan.plan_id != request.plan_id

@@ -4,10 +4,10 @@ import math
 from dataclasses import replace
 
 import imc
-from imc.addresses import BROADCAST
+from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from runtime import Script, State, Task, consume, param, periodic
 from runtime.task import Inbox
-from tasks.plan.actions import Leads, PlanActions
+from tasks.plan.actions import Leads, PlanActions, unknown_settings
 from tasks.plan.flight import NOTHING, Flight
 from tasks.plan.graph import FINISH, PlanError, PlanNode
 from tasks.plan.outlook import Outlook
@@ -33,7 +33,9 @@ class Engine(Task):
     state_report_frequency: float = param(3.0, "Hz", "Rate of PlanControlState.", minimum=0.1, maximum=100)
     perform_calibration: bool = param(True, "", "Calibrate if a request asks for it.")
     minimum_calibration_time: float = param(3.0, "s", "Shortest calibration.", minimum=0, maximum=65535)
-    abort_on_failed_activation: bool = param(True, "", "End the plan when an entity cannot be activated.")
+    abort_on_failed_activation: bool = param(
+        True, "", "End the plan when an entity cannot be activated; refuse one that sets what the vehicle lacks."
+    )
     compute_progress: bool = param(True, "", "Report the progress of the plan.")
     fuel_prediction: bool = param(True, "", "Refuse plans that need more energy than is left.")
     hotel_load: float = param(45.0, "W", "Power that the vehicle draws without moving.", minimum=0)
@@ -85,6 +87,12 @@ class Engine(Task):
             self._fail(flight, f"failed to activate {label}: {state.error}")
 
     @consume
+    def listen(self, maneuver: imc.ManeuverControlState) -> None:
+        """A maneuver that is done says what it has missed."""
+        if self._flight is not None and maneuver.state == imc.ManeuverControlState.State.DONE:
+            self._flight.note(maneuver.info)
+
+    @consume
     def follow(self, vehicle: imc.VehicleState) -> None:
         """The mode of the vehicle decides whether a plan can start or continue."""
         self._vehicle, self._vehicle_heard = vehicle, self.now
@@ -113,7 +121,8 @@ class Engine(Task):
 
     @consume(others=True)
     def obey(self, request: imc.PlanControl) -> None:
-        if request.type != Type.REQUEST or request.dst not in (self.system, BROADCAST):
+        own = request.src == self.system and request.dst == UNKNOWN_SYSTEM  # of a task that left it open
+        if request.type != Type.REQUEST or not (own or request.dst in (self.system, BROADCAST)):
             return
         if request.op == Op.START:
             self._start(request)
@@ -218,7 +227,7 @@ class Engine(Task):
                 name = await self._execute(inbox, flight, graph.nodes[name])
             self._requests.command(Command.STOP_MANEUVER)
             self._end(flight, Outcome.SUCCESS)
-            self._succeed(flight, "plan completed")
+            self._succeed(flight, "; ".join(["plan completed", *flight.notes]))
             self._enter(Phase.READY)
         except PlanError as error:
             self._fail(flight, str(error))
@@ -226,6 +235,8 @@ class Engine(Task):
     async def _execute(self, inbox: Inbox, flight: Flight, node: PlanNode) -> str:
         """Execute one maneuver until a transition holds; returns the name of the next."""
         flight.enter(node, self.now)
+        if loop := flight.loop:
+            raise PlanError(f"{' -> '.join(loop)}: these maneuvers end each other at once")
         if self._phase is Phase.INITIALIZING:
             self._enter(Phase.EXECUTING)
             self._succeed(flight, f"{node.name}: executing maneuver")
@@ -248,7 +259,12 @@ class Engine(Task):
         fuel, medium = situation.of(imc.FuelLevel), situation.of(imc.VehicleMedium)
         level = fuel.value if fuel is not None and self.fuel_prediction else None
         aloft = medium is not None and medium.medium == imc.VehicleMedium.Medium.AIR
-        return self._preflight.check(plan, self._supported, state, level, self.now, limits, aloft)
+        outlook = self._preflight.check(plan, self._supported, state, level, self.now, limits, aloft)
+        for reason in unknown_settings(outlook.graph, self.vehicle):
+            if self.abort_on_failed_activation:
+                raise PlanError(reason)
+            self.log.warning(reason)
+        return outlook
 
     async def _demand(self, inbox: Inbox, flight: Flight, command: Command, **fields: object) -> None:
         """Command the vehicle, and wait until it obeys."""
@@ -266,10 +282,9 @@ class Engine(Task):
         self._enter(Phase.BLOCKED if lost else Phase.READY)
 
     def _give_up(self, flight: Flight, reason: str) -> None:
-        """End a plan at the request of a console; refuse its START if that has no reply yet."""
+        """End a plan at the request of a console; who started it gets the last reply."""
         self._end(flight, Outcome.FAILURE)
-        if not flight.info:
-            self._replies.refuse(flight.request, reason)
+        self._replies.fail(flight.request, reason, flight.statistics)
 
     def _end(self, flight: Flight, outcome: Outcome) -> None:
         """End a plan: end actions, statistics, log."""

@@ -15,6 +15,8 @@ UNKNOWN_ETA = 0xFFFF
 UNKNOWN = -1
 NOTHING = 0xFFFF  # no maneuver
 REPEATED = 2.0  # s within which an equal request is a duplicate
+FLEETING = 1.0  # s; a maneuver that ends sooner has done nothing
+UNREMARKABLE = ("", "done")
 
 
 @dataclass
@@ -33,6 +35,8 @@ class Flight:
     commanding: bool = False
     info: str = ""
     progress: float = -1.0
+    notes: list[str] = field(default_factory=list[str])
+    fleeting: list[str] = field(default_factory=list[str])
 
     def is_repeated(self, request: imc.PlanControl, now: float) -> bool:
         """Whether a request is a duplicate of the one that started this plan."""
@@ -45,10 +49,26 @@ class Flight:
         if self.actions is not None:
             self.actions.enter(node)
 
+    def note(self, text: str) -> None:
+        """The maneuver is done, but says that something is amiss."""
+        if self.node is not None and text not in UNREMARKABLE:
+            self.notes.append(f"{self.node.name}: {text}")
+
+    @property
+    def loop(self) -> list[str]:
+        """The maneuvers that have led back to this one, none of which has lasted; empty if there is no such loop.
+
+        Their conditions hold at once: the vehicle would switch between them for ever and do nothing.
+        """
+        if self.node is None or self.node.name not in self.fleeting:
+            return []
+        return [*self.fleeting[self.fleeting.index(self.node.name) :], self.node.name]
+
     def leave(self, now: float) -> None:
         """The maneuver ends."""
         if self.node is not None:
-            self.durations[f"Maneuver {self.node.name}"] = now - self.node_began
+            lasted = self.durations[f"Maneuver {self.node.name}"] = now - self.node_began
+            self.fleeting = [] if lasted >= FLEETING else [*self.fleeting, self.node.name]
             if self.actions is not None:
                 self.actions.leave(self.node)
 

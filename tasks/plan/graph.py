@@ -11,6 +11,8 @@ FINISH = "_done_"
 UNITS = (imc.ZUnits, imc.SpeedUnits)
 LONGEST_ID = 255  # bytes
 HEIGHTS = ("z", "start_z", "end_z", "travel_z")
+SIZES = ("radius", "length", "width", "hstep", "range", "amplitude")
+MARGIN = 1.0  # m; control keeps this far above the greatest depth, as in DUNE
 Actions = tuple[imc.Message | None, ...]
 
 
@@ -69,6 +71,8 @@ class Graph:
 
 def parse(plan: imc.PlanSpecification, supported: Collection[int], deepest: float) -> Graph:
     """The graph of a plan of `supported` maneuvers (ids) above `deepest` (m). Raises PlanError."""
+    if not plan.plan_id.strip():
+        raise PlanError("undefined plan id")
     _check_id(plan.plan_id)
     if not plan.maneuvers:
         raise PlanError(f"{plan.plan_id}: no maneuvers")
@@ -105,7 +109,10 @@ def parse(plan: imc.PlanSpecification, supported: Collection[int], deepest: floa
     for name in nodes:
         if name not in reached:
             raise PlanError(f"{name}: maneuver has no incoming transition and it's not the initial maneuver")
-    return Graph(plan, nodes, plan.start_man_id)
+    graph = Graph(plan, nodes, plan.start_man_id)
+    for name in _unreachable(graph):
+        raise PlanError(f"{name}: maneuver cannot be reached from {graph.start}")
+    return graph
 
 
 def depths(maneuver: imc.Message) -> Iterator[float]:
@@ -127,6 +134,17 @@ def _lowest(maneuver: imc.Message) -> Iterator[float]:
             yield getattr(maneuver, name)
 
 
+def _unreachable(graph: Graph) -> list[str]:
+    """The names of maneuvers to which no way leads from the start."""
+    reached, waiting = {graph.start}, [graph.start]
+    while waiting:
+        for _, name in graph.nodes[waiting.pop()].transitions:
+            if name in graph.nodes and name not in reached:
+                reached.add(name)
+                waiting.append(name)
+    return [name for name in graph.nodes if name not in reached]
+
+
 def _check_id(text: str) -> None:
     if len(text.encode(errors="surrogateescape")) > LONGEST_ID:
         raise PlanError(f"{text[:20]}...: an id is longer than {LONGEST_ID} bytes")
@@ -143,6 +161,9 @@ def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:
     for number, point in enumerate(points):
         if not isinstance(point, imc.PathPoint) or not all(map(math.isfinite, (point.x, point.y, point.z))):
             raise PlanError(f"{name}: point {number} is not a position")
+    for size in SIZES:
+        if getattr(maneuver, size, 0.0) < 0.0:
+            raise PlanError(f"{name}: {size} must not be below 0")
     for coordinate, limit in (("lat", math.pi / 2), ("lon", math.pi)):
         value = getattr(maneuver, coordinate, 0.0)
         if abs(value) > limit:
@@ -152,8 +173,10 @@ def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:
     if 0.0 < deepest < math.inf and getattr(maneuver, "z_units", imc.ZUnits.DEPTH) == imc.ZUnits.NONE:
         raise PlanError(f"{name}: z is neither a depth nor an altitude")
     afloat = ", the vehicle stays at the surface" if deepest <= 0.0 else ""
-    if any(z > deepest for z in depths(maneuver)):
-        raise PlanError(f"{name}: maneuver depth beyond limits{afloat}")
+    reachable = max(0.0, deepest - MARGIN)
+    if (wanted := max(depths(maneuver), default=0.0)) > reachable:
+        held = afloat or f": {wanted:g} m, the vehicle goes down to {reachable:g} m"
+        raise PlanError(f"{name}: maneuver depth beyond limits{held}")
     if afloat and any(getattr(maneuver, f"{z}_units", None) == imc.ZUnits.ALTITUDE for z in HEIGHTS):
         raise PlanError(f"{name}: maneuver at an altitude{afloat}")
 

@@ -58,26 +58,34 @@ class Preflight:
 
         A vehicle that supports Takeoff is aerial; `aloft` is True if it is in the air already.
         """
-        graph = parse(plan, supported, self.deepest)
+        deepest = self.deepest
+        if limits is not None and limits.mask & imc.OpLimitsMask.MAX_DEPTH:
+            deepest = min(deepest, limits.max_depth)
+        graph = parse(plan, supported, deepest)
         position = absolute(state)[:2] if state is not None else None
         outlook = foresee(graph, position, self._train, now)
         energy = self.capacity * fuel / 100.0 if fuel is not None and self.capacity else None
         ground = state.height - state.z - state.alt if state is not None and state.alt >= 0.0 else None
         bounds = Bounds(limits, self._highest, ground, aloft)
         flies = grounded(graph, bounds) if imc.Takeoff.ID in supported else ()
-        fast = too_fast(graph, self._fastest)
+        fastest = self._fastest
+        if limits is not None and limits.mask & imc.OpLimitsMask.MAX_SPEED:
+            fastest = min(fastest, limits.max_speed)
+        fast = too_fast(graph, fastest)
         for reason in chain(flies, fast, outside(graph, bounds), objections(outlook, self._longest_leg, energy)):
             raise PlanError(reason)
         return outlook
 
 
 def too_fast(graph: Graph, fastest: float) -> Iterator[str]:
-    """Objections to maneuvers with a speed above `fastest` (m/s)."""
+    """Objections to maneuvers with a speed above `fastest` (m/s) or 100 %."""
     for name, node in graph.nodes.items():
         speed = getattr(node.maneuver, "speed", 0.0)
-        metres = getattr(node.maneuver, "speed_units", None) == imc.SpeedUnits.METERS_PS
-        if metres and speed > fastest:
+        units = getattr(node.maneuver, "speed_units", None)
+        if units == imc.SpeedUnits.METERS_PS and speed > fastest:
             yield f"{name}: a speed of {speed:g} m/s is above the vehicle's {fastest:g} m/s"
+        if units == imc.SpeedUnits.PERCENTAGE and speed > 100.0:
+            yield f"{name}: a speed of {speed:g} % is above 100 %"
 
 
 def _number(value: Value, option: str, default: float) -> float:

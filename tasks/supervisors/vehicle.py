@@ -1,7 +1,7 @@
 """The mode of the vehicle: boot, service, calibration, maneuver, external, error."""
 
 import imc
-from imc.addresses import BROADCAST
+from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
 from tasks.supervisors.starter import Starter
@@ -97,8 +97,11 @@ class Vehicle(Task):
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        """Stop everything, on request of any system; ignores an Abort that is not addressed to this vehicle."""
-        if abort.dst != self.system:
+        """Stop everything, on request of any system; ignores an Abort that is not addressed to this vehicle.
+
+        A task of the vehicle need not address it.
+        """
+        if abort.dst != self.system and (abort.dst, abort.src) != (UNKNOWN_SYSTEM, self.system):
             return
         system = self.vehicle.systems.name(abort.src)
         entity = self.vehicle.entities.label(abort.src, abort.src_ent) or str(abort.src_ent)

@@ -111,7 +111,23 @@ def test_degrees_are_exact(angle):
         ("maneuvers:\n  - goto: {at: [41, -8]}", "f.yaml:2: .* write the unit"),
         ("maneuvers:\n  - idle:\n  - station_keeping: {depth: 3}", "f.yaml:3: StationKeeping needs a position: at, or"),
         ("maneuvers:\n  - goto:", "f.yaml:2: Goto needs a position"),
-        ("maneuvers:\n  - loiter: {lat: 41°}", "f.yaml:2: Loiter needs a position"),
+        ("maneuvers:\n  - loiter: {lat: 41°}", "f.yaml:2: lat and lon belong together"),
+        ("origin: 41°, -8°\nmaneuvers:\n  - goto: {north: 3, at: '41°, -8°'}", "f.yaml:3: at and north exclude each"),
+        ("maneuvers:\n  - goto: {at: '41°, -8°', lat: 41°, lon: -8°}", "f.yaml:2: at and lat exclude each other"),
+        ("maneuvers:\n  - goto: {at: '95°, -8°'}", "f.yaml:2: '95°, -8°' is no place on Earth"),
+        ("maneuvers:\n  - goto: {lat: 41.1, lon: -8.7}", "f.yaml:2: lat: 2354.86° is no place on Earth; plain"),
+        ("plan: ''\nmaneuvers:\n  - idle:", "f.yaml:1: plan must not be empty"),
+        ("plan:\nmaneuvers:\n  - idle:", "f.yaml:1: plan: expected a text, not None"),
+        ("maneuvers:\n  - idle:\n    id: no", "f.yaml:3: id: expected a text, not False"),
+        ("maneuvers:\n  - idle:\n    id: A\n  - idle:\n    id: A", "f.yaml:4: the id 'A' is used twice"),
+        ("maneuvers:\n  - idle:\n    id: end", "f.yaml:2: 'end' cannot be an id"),
+        ("start: x\nmaneuvers:\n  - idle:", "f.yaml:1: there is no maneuver 'x' .known: IdleManeuver1"),
+        ("maneuvers:\n  - idle:\n    then:", "f.yaml:3: expected then: NAME"),
+        ("maneuvers:\n  - idle:\n    then: [{to: end, when: x < 3}]", "f.yaml:3: when: x < 3: 'x' is neither"),
+        ("speed: -1\nmaneuvers:\n  - idle:", "f.yaml:1: speed must be above 0"),
+        ("maneuvers:\n  - goto: {depth: .nan}", "f.yaml:2: nan is not a number"),
+        ("maneuvers:\n  - loiter: {radius: .inf}", "f.yaml:2: radius: inf is not a number"),
+        ("maneuvers:\n  - loiter: {radius: -5}", "f.yaml:2: radius must not be below 0"),
         ("maneuvers:\n  - pop_up: {flags: [WAIT_AT_SURFACE]}", "f.yaml:2: PopUp needs a position"),
         ("maneuvers:\n  - goto: {north: 3}", "f.yaml:2: north and east need an origin"),
         ("maneuvers:\n  - goto: {speed: 3 kn}", "f.yaml:2: '3 kn' is not a number with a unit .°, deg"),
@@ -140,6 +156,13 @@ def test_mistakes_are_named_with_their_line(text, reason):
         parse_plan(text, "f.yaml")
 
 
+@pytest.mark.parametrize("then", ["end", "[end]", "[{to: end}]", "[{to: end, when: FuelLevel.value < 20}]"])
+def test_a_plan_may_end_at_any_maneuver(then):
+    plan = parse_plan(f"maneuvers:\n  - idle: {{duration: 1}}\n    then: {then}")
+    assert {arrow.dest_man for arrow in plan.transitions} <= {"_done_"}
+    assert imc.encode(parse_plan(plan_text(plan)).replace(timestamp=-1.0)) == imc.encode(plan.replace(timestamp=-1.0))
+
+
 @pytest.mark.parametrize("maneuver", ["elevator: {flags: [CURR_POS]}", "pop_up: {flags: [CURR_POS]}", "idle:"])
 def test_maneuvers_that_are_done_anywhere_need_no_position(maneuver):
     assert parse_plan(f"maneuvers:\n  - {maneuver}").maneuvers
@@ -147,7 +170,7 @@ def test_maneuvers_that_are_done_anywhere_need_no_position(maneuver):
 
 def test_a_plan_too_long_for_a_message_is_refused():
     text = "plan: x\nmaneuvers:\n" + "  - idle: {duration: 1}\n" * 10_000
-    with pytest.raises(PlanFileError, match=r"f\.yaml:2: .*65535"):
+    with pytest.raises(PlanFileError, match=r"f\.yaml:2: 10000 maneuvers are more than the 4096"):
         parse_plan(text, "f.yaml")
 
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import imc
-from imc.coordinates import displace
+from imc.coordinates import displace, displacement
 from runtime import State
 from runtime.testing import simulate
 from tasks.control.path.pure_pursuit import PurePursuit
@@ -146,6 +146,37 @@ def test_the_next_path_begins_where_the_last_one_ended():
     lat, lon, _ = displace(LAT, LON, 0.0, 30.0, 0.0)
     assert (last.start_lat, last.start_lon) == (pytest.approx(lat, abs=1e-10), pytest.approx(lon, abs=1e-10))
     assert last.path_ref == 2
+
+
+def start_of(run, ref=2):
+    """North and east (m) of the start of a path."""
+    found = next(m for m in run.of(imc.PathControlState) if m.path_ref == ref)
+    return [round(v) + 0.0 for v in displacement(LAT, LON, 0.0, found.start_lat, found.start_lon, 0.0)[:2]]
+
+
+def test_a_path_after_a_circle_begins_at_its_center():
+    second = path(100.0, 0.0, time=1.0, ref=2)
+    run = follow([enable(), path(0.0, 30.0, lradius=30.0), second, *still(2.0)])
+    assert start_of(run) == [0.0, 30.0]
+
+
+@pytest.mark.parametrize(("pause", "start"), [(0.0, 30.0), (0.9, 30.0), (1.5, 26.0)])
+def test_a_path_after_other_loops_begins_where_the_last_one_ended_if_that_is_not_long_ago(pause, start):
+    off, again = enable(Loops.ALL, scope=2, time=16.0, on=0), enable(Loops.PATH, scope=3, time=16.0 + pause)
+    second = path(30.0, 60.0, time=16.01 + pause, ref=2)
+    run = follow([enable(), path(30.0, 0.0), off, again, second, *north(18.0)])
+    assert start_of(run)[0] == pytest.approx(start, abs=1)
+
+
+def test_coming_back_from_a_large_circle_is_no_divergence():
+    feed = [enable(), path(0.0, 0.0, lradius=200.0), path(300.0, 0.0, time=1.0, ref=2)]
+    feed += [state(0.2 + 0.05 * i, y=200.0 - 0.07 * i, psi=-math.pi / 2, speed=1.4) for i in range(1200)]
+    run = follow(feed, watch_along=True, watch_cross=True)
+    assert start_of(run) == [0.0, 0.0]
+    assert run.task.entity.state is State.NORMAL
+    away = [state(m.timestamp, y=200.0, psi=-math.pi / 2, speed=0.1) for m in feed[3:]]
+    run = follow([*feed[:3], *away], watch_along=True, watch_cross=True)
+    assert run.task.entity.state is State.ERROR
 
 
 def test_a_path_begins_at_the_vehicle_where_it_is_direct_or_the_last_one_was_not_ended():

@@ -12,7 +12,7 @@ import imc
 from shoal.missions import prepare
 
 BEGIN, ABORT, END = 12.0, 60.0, 120.0  # s; all events of a mission happen before ABORT
-DEEPEST, OVERSHOOT, SURFACE = 5.0, 1.0, 0.5  # m
+DEEPEST, OVERSHOOT, SURFACE = 6.0, 1.0, 0.5  # m
 RISING = 0.2  # m in 20 s
 SILENT = (
     "", "", "Simulators.DVL", "Simulators.DepthSensor", "Simulators.IMU/AHRS", "Simulators.GPS",
