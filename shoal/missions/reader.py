@@ -150,7 +150,7 @@ class PlanReader:
                 nodes["north" if "north" in nodes else "east"].fail("north and east need an origin in the plan")
             north, east = (self._read(nodes[k], _metres) if k in nodes else 0.0 for k in ("north", "east"))
             found["lat"], found["lon"] = displace(self._origin[0], self._origin[1], 0.0, north, east)[:2]
-        heights = [key for key in nodes if key in Z_UNITS]
+        heights = [key for key in nodes if key in (*Z_UNITS, "z")]
         if len(heights) > 1:
             nodes[heights[1]].fail(f"{' and '.join(heights)} exclude each other")
         for key, unit in Z_UNITS.items():

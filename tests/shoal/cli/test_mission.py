@@ -53,6 +53,16 @@ def test_a_mission_is_reproducible():
     assert first == second
 
 
+def test_files_that_cannot_be_read(tmp_path):
+    status, _, error = mission("lauv-noptilus-1", tmp_path / "none.yaml", cwd=tmp_path)
+    assert (status, error) == (2, f"Error: {tmp_path / 'none.yaml'}: No such file or directory\n")
+    (tmp_path / "plan.yaml").write_text(SHORT)
+    wrong = ("--set", "General:Absolute Maximum Depth=deep")
+    status, _, error = mission("lauv-noptilus-1", "plan.yaml", *wrong, cwd=tmp_path)
+    assert status == 2
+    assert "Maneuver.YoYo: Absolute Maximum Depth: [General] has 'deep', which is not a number" in error
+
+
 def test_a_plan_that_cannot_be_flown_says_why():
     deep = parse_plan(SHORT.replace("depth: 2", "depth: 200"))
     report = fly(deep, limit=300)

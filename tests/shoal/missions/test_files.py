@@ -136,6 +136,7 @@ def test_degrees_are_exact(angle):
         ("maneuvers:\n  - idle: {depth: 3}", "f.yaml:2: IdleManeuver has no depth"),
         ("origin: 41°, -8°\nmaneuvers:\n  - idle: {north: 3}", "f.yaml:3: IdleManeuver has no position"),
         ("maneuvers:\n  - goto: {depth: 3, altitude: 2}", "f.yaml:2: depth and altitude exclude each other"),
+        ("maneuvers:\n  - goto: {z: 3, depth: 2}", "f.yaml:2: z and depth exclude each other"),
         ("maneuvers:\n  - loiter: {direction: left}", "f.yaml:2: direction: 'left' is not a valid name .*CCLOCKW"),
         ("maneuvers:\n  - idle: {duration: 99999}", "f.yaml:2: IdleManeuver: duration: 99999 is not within"),
         ("maneuvers:\n  - idle:\n    then: x", "f.yaml:3: there is no maneuver 'x' .known: IdleManeuver1"),

@@ -110,6 +110,16 @@ def test_rows_coverage_follows_from_the_swath():
     assert len(run.of(imc.DesiredPath)) == 2 + 2 * int(100 / wide) + 1
 
 
+def test_rows_coverage_is_denser_where_the_water_is_shallow():
+    sonar = {"angaperture": math.radians(120), "range": 30, "overlap": 20}
+    area = imc.RowsCoverage(**at(0, 0, 2), width=60, length=50, flags=2, **sonar)
+    run = flown(area, seconds=600, vehicle={"bottom": 10.0})
+    assert replies(run)[-1] == DONE
+    wide = patterns.swath(math.radians(120), 8.0, 20)  # 8 m above the bottom
+    assert len(run.of(imc.DesiredPath)) == 2 + 2 * int(60 / wide) + 1
+    assert wide < patterns.spacing(math.radians(120), 30, 20)
+
+
 def test_yoyo_swings_between_two_depths():
     yoyo = imc.YoYo(**at(300, 0, 5), amplitude=3, pitch=math.radians(15))
     run = flown(yoyo, seconds=250)
