@@ -14,19 +14,25 @@ class LsfWriter:
     """Writes packets to a new LSF file; `compression` is "none", "gzip", "zlib" or "bzip2".
 
     Packets are collected until there are `block` bytes or `flush()` is called; then one write appends them as a
-    complete member, so that the file can be read at any time. If the disk is full, members are kept in memory
-    (`waiting` is their size in bytes, packed) and written first next time; no partial member stays in the file.
-    Raises OSError, FileExistsError.
+    complete member, so that the file can be read at any time. If the disk is full, or there is no file until `open`,
+    members are kept in memory (`waiting` is their size in bytes, packed) and written first next time; no partial member
+    stays in the file. Raises OSError, FileExistsError.
     """
 
-    def __init__(self, path: str | os.PathLike[str], compression: str = "gzip", block: int = BLOCK):
-        self.path = Path(path)
+    def __init__(self, path: str | os.PathLike[str] | None, compression: str = "gzip", block: int = BLOCK):
         self.size = 0
         self.waiting = 0
         self._pack: Callable[[bytes], bytes] = COMPRESSIONS[compression].pack if compression != "none" else bytes
         self._block = block
         self._packets = bytearray()
         self._members: deque[bytes] = deque()
+        self._file = -1
+        if path is not None:
+            self.open(path)
+
+    def open(self, path: str | os.PathLike[str]) -> None:
+        """Make the file of a writer that has none yet."""
+        self.path = Path(path)
         self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
 
     def write(self, packet: bytes) -> None:
@@ -42,7 +48,7 @@ class LsfWriter:
             self._packets.clear()
             self._members.append(member)
             self.waiting += len(member)
-        while self._members:
+        while self._members and self._file >= 0:
             self._append(self._members[0])
             self.waiting -= len(self._members.popleft())
 
@@ -56,12 +62,26 @@ class LsfWriter:
         except OSError:
             return False
 
+    def take(self, other: "LsfWriter") -> None:
+        """Take over what `other`, which is closed, has not written."""
+        other.flush()
+        self._members += other._members
+        self.waiting += other.waiting
+        other._members.clear()
+        other.waiting = 0
+
     def close(self) -> None:
         """Flush and close; the file is closed even if the flush raises."""
         try:
             self.flush()
         finally:
+            self.abandon()
+
+    def abandon(self) -> None:
+        """Close the file without a flush; what waits stays in memory."""
+        if self._file >= 0:
             os.close(self._file)
+            self._file = -1
 
     def _append(self, member: bytes) -> None:
         if os.fstat(self._file).st_size != self.size:

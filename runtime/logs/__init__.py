@@ -3,21 +3,28 @@
 from runtime.logs.clocks import without_strays
 from runtime.logs.names import KEPT, NAMING, Names, UnknownName, type_name, types_called
 from runtime.logs.packet_headers import Array, Block, blocks, headers
+from runtime.logs.runs import RUN_FILE, Place, logs_of_run, missing_logs, place_bytes, place_of
 from runtime.logs.summary import PacketCount, Summary, summarize
 from runtime.logs.writing import new_log
 
 __all__ = [
     "KEPT",
     "NAMING",
+    "RUN_FILE",
     "Array",
     "Block",
     "Names",
     "PacketCount",
+    "Place",
     "Summary",
     "UnknownName",
     "blocks",
     "headers",
+    "logs_of_run",
+    "missing_logs",
     "new_log",
+    "place_bytes",
+    "place_of",
     "summarize",
     "type_name",
     "types_called",

@@ -2,7 +2,6 @@
 
 import zlib
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -151,8 +150,7 @@ def run_with_snapshots(vehicle: Vehicle, seconds: float | None, every: float, ke
 
 def keep_beside_log(vehicle: Vehicle, state: bytes) -> None:
     """Write a snapshot beside the log: State-<seconds of the run>.msgpack. Raises SnapshotError, OSError."""
-    folders = (getattr(task, "folder", None) for task in vehicle.tasks)
-    folder = next((folder for folder in folders if isinstance(folder, Path)), None)
+    folder = vehicle.log_folder
     if folder is None:
         raise SnapshotError("snapshots are kept beside the log, and no task writes one")
     seconds = (vehicle.kernel.now_ns - nanoseconds(vehicle.start_time)) / SECOND

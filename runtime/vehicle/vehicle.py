@@ -32,7 +32,8 @@ class Vehicle:
 
     `keep_going` decides what an exception in a task does: True restarts the task with back-off, as on a vehicle; False
     ends the run, as in simulation. `profile` is the effective configuration, `state_folder` has the saved parameters,
-    `running` the names of the tasks that are started and not stopped.
+    `running` the names of the tasks that are started and not stopped. `log_folder` is that of the log that is being
+    written; the task that writes it sets it.
     """
 
     def __init__(
@@ -58,6 +59,7 @@ class Vehicle:
         self.seed = seed
         self.keep_going = keep_going
         self.log_root = log_root
+        self.log_folder: Path | None = None
         self.state_folder = state_folder
         self.fleet = fleet
         if fleet is not None and clock is None:

@@ -181,6 +181,7 @@ class Engine(Task):
         self._give_up(flight, "plan was stopped")
         self._replies.succeed(request, "OK", plan_id=self._plan_id)
         self._enter(Phase.READY)
+        self._end_log(flight)
 
     def _load(self, request: imc.PlanControl) -> None:
         if self._flight is not None:
@@ -212,9 +213,10 @@ class Engine(Task):
                 outlook = replace(outlook, calibration=preparation)
             flight.outlook = outlook
             flight.statistics = outlook.statistics(self._preflight.capacity)
+            # First the log, so that what follows is in it: Neptus shows a plan only if the log with its states has it.
+            self.publish(imc.LoggingControl(op=imc.LoggingControl.Op.REQUEST_START, name=self._plan_id))
             self.publish(flight.statistics)
             self.publish(graph.plan.replace(src=self.system, src_ent=self.entity.id, timestamp=-1.0))
-            self.publish(imc.LoggingControl(op=imc.LoggingControl.Op.REQUEST_START, name=self._plan_id))
             self._succeed(flight, "plan loaded")
             self._latest.watch(self._bus, graph.kinds, self)
             flight.actions.begin()
@@ -229,6 +231,7 @@ class Engine(Task):
             self._end(flight, Outcome.SUCCESS)
             self._succeed(flight, "; ".join(["plan completed", *flight.notes]))
             self._enter(Phase.READY)
+            self._end_log(flight)
         except PlanError as error:
             self._fail(flight, str(error))
 
@@ -280,6 +283,7 @@ class Engine(Task):
         self._end(flight, Outcome.FAILURE)
         self._replies.fail(flight.request, reason, flight.statistics)
         self._enter(Phase.BLOCKED if lost else Phase.READY)
+        self._end_log(flight)
 
     def _give_up(self, flight: Flight, reason: str) -> None:
         """End a plan at the request of a console; who started it gets the last reply."""
@@ -287,7 +291,7 @@ class Engine(Task):
         self._replies.fail(flight.request, reason, flight.statistics)
 
     def _end(self, flight: Flight, outcome: Outcome) -> None:
-        """End a plan: end actions, statistics, log."""
+        """End a plan: end actions, statistics."""
         self._flight, self._outcome = None, outcome
         if flight.script is not None:
             flight.script.cancel()
@@ -298,7 +302,11 @@ class Engine(Task):
             flight.leave(self.now)
         flight.actions.end()
         self.publish(flight.result(self._plan_id, self.now))
-        self.publish(imc.LoggingControl(op=imc.LoggingControl.Op.REQUEST_START))
+
+    def _end_log(self, flight: Flight) -> None:
+        """End the log of a plan, which has its outcome by now; the plan that replaces one begins its own."""
+        if flight.actions is not None:
+            self.publish(imc.LoggingControl(op=imc.LoggingControl.Op.REQUEST_START))
 
     def _succeed(self, flight: Flight, info: str) -> None:
         flight.info = info

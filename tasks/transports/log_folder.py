@@ -1,51 +1,82 @@
 """The folder of a log that is being written, in DUNE's layout."""
 
 import errno
+import os
+import re
 import shutil
+from collections.abc import Mapping
+from datetime import UTC, datetime
 from pathlib import Path
 
 import imc
 from imc.lsf import COMPRESSIONS, LsfWriter, gzip_member
+from runtime.logs import RUN_FILE, place_bytes
+
+LONGEST_LABEL = 100  # bytes
 
 
 class LogFolder:
-    """One log on disk: Data.lsf, IMC.xml.gz, Config.ini and Output.txt in one folder.
+    """One log: Data.lsf and Output.txt, beside the files that say how to read it and which log of the run it is.
 
-    The folder is `root`/`name`, with _2, _3 ... appended if it exists already. Raises OSError, and then leaves nothing
-    behind.
+    It can be written to at once; `make` makes the folder, and until that succeeds everything waits in memory. The
+    folder is `root`/`name`, with _2, _3 ... appended if it exists already. `number` counts the logs of the run.
     """
 
-    def __init__(self, root: Path, name: str, compression: str, schema: bytes, configuration: bytes):
-        self.path = _new_folder(root / name)
-        self.physical_name = f"{self.path.parent.name}/{self.path.name}"
-        suffix = COMPRESSIONS[compression].suffix if compression != "none" else ""
-        try:
-            (self.path / "IMC.xml.gz").write_bytes(schema)
-            (self.path / "Config.ini").write_bytes(configuration)
-            self.text = LsfWriter(self.path / "Output.txt", "none")
-            self.data = LsfWriter(self.path / f"Data.lsf{suffix}", compression)
-        except OSError:
-            shutil.rmtree(self.path, ignore_errors=True)
-            raise
+    def __init__(self, root: Path, name: str, number: int, compression: str, files: Mapping[str, bytes]):
+        self.path = root / name
+        self.made = False
+        self.data = LsfWriter(None, compression)
+        self.text = LsfWriter(None, "none")
+        self._number = number
+        self._files = dict(files)
+        self._suffix = COMPRESSIONS[compression].suffix if compression != "none" else ""
+
+    @property
+    def name(self) -> str:
+        """<day>/<folder>."""
+        return f"{self.path.parent.name}/{self.path.name}"
 
     @property
     def waiting(self) -> int:
         """Bytes that the disk has not accepted yet."""
-        return self.data.waiting + self.text.waiting
+        return self.data.waiting + self.text.waiting + sum(map(len, self._files.values()))
+
+    @property
+    def removed(self) -> bool:
+        """Whether somebody removed the folder."""
+        return self.made and not self.data.in_place()
+
+    def make(self, first: str) -> None:
+        """Make the folder; `first` is the name of the run's first log, empty in the first one itself.
+
+        Raises OSError, and then leaves nothing behind.
+        """
+        path = _new_folder(self.path)
+        place = place_bytes(first or f"{path.parent.name}/{path.name}", self._number)
+        try:
+            for name, content in self._files.items():
+                (path / name).write_bytes(content)
+            (path / RUN_FILE).write_bytes(place)
+            self.text.open(path / "Output.txt")
+            self.data.open(path / f"Data.lsf{self._suffix}")
+        except OSError:
+            self.close()
+            shutil.rmtree(path, ignore_errors=True)
+            raise
+        self.path, self.made = path, True
+        self._files.clear()
 
     def flush(self) -> None:
         """Hand everything to the operating system. Raises OSError; FileNotFoundError if the folder was removed."""
-        if not self.data.in_place():
+        if self.removed:
             raise FileNotFoundError(errno.ENOENT, "the log was removed", str(self.path))
         self.data.flush()
         self.text.flush()
 
     def close(self) -> None:
-        """Flush and close both files; they are closed even if it raises OSError."""
-        try:
-            self.data.close()
-        finally:
-            self.text.close()
+        """Close both files without a flush."""
+        self.data.abandon()
+        self.text.abandon()
 
 
 def definitions() -> bytes:
@@ -63,3 +94,35 @@ def _new_folder(path: Path) -> Path:
         except FileExistsError:
             number += 1
             path = path.with_name(f"{name}_{number}")
+
+
+def clean_label(text: str) -> str:
+    """`text` as part of a folder name: characters unsafe in file names become _, and it is cut to 100 bytes."""
+    label = re.sub(r"[^\w.+=@-]", "_", text.strip())
+    return label.encode(errors="ignore")[:LONGEST_LABEL].decode(errors="ignore")
+
+
+def synchronize(file: int) -> OSError | None:
+    """Make the disk store a file, and close this descriptor of it."""
+    try:
+        os.fsync(file)
+        return None
+    except OSError as error:
+        return error
+    finally:
+        os.close(file)
+
+
+def line_of(entry: imc.LogBookEntry) -> bytes:
+    """A line of Output.txt."""
+    kind = next((kind.name for kind in imc.LogBookEntry.Type if kind == entry.type), str(entry.type))
+    line = f"{utc(entry.timestamp)} {kind:8} [{entry.context}] {' '.join(entry.text.split())}\n"
+    return line.encode(errors="surrogateescape")
+
+
+def utc(time: float) -> str:
+    """A time (s since 1970 UTC) as text."""
+    try:
+        return datetime.fromtimestamp(time, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    except (ValueError, OverflowError, OSError):
+        return f"{time:g}"

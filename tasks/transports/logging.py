@@ -1,22 +1,25 @@
 """Records the messages of the bus to LSF logs, in DUNE's folder layout."""
 
-import contextlib
 import os
-import re
 from datetime import UTC, datetime
-from pathlib import Path
 
 import imc
+from imc.addresses import UNKNOWN_SYSTEM
+from imc.coordinates import absolute
 from imc.lsf import COMPRESSIONS
 from runtime import Entity, State, Task, consume, param
 from runtime.problem import nearest, quoted
-from tasks.transports.log_folder import LogFolder, definitions
+from runtime.snapshot import SnapshotError
+from tasks.transports.log_folder import LogFolder, clean_label, definitions, line_of, synchronize, utc
+from tasks.transports.log_series import LogSeries
 
 MIB = 1 << 20
 LONGEST_BACKLOG = 8 * MIB  # bytes, compressed, that wait while the disk refuses them
-LONGEST_LABEL = 100  # bytes
+MOST_LOGS, SPAN = 10, 60.0  # logs begun by request in so many seconds
+ANNOUNCE_PERIOD = 10.0  # s
 
 Op = imc.LoggingControl.Op
+Phase = imc.PlanControlState.State
 
 
 def message_named(name: str) -> type[imc.Message]:
@@ -32,8 +35,9 @@ class Logging(Task):
     """Records messages of all systems to <log root>/<vehicle>/<YYYYMMDD>/<HHMMSS>[_label]/ (UTC).
 
     A log begins with LoggingControl STARTED and, if closed normally, ends with STOPPED. LoggingControl requests start a
-    new log (with a label), stop logging, and ask for the name of the log. On the first message of each own entity the
-    task queries its EntityInfo, so that each log names its entities.
+    new log (with a label), stop logging, and ask for the name of the log. So that each log can be read alone, the task
+    publishes Announce and the plan that is being carried out when a log begins, and queries the EntityInfo of each own
+    entity at its first message.
     """
 
     flush_interval: float = param(5.0, "s", "Longest time that messages wait in memory.", minimum=0.1)
@@ -48,85 +52,108 @@ class Logging(Task):
         0, "MiB", "Size of Data.lsf on disk that starts a new log; 0 means no limit.", name="LSF Volume Size", minimum=0
     )
     transports: list[str] = param([], "", "Names of the messages to record; empty records all.", usable=message_named)
+    system_type: str = param(
+        "uuv", "", "Kind of system in Announce.", choices=tuple(kind.name.lower() for kind in imc.SystemType)
+    )
     loopback_internal_messages: bool = param(True, "", "Record the messages of this task itself.", editable=False)
 
-    transient = ("_folder", "_schema")
+    transient = ("_logs", "_schema")
 
     def configure(self) -> None:
+        if not hasattr(self, "_logs"):  # it goes on if the task is restarted
+            self._logs = LogSeries(self.vehicle.log_root / self.system_name, self._synchronize)
         schema = imc.builtin()
         names = {name for name in self.transports if name}
         self._unknown = sorted(name for name in names if name not in schema)
         self._wanted: set[type[imc.Message]] = {schema[name] for name in names.difference(self._unknown)}
         if names:
-            self._wanted |= {imc.EntityInfo, imc.LoggingControl}
+            self._wanted |= {imc.EntityInfo, imc.LoggingControl, imc.Announce}
         self._limit = self.lsf_volume_size * MIB or float("inf")
 
     def start(self) -> None:
-        self._folder: LogFolder | None = None
         self._name = self._label = self._trouble = ""
         self._asked: set[int] = set()  # own entities seen in this log
-        self._recording, self._full, self._syncing, self._lost = True, False, 0, 0
+        self._requested: list[float] = []  # when logs were begun by request
+        self._wish: str | None = None  # label of a log that is to begin
+        self._plan: imc.PlanSpecification | None = None
+        self._flying = False
+        self._state: imc.EstimatedState | None = None
+        self._recording, self._full, self._syncing, self._lost, self._lost_since = True, False, 0, 0, 0.0
         self._schema = definitions()
         if self._unknown:
             self.log.warning(f"Transports: no such message: {', '.join(self._unknown)}")
         self._open()
         self.after(self.flush_interval, self._tick)
 
-    @property
-    def folder(self) -> Path | None:
-        """The folder of the current log."""
-        return self._folder.path if self._folder is not None else None
-
     def restored(self) -> None:
         """Continue in a new log, with the usual first packets, but publish nothing."""
-        self._folder, name = None, self._name
-        self._schema = definitions()
-        if self._recording:
-            self._folder = self._new_folder()
-            mark = imc.LoggingControl(op=Op.STARTED, name=name)
-            self._folder.data.write(self._packet(mark, self.entity))
-            for entity in self.vehicle.entities:
-                if entity.id in self._asked:
-                    info = imc.EntityInfo(id=entity.id, label=entity.label, component=entity.component)
-                    self._folder.data.write(self._packet(info, entity))
+        name, self._schema = self._name, definitions()
+        if not self._recording:
+            return
+        folder = self._new_log()
+        if (error := self._settle()) is not None:
+            raise SnapshotError(f"the log cannot be written: {error}")
+        folder.data.write(self._packet(imc.LoggingControl(op=Op.STARTED, name=name), self.entity))
+        folder.data.write(self._packet(self._announcement(), self.entity))
+        for entity in self.vehicle.entities:
+            if entity.id in self._asked:
+                info = imc.EntityInfo(id=entity.id, label=entity.label, component=entity.component)
+                folder.data.write(self._packet(info, entity))
+        if self._plan is not None and self._flying:
+            folder.data.write(self._packet(self._plan, self.entity))
 
     def stop(self) -> None:
         self._recording = False
         self._close()
+        if self._logs.waiting_logs:
+            self.log.error(f"{self._logs.waiting / MIB:.1f} MiB of messages are not on the disk: {self._trouble}")
+        self._logs.close()
 
     @consume(others=True, packets=True)
     def record(self, message: imc.Message, packet: bytes) -> None:
         """Append the packet to the log."""
-        folder = self._folder
-        if folder is None or self._full:
-            self._lost += self._recording
-            return
+        log = self._logs.current
         kind = type(message)
         # Own marks are in the log already, see _mark.
         if (self._wanted and kind not in self._wanted) or (kind is imc.LoggingControl and self._is_mark(message)):
             return
+        if log is None or self._full:
+            self._lose()
+            return
         try:
-            folder.data.write(packet)
+            log.data.write(packet)
         except OSError as error:
             self._fail(error)
         if message.src == self.system and message.src_ent not in self._asked:
             self._asked.add(message.src_ent)
             if kind is not imc.EntityInfo:
                 self.publish(imc.QueryEntityInfo(id=message.src_ent, dst=self.system, dst_ent=message.src_ent))
-        if folder.data.size >= self._limit:
+        if log.data.size >= self._limit:
             self._restart(self._label)
 
     @consume
     def note(self, entry: imc.LogBookEntry) -> None:
         """Append a line to the console log."""
-        if self._folder is None or self._full:
+        log = self._logs.current
+        if log is None or self._full:
             return
-        kind = next((kind.name for kind in imc.LogBookEntry.Type if kind == entry.type), str(entry.type))
-        line = f"{_utc(entry.timestamp)} {kind:8} [{entry.context}] {' '.join(entry.text.split())}\n"
         try:
-            self._folder.text.write(line.encode(errors="surrogateescape"))
+            log.text.write(line_of(entry))
         except OSError as error:
             self._fail(error)
+
+    @consume
+    def locate(self, state: imc.EstimatedState) -> None:
+        self._state = state
+
+    @consume
+    def keep_plan(self, plan: imc.PlanSpecification) -> None:
+        if plan.src_ent != self.entity.id:
+            self._plan = plan
+
+    @consume
+    def follow_plan(self, state: imc.PlanControlState) -> None:
+        self._flying = state.state in (Phase.INITIALIZING, Phase.EXECUTING)
 
     @consume(others=True)
     def control(self, request: imc.LoggingControl) -> None:
@@ -134,13 +161,30 @@ class Logging(Task):
         if not self.concerns(request):
             return
         if request.op == Op.REQUEST_START:
-            self._restart(clean_label(request.name))
+            if self._plan is not None and (request.src, request.src_ent) == (self._plan.src, self._plan.src_ent):
+                self._plan = None  # the sender of the plan ends it, or publishes the next one now
+            self._wish_for(clean_label(request.name))
         elif request.op == Op.REQUEST_STOP:
-            self._recording = False
+            self._recording, self._wish = False, None
             self._close()
             self.set_entity_state(State.NORMAL, "stopped")
         elif request.op == Op.REQUEST_CURRENT_NAME:
             self.reply(request, imc.LoggingControl(op=Op.CURRENT_NAME, name=self._name))
+
+    def _wish_for(self, label: str) -> None:
+        """Begin a log now or, if there were many requests, or the disk is full, as soon as possible."""
+        waiting, self._wish = self._wish is not None, label
+        self._grant()
+        if self._wish is not None and not waiting:
+            why = self._trouble or f"{MOST_LOGS} logs were requested within {SPAN:g} s"
+            self.log.warning(f"the next log begins later, with the label of the last request: {why}")
+
+    def _grant(self) -> None:
+        """Begin the log that was requested, unless it is too early."""
+        recent = [time for time in self._requested if time > self.now - SPAN]
+        if self._wish is not None and not self._full and len(recent) < MOST_LOGS:
+            label, self._wish, self._requested = self._wish, None, [*recent, self.now]
+            self._restart(label)
 
     def _restart(self, label: str) -> None:
         self._close()
@@ -149,52 +193,67 @@ class Logging(Task):
 
     def _open(self) -> None:
         name = self._begin()
-        try:
-            folder = self._new_folder()
-        except OSError as error:
-            self._fail(error)
-            return
-        # A virtual run must not depend on which folders exist, so it publishes the name without _2, _3 ...
-        self._name = name if self.vehicle.virtual else folder.physical_name
-        self._folder = folder
+        log = self._new_log()
         self._asked.clear()
+        trouble = self._settle()
+        # A virtual run must not depend on which folders exist, so it publishes the name without _2, _3 ...
+        self._name = name if self.vehicle.virtual else log.name
         self._mark(Op.STARTED)
-        self._recover()
+        if trouble is None:
+            self._recover()
+        else:
+            self._fail(trouble)
+        self._announce()
+        if self._plan is not None and self._flying:
+            self.publish(self._plan.replace(src_ent=self.entity.id, timestamp=-1.0))
 
     def _begin(self) -> str:
         """Name of a log that begins now."""
         begin = datetime.fromtimestamp(self.now_ns // 1_000_000_000, UTC)
         return f"{begin:%Y%m%d/%H%M%S}" + (f"_{self._label}" if self._label else "")
 
-    def _new_folder(self) -> LogFolder:
-        root = self.vehicle.log_root / self.system_name
+    def _new_log(self) -> LogFolder:
         configuration = self.vehicle.profile.dump().encode(errors="surrogateescape")
-        return LogFolder(root, self._begin(), self.lsf_compression_method, self._schema, configuration)
+        files = {"IMC.xml.gz": self._schema, "Config.ini": configuration}
+        return self._logs.begin(self._begin(), self.lsf_compression_method, files)
 
     def _packet(self, message: imc.Message, entity: Entity) -> bytes:
         return imc.encode_as(message, self.now, self.system, entity.id, message.dst, message.dst_ent)
 
+    def _announce(self) -> None:
+        """Publish who and where the vehicle is."""
+        self._announced = self.now
+        self.publish(self._announcement())
+
+    def _announcement(self) -> imc.Announce:
+        """Position 0, 0 means unknown, as in DUNE."""
+        state = self._state
+        lat, lon, height = absolute(state) if state is not None and (state.lat or state.lon) else (0.0, 0.0, 0.0)
+        return imc.Announce(
+            sys_name=self.system_name,
+            sys_type=imc.SystemType[self.system_type.upper()],
+            owner=UNKNOWN_SYSTEM,
+            lat=lat,
+            lon=lon,
+            height=height,
+            services=f"imc+info://0.0.0.0/version/{imc.builtin().version}",
+        )
+
     def _close(self) -> None:
-        """Close the log with a STOPPED mark."""
-        folder = self._folder
-        if folder is None:
-            return
-        self._mark(Op.STOPPED)
-        self._folder, self._name, self._full = None, "", False
-        try:
-            with contextlib.closing(folder):
-                folder.flush()
-                self._synchronise(folder)
-        except OSError as error:
-            self._fail(error)
+        """End the log with a STOPPED mark; what the disk does not accept now is written later."""
+        if self._logs.current is not None:
+            self._mark(Op.STOPPED)
+            self._logs.end()
+            self._name = ""
+            if (error := self._settle()) is not None:
+                self._fail(error)
 
     def _mark(self, op: imc.LoggingControl.Op) -> None:
         """Publish and write the start or stop of the log, ahead of messages that are still on their way to `record`."""
-        folder = self._folder
         mark = self.publish(imc.LoggingControl(op=op, name=self._name))
         try:
-            if folder is not None:
-                folder.data.write(imc.encode(mark))
+            if self._logs.current is not None:
+                self._logs.current.data.write(imc.encode(mark))
         except OSError as error:
             self._fail(error)
 
@@ -204,36 +263,49 @@ class Logging(Task):
 
     def _tick(self) -> None:
         self.after(self.flush_interval, self._tick)
-        folder = self._folder
-        if not self._recording:
-            return
-        if folder is None:
-            self._open()
-            return
-        try:
-            folder.flush()
-        except FileNotFoundError as error:
+        error = self._settle()
+        if error is not None:
             self._fail(error)
-            self._folder = None
-            with contextlib.suppress(OSError):
-                folder.close()
-            self._open()
-        except OSError as error:
-            self._fail(error)
-        else:
+        elif self._recording:
             self._recover()
-            self._synchronise(folder)
+            if self.now - self._announced >= ANNOUNCE_PERIOD:
+                self._announce()
+        self._grant()
 
-    def _synchronise(self, folder: LogFolder) -> None:
-        """Sync the file to disk in another thread; not needed in virtual time."""
-        if not self.vehicle.virtual and self._syncing < 2:
+    def _settle(self) -> OSError | None:
+        """Write what waits; returns the error that prevents it."""
+        log, error = self._logs.current, None
+        try:
+            self._logs.settle()
+        except FileNotFoundError as removed:
+            self._fail(removed)
+            if log is not None and log.removed:
+                self._open()
+                assert self._logs.current is not None
+                self._logs.replace(log, self._logs.current)
+        except OSError as refused:
+            error = refused
+        if log is not None and log.made:
+            self.vehicle.log_folder = log.path
+        return error
+
+    def _synchronize(self, file: int) -> None:
+        """Sync a file to disk in another thread; not needed in virtual time."""
+        if self.vehicle.virtual or self._syncing >= 2:
+            os.close(file)
+        else:
             self._syncing += 1
-            self.offload(_synchronise, os.dup(folder.data.fileno()), then=self._synchronised)
+            self.offload(synchronize, file, then=self._synchronised)
 
     def _synchronised(self, error: OSError | None) -> None:
         self._syncing -= 1
         if error is not None:
             self._fail(error)
+
+    def _lose(self) -> None:
+        if self._recording:
+            self._lost_since = self._lost_since if self._lost else self.now
+            self._lost += 1
 
     def _fail(self, error: OSError) -> None:
         """Report the error; the next tick tries again."""
@@ -241,34 +313,14 @@ class Logging(Task):
         if reason != self._trouble:
             self._trouble = reason
             self.log.error(f"messages cannot be recorded: {reason}")
-        self._full = self._folder is not None and self._folder.waiting > LONGEST_BACKLOG
+        if not self._full and self._logs.waiting > LONGEST_BACKLOG:
+            self._full = True
+            self.log.error(f"{LONGEST_BACKLOG // MIB} MiB wait for the disk: from now on messages are lost")
         self.set_entity_state(State.FAILURE, reason)
 
     def _recover(self) -> None:
         if self._trouble:
-            self.log.warning(f"messages are recorded again; {self._lost} were lost")
+            since = f", from {utc(self._lost_since)} on" if self._lost else ""
+            self.log.warning(f"messages are recorded again; {self._lost} were lost{since}")
         self._trouble, self._lost, self._full = "", 0, False
         self.set_entity_state(State.NORMAL, f"recording {self._name}")
-
-
-def clean_label(text: str) -> str:
-    """`text` as part of a folder name: characters unsafe in file names become _, and it is cut to 100 bytes."""
-    label = re.sub(r"[^\w.+=@-]", "_", text.strip())
-    return label.encode(errors="ignore")[:LONGEST_LABEL].decode(errors="ignore")
-
-
-def _utc(time: float) -> str:
-    try:
-        return datetime.fromtimestamp(time, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
-    except (ValueError, OverflowError, OSError):
-        return f"{time:g}"
-
-
-def _synchronise(file: int) -> OSError | None:
-    try:
-        os.fsync(file)
-        return None
-    except OSError as error:
-        return error
-    finally:
-        os.close(file)

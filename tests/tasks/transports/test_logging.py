@@ -20,7 +20,8 @@ from imc.lsf import Log
 from runtime import Script, State, Task, consume, periodic
 from runtime.kernel import WallClock
 from runtime.testing import simulate
-from tasks.transports.logging import LONGEST_LABEL, Logging, clean_label
+from tasks.transports.log_folder import LONGEST_LABEL, clean_label
+from tasks.transports.logging import Logging
 
 Op = imc.LoggingControl.Op
 VEHICLE = 0x001A
@@ -78,7 +79,8 @@ def test_folder_has_what_a_reader_needs(tmp_path: Path) -> None:
     ]
     simulate(Logging, feed, seconds=4.0, log_root=tmp_path)
     folder = tmp_path / "lauv-noptilus-1" / "20260101" / "000000"
-    assert sorted(path.name for path in folder.iterdir()) == ["Config.ini", "Data.lsf.gz", "IMC.xml.gz", "Output.txt"]
+    names = ["Config.ini", "Data.lsf.gz", "IMC.xml.gz", "Output.txt", "Run.json"]
+    assert sorted(path.name for path in folder.iterdir()) == names
     log = Log(folder)
     assert log.schema_source == folder / "IMC.xml.gz"
     assert log.schema == imc.builtin()
@@ -88,7 +90,7 @@ def test_folder_has_what_a_reader_needs(tmp_path: Path) -> None:
     assert (messages[0].op, messages[0].name, messages[0].src) == (Op.STARTED, "20260101/000000", VEHICLE)
     assert (messages[-1].op, messages[-1].name) == (Op.STOPPED, "20260101/000000")
     assert [message.value for message in messages if isinstance(message, imc.Voltage)] == pytest.approx([24.5, 24.4])
-    assert [message.sys_name for message in messages if isinstance(message, imc.Announce)] == ["ccu-1"]
+    assert [m.sys_name for m in messages if isinstance(m, imc.Announce)] == ["lauv-noptilus-1", "ccu-1"]
     assert [m.timestamp for m in messages] == sorted(m.timestamp for m in messages)
     assert len(read_by_imcpy(unpacked(log))) == len(messages)
 
@@ -167,7 +169,7 @@ def test_clean_label(text: str) -> None:
 def test_only_the_wanted_types(tmp_path: Path) -> None:
     feed = [imc.Voltage(timestamp=1.0), imc.Current(timestamp=1.0), imc.Unknown(timestamp=1.0, id=9999)]
     run = simulate(Logging, feed, seconds=2.0, log_root=tmp_path, transports=["Voltage", "Volt", "Rpm"])
-    assert set(only_log(tmp_path).counts()) == {"LoggingControl", "EntityInfo", "Voltage"}
+    assert set(only_log(tmp_path).counts()) == {"LoggingControl", "EntityInfo", "Announce", "Voltage"}
     assert "Transports: no such message: Volt" in run.log
 
 
@@ -288,9 +290,9 @@ def test_no_folder_can_be_made(tmp_path: Path) -> None:
     assert [state for state, _ in states(run)] == [State.FAILURE, State.NORMAL]
     assert str(root) in states(run)[0][1]
     log = only_log(root)
-    assert log.path.parent.name == "000016"
-    assert log.counts()["Temperature"] == 40
-    assert any("were lost" in text and "; 0 " not in text for text in run.log)
+    assert log.path.parent.name == "000000"
+    assert log.counts()["Temperature"] == 200
+    assert any("recorded again; 0 were lost" in text for text in run.log)
 
 
 def test_folder_that_vanishes_is_followed_by_another(tmp_path: Path) -> None:

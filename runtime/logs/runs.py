@@ -1,0 +1,63 @@
+"""Which logs belong to one run of a vehicle: each log says which one of the run it is."""
+
+import re
+from collections import Counter
+from pathlib import Path
+
+import msgspec
+
+RUN_FILE = "Run.json"
+LARGEST = 4096  # bytes
+_NAME = re.compile(r"\d{8}/[^/\\\x00]{1,250}")
+
+
+class Place(msgspec.Struct, frozen=True):
+    """The place of a log in its run: the first log of the run, as <day>/<folder>, and its number, from 1."""
+
+    first: str
+    number: int
+
+
+def place_bytes(first: str, number: int) -> bytes:
+    """The content of RUN_FILE."""
+    return msgspec.json.encode(Place(first, number)) + b"\n"
+
+
+def place_of(folder: Path) -> Place | None:
+    """The place of a log in its run; None if the folder does not say, or not in a way that makes sense."""
+    try:
+        with (folder / RUN_FILE).open("rb") as file:
+            found = msgspec.json.decode(file.read(LARGEST), type=Place)
+    except (OSError, msgspec.DecodeError):
+        return None
+    return found if _NAME.fullmatch(found.first) and found.number > 0 else None
+
+
+def logs_of_run(folder: Path) -> list[Path]:
+    """The folders of all logs of the run that a log belongs to, in order; a log that does not say is alone.
+
+    They are looked for in the vehicle's folder, beside it. Raises ValueError if two logs claim the same number.
+    """
+    folder = folder.absolute()
+    own = place_of(folder)
+    if own is None:
+        return [folder]
+    begin = own.first.partition("/")[0]
+    days = sorted(day for day in folder.parent.parent.glob("[0-9]*") if day.name >= begin and day.is_dir())
+    found = [(place.number, log) for day in days for log in sorted(day.iterdir()) if (place := _same_run(log, own))]
+    repeated = next((number for number, count in Counter(number for number, _ in found).items() if count > 1), None)
+    if repeated is not None:
+        names = ", ".join(str(log) for number, log in found if number == repeated)
+        raise ValueError(f"log {repeated} of the run exists several times: {names}")
+    return [log for _, log in sorted(found)]
+
+
+def missing_logs(logs: list[Path]) -> list[int]:
+    """The numbers of the logs that are missing before or between these logs of a run."""
+    numbers = [place.number for log in logs if (place := place_of(log))]
+    return sorted(set(range(1, max(numbers, default=0))) - set(numbers))
+
+
+def _same_run(log: Path, own: Place) -> Place | None:
+    place = place_of(log)
+    return place if place is not None and place.first == own.first else None

@@ -1,0 +1,70 @@
+"""The logs of one run on disk, one after the other."""
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from tasks.transports.log_folder import LogFolder
+
+
+class LogSeries:
+    """The log that is being written (`current`), and those that have ended while the disk refused them.
+
+    They reach the disk in order, so that each knows the first log of the run. `synchronize` is called with a file
+    descriptor, which it has to close, whenever a log was handed to the operating system.
+    """
+
+    def __init__(self, root: Path, synchronize: Callable[[int], object]):
+        self.current: LogFolder | None = None
+        self.waiting_logs: list[LogFolder] = []
+        self._root = root
+        self._synchronize = synchronize
+        self._first, self._number = "", 0
+
+    @property
+    def waiting(self) -> int:
+        """Bytes that the disk has not accepted yet."""
+        logs = [*self.waiting_logs, self.current] if self.current is not None else self.waiting_logs
+        return sum(log.waiting for log in logs)
+
+    def begin(self, name: str, compression: str, files: Mapping[str, bytes]) -> LogFolder:
+        """Begin a log, in memory until `settle`."""
+        self._number += 1
+        self.current = LogFolder(self._root, name, self._number, compression, files)
+        return self.current
+
+    def end(self) -> None:
+        """End the current log."""
+        if self.current is not None:
+            self.waiting_logs.append(self.current)
+            self.current = None
+
+    def settle(self) -> None:
+        """Write what waits, the oldest log first. Raises OSError; FileNotFoundError if somebody removed a log."""
+        while self.waiting_logs:
+            try:
+                self._write(self.waiting_logs[0])
+            except FileNotFoundError:
+                self.waiting_logs.pop(0).close()
+                raise
+            self.waiting_logs.pop(0).close()
+        if self.current is not None:
+            self._write(self.current)
+
+    def replace(self, removed: LogFolder, log: LogFolder) -> None:
+        """Write to `log` what was not yet written to a log that somebody removed."""
+        removed.close()
+        log.data.take(removed.data)
+        log.text.take(removed.text)
+
+    def close(self) -> None:
+        """Give up what the disk does not accept."""
+        for log in self.waiting_logs:
+            log.close()
+
+    def _write(self, log: LogFolder) -> None:
+        if not log.made:
+            log.make(self._first)
+            self._first = self._first or log.name
+        log.flush()
+        self._synchronize(os.dup(log.data.fileno()))
