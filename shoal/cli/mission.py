@@ -17,7 +17,15 @@ from runtime.durations import parse_duration
 from runtime.problem import ProfileError
 from runtime.profile import Profile
 from runtime.vehicle import check, find_task
-from shoal.cli.options import code_option, config_dir_option, log_dir_option, overrides_option, parse_period, use_code
+from shoal.cli.options import (
+    check_log_dir,
+    code_option,
+    config_dir_option,
+    log_dir_option,
+    overrides_option,
+    parse_period,
+    use_code,
+)
 from shoal.cli.run import tell_warnings
 from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare
 
@@ -75,6 +83,7 @@ def mission(
         )
         if isinstance(flown := made.vehicle.profile, Profile):
             tell_warnings(check(flown, {}, flown.select(flown.value("General", "Selected")), find_task), profile)
+        check_log_dir(made.vehicle)
     except OSError as error:
         click.echo(f"Error: {error.filename or plan}: {error.strerror or error}", err=True)
         sys.exit(CANNOT_FLY)

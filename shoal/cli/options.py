@@ -1,11 +1,16 @@
 """Options that several commands have, and the parsing of their values."""
 
+import errno
+import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import click
 
 from runtime.durations import parse_duration
+from runtime.problem import printable
+from runtime.vehicle import Vehicle
+from tasks.transports.logging import Logging
 
 SHORTEST = 0.01  # s; the shortest period of a repeated action
 
@@ -69,3 +74,21 @@ def parse_time(_: click.Context, __: click.Parameter, text: str | None) -> float
         return None if text is None else parse_duration(text)
     except ValueError as error:
         raise click.BadParameter(str(error)) from None
+
+
+def check_log_dir(vehicle: Vehicle) -> None:
+    """Refuse to run a vehicle that is to record where nothing can be written. Raises click.BadParameter.
+
+    A full disk is no reason: the logger holds messages until there is space.
+    """
+    if not any(isinstance(task, Logging) for task in vehicle.tasks):
+        return
+    folder = vehicle.log_root / vehicle.name
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            why = f"no log can be written to {folder}: {error.strerror or error}"
+            raise click.BadParameter(printable(why), param_hint="--log-dir") from None

@@ -10,7 +10,9 @@ from runtime.problem import ProfileError
 from runtime.profile import derived_id, load_profile, own_etc
 from runtime.vehicle import Vehicle, find_task, join_zenoh
 from shoal.cli.keys import Player, steering
+from shoal.cli.options import check_log_dir
 from shoal.cli.run import options, swim
+from tasks.transports.logging import Logging
 
 NAME = "replay"
 
@@ -45,8 +47,10 @@ def replay(
 
     The player is a system of its own, named replay, so its messages do not mix with those of the log. Separate several
     messages, systems or entities by commas. On a terminal, the space bar pauses, the left and right arrows skip 10 s,
-    the down and up arrows 60 s.
+    the down and up arrows 60 s. With --log-dir, what is played is also recorded.
     """
+    source = click.get_current_context().get_parameter_source("log_dir")
+    wants_log = source is not click.core.ParameterSource.DEFAULT
     cls = find_task("Transports.Replay")
     assert cls is not None
     try:
@@ -73,6 +77,9 @@ def replay(
             replay_entities=_words(entities),
             loop=loop,
         )
+        if wants_log:
+            vehicle.add(Logging, "Transports.Logging", {"Entity Label": "Logger"})
+            check_log_dir(vehicle)
         if bus == "zenoh":
             join_zenoh(vehicle, profile)
     except ModuleNotFoundError as error:

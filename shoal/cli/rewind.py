@@ -10,7 +10,7 @@ from runtime.durations import parse_duration
 from runtime.kernel import SECOND
 from runtime.problem import ProfileError
 from runtime.snapshot import SnapshotError
-from shoal.cli.options import code_of_log_option, use_code
+from shoal.cli.options import check_log_dir, code_of_log_option, use_code
 from shoal.cli.run import swim
 from shoal.rerun import Instants, Rewound, outline
 
@@ -44,6 +44,7 @@ def rewind(
         vehicle = rewound.vehicle(state, log_dir, overrides=overrides)
     except (SnapshotError, ProfileError, OSError, ValueError) as error:
         raise click.ClickException(str(error)) from None
+    check_log_dir(vehicle)
     swim(vehicle, f"{vehicle.name} from {at} of {log}", seconds, start=False)
 
 

@@ -19,6 +19,7 @@ from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load, run
 from runtime.vehicle import Build, Vehicle, build, check, find_task, join_zenoh
 from runtime.vehicle import vehicle as vehicle_module
 from shoal.cli.options import (
+    check_log_dir,
     code_option,
     config_dir_option,
     log_dir_option,
@@ -127,6 +128,7 @@ def run(
         )
     if snapshot_every is not None and not made.vehicle.virtual:
         raise click.UsageError("only a virtual run can be saved; use --clock virtual")
+    check_log_dir(made.vehicle)
     if snapshot_every is not None:
         Journals(made.vehicle)
     title = f"{loaded.vehicle} ({', '.join(sorted(selected)) or 'no mode selected'})"
@@ -144,6 +146,7 @@ def go_on(
         vehicle = continued(state, log_dir, overrides=overrides, journals=snapshot_every is not None)
     except (SnapshotError, ProfileError, OSError) as error:
         raise click.ClickException(f"{path}: {error}") from None
+    check_log_dir(vehicle)
     swim(vehicle, f"{vehicle.name} from {path}", duration, start=False, snapshot_every=snapshot_every)
 
 
@@ -157,7 +160,8 @@ def swim(
 ) -> NoReturn:
     """Run a vehicle to its end, for `duration` (s) or until Ctrl-C, show its status, and exit with its exit status.
 
-    `start` is False if it continues from a snapshot. A snapshot is saved beside its log every `snapshot_every` (s).
+    `start` is False if it continues from a snapshot. A snapshot is saved beside its log every `snapshot_every` (s); one
+    that the disk refuses is reported and left out.
     """
     status = Status(vehicle, title, duration)
     stop = _stopper(vehicle)
@@ -170,7 +174,7 @@ def swim(
                 if snapshot_every is None:
                     vehicle.run(duration)
                 else:
-                    run_with_snapshots(vehicle, duration, snapshot_every, partial(keep_beside_log, vehicle))
+                    run_with_snapshots(vehicle, duration, snapshot_every, partial(_keep, vehicle))
             finally:
                 vehicle.close()
     except Exception as error:
@@ -182,6 +186,14 @@ def swim(
         with contextlib.suppress(OSError):
             click.echo(status.summary())
     sys.exit(vehicle.exit_status)
+
+
+def _keep(vehicle: Vehicle, state: bytes) -> None:
+    try:
+        keep_beside_log(vehicle, state)
+    except OSError as error:
+        click.echo(f"no snapshot saved: {error.filename}: {error.strerror or error}", err=True)
+        vehicle.exit_status = vehicle.exit_status or 1
 
 
 def _own_part(error: Exception) -> str:

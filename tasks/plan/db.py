@@ -18,7 +18,7 @@ class DB(Task):
     """Stores plans by id and publishes their digests, so that a console can compare them with its own.
 
     They are in `Plan.db` in the vehicle's state folder; on a virtual clock, where nothing may come from an earlier run,
-    in memory. A file that cannot be read is renamed.
+    in memory. A file that is damaged is renamed; where none can be made, plans are kept in memory.
     """
 
     storage: str = param(
@@ -33,8 +33,14 @@ class DB(Task):
 
     def start(self) -> None:
         self._tell_boot(Type.IN_PROGRESS, "initializing")
-        self._store = self._open()
-        self.set_entity_state(State.NORMAL, "active")
+        trouble = ""
+        try:
+            self._store = self._open()
+        except (sqlite3.Error, OSError) as error:
+            trouble = f"plans are kept in memory only: {_reason(error)}"
+            self.log.error(trouble)
+            self._store = PlanStore(None)
+        self.set_entity_state(State.FAULT if trouble else State.NORMAL, trouble or "active")
         self._tell_boot(Type.SUCCESS, "initialization complete")
 
     def saving(self) -> None:
@@ -181,6 +187,10 @@ class DB(Task):
             path.replace(aside)
             self.log.error(f"{path.name}: {error}; renamed to {aside.name}")
             return PlanStore(path)
+
+
+def _reason(error: Exception) -> str:
+    return f"{error.filename}: {error.strerror or error}" if isinstance(error, OSError) else str(error)
 
 
 def _saved(new: bool) -> str:

@@ -62,7 +62,7 @@ def fields_of(plan: imc.PlanSpecification) -> bytes:
 
 
 class PlanStore:
-    """Plans by id. `path` None keeps them in memory. Raises sqlite3.Error if the file is not a plan database."""
+    """Plans by id. `path` None keeps them in memory. Raises OSError, sqlite3.Error if the file is no plan database."""
 
     def __init__(self, path: Path | None):
         if path is not None:

@@ -73,7 +73,7 @@ def go_on(
     run_to(vehicle, length)
     vehicle.close()
     found = packets(root)
-    heading = 1 + sum(imc.header(packet).id == imc.EntityInfo.ID for packet in found[:20])
+    heading = 2 + sum(imc.header(packet).id == imc.EntityInfo.ID for packet in found[:20])
     return Packets(found[heading:])
 
 

@@ -20,7 +20,7 @@ def packets(folder: Path) -> list[bytes]:
     """The packets of a log, without the first ones of a continued run."""
     (path,) = folder.glob("*/*/*")
     found = [packet for _, packet in imc.Log(path).packets()]
-    heading = 1 + sum(imc.header(packet).id == imc.EntityInfo.ID for packet in found[:20])
+    heading = 2 + sum(imc.header(packet).id == imc.EntityInfo.ID for packet in found[:20])
     return found[heading:]
 
 

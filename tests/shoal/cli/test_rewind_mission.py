@@ -20,6 +20,9 @@ maneuvers:
 """
 
 
+HEAD = (imc.Announce.ID, imc.EntityInfo.ID, imc.PlanSpecification.ID)
+
+
 def shoal(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run([*SHOAL, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=60)
 
@@ -30,7 +33,7 @@ def packets(folder: Path) -> list[bytes]:
 
 def without_head(found: list[bytes]) -> list[bytes]:
     """The packets of a log, without the first ones of a continued run."""
-    end = next(i for i, packet in enumerate(found[1:], 1) if imc.header(packet).id != imc.EntityInfo.ID)
+    end = next(i for i, packet in enumerate(found[1:], 1) if imc.header(packet).id not in HEAD)
     return found[end:]
 
 
