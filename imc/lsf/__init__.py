@@ -1,6 +1,7 @@
 """Logs on disk: reads messages, columns and tables, writes packets."""
 
 from imc.lsf.bytes import ReportShare, chunks
+from imc.lsf.folder import find_log
 from imc.lsf.log import Log
 from imc.lsf.members import COMPRESSIONS, Compression, gzip_member
 from imc.lsf.members_ahead import Spread
@@ -19,6 +20,7 @@ __all__ = [
     "Spread",
     "at_each",
     "chunks",
+    "find_log",
     "gzip_member",
     "packet_id",
     "positions",

@@ -9,7 +9,7 @@ import imc
 from runtime.durations import parse_duration
 from runtime.logs import summarize
 from runtime.problem import printable
-from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals
+from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
 from shoal.logs.edit import cut as cut_log
 from shoal.logs.edit import merge as merge_logs
 from shoal.logs.look import moment, number
@@ -24,6 +24,7 @@ TIMES = "a time since the start of the log (90, 1h30min), before its end (-30s),
 )
 @click.argument("log", type=LOG)
 @click.argument("out", type=LOG)
+@takes_runs("log")
 @click.option("--from", "begin", metavar="TIME", help=f"Start: {TIMES}.")
 @click.option("--to", "end", metavar="TIME", help="End, not included; written as --from.")
 @click.option("-m", "--messages", multiple=True, help="Messages, by name or id.")

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from runtime.problem import printable
-from shoal.cli.log_open import LOG, open_log, progress, refusals
+from shoal.cli.log_open import LOG, open_log, progress, refusals, takes_runs
 from shoal.cli.tables import open_console, plain_table
 from shoal.logs.look import FieldDifference, LogDifference, LogMessage, compare, differing, moment, number
 
@@ -18,6 +18,7 @@ LONGEST = 60  # characters of a value
 @click.command()
 @click.argument("a", type=LOG)
 @click.argument("b", type=LOG)
+@takes_runs("a", "b")
 def diff(a: Path, b: Path) -> None:
     """Show where logs A and B first differ, and what differs. Exit status 0: equal, 1: different, 2: trouble."""
     try:

@@ -8,7 +8,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from runtime.problem import printable
-from shoal.cli.log_open import LOG, all_processors, progress, refusals
+from shoal.cli.log_open import LOG, all_processors, progress, refusals, takes_runs
 from shoal.cli.tables import open_console
 from shoal.logs.look import examine, number, span
 from shoal.logs.look import repair as repair_log
@@ -17,7 +17,8 @@ STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
 
 
 @click.command()
-@click.argument("log", type=LOG)
+@click.argument("log", type=LOG, required=False)
+@takes_runs("log")
 @click.option("--repair", type=LOG, metavar="OUT", help="Write the good packets and definitions to a new folder.")
 def doctor(log: Path, repair: Path | None) -> None:
     """Find what is wrong with LOG, and explain it. Exit status 1 if there are errors or warnings."""

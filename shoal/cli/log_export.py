@@ -13,7 +13,7 @@ import imc
 from runtime.logs import summarize
 from runtime.problem import printable
 from shoal.cli.log_change import TIMES, read_time, split_words
-from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals
+from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
 from shoal.logs.edit import new_file, new_folder
 from shoal.logs.export import ReportBytes, Source
 from shoal.logs.look import number
@@ -52,8 +52,9 @@ MOST_LINES = 20
     "conventions. Parquet, CSV, LLF: a folder with one file per message type. MCAP, NetCDF and Parquet need the "
     "extra shoal[analysis]."
 )
-@click.argument("log", type=LOG)
+@click.argument("log", type=LOG, required=False)
 @click.argument("out", type=LOG, required=False)
+@takes_runs("log")
 @click.option("-f", "--format", "form", type=click.Choice([*FORMATS]), help="[default: by the ending of OUT, or mcap]")
 @click.option("--from", "begin", metavar="TIME", help=f"Start: {TIMES}.")
 @click.option("--to", "end", metavar="TIME", help="End, not included; written as --from.")

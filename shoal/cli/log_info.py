@@ -4,9 +4,9 @@ from pathlib import Path
 
 import click
 
-from runtime.logs import PacketCount, Summary, summarize
+from runtime.logs import PacketCount, Summary, place_of, summarize
 from runtime.problem import printable
-from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals
+from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, run_at, takes_runs
 from shoal.cli.tables import open_console, plain_table
 from shoal.logs.look import logs_below, moment, number, rate, size, span
 
@@ -14,7 +14,8 @@ MOST_LINES = 20  # of damage
 
 
 @click.command()
-@click.argument("log", type=LOG)
+@click.argument("log", type=LOG, required=False)
+@takes_runs("log")
 @click.option("--entities/--no-entities", default=True, help="Also list the entities.")
 def info(log: Path, entities: bool) -> None:
     """Show what is in LOG, a folder or a Data.lsf: systems, times, messages, rates, damage."""
@@ -24,7 +25,7 @@ def info(log: Path, entities: bool) -> None:
             summary = summarize(opened, tell)
         check_found(opened, summary.packets)
     console = open_console(markup=False)
-    for title, text in _facts(summary):
+    for title, text in _facts(summary, run_at(log)):
         console.print(f"{title:10}{printable(text)}", soft_wrap=True)
     console.print()
     table = plain_table("message", "count", "rate", "bytes", right=("count", "rate", "bytes"))
@@ -40,13 +41,19 @@ def info(log: Path, entities: bool) -> None:
         console.print(table)
 
 
-def _facts(summary: Summary) -> list[tuple[str, str]]:
+def _facts(summary: Summary, logs: list[Path]) -> list[tuple[str, str]]:
     others = [summary.names.system(src) for src in summary.clocks if src != summary.owner]
     heard = f", also messages from {', '.join(others)}" if others else ""
     packed = f", {size(summary.unpacked)} unpacked" if summary.path.suffix != ".lsf" else ""
-    source = summary.schema_source or "built-in, none beside the log"
-    facts = [
-        ("log", str(summary.path)),
+    source = logs[0] / summary.schema_source.name if summary.schema_source else "built-in, none beside the log"
+    place = place_of(logs[0])
+    if len(logs) > 1:
+        facts = [("log", str(logs[0])), *(("", str(log)) for log in logs[1:])]
+    else:
+        facts = [("log", str(summary.path))]
+        if place is not None:
+            facts.append(("run", f"log {place.number} of the run that began with {place.first}; --run takes them all"))
+    facts += [
         ("system", f"{summary.names.system(summary.owner)}{heard}"),
         ("from", moment(summary.start)),
         ("to", f"{moment(summary.end)} ({span(summary.duration)})"),

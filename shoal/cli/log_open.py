@@ -1,10 +1,12 @@
 """Shared by the commands of `shoal log`: opens logs, shows progress, turns errors into messages."""
 
+import functools
 import os
 from collections.abc import Callable, Generator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, TypeVar
 
 import click
 from rich.console import Console
@@ -12,11 +14,54 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 import imc
 from imc.lsf import Spread
-from runtime.logs import UnknownName
+from runtime.logs import UnknownName, logs_of_run, missing_logs
 from runtime.problem import printable
+from shoal.logs.whole_run import as_one, newest_log
 
+F = TypeVar("F", bound=Callable[..., Any])
 LOG = click.Path(path_type=Path)
 IMPORTED = (".mcap", ".tlog")
+
+
+def takes_runs(*names: str) -> Callable[[F], F]:
+    """Adds --run and --last, which change what the arguments `names` mean, to a command."""
+
+    def decorate(function: F) -> F:
+        @functools.wraps(function)
+        def command(*args: Any, run: bool, last: bool, **values: Any) -> Any:
+            if last and values[names[0]] is None:
+                values[names[0]] = Path("log")
+            for name in names:
+                if values[name] is None:
+                    raise click.UsageError(f"name a {name.upper()}, or use --last")
+                with refusals():
+                    values[name] = _chosen(values[name], run, last)
+            return function(*args, **values)
+
+        whole = click.option("--run", is_flag=True, help="Take all logs of the run that the log belongs to, as one.")
+        newest = click.option("--last", is_flag=True, help="Take the newest log below a folder [default: log].")
+        return whole(newest(command))  # type: ignore[return-value]
+
+    return decorate
+
+
+def _chosen(path: Path, run: bool, last: bool) -> Path:
+    """The log, or the logs of its run as one, which are removed when the command ends."""
+    path = newest_log(path) if last else path
+    if not run:
+        return path
+    logs = logs_of_run(path if path.is_dir() else path.parent)
+    whole = click.get_current_context().with_resource(as_one(logs))
+    click.get_current_context().meta[str(whole)] = logs
+    for number in missing_logs(logs):
+        click.echo(f"log {number} of the run is missing", err=True)
+    return whole
+
+
+def run_at(path: Path) -> list[Path]:
+    """The logs that a command takes as one; only the log itself without --run."""
+    context = click.get_current_context(silent=True)
+    return [path] if context is None else context.meta.get(str(path), [path])
 
 
 @contextmanager
@@ -35,7 +80,7 @@ def refusals() -> Generator[None]:
 
 def open_log(path: Path) -> imc.Log:
     """A log that is unpacked on all processors. Raises what imc.Log raises."""
-    return imc.Log(path, spread=all_processors())
+    return imc.Log(path, spread=all_processors(), keep_index=len(run_at(path)) == 1)
 
 
 def all_processors() -> Spread:

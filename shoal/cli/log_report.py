@@ -5,13 +5,14 @@ from pathlib import Path
 import click
 
 from runtime.problem import printable
-from shoal.cli.log_open import LOG, open_log, progress, refusals
+from shoal.cli.log_open import LOG, open_log, progress, refusals, run_at, takes_runs
 from shoal.logs.look import report as draw
 from shoal.logs.look import size
 
 
 @click.command()
-@click.argument("log", type=LOG)
+@click.argument("log", type=LOG, required=False)
+@takes_runs("log")
 @click.option("-o", "--out", type=LOG, help="The page [default: report.html in the folder of the log]")
 def report(log: Path, out: Path | None) -> None:
     """Draw LOG as one HTML page that needs no other file and no network."""
@@ -19,6 +20,7 @@ def report(log: Path, out: Path | None) -> None:
         opened = open_log(log)
         with progress(opened.path) as tell:
             text = draw(opened, tell)
-        out = out or opened.path.parent / "report.html"
+        logs = run_at(log)
+        out = out or (opened.path.parent / "report.html" if len(logs) == 1 else logs[0] / "report-run.html")
         out.write_text(text, encoding="utf-8")
     click.echo(printable(f"{size(len(text.encode()))}: {out}"))

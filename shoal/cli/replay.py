@@ -10,6 +10,7 @@ from runtime.problem import ProfileError
 from runtime.profile import derived_id, load_profile, own_etc
 from runtime.vehicle import Vehicle, find_task, join_zenoh
 from shoal.cli.keys import Player, steering
+from shoal.cli.log_open import run_at, takes_runs
 from shoal.cli.options import check_log_dir
 from shoal.cli.run import options, swim
 from tasks.transports.logging import Logging
@@ -18,7 +19,8 @@ NAME = "replay"
 
 
 @click.command()
-@click.argument("log", type=click.Path(exists=True, path_type=Path))
+@click.argument("log", type=click.Path(exists=True, path_type=Path), required=False)
+@takes_runs("log")
 @click.option(
     "--from", "begin", default="", metavar="PLACE", help="Where to begin: 90, 1h30min or 2026-01-01T00:05:00."
 )
@@ -87,7 +89,7 @@ def replay(
     except (ProfileError, ConnectionError, ValueError) as error:
         raise click.ClickException(str(error)) from None
     with steering(cast(Player, player), vehicle.kernel):
-        swim(vehicle, f"replay of {log}", duration)
+        swim(vehicle, f"replay of {run_at(log)[0]}", duration)
 
 
 def _words(texts: tuple[str, ...]) -> list[str]:

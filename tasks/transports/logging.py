@@ -174,17 +174,20 @@ class Logging(Task):
     def _wish_for(self, label: str) -> None:
         """Begin a log now or, if there were many requests, or the disk is full, as soon as possible."""
         waiting, self._wish = self._wish is not None, label
-        self._grant()
-        if self._wish is not None and not waiting:
+        if not self._grant() and not waiting:
             why = self._trouble or f"{MOST_LOGS} logs were requested within {SPAN:g} s"
             self.log.warning(f"the next log begins later, with the label of the last request: {why}")
 
-    def _grant(self) -> None:
+    def _grant(self) -> bool:
         """Begin the log that was requested, unless it is too early."""
         recent = [time for time in self._requested if time > self.now - SPAN]
-        if self._wish is not None and not self._full and len(recent) < MOST_LOGS:
-            label, self._wish, self._requested = self._wish, None, [*recent, self.now]
-            self._restart(label)
+        if self._wish is None:
+            return True
+        if self._full or len(recent) >= MOST_LOGS:
+            return False
+        label, self._wish, self._requested = self._wish, None, [*recent, self.now]
+        self._restart(label)
+        return True
 
     def _restart(self, label: str) -> None:
         self._close()
