@@ -23,7 +23,6 @@ GENERAL = {
     "Bus": ("", "Transport between processes: inprocess or zenoh."),
     "Start Time": ("", "Start of virtual time, ISO 8601."),
     "Seed": ("1", "Seed of all random numbers; recorded in a log's Config.ini."),
-    "Plan": ("", "Checksum of the plan that shoal mission requested; recorded in a log's Config.ini."),
     "Selected": ("", "Modes selected with -p; recorded in a log's Config.ini."),
     "CPU Usage - Maximum": ("%", "Processor load that counts as too high."),
     "CPU Usage - Moving Average Samples": ("1", "Number of samples in the average of the load."),

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from functools import partial
-from zlib import crc32
 
 import imc
 from imc.coordinates import absolute, displacement
@@ -38,8 +37,6 @@ class Mission:
         self._vehicle = vehicle
         flags = imc.PlanControl.Flags.CALIBRATE if calibrate else 0
         request = imc.PlanControl(plan_id=plan.plan_id, flags=flags, arg=plan, dst=vehicle.system, request_id=1)
-        # Config.ini gets it: run_of() tells the logs of different missions apart by this option.
-        vehicle.profile.override(f"General:Plan={crc32(imc.encode(request)):08x}")
         self._request = PlanRequest(vehicle, request, patience=patience, refused=self._give_up)
         self._watch = watch
         self._position: tuple[float, float] | None = None

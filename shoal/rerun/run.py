@@ -2,15 +2,12 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
-from pathlib import Path
+from itertools import pairwise
 
 import imc
-from runtime.problem import ProfileError
-from runtime.profile import Profile, load_profile
+from runtime.logs import logs_of_run, place_of
 
 CONFIGURATION = "Config.ini"
-IDENTITY = ("Vehicle", "Seed", "Selected", "Start Time", "Plan")
 
 
 class LoggedRun:
@@ -28,51 +25,18 @@ class LoggedRun:
 
 
 def run_of(log: imc.Log) -> LoggedRun:
-    """The logs of a virtual run up to this one if all are in the same folder; else this one alone.
-
-    Each ends cleanly at the moment at which the next begins, and has the same vehicle, seed, modes, start and plan.
-    """
-    profile = _profile(log.path.parent)
-    if profile is None:
+    """The logs of the run up to this one if all are in the vehicle's folder and end cleanly; else this one alone."""
+    place = place_of(log.path.parent)
+    if place is None:
         return LoggedRun([log])
-    logs = [log]
-    while _begin(logs[0]) != profile.start_time:
-        before = _before(logs[0], profile)
-        if before is None:
-            return LoggedRun([log])
-        logs.insert(0, before)
-    return LoggedRun(logs)
-
-
-def _before(log: imc.Log, profile: Profile) -> imc.Log | None:
-    """The log in the same folder that ended when this one began, preferably one with the identical configuration."""
-    here, begin = log.path.parent, _begin(log)
-    earlier = [(_text(folder) == _text(here), folder) for folder in here.parent.iterdir() if folder < here]
-    for _, folder in sorted(earlier, reverse=True):
-        if _identity(_profile(folder)) == _identity(profile):
-            with suppress(OSError, imc.SchemaError, imc.DecodeError):
-                found = imc.Log(folder)
-                if _end(found) == begin:
-                    return found
-    return None
-
-
-def _text(folder: Path) -> bytes:
     try:
-        return (folder / CONFIGURATION).read_bytes()
-    except OSError:
-        return b""
-
-
-def _profile(folder: Path) -> Profile | None:
-    try:
-        return load_profile(folder / CONFIGURATION, strict=False) if (folder / CONFIGURATION).is_file() else None
-    except ProfileError:
-        return None
-
-
-def _identity(profile: Profile | None) -> list[str]:
-    return [] if profile is None else [profile.config.value("General", option) for option in IDENTITY]
+        logs = [*(imc.Log(folder) for folder in logs_of_run(log.path.parent)[: place.number - 1]), log]
+        numbers = [found.number for each in logs if (found := place_of(each.path.parent))]
+        whole = numbers == list(range(1, place.number + 1))
+        whole = whole and all(_end(before) == _begin(after) for before, after in pairwise(logs))
+    except (OSError, ValueError):
+        whole = False
+    return LoggedRun(logs if whole else [log])
 
 
 def _begin(log: imc.Log) -> float:
