@@ -2,6 +2,7 @@
 
 import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import msgspec
@@ -131,8 +132,14 @@ def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
         raise SnapshotError(f"not a valid snapshot: {error!r}") from error
 
 
-def run_with_snapshots(vehicle: Vehicle, seconds: float | None, every: float, keep: Callable[[bytes], object]) -> None:
-    """Run a vehicle, and pass its state to `keep` every `every` seconds of its time. Raises SnapshotError."""
+def run_with_snapshots(
+    vehicle: Vehicle, seconds: float | None, every: float, keep: Callable[[bytes], object]
+) -> list[OSError]:
+    """Run a vehicle, and pass its state to `keep` every `every` seconds of its time. Raises SnapshotError.
+
+    A disk that refuses a snapshot does not end the run; returns the errors of all that are missing.
+    """
+    missing: list[OSError] = []
     begin = vehicle.kernel.now_ns
     end = None if seconds is None else begin + round(seconds * SECOND)
     count = 1
@@ -140,11 +147,14 @@ def run_with_snapshots(vehicle: Vehicle, seconds: float | None, every: float, ke
         pause = begin + round(count * every * SECOND)
         if end is not None and pause >= end:
             vehicle.kernel.run(until=end)
-            return
+            return missing
         vehicle.kernel.run(until=pause)
         if vehicle.kernel.now_ns < pause or not vehicle.kernel.idle:
-            return
-        keep(save(vehicle))
+            return missing
+        try:
+            keep(save(vehicle))
+        except OSError as error:
+            missing.append(error)
         count += 1
 
 
@@ -156,8 +166,13 @@ def keep_beside_log(vehicle: Vehicle, state: bytes) -> None:
     seconds = (vehicle.kernel.now_ns - nanoseconds(vehicle.start_time)) / SECOND
     path = folder / f"{STATE}{seconds:.9f}".rstrip("0").rstrip(".")
     draft = path.with_name(f"{path.name}.new")
-    draft.write_bytes(state)
-    draft.replace(path.with_name(f"{path.name}{SUFFIX}"))
+    try:
+        draft.write_bytes(state)
+        draft.replace(path.with_name(f"{path.name}{SUFFIX}"))
+    except OSError:
+        with suppress(OSError):
+            draft.unlink()
+        raise
 
 
 def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:

@@ -26,7 +26,7 @@ from shoal.cli.options import (
     parse_period,
     use_code,
 )
-from shoal.cli.run import tell_warnings
+from shoal.cli.run import tell_missing, tell_warnings
 from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare
 
 REFRESH = 0.1  # s between updates
@@ -95,6 +95,8 @@ def mission(
         with bar.progress:
             flight = Mission(made.vehicle, specification, calibrate=calibrate, watch=bar.show)
             report = flight.fly(longest, snapshot_every=snapshot_every)
+        if flight.unsaved:
+            tell_missing(flight.unsaved)
     except Exception as error:
         report = Report("FAILURE", f"{type(error).__name__}: {error}")
     if as_json:

@@ -165,6 +165,7 @@ def swim(
     """
     status = Status(vehicle, title, duration)
     stop = _stopper(vehicle)
+    missing: list[OSError] = []
     previous = {n: signal.signal(n, stop) for n in STOPPING if signal.getsignal(n) is not signal.SIG_IGN}
     try:
         with status:
@@ -174,7 +175,7 @@ def swim(
                 if snapshot_every is None:
                     vehicle.run(duration)
                 else:
-                    run_with_snapshots(vehicle, duration, snapshot_every, partial(_keep, vehicle))
+                    missing = run_with_snapshots(vehicle, duration, snapshot_every, partial(keep_beside_log, vehicle))
             finally:
                 vehicle.close()
     except Exception as error:
@@ -185,15 +186,16 @@ def swim(
             signal.signal(number, handler)
         with contextlib.suppress(OSError):
             click.echo(status.summary())
+    if missing:
+        tell_missing(missing)
+        vehicle.exit_status = vehicle.exit_status or 1
     sys.exit(vehicle.exit_status)
 
 
-def _keep(vehicle: Vehicle, state: bytes) -> None:
-    try:
-        keep_beside_log(vehicle, state)
-    except OSError as error:
-        click.echo(f"no snapshot saved: {error.filename}: {error.strerror or error}", err=True)
-        vehicle.exit_status = vehicle.exit_status or 1
+def tell_missing(snapshots: list[OSError]) -> None:
+    """Print how many snapshots could not be saved, and why."""
+    error = snapshots[0]
+    click.echo(f"{len(snapshots)} snapshots not saved: {error.filename or ''}: {error.strerror or error}", err=True)
 
 
 def _own_part(error: Exception) -> str:

@@ -34,6 +34,7 @@ class Mission:
         watch: Callable[[imc.PlanControlState], object] | None = None,
     ):
         self.report = Report()
+        self.unsaved: list[OSError] = []
         self._vehicle = vehicle
         flags = imc.PlanControl.Flags.CALIBRATE if calibrate else 0
         request = imc.PlanControl(plan_id=plan.plan_id, flags=flags, arg=plan, dst=vehicle.system, request_id=1)
@@ -58,7 +59,8 @@ class Mission:
     def fly(self, limit: float, *, snapshot_every: float | None = None) -> Report:
         """Run the vehicle until the plan is over, at most `limit` seconds of its time, and close it.
 
-        A snapshot is saved beside its log every `snapshot_every` seconds. Raises SnapshotError, OSError.
+        A snapshot is saved beside its log every `snapshot_every` seconds; `unsaved` has the errors of those that the
+        disk refuses. Raises SnapshotError.
         """
         if snapshot_every is not None:
             Journals(self._vehicle)
@@ -67,7 +69,8 @@ class Mission:
             if snapshot_every is None:
                 self._vehicle.run(limit)
             else:
-                run_with_snapshots(self._vehicle, limit, snapshot_every, partial(keep_beside_log, self._vehicle))
+                keep = partial(keep_beside_log, self._vehicle)
+                self.unsaved = run_with_snapshots(self._vehicle, limit, snapshot_every, keep)
         finally:
             self._vehicle.close()
         return self.report

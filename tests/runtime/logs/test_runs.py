@@ -41,7 +41,7 @@ def test_a_log_that_does_not_say_is_alone(tmp_path: Path) -> None:
 def test_two_logs_with_the_same_number_are_refused(tmp_path: Path) -> None:
     one = put(tmp_path, "20260101/230000", 1)
     put(tmp_path, "20260101/230000 copy", 1)
-    with pytest.raises(ValueError, match="log 1 of the run exists several times: .*230000, .*230000 copy"):
+    with pytest.raises(ValueError, match=r"log 1 of the run exists several times: .*230000, .*230000 copy"):
         logs_of_run(one)
 
 

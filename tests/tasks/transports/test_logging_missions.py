@@ -6,13 +6,16 @@ import sqlite3
 from collections import Counter
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 import imc
+from runtime import Task
 from runtime.logs import logs_of_run
 from runtime.profile import load_profile
+from runtime.snapshot import Journals, keep_beside_log, run_with_snapshots
 from runtime.testing import simulate
 from runtime.vehicle import Vehicle
 from shoal.missions import Mission, Report, fly, parse_plan, prepare
@@ -251,3 +254,37 @@ def test_fly_without_a_log_root_leaves_no_log(tmp_path: Path, monkeypatch: pytes
     monkeypatch.chdir(tmp_path)
     assert fly(FLOATING, "otter").completed
     assert os.listdir(tmp_path) == []
+
+
+class Hoarder(Task):
+    """A user's task that happens to have a folder of its own."""
+
+    def start(self) -> None:
+        self.folder = Path("elsewhere")
+
+
+@pytest.mark.parametrize("profile", ["lauv-noptilus-1", "otter"])
+def test_snapshots_are_beside_the_log_whatever_attributes_tasks_have(tmp_path: Path, profile: str) -> None:
+    vehicle = prepare(profile, overrides=LIGHT.get(profile, ()), log_root=tmp_path, state_folder=tmp_path).vehicle
+    vehicle.add(Hoarder, "A.Hoarder")
+    Journals(vehicle)
+    vehicle.start()
+    try:
+        assert run_with_snapshots(vehicle, 3.0, 2.0, partial(keep_beside_log, vehicle)) == []
+    finally:
+        vehicle.close()
+    assert [path.name for path in tmp_path.glob(f"{profile}/*/*/State*")] == ["State-2.msgpack"]
+
+
+def test_a_full_disk_leaves_out_a_snapshot_and_the_plan_goes_on(tmp_path: Path) -> None:
+    vehicle = prepare("otter", log_root=tmp_path, state_folder=tmp_path).vehicle
+    with disk() as (fill, make_room):
+
+        def watch(beat: imc.Heartbeat) -> None:
+            (fill if FULL <= beat.timestamp - vehicle.start_time < EMPTY else make_room)()
+
+        vehicle.tap(imc.Heartbeat, watch)
+        mission = Mission(vehicle, FLOATING)
+        assert mission.fly(200.0, snapshot_every=5.0).completed
+    assert [error.strerror for error in mission.unsaved] == ["File too large", "File too large"]
+    assert [path.name for path in tmp_path.rglob("State*")] == ["State-15.msgpack"]
