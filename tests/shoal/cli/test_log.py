@@ -94,7 +94,7 @@ def test_cut_by_names(shoal, recorded):
     assert shoal("cut", recorded, "out", "-m", "gpsfix,EstimatedState", "-e", "gps").exit_code == 0
     counts = imc.Log("out").counts()
     assert counts["GpsFix"] == imc.Log(recorded).counts()["GpsFix"]
-    assert set(counts) == {"GpsFix", "EntityInfo", "LoggingControl"}
+    assert set(counts) == {"GpsFix", "Announce", "EntityInfo", "LoggingControl"}
 
 
 @pytest.mark.parametrize(

@@ -237,9 +237,10 @@ def test_what_a_profile_asks_for_in_vain_is_told(tmp_path):
 
 
 def test_a_log_that_cannot_be_written_is_told_at_the_end(tmp_path):
-    (tmp_path / "file").touch()
-    done = shoal(*VIRTUAL, "--for", "2s", "--log-dir", "file/log", cwd=tmp_path)
-    assert done.stdout.splitlines()[-1].startswith("Logger: FAILURE Not a directory")
+    command = ["bash", "-c", 'ulimit -f 0; exec "$@"', "-", *SHOAL, *VIRTUAL, "--for", "2s"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1].startswith("Logger: FAILURE File too large")
+    assert "MiB of messages are not on the disk: File too large" in done.stdout
 
 
 @pytest.mark.parametrize(

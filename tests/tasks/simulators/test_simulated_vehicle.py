@@ -29,7 +29,7 @@ Command Timeout = 0
 Enabled = Never
 """
 LENGTH = 20.0
-ABOUT_LOGS = imc.EntityInfo | imc.LoggingControl
+ABOUT_LOGS = imc.Announce | imc.EntityInfo | imc.LoggingControl
 START = 1_767_225_600_000_000_000  # ns
 
 
