@@ -84,7 +84,6 @@ class Vehicle:
         self.closing = False
         self.stopped = False
         self.daemon = self.add(Daemon, "Daemon")
-        self.bus.on_own = self._meet_twin
         if fleet is not None:
             fleet.join(self)
 
@@ -234,16 +233,6 @@ class Vehicle:
     def _soon(self, function: Callable[[Task], object], task: Task, delay: float = 0.0) -> None:
         """Call `function(task)` after a delay; an exception counts as one of the task."""
         self.kernel.after(delay, function, task).owner = task
-
-    def _meet_twin(self, message: imc.Message) -> None:
-        """Warn, once, that another process publishes as an entity of this vehicle."""
-        entity = self.entities.by_id(message.src_ent)
-        if entity is not None and entity is not self.daemon.entity:
-            self.bus.on_own = lambda _: None
-            self.daemon.log.warning(
-                f"another process publishes as {entity.label} of {self.name}: is the vehicle running twice? "
-                "Give one of them another name (-V), or another bus"
-            )
 
     def _started(self) -> None:
         self._starting = False
