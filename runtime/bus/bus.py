@@ -70,7 +70,9 @@ class Bus:
     All that is delivered has been through the codec: a receiver here gets the same values as one elsewhere.
     Frames are not messages: they are shared between the tasks of this process and go nowhere else.
     What other processes send waits in `inbox`, and gets at most half of the time of a wall clock.
-    Counted: `delivered`; of the packets from other processes `malformed`, and `inbox.dropped` if they arrive too fast.
+    `admit` says of each message of this vehicle that another process has sent whether to take it.
+    Counted: `delivered`; of the packets from other processes `malformed`, `refused` by `admit`, and `inbox.dropped` if they
+    arrive too fast.
     """
 
     def __init__(self, kernel: Kernel, system: int):
@@ -78,7 +80,8 @@ class Bus:
         self.system = system
         self.delivered = 0
         self.instruments: list[BusInstrument] = []
-        self.malformed = 0
+        self.malformed = self.refused = 0
+        self.admit: Callable[[imc.Message], bool] = lambda _: True
         self.inbox = Inbox()
         self._subscriptions: list[Subscription] = []
         self._routes: dict[type, tuple[Subscription, ...]] = {}
@@ -200,6 +203,9 @@ class Bus:
             self.malformed += 1
             if self.malformed == 1:
                 logger.warning("malformed packet from another process: %s; further ones are only counted", error)
+            return
+        if message.src == self.system and not self.admit(message):
+            self.refused += 1
             return
         self._deliver(message, packet, None)
 
