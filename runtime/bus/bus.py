@@ -71,8 +71,8 @@ class Bus:
     Frames are not messages: they are shared between the tasks of this process and go nowhere else.
     What other processes send waits in `inbox`, and gets at most half of the time of a wall clock.
     `admit` says of each message of this vehicle that another process has sent whether to take it.
-    Counted: `delivered`; of the packets from other processes `malformed`, `refused` by `admit`, and `inbox.dropped` if they
-    arrive too fast.
+    Counted: `delivered`; of the packets from other processes `malformed`, `refused` by `admit`, and `inbox.dropped` if
+    they arrive too fast.
     """
 
     def __init__(self, kernel: Kernel, system: int):

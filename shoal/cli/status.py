@@ -82,7 +82,7 @@ class Status:
     def summary(self) -> str:
         """One line about the run and, without a panel, one for each entity that ended in trouble."""
         real, passed = time.monotonic() - self._began[0], self.now - self._began[1]
-        parts = [f"{passed:.1f} s of vehicle time in {real:.1f} s", f"{self.vehicle.bus.delivered} messages"]
+        parts = [f"{passed:.1f} s of vehicle time in {real:.1f} s", self._messages()]
         if self.detections:
             parts.append(f"{self.detections} MUG detections")
         if self.folder:
@@ -93,7 +93,7 @@ class Status:
     def _tick(self) -> None:
         if self._live is None and time.monotonic() >= self._next_line:
             self._next_line += LINE_PERIOD
-            words = [self._position(), *self._entities().plain.split("\n"), f"{self.vehicle.bus.delivered} messages"]
+            words = [self._position(), *self._entities().plain.split("\n"), self._messages()]
             self._print(Text(f"{_clock(self.now)} STATUS  {', '.join(words)}"))
         elif self._live is not None and time.monotonic() - self._counted[1] >= REFRESH:
             self._refresh()
@@ -124,7 +124,7 @@ class Status:
         table.add_row("entities", self._entities())
         if self.detections:
             table.add_row("detections", f"{self.detections}   {self.mug}")
-        table.add_row("messages", f"{self.vehicle.bus.delivered}   {self._rate:.0f} per second of vehicle time")
+        table.add_row("messages", f"{self._messages()}   {self._rate:.0f} per second of vehicle time")
         table.add_row("log", Text(printable(self.folder) or "-"))
         return Panel(
             table,
@@ -134,6 +134,10 @@ class Status:
             subtitle_align="right",
             width=max(self._console.width - ECHO, ECHO),
         )
+
+    def _messages(self) -> str:
+        dropped = self.vehicle.bus.inbox.dropped.total()
+        return f"{self.vehicle.bus.delivered} messages" + (f", {dropped} of others dropped" if dropped else "")
 
     def _position(self) -> str:
         state = self.state
