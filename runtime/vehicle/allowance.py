@@ -5,13 +5,13 @@ from collections import Counter
 RATE, BURST = 200.0, 400.0  # replies to one asker: per second, at once
 RATE_OF_ALL, BURST_OF_ALL = 400.0, 1200.0
 MOST_ASKERS = 64
-ALL = -1
+ALL = 0xFFFF
 
 
 class Allowance:
     """Counts replies by asker (IMC id); `refused` are the requests that got none.
 
-    Askers share an allowance, too, because anybody can ask in many names.
+    Askers share an allowance (ALL), too, because anybody can ask in many names.
     """
 
     def __init__(self) -> None:

@@ -7,6 +7,7 @@ from runtime.vehicle.parameter_service import ParameterService
 ANY_ENTITY = 0xFF
 REPORT_PERIOD = 10.0  # s
 MOST_NAMED = 5
+FURTHER = 0xFFFF  # stands for the systems that are not counted by name
 
 
 class Daemon(ParameterService):
@@ -20,6 +21,10 @@ class Daemon(ParameterService):
     def start(self) -> None:
         self.set_entity_state(imc.EntityState.State.NORMAL, "active")
 
+    def stop(self) -> None:
+        self._tell_next = 0.0
+        self._report_excess()
+
     @periodic(1.0)
     def beat(self) -> None:
         """Once a second: Heartbeat, and the state of each entity that has one."""
@@ -32,7 +37,7 @@ class Daemon(ParameterService):
     def _report_excess(self) -> None:
         """Log who sends or asks too much, at most once in REPORT_PERIOD."""
         counts = {
-            f"{kind} from {self.vehicle.systems.name(source)}": number
+            f"{kind} from {self.vehicle.systems.name(source) if 0 <= source < FURTHER else 'further systems'}": number
             for kind, found in (("packets", self.vehicle.bus.inbox.dropped), ("requests", self.allowance.refused))
             for source, number in found.copy().items()
         }

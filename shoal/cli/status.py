@@ -20,6 +20,7 @@ from runtime.vehicle import Vehicle
 
 REFRESH = 0.25  # s of real time between updates of the panel
 LINE_PERIOD = 10.0  # s of real time between status lines in a pipe
+MOST_TEXTS = 10  # of other systems, shown in one second; the log has all
 TROUBLE = (State.FAULT, State.ERROR, State.FAILURE)
 ECHO = 4  # columns; a terminal writes ^C at the end of the panel's last line, which must not wrap
 LEVELS: dict[int, tuple[str, str]] = {
@@ -47,6 +48,7 @@ class Status:
         self._console = Console(highlight=False, soft_wrap=True)
         self._live: Live | None = None
         self._left = False
+        self._texts = (0, 0)
         self._rate = 0.0
         self._speed = 1.0
         self._began = (time.monotonic(), vehicle.kernel.clock.read() / 1e9)
@@ -193,6 +195,11 @@ class Status:
             self.plan = f"plan {state.plan_id}, maneuver {state.man_id}{progress}" if flying else ""
 
     def _write(self, entry: imc.LogBookEntry) -> None:
+        if entry.src != self.vehicle.system:
+            second = int(self.now)
+            self._texts = (second, self._texts[1] + 1 if self._texts[0] == second else 1)
+            if self._texts[1] > MOST_TEXTS:
+                return
         level, style = LEVELS.get(entry.type, ("INFO", ""))
         source = "" if entry.src == self.vehicle.system else f"{self.vehicle.systems.name(entry.src)} "
         line = printable(f"{_clock(entry.timestamp)} {level:<7} [{source}{entry.context}] {entry.text}")
