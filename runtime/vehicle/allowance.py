@@ -24,7 +24,8 @@ class Allowance:
         everybody = self._balance(ALL, now, RATE_OF_ALL, BURST_OF_ALL)
         granted = min(own, everybody) >= min(replies, BURST)
         if granted:
-            own, everybody = own - replies, everybody - replies
+            taken = min(replies, BURST)
+            own, everybody = own - taken, everybody - taken
         else:
             self.refused[asker if asker in self.refused or len(self.refused) < MOST_ASKERS else ALL] += 1
         if asker not in self._left and len(self._left) > MOST_ASKERS:
