@@ -1,15 +1,16 @@
 """Delivers each published message to the subscribers of its type, in order of publication, never re-entrantly."""
 
 import logging
-from collections import deque
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import imc
+from runtime.bus.inbox import Inbox
 from runtime.kernel import Kernel, owner_of
 
-MOST_WAITING = 8192  # packets from other processes that wait while the kernel is busy
+AT_ONCE = 8  # packets from other processes taken at a time; then the vehicle's own timers come first
 
 logger = logging.getLogger("shoal.bus")
 
@@ -66,21 +67,22 @@ class Bus:
     """The in-process bus of one vehicle, whose IMC id is `system`.
 
     Until `resume` it keeps what is published, so that no task misses what others publish while they start.
-    `on_own` is called with each message of this vehicle that another process has sent.
     All that is delivered has been through the codec: a receiver here gets the same values as one elsewhere.
     Frames are not messages: they are shared between the tasks of this process and go nowhere else.
-    Counted: `delivered`; of the packets from other processes `malformed`, and `overrun` if they arrive too fast.
+    What other processes send waits in `inbox`, and gets at most half of the time of a wall clock.
+    `admit` says of each message of this vehicle that another process has sent whether to take it.
+    Counted: `delivered`; of the packets from other processes `malformed`, `refused` by `admit`, and `inbox.dropped` if
+    they arrive too fast.
     """
 
     def __init__(self, kernel: Kernel, system: int):
         self.kernel = kernel
         self.system = system
         self.delivered = 0
-        self.on_own: Callable[[imc.Message], None] = lambda _: None
         self.instruments: list[BusInstrument] = []
-        self.malformed = 0
-        self.overrun = 0
-        self._waiting: deque[bytes] = deque()
+        self.malformed = self.refused = 0
+        self.admit: Callable[[imc.Message], bool] = lambda _: True
+        self.inbox = Inbox()
         self._subscriptions: list[Subscription] = []
         self._routes: dict[type, tuple[Subscription, ...]] = {}
         self._transports: list[Transport] = []
@@ -169,16 +171,29 @@ class Bus:
 
     def _take(self, packet: bytes) -> None:
         """Queue a packet for the kernel's thread; called from any other thread."""
-        if len(self._waiting) < MOST_WAITING:
-            self._waiting.append(packet)
-            self.kernel.post(self._receive)
-            return
-        self.overrun += 1
-        if self.overrun == 1:
-            logger.warning("packets from other processes arrive too fast; some are dropped and counted")
+        if self.inbox.put(packet):
+            self.kernel.post(self._serve)
 
-    def _receive(self) -> None:
-        packet = self._waiting.popleft()
+    def _serve(self) -> None:
+        """Take some packets; take more after what they cause, the vehicle's timers, and as long a pause."""
+        virtual = self.kernel.virtual
+        began = time.perf_counter()
+        for _ in range(len(self.inbox) if virtual else AT_ONCE):
+            packet = self.inbox.take()
+            if packet is None:
+                break
+            self._receive(packet)
+        self.kernel.soon(self._go_on, began)
+
+    def _go_on(self, began: float) -> None:
+        if not self.inbox.rest():
+            return
+        if self.kernel.virtual:
+            self.kernel.post(self._serve)
+        else:
+            self.kernel.after((time.perf_counter() - began) * self.kernel.clock.speed, self._serve)
+
+    def _receive(self, packet: bytes) -> None:
         if not self._transports:
             return
         try:
@@ -189,8 +204,9 @@ class Bus:
             if self.malformed == 1:
                 logger.warning("malformed packet from another process: %s; further ones are only counted", error)
             return
-        if message.src == self.system:
-            self.on_own(message)
+        if message.src == self.system and not self.admit(message):
+            self.refused += 1
+            return
         self._deliver(message, packet, None)
 
     def _deliver(self, message: imc.Message, packet: bytes, origin: object) -> None:

@@ -131,13 +131,22 @@ def _labels(profile: Profile) -> Iterator[str]:
 def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
     """Attach the vehicle's bus to zenoh, with the options in section [Zenoh] of its profile.
 
-    Raises ProfileError for the section, ConnectionError if zenoh cannot be joined, ModuleNotFoundError without zenoh.
+    Raises ProfileError for the section, ConnectionError if zenoh cannot be joined or a vehicle of this name is already
+    on the network, ModuleNotFoundError without zenoh.
     """
-    from runtime.zenoh import ZenohConfig, ZenohTransport
+    from runtime.zenoh import Part, ZenohConfig, ZenohTransport
 
+    here = sum(1 << entity.id for entity in vehicle.entities if entity is not vehicle.daemon.entity)
     try:
         config = ZenohConfig.from_options(profile.options("Zenoh"), profile.path.parent)
-        vehicle.bus.attach(ZenohTransport(config, vehicle.systems.name, vehicle.entities.label))
+        transport = ZenohTransport(
+            config,
+            vehicle.systems.name,
+            vehicle.entities.label,
+            part=Part(vehicle.name, vehicle.system, here),
+            tell=lambda words: vehicle.kernel.post(vehicle.daemon.log.warning, words),
+        )
+        vehicle.bus.attach(transport)
     except ValueError as error:
         section = profile.config.sections.get("Zenoh")
         origin = section.origin if section else Origin(str(profile.path))

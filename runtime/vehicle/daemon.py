@@ -5,13 +5,25 @@ from runtime.task import consume, periodic
 from runtime.vehicle.parameter_service import ParameterService
 
 ANY_ENTITY = 0xFF
+REPORT_PERIOD = 10.0  # s
+MOST_NAMED = 5
+FURTHER = 0xFFFF  # stands for the systems that are not counted by name
 
 
 class Daemon(ParameterService):
     """Entity 0 of every vehicle: publishes its heartbeat, its entities and their states."""
 
+    def configure(self) -> None:
+        super().configure()
+        self._told: dict[str, int] = {}
+        self._tell_next = 0.0
+
     def start(self) -> None:
         self.set_entity_state(imc.EntityState.State.NORMAL, "active")
+
+    def stop(self) -> None:
+        self._tell_next = 0.0
+        self._report_excess()
 
     @periodic(1.0)
     def beat(self) -> None:
@@ -20,21 +32,39 @@ class Daemon(ParameterService):
         for entity in self.vehicle.entities:
             if entity.stateful:
                 self.publish(imc.EntityState(state=entity.state, description=entity.description), entity=entity)
+        self._report_excess()
+
+    def _report_excess(self) -> None:
+        """Log who sends or asks too much, at most once in REPORT_PERIOD."""
+        counts = {
+            f"{kind} from {self.vehicle.systems.name(source) if 0 <= source < FURTHER else 'further systems'}": number
+            for kind, found in (("packets", self.vehicle.bus.inbox.dropped), ("requests", self.allowance.refused))
+            for source, number in found.copy().items()
+        }
+        if counts == self._told or self.now < self._tell_next:
+            return
+        news = {source: number - self._told.get(source, 0) for source, number in counts.items()}
+        worst = sorted((source for source in news if news[source]), key=lambda source: -news[source])
+        self._told, self._tell_next = counts, self.now + REPORT_PERIOD
+        listed = ", ".join(f"{news[source]} {source}" for source in worst[:MOST_NAMED])
+        rest = f" and from {len(worst) - MOST_NAMED} more" if len(worst) > MOST_NAMED else ""
+        self.log.warning(f"dropped, more than this vehicle takes: {listed}{rest}")
 
     @consume(others=True)
     def tell_states(self, request: imc.QueryEntityState) -> None:
-        if self._for_us(request):
-            for entity in self.vehicle.entities:
-                if entity.stateful and request.dst_ent in (entity.id, ANY_ENTITY):
-                    report = imc.EntityState(state=entity.state, description=entity.description)
-                    self.reply(request, report, entity=entity)
+        asked = [e for e in self.vehicle.entities if e.stateful and request.dst_ent in (e.id, ANY_ENTITY)]
+        if asked and self._grants(request, len(asked)):
+            for entity in asked:
+                report = imc.EntityState(state=entity.state, description=entity.description)
+                self.reply(request, report, entity=entity)
 
     @consume(others=True)
     def introduce(self, request: imc.QueryEntityInfo) -> None:
         """Reply for one entity; a request for any is answered for all entities, to everybody."""
-        if not self._for_us(request):
+        asked = [entity for entity in self.vehicle.entities if request.dst_ent in (entity.id, ANY_ENTITY)]
+        if not asked or not self._grants(request, len(asked)):
             return
-        for entity in self.vehicle.entities:
+        for entity in asked:
             info = imc.EntityInfo(
                 id=entity.id,
                 label=entity.label,
@@ -44,12 +74,12 @@ class Daemon(ParameterService):
             )
             if request.dst_ent == entity.id:
                 self.reply(request, info, entity=entity)
-            elif request.dst_ent == ANY_ENTITY:
+            else:
                 self.publish(info, entity=entity)
 
     @consume(others=True)
     def list_entities(self, request: imc.EntityList) -> None:
-        if request.op == imc.EntityList.Op.QUERY and self._for_us(request):
+        if request.op == imc.EntityList.Op.QUERY and self._grants(request, 1):
             text = ";".join(f"{entity.label}={entity.id}" for entity in self.vehicle.entities)
             self.reply(request, imc.EntityList(op=imc.EntityList.Op.REPORT, list=text))
         elif request.op == imc.EntityList.Op.REPORT and request.src != self.system:
@@ -64,8 +94,11 @@ class Daemon(ParameterService):
 
     @consume(others=True)
     def tell_activation(self, request: imc.QueryEntityActivationState) -> None:
-        if self._for_us(request):
-            for name, activation in self.vehicle.activations.items():
-                task = self.vehicle.task(name)
-                if request.dst_ent in (task.entity.id, ANY_ENTITY):
-                    activation.publish()
+        asked = [
+            activation
+            for name, activation in self.vehicle.activations.items()
+            if request.dst_ent in (self.vehicle.task(name).entity.id, ANY_ENTITY)
+        ]
+        if asked and self._grants(request, len(asked)):
+            for activation in asked:
+                activation.publish()

@@ -7,6 +7,7 @@ import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime.profile import statement
 from runtime.task import Parameter, ParameterError, Task, consume
+from runtime.vehicle.allowance import Allowance
 
 if TYPE_CHECKING:
     from runtime.vehicle.vehicle import Vehicle
@@ -19,6 +20,9 @@ class ParameterService(Task):
     """Answers parameter requests for all tasks of the vehicle, each from the task's entity."""
 
     vehicle: "Vehicle"
+
+    def configure(self) -> None:
+        self.allowance = Allowance()
 
     @consume(others=True)
     def set_parameters(self, request: imc.SetEntityParameters) -> None:
@@ -94,10 +98,11 @@ class ParameterService(Task):
     @consume(others=True)
     def query_typed(self, request: imc.QueryTypedEntityParameters) -> None:
         """Reply with types, units and limits; an empty name asks every task."""
-        if request.op != imc.QueryTypedEntityParameters.Op.REQUEST or not self._for_us(request):
+        if request.op != imc.QueryTypedEntityParameters.Op.REQUEST:
             return
-        for task in self.vehicle.tasks:
-            if request.entity_name in ("", task.entity.label):
+        asked = [task for task in self.vehicle.tasks if request.entity_name in ("", task.entity.label)]
+        if self._grants(request, len(asked)):
+            for task in asked:
                 reply = imc.QueryTypedEntityParameters(
                     op=imc.QueryTypedEntityParameters.Op.REPLY,
                     request_id=request.request_id,
@@ -107,10 +112,15 @@ class ParameterService(Task):
                 self.reply(request, reply, entity=task.entity)
 
     def _addressed(self, request: imc.Message, label: str) -> Task | None:
-        return self.vehicle.find(label) if self.concerns(request) else None
+        task = self.vehicle.find(label) if self.concerns(request) else None
+        return task if task is not None and self._affords(request, 1) else None
 
-    def _for_us(self, request: imc.Message) -> bool:
-        return request.dst in (self.system, UNKNOWN_SYSTEM)
+    def _grants(self, request: imc.Message, replies: int) -> bool:
+        """Whether a request is for us, and its sender has not asked too much."""
+        return request.dst in (self.system, UNKNOWN_SYSTEM) and self._affords(request, replies)
+
+    def _affords(self, request: imc.Message, replies: int) -> bool:
+        return request.src == self.system or self.allowance.spend(request.src, replies, self.now)
 
     def _peer(self, request: imc.Message) -> str:
         return self.vehicle.systems.name(request.src)

@@ -86,7 +86,7 @@ class Vehicle:
         self.closing = False
         self.stopped = False
         self.daemon = self.add(Daemon, "Daemon")
-        self.bus.on_own = self._meet_twin
+        self.bus.admit = self._admit
         if fleet is not None:
             fleet.join(self)
 
@@ -237,15 +237,17 @@ class Vehicle:
         """Call `function(task)` after a delay; an exception counts as one of the task."""
         self.kernel.after(delay, function, task).owner = task
 
-    def _meet_twin(self, message: imc.Message) -> None:
-        """Warn, once, that another process publishes as an entity of this vehicle."""
+    def _admit(self, message: imc.Message) -> bool:
+        """Refuse what another process publishes as an entity that runs here, and warn once."""
         entity = self.entities.by_id(message.src_ent)
-        if entity is not None and entity is not self.daemon.entity:
-            self.bus.on_own = lambda _: None
+        if entity is None or entity is self.daemon.entity:
+            return True
+        if not self.bus.refused:
             self.daemon.log.warning(
-                f"another process publishes as {entity.label} of {self.name}: is the vehicle running twice? "
-                "Give one of them another name (-V), or another bus"
+                f"another process publishes as {entity.label} of {self.name}, and is not listened to: is the vehicle "
+                "running twice? Give one of them another name (-V), or another bus"
             )
+        return False
 
     def _started(self) -> None:
         self._starting = False

@@ -1,9 +1,11 @@
 """A transport that joins the buses of several processes."""
 
 from runtime.zenoh.config import ZenohConfig
+from runtime.zenoh.presence import Part
 from runtime.zenoh.transport import ZenohTransport
 
 __all__ = [
+    "Part",
     "ZenohConfig",
     "ZenohTransport",
 ]

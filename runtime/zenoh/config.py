@@ -7,19 +7,43 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
+from runtime.zenoh.scouting import LOOPBACK
+
 if TYPE_CHECKING:
     import zenoh
 
 Mode = Literal["peer", "router", "client"]
 
 LOCAL_PORT = 7447
-LOOPBACK = "127.0.0.1"
+SESSION_OFFSET = 53
+SESSIONS = 32
 
 _ENDPOINT = re.compile(r"(?:tcp|udp|tls|quic|ws)/[^\s/?#]+:\d{1,5}(?:[?#]\S*)?")
 _KEYWORDS = ("loopback", "none", "auto")
+_LOOPBACKS = ("loopback", "lo", LOOPBACK)
+_GROUP_ADDRESS = "224.0.0.224:7446"
 _ANY_PORT = re.compile(r":0(?:[?#]|$)")
 _GROUP = re.compile(r"[\w.:\[\]]+:\d{1,5}")
 _PLACE_IN_SOURCE = re.compile(r" at \S+\.rs:\d+\.?")
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """The configuration of one session, and what belongs to it.
+
+    role: "peer", "router" or "client".
+    session: the endpoint where this session listens for others of the computer, "" for none.
+    fixed: endpoints that the processes of the computer share, for a MeetingPoint; they are not in `config`.
+    group: multicast group and port of the programs of this computer to be told of the session, "" for none.
+    exposed: what others can reach without a certificate and access control.
+    """
+
+    config: "zenoh.Config"
+    role: str
+    session: str
+    fixed: list[str]
+    group: str
+    exposed: list[str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,12 +51,13 @@ class ZenohConfig:
     """How a process joins the bus; None means the value of the configuration file, else the default in brackets.
 
     mode: "peer", "router" or "client" ["peer"].
-    local_port: TCP port of 127.0.0.1 where the processes of a computer meet; 0 disables it.
+    local_port: TCP port of 127.0.0.1 for clients; 0 disables it. The sessions of a computer listen at the first free
+        ones of SESSIONS ports from SESSION_OFFSET after it, and each connects to all below its own.
     listen: further endpoints to listen at, such as "tls/0.0.0.0:7448" [none]. One process of a computer listens at the
         local port and at these; when it ends, another takes over.
     connect: further endpoints to connect and reconnect to [none].
-    scouting: where to find others by multicast: "loopback", "none", names of interfaces, or "auto" for all interfaces
-        ["loopback"].
+    scouting: whom to find by multicast: "loopback", only programs of this computer; "none"; or, with zenoh's own
+        scouting, whoever answers on these interfaces, "auto" for all ["loopback"].
     scouting_address: multicast group and port ["224.0.0.224:7446"].
     shared_memory: whether packets of 3 kB and more travel in shared memory, which takes 17 MB per process [False].
     config_file: a zenoh configuration (JSON5) for everything else: TLS, access control, rates per link.
@@ -66,8 +91,8 @@ class ZenohConfig:
             values[name.lower().replace(" ", "_")] = folder / value if isinstance(value, Path) else value
         return cls(**values)
 
-    def build(self) -> tuple["zenoh.Config", list[str]]:
-        """The zenoh configuration without its endpoints at fixed ports, and these endpoints, for a MeetingPoint.
+    def build(self, place: int = 0) -> Layout:
+        """How a session joins that takes the session port number `place`.
 
         Raises ValueError for an invalid configuration file.
         """
@@ -92,28 +117,67 @@ class ZenohConfig:
         mode = get("mode")
         listen = _list(self.listen, get("listen/endpoints"), mode)
         connect = _list(self.connect, get("connect/endpoints"), mode)
+        beyond = [endpoint for endpoint in (*listen, *connect) if not is_loopback(endpoint)]
+        session = ""
         if self.local_port and not (mode == "client" and connect):
-            meeting_point = f"tcp/{LOOPBACK}:{self.local_port}"
-            listen = [f"tcp/{LOOPBACK}:0", meeting_point, *listen]
-            connect = [meeting_point, *connect]
+            meeting_point = _here(self.local_port)
+            ports = [_here(self.local_port + SESSION_OFFSET + number) for number in range(place + 1)]
+            session = ports.pop() if mode != "client" else ""
+            listen = [meeting_point, *listen]
+            connect = [meeting_point, *(ports if mode != "client" else ()), *connect]
         fixed = [] if mode == "client" else [endpoint for endpoint in listen if not _ANY_PORT.search(endpoint)]
-        insert(config, "listen/endpoints", [] if mode == "client" else [e for e in listen if e not in fixed])
+        others = [] if mode == "client" else [e for e in listen if e not in fixed]
+        insert(config, "listen/endpoints", [session, *others] if session else others)
         insert(config, "connect/endpoints", connect)
         put("connect/retry", None, {"period_init_ms": 500, "period_max_ms": 1000, "period_increase_factor": 2})
 
-        interface = LOOPBACK if self.scouting == "loopback" else None if self.scouting == "none" else self.scouting
-        put("scouting/multicast/enabled", None if self.scouting is None else self.scouting != "none", True)
-        put("scouting/multicast/interface", interface, LOOPBACK)
-        put("scouting/multicast/address", self.scouting_address, "224.0.0.224:7446")
-        if get("scouting/multicast/interface") == LOOPBACK and get("scouting/multicast/enabled"):
-            # Scouting finds all processes of this computer; gossip would also connect to the peers they know elsewhere.
+        scouting = self.scouting
+        if scouting is None:
+            in_file = get("scouting/multicast/interface") or "loopback"
+            scouting = "none" if get("scouting/multicast/enabled") is False else in_file
+        by_zenoh = scouting not in ("none", *_LOOPBACKS)
+        group = self.scouting_address or get("scouting/multicast/address") or _GROUP_ADDRESS
+        insert(config, "scouting/multicast/enabled", by_zenoh)
+        insert(config, "scouting/multicast/address", group)
+        if by_zenoh:
+            insert(config, "scouting/multicast/interface", scouting)
+        else:
+            # Sessions of this computer are found at their ports; gossip would connect to all that these know elsewhere.
             put("scouting/gossip/autoconnect", None, [])
 
         put("transport/shared_memory/enabled", self.shared_memory, False)
         put("transport/link/tx/queue/size/data", None, 16)
         for limit in ("wait_before_drop", "max_wait_before_drop_fragments"):
             put(f"transport/link/tx/queue/congestion_control/drop/{limit}", None, 200)  # µs
-        return config, fixed
+        open_to = [f"scouts on {scouting}"] if by_zenoh else []
+        return Layout(
+            config=config,
+            role=mode,
+            session=session,
+            fixed=fixed,
+            group=group if session and scouting != "none" else "",
+            exposed=[] if _is_guarded(get, mode, beyond, by_zenoh) else [*beyond, *open_to],
+        )
+
+
+def _here(port: int) -> str:
+    return f"tcp/{LOOPBACK}:{port}"
+
+
+def is_loopback(endpoint: str) -> bool:
+    """Whether an endpoint can only be reached from this computer."""
+    protocol, _, rest = endpoint.partition("/")
+    host = re.split(r"[?#]", rest)[0].rpartition(":")[0].strip("[]")
+    return protocol.startswith("unix") or host in ("localhost", "::1") or host.startswith("127.")
+
+
+def _is_guarded(get: Callable[[str], Any], mode: str, beyond: Iterable[str], scouts: bool) -> bool:
+    """Whether only peers with a certificate get in, and these only as access control says."""
+    secured = all(endpoint.startswith(("tls/", "quic/")) for endpoint in beyond)
+    if scouts and not set(get("transport/link/protocols") or ["tcp"]) <= {"tls", "quic"}:
+        secured = False
+    mutual = mode == "client" or get("transport/link/tls/enable_mtls") is True
+    return secured and mutual and (get("access_control/enabled") is True or mode == "client")
 
 
 def explain(error: Exception) -> str:
@@ -144,8 +208,9 @@ def _one_of(choices: Iterable[str]) -> Callable[[str], str]:
 
 
 def _port(text: str) -> int:
-    if not (text.isascii() and text.isdigit() and int(text) < 65536):
-        raise ValueError(f"{text!r} is not a port number")
+    last = 65535 - SESSION_OFFSET - SESSIONS
+    if not (text.isascii() and text.isdigit() and int(text) <= last):
+        raise ValueError(f"{text!r} is not a port number from 0 to {last}")
     return int(text)
 
 

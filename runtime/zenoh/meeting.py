@@ -22,7 +22,7 @@ class MeetingPoint:
     """Listens at the fixed endpoints of a configuration as soon as no other process does.
 
     It has its own zenoh sessions, because zenoh can neither start to listen in an open session, nor close a session
-    that waits for a port. They serve the clients that connect there; peers find the sessions of packets through them.
+    that waits for a port. They serve the clients that connect there.
     """
 
     def __init__(self, config: ZenohConfig) -> None:
@@ -34,7 +34,7 @@ class MeetingPoint:
 
     def open(self) -> None:
         """Listen at the free endpoints. Raises ConnectionError if zenoh cannot, for example without a certificate."""
-        self._wanted = self._config.build()[1]
+        self._wanted = self._config.build().fixed
         self._listen()
         if self._wanted:
             self._thread.start()
@@ -60,7 +60,7 @@ class MeetingPoint:
         free = [endpoint for endpoint in self._wanted if not is_held(endpoint)]
         if not free:
             return
-        config, _ = self._config.build()
+        config = self._config.build().config
         insert(config, "id", None)  # an id in the configuration file is that of the session of packets
         insert(config, "listen/endpoints", free)
         insert(config, "connect/endpoints", [])

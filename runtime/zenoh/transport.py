@@ -6,75 +6,32 @@ import threading
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
-from urllib.parse import quote
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import LARGEST_PACKET
-from runtime.zenoh.config import ZenohConfig, explain
-from runtime.zenoh.meeting import MeetingPoint
+from runtime.zenoh.config import SESSIONS, Layout, ZenohConfig, explain
+from runtime.zenoh.faults import FaultCounter
+from runtime.zenoh.keys import PREFIX, key
+from runtime.zenoh.meeting import MeetingPoint, is_held
+from runtime.zenoh.presence import Part, Presence
+from runtime.zenoh.scouting import Scout, hello
 
 if TYPE_CHECKING:
     import zenoh
 
-PREFIX = "imc"
 ENCODING = "application/octet-stream;imc/5.4.31"
 SUBSCRIPTIONS = (f"{PREFIX}/**", f"{PREFIX}/*/@cmd/**")  # ** does not match chunks that begin with @
 URGENT = frozenset({"Abort"})
-LONGEST_CHUNK = 255
 
 RING = 4096
 MOST_PUBLISHERS = 4096
 MOST_NUMBERS = 65536
 CLOSING_TIME = 2.0  # s
-REPORT_PERIOD = 10.0  # s
+AT_ONCE = 64  # packets taken at a time, then a pause: the other threads of this process come to their turn
+PAUSE = 0.002  # s
 
 logger = logging.getLogger("shoal.zenoh")
-
-
-def chunk(name: str) -> str:
-    """A name as one chunk of a key, at most 255 characters long.
-
-    Blanks become _, all characters except letters, digits and ._~- become %XX.
-    """
-    return quote("_".join(name.split()), safe="", errors="backslashreplace")[:LONGEST_CHUNK] or "_"
-
-
-def key(message: str, source: str, entity: str, destination: str = "") -> str:
-    """The key of a message (its abbreviation) from an entity (label or number) of a system.
-
-    A message for all systems is at imc/<source>/<message>/<entity>, one for the system `destination` at
-    imc/<destination>/@cmd/<message>/<source>.
-    """
-    if destination:
-        return f"{PREFIX}/{chunk(destination)}/@cmd/{chunk(message)}/{chunk(source)}"
-    return f"{PREFIX}/{chunk(source)}/{chunk(message)}/{chunk(entity)}"
-
-
-class FaultCounter:
-    """Counts one kind of fault; reports the first one, then at most once in REPORT_PERIOD seconds."""
-
-    def __init__(self, what: str) -> None:
-        self.total = 0
-        self._what = what
-        self._told = 0
-        self._next = 0.0
-        self._lock = threading.Lock()
-
-    def count(self, detail: object, number: int = 1) -> None:
-        with self._lock:
-            self.total += number
-            now = time.monotonic()
-            if now < self._next:
-                return
-            self._next = now + REPORT_PERIOD
-        self.tell(detail)
-
-    def tell(self, detail: object = "") -> None:
-        """Report what has not been reported yet."""
-        if self.total > self._told:
-            logger.warning("%d packets %s%s", self.total - self._told, self._what, f"; {detail}" if detail else "")
-            self._told = self.total
 
 
 class _Publisher:
@@ -98,39 +55,69 @@ class ZenohTransport:
     """A Transport between all processes of a bus, in whatever order they start.
 
     `system_name(id)` and `entity_label(system, entity)` give the names in keys; the number replaces an empty label.
+    `part` is what of a vehicle runs here: another process that runs the same is refused, and packets in the name of the
+    vehicle are taken only from processes that run its other parts. `tell` gets warnings, from any thread.
     Counted: `lost`, packets of Shoal processes that did not arrive here (full queue, broken link); `oversize`, payloads
-    larger than any packet; `unsent`, packets that zenoh refused.
+    larger than any packet; `strange`, packets in the name of the vehicle from elsewhere; `unsent`, packets that zenoh
+    refused.
     """
 
     def __init__(
-        self, config: ZenohConfig, system_name: Callable[[int], str], entity_label: Callable[[int, int], str]
+        self,
+        config: ZenohConfig,
+        system_name: Callable[[int], str],
+        entity_label: Callable[[int, int], str],
+        *,
+        part: Part | None = None,
+        tell: Callable[[str], None] = logger.warning,
     ) -> None:
         self.config = config
-        self.lost = FaultCounter("of other processes were lost on the way")
-        self.oversize = FaultCounter("were too large for a packet and were dropped")
-        self.unsent = FaultCounter("could not be sent")
+        self.lost = FaultCounter("of other processes were lost on the way", tell)
+        self.oversize = FaultCounter("were too large for a packet and were dropped", tell)
+        self.strange = FaultCounter("in the name of this vehicle, but not of a process of it, were dropped", tell)
+        self.unsent = FaultCounter("could not be sent", tell)
+        self._part = part
+        self._tell = tell
         self._system_name = system_name
         self._entity_label = entity_label
         self._session: zenoh.Session | None = None
         self._meeting_point = MeetingPoint(config)
+        self._presence: Presence | None = None
+        self._scout: Scout | None = None
         self._listeners: list[tuple[zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]], threading.Thread]] = []
         self._publishers: dict[tuple[str, ...], _Publisher] = {}
         self._numbers: dict[tuple[zenoh.ZenohId, int], int] = {}
 
     def open(self, receive: Callable[[bytes], None]) -> None:
-        """Join the bus; waits up to half a second for others.
+        """Join the bus; waits up to a second for others.
 
-        Raises ConnectionError if it cannot listen or, as a client, finds no router; ValueError for an invalid
-        configuration file; ModuleNotFoundError without zenoh.
+        Raises ConnectionError if it cannot listen or, as a client, finds no router, or if the part already runs;
+        ValueError for an invalid configuration file; ModuleNotFoundError without zenoh.
         """
         import zenoh
 
         self._meeting_point.open()
         try:
-            self._session = session = zenoh.open(self.config.build()[0])
-        except zenoh.ZError as error:
+            self._session, layout = self._enter()
+        except ConnectionError:
             self._meeting_point.close()
-            raise ConnectionError(f"zenoh: {explain(error)}") from None
+            raise
+        session = self._session
+        try:
+            if self._part is not None:
+                self._presence = Presence(session, self._part, self._tell)
+                self._presence.confirm()
+        except ConnectionError:
+            self.close()
+            raise
+        for endpoint in layout.exposed:
+            self._tell(
+                f"zenoh: {endpoint} is open to others without certificates (mTLS) and access control: "
+                "whoever reaches it hears and commands this vehicle; see docs/zenoh.md"
+            )
+        if layout.group:
+            self._scout = Scout(layout.group, hello(str(session.info.zid()), layout.role, [layout.session]))
+            self._scout.open()
         atexit.register(self._abandon)  # an interpreter that ends while threads wait in zenoh aborts
         # Telemetry and commands have a ring and a thread each, so that a flood of telemetry does not displace commands.
         for expression in SUBSCRIPTIONS:
@@ -170,11 +157,30 @@ class ZenohTransport:
         closing.join(CLOSING_TIME)
         if closing.is_alive():
             logger.warning("zenoh did not close within %g s; not waiting for it", CLOSING_TIME)
-        for tally in (self.lost, self.oversize, self.unsent):
-            tally.tell()
+        for tally in (self.lost, self.oversize, self.strange, self.unsent):
+            tally.tell(report=logger.warning)  # the vehicle's log book has ended
+
+    def _enter(self) -> tuple["zenoh.Session", Layout]:
+        """A session at the first free of the ports where the sessions of this computer listen."""
+        import zenoh
+
+        for place in range(SESSIONS):
+            layout = self.config.build(place)
+            if layout.session and is_held(layout.session):
+                continue
+            try:
+                return zenoh.open(layout.config), layout
+            except zenoh.ZError as error:
+                if not (layout.session and is_held(layout.session)):
+                    raise ConnectionError(f"zenoh: {explain(error)}") from None
+        raise ConnectionError(f"zenoh: all {SESSIONS} ports for the processes of this computer are in use")
 
     def _leave(self, session: "zenoh.Session") -> None:
         """Close the subscribers first: a session that closes before them may wait for them forever."""
+        if self._scout is not None:
+            self._scout.close()
+        if self._presence is not None:
+            self._presence.close()
         for subscriber, thread in self._listeners:
             cast(Any, subscriber).undeclare()
             thread.join(CLOSING_TIME / 4)
@@ -211,14 +217,19 @@ class ZenohTransport:
                 sample = ring.recv()
             except zenoh.ZError:
                 return
+            taken = 0
             while sample is not None:
                 if self._session is None:
                     return
                 self._arrive(sample, receive)
+                taken += 1
+                if taken % AT_ONCE == 0:
+                    time.sleep(PAUSE)
                 sample = ring.try_recv()
 
     def _arrive(self, sample: "zenoh.Sample", receive: Callable[[bytes], None]) -> None:
-        if (source := sample.source_info) is not None:
+        source = sample.source_info
+        if source is not None:
             publisher = source.source_id.zid, source.source_id.eid
             number, last = source.source_sn, self._numbers.get(publisher)
             ahead = 1 if last is None else (number - last) & 0xFFFFFFFF
@@ -231,5 +242,18 @@ class ZenohTransport:
             self._numbers[publisher] = number
         if len(sample.payload) > LARGEST_PACKET:
             self.oversize.count(f"last: {len(sample.payload)} bytes at {sample.key_expr}")
-        else:
-            receive(sample.payload.to_bytes())
+            return
+        packet = sample.payload.to_bytes()
+        if self._part is not None and _source(packet) == self._part.system and not self._is_sibling(source):
+            self.strange.count(f"last at {sample.key_expr}")
+            return
+        receive(packet)
+
+    def _is_sibling(self, source: "zenoh.SourceInfo | None") -> bool:
+        siblings = self._presence.siblings if self._presence is not None else frozenset[str]()
+        return source is not None and bool(siblings) and str(source.source_id.zid) in siblings
+
+
+def _source(packet: bytes) -> int:
+    """The system in the header of a packet."""
+    return int.from_bytes(packet[14:16], "little" if packet[:1] == b"\x54" else "big")

@@ -20,6 +20,7 @@ from runtime.vehicle import Vehicle
 
 REFRESH = 0.25  # s of real time between updates of the panel
 LINE_PERIOD = 10.0  # s of real time between status lines in a pipe
+MOST_TEXTS = 10  # of other systems, shown in one second; the log has all
 TROUBLE = (State.FAULT, State.ERROR, State.FAILURE)
 ECHO = 4  # columns; a terminal writes ^C at the end of the panel's last line, which must not wrap
 LEVELS: dict[int, tuple[str, str]] = {
@@ -47,6 +48,7 @@ class Status:
         self._console = Console(highlight=False, soft_wrap=True)
         self._live: Live | None = None
         self._left = False
+        self._texts = (0, 0)
         self._rate = 0.0
         self._speed = 1.0
         self._began = (time.monotonic(), vehicle.kernel.clock.read() / 1e9)
@@ -82,7 +84,7 @@ class Status:
     def summary(self) -> str:
         """One line about the run and, without a panel, one for each entity that ended in trouble."""
         real, passed = time.monotonic() - self._began[0], self.now - self._began[1]
-        parts = [f"{passed:.1f} s of vehicle time in {real:.1f} s", f"{self.vehicle.bus.delivered} messages"]
+        parts = [f"{passed:.1f} s of vehicle time in {real:.1f} s", self._messages()]
         if self.detections:
             parts.append(f"{self.detections} MUG detections")
         if self.folder:
@@ -93,7 +95,7 @@ class Status:
     def _tick(self) -> None:
         if self._live is None and time.monotonic() >= self._next_line:
             self._next_line += LINE_PERIOD
-            words = [self._position(), *self._entities().plain.split("\n"), f"{self.vehicle.bus.delivered} messages"]
+            words = [self._position(), *self._entities().plain.split("\n"), self._messages()]
             self._print(Text(f"{_clock(self.now)} STATUS  {', '.join(words)}"))
         elif self._live is not None and time.monotonic() - self._counted[1] >= REFRESH:
             self._refresh()
@@ -124,7 +126,7 @@ class Status:
         table.add_row("entities", self._entities())
         if self.detections:
             table.add_row("detections", f"{self.detections}   {self.mug}")
-        table.add_row("messages", f"{self.vehicle.bus.delivered}   {self._rate:.0f} per second of vehicle time")
+        table.add_row("messages", f"{self._messages()}   {self._rate:.0f} per second of vehicle time")
         table.add_row("log", Text(printable(self.folder) or "-"))
         return Panel(
             table,
@@ -134,6 +136,10 @@ class Status:
             subtitle_align="right",
             width=max(self._console.width - ECHO, ECHO),
         )
+
+    def _messages(self) -> str:
+        dropped = self.vehicle.bus.inbox.dropped.total()
+        return f"{self.vehicle.bus.delivered} messages" + (f", {dropped} of others dropped" if dropped else "")
 
     def _position(self) -> str:
         state = self.state
@@ -189,6 +195,11 @@ class Status:
             self.plan = f"plan {state.plan_id}, maneuver {state.man_id}{progress}" if flying else ""
 
     def _write(self, entry: imc.LogBookEntry) -> None:
+        if entry.src != self.vehicle.system:
+            second = int(self.now)
+            self._texts = (second, self._texts[1] + 1 if self._texts[0] == second else 1)
+            if self._texts[1] > MOST_TEXTS:
+                return
         level, style = LEVELS.get(entry.type, ("INFO", ""))
         source = "" if entry.src == self.vehicle.system else f"{self.vehicle.systems.name(entry.src)} "
         line = printable(f"{_clock(entry.timestamp)} {level:<7} [{source}{entry.context}] {entry.text}")

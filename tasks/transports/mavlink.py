@@ -11,12 +11,13 @@ from runtime.task import ParameterError
 from tasks.transports.mavlink_protocol.links import Link, parse_route
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 from tasks.transports.mavlink_protocol.services import serve
-from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, SOON, Session, addressed
+from tasks.transports.mavlink_protocol.session import DATAGRAMS_PER_SECOND, HEARTBEAT_PERIOD, SOON, Session, addressed
 from tasks.transports.mavlink_protocol.system import HOLD_PLAN, MavlinkSystem
 
 LINKS = ["udpout:127.0.0.1:14550:ardupilot", "udpout:127.0.0.1:14540:px4", "udpin:127.0.0.1:14551:ardupilot"]
 SYSTEMS = 250
 SET_TIMEOUT = 0.25
+EXCESS_PERIOD = 10.0  # s
 DETECTION_PERIOD = 5.0
 DETECTIONS = 64
 TWINS = 16
@@ -68,6 +69,7 @@ class MAVLink(Task):
     def start(self) -> None:
         self.open_links: list[Link] = []
         self.counts: Counter[str] = Counter()
+        self.excess_due = 0.0
         self.closed: dict[str, str] = dict.fromkeys(self.links, "")
         self.asked: dict[str, Timer] = {}
         self.detected: dict[int, float] = {}
@@ -103,6 +105,10 @@ class MAVLink(Task):
         self.autopilot.forget_old(self.now)
         for link in self.open_links:
             link.forget_silent(self.now - self.peer_timeout)
+        if self.now >= self.excess_due and any(link.dropped for link in self.open_links):
+            self.excess_due = self.now + EXCESS_PERIOD
+            excess = ", ".join(words for link in self.open_links if (words := link.excess()))
+            self.log.warning(f"datagrams dropped, a station may send {DATAGRAMS_PER_SECOND:g} per second: {excess}")
         for words, trouble in list(self.closed.items()):
             self.open(words, trouble)
         troubles = [trouble for trouble in self.closed.values() if trouble]
@@ -125,6 +131,8 @@ class MAVLink(Task):
             return
         del self.closed[words]
         self.open_links.append(link)
+        if not link.route.is_local:
+            self.log.warning(f"{words}: MAVLink is not signed here; whoever reaches this link commands the vehicle")
         self.watch(link.socket, self.receive)
 
     def meet(self, flavour: Flavour, transmit: Callable[[bytes], object]) -> Session:
@@ -137,8 +145,7 @@ class MAVLink(Task):
         """Take what has arrived; count what is damaged, for other vehicles, or too much."""
         for link in self.open_links:
             for peer, datagram in link.datagrams():
-                known = link.sessions.get(peer)
-                if known is not None and not known.admit.take(self.now):
+                if not link.admits(peer, self.now):
                     self.counts["dropped"] += 1
                     continue
                 messages, damages = split(datagram, self.autopilot.dialect)

@@ -6,13 +6,15 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from mavlink import FLAVOURS, LONGEST_DATAGRAM, Flavour
+from mavlink import FLAVOURS, LONGEST_DATAGRAM, Flavour, text
 from runtime.problem import suggestion
-from tasks.transports.mavlink_protocol.session import Session
+from tasks.transports.mavlink_protocol.session import DATAGRAM_BURST, DATAGRAMS_PER_SECOND, Session
 
 Address = tuple[str, int]
 AT_ONCE = 32
 SCHEMES = ("udpout", "udpin")
+MOST_NAMED = 64
+OTHERS = ("others", 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +25,11 @@ class Route:
     listens: bool
     address: Address
     flavour: Flavour
+
+    @property
+    def is_local(self) -> bool:
+        """Whether only programs of this computer can use the link."""
+        return ipaddress.IPv4Address(self.address[0]).is_loopback
 
 
 def parse_route(text: str) -> Route:
@@ -48,8 +55,8 @@ def parse_route(text: str) -> Route:
 class Link:
     """An open link and the sessions on it; `meet(flavour, transmit)` makes a new one.
 
-    A link that listens has at most `peers` sessions. Frames that cannot be sent are counted in `counts`. Raises OSError
-    if the address cannot be used.
+    A link that listens has at most `peers` sessions. Frames that cannot be sent are counted in `counts`, datagrams of
+    those who send too many in `dropped`. Raises OSError if the address cannot be used.
     """
 
     def __init__(
@@ -62,6 +69,8 @@ class Link:
     ):
         self.route = route
         self.sessions: dict[Address, Session] = {}
+        self.dropped: Counter[Address] = Counter()
+        self._strangers = text.Tap(DATAGRAMS_PER_SECOND, DATAGRAM_BURST, 0.0)
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._meet = meet
         self._peers = peers
@@ -87,6 +96,22 @@ class Link:
             except OSError:
                 continue  # an earlier frame was refused: nobody listens there
             yield source, data
+
+    def admits(self, peer: Address, now: float) -> bool:
+        """Whether to read a datagram of a peer; all who have no session share one limit."""
+        session = self.sessions.get(peer)
+        if (session.admit if session is not None else self._strangers).take(now):
+            return True
+        self.dropped[peer if peer in self.dropped or len(self.dropped) < MOST_NAMED else OTHERS] += 1
+        return False
+
+    def excess(self) -> str:
+        """Who has sent too much since the last call, for people; empty if nobody."""
+        worst = self.dropped.most_common(3)
+        rest = len(self.dropped) - len(worst)
+        self.dropped.clear()
+        named = ", ".join(f"{number} of {host}:{port}" for (host, port), number in worst)
+        return named + (f" and those of {rest} more" if rest else "")
 
     def session(self, peer: Address) -> Session | None:
         """The session with a peer, a new one if needed; None if the link is full."""

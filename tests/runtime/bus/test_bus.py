@@ -98,16 +98,16 @@ def test_a_relayed_packet_keeps_its_header_and_loses_what_follows_it():
 
 
 def test_a_peer_that_is_faster_than_this_process_costs_packets_and_no_memory(bus, monkeypatch):
-    monkeypatch.setattr("runtime.bus.bus.MOST_WAITING", 100)
+    monkeypatch.setattr("runtime.bus.inbox.MOST_OF_ONE", 100)
     wire, heard = Wire(), []
     bus.attach(wire)
     bus.subscribe(Subscription(imc.Depth, heard.append))
     for number in range(250):
         wire.receive(depth(number)[1])
-    assert len(bus._waiting) == 100
+    assert len(bus.inbox) == 100
     bus.kernel.run()
     assert [message.value for message in heard] == list(range(100))
-    assert bus.overrun == 150
+    assert bus.inbox.dropped == {OWN: 150}
     wire.receive(depth(7.0)[1])
     bus.kernel.run()
     assert heard[-1].value == 7.0

@@ -480,6 +480,7 @@ def test_a_vehicle_that_runs_twice_on_one_bus_is_told_so_once():
         for entity in (0, vehicle.find("Pump").entity.id, vehicle.find("Pump").entity.id):
             wire.receive(imc.encode(imc.Temperature(src=0x1A, src_ent=entity, timestamp=script.now)))
             await script.sleep(0.1)
+        assert vehicle.bus.refused == 2, "only what claims to be of an entity that runs here"
 
     run = simulate(Pump, seconds=2.0, script=twin)
     assert len([text for text in run.log if "another process publishes as Pump" in text]) == 1

@@ -10,8 +10,8 @@ import zenoh
 import imc
 import runtime.zenoh.transport
 from runtime.zenoh import ZenohConfig, ZenohTransport
+from runtime.zenoh.keys import chunk, key
 from runtime.zenoh.meeting import is_held
-from runtime.zenoh.transport import chunk, key
 
 
 @pytest.mark.parametrize(
@@ -43,7 +43,7 @@ def test_keys_say_whose_message_it_is() -> None:
 def test_options_become_a_config() -> None:
     options = {
         "Mode": "Router",
-        "Local Port": "7500",
+        "Local Port": "7600",
         "Listen": "tls/0.0.0.0:7448, quic/[::]:7449#iface=eth0",
         "Connect": "tcp/10.0.10.1:7447",
         "Scouting": "eth0, wlan0",
@@ -53,7 +53,7 @@ def test_options_become_a_config() -> None:
     }
     assert ZenohConfig.from_options(options, Path("/etc/shoal")) == ZenohConfig(
         mode="router",
-        local_port=7500,
+        local_port=7600,
         listen=("tls/0.0.0.0:7448", "quic/[::]:7449#iface=eth0"),
         connect=("tcp/10.0.10.1:7447",),
         scouting="eth0,wlan0",
@@ -68,7 +68,7 @@ def test_options_become_a_config() -> None:
     ("name", "text"),
     [
         ("Mode", "boss"),
-        ("Local Port", "65536"),
+        ("Local Port", "65500"),
         ("Local Port", "-1"),
         ("Listen", "tcp/0.0.0.0"),
         ("Listen", "tcp/0.0.0.0:7447, what"),
@@ -85,23 +85,67 @@ def test_a_wrong_option_is_named(name: str, text: str) -> None:
 
 
 def built(config: ZenohConfig, name: str) -> Any:
-    return json.loads(config.build()[0].get_json(name))
+    return json.loads(config.build().config.get_json(name))
 
 
 def test_everything_stays_on_the_loopback_interface_by_default() -> None:
     config = ZenohConfig()
-    assert config.build()[1] == ["tcp/127.0.0.1:7447"]
+    assert config.build().fixed == ["tcp/127.0.0.1:7447"]
     assert built(config, "mode") == "peer"
-    assert built(config, "listen/endpoints") == ["tcp/127.0.0.1:0"]
+    assert built(config, "listen/endpoints") == ["tcp/127.0.0.1:7500"]
     assert built(config, "connect/endpoints") == ["tcp/127.0.0.1:7447"]
-    assert built(config, "scouting/multicast/interface") == "127.0.0.1"
+    assert built(config, "scouting/multicast/enabled") is False, "zenoh's own scouting listens at 0.0.0.0"
     assert built(config, "scouting/gossip/autoconnect") == []
     assert built(config, "transport/shared_memory/enabled") is False
+    assert config.build().group == "224.0.0.224:7446"
+    assert config.build().exposed == []
+
+
+def test_each_session_connects_to_those_at_the_ports_below_its_own() -> None:
+    layout = ZenohConfig(local_port=20000).build(2)
+    assert layout.session == "tcp/127.0.0.1:20055"
+    assert json.loads(layout.config.get_json("connect/endpoints")) == [
+        "tcp/127.0.0.1:20000",
+        "tcp/127.0.0.1:20053",
+        "tcp/127.0.0.1:20054",
+    ]
+
+
+MUTUAL = "{transport: {link: {tls: {enable_mtls: true}}}, access_control: {enabled: true}}"
+
+
+@pytest.mark.parametrize(
+    ("values", "file", "exposed"),
+    [
+        ({"listen": ("tcp/0.0.0.0:7448",)}, None, ["tcp/0.0.0.0:7448"]),
+        ({"connect": ("tcp/10.0.0.1:7448",)}, None, ["tcp/10.0.0.1:7448"]),
+        ({"listen": ("tls/0.0.0.0:7448",)}, None, ["tls/0.0.0.0:7448"]),
+        ({"listen": ("tls/0.0.0.0:7448",)}, MUTUAL, []),
+        ({"listen": ("tcp/0.0.0.0:7448",)}, MUTUAL, ["tcp/0.0.0.0:7448"]),
+        ({"listen": ("tcp/127.0.0.1:7448", "tcp/[::1]:7448")}, None, []),
+        ({"scouting": "auto"}, None, ["scouts on auto"]),
+        ({"scouting": "eth0"}, MUTUAL, ["scouts on eth0"]),
+        ({"scouting": "lo"}, None, []),
+        ({}, '{scouting: {multicast: {interface: "eth0"}}}', ["scouts on eth0"]),
+        ({}, '{listen: {endpoints: ["tcp/[::]:7448"]}}', ["tcp/[::]:7448"]),
+        ({}, "{scouting: {multicast: {enabled: true}}}", []),
+    ],
+)
+def test_what_others_can_reach_without_certificates_is_told(
+    tmp_path: Path, values: dict[str, Any], file: str | None, exposed: list[str]
+) -> None:
+    path = None if file is None else tmp_path / "net.json5"
+    if path is not None:
+        path.write_text(file or "")
+    layout = ZenohConfig(config_file=path, **values).build()
+    assert layout.exposed == exposed
+    by_zenoh = json.loads(layout.config.get_json("scouting/multicast/enabled"))
+    assert by_zenoh == any(word.startswith("scouts") for word in exposed)
 
 
 def test_a_client_listens_nowhere_and_connects_where_it_is_told() -> None:
     config = ZenohConfig(mode="client", connect=("tls/vehicle:7448",))
-    assert config.build()[1] == built(config, "listen/endpoints") == []
+    assert config.build().fixed == built(config, "listen/endpoints") == []
     assert built(config, "connect/endpoints") == ["tls/vehicle:7448"]
     assert built(ZenohConfig(mode="client"), "connect/endpoints") == ["tcp/127.0.0.1:7447"]
 
@@ -116,13 +160,13 @@ def test_options_win_over_the_file_and_the_file_over_the_defaults(tmp_path: Path
     }""")
     config = ZenohConfig(config_file=file)
     assert built(config, "mode") == "router"
-    assert config.build()[1] == ["tcp/127.0.0.1:7447", "tls/0.0.0.0:7448"]
+    assert config.build().fixed == ["tcp/127.0.0.1:7447", "tls/0.0.0.0:7448"]
     assert built(config, "scouting/multicast/enabled") is False
     assert built(config, "transport/link/tx/lease") == 3000
     config = ZenohConfig(config_file=file, mode="peer", scouting="loopback", local_port=0, listen=())
-    assert config.build()[1] == built(config, "connect/endpoints") == []
-    assert built(config, "scouting/multicast/enabled") is True
-    assert built(config, "scouting/multicast/interface") == "127.0.0.1"
+    assert config.build().fixed == built(config, "connect/endpoints") == []
+    assert built(config, "scouting/multicast/enabled") is False
+    assert config.build().group == "", "there is no session port to tell of"
 
 
 @pytest.mark.parametrize("content", ["{", '{mode: "boss"}', "{lisen: {}}", None])

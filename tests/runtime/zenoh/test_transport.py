@@ -5,9 +5,6 @@ import json
 import queue
 import signal
 import socket
-import subprocess
-import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -20,121 +17,7 @@ from runtime.bus import Bus, Subscription
 from runtime.kernel import SECOND, Kernel, WallClock
 from runtime.zenoh import ZenohConfig, ZenohTransport
 from tests.runtime.bus.transport_contract import FIRST, SECOND_, Link, TransportContract
-
-PEERS = Path(__file__).parent / "peers"
-REPOSITORY = Path(__file__).parents[3]
-PATIENCE = 20.0
-
-
-def free_port(kind: int = socket.SOCK_STREAM) -> int:
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
-class Process:
-    """A Python process that prints one JSON object per line; other lines are ignored."""
-
-    def __init__(self, *arguments: object) -> None:
-        command = [sys.executable, *map(str, arguments)]
-        pipe = subprocess.PIPE
-        self.popen = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True, cwd=REPOSITORY)
-        self.lines: queue.Queue[Any] = queue.Queue()
-        self.errors: list[str] = []
-        self.threads = [
-            threading.Thread(target=reader, daemon=True) for reader in (self._read_lines, self._read_errors)
-        ]
-        for thread in self.threads:
-            thread.start()
-
-    def _read_lines(self) -> None:
-        for line in self.popen.stdout or ():
-            if line.startswith("{"):
-                self.lines.put(json.loads(line))
-        self.lines.put(None)
-
-    def _read_errors(self) -> None:
-        self.errors.extend(self.popen.stderr or ())
-
-    def line(self) -> Any:
-        with contextlib.suppress(queue.Empty):
-            if (answer := self.lines.get(timeout=PATIENCE)) is not None:
-                return answer
-        raise AssertionError(f"no answer from {self.popen.args}: {''.join(self.errors)}")
-
-    def line_where(self, **wanted: object) -> Any:
-        """The next line with these values."""
-        deadline = time.monotonic() + PATIENCE
-        while not wanted.items() <= (answer := self.line()).items():
-            assert time.monotonic() < deadline, f"no {wanted}"
-        return answer
-
-    def ask(self, command: str) -> Any:
-        assert self.popen.stdin is not None
-        self.popen.stdin.write(command + "\n")
-        self.popen.stdin.flush()
-        return self.line()
-
-    def until(self, condition: Callable[[Any], bool], command: str = "status") -> Any:
-        deadline = time.monotonic() + PATIENCE
-        while not condition(status := self.ask(command)):
-            assert time.monotonic() < deadline, f"still {status}"
-            time.sleep(0.02)
-        return status
-
-    def hears(self, system: int, at_least: int = 1) -> Any:
-        """Wait for this many more messages of a system."""
-        before = count(self.ask("status"), system)
-        return self.until(lambda status: count(status, system) >= before + at_least)
-
-    def wait(self) -> int:
-        assert self.popen.stdin is not None
-        self.popen.stdin.close()
-        return self.popen.wait(PATIENCE)
-
-    def end(self) -> None:
-        with contextlib.suppress(OSError):
-            self.popen.kill()
-        self.popen.wait()
-        for thread in self.threads:
-            thread.join()
-        for pipe in (self.popen.stdin, self.popen.stdout, self.popen.stderr):
-            if pipe is not None:
-                with contextlib.suppress(OSError):
-                    pipe.close()
-
-
-def count(status: Any, system: int) -> int:
-    return status["heard"].get(str(system), [0])[0]
-
-
-class Network:
-    """A separate bus: a port to connect to and a scouting port that no other test uses."""
-
-    def __init__(self) -> None:
-        self.local_port = free_port()
-        self.scouting_port = free_port(socket.SOCK_DGRAM)
-        self.processes: list[Process] = []
-
-    def add(self, *arguments: object) -> Process:
-        process = Process(*arguments)
-        self.processes.append(process)
-        return process
-
-    def bus(self, system: int, *, scouting: bool = True) -> Process:
-        return self.add(PEERS / "bus.py", system, self.local_port, self.scouting_port if scouting else 0)
-
-    def plain(self, expression: str, mode: str) -> Process:
-        return self.add(PEERS / "plain.py", expression, mode, self.local_port, self.scouting_port)
-
-    def buses(self, *systems: int, scouting: bool = True) -> list[Process]:
-        """Processes started at the same time and connected, each sending 100 messages per second."""
-        processes = [self.bus(system, scouting=scouting) for system in systems]
-        for process in processes:
-            assert process.line() == {"opened": True}
-            process.ask("flow 100")
-        hear_each_other(dict(zip(systems, processes, strict=True)))
-        return processes
+from tests.runtime.zenoh.processes import PATIENCE, PEERS, Network, Process, hear_each_other, local_port
 
 
 @pytest.fixture
@@ -223,12 +106,6 @@ def test_three_processes_survive_the_death_of_the_one_that_listens(network: Netw
         assert running[victim].line() == {"opened": True}
         running[victim].ask("flow 100")
         hear_each_other(running)
-
-
-def hear_each_other(running: dict[int, Process]) -> None:
-    for system, process in running.items():
-        for other in running.keys() - {system}:
-            process.hears(other, 5)
 
 
 def test_a_stopped_process_delays_nobody_and_comes_back(network: Network) -> None:
@@ -355,7 +232,7 @@ def test_a_vehicle_in_two_processes_is_one_vehicle(network: Network, tmp_path: P
 class TestZenoh(TransportContract):
     @pytest.fixture
     def link(self) -> Iterator[Link]:
-        config = ZenohConfig(local_port=free_port(), scouting="none")
+        config = ZenohConfig(local_port=local_port(), scouting="none")
         kernels = [Kernel(WallClock()) for _ in range(2)]
         buses = [Bus(kernel, system) for kernel, system in zip(kernels, (FIRST, SECOND_), strict=True)]
         transports = [ZenohTransport(config, lambda system: f"system-{system}", lambda *_: "Tank") for _ in buses]

@@ -1,6 +1,7 @@
 """The task on its sockets: links, peers, parameters over the bus, texts."""
 
 import math
+import re
 import socket
 import subprocess
 import sys
@@ -219,7 +220,41 @@ def test_rubbish_and_floods_are_counted_and_nobody_else_suffers():
 
     port = free_port()
     run = sail(script, f"udpin:{HOST}:{port}:px4", clock=WallClock())
-    assert run.log == []
+    (told,) = run.log
+    assert re.search(rf"datagrams dropped, a station may send 500 per second: \d+ of {HOST}:\d+$", told)
+
+
+def test_a_flood_of_many_stations_is_dropped_unread_and_the_first_station_is_served():
+    async def script(control):
+        good = Station(control)
+        await good.meet((HOST, port))
+        flood = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(12)]
+        task = mavlink(control)
+        before = control.now
+        for _ in range(200):
+            for number in range(100):
+                flood[number % len(flood)].sendto(b"\xfd" * 200, (HOST, port))
+            await control.sleep(0.002)
+        good.order(512, 148)
+        assert (await good.expect("COMMAND_ACK"))["result"] == 0
+        assert task.counts["dropped"] > 500
+        allowed = 500 + 500 * (control.now - before) + 50
+        assert task.counts["malformed"] / 200 <= allowed, "those without a session share one limit"
+        for each in flood:
+            each.close()
+
+    port = free_port()
+    sail(script, f"udpin:{HOST}:{port}:px4", clock=WallClock())
+
+
+def test_a_link_beyond_this_computer_is_warned_of():
+    async def script(control):
+        await control.sleep(2.0)
+
+    port = free_port()
+    run = sail(script, f"udpin:0.0.0.0:{port}:px4", f"udpin:127.0.0.1:{free_port()}:px4", clock=WallClock())
+    (told,) = run.log
+    assert f"udpin:0.0.0.0:{port}:px4: MAVLink is not signed here" in told
 
 
 def test_arming_is_told_at_once_on_all_links():

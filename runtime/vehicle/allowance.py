@@ -1,0 +1,38 @@
+"""How many replies each asker gets, so that nobody keeps a vehicle busy with questions."""
+
+from collections import Counter
+
+RATE, BURST = 200.0, 400.0  # replies to one asker: per second, at once
+RATE_OF_ALL, BURST_OF_ALL = 400.0, 1200.0
+MOST_ASKERS = 64
+ALL = 0xFFFF
+
+
+class Allowance:
+    """Counts replies by asker (IMC id); `refused` are the requests that got none.
+
+    Askers share an allowance (ALL), too, because anybody can ask in many names.
+    """
+
+    def __init__(self) -> None:
+        self.refused: Counter[int] = Counter()
+        self._left: dict[int, tuple[float, float]] = {}
+
+    def spend(self, asker: int, replies: int, now: float) -> bool:
+        """Whether an asker may have this many replies now (s); a request for more than BURST takes all of it."""
+        own = self._balance(asker, now, RATE, BURST)
+        everybody = self._balance(ALL, now, RATE_OF_ALL, BURST_OF_ALL)
+        granted = min(own, everybody) >= min(replies, BURST)
+        if granted:
+            taken = min(replies, BURST)
+            own, everybody = own - taken, everybody - taken
+        else:
+            self.refused[asker if asker in self.refused or len(self.refused) < MOST_ASKERS else ALL] += 1
+        if asker not in self._left and len(self._left) > MOST_ASKERS:
+            del self._left[next(name for name in self._left if name != ALL)]
+        self._left[asker], self._left[ALL] = (own, now), (everybody, now)
+        return granted
+
+    def _balance(self, asker: int, now: float, rate: float, burst: float) -> float:
+        left, then = self._left.get(asker, (burst, now))
+        return min(burst, left + rate * max(0.0, now - then))

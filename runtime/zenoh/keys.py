@@ -1,0 +1,25 @@
+"""The keys of packets: whose message it is, which, and from or for whom."""
+
+from urllib.parse import quote
+
+PREFIX = "imc"
+LONGEST_CHUNK = 255
+
+
+def chunk(name: str) -> str:
+    """A name as one chunk of a key, at most 255 characters long.
+
+    Blanks become _, all characters except letters, digits and ._~- become %XX.
+    """
+    return quote("_".join(name.split()), safe="", errors="backslashreplace")[:LONGEST_CHUNK] or "_"
+
+
+def key(message: str, source: str, entity: str, destination: str = "") -> str:
+    """The key of a message (its abbreviation) from an entity (label or number) of a system.
+
+    A message for all systems is at imc/<source>/<message>/<entity>, one for the system `destination` at
+    imc/<destination>/@cmd/<message>/<source>.
+    """
+    if destination:
+        return f"{PREFIX}/{chunk(destination)}/@cmd/{chunk(message)}/{chunk(source)}"
+    return f"{PREFIX}/{chunk(source)}/{chunk(message)}/{chunk(entity)}"

@@ -1,0 +1,143 @@
+"""Which process runs which part of a vehicle: one name, one vehicle on a network.
+
+Each process declares a liveliness token that names vehicle, host, process and entities; zenoh withdraws it when the
+process ends or crashes, whatever state Python is in. The key is documented in docs/zenoh.md.
+"""
+
+import os
+import socket
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, cast
+
+from runtime.zenoh.keys import PREFIX, chunk
+
+if TYPE_CHECKING:
+    import zenoh
+
+PATIENCE = 0.5  # s to hear of others after the session is open
+STARTING, RUNNING = "starting", "running"
+MOST_OTHERS = 256
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """What a process runs of a vehicle: its entities as the bits of a number, without the Daemon's, which each has."""
+
+    vehicle: str
+    system: int
+    entities: int
+
+
+@dataclass(frozen=True, slots=True)
+class Other:
+    """Another process of the same vehicle, as its token says."""
+
+    phase: str
+    began: int  # ns since 1970
+    host: str
+    process: str
+    zid: str
+    entities: int
+
+
+def expression(vehicle: str) -> str:
+    return f"{PREFIX}/{chunk(vehicle)}/@run/**"
+
+
+def token(part: Part, phase: str, began: int, zid: str) -> str:
+    place = f"{phase}/{began:x}/{chunk(socket.gethostname())}/{os.getpid()}/{zid}/{part.entities:x}"
+    return f"{PREFIX}/{chunk(part.vehicle)}/@run/{place}"
+
+
+def parse(key: str) -> Other | None:
+    """The process of a token; None if it is none of ours."""
+    try:
+        phase, began, host, process, zid, entities = key.split("/@run/")[1].split("/")
+        return Other(phase, int(began, 16), host, process, zid, int(entities, 16))
+    except (IndexError, ValueError):
+        return None
+
+
+class Presence:
+    """Announces a part of a vehicle, and knows the other processes of this vehicle.
+
+    `siblings` are the sessions (zenoh ids) that run other parts. `tell` gets a warning if a process with the same part
+    appears later, for example because two networks were joined.
+    """
+
+    def __init__(self, session: "zenoh.Session", part: Part, tell: Callable[[str], None]) -> None:
+        self._part = part
+        self._zid = str(session.info.zid())
+        self._began = time.time_ns()
+        self._tell = tell
+        self._session = session
+        self._others: dict[str, Other] = {}
+        self._changed = threading.Condition()
+        self._accepted = False
+        self.siblings: frozenset[str] = frozenset()
+        liveliness = session.liveliness()
+        self._token: Any = liveliness.declare_token(token(part, STARTING, self._began, self._zid))
+        listen: Any = liveliness.declare_subscriber
+        self._subscriber: Any = listen(expression(part.vehicle), self._note, history=True)
+
+    def confirm(self) -> None:
+        """Raise ConnectionError if another process runs this part; else it is ours from now on.
+
+        Of two that start at the same moment the one that began first stays.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: self._elder() is not None, PATIENCE)
+            elder = self._elder()
+            self._accepted = elder is None
+        if elder is not None:
+            raise ConnectionError(
+                f"{self._part.vehicle} already runs on this network: {_where(elder)}; "
+                "end it, or give one of them another name (-V)"
+            )
+        starting = self._token
+        liveliness = self._session.liveliness()
+        self._token = liveliness.declare_token(token(self._part, RUNNING, self._began, self._zid))
+        starting.undeclare()
+
+    def close(self) -> None:
+        self._subscriber.undeclare()
+        self._token.undeclare()
+
+    def _elder(self) -> Other | None:
+        mine = self._began, self._zid
+        for other in self._others.values():
+            if other.entities & self._part.entities and (other.phase == RUNNING or (other.began, other.zid) < mine):
+                return other
+        return None
+
+    def _note(self, sample: "zenoh.Sample") -> None:
+        """A token has appeared or gone; called from zenoh's thread."""
+        import zenoh
+
+        key = str(sample.key_expr)
+        other = parse(key)
+        if other is None or other.zid == self._zid:
+            return
+        with self._changed:
+            if sample.kind == zenoh.SampleKind.DELETE:
+                self._others.pop(key, None)
+            elif len(self._others) < MOST_OTHERS:
+                self._others[key] = other
+            parts = [o for o in self._others.values() if not o.entities & self._part.entities]
+            self.siblings = frozenset(o.zid for o in parts)
+            self._changed.notify_all()
+            is_twin = cast(Any, sample).kind == zenoh.SampleKind.PUT and other.entities & self._part.entities
+        if self._accepted and is_twin and other.phase == RUNNING:
+            self._tell(f"{self._part.vehicle} also runs {_where(other)}; nothing of it is taken here: end one of them")
+
+
+def _where(other: Other) -> str:
+    try:
+        began = datetime.fromtimestamp(other.began / 1e9, UTC).strftime("%Y-%m-%d %H:%M:%S")
+    except (OverflowError, ValueError, OSError):
+        began = "an unknown time"
+    return f"on {other.host}, process {other.process}, since {began} UTC"

@@ -1,0 +1,125 @@
+"""A shipped vehicle on a zenoh bus: flooded from outside, and started twice."""
+
+import os
+import re
+import signal
+import time
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+import imc
+from tests.runtime.zenoh.processes import PATIENCE, PEERS, Network, Process
+
+NAME = "lauv-noptilus-1"
+SYSTEM = 0x001A
+EXECUTING = imc.PlanControlState.State.EXECUTING
+KINDS = ("queries", "state in the vehicle's name", "states of many", "state of a console")
+
+
+@pytest.fixture
+def network() -> Iterator[Network]:
+    network = Network()
+    yield network
+    for process in network.processes:
+        process.end()
+
+
+class Vehicle(Process):
+    """`shoal run` of the shipped profile."""
+
+    def __init__(self, network: Network, folder: Path) -> None:
+        self.folder = folder
+        port = f"Zenoh:Local Port={network.local_port}"
+        modes = ("-p", "Simulation", "--bus", "zenoh", "--set", port, "--set", "Transports.MAVLink:Enabled=Never")
+        super().__init__("-m", "shoal.cli", "run", NAME, *modes, "--log-dir", folder)
+        network.processes.append(self)
+
+    def swims(self) -> bool:
+        """Whether it got so far that it logs."""
+        return any(self.folder.rglob("Data.lsf*"))
+
+    def ended(self) -> bool:
+        return self.popen.poll() is not None
+
+    def messages(self) -> list[imc.Message]:
+        return [m for file in sorted(self.folder.rglob("Data.lsf*")) for m in imc.Log(file.parent)]
+
+
+def wait_until(condition: object, *processes: Vehicle) -> None:
+    deadline = time.monotonic() + PATIENCE
+    assert callable(condition)
+    while not condition():
+        assert time.monotonic() < deadline, [process.errors for process in processes]
+        time.sleep(0.02)
+
+
+def slowness() -> float:
+    """How much slower than alone a process may be here; other work on the computer is not the vehicle's fault."""
+    return max(1.0, 2.0 * os.getloadavg()[0] / (os.cpu_count() or 1))
+
+
+def memory(process: int) -> int:
+    """Resident memory in MB."""
+    found = re.search(r"VmRSS:\s+(\d+) kB", Path(f"/proc/{process}/status").read_text())
+    assert found is not None
+    return int(found[1]) // 1024
+
+
+def test_a_flood_of_20000_messages_a_second_neither_ends_nor_delays_a_run(network: Network, tmp_path: Path) -> None:
+    vehicle = Vehicle(network, tmp_path)
+    wait_until(lambda: list(tmp_path.rglob("*_dive")), vehicle)  # its plan has begun
+    before = memory(vehicle.popen.pid)
+    for kind in KINDS:
+        flood = network.add(PEERS / "flood.py", network.local_port, kind, 20_000, 1.0)
+        assert flood.line()["began"]
+        assert flood.line()["sent"] > 2000
+        assert not vehicle.ended(), vehicle.errors
+    assert memory(vehicle.popen.pid) < before + 100
+    flood = network.add(PEERS / "flood.py", network.local_port, KINDS[-1], 20_000, 4)
+    assert flood.line()["began"]
+    time.sleep(0.5)
+    asked = time.monotonic()
+    vehicle.popen.send_signal(signal.SIGTERM)
+    assert vehicle.popen.wait(PATIENCE) == 0, vehicle.errors
+    assert time.monotonic() - asked < 1.0 * slowness()
+
+    messages = vehicle.messages()
+    begin = next(m.timestamp for m in messages if isinstance(m, imc.PlanControlState) and m.state == EXECUTING)
+    steps = [m.timestamp for m in messages if isinstance(m, imc.SimulatedState) and m.timestamp > begin]
+    assert max(after - now for now, after in pairwise(steps)) < 0.1 * slowness()
+    own = [m for m in messages if isinstance(m, imc.EstimatedState) and m.src == SYSTEM]
+    assert all(m.x < 1e3 for m in own), "a state in the vehicle's name was taken from a stranger"
+    assert {m.state for m in messages if isinstance(m, imc.PlanControlState) and m.timestamp > begin} == {EXECUTING}
+    texts = [m.text for m in messages if isinstance(m, imc.LogBookEntry) and m.src == SYSTEM]
+    assert any("in the name of this vehicle" in text for text in texts)
+    told = [text for text in texts if text.startswith("dropped, more than this vehicle takes: ")]
+    assert any(re.search(r"\d+ packets from 0x4001", text) for text in told)
+    assert any(re.search(r"\d+ requests from 0x4001", text) for text in told)
+    assert len(told) <= 4, "at most one in ten seconds, and one at the end"
+    answers = [m for m in messages if isinstance(m, imc.EntityInfo) and m.timestamp > begin]
+    assert len(answers) < 2000, "of 20 000 requests for 50 entities each"
+
+
+def test_a_name_that_is_on_the_network_is_refused_until_its_vehicle_has_gone(network: Network, tmp_path: Path) -> None:
+    twins = [Vehicle(network, tmp_path / str(number)) for number in range(2)]
+    wait_until(lambda: any(twin.ended() for twin in twins), *twins)
+    first, second = sorted(twins, key=Vehicle.ended)
+    wait_until(first.swims, first)
+    assert not first.ended(), first.errors
+
+    third = Vehicle(network, tmp_path / "third")
+    for refused in (second, third):
+        assert refused.popen.wait(PATIENCE) == 1
+        refused.threads[1].join()
+        assert refused.errors[-1].startswith(f"Error: {NAME} already runs on this network: on "), refused.errors
+        assert f"process {first.popen.pid}, since " in refused.errors[-1]
+        assert not refused.swims()
+
+    first.popen.kill()
+    first.popen.wait()
+    heir = Vehicle(network, tmp_path / "heir")
+    wait_until(lambda: heir.swims() or heir.ended(), heir)
+    assert not heir.ended(), heir.errors
