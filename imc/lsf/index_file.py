@@ -64,14 +64,20 @@ def stamp_of(path: Path) -> Stamp:
 
 
 def index_of(
-    path: Path, sync: int, crc: bool, kept: bool, progress: ReportShare | None = None, spread: Spread | None = None
+    path: Path,
+    sync: int,
+    crc: bool,
+    kept: bool,
+    loaded: bool = True,
+    progress: ReportShare | None = None,
+    spread: Spread | None = None,
 ) -> LogIndex:
-    """The index of a log: the one on disk if it matches the log's present state, else a new one, saved if `kept`.
+    """The index of a log: the one on disk, if `loaded`, and if it matches the log's present state; else a new one, saved if `kept`.
 
     Raises OSError if the log cannot be read.
     """
     stamp = stamp_of(path)
-    index = load(path, stamp, sync, crc) if kept else None
+    index = load(path, stamp, sync, crc) if kept and loaded else None
     if index is None:
         members: Members = []
         losses: dict[tuple[int, str], Loss] = {}
