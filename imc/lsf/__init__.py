@@ -2,6 +2,7 @@
 
 from imc.lsf.bytes import ReportShare, chunks
 from imc.lsf.log import Log
+from imc.lsf.losses import Losses
 from imc.lsf.members import COMPRESSIONS, Compression, gzip_member
 from imc.lsf.members_ahead import Spread
 from imc.lsf.neptus_index import read_neptus_index, write_neptus_index
@@ -14,6 +15,7 @@ __all__ = [
     "Batch",
     "Compression",
     "Log",
+    "Losses",
     "LsfWriter",
     "ReportShare",
     "Spread",

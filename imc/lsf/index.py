@@ -52,6 +52,8 @@ class LogIndex(NamedTuple):
     members: Members
     crc: bool
     """Whether all CRCs have been checked."""
+    length: int
+    """Unpacked bytes of the log."""
 
     def counts(self) -> dict[int, int]:
         """How many packets of each id there are, by id."""

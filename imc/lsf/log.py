@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, Unpack
 
 from fastcrc.crc16 import arc
 
@@ -13,6 +13,7 @@ from imc.lsf.columns import ColumnReader, fill_together, long_enough
 from imc.lsf.dataframe import frame_of
 from imc.lsf.folder import find_log, find_schema
 from imc.lsf.index import LogIndex, Places
+from imc.lsf.losses import Losses
 from imc.lsf.members_ahead import Spread
 from imc.lsf.packet_reader import PacketReader, StaleIndex
 from imc.lsf.scanner import Batch, packet_id, scan
@@ -50,10 +51,11 @@ class Log:
     timestamp < `end` (s since 1970 UTC), `src` is a system's id or the name it announces, `entity` is an entity's id
     or its label; KeyError if the log has no such name.
 
-    The first access to a type reads the log once and makes an index. For logs of 4 MiB or more it is written beside
-    the log, or to the user's cache if that fails, unless keep_index=False. An index is valid while size, time of
-    change, start and end of the log are the same. Memory does not grow with the log, except for the index (2 to 8
-    bytes per packet) and the result.
+    The first access to a type reads the log once and makes an index. For logs of 4 MiB or more it is kept in the
+    user's cache; with keep_index="beside" beside the log, with keep_index=False nowhere. An index is used while size,
+    time of change, start and end of the log are the same, and each packet read by it is checked: if one is not there,
+    the log is indexed again. Memory does not grow with the log, except for the index (2 to 8 bytes per packet) and
+    the result.
 
     Damage is skipped, and listed in `losses` once it has been read; every packet around it is found. A packet is
     accepted if its CRC is right, with crc=False also if another packet follows it immediately. Raises
@@ -68,7 +70,7 @@ class Log:
         schema: Schema | None = None,
         *,
         crc: bool = True,
-        keep_index: bool = True,
+        keep_index: bool | Literal["beside"] = True,
         spread: Spread | None = None,
     ):
         self.path = find_log(Path(path))
@@ -76,7 +78,7 @@ class Log:
         self._crc = crc
         self._keep_index = keep_index
         self.spread = spread
-        self._losses: dict[tuple[int, str], Loss] = {}
+        self._lose = Losses()
         self._indexed: tuple[tuple[int, int], LogIndex] | None = None
         self._whole: dict[int, NDArray[np.bool_]] = {}
         self._names: dict[str, dict[Any, str]] = {}
@@ -98,7 +100,7 @@ class Log:
     @property
     def losses(self) -> list[Loss]:
         """The damage found so far, by offset in the unpacked log."""
-        return sorted(self._losses.values())
+        return self._lose.sorted()
 
     def counts(self) -> dict[str, int]:
         """How many packets of each message there are, by name ("id 1234" if it is not in the schema)."""
@@ -218,15 +220,12 @@ class Log:
         state = self.path.stat()
         now = (state.st_size, state.st_mtime_ns)
         if self._indexed is None or self._indexed[0] != now or not loaded:
-            if self._indexed:
-                self._losses.clear()
             self._whole.clear()
             self._names.clear()
-            kept = self._keep_index and now[0] >= WORTH_KEEPING
-            found = index_of(self.path, self.schema.sync, self._crc, kept, loaded, progress, self.spread)
+            places = self._index_places() if now[0] >= WORTH_KEEPING else []
+            found = index_of(self.path, self.schema.sync, self._crc, places, loaded, progress, self.spread)
+            self._lose = Losses(found.losses if self._indexed else [*self.losses, *found.losses])
             self._indexed = now, found
-            for loss in self._indexed[1].losses:
-                self._lose(*loss)
         return self._indexed[1]
 
     def _with_true_index(self, read: Callable[[], T]) -> T:
@@ -241,8 +240,12 @@ class Log:
         reader = open_reader(self.path, self.index().members, self._lose, self.spread)
         return PacketReader(self.path, reader, self.schema.sync, self._crc)
 
-    def _lose(self, offset: int, length: int, reason: str) -> None:
-        self._losses[offset, reason] = Loss(offset, length, reason)
+    def _index_places(self) -> list[Path]:
+        from imc.lsf.index_file import beside, in_cache
+
+        if not self._keep_index:
+            return []
+        return [*([beside(self.path)] if self._keep_index == "beside" else []), *in_cache(self.path)]
 
     def _ids(self, kinds: Iterable[Kind]) -> frozenset[int]:
         return frozenset(self.schema.types[_name(kind)].id for kind in kinds)
@@ -276,7 +279,7 @@ class Log:
         """The index, if it already exists."""
         from imc.lsf.index_file import has_index
 
-        if self._indexed or (self._keep_index and has_index(self.path)):
+        if self._indexed or has_index(self.path, self._index_places()):
             return self.index()
         return None
 
