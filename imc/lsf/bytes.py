@@ -131,7 +131,7 @@ class _Packed:
         known = self._unpacked[nearest] if nearest >= 0 else 0
         if not self._starts or begin < self._starts[0] or known > self._end:
             packed = self._packed[nearest] if nearest >= 0 else 0
-            self._pieces = unpack_ahead(self._file, self._form, packed, self._spread)
+            self._pieces = unpack_ahead(self._file, self._form, packed, self._spread, known)
             self._starts, self._blocks, self._end = [], [], known
         while self._end < end and (piece := next(self._pieces, None)):
             if piece.damage:

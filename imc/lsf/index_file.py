@@ -3,7 +3,8 @@
 import errno
 import hashlib
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from hmac import compare_digest
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,6 +22,7 @@ from imc.stream import Loss
 
 SUFFIX = ".index"
 MAGIC = b"SHOALIX2"
+KEY_SIZE, SIGNATURE_SIZE = 32, 16
 ENDS = 1 << 16  # bytes at each end of the log that identify its state
 LARGEST = 1 << 27  # bytes of an index
 LARGEST_HEAD = 1 << 22
@@ -37,6 +39,8 @@ class Stamp(msgspec.Struct, frozen=True):
     size: int
     changed: int
     """ns since 1970 UTC"""
+    touched: int
+    """Like `changed`, but of the file's state, which no program can set"""
     ends: bytes
     """A digest of the start and the end of the file."""
 
@@ -54,6 +58,7 @@ class _Head(msgspec.Struct, frozen=True):
     sync: int
     crc: bool
     length: Number
+    arrays: Number
     types: list[_Type]
     losses: list[tuple[Number, Number, str]]
     members: list[tuple[Number, Number]]
@@ -66,7 +71,7 @@ def stamp_of(path: Path) -> Stamp:
         digest = hashlib.blake2b(file.read(ENDS), digest_size=16)
         file.seek(max(0, state.st_size - ENDS))
         digest.update(file.read(ENDS))
-    return Stamp(state.st_size, state.st_mtime_ns, digest.digest())
+    return Stamp(state.st_size, state.st_mtime_ns, state.st_ctime_ns, digest.digest())
 
 
 def index_of(
@@ -122,15 +127,40 @@ def beside(log: Path) -> Path:
     return log.with_name(log.name + SUFFIX)
 
 
+def _cache() -> Path:
+    """Raises RuntimeError if the user has no home."""
+    folder = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(folder) if os.path.isabs(folder) else Path.home() / ".cache") / "shoal" / "logs"
+
+
 def in_cache(log: Path) -> list[Path]:
     """Where the index of a log is in the user's cache; nowhere if the user has no home."""
-    folder = os.environ.get("XDG_CACHE_HOME", "")
     try:
-        cache = Path(folder) if os.path.isabs(folder) else Path.home() / ".cache"
+        cache = _cache()
     except RuntimeError:
         return []
     name = hashlib.blake2b(os.fsencode(log.resolve()), digest_size=16).hexdigest()
-    return [cache / "shoal" / "logs" / (name + SUFFIX)]
+    return [cache / (name + SUFFIX)]
+
+
+def _key() -> bytes:
+    """The user's secret, which signs indices, so that nobody else's are used. Raises OSError, RuntimeError."""
+    path = _cache() / "key"
+    if path.is_file() and len(found := path.read_bytes()) == KEY_SIZE:
+        return found
+    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    _write(path, [made := os.urandom(KEY_SIZE)])
+    return made
+
+
+def _write(path: Path, parts: Iterable[bytes | memoryview]) -> None:
+    waiting = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with open(os.open(waiting, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+            file.writelines(parts)
+        waiting.replace(path)
+    finally:
+        waiting.unlink(missing_ok=True)
 
 
 def load(places: Sequence[Path], stamp: Stamp, sync: int, crc: bool, *, packed: bool) -> LogIndex | None:
@@ -139,8 +169,8 @@ def load(places: Sequence[Path], stamp: Stamp, sync: int, crc: bool, *, packed: 
         try:
             if not place.is_file() or place.stat().st_size > LARGEST:
                 continue
-            head, index = _decode(place.read_bytes())
-        except (OSError, ValueError, msgspec.DecodeError):
+            head, index = _decode(place.read_bytes(), _key())
+        except (OSError, RuntimeError, ValueError, msgspec.DecodeError):
             continue
         matches = head.stamp == stamp and head.sync == sync and (packed or index.length == stamp.size)
         if matches and (head.crc == crc or (head.crc and not head.losses)):
@@ -153,19 +183,16 @@ def save(log: Path, places: Sequence[Path], index: LogIndex, stamp: Stamp, sync:
 
     In the cache, the oldest indices make room for it.
     """
-    parts = _encode(index, stamp, sync)
+    try:
+        parts = _encode(index, stamp, sync, _key())
+    except (OSError, RuntimeError):
+        return None
     if sum(len(part) for part in parts) > LARGEST:
         return None
     for place in places:
-        waiting = place.with_name(f".{place.name}.{os.getpid()}")
         try:
             place.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-            try:
-                with waiting.open("xb") as file:
-                    file.writelines(parts)
-                waiting.replace(place)
-            finally:
-                waiting.unlink(missing_ok=True)
+            _write(place, parts)
             if place.parent != log.parent:
                 _make_room(place.parent)
         except OSError:
@@ -183,7 +210,7 @@ def _make_room(cache: Path) -> None:
             file.unlink(missing_ok=True)
 
 
-def _encode(index: LogIndex, stamp: Stamp, sync: int) -> list[bytes | memoryview]:
+def _encode(index: LogIndex, stamp: Stamp, sync: int, key: bytes) -> list[bytes | memoryview]:
     types: list[_Type] = []
     parts: list[bytes | memoryview] = []
     for number, found in index.types.items():
@@ -191,26 +218,33 @@ def _encode(index: LogIndex, stamp: Stamp, sync: int) -> list[bytes | memoryview
         for array in (found.steps, found.sizes, found.big):
             parts.append(array.astype(array.dtype.newbyteorder("<"), copy=False).data.cast("B"))
     losses = [(loss.offset, loss.length, loss.reason) for loss in index.losses]
-    head = msgspec.msgpack.encode(_Head(stamp, sync, index.crc, index.length, types, losses, index.members))
-    parts[:0] = [len(head).to_bytes(4, "little"), head]
     checksum = 0
     for part in parts:
         checksum = crc32.iso_hdlc(part, checksum)
-    return [MAGIC, checksum.to_bytes(4, "little"), *parts]
+    found = _Head(stamp, sync, index.crc, index.length, checksum, types, losses, index.members)
+    head = msgspec.msgpack.encode(found)
+    return [MAGIC, _signature(head, key), len(head).to_bytes(4, "little"), head, *parts]
 
 
-def _decode(data: bytes) -> tuple[_Head, LogIndex]:
-    """Raises ValueError or msgspec.DecodeError if it is not an index; no number in the file is trusted."""
+def _signature(head: bytes | memoryview, key: bytes) -> bytes:
+    return hashlib.blake2b(head, digest_size=SIGNATURE_SIZE, key=key).digest()
+
+
+def _decode(data: bytes, key: bytes) -> tuple[_Head, LogIndex]:
+    """Raises ValueError or msgspec.DecodeError if it is not an index that was signed with the key."""
+    # Only the head is signed, since that takes no time. With right ids and counts, nothing can be hidden in the arrays:
+    # each packet is checked when it is read.
     import numpy as np
 
-    begin = len(MAGIC) + 4
-    body = memoryview(data)[begin:]
-    if not data.startswith(MAGIC) or crc32.iso_hdlc(body) != int.from_bytes(data[len(MAGIC) : begin], "little"):
-        raise ValueError("not an index, or damaged")
+    begin = len(MAGIC) + SIGNATURE_SIZE
+    signature, body = data[len(MAGIC) : begin], memoryview(data)[begin:]
     place = 4 + int.from_bytes(body[:4], "little")
-    if place > LARGEST_HEAD:
-        raise ValueError("too large")
+    known = data.startswith(MAGIC) and place <= LARGEST_HEAD
+    if not known or not compare_digest(_signature(body[4:place], key), signature):
+        raise ValueError("not an index of this user, or damaged")
     head = msgspec.msgpack.decode(body[4:place], type=_Head)
+    if crc32.iso_hdlc(body[place:]) != head.arrays:
+        raise ValueError("damaged")
     types: dict[int, TypeIndex] = {}
     covered = sum(length for _, length, _ in head.losses)
 

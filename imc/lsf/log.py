@@ -79,7 +79,7 @@ class Log:
         self._keep_index = keep_index
         self.spread = spread
         self._lose = Losses()
-        self._indexed: tuple[tuple[int, int], LogIndex] | None = None
+        self._indexed: tuple[tuple[int, ...], LogIndex] | None = None
         self._whole: dict[int, NDArray[np.bool_]] = {}
         self._names: dict[str, dict[Any, str]] = {}
 
@@ -218,7 +218,7 @@ class Log:
         from imc.lsf.index_file import index_of
 
         state = self.path.stat()
-        now = (state.st_size, state.st_mtime_ns)
+        now = (state.st_size, state.st_mtime_ns, state.st_ctime_ns)
         if self._indexed is None or self._indexed[0] != now or not loaded:
             self._whole.clear()
             self._names.clear()
