@@ -15,8 +15,8 @@ from fastcrc import crc32
 from imc.layout import SMALLEST_PACKET
 from imc.lsf.bytes import Members, ReportShare, chunks, compression_of
 from imc.lsf.index import LogIndex, TypeIndex, build
-from imc.lsf.members_ahead import Spread
 from imc.lsf.losses import Losses
+from imc.lsf.members_ahead import Spread
 from imc.lsf.scanner import Batch, scan
 from imc.stream import Loss
 

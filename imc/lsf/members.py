@@ -12,7 +12,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 PACKED_CHUNK = 1 << 14
 LARGEST_PIECE = 1 << 20  # unpacked bytes in memory at a time
-MOST_TIMES, HARMLESS = 1000, 1 << 26  # a log never shrinks that much; less than 64 MiB may
+MOST_TIMES, HARMLESS = 1000, 1 << 24  # a log never shrinks that much; less than 16 MiB may
 COST_OF_MEMBER = 1 << 12  # packed bytes that could be read in the time that a false member takes
 MOST_WASTED = 8  # bytes read in vain for each byte of progress, and for each of the first LARGEST_PIECE
 DOUBTFUL_CHUNK = 1 << 8  # first read of a search for a member, and of what it finds; doubled with each read

@@ -42,8 +42,8 @@ def resim(
     """Re-run tasks on LOG, using the logged messages of all other tasks, and compare what they publish with the log.
 
     For example: shoal resim log/lauv-noptilus-1/20260101/000000 --task Simulators.MUGDetectionCamera. For the log of a
-    virtual run, the exit status is 1 if anything differs, or an input of a task is not in the log. With --set, the command shows what would have changed; the
-    other tasks do not react, as their messages come from the log.
+    virtual run, the exit status is 1 if anything differs; for any log, if an input of a task is not in it. With --set,
+    the command shows what would have changed; the other tasks do not react, as their messages come from the log.
     """
     use_code(code, of_log=True)
     try:

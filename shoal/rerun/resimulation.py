@@ -258,9 +258,10 @@ def _lacking(run: LoggedRun, about: Outline, profile: Profile, task: Task, *, st
         if not issubclass(wanted, imc.Message):
             if stopped:
                 yield wanted.__name__
-        elif not any(issubclass(kind, wanted) for kind in present):
-            if not whole or (chosen and wanted.__name__ not in chosen):
-                yield wanted.__name__
+            continue
+        recorded = whole and (not chosen or wanted.__name__ in chosen)
+        if not recorded and not any(issubclass(kind, wanted) for kind in present):
+            yield wanted.__name__
 
 
 def _check_option(profile: Profile, assignment: str) -> None:
