@@ -1,4 +1,7 @@
-"""`displace` and `displacement` for arrays of positions; the equations are those of `imc.coordinates.wgs84`."""
+"""`displace` and `displacement` for arrays of positions; the equations are those of `imc.coordinates.wgs84`.
+
+All is computed in float64, whatever the columns are: in float32, a place on Earth is only known to half a meter.
+"""
 
 from typing import Any, TypeAlias
 
@@ -18,6 +21,7 @@ def displace(
     lat: Array, lon: Array, height: Array, north: Array, east: Array, down: Array
 ) -> tuple[Array, Array, Array]:
     """Positions (rad, rad, m) displaced by offsets (m), each in the tangent plane of its own position."""
+    lat, lon, height, north, east, down = map(_exact, (lat, lon, height, north, east, down))
     slat, clat, slon, clon = np.sin(lat), np.cos(lat), np.sin(lon), np.cos(lon)
     normal = _A / np.sqrt(1.0 - _E2 * slat**2)
     outward = -slat * north - clat * down
@@ -40,6 +44,7 @@ def displacement(
     origin: tuple[float, float, float], lat: Array, lon: Array, height: Array
 ) -> tuple[Array, Array, Array]:
     """Offsets north, east and down (m) of positions (rad, rad, m), in the tangent plane of the origin (rad, rad, m)."""
+    origin = float(origin[0]), float(origin[1]), float(origin[2])
     places, (start,) = _cartesian(lat, lon, height), _cartesian(*(np.array([value]) for value in origin))
     slat, clat, slon, clon = np.sin(origin[0]), np.cos(origin[0]), np.sin(origin[1]), np.cos(origin[1])
     north = [-slat * clon, -slat * slon, clat]
@@ -50,7 +55,12 @@ def displacement(
 
 
 def _cartesian(lat: Array, lon: Array, height: Array) -> Array:
+    lat, lon, height = map(_exact, (lat, lon, height))
     normal = _A / np.sqrt(1.0 - _E2 * np.sin(lat) ** 2)
     around = (normal + height) * np.cos(lat)
     up = (normal * (1.0 - _E2) + height) * np.sin(lat)
     return np.stack((around * np.cos(lon), around * np.sin(lon), up), axis=-1)
+
+
+def _exact(values: Array) -> Array:
+    return np.asarray(values, np.float64)

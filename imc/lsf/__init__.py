@@ -3,6 +3,7 @@
 from imc.lsf.bytes import ReportShare, chunks
 from imc.lsf.folder import find_log
 from imc.lsf.log import Log
+from imc.lsf.losses import Losses
 from imc.lsf.members import COMPRESSIONS, Compression, gzip_member
 from imc.lsf.members_ahead import Spread
 from imc.lsf.neptus_index import read_neptus_index, write_neptus_index
@@ -15,6 +16,7 @@ __all__ = [
     "Batch",
     "Compression",
     "Log",
+    "Losses",
     "LsfWriter",
     "ReportShare",
     "Spread",

@@ -79,11 +79,14 @@ def _unpacked_chunks(
         yield piece.data
 
 
-def open_reader(path: Path, members: Members, spread: Spread | None = None) -> ByteReader:
-    """A reader of parts of a log; `members` is the list that `chunks` filled. Raises OSError."""
+def open_reader(path: Path, members: Members, lose: Lose, spread: Spread | None = None) -> ByteReader:
+    """A reader of parts of a log; `members` is the list that `chunks` filled. Raises OSError.
+
+    Calls `lose` for damaged members.
+    """
     form = compression_of(path)
     file = path.open("rb")
-    return _Plain(file) if form is None else _Packed(file, form, members, spread)
+    return _Plain(file) if form is None else _Packed(file, form, members, lose, spread)
 
 
 class _Plain:
@@ -111,8 +114,9 @@ class _Packed:
     It keeps the latest MEMORY bytes, because messages read in order of time may be a little out of order in the log.
     """
 
-    def __init__(self, file: BinaryIO, form: Compression, members: Members, spread: Spread | None):
+    def __init__(self, file: BinaryIO, form: Compression, members: Members, lose: Lose, spread: Spread | None):
         self._file = file
+        self._lose = lose
         self._spread = spread
         self._form = form
         self._packed = [packed for packed, _ in members]
@@ -127,9 +131,11 @@ class _Packed:
         known = self._unpacked[nearest] if nearest >= 0 else 0
         if not self._starts or begin < self._starts[0] or known > self._end:
             packed = self._packed[nearest] if nearest >= 0 else 0
-            self._pieces = unpack_ahead(self._file, self._form, packed, self._spread)
+            self._pieces = unpack_ahead(self._file, self._form, packed, self._spread, known)
             self._starts, self._blocks, self._end = [], [], known
         while self._end < end and (piece := next(self._pieces, None)):
+            if piece.damage:
+                self._lose(self._end, 0, piece.damage)
             if piece.data:
                 self._starts.append(self._end)
                 self._blocks.append(piece.data)

@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from imc.errors import DecodeError
-from imc.layout import ADDRESS_FIELDS, FOOTER_SIZE, LARGEST_PACKET, NUMPY, OFFSETS, SMALLEST_PACKET, VARIABLE, columns
-from imc.lsf.bytes import ByteReader
-from imc.lsf.index import WINDOW, Places
+from imc.layout import ADDRESS_FIELDS, FOOTER_SIZE, NUMPY, OFFSETS, SMALLEST_PACKET, VARIABLE, columns
+from imc.lsf.index import Places
+from imc.lsf.packet_reader import PacketReader
 from imc.lsf.scanner import Batch, Lose, at_each
 from imc.message import Message
 from imc.schema import MessageType
@@ -32,11 +32,6 @@ def dtype_of(kind: MessageType, order: str = "<") -> "np.dtype[Any]":
 def smallest_payload(kind: MessageType) -> int:
     """Bytes in the smallest payload of this type."""
     return sum(2 if code in VARIABLE else struct.calcsize("<" + code) for code in kind.wire)
-
-
-def is_fixed(kind: MessageType) -> bool:
-    """Whether all fields are numbers."""
-    return not set(kind.wire) & VARIABLE
 
 
 def long_enough(kind: MessageType, places: Places, lose: Lose) -> Places:
@@ -71,10 +66,10 @@ class ColumnReader:
         self._fixed = next((index for index, code in enumerate(self._codes) if code in VARIABLE), len(self._codes))
         self._fronts = {order: self._front(order) for order in "<>"}
 
-    def read(self, reader: ByteReader) -> "NDArray[Any]":
-        """Fill all rows, and return those that are whole. Raises IndexError if the log has become shorter."""
+    def read(self, reader: PacketReader) -> "NDArray[Any]":
+        """Fill all rows, and return those that are whole. Raises StaleIndex."""
         begin = 0
-        for batch in self.places.batches(reader):
+        for batch in reader.batches(self.places):
             self.fill(slice(begin, begin + batch.starts.size), batch)
             begin += batch.starts.size
         return self.result()
@@ -111,6 +106,9 @@ class ColumnReader:
         import numpy as np
 
         codes, front = self._codes, self._fronts[order]
+        if self._fixed == len(codes) and batch.rows is not None:
+            rows.view("u1").reshape(rows.size, -1)[:] = batch.rows[:, _ROW_BEGINS : _ROW_BEGINS + front.itemsize]
+            return
         found = at_each(batch.data, batch.starts + _ROW_BEGINS, f"V{front.itemsize}")
         if self._fixed == len(codes) and order == "<":
             rows.view(found.dtype)[chosen] = found
@@ -157,23 +155,11 @@ class ColumnReader:
             _lose_short(self.kind, offset, len(packet) - SMALLEST_PACKET, self._lose)
 
 
-def fill_together(tables: Sequence[ColumnReader], reader: ByteReader) -> None:
-    """Fill several tables in one pass over the log. Raises IndexError if it has become shorter."""
-    import numpy as np
-
-    last = max((int(table.places.offsets[-1]) for table in tables if table.rows.size), default=-1)
-    borders = np.arange(0, last + WINDOW + 1, WINDOW)
-    parts = [np.searchsorted(table.places.offsets, borders).tolist() for table in tables]
-    for number, base in enumerate(borders[:-1].tolist()):
-        present = [
-            (table, slice(*part[number : number + 2]))
-            for table, part in zip(tables, parts, strict=True)
-            if part[number] < part[number + 1]
-        ]
-        if present:
-            data = reader.read(base, base + WINDOW + LARGEST_PACKET)
-            for table, part in present:
-                table.fill(part, table.places.having(part).batch(base, data))
+def fill_together(tables: Sequence[ColumnReader], reader: PacketReader) -> None:
+    """Fill several tables in one pass over the log. Raises StaleIndex."""
+    for found in reader.windows([table.places for table in tables]):
+        for number, part, batch in found:
+            tables[number].fill(part, batch)
 
 
 def _lose_short(kind: MessageType, offset: int, size: int, lose: Lose) -> None:

@@ -5,7 +5,7 @@ from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from imc.layout import SMALLEST_PACKET
-from imc.lsf.bytes import ByteReader, Members
+from imc.lsf.bytes import Members
 from imc.lsf.scanner import Batch
 from imc.stream import Loss
 
@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-WINDOW = 1 << 20  # bytes read at a time
-GAP = 1 << 16  # bytes; larger gaps between packets are not read
 TOGETHER = 1 << 16  # packets sorted by type in one step
 
 
@@ -35,27 +33,6 @@ class Places(NamedTuple):
         """Only the packets chosen by a mask, a slice or an array of indices."""
         return Places(self.offsets[chosen], self.heads[chosen], self.big[chosen])
 
-    def batches(self, reader: ByteReader) -> Iterator[Batch]:
-        """The packets with their bytes, read in parts. Raises IndexError if the log has become shorter."""
-        import numpy as np
-
-        ends = self.ends
-        apart = np.flatnonzero(self.offsets[1:] - ends[:-1] > GAP) + 1
-        for first, last in pairwise([0, *apart.tolist(), len(ends)]):
-            while first < last:
-                base = int(self.offsets[first])
-                behind = min(last, max(first + 1, int(np.searchsorted(self.offsets, base + WINDOW))))
-                part = self.having(slice(first, behind))
-                yield part.batch(base, reader.read(base, int(ends[behind - 1])))
-                first = behind
-
-    def batch(self, base: int, data: Any) -> Batch:
-        """The packets with `data`, the log's bytes from `base` on. Raises IndexError if they end before the packets."""
-        starts, ends = self.offsets - base, self.ends - base
-        if ends.size and ends[-1] > len(data):
-            raise IndexError(f"packet up to {ends[-1] + base} of a log of {base + len(data)} bytes")
-        return Batch(base, data, starts, ends, self.heads, self.big)
-
 
 class TypeIndex(NamedTuple):
     """The packets of one message id. An array of one element stands for that value everywhere."""
@@ -75,6 +52,8 @@ class LogIndex(NamedTuple):
     members: Members
     crc: bool
     """Whether all CRCs have been checked."""
+    length: int
+    """Unpacked bytes of the log."""
 
     def counts(self) -> dict[int, int]:
         """How many packets of each id there are, by id."""

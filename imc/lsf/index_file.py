@@ -1,7 +1,10 @@
-"""Indices of logs on disk: beside the log, or in the user's cache if its folder is not writable."""
+"""Indices of logs on disk: in the user's cache, or beside the log."""
 
+import errno
 import hashlib
 import os
+from collections.abc import Iterable, Iterator, Sequence
+from hmac import compare_digest
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,16 +13,21 @@ import msgspec
 from fastcrc import crc32
 
 from imc.layout import SMALLEST_PACKET
-from imc.lsf.bytes import Members, ReportShare, chunks
+from imc.lsf.bytes import Members, ReportShare, chunks, compression_of
 from imc.lsf.index import LogIndex, TypeIndex, build
+from imc.lsf.losses import Losses
 from imc.lsf.members_ahead import Spread
-from imc.lsf.scanner import scan
+from imc.lsf.scanner import Batch, scan
 from imc.stream import Loss
 
 SUFFIX = ".index"
-MAGIC = b"SHOALIX1"
+MAGIC = b"SHOALIX2"
+KEY_SIZE, SIGNATURE_SIZE = 32, 16
 ENDS = 1 << 16  # bytes at each end of the log that identify its state
-LARGEST = 1 << 31
+LARGEST = 1 << 27  # bytes of an index
+LARGEST_HEAD = 1 << 22
+CACHE = 1 << 28  # bytes of all indices in the cache
+MOST_PACKETS = 1 << 26  # bounds the memory of an index
 
 Number = Annotated[int, msgspec.Meta(ge=0, lt=1 << 48)]
 Id = Annotated[int, msgspec.Meta(ge=0, lt=1 << 16)]
@@ -31,6 +39,8 @@ class Stamp(msgspec.Struct, frozen=True):
     size: int
     changed: int
     """ns since 1970 UTC"""
+    touched: int
+    """Like `changed`, but of the file's state, which no program can set"""
     ends: bytes
     """A digest of the start and the end of the file."""
 
@@ -48,6 +58,7 @@ class _Head(msgspec.Struct, frozen=True):
     sync: int
     crc: bool
     length: Number
+    arrays: Number
     types: list[_Type]
     losses: list[tuple[Number, Number, str]]
     members: list[tuple[Number, Number]]
@@ -60,109 +71,182 @@ def stamp_of(path: Path) -> Stamp:
         digest = hashlib.blake2b(file.read(ENDS), digest_size=16)
         file.seek(max(0, state.st_size - ENDS))
         digest.update(file.read(ENDS))
-    return Stamp(state.st_size, state.st_mtime_ns, digest.digest())
+    return Stamp(state.st_size, state.st_mtime_ns, state.st_ctime_ns, digest.digest())
 
 
 def index_of(
-    path: Path, sync: int, crc: bool, kept: bool, progress: ReportShare | None = None, spread: Spread | None = None
+    path: Path,
+    sync: int,
+    crc: bool,
+    places: Sequence[Path],
+    loaded: bool = True,
+    progress: ReportShare | None = None,
+    spread: Spread | None = None,
 ) -> LogIndex:
-    """The index of a log: the one on disk if it matches the log's present state, else a new one, saved if `kept`.
+    """The index of a log: if `loaded`, one in `places` that matches the log's present state; else a new one.
 
-    Raises OSError if the log cannot be read.
+    A new one is saved in the first of the places that can be written. Raises OSError if the log cannot be read.
     """
     stamp = stamp_of(path)
-    index = load(path, stamp, sync, crc) if kept else None
+    index = load(places, stamp, sync, crc, packed=compression_of(path) is not None) if loaded else None
     if index is None:
         members: Members = []
-        losses: dict[tuple[int, str], Loss] = {}
+        lose = Losses()
+        length = 0
 
-        def lose(offset: int, length: int, reason: str) -> None:
-            losses[offset, reason] = Loss(offset, length, reason)
+        def counted() -> Iterator[bytes]:
+            nonlocal length
+            for chunk in chunks(path, lose, members, progress, spread):
+                length += len(chunk)
+                yield chunk
 
-        types = build(scan(chunks(path, lose, members, progress, spread), sync, lose, crc))
-        index = LogIndex(types, sorted(losses.values()), members, crc)
-        if kept and stamp_of(path) == stamp:
-            save(path, index, stamp, sync)
+        types = build(_limited(scan(counted(), sync, lose, crc), path))
+        index = LogIndex(types, lose.sorted(), members, crc, length)
+        if places and stamp_of(path) == stamp:
+            save(path, places, index, stamp, sync)
     return index
 
 
-def has_index(path: Path) -> bool:
-    """Whether an index on disk may match the log's present state."""
+def _limited(batches: Iterator[Batch], path: Path) -> Iterator[Batch]:
+    count = 0
+    for batch in batches:
+        count += batch.starts.size
+        if count > MOST_PACKETS:
+            raise OSError(errno.EFBIG, f"more than {MOST_PACKETS} packets; cut it first (shoal log cut)", str(path))
+        yield batch
+
+
+def has_index(path: Path, places: Sequence[Path]) -> bool:
+    """Whether an index in one of the places may match the log's present state."""
     changed = path.stat().st_mtime_ns
-    return any(place.is_file() and place.stat().st_mtime_ns >= changed for place in places_for(path))
+    return any(place.is_file() and place.stat().st_mtime_ns >= changed for place in places)
 
 
-def places_for(log: Path) -> list[Path]:
-    """Where the index of a log may be, the best place first."""
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "shoal" / "logs"
+def beside(log: Path) -> Path:
+    """Where the index of a log is if it is kept beside it."""
+    return log.with_name(log.name + SUFFIX)
+
+
+def _cache() -> Path:
+    """Raises RuntimeError if the user has no home."""
+    folder = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(folder) if os.path.isabs(folder) else Path.home() / ".cache") / "shoal" / "logs"
+
+
+def in_cache(log: Path) -> list[Path]:
+    """Where the index of a log is in the user's cache; nowhere if the user has no home."""
+    try:
+        cache = _cache()
+    except RuntimeError:
+        return []
     name = hashlib.blake2b(os.fsencode(log.resolve()), digest_size=16).hexdigest()
-    return [log.with_name(log.name + SUFFIX), cache / (name + SUFFIX)]
+    return [cache / (name + SUFFIX)]
 
 
-def load(log: Path, stamp: Stamp, sync: int, crc: bool) -> LogIndex | None:
+def _key() -> bytes:
+    """The user's secret, which signs indices, so that nobody else's are used. Raises OSError, RuntimeError."""
+    path = _cache() / "key"
+    if path.is_file() and len(found := path.read_bytes()) == KEY_SIZE:
+        return found
+    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    _write(path, [made := os.urandom(KEY_SIZE)])
+    return made
+
+
+def _write(path: Path, parts: Iterable[bytes | memoryview]) -> None:
+    waiting = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with open(os.open(waiting, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+            file.writelines(parts)
+        waiting.replace(path)
+    finally:
+        waiting.unlink(missing_ok=True)
+
+
+def load(places: Sequence[Path], stamp: Stamp, sync: int, crc: bool, *, packed: bool) -> LogIndex | None:
     """The index on disk of a log in this state; None if it is missing, damaged or of another state."""
-    for place in places_for(log):
+    for place in places:
         try:
-            if place.stat().st_size > LARGEST:
+            if not place.is_file() or place.stat().st_size > LARGEST:
                 continue
-            head, index = _decode(place.read_bytes())
-        except (OSError, ValueError, msgspec.DecodeError):
+            head, index = _decode(place.read_bytes(), _key())
+        except (OSError, RuntimeError, ValueError, msgspec.DecodeError):
             continue
-        if head.stamp == stamp and head.sync == sync and (head.crc == crc or (head.crc and not head.losses)):
+        matches = head.stamp == stamp and head.sync == sync and (packed or index.length == stamp.size)
+        if matches and (head.crc == crc or (head.crc and not head.losses)):
             return index
     return None
 
 
-def save(log: Path, index: LogIndex, stamp: Stamp, sync: int) -> Path | None:
-    """Write the index of a log in this state, and return its path; None if it cannot be written."""
-    parts = _encode(index, stamp, sync)
-    for place in places_for(log):
-        waiting = place.with_name(f".{place.name}.{os.getpid()}")
+def save(log: Path, places: Sequence[Path], index: LogIndex, stamp: Stamp, sync: int) -> Path | None:
+    """Write the index of a log in this state, and return its path; None if it cannot be written.
+
+    In the cache, the oldest indices make room for it.
+    """
+    try:
+        parts = _encode(index, stamp, sync, _key())
+    except (OSError, RuntimeError):
+        return None
+    if sum(len(part) for part in parts) > LARGEST:
+        return None
+    for place in places:
         try:
+            place.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+            _write(place, parts)
             if place.parent != log.parent:
-                place.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-            try:
-                with waiting.open("wb") as file:
-                    file.writelines(parts)
-                waiting.replace(place)
-            finally:
-                waiting.unlink(missing_ok=True)
+                _make_room(place.parent)
         except OSError:
             continue
         return place
     return None
 
 
-def _encode(index: LogIndex, stamp: Stamp, sync: int) -> list[bytes | memoryview]:
+def _make_room(cache: Path) -> None:
+    kept = [(file.stat(), file) for file in cache.glob("*" + SUFFIX)]
+    size = 0
+    for state, file in sorted(kept, key=lambda item: -item[0].st_mtime_ns):
+        size += state.st_size
+        if size > CACHE:
+            file.unlink(missing_ok=True)
+
+
+def _encode(index: LogIndex, stamp: Stamp, sync: int, key: bytes) -> list[bytes | memoryview]:
     types: list[_Type] = []
     parts: list[bytes | memoryview] = []
-    length = 0
     for number, found in index.types.items():
-        last = int(found.steps.sum(dtype="i8"))
-        length = max(length, last + int(found.sizes[-1]) + SMALLEST_PACKET)
         types.append(_Type(number, found.total, found.steps.itemsize, found.sizes.size, found.big.size))
         for array in (found.steps, found.sizes, found.big):
             parts.append(array.astype(array.dtype.newbyteorder("<"), copy=False).data.cast("B"))
     losses = [(loss.offset, loss.length, loss.reason) for loss in index.losses]
-    head = msgspec.msgpack.encode(_Head(stamp, sync, index.crc, length, types, losses, index.members))
-    parts[:0] = [len(head).to_bytes(4, "little"), head]
     checksum = 0
     for part in parts:
         checksum = crc32.iso_hdlc(part, checksum)
-    return [MAGIC, checksum.to_bytes(4, "little"), *parts]
+    found = _Head(stamp, sync, index.crc, index.length, checksum, types, losses, index.members)
+    head = msgspec.msgpack.encode(found)
+    return [MAGIC, _signature(head, key), len(head).to_bytes(4, "little"), head, *parts]
 
 
-def _decode(data: bytes) -> tuple[_Head, LogIndex]:
-    """Raises ValueError or msgspec.DecodeError if it is not an index; no number in the file is trusted."""
+def _signature(head: bytes | memoryview, key: bytes) -> bytes:
+    return hashlib.blake2b(head, digest_size=SIGNATURE_SIZE, key=key).digest()
+
+
+def _decode(data: bytes, key: bytes) -> tuple[_Head, LogIndex]:
+    """Raises ValueError or msgspec.DecodeError if it is not an index that was signed with the key."""
+    # Only the head is signed, since that takes no time. With right ids and counts, nothing can be hidden in the arrays:
+    # each packet is checked when it is read.
     import numpy as np
 
-    begin = len(MAGIC) + 4
-    body = memoryview(data)[begin:]
-    if not data.startswith(MAGIC) or crc32.iso_hdlc(body) != int.from_bytes(data[len(MAGIC) : begin], "little"):
-        raise ValueError("not an index, or damaged")
+    begin = len(MAGIC) + SIGNATURE_SIZE
+    signature, body = data[len(MAGIC) : begin], memoryview(data)[begin:]
     place = 4 + int.from_bytes(body[:4], "little")
+    known = data.startswith(MAGIC) and place <= LARGEST_HEAD
+    if not known or not compare_digest(_signature(body[4:place], key), signature):
+        raise ValueError("not an index of this user, or damaged")
     head = msgspec.msgpack.decode(body[4:place], type=_Head)
+    if crc32.iso_hdlc(body[place:]) != head.arrays:
+        raise ValueError("damaged")
     types: dict[int, TypeIndex] = {}
+    covered = sum(length for _, length, _ in head.losses)
 
     def take(kind: str, count: int) -> Any:
         nonlocal place
@@ -179,8 +263,11 @@ def _decode(data: bytes) -> tuple[_Head, LogIndex]:
         steps = found.steps
         if (steps[1:] < SMALLEST_PACKET).any() or float(steps.sum(dtype="f8")) + SMALLEST_PACKET > head.length:
             raise ValueError("packets outside the log")
+        covered += found.total * SMALLEST_PACKET + int(found.sizes.sum(dtype="i8")) * (found.total // found.sizes.size)
         types[entry.id] = found
+    if covered != head.length:  # each byte of a log is in a packet or in a loss
+        raise ValueError("packets are missing, or are there twice")
     members: Members = head.members
     if any(a >= b for pair in pairwise(members) for a, b in zip(*pair, strict=True)):
         raise ValueError("members out of order")
-    return head, LogIndex(types, [Loss(*loss) for loss in head.losses], members, head.crc)
+    return head, LogIndex(types, [Loss(*loss) for loss in head.losses], members, head.crc, head.length)

@@ -1,19 +1,21 @@
 """LSF logs: files of consecutive packets, plain or compressed."""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, Unpack
 
 from fastcrc.crc16 import arc
 
 from imc.errors import DecodeError
 from imc.lsf.bytes import ReportShare, chunks, open_reader
-from imc.lsf.columns import ColumnReader, fill_together, is_fixed, long_enough
+from imc.lsf.columns import ColumnReader, fill_together, long_enough
 from imc.lsf.dataframe import frame_of
 from imc.lsf.folder import find_log, find_schema
 from imc.lsf.index import LogIndex, Places
+from imc.lsf.losses import Losses
 from imc.lsf.members_ahead import Spread
+from imc.lsf.packet_reader import PacketReader, StaleIndex
 from imc.lsf.scanner import Batch, packet_id, scan
 from imc.lsf.selection import Conditions, Objects, Where, entity_labels, having, select
 from imc.lsf.tracks import positions
@@ -31,6 +33,8 @@ SORTED_TOGETHER = 1 << 15  # packets in memory while messages are read in order 
 
 Kind = type[Message] | str
 
+T = TypeVar("T")
+
 __all__ = ["BLOCK", "Log", "LsfWriter", "packet_id"]
 
 
@@ -47,10 +51,11 @@ class Log:
     timestamp < `end` (s since 1970 UTC), `src` is a system's id or the name it announces, `entity` is an entity's id
     or its label; KeyError if the log has no such name.
 
-    The first access to a type reads the log once and makes an index. For logs of 4 MiB or more it is written beside
-    the log, or to the user's cache if that fails, unless keep_index=False. An index is valid while size, time of
-    change, start and end of the log are the same. Memory does not grow with the log, except for the index (2 to 8
-    bytes per packet) and the result.
+    The first access to a type reads the log once and makes an index. For logs of 4 MiB or more it is kept in the
+    user's cache; with keep_index="beside" beside the log, with keep_index=False nowhere. An index is used while size,
+    time of change, start and end of the log are the same, and each packet read by it is checked: if one is not there,
+    the log is indexed again. Memory does not grow with the log, except for the index (2 to 8 bytes per packet) and
+    the result.
 
     Damage is skipped, and listed in `losses` once it has been read; every packet around it is found. A packet is
     accepted if its CRC is right, with crc=False also if another packet follows it immediately. Raises
@@ -65,7 +70,7 @@ class Log:
         schema: Schema | None = None,
         *,
         crc: bool = True,
-        keep_index: bool = True,
+        keep_index: bool | Literal["beside"] = True,
         spread: Spread | None = None,
     ):
         self.path = find_log(Path(path))
@@ -73,8 +78,8 @@ class Log:
         self._crc = crc
         self._keep_index = keep_index
         self.spread = spread
-        self._losses: dict[tuple[int, str], Loss] = {}
-        self._indexed: tuple[tuple[int, int], LogIndex] | None = None
+        self._lose = Losses()
+        self._indexed: tuple[tuple[int, ...], LogIndex] | None = None
         self._whole: dict[int, NDArray[np.bool_]] = {}
         self._names: dict[str, dict[Any, str]] = {}
 
@@ -95,7 +100,7 @@ class Log:
     @property
     def losses(self) -> list[Loss]:
         """The damage found so far, by offset in the unpacked log."""
-        return sorted(self._losses.values())
+        return self._lose.sorted()
 
     def counts(self) -> dict[str, int]:
         """How many packets of each message there are, by name ("id 1234" if it is not in the schema)."""
@@ -123,14 +128,19 @@ class Log:
         """Like `messages`, by timestamp; messages with equal times in the order of the file, those with NaN last."""
         import numpy as np
 
-        index, conditions = self.index(), self._meaning(where)
-        with open_reader(self.path, index.members, self.spread) as reader:
-            places = select(index.places(self._ids(kinds)), conditions, reader)
-            times = [np.empty(0), *(batch.times() for batch in places.batches(reader))]
-            order = np.argsort(np.concatenate(times), kind="stable")
+        conditions = self._meaning(where)
+
+        def find() -> "tuple[Places, NDArray[Any]]":
+            with self._reader() as reader:
+                places = select(self.index().places(self._ids(kinds)), conditions, reader)
+                times = [np.empty(0), *(batch.times() for batch in reader.batches(places))]
+                return places, np.argsort(np.concatenate(times), kind="stable")
+
+        places, order = self._with_true_index(find)
+        with self._reader() as reader:
             for begin in range(0, order.size, SORTED_TOGETHER):
                 part = order[begin : begin + SORTED_TOGETHER]
-                batches = places.having(np.sort(part)).batches(reader)
+                batches = reader.batches(places.having(np.sort(part)))
                 packets = [item for batch in batches for item in batch.packets()]
                 ranks: list[int] = np.argsort(np.argsort(part)).tolist()
                 yield from self._decode_all(packets[rank] for rank in ranks)
@@ -148,18 +158,23 @@ class Log:
     def arrays(self, *kinds: Kind) -> "dict[str, NDArray[Any]]":
         """By name, the `array` of each of the types, or of all in the log; the log is read once."""
         known = self.schema.types_by_id
-        names = [_name(kind) for kind in kinds] or [known[n].abbrev for n in self.index().counts() if n in known]
-        tables = [self._table(name) for name in names]
-        with open_reader(self.path, self.index().members, self.spread) as reader:
-            fill_together(tables, reader)
+
+        def read() -> list[ColumnReader]:
+            names = [_name(kind) for kind in kinds] or [known[n].abbrev for n in self.index().counts() if n in known]
+            tables = [self._table(name) for name in names]
+            with self._reader() as reader:
+                fill_together(tables, reader)
+            return tables
+
+        tables = self._with_true_index(read)
         self._whole |= {table.kind.id: table.whole for table in tables}
         return {table.kind.abbrev: table.result() for table in tables}
 
     def objects(self, kind: Kind, **where: Unpack[Conditions]) -> Objects:
         """The messages of a type as a sequence that decodes on access; number i is row i of `array`."""
         self._ids((kind,))
-        meaning, members = self._meaning(where), self.index().members
-        return Objects(self.path, members, lambda: self._places(kind, meaning), self._decode)
+        meaning = self._meaning(where)
+        return Objects(self.path, lambda: self._places(kind, meaning), self._reader, self._decode)
 
     def positions(self, kind: Kind = "EstimatedState", **where: Unpack[Conditions]) -> "NDArray[Any]":
         """The positions in the messages of a type, displaced by their offsets: see `imc.lsf.tracks.positions`."""
@@ -196,23 +211,41 @@ class Log:
 
         progress: called now and then with the share that has been read, 0 to 1.
         """
+        return self._index(progress, loaded=True)
+
+    def _index(self, progress: ReportShare | None = None, *, loaded: bool) -> LogIndex:
+        """The index; if it is not `loaded` from disk, the log is read."""
         from imc.lsf.index_file import index_of
 
         state = self.path.stat()
-        now = (state.st_size, state.st_mtime_ns)
-        if self._indexed is None or self._indexed[0] != now:
-            if self._indexed:
-                self._losses.clear()
+        now = (state.st_size, state.st_mtime_ns, state.st_ctime_ns)
+        if self._indexed is None or self._indexed[0] != now or not loaded:
             self._whole.clear()
             self._names.clear()
-            kept = self._keep_index and now[0] >= WORTH_KEEPING
-            self._indexed = now, index_of(self.path, self.schema.sync, self._crc, kept, progress, self.spread)
-            for loss in self._indexed[1].losses:
-                self._lose(*loss)
+            places = self._index_places() if now[0] >= WORTH_KEEPING else []
+            found = index_of(self.path, self.schema.sync, self._crc, places, loaded, progress, self.spread)
+            self._lose = Losses(found.losses if self._indexed else [*self.losses, *found.losses])
+            self._indexed = now, found
         return self._indexed[1]
 
-    def _lose(self, offset: int, length: int, reason: str) -> None:
-        self._losses[offset, reason] = Loss(offset, length, reason)
+    def _with_true_index(self, read: Callable[[], T]) -> T:
+        """What `read` returns; if it finds the index wrong, the log is indexed again before a second try."""
+        try:
+            return read()
+        except StaleIndex:
+            self._index(loaded=False)
+            return read()
+
+    def _reader(self) -> PacketReader:
+        reader = open_reader(self.path, self.index().members, self._lose, self.spread)
+        return PacketReader(self.path, reader, self.schema.sync, self._crc)
+
+    def _index_places(self) -> list[Path]:
+        from imc.lsf.index_file import beside, in_cache
+
+        if not self._keep_index:
+            return []
+        return [*([beside(self.path)] if self._keep_index == "beside" else []), *in_cache(self.path)]
 
     def _ids(self, kinds: Iterable[Kind]) -> frozenset[int]:
         return frozenset(self.schema.types[_name(kind)].id for kind in kinds)
@@ -224,18 +257,29 @@ class Log:
         """The packets with these ids, or all; by the index if there is one already."""
         import numpy as np
 
-        if ids and (index := self._index_at_hand()):
-            with open_reader(self.path, index.members, self.spread) as reader:
-                yield from index.places(ids).batches(reader)
+        if ids and self._index_at_hand():
+            begin = 0
+            try:
+                for batch in self._indexed_batches(ids, begin):
+                    yield batch
+                    begin = batch.base + int(batch.ends[-1])
+            except StaleIndex:
+                self._index(loaded=False)
+                yield from self._indexed_batches(ids, begin)
             return
         for batch in self.batches():
             yield batch.having(np.isin(batch.heads & 0xFFFF, list(ids))) if ids else batch
+
+    def _indexed_batches(self, ids: frozenset[int], begin: int) -> Iterator[Batch]:
+        places = self.index().places(ids)
+        with self._reader() as reader:
+            yield from reader.batches(places.having(places.offsets >= begin))
 
     def _index_at_hand(self) -> LogIndex | None:
         """The index, if it already exists."""
         from imc.lsf.index_file import has_index
 
-        if self._indexed or (self._keep_index and has_index(self.path)):
+        if self._indexed or has_index(self.path, self._index_places()):
             return self.index()
         return None
 
@@ -265,22 +309,24 @@ class Log:
         return ColumnReader(found, places, self._decode, self._lose)
 
     def _rows(self, kind: Kind) -> "NDArray[Any]":
-        table = self._table(kind)
-        with open_reader(self.path, self.index().members, self.spread) as reader:
-            rows = table.read(reader)
-        self._whole[table.kind.id] = table.whole
-        return rows
+        def read() -> "NDArray[Any]":
+            table = self._table(kind)
+            with self._reader() as reader:
+                rows = table.read(reader)
+            self._whole[table.kind.id] = table.whole
+            return rows
+
+        return self._with_true_index(read)
 
     def _places(self, kind: Kind, where: Where) -> Places:
         """The packets that are rows of `array`."""
-        found, index = self.schema.types[_name(kind)], self.index()
-        places = long_enough(found, index.places((found.id,)), self._lose)
-        if not is_fixed(found):
-            if found.id not in self._whole:
-                self._rows(kind)
-            places = places.having(self._whole[found.id])
-        with open_reader(self.path, index.members, self.spread) as reader:
-            return select(places, where, reader)
+        found = self.schema.types[_name(kind)]
+        self.index()
+        if found.id not in self._whole:
+            self._rows(kind)  # also checks the index, so that the messages cannot become fewer
+        places = long_enough(found, self.index().places((found.id,)), self._lose)
+        with self._reader() as reader:
+            return select(places.having(self._whole[found.id]), where, reader)
 
     def _meaning(self, where: Conditions) -> Where:
         """The conditions, with names replaced by ids. Raises KeyError."""

@@ -6,11 +6,15 @@ import os
 import re
 import struct
 import zlib
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
-PACKED_CHUNK = 1 << 14  # unpacks to 16 MiB at most
+PACKED_CHUNK = 1 << 14
+LARGEST_PIECE = 1 << 20  # unpacked bytes in memory at a time
+MOST_TIMES, HARMLESS = 1000, 1 << 24  # a log never shrinks that much; less than 16 MiB may
+COST_OF_MEMBER = 1 << 12  # packed bytes that could be read in the time that a false member takes
+MOST_WASTED = 8  # bytes read in vain for each byte of progress, and for each of the first LARGEST_PIECE
 DOUBTFUL_CHUNK = 1 << 8  # first read of a search for a member, and of what it finds; doubled with each read
 SEARCH_CHUNK = 1 << 18
 LONGEST_MAGIC = 10
@@ -47,52 +51,96 @@ class Piece(NamedTuple):
     damage: str
 
 
-def unpack(file: BinaryIO, form: Compression, begin: int = 0, stop: float = math.inf) -> Generator[Piece, None, int]:
+def unpack(
+    file: BinaryIO, form: Compression, begin: int = 0, stop: float = math.inf, unpacked: int = 0
+) -> Generator[Piece, None, tuple[int, int]]:
     """The contents of the members from `begin` on; after damage, continues with the next member that unpacks.
 
-    Stops at the end of the file, or before a member at or after `stop` that follows a good one; returns where that is.
+    Stops at the end of the file, or before a member at or after `stop` that follows a good one; returns where that is
+    in the file and in the content. `unpacked` is where `begin` is in the content. If the content is more than
+    MOST_TIMES as large as the file up to there, that is damage, and nothing more is read.
     """
-    end, searching = file.seek(0, os.SEEK_END), False
+    end, searching, first, wasted = file.seek(0, os.SEEK_END), False, begin, 0
     while begin < end and (searching or begin < stop):
-        unpacker, position, produced, damage = form.unpacker(), begin, 0, ""
-        chunk = DOUBTFUL_CHUNK if searching else PACKED_CHUNK
-        file.seek(begin)
-        while not unpacker.eof and not damage:
-            packed = file.read(chunk)
-            chunk = min(2 * chunk, PACKED_CHUNK)
-            try:
-                data = unpacker.decompress(packed)
-                damage = "" if packed else "cut short"
-            except (zlib.error, OSError) as error:
-                data, damage = _salvage(file, form, begin, position, packed), str(error)
-            position += len(packed)
-            produced += len(data)
+        member, before = _Member(file, form, begin, DOUBTFUL_CHUNK if searching else PACKED_CHUNK), unpacked
+        for data in member:
+            unpacked += len(data)
             yield Piece(begin, data, "")
-        if not damage:
-            begin, searching = position - len(unpacker.unused_data), False
+            if unpacked > max(HARMLESS, MOST_TIMES * member.end):
+                yield Piece(begin, b"", f"{member}: it unpacks to more than {MOST_TIMES} times its size")
+                return end, unpacked
+        if not member.damage:
+            begin, searching = member.end, False
             continue
         # The magic bytes also occur by chance; such a false member fails soon and is not reported as damage.
-        if not searching or produced > 1024:
-            name = Path(getattr(file, "name", "")).name
-            yield Piece(begin, b"", f"member at byte {begin} of {name}: {damage}")
-        begin, searching = _next_member(file, form, begin + 1), True
-    return begin
+        if not searching or unpacked - before > 1024:
+            yield Piece(begin, b"", f"{member}: {member.damage}")
+        # The next member may begin before the place where this one failed. But in a file full of false members that all
+        # fail late, looking at each byte again for each of them would take quadratic time.
+        wasted += COST_OF_MEMBER + member.end - begin
+        again = wasted < MOST_WASTED * (begin - first + LARGEST_PIECE)
+        after = begin + 1 if again else max(begin + COST_OF_MEMBER, member.end)
+        begin, searching = _next_member(file, form, after), True
+    return begin, unpacked
 
 
-def _salvage(file: BinaryIO, form: Compression, begin: int, position: int, packed: bytes) -> bytes:
-    """The content before the damage in `packed`, which was read at `position`; the member starts at `begin`."""
-    # A call that fails loses its output. So start the member again, and feed the damaged part byte by byte.
-    unpacker = form.unpacker()
-    file.seek(begin)
-    while file.tell() < position:
-        unpacker.decompress(file.read(min(PACKED_CHUNK, position - file.tell())))
-    data = bytearray()
-    try:
-        for number in packed:
-            data += unpacker.decompress(bytes((number,)))
-    except (zlib.error, OSError, EOFError):
-        pass
-    return bytes(data)
+class _Member:
+    """A member of a file. Iterate over its content; then `end` is where it ends or fails, and `damage` why it fails."""
+
+    def __init__(self, file: BinaryIO, form: Compression, begin: int, chunk: int):
+        self.begin = self.end = begin
+        self.damage = ""
+        self._file = file
+        self._form = form
+        self._chunk = chunk
+
+    def __str__(self) -> str:
+        return f"member at byte {self.begin} of {Path(getattr(self._file, 'name', '')).name}"
+
+    def __iter__(self) -> Iterator[bytes]:
+        unpacker, produced, chunk = self._form.unpacker(), 0, self._chunk
+        self._file.seek(self.begin)
+        while not unpacker.eof:
+            packed = self._file.read(chunk)
+            chunk = min(2 * chunk, PACKED_CHUNK)
+            self.end += len(packed)
+            try:
+                for data in _contents(unpacker, packed):
+                    produced += len(data)
+                    yield data
+            except (zlib.error, OSError) as error:
+                self.damage = str(error)
+                yield from self._salvage(self.end - len(packed), produced)
+                return
+            if not packed:
+                self.damage = "cut short"
+                return
+        self.end -= len(unpacker.unused_data)
+
+    def _salvage(self, position: int, known: int) -> Iterator[bytes]:
+        """The content before the damage, which is behind `position`; without its first `known` bytes."""
+        # A call that fails loses its output. So start the member again, and feed the damaged part byte by byte.
+        unpacker = self._form.unpacker()
+        self._file.seek(self.begin)
+        try:
+            while (place := self._file.tell()) < self.end:
+                packed = self._file.read(min(PACKED_CHUNK, position - place) if place < position else 1)
+                for data in _contents(unpacker, packed):
+                    if fresh := data[known:]:
+                        yield fresh
+                    known = max(0, known - len(data))
+        except (zlib.error, OSError, EOFError):
+            self.end = self._file.tell()
+
+
+def _contents(unpacker: Any, packed: bytes) -> Iterator[bytes]:
+    """What `packed` adds to the content of a member, in pieces of at most LARGEST_PIECE."""
+    while True:
+        data = unpacker.decompress(packed, LARGEST_PIECE)
+        yield data
+        if unpacker.eof or len(data) < LARGEST_PIECE:
+            return
+        packed = getattr(unpacker, "unconsumed_tail", b"")  # bz2 keeps it inside
 
 
 def _next_member(file: BinaryIO, form: Compression, begin: int) -> int:

@@ -25,7 +25,9 @@ class Spread(Protocol):
     def __call__(self, function: Callable[[bytes], Pieces], parts: Iterable[bytes], /) -> Iterator[Pieces]: ...
 
 
-def unpack_ahead(file: BinaryIO, form: Compression, begin: int, spread: Spread | None) -> Iterator[Piece]:
+def unpack_ahead(
+    file: BinaryIO, form: Compression, begin: int, spread: Spread | None, unpacked: int = 0
+) -> Iterator[Piece]:
     """Like `unpack`, but unpacks some stretches ahead with `spread`.
 
     A stretch goes from one place that looks like the header of a member to a later one. If it is not a sequence of
@@ -34,29 +36,33 @@ def unpack_ahead(file: BinaryIO, form: Compression, begin: int, spread: Spread |
     # Finding headers without unpacking is a guess: the same bytes may occur inside a member. A wrong cut leaves half a
     # member at the end of a stretch, which `_unpack_stretch` notices. So a bad guess costs time, but never data.
     if spread is None or form is not COMPRESSIONS["gzip"]:
-        yield from unpack(file, form, begin)
+        yield from unpack(file, form, begin, unpacked=unpacked)
         return
     end = file.seek(0, os.SEEK_END)
-    begin = yield from unpack(file, form, begin, begin + STRETCH)  # enough for a reader of a few packets
+    # enough for a reader of a few packets
+    begin, unpacked = yield from unpack(file, form, begin, begin + STRETCH, unpacked)
     while begin < end:
-        reached = yield from _whole_stretches(file, begin, spread)
-        begin = yield from unpack(file, form, reached, reached + STRETCH)
+        begin, unpacked = yield from _whole_stretches(file, begin, unpacked, spread)
+        begin, unpacked = yield from unpack(file, form, begin, begin + STRETCH, unpacked)
 
 
-def _whole_stretches(file: BinaryIO, begin: int, spread: Spread) -> Generator[Piece, None, int]:
-    """The pieces of the stretches from `begin` to the first bad one; returns where that one begins."""
+def _whole_stretches(
+    file: BinaryIO, begin: int, unpacked: int, spread: Spread
+) -> Generator[Piece, None, tuple[int, int]]:
+    """The pieces of the stretches from `begin` to the first bad one; returns where that one begins, as `unpack`."""
     waiting = deque[tuple[int, Iterator[Pieces]]]()
     stretches = _stretches(file, begin)
     while True:
         while len(waiting) < AHEAD and (packed := next(stretches, b"")):
             waiting.append((len(packed), spread(_unpack_stretch, (packed,))))
         if not waiting:
-            return begin
+            return begin, unpacked
         length, found = waiting.popleft()
         pieces = next(found)
         if pieces is None:
-            return begin
+            return begin, unpacked
         for piece in pieces:
+            unpacked += len(piece.data)
             yield Piece(begin + piece.member, piece.data, "")
         begin += length
 

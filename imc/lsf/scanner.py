@@ -39,6 +39,8 @@ class Batch(NamedTuple):
     """Message id, and size of the payload in the upper 16 bits."""
     big: "NDArray[np.bool_]"
     """Whether the packet is big endian."""
+    rows: "NDArray[np.uint8] | None" = None
+    """If at hand, the packets again: little endian, all of the same size; shape (n, size)."""
 
     def packets(self) -> Iterator[tuple[int, bytes]]:
         """Offset in the log, and bytes, of each packet."""
@@ -147,7 +149,7 @@ def _find(data: bytes, base: int, sync: int, last: bool, crc: bool) -> tuple[Bat
             stop = start
             kept[index:] = False
             break
-        if checked or _crc_right(data[start:end], bool(big[index])):
+        if checked or crc_right(data[start:end], bool(big[index])):
             kept[index] = True
             kept[index + 1 : np.searchsorted(starts, end)] = False
             begin = end
@@ -213,7 +215,7 @@ def _without_most_wrong(
     return alone[~wrong], True
 
 
-def _crc_right(packet: bytes, big: bool) -> bool:
+def crc_right(packet: bytes, big: bool) -> bool:
     return not arc(packet[:-2] + packet[:-3:-1] if big else packet)
 
 
@@ -240,7 +242,7 @@ def _crcs_right(
         for index in range(firsts[group], lasts[group] + 1):
             number = chosen[index]
             packet = data[starts[number] : ends[number]]
-            right[index] = _crc_right(packet, bool(big[number]))
+            right[index] = crc_right(packet, bool(big[number]))
     return right
 
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, TypeVar, overload
 from weakref import finalize
 
 from imc.addresses import UNKNOWN_ENTITY
-from imc.lsf.bytes import ByteReader, Members, open_reader
 from imc.lsf.index import Places
+from imc.lsf.packet_reader import PacketReader
 from imc.lsf.scanner import Batch
 from imc.message import Message
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 NEAR = 64  # messages read together
 
 T = TypeVar("T")
+
+Decode = Callable[[bytes], Message]
 
 
 class Conditions(TypedDict, total=False):
@@ -74,12 +76,12 @@ class Where(NamedTuple):
 
 
 class Objects(Sequence[Message]):
-    """Messages of a log; each is read and decoded on access."""
+    """Messages of a log; each is read and decoded on access. Raises OSError if the log has changed."""
 
-    def __init__(self, path: Path, members: Members, find: Callable[[], Places], decode: Callable[[bytes], Message]):
+    def __init__(self, path: Path, find: Callable[[], Places], reader: Callable[[], PacketReader], decode: Decode):
         self._path = path
-        self._members = members
         self._find = find
+        self._open = reader
         self._decode = decode
         self._near: tuple[int, list[bytes]] = (0, [])
 
@@ -98,13 +100,15 @@ class Objects(Sequence[Message]):
         number = range(len(self))[index]
         first, packets = self._near
         if not 0 <= number - first < len(packets):
-            batch = next(self._places.having(slice(number, number + NEAR)).batches(self._reader))
+            near = self._places.having(slice(number, number + NEAR))
+            batch = next(self._reader.batches(near))
             first, packets = self._near = number, [packet for _, packet in batch.packets()]
         return self._decode(packets[number - first])
 
     def __iter__(self) -> Iterator[Message]:
-        with open_reader(self._path, self._members) as reader:
-            for batch in self._places.batches(reader):
+        places = self._places
+        with self._open() as reader:
+            for batch in reader.batches(places):
                 for _, packet in batch.packets():
                     yield self._decode(packet)
 
@@ -113,11 +117,11 @@ class Objects(Sequence[Message]):
 
     def having(self, chosen: Any) -> "Objects":
         """The messages chosen by a slice, an array of indices or a mask (of the rows of `Log.array`)."""
-        return Objects(self._path, self._members, lambda: self._places.having(chosen), self._decode)
+        return Objects(self._path, lambda: self._places.having(chosen), self._open, self._decode)
 
     @cached_property
-    def _reader(self) -> ByteReader:
-        reader = open_reader(self._path, self._members)
+    def _reader(self) -> PacketReader:
+        reader = self._open()
         finalize(self, reader.__exit__)
         return reader
 
@@ -126,13 +130,13 @@ class Objects(Sequence[Message]):
         return self._find()
 
 
-def select(places: Places, where: Where, reader: ByteReader) -> Places:
+def select(places: Places, where: Where, reader: PacketReader) -> Places:
     """The packets that meet the conditions."""
     import numpy as np
 
     if where.everything or not places.offsets.size:
         return places
-    return places.having(np.concatenate([where.of_batch(batch) for batch in places.batches(reader)]))
+    return places.having(np.concatenate([where.of_batch(batch) for batch in reader.batches(places)]))
 
 
 def having(names: dict[T, str], name: str) -> list[T]:

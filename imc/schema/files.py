@@ -18,7 +18,7 @@ from imc.schema.schema import Schema
 _DEFINITIONS = Path(__file__).parents[1] / "definitions"
 _BASE, _OVERLAY = _DEFINITIONS / "imc-5.4.31.yaml", _DEFINITIONS / "shoal.yaml"
 MERGED = _DEFINITIONS / "merged.json"
-_LARGEST = 1 << 24
+_LARGEST = 1 << 22  # the public IMC.xml is smaller than 1 MiB
 
 
 class MergedDefinitions(msgspec.Struct):
@@ -32,7 +32,7 @@ class MergedDefinitions(msgspec.Struct):
 def load(path: str | PathLike[str], over: Schema | None = None) -> Schema:
     """The definitions in an IMC.xml, IMC.xml.gz or YAML file of our layout; they extend `over`, if given.
 
-    The format is detected from the content; 16 MiB at most. Raises SchemaError naming file:line, OSError.
+    The format is detected from the content; 4 MiB at most. Raises SchemaError naming file:line, OSError.
     """
     return _read(_content(path), str(path), over)
 

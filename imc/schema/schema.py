@@ -65,6 +65,15 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
         return {message.id: message for message in self.messages}
 
     @cached_property
+    def descriptions(self) -> dict[tuple[str, ...], str]:
+        """Texts that explain definitions, by their path: ("messages", "Abort"), ("enumerations", "Side", "PORT") ...
+
+        A field and its values follow the name of their message; () is the schema. Schemas that differ only here are
+        equal.
+        """
+        return {}
+
+    @cached_property
     def codec(self) -> Codec:
         """Reads and writes packets of this schema."""
         return Codec(self.by_id, self.sync)
@@ -131,7 +140,7 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
         for group in other.groups:
             members = groups[group.abbrev].members if group.abbrev in groups else ()
             groups[group.abbrev] = Group(group.abbrev, group.name, (*members, *group.members))
-        return msgspec.structs.replace(
+        merged = msgspec.structs.replace(
             self,
             units=_union(self.units, other.units),
             enumerations=_union(self.enumerations, other.enumerations),
@@ -144,6 +153,8 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
             categories=tuple(dict.fromkeys((*self.categories, *other.categories))),
             messages=tuple(messages[abbrev] for abbrev in order),
         )
+        merged.descriptions.update(self.descriptions | other.descriptions)
+        return merged
 
     def check(self, places: dict[str, str]) -> None:
         """Raises SchemaError for definitions that conflict or refer to undefined names.

@@ -1,5 +1,7 @@
 """Reads protocol definitions from an IMC.xml."""
 
+from collections.abc import Iterator
+
 from imc.errors import SchemaError
 from imc.layout import NUMBERS, SYNC
 from imc.schema.definition import Enumeration, Field, Group, MessageType, Named, Value, parse_number
@@ -17,6 +19,16 @@ HEADER_LAYOUT = (
     ("dst_ent", "uint8_t"),
 )
 FOOTER_LAYOUT = (("crc16", "uint16_t"),)
+DESCRIBED = (
+    ("units", "units", "unit"),
+    ("enumerations", "enumerations", "def"),
+    ("bitfields", "bitfields", "def"),
+    ("groups", "message-groups", "message-group"),
+    ("flags", "flags", "flag"),
+    ("categories", "categories", "category"),
+    ("messages", "message"),
+)
+"""Parts of a schema whose definitions may have a description, and the tags that lead there."""
 
 
 def read_xml(data: bytes, file: str) -> tuple[Schema, dict[str, str]]:
@@ -39,7 +51,23 @@ def read_xml(data: bytes, file: str) -> tuple[Schema, dict[str, str]]:
         categories=tuple(element.require("name") for element in root.all("categories", "category")),
         messages=tuple(_message(element, places) for element in root.all("message")),
     )
+    schema.descriptions.update(_descriptions(root))
     return schema, places
+
+
+def _descriptions(root: Element) -> Iterator[tuple[tuple[str, ...], str]]:
+    """The descriptions, by the path of their definitions (see `Schema.descriptions`)."""
+    found: list[tuple[tuple[str, ...], Element]] = [((), root)]
+    for section, *tags in DESCRIBED:
+        for element in root.all(*tags):
+            path = section, element.get("abbrev") or element.get("name")
+            found.append((path, element))
+            for inner in (*element.all("field"), *element.all("value")):
+                found.append(((*path, inner.get("abbrev")), inner))
+                found += (((*path, inner.get("abbrev"), v.get("abbrev")), v) for v in inner.all("value"))
+    for path, element in found:
+        if element.description:
+            yield path, element.description
 
 
 def _header(root: Element) -> int:

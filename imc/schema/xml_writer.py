@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from imc.layout import NUMPY, VARIABLE, WIRE_CODES
-from imc.schema.definition import Enumeration, Field, MessageType
+from imc.schema.definition import Enumeration, Field, MessageType, Named, Value
 from imc.schema.schema import Schema
 
 _FRAME = """\
@@ -23,32 +23,42 @@ _FRAME = """\
 """
 
 
+_IN_TEXT = (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ("\r", "&#13;"))
+_IN_ATTRIBUTE = (('"', "&quot;"), ("\n", "&#10;"), ("\t", "&#9;"))
+
+Descriptions = dict[tuple[str, ...], str]
+
+
 def dump(schema: Schema) -> bytes:
-    """The schema as IMC.xml, UTF-8; `load` reads an equal schema from it."""
+    """The schema as IMC.xml, UTF-8; `load` reads an equal schema, with the same descriptions, from it."""
     return "".join(_document(schema)).encode("utf-8")
 
 
 def _document(schema: Schema) -> Iterator[str]:
+    described = schema.descriptions
     yield '<?xml version="1.0" encoding="UTF-8"?>\n'
     yield _tag("messages", 0, ">", name=schema.name, long_name=schema.long_name, version=schema.version)
+    yield _description(described.get(()), 1)
     sized = ((name, NUMPY[code][1:] if code in NUMPY else None) for name, code in WIRE_CODES.items())
     yield from _section("types", (_tag("type", 2, name=name, size=size) for name, size in sized))
     compound = (name for name, code in WIRE_CODES.items() if code in VARIABLE)
     yield from _section("serialization", (_tag("type", 2, name=name) for name in compound))
-    yield from _section("units", (_tag("unit", 2, abbrev=unit.abbrev, name=unit.name) for unit in schema.units))
-    yield from _section("enumerations", (_shared(shared, False) for shared in schema.enumerations))
-    yield from _section("bitfields", (_shared(shared, True) for shared in schema.bitfields))
+    yield from _section("units", _named(described, "units", "unit", schema.units))
+    yield from _section("enumerations", (_shared(described, "enumerations", shared) for shared in schema.enumerations))
+    yield from _section("bitfields", (_shared(described, "bitfields", shared) for shared in schema.bitfields))
     yield "  <message-groups>\n"
     for group in schema.groups:
         yield _tag("message-group", 2, ">", name=group.name, abbrev=group.abbrev)
+        yield _description(described.get(("groups", group.abbrev)), 3)
         yield from (_tag("message-type", 3, abbrev=member) for member in group.members)
         yield "    </message-group>\n"
     yield "  </message-groups>\n"
-    yield from _section("flags", (_tag("flag", 2, abbrev=flag.abbrev, name=flag.name) for flag in schema.flags))
+    yield from _section("flags", _named(described, "flags", "flag", schema.flags))
     yield _FRAME.format(sync=schema.sync)
-    yield from _section("categories", (_tag("category", 2, name=name) for name in schema.categories))
+    categories = (_element("category", 2, described.get(("categories", name)), name=name) for name in schema.categories)
+    yield from _section("categories", categories)
     for message in schema.messages:
-        yield from _message(message)
+        yield from _message(message, described)
     yield "</messages>\n"
 
 
@@ -58,16 +68,33 @@ def _section(name: str, lines: Iterator[str]) -> Iterator[str]:
     yield f"  </{name}>\n"
 
 
-def _shared(shared: Enumeration, bits: bool) -> str:
+def _named(described: Descriptions, section: str, tag: str, all_of: tuple[Named, ...]) -> Iterator[str]:
+    for one in all_of:
+        yield _element(tag, 2, described.get((section, one.abbrev)), abbrev=one.abbrev, name=one.name)
+
+
+def _shared(described: Descriptions, section: str, shared: Enumeration) -> str:
     head = _tag("def", 2, ">", name=shared.name, abbrev=shared.abbrev, prefix=shared.prefix)
-    values = (
-        _tag("value", 3, id=f"0x{value.id:02X}" if bits else str(value.id), name=value.name, abbrev=value.abbrev)
-        for value in shared.values
+    path = section, shared.abbrev
+    values = _values(shared.values, section == "bitfields", path, described)
+    return f"{head}{_description(described.get(path), 3)}{values}    </def>\n"
+
+
+def _values(values: tuple[Value, ...], bits: bool, path: tuple[str, ...], described: Descriptions) -> str:
+    return "".join(
+        _element(
+            "value",
+            3,
+            described.get((*path, value.abbrev)),
+            id=f"0x{value.id:02X}" if bits and value.id >= 0 else str(value.id),
+            name=value.name,
+            abbrev=value.abbrev,
+        )
+        for value in values
     )
-    return f"{head}{''.join(values)}    </def>\n"
 
 
-def _message(message: MessageType) -> Iterator[str]:
+def _message(message: MessageType, described: Descriptions) -> Iterator[str]:
     yield _tag(
         "message",
         1,
@@ -81,16 +108,18 @@ def _message(message: MessageType) -> Iterator[str]:
         stable="" if message.stable else "false",
         category=message.category,
     )
+    yield _description(described.get(("messages", message.abbrev)), 2)
     for field in message.fields:
-        yield from _field(field)
+        yield _field(field, ("messages", message.abbrev, field.abbrev), described)
     yield "  </message>\n"
 
 
-def _field(field: Field) -> Iterator[str]:
-    yield _tag(
+def _field(field: Field, path: tuple[str, ...], described: Descriptions) -> str:
+    return _element(
         "field",
         2,
-        ">" if field.values else "/>",
+        described.get(path),
+        _values(field.values, field.is_bitfield, path, described),
         name=field.name,
         abbrev=field.abbrev,
         type=field.type,
@@ -103,11 +132,17 @@ def _field(field: Field) -> Iterator[str]:
         bitfield_def=field.bitfield_def,
         message_type=field.message_type,
     )
-    if field.values:
-        for value in field.values:
-            number = f"0x{value.id:02X}" if field.is_bitfield and value.id >= 0 else str(value.id)
-            yield _tag("value", 3, id=number, name=value.name, abbrev=value.abbrev)
-        yield "    </field>\n"
+
+
+def _element(tag: str, depth: int, description: str | None, inner: str = "", /, **attributes: str | None) -> str:
+    inner = _description(description, depth + 1) + inner
+    if not inner:
+        return _tag(tag, depth, **attributes)
+    return f"{_tag(tag, depth, '>', **attributes)}{inner}{'  ' * depth}</{tag}>\n"
+
+
+def _description(text: str | None, depth: int) -> str:
+    return f"{'  ' * depth}<description>{_escape(text, _IN_TEXT)}</description>\n" if text else ""
 
 
 def _tag(tag: str, depth: int, end: str = "/>", /, **attributes: str | None) -> str:
@@ -119,7 +154,7 @@ def _number(value: int | float | None) -> str:
     return "" if value is None else repr(value)
 
 
-def _escape(text: str) -> str:
-    for character, entity in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ('"', "&quot;"), ("\n", "&#10;")):
+def _escape(text: str, entities: tuple[tuple[str, str], ...] = (*_IN_TEXT, *_IN_ATTRIBUTE)) -> str:
+    for character, entity in entities:
         text = text.replace(character, entity)
-    return text.replace("\t", "&#9;").replace("\r", "&#13;")
+    return text

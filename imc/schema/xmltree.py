@@ -6,12 +6,13 @@ from xml.parsers import expat
 from imc.errors import SchemaError
 
 _DEEPEST = 16
+_MOST = 200_000  # elements
 
 
 class Element:
     """An element of an XML file, and its place in the file."""
 
-    __slots__ = ("attributes", "children", "file", "line", "tag")
+    __slots__ = ("attributes", "children", "file", "line", "tag", "text")
 
     def __init__(self, tag: str, attributes: dict[str, str], file: str, line: int) -> None:
         self.tag = tag
@@ -19,6 +20,7 @@ class Element:
         self.children: list[Element] = []
         self.file = file
         self.line = line
+        self.text = ""
 
     @property
     def where(self) -> str:
@@ -32,6 +34,11 @@ class Element:
         if name not in self.attributes:
             raise SchemaError(f"{self.where}: <{self.tag}> has no {name!r}")
         return self.attributes[name]
+
+    @property
+    def description(self) -> str:
+        """The text of its first <description>, without markup."""
+        return next((child.text for child in self.children if child.tag == "description"), "")
 
     def words(self, name: str) -> tuple[str, ...]:
         """The comma separated words of an attribute, in lower case."""
@@ -50,22 +57,35 @@ def read_elements(data: bytes, file: str) -> Element:
     top = Element("", {}, file, 0)
     stack = [top]
     parser = expat.ParserCreate()
+    parser.buffer_text = True
+    count = 0
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(stack) > _DEEPEST:
             raise SchemaError(f"{file}:{parser.CurrentLineNumber}: nested too deeply")
+        nonlocal count
+        count += 1
+        if count > _MOST:
+            raise SchemaError(f"{file}:{parser.CurrentLineNumber}: more than {_MOST} elements")
         element = Element(tag, attributes, file, parser.CurrentLineNumber)
         stack[-1].children.append(element)
         stack.append(element)
 
     def end(_: str) -> None:
-        stack.pop()
+        ended = stack.pop()
+        if ended.tag != "description":
+            stack[-1].text += ended.text
+
+    def text(found: str) -> None:
+        if any(element.tag == "description" for element in stack):
+            stack[-1].text += found
 
     def refuse(*_: object) -> int:
         raise SchemaError(f"{file}:{parser.CurrentLineNumber}: document types and entities are not accepted")
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end
+    parser.CharacterDataHandler = text
     parser.StartDoctypeDeclHandler = refuse
     parser.EntityDeclHandler = refuse
     parser.ExternalEntityRefHandler = refuse

@@ -6,8 +6,8 @@ from imc.schema.schema import Schema
 from imc.schema.yamltree import Node, read_tree
 
 _TOP = ("name", "long_name", "version", "sync", "units", "enumerations", "bitfields", "groups", "flags", "categories")
-_MESSAGE = ("id", "name", "category", "source", "flags", "used_by", "stable", "replaces", "fields")
-_FIELD = ("type", "name", "unit", "min", "max", "default", "prefix", "enum", "bits", "values", "message")
+_MESSAGE = ("id", "name", "category", "source", "flags", "used_by", "stable", "replaces", "description", "fields")
+_FIELD = ("type", "name", "unit", "min", "max", "default", "prefix", "enum", "bits", "values", "message", "description")
 
 
 def read_yaml(text: str, file: str) -> tuple[Schema, dict[str, str]]:
@@ -15,7 +15,8 @@ def read_yaml(text: str, file: str) -> tuple[Schema, dict[str, str]]:
     top = read_tree(text, file).mapping(*_TOP, "messages", required=("name", "version", "messages"))
     name = top["name"].text()
     places: dict[str, str] = {}
-    messages = tuple(_message(abbrev, node, places) for abbrev, node in top["messages"].mapping().items())
+    described: dict[tuple[str, ...], str] = {}
+    messages = tuple(_message(abbrev, node, places, described) for abbrev, node in top["messages"].mapping().items())
     categories = top["categories"].texts() if "categories" in top else ()
     schema = Schema(
         name=name,
@@ -30,6 +31,7 @@ def read_yaml(text: str, file: str) -> tuple[Schema, dict[str, str]]:
         categories=categories,
         messages=messages,
     )
+    schema.descriptions.update(described)
     return schema, places
 
 
@@ -66,11 +68,14 @@ def _values(node: Node) -> tuple[Value, ...]:
     return tuple(found)
 
 
-def _message(abbrev: str, node: Node, places: dict[str, str]) -> MessageType:
+def _message(abbrev: str, node: Node, places: dict[str, str], described: dict[tuple[str, ...], str]) -> MessageType:
     keys = node.mapping(*_MESSAGE, required=("id", "name"))
     places[abbrev] = node.where
     fields = keys["fields"].mapping() if "fields" in keys else {}
     places.update((f"{abbrev}.{name}", field.where) for name, field in fields.items())
+    for path, known in ((), keys), *(((name,), field.mapping()) for name, field in fields.items()):
+        if "description" in known:
+            described["messages", abbrev, *path] = known["description"].text()
     return MessageType(
         id=keys["id"].integer(),
         abbrev=abbrev,

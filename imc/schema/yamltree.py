@@ -10,6 +10,7 @@ from imc.schema.definition import parse_number
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DEEPEST = 16
+_MOST = 200_000  # nodes
 _TYPES: Any = yaml.SafeLoader("")
 
 
@@ -112,8 +113,10 @@ def _tree(events: Iterator[yaml.Event], file: str, error: type[ValueError]) -> N
     root = Node([], file, 1, error)
     open_nodes = [root]
     keys: list[Node | None] = [None]
-    for event in events:
+    for number, event in enumerate(events):
         line = event.start_mark.line + 1
+        if number > _MOST:
+            raise error(f"{file}:{line}: more than {_MOST} values")
         if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
             raise error(f"{file}:{line}: anchors and aliases are not allowed")
         if (tag := cast(str | None, getattr(event, "tag", None))) not in (None, "!"):

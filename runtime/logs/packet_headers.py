@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import imc
 from imc.layout import HEADER_FIELDS, HEADER_SIZE, columns
-from imc.lsf import ReportShare, at_each, chunks, scan
+from imc.lsf import Losses, ReportShare, at_each, chunks, scan
 
 Array: TypeAlias = NDArray[Any]
 
@@ -25,11 +25,7 @@ class Block(NamedTuple):
 
 def blocks(log: imc.Log, losses: list[imc.Loss], progress: ReportShare | None = None) -> Iterator[Block]:
     """All good packets of a log; the damage is in `losses` at the end. `progress` gets the share read, 0 to 1."""
-    found: dict[tuple[int, str], imc.Loss] = {}
-
-    def lose(offset: int, length: int, reason: str) -> None:
-        found[offset, reason] = imc.Loss(offset, length, reason)
-
+    lose = Losses()
     for batch in scan(chunks(log.path, lose, progress=progress, spread=log.spread), log.schema.sync, lose):
         heads = at_each(batch.data, batch.starts, HEADER)
         if batch.big.any():
@@ -37,7 +33,7 @@ def blocks(log: imc.Log, losses: list[imc.Loss], progress: ReportShare | None = 
         data: bytes = batch.data
         cuts = zip(batch.starts.tolist(), batch.ends.tolist(), strict=True)
         yield Block([data[begin:end] for begin, end in cuts], (batch.starts + batch.base).tolist(), heads)
-    losses.extend(sorted(found.values()))
+    losses.extend(lose.sorted())
 
 
 def headers(packets: list[bytes], sync: int) -> Array:

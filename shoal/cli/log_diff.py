@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from runtime.problem import printable
-from shoal.cli.log_open import LOG, open_log, progress, refusals, takes_runs
+from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
 from shoal.cli.tables import open_console, plain_table
 from shoal.logs.look import FieldDifference, LogDifference, LogMessage, compare, differing, moment, number
 
@@ -26,6 +26,8 @@ def diff(a: Path, b: Path) -> None:
             logs = open_log(a), open_log(b)
             with progress(logs[0].path) as tell:
                 found = compare(*logs, tell)
+            for log, count, losses in zip(logs, found.packets, found.losses, strict=True):
+                check_found(log, count or not losses, losses)
     except click.ClickException as error:
         error.show()
         sys.exit(2)

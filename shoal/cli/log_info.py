@@ -23,7 +23,7 @@ def info(log: Path, entities: bool) -> None:
         opened = open_log(log)
         with progress(opened.path) as tell:
             summary = summarize(opened, tell)
-        check_found(opened, summary.packets)
+        check_found(opened, summary.packets, summary.losses)
     console = open_console(markup=False)
     for title, text in _facts(summary, run_at(log)):
         console.print(f"{title:10}{printable(text)}", soft_wrap=True)

@@ -2,7 +2,7 @@
 
 import functools
 import os
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +21,7 @@ from shoal.logs.whole_run import as_one, newest_log
 F = TypeVar("F", bound=Callable[..., Any])
 LOG = click.Path(path_type=Path)
 IMPORTED = (".mcap", ".tlog")
+MOST_REASONS = 3
 
 
 def takes_runs(*names: str) -> Callable[[F], F]:
@@ -88,11 +89,12 @@ def all_processors() -> Spread:
     return ThreadPoolExecutor(os.cpu_count()).map
 
 
-def check_found(log: imc.Log, packets: int) -> None:
+def check_found(log: imc.Log, packets: int, losses: Sequence[imc.Loss] = ()) -> None:
     """Raises ClickException for a file without a message."""
     if packets == 0:
         length = log.path.stat().st_size
         why = f"none of its {length} bytes belongs to a message" if length else "the file is empty"
+        why += "".join(f"; {loss.reason}" for loss in losses[:MOST_REASONS] if not loss.length)
         if log.path.suffix.lower() in IMPORTED and length:
             why += f"; convert it with shoal log import {log.path}"
         raise click.ClickException(printable(f"{log.path}: there is no message in this log: {why}"))

@@ -12,7 +12,7 @@ import imc
 from runtime.problem import ProfileError, printable
 from shoal.cli.options import code_of_log_option, use_code
 from shoal.logs.look import number
-from shoal.rerun import Resimulation, ResimulationError, resimulate
+from shoal.rerun import Key, MessageCount, Resimulation, ResimulationError, resimulate
 
 PIPE_WIDTH = 160
 HEADER = frozenset({*imc.Message.__struct_fields__})
@@ -42,18 +42,20 @@ def resim(
     """Re-run tasks on LOG, using the logged messages of all other tasks, and compare what they publish with the log.
 
     For example: shoal resim log/lauv-noptilus-1/20260101/000000 --task Simulators.MUGDetectionCamera. For the log of a
-    virtual run, the exit status is 1 if anything differs. With --set, the command shows what would have changed; the
-    other tasks do not react, as their messages come from the log.
+    virtual run, the exit status is 1 if anything differs; for any log, if an input of a task is not in it. With --set,
+    the command shows what would have changed; the other tasks do not react, as their messages come from the log.
     """
     use_code(code, of_log=True)
     try:
         done = resimulate(imc.Log(log), tasks, overrides=overrides, profile=config_file, out=out)
-    except (ResimulationError, ProfileError, OSError) as error:
+    except (ResimulationError, ProfileError, imc.SchemaError) as error:
         raise click.ClickException(printable(str(error))) from None
+    except OSError as error:
+        raise click.ClickException(printable(f"{error.filename or log}: {error.strerror or error}")) from None
     show(done)
     if out is not None:
         click.echo(f"log of the re-simulation: {out}")
-    sys.exit(1 if done.exact and not done.comparison.equal else 0)
+    sys.exit(1 if done.missing or (done.exact and not done.comparison.equal) else 0)
 
 
 def show(done: Resimulation) -> None:
@@ -64,10 +66,18 @@ def show(done: Resimulation) -> None:
     for note in done.notes:
         click.echo(printable(f"note: {note}"), err=True)
     comparison = done.comparison
-    if comparison.tallies:
-        console.print(_messages(done))
-    if any(tally.fields for tally in comparison.tallies.values()):
-        console.print(_fields(done))
+    for entity, inputs in done.missing.items():
+        text = f"{_label(done, entity)}: not comparable: the log lacks what it subscribes to: {', '.join(inputs)}"
+        click.echo(printable(text))
+    comparable = {key: tally for key, tally in comparison.tallies.items() if key[0] not in done.missing}
+    if done.missing and not comparable:
+        return
+    if comparable:
+        console.print(_messages(done, comparable))
+    if any(tally.fields for tally in comparable.values()):
+        console.print(_fields(done, comparable))
+    if done.missing:
+        return
     for line in _first(done):
         click.echo(printable(line))
     names = ", ".join(done.tasks)
@@ -78,17 +88,17 @@ def show(done: Resimulation) -> None:
         click.echo(printable(f"{names}: {number(comparison.bytes, 'byte')} of difference"))
 
 
-def _messages(done: Resimulation) -> Table:
+def _messages(done: Resimulation, tallies: dict[Key, MessageCount]) -> Table:
     table = _table("entity", "message", "log", "resim", "equal", "changed", "only log", "only resim")
-    for (entity, kind), tally in sorted(done.comparison.tallies.items()):
+    for (entity, kind), tally in sorted(tallies.items()):
         counts = tally.logged, tally.said, tally.equal, tally.changed, tally.only_logged, tally.only_said
         table.add_row(_label(done, entity), _name(done, kind), *map(str, counts))
     return table
 
 
-def _fields(done: Resimulation) -> Table:
+def _fields(done: Resimulation, tallies: dict[Key, MessageCount]) -> Table:
     table = _table("message", "field", "changed", "mean", "rms", "largest")
-    for (_, kind), tally in sorted(done.comparison.tallies.items()):
+    for (_, kind), tally in sorted(tallies.items()):
         for name, statistics in tally.fields.items():
             if statistics.changed:
                 figures = [f"{value:.4g}" for value in (statistics.mean, statistics.rms, statistics.largest)]

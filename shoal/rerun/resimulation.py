@@ -32,6 +32,8 @@ class Resimulation:
     """The result. `exact`: a virtual run from its start, without overrides, so nothing may differ.
 
     notes: what cannot be reproduced, and why. begin: s since 1970 UTC. labels: of the tasks' entities, by id.
+    missing: inputs that a task subscribes to and the log lacks, by entity; what these entities publish cannot be
+    compared with the log.
     """
 
     log: imc.Log
@@ -41,6 +43,7 @@ class Resimulation:
     begin: float
     notes: list[str] = field(default_factory=list[str])
     labels: dict[int, str] = field(default_factory=dict[int, str])
+    missing: dict[int, list[str]] = field(default_factory=dict[int, list[str]])
 
 
 def resimulate(
@@ -71,6 +74,7 @@ def resimulate(
             loaded.override(f"{section}:Enabled=Always")
     for assignment in overrides:
         loaded.override(assignment)
+        _check_option(loaded, assignment)
     loaded.refuse_errors()
     virtual = about.begin == loaded.start_time
     start = loaded.start_time_ns if virtual else nanoseconds(about.begin)
@@ -117,7 +121,13 @@ def resimulate(
             notes.append("the run was stopped in the middle of its last moment, which is not compared")
         comparison.finish()
     notes += _reservations(run, about, loaded, again, chosen, virtual, bus.malformed_in_log)
-    return Resimulation(log, sections, comparison, virtual and not overrides, start / SECOND, notes, chosen)
+    missing: dict[int, list[str]] = {}
+    for task in again:
+        own_ids = {entity.id for entity in vehicle.entities if entity.component == task.name}
+        stopped = any(t.logged and not t.said for (entity, _), t in comparison.tallies.items() if entity in own_ids)
+        if lacking := list(_lacking(run, about, loaded, task, stopped=stopped)):
+            missing |= dict.fromkeys(own_ids, lacking)
+    return Resimulation(log, sections, comparison, virtual and not overrides, start / SECOND, notes, chosen, missing)
 
 
 def _profile(log: imc.Log, about: Outline, named: str | Path | None) -> tuple[Profile, list[str]]:
@@ -231,6 +241,44 @@ def _reservations(
     for entity, label in chosen.items():
         if not any(speaker == entity for _, speaker in about.speakers):
             yield f"the log has no messages of the entity {quoted(label)}" + _others(about, label)
+
+
+def _lacking(run: LoggedRun, about: Outline, profile: Profile, task: Task, *, stopped: bool) -> Iterator[str]:
+    """The inputs of a task that the log lacks. A message that was not published is not lacking.
+
+    stopped: the task published messages in the log, but none here.
+    """
+    chosen = items(profile.config.value("Transports.Logging", "Transports"))
+    # A vehicle's own log begins with LoggingControl and has its heartbeat. But only the result tells whether another
+    # log was made from it, without some messages.
+    whole = about.marked and imc.Heartbeat.ID in about.counts and not stopped
+    present = [run.schema.by_id(number) for number in about.counts if number in run.schema.types_by_id]
+    for consumer in consumers(type(task)):
+        wanted = cast(type[object], consumer.type)
+        if not issubclass(wanted, imc.Message):
+            if stopped:
+                yield wanted.__name__
+            continue
+        recorded = whole and (not chosen or wanted.__name__ in chosen)
+        if not recorded and not any(issubclass(kind, wanted) for kind in present):
+            yield wanted.__name__
+
+
+def _check_option(profile: Profile, assignment: str) -> None:
+    """Raises ResimulationError if --set names an option that its task does not have."""
+    name = assignment.partition("=")[0]
+    section = max((s for s in profile.config.sections if name.startswith(f"{s}:")), key=len, default="")
+    option = name[len(section) + 1 :].strip()
+    try:
+        cls = find_task(section)
+    except TaskImportError:
+        return
+    if cls is None or option == "Enabled":
+        return
+    known = [parameter.name for parameter in cls.parameters().values()]
+    if option not in known:
+        hint = suggestion(option, known) or f"`shoal tasks {section.partition('/')[0]}` lists them"
+        raise ResimulationError(f"--set {assignment}: {section} has no option {quoted(option)}: {hint}")
 
 
 def _others(about: Outline, label: str) -> str:

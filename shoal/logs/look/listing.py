@@ -3,7 +3,7 @@
 import math
 import os
 import zlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -12,12 +12,15 @@ import numpy as np
 
 import imc
 from imc.layout import SYNC
-from imc.lsf import COMPRESSIONS, Compression
+from imc.lsf import COMPRESSIONS, Compression, Losses, scan
 from runtime.logs import Array, Names, headers, without_strays
 
 TAIL = 1 << 19  # bytes
 GLANCE = 200  # packets
+NEAR = 1 << 13  # bytes of a first look at beginning and end
+NEAR_TAIL = 1 << 16  # packed bytes in which the last member should begin
 LARGEST_MEMBER = 1 << 24
+MOST_TRIED = 8  # members at the end; the bytes that begin one also occur by chance
 
 
 class Glance(NamedTuple):
@@ -49,6 +52,8 @@ def glance(path: Path, names: Names) -> Glance:
     size = 0
     try:
         size = path.stat().st_size
+        if (seen := _quick_glance(path, size, names)) is not None:
+            return seen
         log = imc.Log(path, schema=imc.builtin())
         first = _headers(packet for _, packet in islice(log.packets(), GLANCE)) if size else None
         if first is None and size:
@@ -66,6 +71,47 @@ def glance(path: Path, names: Names) -> Glance:
     owners, counts = np.unique(first["src"], return_counts=True)
     owner = int(owners[counts.argmax()])
     return Glance(path, names.system(owner), _bound(first, owner, np.min), _bound(last, owner, np.max), size, "")
+
+
+def _quick_glance(path: Path, size: int, names: Names) -> Glance | None:
+    """The same from a few KiB; None if it takes a closer look: damage, another sync number, few messages at the end."""
+    form = next((form for form in COMPRESSIONS.values() if form.suffix == path.suffix), None)
+    with path.open("rb") as file:
+        head = file.read(NEAR)
+        file.seek(max(0, size - (NEAR_TAIL if form else NEAR)))
+        tail = file.read(NEAR_TAIL)
+    try:
+        first = _seen(form.unpacker().decompress(head, NEAR) if form else head)
+    except (OSError, zlib.error):
+        return None
+    if first is None:
+        return None
+    owners, counts = np.unique(first["src"][:GLANCE], return_counts=True)
+    owner = int(owners[counts.argmax()])
+    begin = _bound(first[:GLANCE], owner, np.min)
+    for ending in _last_members(tail, form) if form else (tail,):
+        end = _bound(_seen(ending), owner, np.max)
+        if not math.isnan(begin) and not math.isnan(end):
+            return Glance(path, names.system(owner), begin, end, size, "")
+    return None
+
+
+def _last_members(tail: bytes, form: Compression) -> Iterator[bytes]:
+    """The ends of the members that begin in `tail`, the last one first."""
+    for match in reversed(list(form.magic.finditer(tail))[-MOST_TRIED:]):
+        try:
+            yield form.unpacker().decompress(tail[match.start() :], LARGEST_MEMBER)[-NEAR:]
+        except (OSError, zlib.error):
+            continue
+
+
+def _seen(data: bytes) -> Array | None:
+    """System and time of the packets in a part of a log."""
+    for batch in scan([data], SYNC, Losses()):
+        found = np.empty(batch.starts.size, [("src", "u2"), ("timestamp", "f8")])
+        found["src"], found["timestamp"] = batch.header_values("src"), batch.times()
+        return found  # scan puts at least this much into one batch
+    return None
 
 
 def _headers(packets: Iterable[bytes], sync: int = SYNC) -> Array | None:

@@ -2,6 +2,7 @@
 
 import bz2
 import gzip
+import hashlib
 import os
 import struct
 import zlib
@@ -31,6 +32,11 @@ def every_index_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iter
     monkeypatch.setattr(lsf, "WORTH_KEEPING", 1)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return iter([None])
+
+
+def kept(folder: Path) -> list[Path]:
+    """The indices in the cache."""
+    return sorted((folder / "cache").glob("shoal/logs/*.index"))
 
 
 def messages(count: int) -> list[imc.Message]:
@@ -79,7 +85,8 @@ def test_index_is_written_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     without = all_of(Log(path, crc=crc, keep_index=False))
     assert [file.name for file in tmp_path.iterdir()] == ["Data.lsf"]
     first = all_of(Log(path, crc=crc))
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["Data.lsf", "Data.lsf.index"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["Data.lsf", "cache"]
+    assert len(kept(tmp_path)) == 1
     assert seen == [path, path]
     second = all_of(Log(tmp_path, crc=crc))
     assert len(seen) == 2
@@ -113,7 +120,7 @@ def test_checked_index_of_undamaged_log_serves_both(monkeypatch: pytest.MonkeyPa
 def test_index_is_small(tmp_path: Path) -> None:
     (tmp_path / "Data.lsf").write_bytes(b"".join(map(imc.encode, messages(6000))))
     assert len(Log(tmp_path)) == 6000
-    assert (tmp_path / "Data.lsf.index").stat().st_size < 3.5 * 6000
+    assert kept(tmp_path)[0].stat().st_size < 3.5 * 6000
 
 
 @pytest.mark.parametrize("change", ["append", "begin", "end", "touch", "shorten"])
@@ -142,18 +149,48 @@ def test_stale_index_is_rebuilt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
         assert log.losses == fresh.losses
 
 
-def test_cache_is_used_where_the_folder_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = write_log(tmp_path / "Data.lsf")
+def test_index_beside_the_log_if_wanted_else_in_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, seen = write_log(tmp_path / "Data.lsf"), reads(monkeypatch)
+    assert all_of(Log(path, keep_index="beside")) == all_of(Log(path, keep_index="beside"))
+    assert (len(seen), kept(tmp_path)) == (1, [])
+    (tmp_path / "Data.lsf.index").unlink()
     (tmp_path / "Data.lsf.index").mkdir()
-    seen = reads(monkeypatch)
-    assert all_of(Log(path)) == all_of(Log(path))
-    assert len(seen) == 1
-    (kept,) = (tmp_path / "cache" / "shoal" / "logs").iterdir()
-    kept.unlink()
-    (tmp_path / "cache" / "shoal" / "logs").rmdir()
-    (tmp_path / "cache" / "shoal" / "logs").write_bytes(b"in the way")
-    assert len(Log(path)) == 599
+    assert all_of(Log(path, keep_index="beside")) == all_of(Log(path, keep_index="beside"))
+    assert (len(seen), len(kept(tmp_path))) == (2, 1)
+
+
+@pytest.mark.parametrize("obstacle", ["a file", "a link to nowhere", "no home", "a relative folder"])
+def test_cache_that_cannot_be_written_is_no_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, obstacle: str
+) -> None:
+    path, seen = write_log(tmp_path / "Data.lsf"), reads(monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    if obstacle == "a file":
+        (tmp_path / "cache").write_bytes(b"in the way")
+    elif obstacle == "a link to nowhere":
+        (tmp_path / "cache").symlink_to("/proc/nothing/here")
+    else:
+        monkeypatch.setenv("XDG_CACHE_HOME", "" if obstacle == "no home" else "cache")
+        monkeypatch.setattr(Path, "home", raise_no_home)
+    assert len(Log(path)) == len(Log(path)) == 599
     assert len(seen) == 2
+    assert not (tmp_path / "cache" / "shoal").exists()
+
+
+def raise_no_home() -> Path:
+    raise RuntimeError("Could not determine home directory.")
+
+
+def test_cache_has_a_largest_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    size = 0
+    for number in range(5):
+        Log(write_log(tmp_path / f"{number}.lsf")).index()
+        size = size or kept(tmp_path)[0].stat().st_size
+        monkeypatch.setattr(index_file, "CACHE", 3 * size)
+        for age, file in enumerate(sorted(kept(tmp_path), key=lambda file: -file.stat().st_mtime_ns)):
+            os.utime(file, ns=(10**18 - age, 10**18 - age))
+    assert len(kept(tmp_path)) == 3
+    assert sum(file.stat().st_size for file in kept(tmp_path)) <= 3 * size
 
 
 @FAST
@@ -161,7 +198,7 @@ def test_cache_is_used_where_the_folder_cannot_be_written(tmp_path: Path, monkey
 def test_damaged_index_is_replaced(tmp_path: Path, where: float, piece: bytes, cut: int) -> None:
     path = write_log(tmp_path / "Data.lsf", 60)
     expected = all_of(Log(path))
-    index = tmp_path / "Data.lsf.index"
+    (index,) = kept(tmp_path)
     data = bytearray(index.read_bytes())
     place = int(where * len(data))
     data[place : place + cut] = piece
@@ -172,33 +209,42 @@ def test_damaged_index_is_replaced(tmp_path: Path, where: float, piece: bytes, c
 @FAST
 @given(st.data())
 def test_index_that_lies_does_no_harm(tmp_path: Path, data: st.DataObject) -> None:
-    """The index has a correct checksum, but wrong numbers inside."""
+    """The index has correct checksums, but wrong numbers inside: they are found out, or do not matter."""
     path = write_log(tmp_path / "Data.lsf", 60)
-    len(Log(path))
-    index = tmp_path / "Data.lsf.index"
-    body = bytearray(index.read_bytes()[12:])
-    length = int.from_bytes(body[:4], "little")
-    head = msgspec.msgpack.decode(bytes(body[4 : 4 + length]))
+    expected, messages_expected = all_of(Log(path)), list(Log(path, keep_index=False).messages("Rpm", "EntityState"))
+    (index,) = kept(tmp_path)
+    head, arrays = opened(index)
     number = st.one_of(st.integers(-(2**63), 2**64 - 1), st.integers(0, 99))
-    for entry in head["types"]:
-        name = data.draw(st.sampled_from(sorted(entry)))
-        entry[name] = data.draw(st.one_of(st.just(entry[name]), number))
-    head["length"] = data.draw(st.one_of(st.just(head["length"]), number))
+    signed = data.draw(st.booleans())  # signed: by chance, or by a friend; then ids and counts are true
+    if not signed:
+        for entry in head["types"]:
+            name = data.draw(st.sampled_from(sorted(entry)))
+            entry[name] = data.draw(st.one_of(st.just(entry[name]), number))
+        head["length"] = data.draw(st.one_of(st.just(head["length"]), number))
     head["members"] = data.draw(st.lists(st.tuples(number, number), max_size=3))
-    arrays = bytearray(body[4 + length :])
     for _ in range(data.draw(st.integers(0, 5))):
         arrays[data.draw(st.integers(0, len(arrays) - 1))] = data.draw(st.integers(0, 255))
-    packed = msgspec.msgpack.encode(head)
-    forged = len(packed).to_bytes(4, "little") + packed + arrays
-    index.write_bytes(index_file.MAGIC + crc32.iso_hdlc(forged).to_bytes(4, "little") + forged)
-    log = Log(path)
-    try:
-        log.counts()
-        log.arrays()
-        list(log.messages("Rpm", "EntityState"))
-        list(log.time_ordered())
-    except (IndexError, imc.DecodeError):
-        pass
+    forge(index, head, arrays, signed)
+    assert list(Log(path).messages("Rpm", "EntityState")) == messages_expected
+    forge(index, head, arrays, signed)
+    assert all_of(Log(path)) == expected
+    forge(index, head, arrays, signed)
+    assert len(list(Log(path).time_ordered())) == 59
+
+
+def opened(index: Path) -> tuple[dict[str, Any], bytearray]:
+    """Head and arrays of an index."""
+    body = bytearray(index.read_bytes()[len(index_file.MAGIC) + index_file.SIGNATURE_SIZE :])
+    length = int.from_bytes(body[:4], "little")
+    return msgspec.msgpack.decode(bytes(body[4 : 4 + length])), body[4 + length :]
+
+
+def forge(index: Path, head: dict[str, Any], arrays: bytes, signed: bool) -> None:
+    """Write an index with correct checksums, signed by the user or by somebody else."""
+    packed = msgspec.msgpack.encode(head | {"arrays": crc32.iso_hdlc(arrays)})
+    key = (index.parent / "key").read_bytes() if signed else bytes(32)
+    signature = hashlib.blake2b(packed, digest_size=16, key=key).digest()
+    index.write_bytes(index_file.MAGIC + signature + len(packed).to_bytes(4, "little") + packed + arrays)
 
 
 @pytest.mark.parametrize(

@@ -98,11 +98,17 @@ def test_bytes_damage_members_and_parts_are_the_same(
         whole = b"".join(chunks(path, lambda *loss, to=losses: to.append(loss), table, None, spread))
         found.append((whole, losses, table))
     assert found[0] == found[1]
-    with open_reader(path, table) as reader, open_reader(path, table, threads) as other:
+    again = list[tuple[int, int, str]]()
+
+    def lose(*loss: int | str) -> None:
+        again.append(loss)
+
+    with open_reader(path, table, lose) as reader, open_reader(path, table, lose, threads) as other:
         for _ in range(5):
             begin = chance.randrange(len(whole) + 1)
             end = begin + chance.randrange(3000)
             assert other.read(begin, end) == reader.read(begin, end) == whole[begin:end]
+    assert set(again) <= set(found[0][1])
 
 
 def test_whole_members_go_through_spread_a_few_at_a_time() -> None:

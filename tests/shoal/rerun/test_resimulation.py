@@ -254,3 +254,37 @@ def test_instants_of_a_wall_clock_are_not_rounded() -> None:
     start, time = 1_700_000_000_000_000_000, 1_700_000_003.1200001
     assert Instants(start).of(time) == start + 3_120_000_100
     assert Instants(start, virtual=False).of(time) == nanoseconds(time)
+
+
+def cut(log: imc.Log, folder: Path, without: type[imc.Message]) -> imc.Log:
+    """The log without one type of message."""
+    folder.mkdir()
+    for name in ("Config.ini", "IMC.xml.gz"):
+        (folder / name).write_bytes((log.path.parent / name).read_bytes())
+    left = (packet for _, packet in log.packets() if imc.header(packet).id != without.ID)
+    (folder / "Data.lsf").write_bytes(b"".join(left))
+    return imc.Log(folder)
+
+
+def test_task_without_its_input_is_not_compared(log: imc.Log, tmp_path: Path) -> None:
+    part = cut(log, tmp_path / "part", imc.SimulatedState)
+    done = resimulate(part, ["GPS"])
+    assert list(done.missing.values()) == [["SimulatedState"]]
+    said = CliRunner().invoke(main, ["resim", str(part.path.parent), "--task", "GPS"])
+    assert said.exit_code == 1
+    assert "GPS: not comparable: the log lacks what it subscribes to: SimulatedState" in said.output
+    assert "GpsFix" not in said.output
+    assert "bytes of difference" not in said.output
+    assert resimulate(log, ["GPS"]).missing == {}
+
+
+def test_misspelled_option_is_an_error(log: imc.Log) -> None:
+    with pytest.raises(ResimulationError, match="no option 'HAC': did you mean 'HACC'"):
+        resimulate(log, ["GPS"], overrides=["Simulators.GPS/Kinematic:HAC=5"])
+
+
+def test_place_that_cannot_be_written_is_named(log: imc.Log, tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    out = str(tmp_path / "file" / "out")
+    said = CliRunner().invoke(main, ["resim", str(log.path.parent), "--task", "GPS", "--out", out])
+    assert (said.exit_code, said.output.strip()) == (1, f"Error: {out}: Not a directory")
