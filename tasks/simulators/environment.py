@@ -78,7 +78,9 @@ class Environment(Task):
     def configure(self) -> None:
         value = self.vehicle.profile.value
         try:
-            self._bathymetry = read_bathymetry(value, self.sounding_radius, self.out_of_bounds_depth)
+            self._bathymetry = read_bathymetry(
+                value, self.sounding_radius, self.out_of_bounds_depth, self.tide_level
+            )
         except BathymetryError as error:
             raise ParameterError("Location", f"[Bathymetry]: {error}") from None
         if len(self.pier_points) not in (0, 4) or (self.simulate_pier and not self.pier_points):
@@ -124,7 +126,7 @@ class Environment(Task):
         self.publish(self._forward.replace(value=ahead), entity=self._echo_sounder)
 
     def _depth(self, north: float, east: float) -> float:
-        return self._bathymetry.depth(self._north + north, self._east + east) + self.tide_level
+        return self._bathymetry.depth(self._north + north, self._east + east)
 
     def _look_down(self, place: Vector, angles: Vector) -> float:
         beam = _beam(place, angles, self.bottom_sonar_position, self.bottom_sonar_orientation, 0.0)
@@ -142,7 +144,7 @@ class Environment(Task):
         axis = _beam(place, angles, position, orientation, 0.0)
         nearest = axis.surface()
         if self.bottom_intersection_method:
-            shallowest = self._bathymetry.shallowest + self.tide_level
+            shallowest = self._bathymetry.shallowest
             edge = _beam(place, angles, position, orientation, -0.5 * math.radians(self.forward_beam_width))
             nearest = min(nearest, edge.bottom(self._depth, self.forward_range, shallowest))
         if self.simulate_pier:

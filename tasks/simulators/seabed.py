@@ -12,8 +12,8 @@ OUT_OF_BOUNDS = 120.0  # m
 TIDE = 0.0  # m
 
 
-def read_seabed(value: Callable[[str, str], str]) -> tuple[Bathymetry, float] | None:
-    """The soundings and the level of the tide (m); None if the profile has neither [Bathymetry] nor an Environment.
+def read_seabed(value: Callable[[str, str], str]) -> Bathymetry | None:
+    """The bottom; None if the profile has neither [Bathymetry] nor an Environment.
 
     `value(section, option)` returns the texts of the profile. Raises BathymetryError.
     """
@@ -23,7 +23,7 @@ def read_seabed(value: Callable[[str, str], str]) -> tuple[Bathymetry, float] | 
     if radius <= 0.0:
         raise BathymetryError(f"[{SECTION}] Sounding Radius = {radius:g} must be more than 0")
     elsewhere = _number(value, "Out Of Bounds Depth", OUT_OF_BOUNDS)
-    return read_bathymetry(value, radius, elsewhere), _number(value, "Tide Level", TIDE)
+    return read_bathymetry(value, radius, elsewhere, _number(value, "Tide Level", TIDE))
 
 
 def offset(lat: float, lon: float, to_lat: float, to_lon: float) -> tuple[float, float]:

@@ -10,7 +10,6 @@ from tasks.simulators.seabed import offset, read_seabed
 from world.bodies import (
     Boat,
     BoatModel,
-    Grounding,
     ModelError,
     UnderwaterModel,
     UnderwaterVehicle,
@@ -18,7 +17,7 @@ from world.bodies import (
     read_boat_model,
     read_underwater_model,
 )
-from world.sea import BathymetryError
+from world.sea import BathymetryError, Grounding
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 AFLOAT = 2.0  # s without a touch, after which the vehicle is no longer aground
@@ -75,7 +74,6 @@ class VSIM(Task):
         self.craft = Boat(self._model) if isinstance(self._model, BoatModel) else UnderwaterVehicle(self._model)
         self._origin: imc.GpsFix | None = None
         self._grounding = Grounding()
-        self._north = self._east = 0.0
         self._touched: float | None = None
         self._unknown: set[tuple[str, int]] = set()
         self._period = 1.0 / self.execution_frequency
@@ -100,10 +98,8 @@ class VSIM(Task):
             self.craft.orient(0.0, 0.0, math.radians(self.initial_heading))
         self.craft.x = self.craft.y = 0.0
         self._origin = fix
-        self._grounding.place(0.0, 0.0)
         if self._seabed is not None:
-            self._north, self._east = offset(*self._seabed[0].reference, fix.lat, fix.lon)
-            self.craft.z = max(0.0, min(self.craft.z, self._depth(0.0, 0.0) - self.craft.draft))
+            self._grounding.place(self.craft, *offset(*self._seabed.reference, fix.lat, fix.lon), self._seabed)
         self.set_entity_state(State.NORMAL, "active")
 
     @consume
@@ -164,8 +160,7 @@ class VSIM(Task):
         """Stop the vehicle on the bottom; the log says when it touches it, and when it is free again."""
         if self._seabed is None:
             return
-        shallowest = self._seabed[0].shallowest + self._seabed[1]
-        water = self._grounding.hold(self.craft, self._depth, shallowest, self._period)
+        water = self._grounding.hold(self.craft, self._seabed, self._period)
         if water is not None:
             if self._touched is None:
                 self.log.warning(f"grounded in {max(0.0, water):.1f} m of water")
@@ -173,11 +168,6 @@ class VSIM(Task):
         elif self._touched is not None and self.now - self._touched > AFLOAT:
             self._touched = None
             self.log.info("no longer grounded")
-
-    def _depth(self, x: float, y: float) -> float:
-        assert self._seabed is not None
-        bathymetry, tide = self._seabed
-        return bathymetry.depth(self._north + x, self._east + y) + tide
 
     def _accepts(self, what: str, number: int, value: float, count: int) -> bool:
         if number < count and math.isfinite(value):

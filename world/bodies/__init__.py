@@ -4,7 +4,6 @@ from world.bodies.auv import Diverged, UnderwaterVehicle
 from world.bodies.auv_model import Fin, Thruster, UnderwaterModel, read_underwater_model
 from world.bodies.boat import Boat
 from world.bodies.boat_model import BoatModel, is_boat, read_boat_model
-from world.bodies.grounding import Grounding
 from world.bodies.kinematics import Motion
 from world.bodies.model_section import ModelError
 from world.bodies.multirotor import Airframe, Multirotor
@@ -17,7 +16,6 @@ __all__ = [
     "Circle",
     "Diverged",
     "Fin",
-    "Grounding",
     "Legs",
     "Line",
     "ModelError",

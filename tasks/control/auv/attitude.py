@@ -170,20 +170,18 @@ class Attitude(Task):
         k = 0.0
         if self.roll_enabled:
             k = self._roll.step(dt, -state.phi, -(state.p + math.sin(state.theta) * turning))
-        self.publish(imc.DesiredControl(k=k, m=m or 0.0, n=n or 0.0, flags=TORQUES))
-        self._report(m is not None, n is not None)
+        self.publish(imc.DesiredControl(k=k, m=m, n=n or 0.0, flags=TORQUES))
+        self._report(self._is_led, n is not None)
 
-    def _pitch_torque(self, state: imc.EstimatedState, dt: float, pitching: float) -> float | None:
-        if not self._loops.mask & VERTICAL:
-            return 0.0
+    def _pitch_torque(self, state: imc.EstimatedState, dt: float, pitching: float) -> float:
+        """Without a vertical reference the vehicle is kept level: with neutral fins it would dive."""
         sp, cp, sr, cr = math.sin(state.theta), math.cos(state.theta), math.sin(state.phi), math.cos(state.phi)
         sinking = -sp * state.u + cp * (sr * state.v + cr * state.w)
-        free = self._loops.mask & Loops.PITCH
-        command = self._pitch_reference if free else self._pitch_for_z(state, sinking, dt)
-        if command is None:
-            return None
-        command = self._keep_off(command, state.depth, sinking)
-        if not free:
+        for_z = self._loops.mask & VERTICAL and not self._loops.mask & Loops.PITCH
+        wanted = self._pitch_for_z(state, sinking, dt) if for_z else self._pitch_reference
+        self._is_led = wanted is not None or not self._loops.mask & VERTICAL
+        command = self._keep_off(wanted or 0.0, state.depth, sinking)
+        if for_z and wanted is not None:
             self.publish(imc.DesiredPitch(value=command))
         change = (command - self._command) / dt if dt and self._command is not None else 0.0
         self._command = command
@@ -267,7 +265,7 @@ class Attitude(Task):
         self._command: float | None = None
         self._kept: float | None = None
         self._missed: float | None = None
-        self._held = ""
+        self._held, self._is_led = "", False
         self._began = self.now
         for law in (self._depth, self._altitude, self._pitch):
             law.reset()

@@ -1,15 +1,14 @@
 """Keeps a vehicle on or above the bottom of the sea."""
 
-from collections.abc import Callable
 from typing import Protocol
 
 from world.attitude import Vector
+from world.sea.bathymetry import Bathymetry
 
 GRIP = 5.0  # m/s², deceleration on the bottom; coefficient of friction 0.5
 TURNING = 0.5  # s, time constant of rotations on the bottom
-STEP = 0.5  # m; a bottom that rises by more than this between two looks is a wall
-CLOSING = 5.0  # m/s; no vehicle approaches the bottom faster
-FARTHEST = 0.5  # m that a vehicle may move between two looks where the bottom may rise
+STEP = 0.5  # m; a bottom that rises by more than this in one step is a wall
+CLOSING = 5.0  # m/s; no vehicle sinks faster
 
 
 class Hull(Protocol):
@@ -39,38 +38,42 @@ class Hull(Protocol):
 class Grounding:
     """Stops a vehicle on the bottom, and before a wall at its last free place. The attributes are plain values.
 
-    To save time, the bottom is looked up only as often as the vehicle may have come near it.
+    To save time, the depth is computed only where the bottom may be near.
     """
 
     def __init__(self) -> None:
+        self._north = self._east = 0.0
         self._free = (0.0, 0.0)
         self._time = 0.0
 
-    def place(self, x: float, y: float) -> None:
-        """Begin anew at `x`, `y`."""
-        self._free, self._time = (x, y), 0.0
+    def place(self, hull: Hull, north: float, east: float, sea: Bathymetry) -> None:
+        """Begin anew with a vehicle whose reference is `north`, `east` (m) of that of the soundings."""
+        self._north, self._east = north, east
+        self._free, self._time = (hull.x, hull.y), 0.0
+        hull.z = max(0.0, min(hull.z, sea.depth(north + hull.x, east + hull.y) - hull.draft))
 
-    def hold(self, hull: Hull, depth: Callable[[float, float], float], shallowest: float, h: float) -> float | None:
-        """Apply the bottom after a step of `h` s; return the depth of the water (m) if the vehicle touches it.
-
-        `depth(x, y)` is that of the bottom (m), nowhere less than `shallowest`.
-        """
+    def hold(self, hull: Hull, sea: Bathymetry, h: float) -> float | None:
+        """Apply the bottom after a step of `h` s; return the depth of the water (m) if the vehicle touches it."""
         self._time -= h
         if self._time > 0.0:
             return None
-        keel = hull.z + hull.draft
-        if keel < shallowest:
-            self._free, self._time = (hull.x, hull.y), (shallowest - keel) / CLOSING
+        here, keel = (hull.x, hull.y), hull.z + hull.draft
+        north, east = self._north + hull.x, self._east + hull.y
+        if keel < sea.shallowest:
+            self._free, self._time = here, (sea.shallowest - keel) / CLOSING
             return None
-        water = depth(hull.x, hull.y)
+        if sea.is_clear(north, east, keel):
+            self._free = here
+            return None
+        water = sea.depth(north, east)
         if keel <= water:
-            self._free, self._time = (hull.x, hull.y), min(water - keel, FARTHEST) / CLOSING
+            self._free = here
             return None
         if keel - water > STEP or water < hull.draft:
             hull.x, hull.y = self._free
             hull.over_ground = 0.0, 0.0, 0.0
         else:
-            self._free = hull.x, hull.y
+            self._free = here
             hull.z = water - hull.draft
             north, east, down = hull.over_ground
             speed = (north * north + east * east) ** 0.5
