@@ -78,9 +78,7 @@ class Environment(Task):
     def configure(self) -> None:
         value = self.vehicle.profile.value
         try:
-            self._bathymetry = read_bathymetry(
-                value, self.sounding_radius, self.out_of_bounds_depth, self.tide_level
-            )
+            self._bathymetry = read_bathymetry(value, self.sounding_radius, self.out_of_bounds_depth, self.tide_level)
         except BathymetryError as error:
             raise ParameterError("Location", f"[Bathymetry]: {error}") from None
         if len(self.pier_points) not in (0, 4) or (self.simulate_pier and not self.pier_points):

@@ -6,6 +6,7 @@ from world.attitude import Vector
 from world.sea.bathymetry import Bathymetry
 
 GRIP = 5.0  # m/s², deceleration on the bottom; coefficient of friction 0.5
+TOUCH = 0.005  # m above the bottom, where a vehicle still feels it
 TURNING = 0.5  # s, time constant of rotations on the bottom
 STEP = 0.5  # m; a bottom that rises by more than this in one step is a wall
 CLOSING = 5.0  # m/s; no vehicle sinks faster
@@ -57,7 +58,7 @@ class Grounding:
         self._time -= h
         if self._time > 0.0:
             return None
-        here, keel = (hull.x, hull.y), hull.z + hull.draft
+        here, keel = (hull.x, hull.y), hull.z + hull.draft + TOUCH
         north, east = self._north + hull.x, self._east + hull.y
         if keel < sea.shallowest:
             self._free, self._time = here, (sea.shallowest - keel) / CLOSING
@@ -74,7 +75,7 @@ class Grounding:
             hull.over_ground = 0.0, 0.0, 0.0
         else:
             self._free = here
-            hull.z = water - hull.draft
+            hull.z = min(hull.z, water - hull.draft)
             north, east, down = hull.over_ground
             speed = (north * north + east * east) ** 0.5
             left = max(0.0, 1.0 - GRIP * h / speed) if speed else 0.0
