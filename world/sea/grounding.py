@@ -75,11 +75,12 @@ class Grounding:
             hull.over_ground = 0.0, 0.0, 0.0
         else:
             self._free = here
-            hull.z = min(hull.z, water - hull.draft)
             north, east, down = hull.over_ground
+            if hull.z > water - hull.draft:
+                hull.z, down = water - hull.draft, min(0.0, down)
             speed = (north * north + east * east) ** 0.5
             left = max(0.0, 1.0 - GRIP * h / speed) if speed else 0.0
-            hull.over_ground = left * north, left * east, min(0.0, down)
+            hull.over_ground = left * north, left * east, down
         left = max(0.0, 1.0 - h / TURNING)
         hull.p, hull.q, hull.r = left * hull.p, left * hull.q, left * hull.r
         return water

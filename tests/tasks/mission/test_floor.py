@@ -3,6 +3,7 @@
 import math
 import tempfile
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ LIMIT = 200.0  # s
 YOYO = "  - yo_yo: {north: 60, east: 30, depth: 6, amplitude: 3, pitch: 15°}"
 STEERED = "  - teleoperation: {}"
 DOWN = "Thrust=127;Pitch=-127"
+SINKING = "Simulators.StreamVelocity:Default Speed Down=0.04"
 OFF = "General:Absolute Minimum Altitude=-10"  # nothing holds the vehicle off the bottom
 
 
@@ -48,7 +50,7 @@ class Dive:
     @property
     def turns(self) -> int:
         signs = [pitch > 0.0 for pitch in self.pitches if pitch]
-        return sum(a is not b for a, b in zip(signs, signs[1:], strict=False))
+        return sum(a is not b for a, b in pairwise(signs))
 
 
 def dive(maneuvers, overrides=(), *, steer=(), silent="", at=0.0, profile="lauv-noptilus-1", seconds=LIMIT):
@@ -127,11 +129,11 @@ def test_a_yoyo_between_altitudes_turns_below_the_surface_too():
     ("overrides", "floor"),
     [
         (deep(12), 12.0),
-        ([*deep(12), "Control.AUV.Attitude:Maximum Pitch Reference=30", "Simulators.StreamVelocity:Default Speed Down=0.04"], 12.0),
-        ([*deep(120), "General:Absolute Maximum Depth=10", "Monitors.OperationalLimits:Initial Setting - Maximum Depth=10"], 11.0),
+        ([*deep(12), "Control.AUV.Attitude:Maximum Pitch Reference=30", SINKING], 12.0),
+        ([*deep(120), "General:Absolute Maximum Depth=10"], 11.0),
     ],
     ids=["bottom", "steep and with a current", "maximum depth"],
-)  # fmt: skip
+)
 def test_teleoperation_pitched_down_stays_above_bottom_and_maximum_depth(overrides, floor):
     run = dive(STEERED, [*overrides, "Control.AUV.RemoteOperation:Pitch Reference=30"], steer=[(8.0, DOWN)], seconds=90)
     assert floor - 1.6 < run.deepest < floor - 0.9
