@@ -11,9 +11,12 @@ SURFACE = 0.3  # m
 
 
 class Dislodge(Maneuver):
-    """Runs the thruster in bursts until the vehicle rises or surfaces; AUTO changes direction at each attempt."""
+    """Runs the thruster in bursts until the vehicle rises or surfaces; AUTO changes direction at each attempt.
 
-    loops = Loops.SPEED
+    The vehicle points up while it goes ahead, and stays level astern; with neutral fins it might dive.
+    """
+
+    loops = Loops.SPEED | Loops.PITCH
     hears = (imc.EstimatedState,)
 
     attempts: int = param(5, "1", "Number of attempts.", minimum=1, maximum=1000)
@@ -21,6 +24,7 @@ class Dislodge(Maneuver):
     burst_time: float = param(10.0, "s", "Duration of a burst.", minimum=0.1)
     interval_time: float = param(5.0, "s", "Pause after a burst.", minimum=0)
     minimum_distance: float = param(3.0, "m", "A vehicle that has risen this far is free.", minimum=0.1)
+    pitch: float = param(15.0, "°", "Pitch while going ahead.", minimum=0, maximum=45)
 
     async def execute(self, dislodge: imc.Dislodge) -> None:
         began = (await self.located()).depth
@@ -29,6 +33,7 @@ class Dislodge(Maneuver):
         for attempt in range(self.attempts):
             if dislodge.direction == Direction.AUTO:
                 backward = attempt % 2 == 1
+            self.publish(imc.DesiredPitch(value=0.0 if backward else math.radians(self.pitch)))
             for _ in range(self.bursts):
                 for rpm, seconds in (
                     (-dislodge.rpm if backward else dislodge.rpm, self.burst_time),

@@ -4,14 +4,25 @@ import math
 
 import imc
 from runtime import ParameterError, param
-from tasks.maneuver.protocol import Leg, Loops, Maneuver, PathFlags
+from tasks.maneuver.protocol import Leg, Loops, Maneuver, ManeuverError, PathFlags
 
 TOLERANCE = 0.2  # m
 SAFETY = 3.0  # m above the vehicle's maximum depth
+LIMIT_MARGIN = 0.5  # m above the vehicle's minimum altitude, where it would level off
+SURFACE = 0.3  # m
+LEAST_DIVE = 1.0  # m of water that a dive from the surface needs
+USUAL_DIVE = 2.0  # m of water that a dive from below the surface needs, or the amplitude
+STALL = 10.0  # s without getting deeper, after which a dive ends
+BLIND = 60.0  # s for which the altitude may be unknown, if it is to be followed
+UP, LEVEL, DOWN = 1, 0, -1
 
 
 class YoYo(Maneuver):
-    """Pitches up and down between two depths, or two altitudes, on its way; level at the end."""
+    """Pitches up and down between two depths, or two altitudes, on its way; level at the end.
+
+    Above the bottom it turns at the lowest altitude, and rises until there is enough water below for another dive,
+    beyond its upper depth if necessary. At the surface of water that is too shallow it stays level.
+    """
 
     loops = Loops.PATH | Loops.PITCH
     hears = (imc.PathControlState, imc.EstimatedState)
@@ -22,40 +33,62 @@ class YoYo(Maneuver):
     )
 
     def configure(self) -> None:
-        text = self.vehicle.profile.value("General", "Absolute Maximum Depth")
+        self._deepest = self._general("Absolute Maximum Depth", math.inf) - SAFETY
+        self._lowest = max(self.minimum_altitude, self._general("Absolute Minimum Altitude", -math.inf) + LIMIT_MARGIN)
+
+    def _general(self, option: str, default: float) -> float:
+        text = self.vehicle.profile.value("General", option)
         try:
-            self._deepest = float(text) - SAFETY if text else math.inf
+            return float(text) if text else default
         except ValueError:
-            raise ParameterError("Absolute Maximum Depth", f"[General] has {text!r}, which is not a number") from None
+            raise ParameterError(option, f"[General] has {text!r}, which is not a number") from None
 
     async def execute(self, yoyo: imc.YoYo) -> None:
         self._pitch = 0.0
-        down = True
+        self._direction = DOWN
+        self._dived, self._deeper = -math.inf, self.now
+        self._sounded = self.now
         self.steer(Leg.of(yoyo), flags=PathFlags.NO_Z)
         while not self.near:
             event = await self.event()
             if event is self.path:
                 self.tell()
             elif self.state is not None:
-                down = self._turns(yoyo, self.state, down)
-                self._tilt(-yoyo.pitch if down else yoyo.pitch)
+                self._direction = self._turn(yoyo, self.state)
+                self._tilt(self._direction * yoyo.pitch)
         while self._pitch:
             self._tilt(0.0)
 
-    def _turns(self, yoyo: imc.YoYo, state: imc.EstimatedState, down: bool) -> bool:
-        """Whether to pitch down now."""
-        floor = 0.0 <= state.alt <= self.minimum_altitude + TOLERANCE
+    def _turn(self, yoyo: imc.YoYo, state: imc.EstimatedState) -> int:
+        """Where to go from here: UP, DOWN or LEVEL. Raises ManeuverError if the altitude stays unknown."""
+        below, above = self._deepest - state.depth, state.depth
+        if state.alt >= 0.0:
+            self._sounded = self.now
+            below = min(below, state.alt - self._lowest)
         if yoyo.z_units == imc.ZUnits.ALTITUDE:
-            low = state.alt - max(yoyo.z - yoyo.amplitude, self.minimum_altitude)
-            high = yoyo.z + yoyo.amplitude - state.alt
             if state.alt < 0.0:
-                return down
+                if self.now - self._sounded > BLIND:
+                    raise ManeuverError(f"altitude has been unknown for {BLIND:g} s")
+                return UP if state.depth > SURFACE else LEVEL
+            below = min(below, state.alt - yoyo.z + yoyo.amplitude)
+            above = min(above, yoyo.z + yoyo.amplitude - state.alt)
         else:
-            low = min(yoyo.z + yoyo.amplitude, self._deepest) - state.depth
-            high = state.depth - max(0.0, yoyo.z - yoyo.amplitude)
-        if down:
-            return low > TOLERANCE and not floor
-        return high <= TOLERANCE
+            below = min(below, yoyo.z + yoyo.amplitude - state.depth)
+            above = min(above, state.depth - yoyo.z + yoyo.amplitude)
+        if self._direction == DOWN:
+            return UP if below <= TOLERANCE or self._stalls(state.depth) else DOWN
+        if state.depth <= SURFACE:
+            turns, otherwise = below >= LEAST_DIVE, LEVEL
+        else:
+            turns, otherwise = above <= TOLERANCE and below >= min(USUAL_DIVE, yoyo.amplitude), UP
+        self._dived, self._deeper = -math.inf, self.now
+        return DOWN if turns else otherwise
+
+    def _stalls(self, depth: float) -> bool:
+        """Whether a dive has come to its end, whatever stops it."""
+        if depth > self._dived + TOLERANCE:
+            self._dived, self._deeper = depth, self.now
+        return self.now - self._deeper > STALL
 
     def _tilt(self, target: float) -> None:
         """One step towards a pitch."""

@@ -3,8 +3,8 @@
 import math
 
 import imc
-from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param, periodic
+from tasks.simulators.seabed import OUT_OF_BOUNDS, SOUNDING_RADIUS, TIDE, offset
 from world.attitude import Vector
 from world.sea import BathymetryError, read_bathymetry
 from world.sensors import Beam
@@ -25,11 +25,21 @@ class Environment(Task):
 
     execution_frequency: float = param(5.0, "Hz", "Rate of both distances.", minimum=0.1, maximum=100)
     location: str = param("", "", "Name of the place; not used, soundings come from [Bathymetry].")
-    tide_level: float = param(0.0, "m", "Height of the tide above the soundings' datum.", minimum=-20, maximum=20)
-    out_of_bounds_depth: float = param(
-        120.0, "m", "Depth where no sounding is near.", name="Out Of Bounds Depth", minimum=0, maximum=DEEPEST
+    tide_level: float = param(
+        TIDE, "m", "Height of the tide above the soundings' datum.", minimum=-20, maximum=20, editable=False
     )
-    sounding_radius: float = param(10.0, "m", "Distance within which a sounding is used.", minimum=0.1, editable=False)
+    out_of_bounds_depth: float = param(
+        OUT_OF_BOUNDS,
+        "m",
+        "Depth where no sounding is near.",
+        name="Out Of Bounds Depth",
+        minimum=0,
+        maximum=DEEPEST,
+        editable=False,
+    )
+    sounding_radius: float = param(
+        SOUNDING_RADIUS, "m", "Distance within which a sounding is used.", minimum=0.1, editable=False
+    )
 
     bottom_label: str = param(
         "Altimeter", "", "Label of the altimeter.", name="Entity Label - Bottom Distance", editable=False
@@ -68,7 +78,7 @@ class Environment(Task):
     def configure(self) -> None:
         value = self.vehicle.profile.value
         try:
-            self._bathymetry = read_bathymetry(value, self.sounding_radius, self.out_of_bounds_depth)
+            self._bathymetry = read_bathymetry(value, self.sounding_radius, self.out_of_bounds_depth, self.tide_level)
         except BathymetryError as error:
             raise ParameterError("Location", f"[Bathymetry]: {error}") from None
         if len(self.pier_points) not in (0, 4) or (self.simulate_pier and not self.pier_points):
@@ -114,7 +124,7 @@ class Environment(Task):
         self.publish(self._forward.replace(value=ahead), entity=self._echo_sounder)
 
     def _depth(self, north: float, east: float) -> float:
-        return self._bathymetry.depth(self._north + north, self._east + east) + self.tide_level
+        return self._bathymetry.depth(self._north + north, self._east + east)
 
     def _look_down(self, place: Vector, angles: Vector) -> float:
         beam = _beam(place, angles, self.bottom_sonar_position, self.bottom_sonar_orientation, 0.0)
@@ -132,7 +142,7 @@ class Environment(Task):
         axis = _beam(place, angles, position, orientation, 0.0)
         nearest = axis.surface()
         if self.bottom_intersection_method:
-            shallowest = self._bathymetry.shallowest + self.tide_level
+            shallowest = self._bathymetry.shallowest
             edge = _beam(place, angles, position, orientation, -0.5 * math.radians(self.forward_beam_width))
             nearest = min(nearest, edge.bottom(self._depth, self.forward_range, shallowest))
         if self.simulate_pier:
@@ -141,19 +151,14 @@ class Environment(Task):
 
     def _move(self, lat: float, lon: float) -> None:
         self._origin = lat, lon
-        self._north, self._east = _offset(*self._bathymetry.reference, lat, lon)
+        self._north, self._east = offset(*self._bathymetry.reference, lat, lon)
         if self.pier_points:
             a, b, c, d = self.pier_points
-            self._pier = _offset(lat, lon, a, b), _offset(lat, lon, c, d)
+            self._pier = offset(lat, lon, a, b), offset(lat, lon, c, d)
 
     def _say(self, state: State, description: str) -> None:
         for entity in (self.entity, self._altimeter, self._echo_sounder):
             self.set_entity_state(state, description, entity=entity)
-
-
-def _offset(lat: float, lon: float, to_lat: float, to_lon: float) -> tuple[float, float]:
-    north, east, _ = coordinates.displacement(lat, lon, 0.0, to_lat, to_lon, 0.0)
-    return north, east
 
 
 def _blank(position: list[float], orientation: list[float], width: float) -> imc.Distance:

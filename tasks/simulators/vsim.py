@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.problem import Doubt, quoted, suggestion
+from tasks.simulators.seabed import offset, read_seabed
 from world.bodies import (
     Boat,
     BoatModel,
@@ -16,8 +17,10 @@ from world.bodies import (
     read_boat_model,
     read_underwater_model,
 )
+from world.sea import BathymetryError, Grounding
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
+AFLOAT = 2.0  # s without a touch, after which the vehicle is no longer aground
 
 
 class VSIM(Task):
@@ -26,8 +29,11 @@ class VSIM(Task):
     The model is the section [VSIM/Model/<Vehicle Type>] of the profile; its option Type selects one of the two. The
     vehicle starts at rest at the position of the first manual GpsFix; a later one, of its own or addressed to it, moves
     it there and keeps its depth, attitude and velocities. In SimulatedState, lat, lon and height are those of the fix,
-    and u, v, w are velocities through the water. AbsoluteWind (where it comes from) moves boats only.
+    and u, v, w are velocities through the water. AbsoluteWind (where it comes from) moves boats only. The bottom of the
+    sea is that of [Bathymetry] and Simulators.Environment; a vehicle that touches it stops there.
     """
+
+    transient = ("_seabed",)
 
     execution_frequency: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=20, maximum=1000, editable=False)
     initial_heading: float = param(0.0, "°", "Heading at the start, true north.", minimum=-360, maximum=360)
@@ -46,6 +52,10 @@ class VSIM(Task):
             self._model = self._read(self.vehicle.profile.value)
         except ModelError as error:
             raise ParameterError("Vehicle Type", str(error)) from None
+        try:
+            self._seabed = read_seabed(self.vehicle.profile.value)
+        except BathymetryError as error:
+            raise ParameterError("Bathymetry", str(error)) from None
 
     def doubts(self) -> Iterator[Doubt]:
         read = {"Integration Method"}
@@ -63,6 +73,8 @@ class VSIM(Task):
     def start(self) -> None:
         self.craft = Boat(self._model) if isinstance(self._model, BoatModel) else UnderwaterVehicle(self._model)
         self._origin: imc.GpsFix | None = None
+        self._grounding = Grounding()
+        self._touched: float | None = None
         self._unknown: set[tuple[str, int]] = set()
         self._period = 1.0 / self.execution_frequency
         self.set_entity_state(State.BOOT, "waiting for the start position")
@@ -86,6 +98,8 @@ class VSIM(Task):
             self.craft.orient(0.0, 0.0, math.radians(self.initial_heading))
         self.craft.x = self.craft.y = 0.0
         self._origin = fix
+        if self._seabed is not None:
+            self._grounding.place(self.craft, *offset(*self._seabed.reference, fix.lat, fix.lon), self._seabed)
         self.set_entity_state(State.NORMAL, "active")
 
     @consume
@@ -116,6 +130,7 @@ class VSIM(Task):
         if origin is None:
             return
         craft.step(self._period)
+        self._ground()
         phi, theta, psi = craft.euler_angles()
         svx, svy, svz = craft.stream
         self.publish(
@@ -140,6 +155,19 @@ class VSIM(Task):
                 svz=svz,
             )
         )
+
+    def _ground(self) -> None:
+        """Stop the vehicle on the bottom; the log says when it touches it, and when it is free again."""
+        if self._seabed is None:
+            return
+        water = self._grounding.hold(self.craft, self._seabed, self._period)
+        if water is not None:
+            if self._touched is None:
+                self.log.warning(f"grounded in {max(0.0, water):.1f} m of water")
+            self._touched = self.now
+        elif self._touched is not None and self.now - self._touched > AFLOAT:
+            self._touched = None
+            self.log.info("no longer grounded")
 
     def _accepts(self, what: str, number: int, value: float, count: int) -> bool:
         if number < count and math.isfinite(value):

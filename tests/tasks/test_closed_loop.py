@@ -29,7 +29,7 @@ SECTIONS = {
 }
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 BEGIN = 15.0  # s
-DEEP = ("Control.Path.VectorField:Bottom Track -- Enabled=false",)
+DEEP = ("Bathymetry:Data=",)  # 120 m of water
 
 
 @dataclass

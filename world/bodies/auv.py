@@ -4,7 +4,7 @@ import functools
 import math
 from collections.abc import Callable
 
-from world.attitude import Vector, cross
+from world.attitude import Matrix, Vector, cross, rotation, to_body, to_ned
 from world.bodies.auv_model import FULL_DEFLECTION, MAXIMUM_TORQUE, UnderwaterModel
 
 GRAVITY = 9.80665
@@ -95,6 +95,26 @@ class UnderwaterVehicle:
                 others = (y, z, k, m, n_) if y or z or k or m or n_ else None
                 thrusts.append((part.gain * n * abs(n), part.loss * abs(n), x, others))
         self._thrusts = tuple(thrusts)
+
+    @property
+    def draft(self) -> float:
+        """How far the hull reaches down from `z` (m)."""
+        return 0.5 * self.model.volume[2]
+
+    @property
+    def over_ground(self) -> Vector:
+        """Velocity over ground (m/s; north, east, down)."""
+        (n, e, d), (north, east, down) = to_ned(self._rotation, (self.u, self.v, self.w)), self.stream
+        return n + north, e + east, d + down
+
+    @over_ground.setter
+    def over_ground(self, velocity: Vector) -> None:
+        (n, e, d), (north, east, down) = velocity, self.stream
+        self.u, self.v, self.w = to_body(self._rotation, (n - north, e - east, d - down))
+
+    @property
+    def _rotation(self) -> Matrix:
+        return rotation(*self.euler_angles())
 
     def accelerations(self) -> Rates:
         """Derivatives of u, v, w (m/s²) and p, q, r (rad/s²) at this instant."""

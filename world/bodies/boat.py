@@ -70,6 +70,23 @@ class Boat:
         """Set an engine to a share of its full speed, -1 to 1. Raises IndexError if there is no such engine."""
         self.actuations[engine] = max(-1.0, min(1.0, actuation))
 
+    @property
+    def draft(self) -> float:
+        """How far the hull reaches down (m)."""
+        return self.model.cross_flow[1]
+
+    @property
+    def over_ground(self) -> Vector:
+        """Velocity over ground (m/s; north, east, down)."""
+        c, s, (north, east, _) = math.cos(self._psi), math.sin(self._psi), self.stream
+        return c * self.u - s * self.v + north, s * self.u + c * self.v + east, 0.0
+
+    @over_ground.setter
+    def over_ground(self, velocity: Vector) -> None:
+        c, s = math.cos(self._psi), math.sin(self._psi)
+        north, east = velocity[0] - self.stream[0], velocity[1] - self.stream[1]
+        self.u, self.v = c * north + s * east, c * east - s * north
+
     def step(self, h: float) -> None:
         """Advance by `h` s. Raises Diverged."""
         half, psi = 0.5 * h, self._psi

@@ -14,8 +14,8 @@ class Bathymetry:
     """Depth (m) between `soundings`: north, east and depth (m) from the reference position (rad).
 
     Between them it is Shepard's inverse-distance mean of those within `radius` m (Franke and Nielson 1980), which
-    passes through each sounding and has no steps; if none is in range, it is `elsewhere`. `shallowest` is the
-    least depth of all.
+    passes through each sounding and has no steps; if none is in range, it is `elsewhere`. The water stands `level` m
+    above the datum of all these depths. `shallowest` is the least depth of all.
     """
 
     def __init__(
@@ -24,17 +24,20 @@ class Bathymetry:
         radius: float,
         elsewhere: float,
         reference: tuple[float, float] = (0.0, 0.0),
+        level: float = 0.0,
     ):
         self.reference = reference
-        self.shallowest = elsewhere
-        self._radius, self._elsewhere = radius, elsewhere
+        self._radius, self._elsewhere = radius, elsewhere + level
+        self.shallowest = self._elsewhere
         self._cells: dict[tuple[int, int], list[Sounding]] = {}
-        for sounding in soundings:
+        for north, east, depth in soundings:
+            sounding = north, east, depth + level
             self.shallowest = min(self.shallowest, sounding[2])
-            home = self._cell(sounding[0], sounding[1])
+            home = self._cell(north, east)
             for i in (-1, 0, 1):
                 for j in (-1, 0, 1):
                     self._cells.setdefault((home[0] + i, home[1] + j), []).append(sounding)
+        self._shallowest = {cell: min(depth for *_, depth in found) for cell, found in self._cells.items()}
 
     def depth(self, north: float, east: float) -> float:
         """Depth (m) at an offset (m) from the reference position."""
@@ -52,25 +55,32 @@ class Bathymetry:
                 total += weight * depth
         return total / weights if weights else self._elsewhere
 
+    def is_clear(self, north: float, east: float, keel: float) -> bool:
+        """Whether no bottom around an offset (m) from the reference position reaches up to the depth `keel` (m)."""
+        return keel < min(self._elsewhere, self._shallowest.get(self._cell(north, east), math.inf))
+
     def _cell(self, north: float, east: float) -> tuple[int, int]:
         return math.floor(north / self._radius), math.floor(east / self._radius)
 
 
-def read_bathymetry(value: Callable[[str, str], str], radius: float, elsewhere: float) -> Bathymetry:
+def read_bathymetry(
+    value: Callable[[str, str], str], radius: float, elsewhere: float, level: float = 0.0
+) -> Bathymetry:
     """Read the section [Bathymetry], in DUNE's form; `value(section, option)` returns its texts.
 
     Without the section the bottom is flat. Raises BathymetryError.
     """
     rows = [row.split() for row in value("Bathymetry", "Data").split(",") if row.strip()]
     if not rows:
-        return Bathymetry((), radius, elsewhere)
+        return Bathymetry((), radius, elsewhere, level=level)
     try:
         lat, lon = (float(value("Bathymetry", f"{name} (degrees)")) for name in ("Latitude", "Longitude"))
     except ValueError:
         raise BathymetryError("Latitude (degrees) and Longitude (degrees) are needed") from None
     if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
         raise BathymetryError(f"{lat:g}, {lon:g} is not a latitude and a longitude")
-    return Bathymetry([_sounding(row) for row in rows], radius, elsewhere, (math.radians(lat), math.radians(lon)))
+    reference = math.radians(lat), math.radians(lon)
+    return Bathymetry([_sounding(row) for row in rows], radius, elsewhere, reference, level)
 
 
 def _sounding(row: list[str]) -> Sounding:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import imc
 from runtime import Entity, ParameterError, State, Task, consume, param
-from tasks.control.auv.vertical import AltitudeReference
+from tasks.control.auv.vertical import Bottom
 from tasks.control.loops import EnabledLoops
 from tasks.control.pid import PID, clamp
 from world.attitude import wrap
@@ -16,7 +16,8 @@ VERTICAL = Loops.DEPTH | Loops.ALTITUDE | Loops.PITCH
 HORIZONTAL = Loops.YAW | Loops.YAW_RATE
 TORQUES = imc.DesiredControl.Flags.K | imc.DesiredControl.Flags.M | imc.DesiredControl.Flags.N
 SURFACE = 0.3  # m
-DEPTH_MARGIN = 1.0  # m
+DEPTH_MARGIN = 1.0  # m between the maximum depth and the deepest reference
+FLOOR_MARGIN = 0.5  # m between the maximum depth and where no reference leads deeper
 LONGEST_STEP = 1.0  # s
 STEEPEST = 0.1  # least cosine of pitch; Euler rates are singular at 90°
 PARCELS = ("Heading", "Heading Rate", "Depth", "Altitude", "Pitch", "Roll")
@@ -26,7 +27,9 @@ class Attitude(Task):
     """Turns references of heading, heading rate, depth, altitude and pitch into the torques of DesiredControl.
 
     A cascade of PIDs: depth or altitude to pitch, heading to heading rate. Runs while one of the loops YAW, YAW_RATE,
-    DEPTH, ALTITUDE, PITCH is enabled. DesiredZ is kept within the limits of depth and altitude.
+    DEPTH, ALTITUDE, PITCH is enabled. DesiredZ is kept within the limits of depth and altitude; so is the vehicle,
+    whatever is desired: near a limit it pitches down no more than holds it there. Without altitude, the bottom seen
+    last counts.
     """
 
     heading_gains: list[float] = param([1.5, 0.0, 0.15], "1/s", "P, I, D.", name="Heading PID Gains", size=3)
@@ -41,12 +44,16 @@ class Attitude(Task):
         True, "", "Control altitude with its own gains, not with those of depth.", name="Altitude Control -- Enabled"
     )
     altitude_weights: list[float] = param(
-        [], "1", "Weights of the filter of altitude, latest sample last.", name="Altitude Control -- Filter Weights"
+        [],
+        "1",
+        "Weights of the filter of altitude, latest sample last.",
+        name="Altitude Control -- Filter Weights",
+        editable=False,
     )
     altitude_gains: list[float] = param([2.0, 0.01, 4.0], "rad/m", "P, I, D.", name="Altitude PID Gains", size=3)
     altitude_integral_limit: float = param(6.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
     altitude_reference_margin: float = param(0.2, "m", "Margin above the minimum altitude.", minimum=0)
-    altitude_timeout: float = param(60.0, "s", "How long altitude may be unknown.", minimum=0)
+    altitude_timeout: float = param(60.0, "s", "How long altitude may be unknown when it is needed.", minimum=0)
     maximum_pitch_reference: float = param(15.0, "°", "Largest pitch that is commanded.", minimum=0, maximum=80)
     force_pitch_at_surface: bool = param(False, "", "At the surface, hold a pitch instead of the depth.")
     pitch_angle_at_surface: float = param(0.0, "°", "Pitch held at the surface.", minimum=-45, maximum=45)
@@ -84,6 +91,7 @@ class Attitude(Task):
     def start(self) -> None:
         self._loops = EnabledLoops(VERTICAL | HORIZONTAL)
         self._controlled = -math.inf
+        self._bottom = Bottom(self.altitude_weights)
         self._begin_vertical()
         self._begin_horizontal()
         self.set_entity_state(State.NORMAL, "idle")
@@ -131,7 +139,7 @@ class Attitude(Task):
         if before is None or before.z_units != desired.z_units:
             self._depth.reset()
             self._altitude.reset()
-            self._above_bottom = AltitudeReference(self.altitude_weights)
+            self._kept = None
 
     @consume
     def go_to_pitch(self, desired: imc.DesiredPitch) -> None:
@@ -151,42 +159,68 @@ class Attitude(Task):
     @consume
     def control(self, state: imc.EstimatedState) -> None:
         before, self._controlled = self._controlled, state.timestamp
-        if not self._loops.mask:
-            return
         elapsed = state.timestamp - before
         dt = elapsed if 0.0 < elapsed <= LONGEST_STEP else 0.0
+        self._bottom.see(state.alt, state.depth, dt)
+        if not self._loops.mask:
+            return
         sr, cr = math.sin(state.phi), math.cos(state.phi)
         turning = (sr * state.q + cr * state.r) / max(STEEPEST, math.cos(state.theta))
         m, n = self._pitch_torque(state, dt, cr * state.q - sr * state.r), self._yaw_torque(state, dt, turning)
         k = 0.0
         if self.roll_enabled:
             k = self._roll.step(dt, -state.phi, -(state.p + math.sin(state.theta) * turning))
-        self.publish(imc.DesiredControl(k=k, m=m or 0.0, n=n or 0.0, flags=TORQUES))
-        self._report(m is not None, n is not None)
+        self.publish(imc.DesiredControl(k=k, m=m, n=n or 0.0, flags=TORQUES))
+        self._report(self._is_led, n is not None)
 
-    def _pitch_torque(self, state: imc.EstimatedState, dt: float, pitching: float) -> float | None:
-        if self._loops.mask & Loops.PITCH:
-            command = self._pitch_reference
-        elif self._loops.mask & VERTICAL:
-            command = self._pitch_for_z(state, dt)
-            if command is not None:
-                self.publish(imc.DesiredPitch(value=command))
-        else:
-            return 0.0
-        if command is None:
-            return None
+    def _pitch_torque(self, state: imc.EstimatedState, dt: float, pitching: float) -> float:
+        """Without a vertical reference the vehicle is kept level: with neutral fins it would dive."""
+        sp, cp, sr, cr = math.sin(state.theta), math.cos(state.theta), math.sin(state.phi), math.cos(state.phi)
+        sinking = -sp * state.u + cp * (sr * state.v + cr * state.w)
+        for_z = self._loops.mask & VERTICAL and not self._loops.mask & Loops.PITCH
+        wanted = self._pitch_for_z(state, sinking, dt) if for_z else self._pitch_reference
+        self._is_led = wanted is not None or not self._loops.mask & VERTICAL
+        command = self._keep_off(wanted or 0.0, state.depth, sinking)
+        if for_z and wanted is not None:
+            self.publish(imc.DesiredPitch(value=command))
         change = (command - self._command) / dt if dt and self._command is not None else 0.0
         self._command = command
         return self._pitch.step(dt, command - state.theta, change - pitching)
 
-    def _pitch_for_z(self, state: imc.EstimatedState, dt: float) -> float | None:
+    def _keep_off(self, command: float, depth: float, sinking: float) -> float:
+        """The pitch (rad), raised as far as needed to stay above the bottom and the maximum depth.
+
+        Both are held with the gains of depth, and the larger pitch is taken, so the change is smooth (override control;
+        Åström & Hägglund, Advanced PID Control, 2006, ch. 13.3).
+        """
+        floor, rate, self._held = self._deepest - FLOOR_MARGIN, 0.0, ""
+        lowest = self._bottom.depth - self._lowest
+        near_bottom = lowest < floor
+        if near_bottom:
+            floor, rate = lowest, self._bottom.rate
+        if floor == math.inf:
+            return command
+        proportional, _, derivative = self.depth_gains
+        needed = proportional * (depth - max(0.0, floor)) + derivative * (sinking - rate)
+        if needed <= command:
+            return command
+        self._held = "bottom" if near_bottom else "maximum depth"
+        if near_bottom and not self._bottom.is_known:
+            self._miss_altitude()
+        return min(needed, math.radians(self.maximum_pitch_reference))
+
+    def _pitch_for_z(self, state: imc.EstimatedState, sinking: float, dt: float) -> float | None:
         if self._z is None:
             return None
-        sp, cp, sr, cr = math.sin(state.theta), math.cos(state.theta), math.sin(state.phi), math.cos(state.phi)
-        sinking = -sp * state.u + cp * (sr * state.v + cr * state.w)
         if self._z.z_units == Units.ALTITUDE:
-            wanted, rate = self._above_bottom.depth(state.alt, state.depth, self._z.value, dt)
-            wanted = min(wanted, self._deepest - DEPTH_MARGIN)
+            bottom = self._bottom
+            if bottom.is_known:
+                wanted, rate, self._kept = bottom.depth - self._z.value, bottom.rate, None
+            else:
+                self._miss_altitude()
+                self._kept = state.depth if self._kept is None else self._kept
+                wanted, rate = self._kept, 0.0
+            wanted = max(0.0, min(wanted, self._deepest - DEPTH_MARGIN))
             law = self._altitude if self.altitude_enabled else self._depth
             return -law.step(dt, wanted - state.depth, rate - sinking)
         error = self._z.value - state.depth
@@ -194,6 +228,9 @@ class Attitude(Task):
             self._depth.reset()
             return math.radians(self.pitch_angle_at_surface)
         return -self._depth.step(dt, error, -sinking)
+
+    def _miss_altitude(self) -> None:
+        self._missed = self.now if self._missed is None else self._missed
 
     def _yaw_torque(self, state: imc.EstimatedState, dt: float, turning: float) -> float | None:
         if self._loops.mask & Loops.YAW_RATE:
@@ -211,20 +248,24 @@ class Attitude(Task):
         """Publish the parts of the control laws; set an error if a reference or the altitude is missing too long."""
         for law, entity in zip(self._pids, self._parcels.values(), strict=False):
             self.publish(imc.ControlParcel(p=law.p, i=law.i, d=law.d, a=law.p + law.i + law.d), entity=entity)
+        if self._bottom.is_known:
+            self._missed = None
         missing = "" if vertical else "vertical"
         missing = missing if horizontal else "yaw"
         if missing and self.now - self._began > self.reference_timeout:
             self.set_entity_state(State.ERROR, f"timed out while waiting for {missing} control mode")
-        elif self._above_bottom.lost > self.altitude_timeout:
+        elif self._missed is not None and self.now - self._missed > self.altitude_timeout:
             self.set_entity_state(State.ERROR, "altitude has been unknown for too long")
         elif not missing:
-            self.set_entity_state(State.NORMAL, "active")
+            self.set_entity_state(State.NORMAL, f"active, kept off the {self._held}" if self._held else "active")
 
     def _begin_vertical(self) -> None:
         self._z: imc.DesiredZ | None = None
         self._pitch_reference: float | None = None
         self._command: float | None = None
-        self._above_bottom = AltitudeReference(self.altitude_weights)
+        self._kept: float | None = None
+        self._missed: float | None = None
+        self._held, self._is_led = "", False
         self._began = self.now
         for law in (self._depth, self._altitude, self._pitch):
             law.reset()

@@ -3,11 +3,9 @@
 import math
 
 import imc
-from runtime import ParameterError, param
+from runtime import param
 from tasks.control.operator import AXES, Operator
 from tasks.control.remote import Enable, Loops, RemoteControl
-
-DEPTH_MARGIN = 1.0  # m above the maximum depth; below this, pitching down has no effect
 
 
 class RemoteOperation(RemoteControl):
@@ -22,19 +20,9 @@ class RemoteOperation(RemoteControl):
 
     pitch_reference: float = param(15.0, "°", "Pitch at full deflection of the axis.", minimum=0, maximum=80)
 
-    def configure(self) -> None:
-        super().configure()
-        text = self.vehicle.profile.value("General", "Absolute Maximum Depth", "inf")
-        try:
-            self._deepest = float(text) - DEPTH_MARGIN
-        except ValueError:
-            raise ParameterError("Absolute Maximum Depth", f"[General] has {text!r}, which is not a number") from None
-
     def steer_besides(self, operator: Operator, *, blind: bool) -> None:
-        """Pitch, or hold the depth if no pitch is commanded or it would lead too deep."""
+        """Pitch, or hold the depth if no pitch is commanded."""
         share, depth = operator.axis("Pitch"), self._state.depth if self._state is not None else -1.0
-        if depth >= self._deepest:
-            share = max(0.0, share)
         if blind or share or depth < 0.0:
             self._control(Loops.PITCH, Loops.DEPTH)
             self._kept = None
@@ -42,7 +30,7 @@ class RemoteOperation(RemoteControl):
             return
         self._control(Loops.DEPTH, Loops.PITCH)
         if self._kept is None:
-            self._kept = min(depth, self._deepest)
+            self._kept = depth
         self.publish(imc.DesiredZ(value=self._kept, z_units=imc.ZUnits.DEPTH))
 
     def _control(self, wanted: int, other: int) -> None:

@@ -22,6 +22,7 @@ def enable(mask, scope=1, time=0.1, on=1):
 
 
 def states(seconds, start=0.2, **fields):
+    fields = {"alt": -1.0} | fields
     return [imc.EstimatedState(timestamp=start + 0.05 * i, **fields) for i in range(round(seconds * 20))]
 
 

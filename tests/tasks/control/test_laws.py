@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import imc
 from tasks.control.auv.fins import allocate, torques
-from tasks.control.auv.vertical import AltitudeReference
+from tasks.control.auv.vertical import Bottom
 from tasks.control.loops import EnabledLoops
 from tasks.control.path.bottom import BottomGuard
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
@@ -147,18 +147,28 @@ def test_the_surface_is_never_too_deep():
     assert not BottomGuard(2.5).watch(0.0, 0.1, 1.0)
 
 
-def test_an_altitude_becomes_a_depth_and_is_kept_where_it_is_lost():
-    reference = AltitudeReference([])
-    assert reference.depth(7.0, 3.0, 5.0, 0.05) == (5.0, 0.0)
-    assert reference.depth(6.9, 3.0, 5.0, 0.05) == (pytest.approx(4.9), pytest.approx(-2.0))
-    assert reference.depth(-1.0, 3.2, 5.0, 0.05) == (3.2, 0.0)
-    assert reference.depth(-1.0, 3.6, 5.0, 0.05) == (3.2, 0.0)
-    assert reference.lost == pytest.approx(0.1)
-    assert reference.depth(1.0, 1.0, 5.0, 0.05)[0] == 0.0
-    assert reference.lost == 0.0
+def test_the_bottom_follows_from_altitude_and_depth_and_stays_where_it_was_seen():
+    bottom = Bottom([])
+    assert (bottom.depth, bottom.is_known) == (math.inf, False)
+    bottom.see(7.0, 3.0, 0.05)
+    assert (bottom.depth, bottom.rate, bottom.is_known) == (10.0, 0.0, True)
+    bottom.see(6.9, 3.0, 0.05)
+    assert (bottom.depth, bottom.rate) == (pytest.approx(9.9), pytest.approx(-2.0))
+    bottom.see(6.9, 4.0, 0.05)
+    assert bottom.depth == pytest.approx(9.9), "the altitude is an old one"
+    for unknown in (-1.0, math.nan, math.inf):
+        bottom.see(unknown, 5.0, 0.05)
+        assert (bottom.depth, bottom.rate, bottom.is_known) == (pytest.approx(9.9), 0.0, False)
+    bottom.see(6.9, 13.1, 0.05)
+    assert (bottom.depth, bottom.rate, bottom.is_known) == (20.0, 0.0, True)
 
 
-def test_the_altitude_is_smoothed():
-    reference = AltitudeReference([1.0, 2.0, 1.0])
-    assert reference.depth(5.0, 5.0, 5.0, 0.05)[0] == pytest.approx(5.0)
-    assert reference.depth(9.0, 5.0, 5.0, 0.05)[0] == pytest.approx(6.0)
+def test_the_bottom_is_smoothed():
+    bottom = Bottom([1.0, 2.0, 1.0])
+    bottom.see(5.0, 5.0, 0.05)
+    assert bottom.depth == pytest.approx(10.0)
+    bottom.see(9.0, 5.0, 0.05)
+    assert bottom.depth == pytest.approx(11.0)
+    bottom.see(-1.0, 5.0, 0.05)
+    bottom.see(15.0, 5.0, 0.05)
+    assert bottom.depth == pytest.approx(20.0), "what was before it was lost does not count"

@@ -33,8 +33,7 @@ def held(text, begin=1.0, end=5.0, **fields):
 def steered(*feed, seconds=5.0, depth=3.0, located=None, **parameters):
     states = [imc.EstimatedState(timestamp=0.05 * k, depth=depth) for k in range(round((located or seconds) * 20))]
     feed = sorted([*states, *feed], key=lambda m: m.timestamp)
-    settings = {"General": {"Absolute Maximum Depth": "50"}}
-    return simulate(RemoteOperation, [enabled(), *feed], seconds=seconds, settings=settings, **parameters)
+    return simulate(RemoteOperation, [enabled(), *feed], seconds=seconds, **parameters)
 
 
 def last(run, kind):
@@ -75,13 +74,6 @@ def test_the_depth_is_kept_while_no_pitch_is_asked_for():
     assert (run.of(imc.DesiredZ)[-1].value, run.of(imc.DesiredZ)[-1].z_units) == (3.0, DEPTH)
     changes = [(m.enable, m.mask) for m in run.of(imc.ControlLoops)]
     assert changes[-2:] == [(0, Loops.PITCH), (1, Loops.DEPTH)]
-
-
-def test_no_pitch_leads_below_the_maximum_depth():
-    run = steered(*held("Thrust=50;Pitch=-127"), depth=49.5)
-    assert last(run, imc.DesiredZ) == 49.0
-    up = steered(*held("Thrust=50;Pitch=127"), depth=49.5)
-    assert last(up, imc.DesiredPitch) == pytest.approx(math.radians(15.0))
 
 
 def test_buttons_change_the_thrust_once_for_each_time_they_go_down():

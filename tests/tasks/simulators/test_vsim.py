@@ -109,3 +109,28 @@ def test_commands_that_nothing_can_follow_are_said_once():
 def test_a_vehicle_type_without_model():
     with pytest.raises(ParameterError, match=r"\[VSIM/Model/xauv\] has no Inertial Matrix"):
         vsim(settings=MODELS | {"General": {"Vehicle Type": "xauv"}})
+
+
+def test_the_bottom_stays_where_it_is_when_a_fix_moves_the_vehicle_and_is_that_of_the_altimeter():
+    sea = MODELS | {
+        "Bathymetry": {"Latitude (degrees)": "41.185", "Longitude (degrees)": "-8.7062", "Data": "0 0 4"},
+        "Simulators.Environment": {"Tide Level": "-3.5", "Out Of Bounds Depth": "50"},
+    }
+    here = HERE.replace(lat=math.radians(41.185), lon=math.radians(-8.7062))
+    there = here.replace(timestamp=3.0, lat=math.radians(41.186))
+    back = here.replace(timestamp=9.0)
+    sinking = imc.EstimatedStreamVelocity(timestamp=1.0, z=1.0)
+    tasks = [VSIM, (StreamVelocity, {"entity_label": "Stream Velocity Simulator"})]
+    label = simulate(tasks, [here], seconds=0.1, settings=sea).tasks[1].entity.id
+    run = simulate(tasks, [here, sinking.replace(src_ent=label), there, back], seconds=10.0, settings=sea)
+    depths = [state.z for state in run.of(imc.SimulatedState)]
+    assert max(depths[:295]) == pytest.approx(0.445), "half a meter of water, less half the height of the hull"
+    assert max(depths[300:895]) > 3.0
+    assert depths[-1] == pytest.approx(0.445)
+    assert run.log.count("grounded in 0.5 m of water") == 2
+
+
+@pytest.mark.parametrize("option", ["Tide Level", "Sounding Radius", "Out Of Bounds Depth"])
+def test_a_bottom_that_is_not_a_number_is_refused(option):
+    with pytest.raises(ParameterError, match=rf"\[Simulators.Environment\] {option} = deep is not a number"):
+        vsim(settings=MODELS | {"Simulators.Environment": {"Enabled": "Always", option: "deep"}})
