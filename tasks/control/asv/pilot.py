@@ -4,7 +4,6 @@ import math
 from typing import ClassVar
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
 from tasks.control.asv.helm import HORIZONTAL, Helm
 from tasks.control.asv.throttle import Throttle
@@ -89,7 +88,7 @@ class BoatControl(Task):
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        if abort.dst == self.system or (abort.dst == UNKNOWN_SYSTEM and abort.src == self.system):
+        if self.addressed(abort):
             self._loops.mask = 0
             self.rest()
             self.set_entity_state(State.NORMAL, "idle")
