@@ -4,8 +4,9 @@ import math
 from collections.abc import Callable, Iterator
 
 import imc
-from runtime import ParameterError, State, Task, consume, param, periodic
+from runtime import ParameterError, State, consume, param, periodic
 from runtime.problem import Doubt, quoted, suggestion
+from tasks.simulators.powered import Powered
 from world.bodies import (
     Boat,
     BoatModel,
@@ -20,13 +21,14 @@ from world.bodies import (
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 
 
-class VSIM(Task):
+class VSIM(Powered):
     """Moves an underwater vehicle in six degrees of freedom, or a boat in three, and publishes the truth.
 
     The model is the section [VSIM/Model/<Vehicle Type>] of the profile; its option Type selects one of the two. The
     vehicle starts at rest at the position of the first manual GpsFix; a later one, of its own or addressed to it, moves
     it there and keeps its depth, attitude and velocities. In SimulatedState, lat, lon and height are those of the fix,
-    and u, v, w are velocities through the water. AbsoluteWind (where it comes from) moves boats only.
+    and u, v, w are velocities through the water. AbsoluteWind (where it comes from) moves boats only. Without power the
+    thrusters do not turn.
     """
 
     execution_frequency: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=20, maximum=1000, editable=False)
@@ -96,7 +98,11 @@ class VSIM(Task):
     @consume
     def drive(self, actuation: imc.SetThrusterActuation) -> None:
         if self._accepts("thruster", actuation.id, actuation.value, len(self.craft.actuations)):
-            self.craft.drive(actuation.id, actuation.value)
+            self.craft.drive(actuation.id, actuation.value if self.powered else 0.0)
+
+    def lose_power(self) -> None:
+        for number in range(len(self.craft.actuations)):
+            self.craft.drive(number, 0.0)
 
     @consume
     def flow(self, stream: imc.EstimatedStreamVelocity) -> None:

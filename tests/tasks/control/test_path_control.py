@@ -295,6 +295,6 @@ def test_an_altitude_is_kept_where_the_depth_is_too_near_to_the_bottom():
 
 def test_navigation_that_falls_silent_is_an_error_of_the_path():
     run = follow([enable(), path(100, 0), *north(3.0)], seconds=8.0)
-    (error,) = [m for m in run.of(imc.EntityState) if m.state == State.ERROR]
+    error, *_ = [m for m in run.of(imc.EntityState) if m.state == State.ERROR]
     assert error.description == "EstimatedState is missing"
     assert 5.1 < error.timestamp - run.vehicle.start_time <= 6.2
