@@ -49,7 +49,9 @@ class FuelLevel(Task):
         if self._sampled is not None and self._voltage is not None:
             drawn = self._voltage * current.value * (self.now_ns - self._sampled) * 1e-9
             self._energy = min(self._capacity, max(0.0, self._energy - drawn))
-        self._sampled = self.now_ns
+        first, self._sampled = self._sampled is None, self.now_ns
+        if first:
+            self.tell()
 
     @periodic("execution_frequency")
     def tell(self) -> None:

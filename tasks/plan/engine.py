@@ -83,7 +83,7 @@ class Engine(Task):
     def gauge(self, fuel: imc.FuelLevel) -> None:
         """End the plan when only the reserve of the battery is left."""
         if self._flight is not None and fuel.value < self.fuel_reserve:
-            self._fail(self._flight, f"the battery is at {fuel.value:.0f} %, below the reserve")
+            self._fail(self._flight, f"the battery is below its reserve of {self.fuel_reserve:g} %")
 
     @consume
     def watch_activations(self, state: imc.EntityActivationState) -> None:
@@ -270,7 +270,7 @@ class Engine(Task):
         state, limits = situation.of(imc.EstimatedState), situation.of(imc.OperationalLimits)
         fuel, medium = situation.of(imc.FuelLevel), situation.of(imc.VehicleMedium)
         if fuel is not None and fuel.value < self.fuel_reserve:
-            raise PlanError(f"the battery is at {fuel.value:.0f} %, below the reserve")
+            raise PlanError(f"the battery is below its reserve of {self.fuel_reserve:g} %")
         level = fuel.value - self.fuel_reserve if fuel is not None and self.fuel_prediction else None
         aloft = medium is not None and medium.medium == imc.VehicleMedium.Medium.AIR
         outlook = self._preflight.check(plan, self._supported, state, level, self.now, limits, aloft)

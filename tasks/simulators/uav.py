@@ -4,7 +4,7 @@ import math
 
 import imc
 from runtime import State, consume, param, periodic
-from tasks.simulators.powered import Powered
+from tasks.simulators.power import Powered
 from world.bodies import Airframe, Multirotor
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT

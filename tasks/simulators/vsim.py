@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 import imc
 from runtime import ParameterError, State, consume, param, periodic
 from runtime.problem import Doubt, quoted, suggestion
-from tasks.simulators.powered import Powered
+from tasks.simulators.power import Powered
 from world.bodies import (
     Boat,
     BoatModel,
