@@ -19,8 +19,8 @@ class UAV(Powered):
     Its attitude controller follows DesiredRoll, DesiredPitch and DesiredHeadingRate; SetThrusterActuation 0 sets the
     speed of all rotors. It stands on flat ground at the position of the first manual GpsFix; a later one moves it over
     ground. After `Command Timeout` without a command for the rotors it descends level, and the rotors stop on the
-    ground. Without power the rotors stop at once. In SimulatedState, u, v, w are velocities through the air, svx, svy, svz the wind, and z is 0 on
-    the ground.
+    ground. Without power the rotors stop at once. In SimulatedState, u, v, w are velocities through the air, svx, svy,
+    svz the wind, and z is 0 on the ground.
     """
 
     execution_frequency: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=50, maximum=1000, editable=False)
