@@ -150,6 +150,10 @@ class Task:
         asks = request.src == self.system or request.src in OPERATORS
         return request.dst == self.system or (request.dst in (UNKNOWN_SYSTEM, BROADCAST) and asks)
 
+    def addressed(self, message: imc.Message) -> bool:
+        """Whether a message is to this system or to everybody, whoever sent it; for what must not be missed."""
+        return message.dst in (self.system, UNKNOWN_SYSTEM, BROADCAST)
+
     def relay(self, packet: bytes) -> imc.Message:
         """Put another system's packet on the bus unchanged, without bytes after it. Raises imc.DecodeError."""
         packet = imc.first_packet(packet)

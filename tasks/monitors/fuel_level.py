@@ -49,7 +49,9 @@ class FuelLevel(Task):
         if self._sampled is not None and self._voltage is not None:
             drawn = self._voltage * current.value * (self.now_ns - self._sampled) * 1e-9
             self._energy = min(self._capacity, max(0.0, self._energy - drawn))
-        self._sampled = self.now_ns
+        first, self._sampled = self._sampled is None, self.now_ns
+        if first:
+            self.tell()
 
     @periodic("execution_frequency")
     def tell(self) -> None:
@@ -58,14 +60,21 @@ class FuelLevel(Task):
         if (self.now_ns - self._sampled) * 1e-9 > self.battery_timeout:
             self.set_entity_state(State.FAULT, f"no Current for {self.battery_timeout:g} s")
             return
-        level = 100.0 * self._energy / self._capacity
+        empty = self._voltage is not None and self._voltage <= 0.0
+        level = 0.0 if empty else 100.0 * self._energy / self._capacity
         self.publish(imc.FuelLevel(value=level, confidence=self.initial_confidence))
         if level < self.error_level:
-            self.set_entity_state(State.ERROR, "fuel reserve")
+            self._say(State.ERROR, "fuel reserve", level)
         elif level < self.warning_level:
-            self.set_entity_state(State.FAULT, "fuel is running low")
+            self._say(State.FAULT, "fuel is running low", level)
         else:
             self.set_entity_state(State.NORMAL, "active")
+
+    def _say(self, state: State, description: str, level: float) -> None:
+        if self.entity.description != description:
+            write = self.log.error if state is State.ERROR else self.log.warning
+            write(f"{description}: {level:.0f} %")
+        self.set_entity_state(state, description)
 
     def _is_battery(self, sample: imc.Message) -> bool:
         return self.vehicle.entities.label(sample.src, sample.src_ent) == self.entity_label_batteries

@@ -38,6 +38,9 @@ class Engine(Task):
     )
     compute_progress: bool = param(True, "", "Report the progress of the plan.")
     fuel_prediction: bool = param(True, "", "Refuse plans that need more energy than is left.")
+    fuel_reserve: float = param(
+        10.0, "%", "Battery level below which plans are refused, and the running one ends; 0 for none.", minimum=0
+    )
     hotel_load: float = param(45.0, "W", "Power that the vehicle draws without moving.", minimum=0)
     maximum_leg_length: float = param(25000.0, "m", "Longest leg that path control follows.", minimum=1)
     plan_generator_entity_label: str = param("Plan Generator", "", "Entity that may start the recovery plan.")
@@ -75,6 +78,12 @@ class Engine(Task):
     @consume
     def note(self, news: imc.EstimatedState | imc.FuelLevel | imc.OperationalLimits | imc.VehicleMedium) -> None:
         self._situation[type(news)] = news
+
+    @consume
+    def gauge(self, fuel: imc.FuelLevel) -> None:
+        """End the plan when only the reserve of the battery is left."""
+        if self._flight is not None and fuel.value < self.fuel_reserve:
+            self._fail(self._flight, f"the battery is below its reserve of {self.fuel_reserve:g} %")
 
     @consume
     def watch_activations(self, state: imc.EntityActivationState) -> None:
@@ -260,7 +269,9 @@ class Engine(Task):
         plan, situation = await self._requests.plan(script, request), self._situation
         state, limits = situation.of(imc.EstimatedState), situation.of(imc.OperationalLimits)
         fuel, medium = situation.of(imc.FuelLevel), situation.of(imc.VehicleMedium)
-        level = fuel.value if fuel is not None and self.fuel_prediction else None
+        if fuel is not None and fuel.value < self.fuel_reserve:
+            raise PlanError(f"the battery is below its reserve of {self.fuel_reserve:g} %")
+        level = fuel.value - self.fuel_reserve if fuel is not None and self.fuel_prediction else None
         aloft = medium is not None and medium.medium == imc.VehicleMedium.Medium.AIR
         outlook = self._preflight.check(plan, self._supported, state, level, self.now, limits, aloft)
         for reason in unknown_settings(outlook.graph, self.vehicle):

@@ -92,7 +92,9 @@ class Battery(Task):
         r = self.internal_resistance
         power = min(power, 0.25 * voltage * voltage / r if r else power)  # the battery cannot deliver more
         self._current = (
-            power / voltage if r == 0.0 else (voltage - math.sqrt(voltage * voltage - 4.0 * r * power)) / (2.0 * r)
+            power / voltage
+            if r == 0.0
+            else (voltage - math.sqrt(max(0.0, voltage * voltage - 4.0 * r * power))) / (2.0 * r)
         )
         self._voltage = voltage - r * self._current
         self._charge = max(0.0, self._charge - voltage * self._current * elapsed / self._full)

@@ -4,18 +4,19 @@ import math
 from collections import deque
 
 import imc
-from runtime import State, Task, consume, param, periodic
+from runtime import State, consume, param, periodic
+from tasks.simulators.power import Powered
 
 AVERAGED = 5  # samples
 DEAD_BAND = 0.1  # of full actuation
 SLOWEST = 30  # rpm
 
 
-class Motor(Task):
+class Motor(Powered):
     """Measures the motor speed: rpm = offset + factor * actuation, averaged over five samples.
 
     With a time constant the speed lags, like that of the engine in a boat's model. An actuation must be repeated: after
-    `Command Timeout` without one, the motor publishes an actuation of 0 and stops.
+    `Command Timeout` without one, the motor publishes an actuation of 0 and stops. Without power it stops, silently.
     """
 
     execution_frequency: float = param(20.0, "Hz", "Rate of Rpm.", minimum=1, maximum=100)
@@ -39,8 +40,14 @@ class Motor(Task):
             self._actuation = max(-1.0, min(1.0, actuation.value))
             self._commanded = self.now
 
+    def lose_power(self) -> None:
+        self._actuation = self._turning = 0.0
+        self._speeds.extend([0] * AVERAGED)
+
     @periodic("execution_frequency")
     def measure(self) -> None:
+        if not self.powered:
+            return
         if self._actuation and self.command_timeout and self.now - self._commanded > self.command_timeout:
             self.log.error(f"no actuation for {self.command_timeout:g} s; the motor stops")
             self._actuation = 0.0

@@ -3,17 +3,19 @@
 import math
 
 import imc
-from runtime import State, Task, consume, param, periodic
+from runtime import State, consume, param, periodic
+from tasks.simulators.power import Powered
 
 ROUNDING = 1e-7  # rad
 MICROSECONDS = 1e6  # in a second
 
 
-class Servos(Task):
+class Servos(Powered):
     """Turns servos to the angles of SetServoPosition at a limited rate; publishes ServoPosition as they move.
 
     A servo publishes when it arrives, at `Update Rate` while it turns, and once a second in any case. After `Command
     Timeout` without a command it returns to the middle. With `Generate Faults`, all servos get stuck at `Fault Time`.
+    Without power they stay where they are, and report nothing.
     """
 
     number_of_servos: int = param(4, "1", "Number of servos.", minimum=1, maximum=255, editable=False)
@@ -39,14 +41,19 @@ class Servos(Task):
     @consume
     def turn(self, wish: imc.SetServoPosition) -> None:
         servo = wish.id
-        if servo >= self.number_of_servos or not math.isfinite(wish.value) or self._stuck:
+        if servo >= self.number_of_servos or not math.isfinite(wish.value) or self._stuck or not self.powered:
             return
         limit = math.radians(self.maximum_angle)
         self._commanded[servo] = self.now
         self._aim(servo, max(-limit, min(limit, wish.value)))
 
+    def lose_power(self) -> None:
+        self._freeze()
+
     @periodic(1.0)
     def report(self) -> None:
+        if not self.powered:
+            return
         for servo in range(self.number_of_servos):
             stale = self.command_timeout and self.now - self._commanded[servo] > self.command_timeout
             if stale and self._target[servo] and not self._stuck:
@@ -81,6 +88,8 @@ class Servos(Task):
             self.after(min(arrival, 1.0 / self.update_rate), self._arrive, servo)
 
     def _arrive(self, servo: int) -> None:
+        if not self.powered:
+            return
         self._advance(servo)
         self._publish(servo)
         self._go_on(servo)
@@ -88,9 +97,12 @@ class Servos(Task):
     def _publish(self, servo: int) -> None:
         self.publish(imc.ServoPosition(id=servo, value=self._position[servo]))
 
-    def _fail(self) -> None:
+    def _freeze(self) -> None:
         for servo in range(self.number_of_servos):
             self._advance(servo)
             self._target[servo] = self._position[servo]
+
+    def _fail(self) -> None:
+        self._freeze()
         self._stuck = True
         self.set_entity_state(State.ERROR, "the servos are stuck")

@@ -3,7 +3,8 @@
 import math
 
 import imc
-from runtime import State, Task, consume, param, periodic
+from runtime import State, consume, param, periodic
+from tasks.simulators.power import Powered
 from world.bodies import Airframe, Multirotor
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
@@ -12,14 +13,14 @@ MOST_STEPS = 100  # per call, to catch up if the computer was late
 DESCENT = 0.98  # share of the weight that the rotors carry without commands
 
 
-class UAV(Task):
+class UAV(Powered):
     """Moves a multirotor by its commands and publishes the truth.
 
     Its attitude controller follows DesiredRoll, DesiredPitch and DesiredHeadingRate; SetThrusterActuation 0 sets the
     speed of all rotors. It stands on flat ground at the position of the first manual GpsFix; a later one moves it over
     ground. After `Command Timeout` without a command for the rotors it descends level, and the rotors stop on the
-    ground. In SimulatedState, u, v, w are velocities through the air, svx, svy, svz the wind, and z is 0 on
-    the ground.
+    ground. Without power the rotors stop at once. In SimulatedState, u, v, w are velocities through the air, svx, svy,
+    svz the wind, and z is 0 on the ground.
     """
 
     execution_frequency: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=50, maximum=1000, editable=False)
@@ -101,8 +102,11 @@ class UAV(Task):
     @consume
     def drive(self, actuation: imc.SetThrusterActuation) -> None:
         if actuation.id == 0 and self._accepts("rotor speed", actuation.value):
-            self.craft.drive(actuation.value)
+            self.craft.drive(actuation.value if self.powered else 0.0)
             self._commanded = self.now
+
+    def lose_power(self) -> None:
+        self.craft.drive(0.0)
 
     @consume
     def blow(self, wind: imc.EstimatedStreamVelocity) -> None:
@@ -116,7 +120,7 @@ class UAV(Task):
         origin, craft = self._origin, self.craft
         if origin is None:
             return
-        if self.now - self._commanded > self.command_timeout:
+        if self.powered and self.now - self._commanded > self.command_timeout:
             self._descend()
         flew = not craft.on_ground
         elapsed, self._moved = (self.now_ns - self._moved) * 1e-9, self.now_ns

@@ -4,8 +4,9 @@ import math
 from collections.abc import Callable, Iterator
 
 import imc
-from runtime import ParameterError, State, Task, consume, param, periodic
+from runtime import ParameterError, State, consume, param, periodic
 from runtime.problem import Doubt, quoted, suggestion
+from tasks.simulators.power import Powered
 from tasks.simulators.seabed import offset, read_seabed
 from world.bodies import (
     Boat,
@@ -23,14 +24,15 @@ MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 AFLOAT = 2.0  # s without a touch, after which the vehicle is no longer aground
 
 
-class VSIM(Task):
+class VSIM(Powered):
     """Moves an underwater vehicle in six degrees of freedom, or a boat in three, and publishes the truth.
 
     The model is the section [VSIM/Model/<Vehicle Type>] of the profile; its option Type selects one of the two. The
     vehicle starts at rest at the position of the first manual GpsFix; a later one, of its own or addressed to it, moves
     it there and keeps its depth, attitude and velocities. In SimulatedState, lat, lon and height are those of the fix,
-    and u, v, w are velocities through the water. AbsoluteWind (where it comes from) moves boats only. The bottom of the
-    sea is that of [Bathymetry] and Simulators.Environment; a vehicle that touches it stops there.
+    and u, v, w are velocities through the water. AbsoluteWind (where it comes from) moves boats only. Without power the
+    thrusters do not turn. The bottom of the sea is that of [Bathymetry] and Simulators.Environment; a vehicle that
+    touches it stops there.
     """
 
     transient = ("_seabed",)
@@ -110,7 +112,11 @@ class VSIM(Task):
     @consume
     def drive(self, actuation: imc.SetThrusterActuation) -> None:
         if self._accepts("thruster", actuation.id, actuation.value, len(self.craft.actuations)):
-            self.craft.drive(actuation.id, actuation.value)
+            self.craft.drive(actuation.id, actuation.value if self.powered else 0.0)
+
+    def lose_power(self) -> None:
+        for number in range(len(self.craft.actuations)):
+            self.craft.drive(number, 0.0)
 
     @consume
     def flow(self, stream: imc.EstimatedStreamVelocity) -> None:

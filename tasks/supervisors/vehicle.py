@@ -1,7 +1,6 @@
 """The mode of the vehicle: boot, service, calibration, maneuver, external, error."""
 
 import imc
-from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
 from tasks.supervisors.starter import Starter
@@ -14,6 +13,7 @@ ALL_LOOPS = 0xFFFFFFFF
 EXTERNAL_AFTER = 2.0  # s with loops enabled without a maneuver
 NEXT_MANEUVER = 1.0  # s, longest time between two maneuvers
 SHORTEST_CALIBRATION = 15.0  # s
+BROKEN = (imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
 ROBUST = (Mode.BOOT, Mode.CALIBRATION, Mode.ERROR)  # entity errors do not change these modes
 
 
@@ -30,6 +30,10 @@ class Vehicle(Task):
     maneuver_report_timeout: float = param(
         3.0, "s", "A maneuver without a report for this time has failed; 0 means never.", minimum=0
     )
+    failsafe_label: str = param(
+        "Failsafe", "", "Entity whose Heartbeat must not fall silent, once heard.", name="Entity Label - Failsafe"
+    )
+    failsafe_timeout: float = param(5.0, "s", "Longest time without this Heartbeat.", minimum=1.5)
     vital_entities: list[str] = param([], "", "Entities whose errors count even if a plan ignores errors.")
 
     def start(self) -> None:
@@ -38,6 +42,8 @@ class Vehicle(Task):
         self._loops, self._scope, self._loops_since = 0, 0, self.now
         self._errors: list[str] = []
         self._ignore_errors = False
+        self._complaints: dict[int, str] = {}
+        self._missed_beats = -1
         self._last_error, self._last_error_time = "", -1.0
         self._waiting: Timer | None = None
         self._executor, self._reported = NOBODY, self.now
@@ -58,12 +64,20 @@ class Vehicle(Task):
         silence = self.maneuver_report_timeout
         if self._is_executing() and silence and self.now - self._reported > silence:
             self._fail(f"no report for {silence:g} s")
+        if self._missed_beats >= 0:
+            self._watch_failsafe()
         self._publish_state()
+
+    @consume
+    def hear_failsafe(self, beat: imc.Heartbeat) -> None:
+        if self.vehicle.entities.label(self.system, beat.src_ent) == self.failsafe_label:
+            self._missed_beats = 0
 
     @consume
     def monitor(self, entities: imc.EntityMonitoringState) -> None:
         """Leave BOOT and ERROR when all entities are well; go to ERROR when one is not."""
         broken = [name for name in entities.cnames.split(",") if name]
+        broken += [self.failsafe_label] if self._lost_failsafe and self.failsafe_label not in broken else []
         booting = [name for name in entities.enames.split(",") if name]
         self._errors = [*broken, *booting]
         if self._mode in (Mode.BOOT, Mode.ERROR):
@@ -77,8 +91,12 @@ class Vehicle(Task):
             self._reset(Mode.ERROR)
 
     @consume
-    def watch_executor(self, entity: imc.EntityState) -> None:
-        """Fail the maneuver if its task fails: the restarted task does not continue it."""
+    def watch_entities(self, entity: imc.EntityState) -> None:
+        """Fail the maneuver if its task fails: the restarted task does not continue it. Remember what entities say."""
+        if entity.state in BROKEN:
+            self._complaints[entity.src_ent] = entity.description
+        else:
+            self._complaints.pop(entity.src_ent, None)
         if entity.state == imc.EntityState.State.FAILURE and entity.src_ent == self._executor and self._is_executing():
             self._starter.lose()
             self._fail(f"its task has failed: {entity.description}")
@@ -97,15 +115,14 @@ class Vehicle(Task):
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        """Stop everything, on request of any system; ignores an Abort that is not addressed to this vehicle.
-
-        A task of the vehicle need not address it.
-        """
-        if abort.dst != self.system and (abort.dst, abort.src) != (UNKNOWN_SYSTEM, self.system):
+        """Stop everything in any mode, on request of any system, unless the Abort is addressed to another one."""
+        if not self.addressed(abort):
             return
         system = self.vehicle.systems.name(abort.src)
         entity = self.vehicle.entities.label(abort.src, abort.src_ent) or str(abort.src_ent)
-        self._note(f"got abort request from system {system} - {abort.src} @ {entity}")
+        ours = abort.src == self.system and abort.src_ent in self._complaints
+        reason = f"{entity}: {self._complaints[abort.src_ent]}" if ours else ""
+        self._note(reason or f"got abort request from system {system} - {abort.src} @ {entity}")
         self.log.error(self._last_error)
         self._reset(Mode.ERROR)
         self.publish(imc.Aborted())
@@ -119,7 +136,7 @@ class Vehicle(Task):
 
     @consume(others=True)
     def obey(self, request: imc.VehicleCommand) -> None:
-        if request.type != imc.VehicleCommand.Type.REQUEST or not self._for_us(request):
+        if request.type != imc.VehicleCommand.Type.REQUEST or not self.concerns(request):
             return
         if request.command == Command.EXEC_MANEUVER:
             self._execute(request)
@@ -223,6 +240,21 @@ class Vehicle(Task):
         self.log.error(self._last_error)
         self._reset(Mode.SERVICE)
 
+    @property
+    def _lost_failsafe(self) -> bool:
+        return self._missed_beats > self.failsafe_timeout * self.execution_frequency
+
+    def _watch_failsafe(self) -> None:
+        """Without the last resort the vehicle does not go on. Counted in ticks, so a late kernel is not silence."""
+        before = self._lost_failsafe
+        self._missed_beats += 1
+        if self._lost_failsafe and not before:
+            self._errors = [*self._errors, self.failsafe_label]
+            self._note(f"{self.failsafe_label}: no Heartbeat for {self.failsafe_timeout:g} s")
+            self.log.error(self._last_error)
+            if self._mode not in ROBUST and not self._ignores():
+                self._reset(Mode.ERROR)
+
     def _ignores(self) -> bool:
         vital = set(self._errors) & set(self.vital_entities)
         return self._ignore_errors and self._mode is Mode.MANEUVER and not vital
@@ -257,9 +289,6 @@ class Vehicle(Task):
                 last_error_time=self._last_error_time,
             )
         )
-
-    def _for_us(self, request: imc.Message) -> bool:
-        return request.dst == BROADCAST or self.concerns(request)
 
     def _answer(self, request: imc.VehicleCommand, info: str, *, failed: bool = False) -> None:
         kind = imc.VehicleCommand.Type.FAILURE if failed else imc.VehicleCommand.Type.SUCCESS

@@ -4,7 +4,6 @@ import math
 from typing import ClassVar
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
 from tasks.control.asv.helm import HORIZONTAL, Helm
 from tasks.control.asv.throttle import Throttle
@@ -18,12 +17,14 @@ class BoatControl(Task):
     """Controls the boat at each EstimatedState while one of its loops is enabled.
 
     The actuators are neutral while no loop is enabled, while braking, without EstimatedState, and after the task ends,
-    even by a failure. Abort disables the loops. An enabled loop without a reference for too long is an error.
+    even by a failure. Abort disables the loops. An enabled loop without a reference for too long is an error, and so is
+    a motor or servo that stops reporting.
     """
 
     controlled: ClassVar[int] = 0
 
     reference_timeout: float = param(5.0, "s", "How long an enabled loop may be without a reference.", minimum=0)
+    actuator_timeout: float = param(2.5, "s", "Longest time without a report of a motor or servo.", minimum=1.5)
     log_parcels: bool = param(False, "", "Publish the parts of each control law.", name="Log PID Parcels")
 
     _helm: Helm | None = None
@@ -39,7 +40,8 @@ class BoatControl(Task):
 
     def start(self) -> None:
         self._loops = EnabledLoops(self.controlled)
-        self._braking = False
+        self._braking = self._given_up = False
+        self._reports: dict[int, float] = {}
         self._controlled = self._complete = -math.inf
         for law in (self._helm, self._throttle):
             if law is not None:
@@ -60,7 +62,7 @@ class BoatControl(Task):
             self._helm.reset()
         if self._throttle is not None and (mask ^ before) & Loops.SPEED:
             self._throttle.reset()
-        self._complete = self.now
+        self._complete, self._given_up = self.now, False
         if not mask:
             self.rest()
         self.set_entity_state(State.NORMAL, "active" if mask else "idle")
@@ -89,7 +91,7 @@ class BoatControl(Task):
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        if abort.dst == self.system or (abort.dst == UNKNOWN_SYSTEM and abort.src == self.system):
+        if self.addressed(abort):
             self._loops.mask = 0
             self.rest()
             self.set_entity_state(State.NORMAL, "idle")
@@ -97,7 +99,7 @@ class BoatControl(Task):
     @consume
     def control(self, state: imc.EstimatedState) -> None:
         before, self._controlled = self._controlled, state.timestamp
-        if not self._loops.mask or self._braking:
+        if not self._loops.mask or self._braking or self._given_up:
             return
         dt = state.timestamp - before
         if self.act(state, self._loops.mask, dt if 0.0 < dt <= LONGEST_STEP else 0.0):
@@ -108,10 +110,18 @@ class BoatControl(Task):
 
     @periodic(2.0)
     def supervise(self) -> None:
-        """Move the actuators to neutral if EstimatedState is missing."""
-        if self._loops.mask and self.now - max(self._controlled, self._complete) > LONGEST_STEP:
+        """Move the actuators to neutral if EstimatedState or the report of an actuator is missing."""
+        if not self._loops.mask:
+            return
+        silent = [entity for entity, at in self._reports.items() if self.now - at > self.actuator_timeout]
+        if self.now - max(self._controlled, self._complete) > LONGEST_STEP:
             self.rest()
             self.set_entity_state(State.ERROR, "EstimatedState is missing")
+        elif silent:
+            self._given_up = True
+            self.rest()
+            names = (self.vehicle.entities.label(self.system, entity) for entity in silent)
+            self.set_entity_state(State.ERROR, f"no report of {', '.join(names)} for {self.actuator_timeout:g} s")
 
     def _is_number(self, value: float, what: str) -> bool:
         if not math.isfinite(value):
@@ -167,6 +177,10 @@ class Driven(BoatControl):
     highest_thrust: float = param(1.0, "1", "Highest thrust.", name="Maximum Thrust Actuation", minimum=0, maximum=1)
 
     throttle: Throttle
+
+    @consume
+    def hear_motor(self, rpm: imc.Rpm) -> None:
+        self._reports[rpm.src_ent] = self.now
 
     def configure(self) -> None:
         super().configure()

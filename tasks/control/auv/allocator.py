@@ -14,7 +14,8 @@ class Allocator(Task):
     """Turns DesiredControl into the positions of four fins, while the loop TORQUE is enabled.
 
     Fins are 0 below, 1 at port, 2 at starboard, 3 above. A brake crosses them; roll and pitch get what is left. The
-    fins are centered when the task ends, even by a failure. A servo that stops reporting its position is an error.
+    fins are centered when the task ends, even by a failure, and if DesiredControl falls silent, which is an error. So
+    is a servo that stops reporting its position.
     """
 
     effect_k: float = param(0.25, "N m/rad", "Roll torque of a fin.", name="Fin effect K", minimum=1e-6)
@@ -25,6 +26,9 @@ class Allocator(Task):
     brake_margin: float = param(0.8, "1", "Fraction of the deflection used for braking.", minimum=0, maximum=1)
 
     servo_timeout: float = param(3.0, "s", "Longest time without a position from a servo.", minimum=0.1)
+    control_timeout: float = param(
+        4.0, "s", "Longest time without torques.", name="DesiredControl Timeout", minimum=0.1
+    )
 
     def configure(self) -> None:
         self._effects = self.effect_k, self.effect_m, self.effect_n
@@ -34,7 +38,7 @@ class Allocator(Task):
     def start(self) -> None:
         self._loops = EnabledLoops(imc.CLoopsMask.TORQUE)
         self._fins: Fins = (0.0, 0.0, 0.0, 0.0)
-        self._moved = -math.inf
+        self._moved, self._began = -math.inf, self.now
         self._braking = False
         self._servos: dict[int, float] = {}
         self.set_entity_state(State.NORMAL, "idle")
@@ -48,7 +52,7 @@ class Allocator(Task):
         if not self._loops.hear(loops):
             return
         if self._loops.mask:
-            self._moved = -math.inf
+            self._moved, self._began = -math.inf, self.now
             self.set_entity_state(State.NORMAL, "active")
         else:
             self._move((0.0, 0.0, 0.0, 0.0))
@@ -59,9 +63,12 @@ class Allocator(Task):
         self._servos[position.id] = self.now
 
     @periodic(1.0)
-    def watch_servos(self) -> None:
+    def supervise(self) -> None:
         silent = [str(servo) for servo, heard in self._servos.items() if self.now - heard > self.servo_timeout]
-        if silent:
+        if self._loops.mask and self.now - max(self._moved, self._began) > self.control_timeout:
+            self._move((0.0, 0.0, 0.0, 0.0))
+            self.set_entity_state(State.ERROR, f"no DesiredControl for {self.control_timeout:g} s")
+        elif silent:
             self.set_entity_state(State.ERROR, f"no position from servo {', '.join(sorted(silent))}")
         elif self.entity.state is State.ERROR:
             self.set_entity_state(State.NORMAL, "active" if self._loops.mask else "idle")

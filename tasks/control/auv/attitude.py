@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 
 import imc
-from runtime import Entity, ParameterError, State, Task, consume, param
+from runtime import Entity, ParameterError, State, Task, consume, param, periodic
 from tasks.control.auv.vertical import Bottom
 from tasks.control.loops import EnabledLoops
 from tasks.control.pid import PID, clamp
@@ -19,6 +19,7 @@ SURFACE = 0.3  # m
 DEPTH_MARGIN = 1.0  # m between the maximum depth and the deepest reference
 FLOOR_MARGIN = 0.5  # m between the maximum depth and where no reference leads deeper
 LONGEST_STEP = 1.0  # s
+SILENCE = 2.0  # s; without EstimatedState for longer, the vehicle is not controlled
 STEEPEST = 0.1  # least cosine of pitch; Euler rates are singular at 90°
 PARCELS = ("Heading", "Heading Rate", "Depth", "Altitude", "Pitch", "Roll")
 
@@ -172,6 +173,12 @@ class Attitude(Task):
             k = self._roll.step(dt, -state.phi, -(state.p + math.sin(state.theta) * turning))
         self.publish(imc.DesiredControl(k=k, m=m, n=n or 0.0, flags=TORQUES))
         self._report(self._is_led, n is not None)
+
+    @periodic(1.0)
+    def supervise(self) -> None:
+        """Report an error if EstimatedState falls silent; the allocator then centers the fins."""
+        if self._loops.mask and self.now - max(self._controlled, self._began) > SILENCE:
+            self.set_entity_state(State.ERROR, "EstimatedState is missing")
 
     def _pitch_torque(self, state: imc.EstimatedState, dt: float, pitching: float) -> float:
         """Without a vertical reference the vehicle is kept level: with neutral fins it would dive."""

@@ -3,7 +3,6 @@
 import math
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
 from runtime import ParameterError, State, Task, consume, param, periodic
 from tasks.control.loops import EnabledLoops
 from tasks.control.pid import PID
@@ -17,8 +16,8 @@ class Speed(Task):
 
     A speed in m/s becomes a rotation rate: feed-forward plus a PID of the error, whose limited integral keeps running
     while the rate ramps, as on the LAUV. D acts on the measured speed only, so a new reference causes no jump. Each Rpm
-    triggers one thrust command. Brake, Abort, a silent motor and the end of the task, even by a failure, stop the
-    thruster.
+    triggers one thrust command. Brake, Abort, a silent motor, silent navigation and the end of the task, even by a
+    failure, stop the thruster.
     """
 
     hardware_control: bool = param(
@@ -45,6 +44,9 @@ class Speed(Task):
     lowest_thrust: float = param(0.0, "1", "Lowest thrust.", name="Negative Thrust Limit", minimum=-1, maximum=0)
     highest_thrust: float = param(1.0, "1", "Highest thrust.", name="Positive Thrust Limit", minimum=0, maximum=1)
     rpm_timeout: float = param(2.0, "s", "Longest time without Rpm from the motor.", name="RPM Timeout", minimum=0.1)
+    state_timeout: float = param(
+        2.0, "s", "Longest time without EstimatedState.", name="EstimatedState Timeout", minimum=0.1
+    )
     log_parcels: bool = param(False, "", "Publish the parts of the control law.", name="Log PID Parcels")
 
     def configure(self) -> None:
@@ -60,6 +62,7 @@ class Speed(Task):
     def start(self) -> None:
         self._loops = EnabledLoops(imc.CLoopsMask.SPEED)
         self._braking = False
+        self._stated = math.inf
         self._rest()
         self.set_entity_state(State.NORMAL, "idle")
 
@@ -99,7 +102,7 @@ class Speed(Task):
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        if abort.dst == self.system or (abort.dst == UNKNOWN_SYSTEM and abort.src == self.system):
+        if self.addressed(abort):
             self._loops.mask = 0
             self._rest()
             self._thrust(0.0)
@@ -108,6 +111,7 @@ class Speed(Task):
     @consume
     def follow(self, state: imc.EstimatedState) -> None:
         """Move the rotation rate towards that of a speed in m/s."""
+        self._stated = self.now
         desired = self._desired
         if desired is None or desired.speed_units != imc.SpeedUnits.METERS_PS:
             return
@@ -154,11 +158,18 @@ class Speed(Task):
 
     @periodic(1.0)
     def supervise(self) -> None:
-        """Stop the thruster if no Rpm arrives."""
-        if self._desired is not None and self.now - max(self._driven, self._began) > self.rpm_timeout:
-            self._rest()
-            self._thrust(0.0)
-            self.set_entity_state(State.ERROR, f"no Rpm for {self.rpm_timeout:g} s")
+        """Stop the thruster if no Rpm arrives, or no EstimatedState any more."""
+        if self._desired is None:
+            return
+        if self.now - max(self._driven, self._began) > self.rpm_timeout:
+            silent = f"no Rpm for {self.rpm_timeout:g} s"
+        elif self.now - max(self._stated, self._began) > self.state_timeout:
+            silent = f"no EstimatedState for {self.state_timeout:g} s"
+        else:
+            return
+        self._rest()
+        self._thrust(0.0)
+        self.set_entity_state(State.ERROR, silent)
 
     def _rest(self) -> None:
         self._desired: imc.DesiredSpeed | None = None

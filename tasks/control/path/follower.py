@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import imc
 from imc.coordinates import displace, displacement
-from runtime import ParameterError, State, Task, consume, param
+from runtime import ParameterError, State, Task, consume, param, periodic
 from tasks.control.loops import EnabledLoops
 from tasks.control.path.bottom import BottomGuard
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
@@ -24,6 +24,7 @@ UNKNOWN_ETA = 0xFFFF
 SLOWEST_COURSE = 0.2  # m/s; a slower vehicle has no course
 LARGEST_DRIFT = math.radians(60.0)  # between heading and course; no heading corrects more drift than this
 LONGEST_BRAKE = 30.0  # s
+SILENCE = 2.0  # s without EstimatedState
 EARLY = 1e-3  # s; a state may come this much early for its cycle
 
 
@@ -31,7 +32,7 @@ class PathFollower(Task):
     """Follows DesiredPath while the loop PATH is enabled: publishes DesiredHeading, DesiredZ and DesiredSpeed.
 
     Enables the loops that it needs in the scope of the maneuver, publishes PathControlState, and is in ERROR if the
-    vehicle is stuck or strays from the path. Subclasses define how to steer.
+    vehicle is stuck or strays from the path, or EstimatedState falls silent. Subclasses define how to steer.
     """
 
     control_frequency: float = param(10.0, "Hz", "Highest rate of DesiredHeading.", minimum=0.1, maximum=100)
@@ -166,6 +167,11 @@ class PathFollower(Task):
         if state.timestamp - self._cycled >= 1.0 / self.control_frequency - EARLY:
             self._cycled = state.timestamp
             self._cycle(self._path, state)
+
+    @periodic(1.0)
+    def watch_navigation(self) -> None:
+        if self._path is not None and self._state is not None and self.now - self._state.timestamp > SILENCE:
+            self._fail("EstimatedState is missing")
 
     def _follow(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
         start_lat, start_lon = self._start_of(path, state)

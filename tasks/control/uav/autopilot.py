@@ -4,7 +4,6 @@ import math
 from enum import Enum
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
 from tasks.control.loops import EnabledLoops
 from tasks.control.pid import PID, clamp
@@ -65,7 +64,7 @@ class Autopilot(Task):
     idle_timeout: float = param(
         60.0, "s", "The vehicle lands after this time without a maneuver; 0 for never.", minimum=0
     )
-    error_timeout: float = param(10.0, "s", "Idle timeout while the vehicle is in error.", minimum=0)
+    error_timeout: float = param(10.0, "s", "Idle timeout while the vehicle is in error; 0 for never.", minimum=0)
     landing_fuel_level: float = param(10.0, "%", "The vehicle lands below this battery level.", minimum=0, maximum=100)
 
     def configure(self) -> None:
@@ -123,7 +122,7 @@ class Autopilot(Task):
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        if abort.dst == self.system or (abort.dst == UNKNOWN_SYSTEM and abort.src == self.system):
+        if self.addressed(abort):
             self._loops.mask = 0
             self._land("aborted")
 
@@ -174,8 +173,9 @@ class Autopilot(Task):
             self._land("the battery is low")
         elif self._phase is not Phase.HOVER or self._loops.mask or self._mode not in UNCOMMANDED:
             self._idle = self.now
-        elif self._mode == Mode.ERROR and 0.0 < self.error_timeout < self.now - self._idle:
-            self._land("the vehicle is in error")
+        elif self._mode == Mode.ERROR:
+            if 0.0 < self.error_timeout < self.now - self._idle:
+                self._land("the vehicle is in error")
         elif 0.0 < self.idle_timeout < self.now - self._idle:
             self._land("no maneuver")
         phase = Phase.LAND if self._landing else Phase.FOLLOW if self._follows else Phase.HOVER

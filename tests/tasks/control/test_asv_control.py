@@ -195,6 +195,8 @@ def test_a_speed_of_nothing_is_no_thrust():
     "stop",
     [
         imc.Abort(timestamp=1.0, src=0x1234, dst=0x1A),
+        imc.Abort(timestamp=1.0, src=0x1234, dst=0xFFF0),
+        imc.Abort(timestamp=1.0, src=0x4000, dst=0xFFFF),
         imc.Brake(timestamp=1.0, op=imc.Brake.Op.START),
         enable(Loops.ALL, scope=2, time=1.0, on=0),
     ],

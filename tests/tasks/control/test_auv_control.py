@@ -248,6 +248,8 @@ def test_a_speed_of_nothing_is_no_thrust():
     "stop",
     [
         imc.Abort(timestamp=1.0, src=0x1234, dst=0x1A),
+        imc.Abort(timestamp=1.0, src=0x1234, dst=0xFFF0),
+        imc.Abort(timestamp=1.0, src=0x4000, dst=0xFFFF),
         imc.Brake(timestamp=1.0, op=imc.Brake.Op.START),
         enable(Loops.ALL, scope=2, time=1.0, on=0),
     ],
@@ -322,6 +324,32 @@ def test_a_motor_that_says_nothing_of_itself_is_stopped():
     assert [value for _, value in found[39:41]] == [0.5, 0.0]
     assert 4.15 < found[40][0] <= 5.15, "last heard at 2.15 s"
     assert run.task.entity.description == "no Rpm for 2 s"
+
+
+@pytest.mark.parametrize("unit", [imc.SpeedUnits.METERS_PS, imc.SpeedUnits.PERCENTAGE])
+def test_a_thruster_does_not_go_on_when_navigation_falls_silent(unit):
+    feed = [enable(Loops.SPEED), imc.DesiredSpeed(timestamp=0.15, value=1.0, speed_units=unit), *states(2.0)]
+    run = simulate(Speed, [*feed, *(imc.Rpm(timestamp=0.2 + 0.05 * k) for k in range(120))], seconds=6.0)
+    moving = [m.timestamp - run.vehicle.start_time for m in run.of(imc.SetThrusterActuation) if m.value]
+    assert 4.0 <= moving[-1] <= 5.2, "the last state was at 2.15 s"
+    assert run.task.entity.description == "no EstimatedState for 2 s"
+
+
+def test_attitude_says_that_navigation_is_silent_until_it_is_told_to_rest():
+    off = enable(Loops.ALL, scope=2, time=6.0, on=0)
+    run = attitude([enable(Loops.YAW), imc.DesiredHeading(timestamp=0.15), *states(2.0), off], seconds=7.0)
+    said = [(m.state, m.description) for m in run.of(imc.EntityState)]
+    assert (State.ERROR, "EstimatedState is missing") in said
+    assert said[-1] == (State.NORMAL, "idle")
+
+
+def test_fins_are_centered_when_attitude_falls_silent():
+    feed = [enable(Loops.TORQUE), *(torque(0.2 + 0.05 * k, m=0.2) for k in range(40))]
+    run = simulate(Allocator, feed, seconds=8.0)
+    turned = [m.timestamp - run.vehicle.start_time for m in run.of(imc.SetServoPosition) if m.value]
+    assert turned[-1] == pytest.approx(2.15)
+    assert run.of(imc.SetServoPosition)[-1].value == 0.0
+    assert run.task.entity.description == "no DesiredControl for 4 s"
 
 
 def test_a_servo_that_falls_silent_is_an_error_until_it_speaks():

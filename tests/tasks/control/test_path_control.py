@@ -291,3 +291,10 @@ def test_an_altitude_is_kept_where_the_depth_is_too_near_to_the_bottom():
     found = [(m.value, m.z_units) for m in follow(feed, watch_bottom=True).of(imc.DesiredZ)]
     assert found == [(3.0, DEPTH), (2.5, ALTITUDE), (3.0, DEPTH)]
     assert len(follow(feed).of(imc.DesiredZ)) == 1
+
+
+def test_navigation_that_falls_silent_is_an_error_of_the_path():
+    run = follow([enable(), path(100, 0), *north(3.0)], seconds=8.0)
+    error, *_ = [m for m in run.of(imc.EntityState) if m.state == State.ERROR]
+    assert error.description == "EstimatedState is missing"
+    assert 5.1 < error.timestamp - run.vehicle.start_time <= 6.2

@@ -349,8 +349,9 @@ def test_a_heading_is_turned_to_no_faster_than_allowed():
     assert min(m.psi for m in run.of(imc.SimulatedState)) < -2.9
 
 
-def test_it_lands_after_an_abort_and_its_rotors_rest():
-    run = air(*UP, imc.Abort(timestamp=6.0, src=0x4000, dst=OWN), seconds=40.0)
+@pytest.mark.parametrize("dst", [OWN, 0xFFF0, 0xFFFF])
+def test_it_lands_after_an_abort_and_its_rotors_rest(dst):
+    run = air(*UP, imc.Abort(timestamp=6.0, src=0x4000, dst=dst), seconds=40.0)
     assert phases(run) == ["GROUND", "GUIDED", "LAND", "GROUND"]
     assert (truth(run, 40.0).z, run.of(imc.SetThrusterActuation)[-1].value) == (0.0, 0.0)
     speeds = [float(text.split()[-2]) for text in run.log if text.startswith("touchdown")]
@@ -364,8 +365,9 @@ def test_an_abort_for_somebody_else_lands_nobody():
 def test_it_lands_when_it_has_nothing_to_do_sooner_in_error():
     stop = enable(Loops.ALL, scope=2, time=6.0, on=0)
 
-    def landing(mode):
-        run = air(*UP, stop, imc.VehicleState(timestamp=0.2, op_mode=mode), seconds=30.0, idle_timeout=20.0)
+    def landing(mode, **timeouts):
+        waits = {"idle_timeout": 20.0, **timeouts}
+        run = air(*UP, stop, imc.VehicleState(timestamp=0.2, op_mode=mode), seconds=30.0, **waits)
         modes = [m for m in run.of(imc.AutopilotMode) if m.mode == "LAND"]
         return modes[0].timestamp - run.vehicle.start_time if modes else math.inf
 
@@ -373,6 +375,7 @@ def test_it_lands_when_it_has_nothing_to_do_sooner_in_error():
     assert landing(modes.SERVICE) == pytest.approx(26.0, abs=0.2)
     assert landing(modes.ERROR) == pytest.approx(16.0, abs=0.2)
     assert landing(modes.MANEUVER) == math.inf
+    assert landing(modes.ERROR, error_timeout=0.0) == math.inf, "0 is never, not the other timeout"
 
 
 def test_an_empty_battery_lands_it_whatever_is_asked_for_and_keeps_it_there():

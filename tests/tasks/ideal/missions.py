@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from flying import BOARD, CCU, DEPTH, OWN, control, place, plan_of
+from flying import BOARD, BROADCAST, CCU, DEPTH, OWN, control, place, plan_of
 from hypothesis import strategies as st
 from ideal_vehicle import IdealVehicle
 
@@ -233,7 +233,7 @@ def _key(message) -> tuple:
 
 def check_abort(mission: Happening, run: Run) -> None:
     """After an Abort, the vehicle does not move until requested."""
-    aborts = [m.timestamp for m in mission.feed if isinstance(m, imc.Abort) and m.dst == OWN]
+    aborts = [m.timestamp for m in mission.feed if isinstance(m, imc.Abort) and m.dst in (OWN, BROADCAST, 0xFFFF)]
     if mission.silent == "Supervisors.Vehicle" or not aborts:
         return
     assert len(run.of(imc.Aborted)) == len(aborts)

@@ -204,7 +204,17 @@ def test_an_abort_stops_the_motors(boat):
         ("caravel", "Simulators.GPS", 12.0),
         ("otter", "Simulators.IMU/AHRS", 5.0),
         ("otter", "Navigation.General.GPSNavigation", 8.0),
-        ("otter", "Control.ASV.HeadingAndSpeed", 60.0),
+        ("otter", "Control.ASV.HeadingAndSpeed", 7.0),
+        ("otter", "Simulators.Motor/Port", 5.0),
+        ("caravel", "Simulators.Motor", 5.0),
+        ("caravel", "Simulators.Servos", 5.0),
+        ("caravel", "Control.ASV.Conventional.Heading", 5.0),
+        ("caravel", "Control.ASV.Conventional.Speed", 6.0),
+        ("otter", "Control.Path.VectorField", 5.0),
+        ("caravel", "Control.Path.VectorField", 5.0),
+        ("otter", "Plan.Engine", 5.0),
+        ("otter", "Monitors.Entities", 5.0),
+        ("otter", "Supervisors.Failsafe", 7.0),
     ],
 )
 def test_what_falls_silent_ends_the_plan_and_leaves_the_motors_at_rest(boat, task, within):
@@ -217,6 +227,41 @@ def test_what_falls_silent_ends_the_plan_and_leaves_the_motors_at_rest(boat, tas
     assert voyage.since(Mode.ERROR) < 25.0 + within
     last = {m.id: m.value for m in voyage.of(imc.SetThrusterActuation, 0.0, 29.0 + within)}
     assert set(last.values()) == {0.0}
+
+
+@pytest.mark.parametrize("boat", BOATS)
+@pytest.mark.parametrize(("task", "to"), [("Supervisors.Vehicle", 0xFFFF), ("Maneuver.Goto", 0xFFF0)])
+def test_the_motors_stop_without_supervisor_or_maneuver_and_an_abort_stops_them_at_once(boat, task, to):
+    async def silence(vehicle, script):
+        await script.sleep(25.0)
+        vehicle.task(task).disconnect()
+
+    async def abort(vehicle, script):
+        await silence(vehicle, script)
+        await script.sleep(1.0)
+        script.publish(imc.Abort(dst=to))
+
+    voyage = sail(boat, plan_of(goto(200, 0)), happen=silence, until=32.0)
+    assert {m.value for m in voyage.of(imc.SetThrusterActuation, 29.5)} <= {0.0}
+    assert {
+        m.value for m in sail(boat, plan_of(goto(200, 0)), happen=abort, until=28.0).of(imc.SetThrusterActuation, 26.1)
+    } <= {0.0}
+
+
+@pytest.mark.parametrize("boat", BOATS)
+def test_a_boat_whose_battery_is_empty_drifts(boat):
+    half_a_minute = {"otter": 0.07, "caravel": 0.03}[boat]  # % of the battery
+    empty = (f"Simulators.Battery:Initial Level={half_a_minute}",)
+    voyage = sail(boat, plan_of(goto(200, 0)), *empty, until=90.0)
+    assert max(m.u for m in voyage.of(imc.SimulatedState)) > 1.0
+    assert voyage.of(imc.SimulatedState)[-1].u < 0.4
+    assert Mode.MANEUVER in voyage.modes[:-1]
+
+
+@pytest.mark.parametrize("boat", BOATS)
+def test_a_boat_does_not_leave_with_the_reserve_of_its_battery(boat):
+    report = fly(plan_of(goto(200, 0)), boat, limit=60, overrides=["Monitors.FuelLevel:Initial Level=9.5"])
+    assert (report.outcome, report.reason) == ("FAILURE", "the battery is below its reserve of 10 %")
 
 
 def test_a_rudder_that_is_stuck_ends_the_plan():

@@ -121,7 +121,7 @@ def test_requests_for_everybody_are_obeyed():
 
 
 def test_energy_is_compared_with_what_there_is():
-    fuel = imc.FuelLevel(timestamp=1.0, value=1.0)
+    fuel = imc.FuelLevel(timestamp=1.0, value=11.0)
     settings = {
         "General": {
             **SETTINGS["General"],
@@ -132,7 +132,7 @@ def test_energy_is_compared_with_what_there_is():
     far = plan_of(goto(10_000, 0))
     run = fly(fuel, start(far), seconds=5, settings=settings)
     ((kind, info),) = replies(run)
-    assert (kind, info.endswith("the battery has 7 W h")) == ("FAILURE", True)
+    assert (kind, info.endswith("the battery has 7 W h above its reserve")) == ("FAILURE", True)
     assert replies(fly(start(far), seconds=5, settings=settings))[0] == ("SUCCESS", "plan loaded")
 
 

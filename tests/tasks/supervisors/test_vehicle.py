@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 import pytest
-from flying import CCU, OWN, changes
+from flying import BROADCAST, CCU, OWN, changes
 
 import imc
 from runtime import Task, consume, periodic
@@ -145,9 +145,10 @@ def test_bad_commands():
     assert modes(run)[-1] == "SERVICE"
 
 
+@pytest.mark.parametrize("dst", [0xFFFF, BROADCAST])
 @pytest.mark.parametrize(("src", "mode"), [(0x1B, "SERVICE"), (CCU, "MANEUVER"), (OWN, "MANEUVER")])
-def test_what_another_vehicle_commands_nobody_in_particular_is_its_own(src, mode):
-    run = watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto(), src=src, dst=0xFFFF), seconds=4)
+def test_what_another_vehicle_commands_everybody_is_its_own(src, mode, dst):
+    run = watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto(), src=src, dst=dst), seconds=4)
     assert modes(run)[-1] == mode
 
 
@@ -165,14 +166,40 @@ def test_calibration_ignores_errors():
     assert modes(run)[-1] == "CALIBRATION"
 
 
-@pytest.mark.parametrize(("dst", "expected"), [(OWN, "ERROR"), (0xFFFF, None), (0x1B, None)])
-def test_an_abort_is_for_one_vehicle(dst, expected):
-    run = watched(order(0, maneuver=imc.Goto()), imc.Abort(timestamp=4.5, src=CCU, src_ent=7, dst=dst), seconds=8)
-    assert (modes(run)[3:4] == ["ERROR"]) is (expected is not None)
-    assert len(run.of(imc.Aborted)) == (1 if expected else 0)
-    if expected:
+@pytest.mark.parametrize("src", [CCU, 0x1B, 0x3334])
+@pytest.mark.parametrize(("dst", "obeyed"), [(OWN, True), (0xFFFF, True), (BROADCAST, True), (0x1B, False)])
+def test_an_abort_to_this_vehicle_or_to_everybody_is_obeyed(src, dst, obeyed):
+    run = watched(order(0, maneuver=imc.Goto()), imc.Abort(timestamp=4.5, src=src, src_ent=7, dst=dst), seconds=8)
+    assert (modes(run)[3:4] == ["ERROR"]) is obeyed
+    assert len(run.of(imc.Aborted)) == (1 if obeyed else 0)
+    if obeyed:
         assert modes(run)[-1] == "SERVICE"
-        assert run.of(imc.VehicleState)[-1].last_error == "got abort request from system 0x4000 - 16384 @ 7"
+        expected = f"got abort request from system 0x{src:04X} - {src} @ 7"
+        assert run.of(imc.VehicleState)[-1].last_error == expected
+
+
+ON = imc.ControlLoops(timestamp=1.2, enable=1, mask=imc.CLoopsMask.YAW, scope_ref=7)
+
+
+@pytest.mark.parametrize(
+    ("feed", "mode"),
+    [
+        ((BOOTING.replace(timestamp=1.0),), "BOOT"),
+        ((CALM.replace(timestamp=1.0),), "SERVICE"),
+        ((CALM.replace(timestamp=1.0), SICK.replace(timestamp=1.5)), "ERROR"),
+        ((CALM.replace(timestamp=1.0), order(Command.EXEC_MANEUVER, maneuver=imc.Goto())), "MANEUVER"),
+        ((CALM.replace(timestamp=1.0), order(Command.START_CALIBRATION)), "CALIBRATION"),
+        ((CALM.replace(timestamp=1.0), ON), "EXTERNAL"),
+    ],
+)
+def test_an_abort_works_in_any_mode(feed, mode):
+    abort = imc.Abort(timestamp=4.5, src=CCU, dst=BROADCAST)
+    run = watched(*feed, abort, seconds=6, calm=False, allows_external_control=True)
+    assert {Mode(m.op_mode).name for m in run.of(imc.VehicleState) if m.timestamp - run.vehicle.start_time > 4.5} == {
+        "ERROR"
+    }
+    assert mode in modes(run)
+    assert len(run.of(imc.Aborted)) == 1
 
 
 def test_loops_without_a_maneuver_are_disabled():

@@ -3,7 +3,7 @@
 import math
 
 import imc
-from runtime import param
+from runtime import consume, param
 from tasks.control.asv.pilot import Loops, Steered
 
 
@@ -21,6 +21,10 @@ class Heading(Steered):
     )
     reference_speed: float = param(1.5, "m/s", "Speed at which the gains hold.", minimum=0.1)
     slowest: float = param(0.75, "m/s", "Below this speed the gains stop growing.", name="Minimum Speed", minimum=0.1)
+
+    @consume
+    def hear_rudder(self, position: imc.ServoPosition) -> None:
+        self._reports[position.src_ent] = self.now
 
     def act(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
         growth = (self.reference_speed / max(self.slowest, state.u)) ** 2

@@ -1,0 +1,188 @@
+"""The last resort: motors off, fins neutral, when a link of the chain that controls the vehicle is silent."""
+
+import math
+
+import imc
+from runtime import ParameterError, State, Task, consume, param, periodic
+from runtime.bus import Subscription
+from runtime.problem import suggestion
+from runtime.vehicle import Settings
+
+Loops = imc.CLoopsMask
+Command = imc.SetThrusterActuation | imc.SetServoPosition
+COMMANDS = (imc.SetThrusterActuation, imc.SetServoPosition)
+TOO_DEEP = 1.0  # s of samples without a gap; a single one may be wrong
+SINKS = 0.5  # m; a vehicle that has not risen by this much does not rise
+
+
+class Failsafe(Task):
+    """Takes over when a link of the chain of control is silent or the vehicle is too deep, and obeys each Abort.
+
+    It stops the maneuver, disables all control loops, publishes Abort for those who land, and answers each command for
+    a thruster or servo with a neutral one: an AUV rises by its buoyancy, a boat drifts, a multirotor lands. This lasts
+    until all links are heard and the vehicle is at the surface; until then its entity is in ERROR. It needs no other
+    task, and its Heartbeat shows that it works. Silence is counted in ticks, so a late kernel is not silence.
+    """
+
+    execution_frequency: float = param(4.0, "Hz", "Rate of the checks.", minimum=1, maximum=100)
+    required_messages: list[str] = param(
+        ["EstimatedState", "VehicleState"],
+        "",
+        "What must not fall silent, once heard; `Name: LOOP LOOP` only while one of these control loops is enabled.",
+        editable=False,
+    )
+    silence_timeout: float = param(3.0, "s", "Longest time without a required message.", minimum=0.5)
+    thrusters: list[int] = param([], "1", "Thrusters to stop; none if the vehicle must not stop them.")
+    servos: list[int] = param([], "1", "Servos to turn to the middle.")
+    depth_margin: float = param(0.5, "m", "How much deeper than the limit the depth sensor may measure.", minimum=0)
+    drop_weight_channel: str = param(
+        "", "", "Power channel that is switched on to drop the weight; empty if there is none."
+    )
+    drop_weight_delay: float = param(
+        60.0, "s", "The weight is dropped if the vehicle does not rise for this time.", minimum=1
+    )
+
+    def configure(self) -> None:
+        self._required = dict(map(_requirement, self.required_messages))
+        self._absolute = _number(self.vehicle.profile, "Absolute Maximum Depth", math.inf)
+        self._surface = _number(self.vehicle.profile, "Underwater Depth Threshold", 0.3)
+
+    def connect(self) -> None:
+        super().connect()
+        for name in self._required:
+            self._bus.subscribe(Subscription(imc.builtin()[name], self._hear, self))
+
+    def start(self) -> None:
+        self._missed: dict[str, int] = {}
+        self._loops = self._scope = 0
+        self._limit = self._absolute
+        self._depth, self._deep_since, self._too_deep = -math.inf, math.inf, False
+        self._reason = ""
+        self.set_entity_state(State.NORMAL, "active")
+
+    @consume
+    def watch_loops(self, loops: imc.ControlLoops) -> None:
+        if loops.scope_ref >= self._scope:
+            self._scope = loops.scope_ref
+            self._loops = self._loops | loops.mask if loops.enable else self._loops & ~loops.mask
+
+    @consume
+    def limit(self, limits: imc.OperationalLimits) -> None:
+        deepest = limits.max_depth if limits.mask & imc.OpLimitsMask.MAX_DEPTH else math.inf
+        self._limit = min(self._absolute, deepest) if deepest >= 0.0 else self._absolute
+
+    @consume
+    def sound(self, depth: imc.Depth) -> None:
+        """Compare the measured depth itself with the limit: navigation may be wrong or silent."""
+        self._depth = depth.value
+        deep = depth.value > self._limit + self.depth_margin
+        self._deep_since = min(self._deep_since, self.now) if deep else math.inf
+        self._too_deep = self.now - self._deep_since >= TOO_DEEP
+
+    @consume(others=True)
+    def abort(self, abort: imc.Abort) -> None:
+        """Obey, whether or not the supervisor does."""
+        if self.addressed(abort):
+            self._neutralize()
+
+    @periodic("execution_frequency")
+    def supervise(self) -> None:
+        faults = self._faults()
+        if faults and not self._reason:
+            self._take_over(faults)
+        elif self._reason and not faults and not self._depth > self._surface:
+            self._release()
+        elif self._reason:
+            self._neutralize(again=False)
+            self._rise()
+
+    @periodic(1.0)
+    def beat(self) -> None:
+        self.publish(imc.Heartbeat())
+
+    def _hear(self, message: imc.Message) -> None:
+        self._missed[type(message).__name__] = 0
+
+    def _faults(self) -> str:
+        """What is wrong; empty if nothing is."""
+        most = self.silence_timeout * self.execution_frequency
+        found: list[str] = []
+        for name, loops in self._required.items():
+            if loops and not self._loops & loops:
+                self._missed[name] = 0
+            elif loops or name in self._missed:
+                self._missed[name] = self._missed.get(name, 0) + 1
+                if self._missed[name] > most:
+                    found.append(f"no {name} for {self.silence_timeout:g} s")
+        if self._too_deep:
+            found.append(f"deeper than {self._limit:g} m")
+        return ", ".join(found)
+
+    def _take_over(self, reason: str) -> None:
+        self._reason = reason
+        for kind in COMMANDS:
+            self._bus.subscribe(Subscription(kind, self._overrule, self))
+        self._began, self._from, self._dropped = self.now, self._depth, False
+        self.set_entity_state(State.ERROR, reason)
+        self.log.error(f"{reason}: the maneuver stops, all control loops and motors go off")
+        self.publish(imc.Abort(dst=self.system))
+        self._neutralize()
+
+    def _release(self) -> None:
+        self._reason = ""
+        for subscription in self._bus.subscriptions:
+            if subscription.owner is self and subscription.handler == self._overrule:
+                self._bus.remove(subscription)
+        self.log.info("released")
+        self.set_entity_state(State.NORMAL, "active")
+
+    def _neutralize(self, *, again: bool = True) -> None:
+        """Stop the maneuver and the controllers, `again` even if no loop is known to be enabled; then the actuators."""
+        if again or self._loops:
+            self.publish(imc.StopManeuver())
+            self._scope, self._loops = self._scope + 1, 0
+            disable = imc.ControlLoops.Enable.DISABLE
+            self.publish(imc.ControlLoops(enable=disable, mask=Loops.ALL, scope_ref=self._scope))
+        for number in self.thrusters:
+            self.publish(imc.SetThrusterActuation(id=number, value=0.0))
+        for number in self.servos:
+            self.publish(imc.SetServoPosition(id=number, value=0.0))
+
+    def _overrule(self, command: Command) -> None:
+        """Have the last word."""
+        ours = self.thrusters if isinstance(command, imc.SetThrusterActuation) else self.servos
+        if command.value and command.id in ours:
+            self.publish(type(command)(id=command.id, value=0.0))
+
+    def _rise(self) -> None:
+        """Drop the weight if the vehicle does not rise."""
+        if self._dropped or not self.drop_weight_channel or self.now - self._began < self.drop_weight_delay:
+            return
+        if self._depth > self._from - SINKS:
+            self._dropped = True
+            self.log.error("the vehicle does not rise: dropping the weight")
+            self.publish(imc.PowerChannelControl(name=self.drop_weight_channel, op=imc.PowerChannelControl.Op.TURN_ON))
+        self._began, self._from = self.now, self._depth
+
+
+def _requirement(text: str) -> tuple[str, int]:
+    """Name and loops (CLoopsMask) of "Name" or "Name: LOOP LOOP". Raises ParameterError."""
+    name, _, words = text.partition(":")
+    name, mask = name.strip(), 0
+    if name not in imc.builtin():
+        hint = suggestion(name, imc.builtin().types)
+        raise ParameterError("Required Messages", f"there is no message {name!r}" + (f" ({hint})" if hint else ""))
+    for word in words.split():
+        if word not in Loops.__members__:
+            hint = suggestion(word, Loops.__members__) or "see CLoopsMask"
+            raise ParameterError("Required Messages", f"there is no control loop {word!r} ({hint})")
+        mask |= Loops[word]
+    return name, mask
+
+
+def _number(profile: Settings, option: str, default: float) -> float:
+    text = profile.value("General", option)
+    try:
+        return float(text) if text else default
+    except ValueError:
+        raise ParameterError(option, f"[General] has {text!r}, which is not a number") from None

@@ -1,0 +1,145 @@
+"""The last resort, alone: whom it watches, how it takes over, when it lets go."""
+
+import pytest
+from flying import BROADCAST, CCU, OWN
+
+import imc
+from runtime import ParameterError, State
+from runtime.testing import simulate
+from tasks.supervisors.failsafe import Failsafe
+
+Loops = imc.CLoopsMask
+LIMITS = {"General": {"Absolute Maximum Depth": "50", "Underwater Depth Threshold": "0.3"}}
+REQUIRED = ["EstimatedState", "PathControlState: PATH YAW"]
+ON = imc.ControlLoops(timestamp=0.5, enable=1, mask=Loops.PATH, scope_ref=4)
+
+
+def every(kind, period, until, begin=0.0, **fields):
+    return [kind(timestamp=begin + period * k, **fields) for k in range(round((until - begin) / period))]
+
+
+def guarded(*feed, seconds=10.0, **parameters):
+    options = {"required_messages": REQUIRED, "thrusters": [0], "servos": [0, 1], "settings": LIMITS}
+    return simulate(Failsafe, sorted(feed, key=lambda m: m.timestamp), seconds=seconds, **{**options, **parameters})
+
+
+def errors(run):
+    """Times (s) and texts of its errors."""
+    own = [m for m in run.of(imc.EntityState) if m.src_ent == run.task.entity.id]
+    return [(m.timestamp - run.vehicle.start_time, m.description) for m in own if m.state == State.ERROR]
+
+
+def times(run, kind):
+    return [m.timestamp - run.vehicle.start_time for m in run.of(kind)]
+
+
+def test_it_beats_and_does_nothing_while_all_is_well():
+    run = guarded(*every(imc.EstimatedState, 0.05, 10.0), *every(imc.PathControlState, 1.0, 10.0), ON)
+    assert {type(m) for m in run.messages} == {imc.EntityState, imc.Heartbeat}
+    assert len(run.of(imc.Heartbeat)) == 10
+
+
+def test_what_was_never_heard_is_not_missed():
+    assert not errors(guarded())
+
+
+def test_silence_stops_maneuver_loops_and_actuators_and_aborts():
+    run = guarded(*every(imc.EstimatedState, 0.05, 2.0), ON, imc.Depth(timestamp=0.1, value=10.0))
+    at, text = errors(run)[0]
+    assert 3.5 < at <= 4.0
+    assert text == "no PathControlState for 3 s"
+    (abort,) = run.of(imc.Abort)
+    assert (abort.dst, abort.src) == (OWN, OWN)
+    assert len(run.of(imc.StopManeuver)) == 1
+    (off,) = run.of(imc.ControlLoops)
+    assert (off.enable, off.mask, off.scope_ref) == (0, Loops.ALL, 5)
+    assert {(m.id, m.value) for m in run.of(imc.SetThrusterActuation)} == {(0, 0.0)}
+    assert {(m.id, m.value) for m in run.of(imc.SetServoPosition)} == {(0, 0.0), (1, 0.0)}
+    assert len(run.of(imc.SetThrusterActuation)) > 15, "it goes on saying so"
+
+
+def test_what_a_loop_needs_may_be_silent_without_the_loop():
+    states = every(imc.EstimatedState, 0.05, 12.0)
+    off = ON.replace(timestamp=5.0, enable=0, scope_ref=5)
+    path = every(imc.PathControlState, 1.0, 5.0)
+    assert not errors(guarded(*states, ON, *path, off, seconds=12.0))
+    assert errors(guarded(*states, ON, *path, seconds=12.0))[0][1] == "no PathControlState for 3 s"
+    assert errors(guarded(*states, ON, seconds=12.0)), "it may have been silent from the start"
+
+
+def test_loops_that_are_enabled_again_are_disabled_again():
+    again = [ON.replace(timestamp=6.0, scope_ref=90), ON.replace(timestamp=7.0, scope_ref=95)]
+    run = guarded(*every(imc.EstimatedState, 0.05, 1.0), *again, seconds=9.0)
+    assert [m.scope_ref for m in run.of(imc.ControlLoops)] == [1, 91, 96]
+    assert len(run.of(imc.StopManeuver)) == 3
+
+
+def test_it_has_the_last_word():
+    wild = [
+        *every(imc.SetThrusterActuation, 0.1, 9.0, id=0, value=0.8),
+        *every(imc.SetServoPosition, 0.1, 9.0, id=1, value=0.3),
+        *every(imc.SetThrusterActuation, 0.1, 9.0, id=7, value=0.8),
+    ]
+    last = {}
+    run = guarded(*every(imc.EstimatedState, 0.05, 1.0), *wild, seconds=9.05)
+    for message in [*wild, *run.messages]:
+        if isinstance(message, imc.SetThrusterActuation | imc.SetServoPosition):
+            last[type(message).__name__, message.id] = message.value
+    assert last == {("SetThrusterActuation", 0): 0.0, ("SetServoPosition", 0): 0.0, ("SetServoPosition", 1): 0.0} | {
+        ("SetThrusterActuation", 7): pytest.approx(0.8)
+    }
+    answers = [t for t in times(run, imc.SetThrusterActuation) if 5.0 < t < 8.99]
+    assert len(answers) > 39, "each command has its answer"
+
+
+def test_it_lets_go_when_all_is_heard_and_the_vehicle_is_at_the_surface():
+    states = [*every(imc.EstimatedState, 0.05, 1.0), *every(imc.EstimatedState, 0.05, 20.0, begin=8.0)]
+    depths = [imc.Depth(timestamp=0.1 * k, value=max(0.0, 10.0 - 0.1 * k)) for k in range(200)]
+    run = guarded(*states, *depths, seconds=20.0)
+    released = [m for m in run.of(imc.EntityState) if m.state == State.NORMAL][-1]
+    assert released.description == "active"
+    late = guarded(*states, *(m.replace(value=10.0) for m in depths), seconds=20.0)
+    assert late.task.entity.state is State.ERROR, "still under water"
+    wild = imc.SetThrusterActuation(timestamp=19.9, id=0, value=0.5)
+    assert times(guarded(*states, *depths, wild, seconds=20.0), imc.SetThrusterActuation)[-1] < 19.8
+
+
+@pytest.mark.parametrize(("limit", "at"), [(50.0, 5.0), (20.0, 2.0)])
+def test_the_measured_depth_counts_not_that_of_navigation(limit, at):
+    limits = imc.OperationalLimits(timestamp=0.1, mask=imc.OpLimitsMask.MAX_DEPTH, max_depth=limit)
+    depths = [imc.Depth(timestamp=0.1 * k, value=1.0 * k) for k in range(80)]
+    run = guarded(limits, *depths, *every(imc.EstimatedState, 0.05, 10.0, depth=3.0))
+    when, text = errors(run)[0]
+    assert at + 1.0 < when < at + 1.6
+    assert text == f"deeper than {limit:g} m"
+
+
+def test_a_single_depth_that_is_wrong_changes_nothing():
+    depths = [imc.Depth(timestamp=0.1 * k, value=1e6 if k % 9 == 0 else 5.0) for k in range(80)]
+    assert not errors(guarded(*depths))
+
+
+@pytest.mark.parametrize(("dst", "obeyed"), [(OWN, True), (BROADCAST, True), (0xFFFF, True), (0x1B, False)])
+def test_it_obeys_an_abort_once_and_is_well_afterwards(dst, obeyed):
+    run = guarded(ON, imc.Abort(timestamp=1.0, src=CCU, dst=dst), seconds=3.0)
+    assert not errors(run)
+    assert len(run.of(imc.StopManeuver)) == len(run.of(imc.ControlLoops)) == obeyed
+    assert [m.value for m in run.of(imc.SetThrusterActuation)] == [0.0] * obeyed
+
+
+@pytest.mark.parametrize(("rate", "dropped"), [(0.05, False), (0.0, True), (-0.05, True)])
+def test_the_weight_is_dropped_if_the_vehicle_does_not_rise(rate, dropped):
+    depths = [imc.Depth(timestamp=float(k), value=30.0 - rate * k) for k in range(100)]
+    weight = {"drop_weight_channel": "Drop Weight", "drop_weight_delay": 60.0}
+    run = guarded(*every(imc.EstimatedState, 0.05, 1.0), *depths, seconds=100.0, **weight)
+    switched = run.of(imc.PowerChannelControl)
+    assert [(m.name, m.op) for m in switched] == [("Drop Weight", imc.PowerChannelControl.Op.TURN_ON)] * dropped
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [("EstimatedStat", "did you mean 'EstimatedState'"), ("EstimatedState: PAHT", "did you mean 'PATH'")],
+)
+def test_a_misspelled_requirement_is_refused(text, reason):
+    with pytest.raises(ParameterError, match=reason):
+        guarded(required_messages=[text])
