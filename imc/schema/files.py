@@ -32,7 +32,9 @@ class MergedDefinitions(msgspec.Struct):
 def load(path: str | PathLike[str], over: Schema | None = None) -> Schema:
     """The definitions in an IMC.xml, IMC.xml.gz or YAML file of our layout; they extend `over`, if given.
 
-    The format is detected from the content; 4 MiB at most. Raises SchemaError naming file:line, OSError.
+    Messages of `over` keep their classes, and the same definitions over the same schema are the same object, with the
+    same classes: a vehicle and its tasks may each load the file. The format is detected from the content; 4 MiB at
+    most. Raises SchemaError naming file:line, OSError.
     """
     return _read(_content(path), str(path), over)
 
@@ -70,9 +72,18 @@ def _read(data: bytes, file: str, over: Schema | None) -> Schema:
         except UnicodeDecodeError as error:
             raise SchemaError(f"{file}: neither XML nor UTF-8 text: {error}") from error
         schema, places = read_yaml(text, file)
-    if over is not None:
-        schema = over.overlay(schema, places)
-    schema.check(places)
+    if over is None:
+        schema.check(places)
+        return schema
+    extended = over.overlay(schema, places)
+    extended.check(places)
+    return _extending(extended, over)
+
+
+@cache
+def _extending(schema: Schema, over: Schema) -> Schema:
+    same = (message.id for message in over.messages if schema.types_by_id.get(message.id) == message)
+    schema.adopt({number: over.by_id(number) for number in same})
     return schema
 
 
