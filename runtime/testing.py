@@ -77,6 +77,7 @@ def simulate(
     keep_going: bool = False,
     clock: Clock | None = None,
     settings: Mapping[str, Mapping[str, str]] | None = None,
+    messages: imc.Schema | None = None,
     **parameters: Any,
 ) -> Run:
     """Run tasks in virtual time and return what they published.
@@ -85,7 +86,8 @@ def simulate(
     (class, parameters). `feed` is published at its timestamps: seconds from the start, or absolute; a message without
     source is the vehicle's own, one without timestamp is published at the start. The run takes `seconds`, by default
     until the end of the feed, or 1 s without a feed. `script` is a coroutine function that runs along with the tasks.
-    `settings` stands in for the profile: texts by section and option. Exceptions of tasks are raised.
+    `settings` stands in for the profile: texts by section and option. `messages` is the schema of the vehicle, if it
+    has messages of its own. Exceptions of tasks are raised.
     """
     wanted = [tasks] if isinstance(tasks, type) else list(tasks)
     with tempfile.TemporaryDirectory() as folder:
@@ -98,6 +100,7 @@ def simulate(
             keep_going=keep_going,
             log_root=log_root or Path(folder) / "log",
             state_folder=Path(folder) / "db",
+            messages=messages,
         )
         made: list[Task] = []
         try:
@@ -148,4 +151,4 @@ def _fed(message: imc.Message, vehicle: Vehicle) -> tuple[int, imc.Message, byte
         seconds += vehicle.start_time
     source = vehicle.system if message.src == UNKNOWN_SYSTEM else message.src
     packet = imc.encode_as(message, seconds, source, message.src_ent, message.dst, message.dst_ent)
-    return nanoseconds(seconds), imc.decode(packet), packet
+    return nanoseconds(seconds), vehicle.bus.decode(packet), packet

@@ -82,8 +82,7 @@ def _read(data: bytes, file: str, over: Schema | None) -> Schema:
 
 @cache
 def _extending(schema: Schema, over: Schema) -> Schema:
-    same = (message.id for message in over.messages if schema.types_by_id.get(message.id) == message)
-    schema.adopt({number: over.by_id(number) for number in same})
+    schema.share(over)
     return schema
 
 

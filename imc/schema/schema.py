@@ -120,6 +120,8 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
         messages = {message.abbrev: message for message in self.messages}
         order = list(messages)
         for message in other.messages:
+            if messages.get(message.abbrev) == message:
+                continue
             where = places[message.abbrev] if places else ""
             if message.replaces:
                 if message.replaces not in messages:
@@ -181,6 +183,14 @@ class Schema(msgspec.Struct, frozen=True, kw_only=True, dict=True, omit_defaults
     def adopt(self, classes: dict[int, type[Message]]) -> None:
         """Use these classes, by id, instead of building new ones."""
         self._classes.update(classes)
+
+    def share(self, other: "Schema") -> None:
+        """Use the classes of another schema for the messages that both define in the same way."""
+        for message in other.messages:
+            if self.types_by_id.get(message.id) == message and all(
+                self.values_of(field) == other.values_of(field) for field in message.fields
+            ):
+                self._classes[message.id] = other.by_id(message.id)
 
     @cached_property
     def _infos(self) -> dict[int, tuple[FieldInfo, ...]]:

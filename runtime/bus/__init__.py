@@ -1,6 +1,6 @@
 """Delivers messages within a process, and through transports to others."""
 
-from runtime.bus.bus import Bus, BusInstrument, Subscription, Transport
+from runtime.bus.bus import Bus, BusInstrument, Subscription, Transport, known_here
 from runtime.bus.frame import Frame
 
 __all__ = [
@@ -9,4 +9,5 @@ __all__ = [
     "Frame",
     "Subscription",
     "Transport",
+    "known_here",
 ]

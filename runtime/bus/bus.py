@@ -3,7 +3,7 @@
 import logging
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import imc
@@ -51,6 +51,20 @@ class Subscription:
     packets: bool = False
 
 
+def known_here(kind: type[imc.Message], schema: imc.Schema) -> type[imc.Message]:
+    """The class of `schema` for a message of another one. Raises imc.SchemaError if it has no such message."""
+    ours = schema.by_id(kind.ID) if kind.ID in schema.types_by_id else None
+    if ours is None or (ours.__name__, ours.WIRE, ours.__struct_fields__) != (
+        kind.__name__,
+        kind.WIRE,
+        kind.__struct_fields__,
+    ):
+        raise imc.SchemaError(
+            f"{kind.__name__} (id {kind.ID}) is not a message of this vehicle: add its file to [General] Messages"
+        )
+    return ours
+
+
 class BusInstrument(Protocol):
     """Observes a bus; it must not change anything."""
 
@@ -78,6 +92,7 @@ class Bus:
     def __init__(self, kernel: Kernel, system: int):
         self.kernel = kernel
         self.system = system
+        self.speak(imc.builtin())
         self.delivered = 0
         self.instruments: list[BusInstrument] = []
         self.malformed = self.refused = 0
@@ -87,6 +102,11 @@ class Bus:
         self._routes: dict[type, tuple[Subscription, ...]] = {}
         self._transports: list[Transport] = []
         self._backlog: list[tuple[imc.Message, bytes, object]] | None = []
+
+    def speak(self, schema: imc.Schema) -> None:
+        """Carry the messages of this schema, instead of the built-in one."""
+        self.messages = schema
+        self.decode = schema.codec.decode
 
     def resume(self) -> None:
         """Deliver what has been kept, and from now on everything immediately."""
@@ -113,10 +133,18 @@ class Bus:
         return any(s.owner is owner or owner_of(s.handler) is owner for s in self._subscriptions)
 
     def subscribe(self, subscription: Subscription) -> None:
+        subscription = self._translated(subscription)
         for instrument in self.instruments:
             instrument.subscribed(subscription)
         self._subscriptions.append(subscription)
         self._routes.clear()
+
+    def _translated(self, subscription: Subscription) -> Subscription:
+        """With the class that this bus delivers, if the subscriber has loaded its own definitions of the message."""
+        kind = subscription.type
+        if not issubclass(kind, imc.Message) or kind.SCHEMA is None or kind.SCHEMA is self.messages:
+            return subscription
+        return replace(subscription, type=known_here(kind, self.messages))
 
     def unsubscribe(self, owner: object) -> None:
         """Drop all subscriptions of `owner`."""
@@ -198,7 +226,7 @@ class Bus:
             return
         try:
             packet = imc.first_packet(packet)
-            message = imc.decode(packet)
+            message = self.decode(packet)
         except imc.DecodeError as error:
             self.malformed += 1
             if self.malformed == 1:

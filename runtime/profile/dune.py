@@ -20,6 +20,7 @@ DATA_PREFIX = "VSIM/Model/"
 GENERAL = {
     "Vehicle": ("", "Name of the system; [IMC Addresses] has its id."),
     "Vehicle Type": ("", "Name of the simulated model."),
+    "Messages": ("", "Files with messages of your own, YAML or IMC.xml."),
     "Bus": ("", "Transport between processes: inprocess or zenoh."),
     "Start Time": ("", "Start of virtual time, ISO 8601."),
     "Seed": ("1", "Seed of all random numbers; recorded in a log's Config.ini."),

@@ -8,6 +8,7 @@ from typing import Literal, TypeVar
 
 from fastcrc import crc16
 
+import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
 from runtime.profile.config import BLANKS, Config, header, items, statement
@@ -103,6 +104,30 @@ class Profile:
         if text == "zenoh" or text == "inprocess":
             return text
         raise self._error("General", "Bus", f"unknown bus {quoted(text)}", suggestion(text, BUSES))
+
+    @property
+    def messages(self) -> imc.Schema | None:
+        """The built-in messages with those of the files in `[General] Messages`; None without any.
+
+        The files are searched for beside the ini file that names them, and in the working folder; the profile of a log
+        falls back to the definitions in the log. Raises ProfileError.
+        """
+        option = self.config.option("General", "Messages")
+        if option is None or not option.value:
+            return None
+        schema = imc.builtin()
+        for name in items(option.value):
+            places = [Path(option.origin.file).parent / name, Path(name)]
+            path = next((place for place in places if place.is_file()), self.path.parent / "IMC.xml.gz")
+            try:
+                schema = imc.load(path, over=schema)
+            except FileNotFoundError:
+                raise self._error(
+                    "General", "Messages", f"[General] Messages: there is no file {quoted(name)}", ""
+                ) from None
+            except (imc.SchemaError, OSError) as error:
+                raise self._error("General", "Messages", f"[General] Messages: {error}", "") from None
+        return schema
 
     @property
     def start_time_ns(self) -> int:

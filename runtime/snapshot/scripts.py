@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import Any
 
-import imc
 from runtime.bus import Subscription
 from runtime.kernel import Timer
 from runtime.snapshot.checksum import state_checksum
@@ -94,7 +93,7 @@ def _begin(task: Task, past: Past) -> None:
 
 def _live(task: Task, data: bytes, handlers: list[Callable[..., object]]) -> None:
     kernel, chunk = task.vehicle.kernel, unpacked(data)
-    messages = [imc.decode(packet) for packet in chunk.packets]
+    messages = [task.vehicle.bus.decode(packet) for packet in chunk.packets]
     reader = reader_for(task.vehicle, [])
     for time, key, words in chunk.entries:
         if time < kernel.now_ns:

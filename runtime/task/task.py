@@ -8,7 +8,7 @@ from zlib import crc32
 
 import imc
 from imc.addresses import BROADCAST, OPERATORS, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
-from runtime.bus import Subscription
+from runtime.bus import Subscription, known_here
 from runtime.kernel import SECOND, Readable, Timer, nanoseconds
 from runtime.problem import Doubt
 from runtime.task.entities import Entity, State
@@ -124,7 +124,8 @@ class Task:
     def publish(self, message: imc.Message, *, keep_time: bool = False, entity: Entity | None = None) -> imc.Message:
         """Put a message on the bus: header filled, values rounded as in a packet. Returns what receivers see.
 
-        A source set in the message is kept. Raises imc.EncodeError if a field does not fit its type.
+        A source set in the message is kept. Raises imc.EncodeError if a field does not fit its type, imc.SchemaError if
+        the vehicle has no such message.
         """
         packet = imc.encode_as(
             message,
@@ -134,7 +135,9 @@ class Task:
             message.dst,
             message.dst_ent,
         )
-        delivered = imc.decode(packet)
+        delivered = self._bus.decode(packet)
+        if type(delivered) is not type(message) and not isinstance(message, imc.Unknown):
+            known_here(type(message), self._bus.messages)
         self._bus.publish(delivered, packet, None if self.loopback_internal_messages else self)
         return delivered
 
@@ -157,7 +160,7 @@ class Task:
     def relay(self, packet: bytes) -> imc.Message:
         """Put another system's packet on the bus unchanged, without bytes after it. Raises imc.DecodeError."""
         packet = imc.first_packet(packet)
-        message = imc.decode(packet)
+        message = self._bus.decode(packet)
         self._bus.publish(message, packet, self)
         return message
 

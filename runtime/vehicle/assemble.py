@@ -4,11 +4,12 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from runtime.bus import Bus
+import imc
+from runtime.bus import Bus, known_here
 from runtime.kernel import Clock, Kernel
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
 from runtime.profile import ENTITY_IDS, EVERY_TASK, NEVER, Option, Profile, default_label, dune
-from runtime.task import EntityError, ParameterError, Task, allot, with_place
+from runtime.task import EntityError, ParameterError, Task, allot, consumers, with_place
 from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra, misspelled, why_missing
 from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.vehicle import Vehicle
@@ -75,6 +76,7 @@ def build(
         state_folder=state_folder,
         bus=bus,
         entity_ids=entity_ids,
+        messages=profile.messages,
     )
     made, problems = Build(vehicle), list[Problem]()
     for section in profile.config.sorted_sections():
@@ -103,6 +105,9 @@ def build(
             made.skip(section.name, f"needs pip install 'shoal[{extra}]'")
         else:
             try:
+                for consumer in consumers(cls):
+                    if issubclass(consumer.type, imc.Message) and consumer.type.SCHEMA is not None:
+                        known_here(consumer.type, vehicle.bus.messages)
                 task = vehicle.add(cls, section.name, profile.options(section.name))
                 for option in section.options.values():
                     task.parameter_set.redeclare(option.name, option.attributes)
@@ -111,6 +116,8 @@ def build(
             except ParameterError as error:
                 origin = _named_in(profile, error.reason) or _origin(profile, section.name, error.name)
                 problems.append(Problem("error", *origin, f"{section.name}: {error}"))
+            except imc.SchemaError as error:
+                problems.append(Problem("error", *section.origin, f"{section.name}: {error}"))
             except EntityError as error:
                 problems.append(Problem("error", *_origin(profile, section.name, "Entity Label"), str(error)))
             except Exception as error:

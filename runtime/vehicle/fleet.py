@@ -35,7 +35,7 @@ class Neighbor:
         if isinstance(message, self._kinds) and self._bus in self._buses:
             for bus in self._buses:
                 if bus is not self._bus:
-                    bus.hear(message, packet)
+                    bus.hear(message if bus.messages is self._bus.messages else bus.decode(packet), packet)
 
     def close(self) -> None:
         if self._bus in self._buses:

@@ -32,6 +32,7 @@ class Vehicle:
 
     `keep_going` decides what an exception in a task does: True restarts the task with back-off, as on a vehicle; False
     ends the run, as in simulation. `profile` is the effective configuration, `state_folder` has the saved parameters,
+    `messages` is the schema of its messages, by default the built-in one,
     `running` the names of the tasks that are started and not stopped. `log_folder` is that of the log that is being
     written; the task that writes it sets it.
     """
@@ -51,6 +52,7 @@ class Vehicle:
         state_folder: Path = Path("db"),
         bus: Callable[[Kernel, int], Bus] = Bus,
         entity_ids: Mapping[str, int] | None = None,
+        messages: imc.Schema | None = None,
     ):
         self.name = name
         self.system = system
@@ -71,6 +73,8 @@ class Vehicle:
             raise TypeError("a vehicle has either a clock or a fleet")
         self.start_time = self.kernel.now_ns / SECOND
         self.bus = bus(self.kernel, system)
+        if messages is not None:
+            self.bus.speak(messages)
         self.entities = Entities(system, entity_ids)
         self.activations: dict[str, Activation] = {}
         self.exit_status = 0

@@ -1,5 +1,7 @@
 """`shoal message`: shows the fields of a message."""
 
+from pathlib import Path
+
 import click
 
 import imc
@@ -8,9 +10,22 @@ from shoal.cli.tables import choose, open_console, plain_table, range_text, sent
 
 @click.command()
 @click.argument("name")
-def message(name: str) -> None:
+@click.option(
+    "--messages",
+    "files",
+    multiple=True,
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Definitions of your own, as in [General] Messages.",
+)
+def message(name: str, files: tuple[Path, ...]) -> None:
     """Show the fields of the message NAME, which may be an id."""
-    known = {cls.__name__: cls for cls in imc.messages.BY_ID.values()}
+    schema = imc.builtin()
+    try:
+        for path in files:
+            schema = imc.load(path, over=schema)
+    except imc.SchemaError as error:
+        raise click.ClickException(str(error)) from None
+    known = {name: schema[name] for name in schema.types}
     if name.isdecimal():
         found = next((cls for cls in known.values() if int(name) == cls.ID), None)
         if found is None:

@@ -65,6 +65,8 @@ def resimulate(
     if about is None:
         raise ResimulationError(f"{log.path}: the log has no messages")
     loaded, notes = _profile(run.logs[0], about, profile)
+    if loaded.messages is not None:
+        run.schema.share(loaded.messages)
     if before := ", ".join(earlier.path.parent.name for earlier in run.logs[:-1]):
         notes.append(f"starts with the earlier logs of the run: {before}")
     sections = [_section(loaded, name) for name in tasks]

@@ -79,9 +79,9 @@ class LogFolder:
         self.text.abandon()
 
 
-def definitions() -> bytes:
-    """IMC.xml.gz with all messages of this version."""
-    return gzip_member(imc.dump(imc.builtin()), level=9)
+def definitions(schema: imc.Schema) -> bytes:
+    """IMC.xml.gz with all messages of a vehicle."""
+    return gzip_member(imc.dump(schema), level=9)
 
 
 def _new_folder(path: Path) -> Path:

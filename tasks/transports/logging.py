@@ -62,7 +62,7 @@ class Logging(Task):
     def configure(self) -> None:
         if not hasattr(self, "_logs"):  # it goes on if the task is restarted
             self._logs = LogSeries(self.vehicle.log_root / self.system_name, self._synchronize)
-        schema = imc.builtin()
+        schema = self.vehicle.bus.messages
         names = {name for name in self.transports if name}
         self._unknown = sorted(name for name in names if name not in schema)
         self._wanted: set[type[imc.Message]] = {schema[name] for name in names.difference(self._unknown)}
@@ -79,7 +79,7 @@ class Logging(Task):
         self._flying = False
         self._state: imc.EstimatedState | None = None
         self._recording, self._full, self._syncing, self._lost, self._lost_since = True, False, 0, 0, 0.0
-        self._schema = definitions()
+        self._schema = definitions(self.vehicle.bus.messages)
         if self._unknown:
             self.log.warning(f"Transports: no such message: {', '.join(self._unknown)}")
         self._open()
@@ -87,7 +87,7 @@ class Logging(Task):
 
     def restored(self) -> None:
         """Continue in a new log, with the usual first packets, but publish nothing."""
-        name, self._schema = self._name, definitions()
+        name, self._schema = self._name, definitions(self.vehicle.bus.messages)
         if not self._recording:
             return
         folder = self._new_log()

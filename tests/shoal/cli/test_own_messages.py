@@ -1,0 +1,145 @@
+"""Messages of a user's own: typed, subscribed, logged with their definitions, and refused where nobody knows them."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import imc
+from runtime import Task, consume, periodic
+from runtime.testing import simulate
+
+DEFINITIONS = """name: IMC
+version: 5.4.31
+messages:
+  WhaleCall:
+    id: 30001
+    name: Whale Call
+    fields:
+      level: {type: fp32_t, name: Sound Pressure Level, unit: dB}
+"""
+TASKS = '''"""Listens for whales."""
+
+from pathlib import Path
+
+import imc
+from runtime import Task, consume, periodic
+
+WhaleCall = imc.load(Path(__file__).with_name("own.yaml"), over=imc.builtin())["WhaleCall"]
+
+
+class Hydrophone(Task):
+    """Hears a whale each second."""
+
+    @periodic(1.0)
+    def listen(self) -> None:
+        self.publish(WhaleCall(level=120.0))
+
+
+class Counter(Task):
+    """Counts whales."""
+
+    @consume
+    def count(self, call: WhaleCall) -> None:
+        self.publish(imc.Temperature(value=call.level))
+'''
+PROFILE = """[Require lauv-noptilus-1.ini]
+[General]
+Messages = own.yaml
+[whales.Hydrophone]
+Enabled = Kinematic
+[whales.Counter]
+Enabled = Kinematic
+"""
+
+
+def shoal(*words, cwd):
+    command = [sys.executable, "-m", "shoal.cli", *words]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONSAFEPATH": "1"}
+    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, env=environment)
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.fixture
+def project(tmp_path):
+    for name, text in (("own.yaml", DEFINITIONS), ("whales.py", TASKS), ("my.ini", PROFILE)):
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def run(project):
+    return shoal("run", "./my.ini", "-p", "Kinematic", "--clock", "virtual", "--for", "3s", cwd=project)
+
+
+def test_own_messages_are_heard_and_logged_with_their_definitions(project):
+    status, _, err = run(project)
+    assert (status, "error" in err) == (0, False)
+    folder = next(project.glob("log/*/*/*"))
+    log = imc.Log(folder)
+    messages = list(log)
+    calls = [message for message in messages if type(message).__name__ == "WhaleCall"]
+    assert [call.level for call in calls] == [120.0] * 3
+    assert [message.value for message in messages if isinstance(message, imc.Temperature)] == [120.0] * 3
+    assert log.schema["WhaleCall"].ID == 30001
+    assert shoal("check", "my.ini", cwd=project)[:2] == (0, "my.ini: nothing wrong\n")
+    status, out, err = shoal("resim", str(folder), "--task", "whales.Counter", "--code", ".", cwd=project)
+    assert (status, "0 bytes of difference" in out) == (0, True), err
+    status, out, _ = shoal("message", "WhaleCall", "--messages", "own.yaml", cwd=project)
+    assert (status, "id 30001" in out, "level" in out) == (0, True, True)
+
+
+def test_a_message_that_the_vehicle_does_not_have_is_an_error(project):
+    (project / "my.ini").write_text(PROFILE.replace("Messages = own.yaml\n", "").replace("[General]\n", ""))
+    status, _, err = run(project)
+    assert status != 0
+    assert "my.ini:4: error: whales.Counter: WhaleCall (id 30001) is not a message of this vehicle: add its file" in err
+    (project / "my.ini").write_text(
+        (project / "my.ini").read_text().replace("Counter]\nEnabled = Kinematic", "Counter]")
+    )
+    status, _, err = run(project)
+    assert status == 1
+    assert "WhaleCall (id 30001) is not a message of this vehicle: add its file to [General] Messages" in err
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (DEFINITIONS.replace("30001", "350"), "WhaleCall (id 350) collides with EstimatedState"),
+        (DEFINITIONS.replace("fp32_t", "fp31_t"), "own.yaml:8"),
+        (None, "there is no file 'own.yaml'"),
+    ],
+)
+def test_definitions_that_are_wrong_are_named(project, text, words):
+    (project / "own.yaml").unlink() if text is None else (project / "own.yaml").write_text(text)
+    (project / "whales.py").write_text(TASKS.replace('Path(__file__).with_name("own.yaml")', '"other.yaml"'))
+    (project / "other.yaml").write_text(DEFINITIONS)
+    status, _, err = run(project)
+    assert status != 0
+    assert "my.ini:3: error: [General] Messages: " in err
+    assert words in err
+
+
+def test_own_messages_in_simulate(tmp_path):
+    path = Path(tmp_path / "own.yaml")
+    path.write_text(DEFINITIONS)
+    own = imc.load(path, over=imc.builtin())
+    call = own["WhaleCall"]
+    assert imc.load(path, over=imc.builtin())["WhaleCall"] is call
+    assert own["EstimatedState"] is imc.EstimatedState
+
+    class Echo(Task):
+        """Answers a whale."""
+
+        @consume
+        def answer(self, heard: call) -> None:
+            self.publish(call(level=heard.level + 1.0))
+
+        @periodic(1.0)
+        def idle(self) -> None: ...
+
+    run = simulate(Echo, feed=[call(timestamp=0.5, level=100.0)], messages=own)
+    assert [message.level for message in run.of(call)] == [101.0]
+    with pytest.raises(imc.SchemaError, match=r"WhaleCall .id 30001. is not a message of this vehicle"):
+        simulate(Echo, feed=[])
