@@ -36,7 +36,7 @@ class AltitudeReference:
             while len(self._past) < len(self._weights):
                 self._past.append(target)
             self._past.append(target)
-            target = sum(map(mul, self._weights, self._past))
+            target = math.fsum(map(mul, self._weights, self._past))
         rate = (target - self._depth) / dt if self._depth is not None and dt > 0.0 else 0.0
         self._depth = target
         return target, rate
