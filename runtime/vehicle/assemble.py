@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from runtime.bus import Bus
-from runtime.kernel import Clock, Kernel
+from runtime.kernel import Clock, Kernel, as_error
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
 from runtime.profile import ENTITY_IDS, EVERY_TASK, NEVER, Option, Profile, default_label, dune
 from runtime.task import EntityError, ParameterError, Task, allot, with_place
@@ -113,8 +113,9 @@ def build(
                 problems.append(Problem("error", *origin, f"{section.name}: {error}"))
             except EntityError as error:
                 problems.append(Problem("error", *_origin(profile, section.name, "Entity Label"), str(error)))
-            except Exception as error:
-                problems.append(Problem("error", *section.origin, f"{section.name}: {with_place(error)}"))
+            except BaseException as error:
+                text = f"{section.name}: {with_place(as_error(error))}"
+                problems.append(Problem("error", *section.origin, text))
     if problems:
         vehicle.close()
         raise ProfileError(problems)
