@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.problem import Doubt, quoted, suggestion
+from tasks.simulators.steps import Steps
 from world.bodies import (
     Boat,
     BoatModel,
@@ -18,6 +19,7 @@ from world.bodies import (
 )
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
+PATIENCE = 2.0  # s without a step, after which actuators stop, as the motor controllers and servos of a vehicle do
 
 
 class VSIM(Task):
@@ -64,7 +66,7 @@ class VSIM(Task):
         self.craft = Boat(self._model) if isinstance(self._model, BoatModel) else UnderwaterVehicle(self._model)
         self._origin: imc.GpsFix | None = None
         self._unknown: set[tuple[str, int]] = set()
-        self._period = 1.0 / self.execution_frequency
+        self._steps = Steps(self.execution_frequency, PATIENCE)
         self.set_entity_state(State.BOOT, "waiting for the start position")
 
     def _vehicle_type(self) -> str:
@@ -111,15 +113,18 @@ class VSIM(Task):
             self.craft.wind = -wind.speed * math.cos(wind.direction), -wind.speed * math.sin(wind.direction)
 
     @periodic("execution_frequency")
-    def move(self) -> None:
+    def move(self, periods: int) -> None:
         origin, craft = self._origin, self.craft
         if origin is None:
+            self._steps.skip(self.now_ns, periods)
             return
-        craft.step(self._period)
+        if stall := self._steps.go(self.now_ns, periods, self._step, self._release):
+            self.log.warning(stall)
         phi, theta, psi = craft.euler_angles()
         svx, svy, svz = craft.stream
         self.publish(
             imc.SimulatedState(
+                timestamp=self._steps.time,
                 lat=origin.lat,
                 lon=origin.lon,
                 height=origin.height,
@@ -138,8 +143,19 @@ class VSIM(Task):
                 svx=svx,
                 svy=svy,
                 svz=svz,
-            )
+            ),
+            keep_time=True,
         )
+
+    def _step(self, seconds: float) -> None:
+        self.craft.step(seconds)
+
+    def _release(self) -> None:
+        """Stop the actuators."""
+        for fin in range(len(self.craft.deflections)):
+            self.craft.deflect(fin, 0.0)
+        for thruster in range(len(self.craft.actuations)):
+            self.craft.drive(thruster, 0.0)
 
     def _accepts(self, what: str, number: int, value: float, count: int) -> bool:
         if number < count and math.isfinite(value):
