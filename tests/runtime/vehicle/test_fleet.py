@@ -303,7 +303,7 @@ def test_what_looks_on_is_its_vehicles_and_what_is_nobodys_ends_the_run():
     vehicle("two", fleet=fleet).tap(imc.Depth, look)
     with pytest.raises(KeyError) as caught:
         run(fleet, 1.0)
-    assert "in two, <function" in caught.value.__notes__[0]
+    assert "in two, test_what_looks_on_" in caught.value.__notes__[0]
     fleet = Fleet(VirtualClock(0))
     one = vehicle("one", fleet=fleet)
     fleet.kernel.soon(lambda: Clumsy.fall(one))

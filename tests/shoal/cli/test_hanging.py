@@ -73,8 +73,15 @@ def until(process, word):
     raise AssertionError("".join(lines))
 
 
-@pytest.mark.parametrize("how", ["loop", "library", "offloaded", "nothing"])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    ("how", "number"),
+    [
+        ("loop", signal.SIGINT),
+        ("library", signal.SIGTERM),
+        ("offloaded", signal.SIGINT),
+        ("nothing", signal.SIGHUP),
+    ],
+)
 def test_a_signal_ends_it_in_a_second_whatever_hangs_and_the_log_can_be_read(tmp_path, how, number):
     process = begin(tmp_path, how, "--set", "Transports.Logging:Flush Interval=0.2")
     until(process, "hanging now")
