@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from runtime.kernel import WallClock
+from runtime.kernel import ScaledClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli.status import Status
@@ -24,7 +24,7 @@ def draw_run(path: Path) -> None:
     profile = load_profile("lauv-noptilus-1")
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        vehicle = build(profile, profile.select("Simulation"), clock=WallClock(20.0)).vehicle
+        vehicle = build(profile, profile.select("Simulation"), clock=ScaledClock(20.0)).vehicle
         with Status(vehicle, "lauv-noptilus-1 (Simulation)", None) as status:
             vehicle.start()
             vehicle.run(SECONDS)

@@ -221,7 +221,8 @@ def _battery(m: Any) -> _Said:
     if m.id == 0 or m.id > MOST_BATTERIES:
         return ()
     cells = [cell for cell in m.voltages if cell != 0xFFFF]
-    return _supply(f"Batteries {m.id + 1}", sum(cells) if cells else 0xFFFF, m.current_battery, m.battery_remaining)
+    total = sum(cells) if cells else 0xFFFF  # integers
+    return _supply(f"Batteries {m.id + 1}", total, m.current_battery, m.battery_remaining)
 
 
 def _supply(label: str, millivolts: int, centiamperes: int, percent: int) -> _Said:

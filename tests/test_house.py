@@ -124,3 +124,30 @@ def test_what_a_face_exports_has_a_docstring(path):
     public = [node for node in nodes if node.name in exported and not path.is_relative_to(ROOT / "tasks")]
     told = {node.name for node in public if ast.get_docstring(node)}  # of overloads one has it
     assert {node.name for node in public} <= told
+
+
+# Functions whose last digit, or whose sequence, depends on the version of Python or NumPy, and what replaces them.
+UNSTABLE = {
+    "sum": "math.fsum; for integers, say so in a comment on the line: # integers",  # compensated since Python 3.12
+    "fmean": "math.fsum",
+    "sumprod": "math.fsum",
+    "hash": "zlib.crc32",
+    "shuffle": "self.random",
+    "default_rng": "self.random",
+}
+COMPUTING = [path for path in SOURCES if path.relative_to(ROOT).parts[0] in ("mavlink", "tasks", "world")]
+COMPUTING += sorted((ROOT / "imc" / "coordinates").glob("*.py"))
+
+
+@pytest.mark.parametrize("path", COMPUTING, ids=module_of)
+def test_what_vehicles_compute_does_not_depend_on_the_version_of_python(path):
+    text = path.read_text()
+    lines = text.split("\n")
+    for node in ast.walk(ast.parse(text)):
+        if not isinstance(node, ast.Call):
+            continue
+        called = node.func.id if isinstance(node.func, ast.Name) else ""
+        called = node.func.attr if isinstance(node.func, ast.Attribute) and node.func.attr != "sum" else called
+        of_integers = called == "sum" and "# integers" in lines[node.lineno - 1]
+        if called in UNSTABLE and not of_integers:
+            pytest.fail(f"{path}:{node.lineno}: {called} gives other results elsewhere; use {UNSTABLE[called]}")

@@ -7,6 +7,7 @@ from typing import Protocol
 
 SECOND = 1_000_000_000
 LONGEST_WAIT = 3600.0  # s; epoll takes no more than 24 days
+LONGEST_LAG = SECOND  # ns of real time that a scaled clock makes up for after the computer was too slow
 
 
 def nanoseconds(seconds: float) -> int:
@@ -47,31 +48,62 @@ class Clock(Protocol):
 
 
 class WallClock:
-    """The computer's time, run `speed` times as fast from the moment of construction.
+    """The computer's time.
 
     It follows the monotonic clock from a start that is read once, so steps of the system time do not reach the tasks.
     `start` (ns since 1970) sets that start; None takes the present.
     """
 
     virtual = False
+    speed = 1.0
 
-    def __init__(self, speed: float = 1.0, start: int | None = None):
+    def __init__(self, start: int | None = None):
+        self._offset = (time.time_ns() if start is None else start) - time.monotonic_ns()
+
+    def read(self) -> int:
+        return self._offset + time.monotonic_ns()
+
+    def advance(self, target: int | None, wait: Callable[[float], object]) -> int:
+        wait(LONGEST_WAIT if target is None else min(LONGEST_WAIT, max(0.0, (target - self.read()) / SECOND)))
+        return self.read()
+
+
+class ScaledClock:
+    """Time that passes `speed` times as fast as real time, or as fast as the computer can: it gives way.
+
+    It stands still while handlers run and never passes the next moment at which something is due, so no tick is ever
+    late or merged with another. What it falls behind real time it makes up for, up to `LONGEST_LAG`. `start` is in ns
+    since 1970; None takes the present.
+    """
+
+    virtual = False
+
+    def __init__(self, speed: float, start: int | None = None):
         if not 0.0 < speed < 1e6:
             raise ValueError(f"a clock cannot run at {speed} times real time")
         self.speed = speed
-        self._start = time.time_ns() if start is None else start
-        self._zero = time.monotonic_ns()
+        self._now = self._reference = time.time_ns() if start is None else start
+        self._zero: int | None = None  # the monotonic time at `_reference`; the first wait sets it
 
     def read(self) -> int:
-        passed = time.monotonic_ns() - self._zero
-        return self._start + (passed if self.speed == 1.0 else round(passed * self.speed))
+        return self._now
 
     def advance(self, target: int | None, wait: Callable[[float], object]) -> int:
-        if target is None:
-            wait(LONGEST_WAIT)
-        else:
-            wait(min(LONGEST_WAIT, max(0.0, (target - self.read()) / self.speed / SECOND)))
-        return self.read()
+        if self._zero is None:
+            self._zero = time.monotonic_ns()
+        ahead = LONGEST_WAIT if target is None else (target - self._pace(self._zero)) / self.speed / SECOND
+        wait(min(LONGEST_WAIT, max(0.0, ahead)))
+        present = self._pace(self._zero)
+        if target is not None and present > target:
+            if (present - target) / self.speed > LONGEST_LAG:
+                self._reference, self._zero = target, time.monotonic_ns() - LONGEST_LAG
+            present = target
+        self._now = max(self._now, present)
+        return self._now
+
+    def _pace(self, zero: int) -> int:
+        """What the time would be on a computer that is fast enough."""
+        return self._reference + round((time.monotonic_ns() - zero) * self.speed)
 
 
 class VirtualClock:
@@ -104,6 +136,6 @@ def parse_clock(text: str, start: int) -> Clock:
     if word == "virtual":
         return VirtualClock(start)
     try:
-        return WallClock(speed=float(word.removesuffix("x")))
+        return ScaledClock(float(word.removesuffix("x")))
     except ValueError:
         raise ValueError(f"no such clock: {text!r}; use real, virtual, or a factor such as 10x") from None

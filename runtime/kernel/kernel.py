@@ -8,13 +8,15 @@ from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
 from runtime.kernel.clock import SECOND, Clock
+from runtime.kernel.failure import as_error
 from runtime.kernel.sources import Sources
-from runtime.kernel.timer import Readable, Timer, owner_of
+from runtime.kernel.timer import Readable, Timer, handler_of, owner_of, title
 
 LIVELOCK_EVENTS = 100_000
 LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock, a queue that has not been empty for this long may be a livelock
 POLL_EVENTS = 64  # on a virtual clock, sockets are polled after this many events
 POLL_PERIOD = SECOND // 1000  # on a wall clock, sockets are polled this often even if the queue never empties
+LONGEST_MOMENT = SECOND // 5  # of real time; a clock that waits for an empty queue passes on then, as in a flood
 FEW_TIMERS = 1000  # fewer timers than this are not searched for cancelled ones
 
 logger = logging.getLogger("shoal.kernel")
@@ -24,7 +26,7 @@ class LivelockError(RuntimeError):
     """Events cause each other without time passing; `owner` handled the last of them."""
 
     def __init__(self, events: int, owner: object):
-        super().__init__(f"{events} events without time passing, the last in {owner}")
+        super().__init__(f"{events} events without time passing, the last in {title(owner)}")
         self.owner = owner
 
 
@@ -44,8 +46,8 @@ class Kernel:
     method.
 
     `on_error(owner, exception)` is called when a call raises: it either handles the exception or raises, which ends the
-    run. On a wall clock, `on_slow(owner, seconds)` reports a call that took longer than `slow` seconds. `instruments`
-    observe all calls on a virtual clock.
+    run. On a wall clock, `on_slow(owner, seconds, handler)` reports a call that took longer than `slow` seconds.
+    `instruments` observe all calls on a virtual clock.
     It is a livelock if a virtual clock stands still for `livelock_events` calls; on a wall clock, if the queue does not
     empty within that many calls although timers and sockets are held back.
     """
@@ -58,7 +60,7 @@ class Kernel:
         self.events = 0
         self.livelock_events = LIVELOCK_EVENTS
         self.on_error: Callable[[object, Exception], None] = _raise
-        self.on_slow: Callable[[object, float], None] = _warn_slow
+        self.on_slow: Callable[[object, float, str], None] = _warn_slow
         self.instruments: list[KernelInstrument] = []
         self._due: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self._later: list[tuple[int, int, Timer]] = []
@@ -70,6 +72,7 @@ class Kernel:
         self._poll_next = 0
         self._busy = 0
         self._idle_at = self.now_ns
+        self._emptied = time.monotonic_ns()
         self._holding = False
 
     @property
@@ -158,6 +161,7 @@ class Kernel:
         A virtual run also ends when nothing is left to do. Raises what `on_error` raises, and LivelockError.
         """
         self._stopping = self._holding = False
+        self._emptied = time.monotonic_ns()
         self.now_ns = max(self.now_ns, self.clock.read())
         while not self._stopping:
             if self._posted:
@@ -178,8 +182,8 @@ class Kernel:
             function, args = self._due.popleft()
             try:
                 function(*args)
-            except Exception as error:
-                self.on_error(self._owner(function, args), error)
+            except BaseException as error:
+                self.on_error(self._owner(function, args), as_error(error))
 
     def _run_moment(self) -> None:
         due, instruments, on_error = self._due, self.instruments, self.on_error
@@ -189,8 +193,8 @@ class Kernel:
                 instrument.calling(function, args)
             try:
                 function(*args)
-            except Exception as error:
-                on_error(self._owner(function, args), error)
+            except BaseException as error:
+                on_error(self._owner(function, args), as_error(error))
             self.events += 1
             self._busy += 1
             if self._busy > self.livelock_events:
@@ -210,11 +214,11 @@ class Kernel:
         started = time.perf_counter_ns()
         try:
             function(*args)
-        except Exception as error:
-            self.on_error(self._owner(function, args), error)
+        except BaseException as error:
+            self.on_error(self._owner(function, args), as_error(error))
         spent = time.perf_counter_ns() - started
         if spent > self.slow_ns:
-            self.on_slow(self._owner(function, args), spent / SECOND)
+            self.on_slow(self._owner(function, args), spent / SECOND, handler_of(function, args))
         self.now_ns = max(self.now_ns, self.clock.read())
         self.events += 1
         self._busy += 1
@@ -278,19 +282,28 @@ class Kernel:
         now = clock.read()
         if until is not None and now >= until:
             return False
-        if not self._due:
+        wake = self._later[0][0] if self._later else None
+        if until is not None:
+            wake = until if wake is None else min(wake, until)
+        if self._due:
+            self._look()
+            if self._later and time.monotonic_ns() - self._emptied > LONGEST_MOMENT:
+                clock.advance(wake, lambda _: None)
+        else:
             self._busy, self._idle_at = 0, now
-            wake = self._later[0][0] if self._later else None
-            if until is not None:
-                wake = until if wake is None else min(wake, until)
             if clock.advance(wake, self._poll) is None:
                 return False
-        elif now >= self._poll_next:
-            self._poll_next = now + POLL_PERIOD
-            self._poll(0)
+            self._emptied = time.monotonic_ns()
         self.now_ns = max(self.now_ns, clock.read())
         self._gather()
         return True
+
+    def _look(self) -> None:
+        """Poll the sockets without waiting, since other calls are due."""
+        now = time.monotonic_ns()
+        if now >= self._poll_next:
+            self._poll_next = now + POLL_PERIOD
+            self._poll(0)
 
     def _gather(self) -> None:
         """Move the timers that are due to the queue."""
@@ -325,5 +338,5 @@ def _raise(_: object, error: Exception) -> None:
     raise error
 
 
-def _warn_slow(owner: object, seconds: float) -> None:
-    logger.warning("%r took %.3f s in one handler", owner, seconds)
+def _warn_slow(owner: object, seconds: float, handler: str) -> None:
+    logger.warning("%s took %.3f s in one handler, %s", title(owner), seconds, handler)

@@ -18,6 +18,23 @@ def owner_of(function: Callable[..., object]) -> object:
     return getattr(function, "__self__", function)
 
 
+def handler_of(function: Callable[..., object], args: tuple[Any, ...] = ()) -> str:
+    """The name of the handler that a call ends in, such as VSIM.move."""
+    if args and isinstance(timer := args[0], Timer) and timer.function is not None:
+        function = timer.function
+    while isinstance(function, functools.partial):
+        function = function.func
+    inner = getattr(getattr(function, "__self__", None), "handler", function)  # of a periodic method
+    return getattr(inner, "__qualname__", type(inner).__name__).replace("<locals>.", "")
+
+
+def title(owner: object) -> str:
+    """A name for people: that of a task or a function, else the type; never an address."""
+    if type(owner).__repr__ is not object.__repr__ and not callable(owner):
+        return repr(owner)
+    return getattr(owner, "__qualname__", type(owner).__name__).replace("<locals>.", "")
+
+
 class Timer:
     """A call that is due at a time, or whenever a source can be read; after `cancel()` it does not happen."""
 

@@ -31,6 +31,7 @@ class Ticking(NamedTuple):
 
     method: str
     rate: float | str
+    counts: bool
 
 
 @overload
@@ -52,7 +53,10 @@ def consume(method: F | None = None, *, others: bool = False, packets: bool = Fa
 
 
 def periodic(rate: float | str) -> Callable[[F], F]:
-    """Makes a method run at `rate`: hertz, or the attribute of a parameter in hertz (0 pauses it)."""
+    """Makes a method run at `rate`: hertz, or the attribute of a parameter in hertz (0 pauses it).
+
+    A method with an argument gets the number of periods since its last call: 1, or more if late ticks became one.
+    """
 
     def mark(function: F) -> F:
         function.__dict__["_shoal_periodic"] = rate
@@ -90,7 +94,7 @@ def tickers(cls: type) -> tuple[Ticking, ...]:
             raise TypeError(f"{cls.__name__}.{name}: there is no parameter {rate!r}")
         if rate is not None:
             _refuse_coroutines(cls, name, method)
-            found.append(Ticking(name, rate))
+            found.append(Ticking(name, rate, len(inspect.signature(method).parameters) > 1))
     return tuple(found)
 
 
@@ -113,7 +117,8 @@ class Ticker:
         self.missed = 0
         self._task = task
         self._kernel = task.vehicle.kernel
-        self._method: Callable[[], object] = getattr(task, ticking.method)
+        self.handler: Callable[..., object] = getattr(task, ticking.method)
+        self._counts = ticking.counts
         self._rate = ticking.rate
         self._hertz = -1.0
         self._timer: Timer | None = None
@@ -153,13 +158,17 @@ class Ticker:
 
     def _tick(self) -> None:
         self._count += 1
+        missed = 0
         if not self._kernel.virtual:
             latest = int((self._kernel.now_ns - self._start) * self._hertz / SECOND)
-            if latest > self._count:
-                self.missed += latest - self._count
-                self._count = latest
+            missed = max(0, latest - self._count)
+            self._count += missed
+            self.missed += missed
         self._schedule()  # first, since the method may change the rate or stop the task
-        self._method()
+        if self._counts:
+            self.handler(missed + 1)
+        else:
+            self.handler()
 
 
 def _refuse_coroutines(cls: type, name: str, method: Callable[..., object]) -> None:

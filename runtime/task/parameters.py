@@ -225,7 +225,7 @@ def declared(cls: type) -> dict[str, Parameter]:
     found: dict[str, Parameter] = {}
     for base in cls.__mro__:
         hints: dict[str, Any] = {}
-        for attribute, value in vars(base).items():
+        for attribute, value in list(vars(base).items()):  # since Python 3.14, annotations are added when first read
             if not isinstance(value, Parameter):
                 continue
             effective = getattr(cls, attribute)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import imc
 from runtime.bus import Bus, Subscription
-from runtime.kernel import SECOND, Timer
+from runtime.kernel import SECOND, Timer, as_error
 
 if TYPE_CHECKING:
     from runtime.task.task import Task
@@ -197,10 +197,10 @@ class Script:
         except StopIteration as end:
             self.done, self.result = True, end.value
             self._end()
-        except Exception as error:
+        except BaseException as error:
             self.done = True
             self._end()
-            self._kernel.on_error(self.task, error)
+            self._kernel.on_error(self.task, as_error(error))
         else:
             if self.done:
                 self.cancel()

@@ -9,7 +9,7 @@ from zlib import crc32
 import imc
 from imc.addresses import BROADCAST, OPERATORS, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.bus import Subscription, known_here
-from runtime.kernel import SECOND, Readable, Timer, nanoseconds
+from runtime.kernel import SECOND, Readable, Timer, as_error, handler_of, nanoseconds
 from runtime.problem import Doubt
 from runtime.task.entities import Entity, State
 from runtime.task.handlers import Consumer, Ticker, consumers, tickers
@@ -208,14 +208,15 @@ class Task:
         """Compute `function(*args)` outside the handlers and pass the result to `then`.
 
         On a wall clock a worker thread computes it. On a virtual clock it is computed immediately and the result
-        arrives after `latency` seconds, so the run stays deterministic. An exception in it is the task's error.
+        arrives after `latency` seconds, so the run stays deterministic. An exception in it is the task's error. At the
+        end of a run, work that goes on is given up.
         """
         if self._kernel.virtual:
             self.after(latency, self._offloaded, self._round, then, _outcome(function, args))
         else:
             deliver = functools.partial(self._kernel.post, self._offloaded, self._round, then)
-            future = self.vehicle.worker.submit(_outcome, function, args)
-            future.add_done_callback(lambda done: done.cancelled() or deliver(done.result()))
+            title = f"{handler_of(function)} of {self.name}"
+            self.vehicle.worker.submit(title, lambda: deliver(_outcome(function, args)))
 
     def run(self, coroutine_function: Callable[..., Coroutine[Any, Any, Any]], *args: Any) -> Script:
         """Start `coroutine_function(script, *args)` as sequential logic on the same kernel."""
@@ -280,5 +281,5 @@ class Task:
 def _outcome(function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[Any, Exception | None]:
     try:
         return function(*args), None
-    except Exception as error:
-        return None, error
+    except BaseException as error:
+        return None, as_error(error)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import imc
 from runtime.bus import Bus, known_here
-from runtime.kernel import Clock, Kernel
+from runtime.kernel import Clock, Kernel, as_error
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
 from runtime.profile import ENTITY_IDS, EVERY_TASK, NEVER, Option, Profile, default_label, dune
 from runtime.task import EntityError, ParameterError, Task, allot, consumers, with_place
@@ -120,8 +120,9 @@ def build(
                 problems.append(Problem("error", *section.origin, f"{section.name}: {error}"))
             except EntityError as error:
                 problems.append(Problem("error", *_origin(profile, section.name, "Entity Label"), str(error)))
-            except Exception as error:
-                problems.append(Problem("error", *section.origin, f"{section.name}: {with_place(error)}"))
+            except BaseException as error:
+                text = f"{section.name}: {with_place(as_error(error))}"
+                problems.append(Problem("error", *section.origin, text))
     if problems:
         vehicle.close()
         raise ProfileError(problems)

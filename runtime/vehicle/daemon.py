@@ -29,6 +29,8 @@ class Daemon(ParameterService):
     def beat(self) -> None:
         """Once a second: Heartbeat, and the state of each entity that has one."""
         self.publish(imc.Heartbeat())
+        if self.vehicle.pace is not None:
+            self.vehicle.pace.look()
         for entity in self.vehicle.entities:
             if entity.stateful:
                 self.publish(imc.EntityState(state=entity.state, description=entity.description), entity=entity)

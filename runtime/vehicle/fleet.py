@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import imc
 from runtime.bus import Bus
-from runtime.kernel import LIVELOCK_EVENTS, SECOND, Clock, Kernel, LivelockError
+from runtime.kernel import LIVELOCK_EVENTS, SECOND, Clock, Kernel, LivelockError, title
 from runtime.task import Task
 
 if TYPE_CHECKING:
@@ -184,7 +184,7 @@ class Fleet:
         vehicle = self.of(owner)
         try:
             if vehicle is None:
-                error.add_note(f"in {owner!r}, which does not belong to a vehicle of the fleet")
+                error.add_note(f"in {title(owner)}, which does not belong to a vehicle of the fleet")
                 raise error
             vehicle.failed(owner, error)
         except Exception:
@@ -192,9 +192,9 @@ class Fleet:
                 raise
             self._fatal = self._fatal or error
 
-    def _slow(self, owner: object, seconds: float) -> None:
+    def _slow(self, owner: object, seconds: float, handler: str) -> None:
         vehicle = self.of(owner)
         if vehicle is None:
-            logger.warning("%r took %.3f s in one handler", owner, seconds)
+            logger.warning("%s took %.3f s in one handler, %s", title(owner), seconds, handler)
         else:
-            vehicle.slow(owner, seconds)
+            vehicle.slow(owner, seconds, handler)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
+from runtime.kernel import as_error
 from runtime.profile import statement
 from runtime.task import Parameter, ParameterError, Task, consume
 from runtime.vehicle.allowance import Allowance
@@ -153,8 +154,8 @@ class ParameterService(Task):
         except ParameterError as error:
             task.log.error(f"{error}; the old values stay")
             return False
-        except Exception as error:
-            self._kernel.on_error(task, error)
+        except BaseException as error:
+            self._kernel.on_error(task, as_error(error))
             return False
         return True
 
@@ -162,7 +163,7 @@ class ParameterService(Task):
         try:
             task.configure()
             task.reconfigured()
-        except Exception:
+        except BaseException:
             task.parameter_set.restore(before)
             task.configure()
             task.reconfigured()

@@ -3,19 +3,20 @@
 import logging
 import traceback
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import imc
 from runtime.bus import Bus, Subscription
-from runtime.kernel import SECOND, Clock, Kernel, owner_of
+from runtime.kernel import SECOND, Clock, Kernel, as_error, owner_of, title
 from runtime.profile import default_label
 from runtime.task import Activation, Entities, State, Systems, Task, consumers, one_line, rate_of, tickers, with_place
 from runtime.vehicle.changes import Changes, Settings, assign, give
 from runtime.vehicle.daemon import Daemon
 from runtime.vehicle.fleet import Fleet
+from runtime.vehicle.pace import Pace
+from runtime.vehicle.workers import Workers
 
 if TYPE_CHECKING:
     from runtime.snapshot import Journals
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 LONGEST_BACKOFF = 60.0
 HEALTHY_AFTER = 60.0
 STARTING_PATIENCE = 5.0  # s
+WORK_PATIENCE = 0.3  # s, for offloaded work at the end of a run
 
 logger = logging.getLogger("shoal.vehicle")
 
@@ -89,6 +91,7 @@ class Vehicle:
         self._observers: list[object] = []
         self.closing = False
         self.stopped = False
+        self.pace = None if self.kernel.virtual else Pace(self)
         self.daemon = self.add(Daemon, "Daemon")
         self.bus.admit = self._admit
         if fleet is not None:
@@ -105,9 +108,9 @@ class Vehicle:
         return list(self._tasks.values())
 
     @cached_property
-    def worker(self) -> ThreadPoolExecutor:
+    def worker(self) -> Workers:
         """The threads for heavy work on a wall clock."""
-        return ThreadPoolExecutor(max_workers=2, thread_name_prefix=f"{self.name}-worker")
+        return Workers(self.name)
 
     def task(self, name: str) -> Task:
         """The task of a section. Raises KeyError."""
@@ -135,7 +138,7 @@ class Vehicle:
             task.configure()
             for ticking in tickers(cls):
                 rate_of(task, ticking.rate)
-        except Exception:
+        except BaseException:
             for reserved in [e for e in self.entities if e.component == section]:
                 self.entities.release(reserved)
             raise
@@ -190,7 +193,8 @@ class Vehicle:
             self.bus.detach()
         finally:
             if "worker" in vars(self):
-                self.worker.shutdown(wait=True, cancel_futures=True)
+                for work in self.worker.close(WORK_PATIENCE):
+                    logger.warning("%s goes on; it is given up", work)
             if self.fleet is None:
                 self.kernel.close()
         try:
@@ -267,19 +271,19 @@ class Vehicle:
     def _shut(self, task: Task) -> None:
         try:
             task.disconnect()
-        except Exception as error:
-            self._note(task, error)
+        except BaseException as error:
+            self._note(task, as_error(error))
         if task.name not in self.running:
             return
         self.running.discard(task.name)
         try:
             task.stop()
-        except Exception as error:
-            self._note(task, error)
+        except BaseException as error:
+            self._note(task, as_error(error))
 
     def _note(self, owner: object, error: Exception) -> None:
         """Log an error of a task that stops, and keep the first one for `close`."""
-        logger.error("%r while stopping: %s", owner, with_place(error))
+        logger.error("%s while stopping: %s", title(owner), with_place(error))
         self._error = self._error or error
 
     def failed(self, owner: object, error: Exception) -> None:
@@ -289,12 +293,12 @@ class Vehicle:
             return
         if not self.keep_going:
             if error is not self._error:
-                place = f"{self.name}, {owner!r}" if self.fleet is not None else repr(owner)
+                place = f"{self.name}, {title(owner)}" if self.fleet is not None else title(owner)
                 error.add_note(f"in {place} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
             self._error, self._told = error, True
             raise error
         if not isinstance(owner, Task):
-            logger.error("%r: %s", owner, "".join(traceback.format_exception(error)))
+            logger.error("%s: %s", title(owner), "".join(traceback.format_exception(error)))
             return
         self._shut(owner)
         if (activation := self.activations.get(owner.name)) is not None:
@@ -307,9 +311,10 @@ class Vehicle:
         owner.log.error(f"{with_place(error)}: restarting in {delay:g} s")
         self._soon(self._restart, owner, delay)
 
-    def slow(self, owner: object, seconds: float) -> None:
+    def slow(self, owner: object, seconds: float, handler: str) -> None:
         """Report a task that delays the others: the kernel's `on_slow`. Tasks may take longer while they start."""
         if self._starting and seconds < STARTING_PATIENCE:
             return
-        name = owner.name if isinstance(owner, Task) else repr(owner)
-        self.daemon.log.warning(f"{name} took {seconds:.3f} s in one handler; heavy work belongs in offload()")
+        self.daemon.log.warning(
+            f"{title(owner)} took {seconds:.3f} s in one handler, {handler}; heavy work belongs in offload()"
+        )

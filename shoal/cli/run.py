@@ -1,6 +1,7 @@
 """`shoal run`: runs a vehicle profile and shows its status."""
 
 import contextlib
+import os
 import signal
 import sys
 import traceback
@@ -11,8 +12,9 @@ from types import FrameType
 from typing import Any, NoReturn, TypeVar
 
 import click
+from click.core import ParameterSource
 
-from runtime.kernel import kernel, parse_clock
+from runtime.kernel import Watchdog, kernel, parse_clock
 from runtime.problem import Problem, ProfileError
 from runtime.profile import load_profile
 from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load, run_with_snapshots
@@ -33,6 +35,9 @@ from shoal.cli.status import Status
 
 F = TypeVar("F", bound=Callable[..., Any])
 MOST_WARNINGS = 10
+FIXED_BY_SNAPSHOT = ("config_dir", "profiles", "vehicle", "clock", "seed", "bus", "keep_going")
+STOPPING_TIME = 0.8  # s from a signal to the end, whatever hangs
+CLOSING = 30.0  # s to close a run that ends by itself
 STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 OWN_FILES = (kernel.__file__, vehicle_module.__file__)
 
@@ -95,6 +100,7 @@ def run(
     name = profile or config_file
     use_code(code, [] if name is None else [name])
     if from_snapshot is not None:
+        _refuse_contradictions(name)
         go_on(from_snapshot, log_dir, duration, overrides, snapshot_every)
     if name is None:
         raise click.UsageError("name a profile, for example: shoal run lauv-noptilus-1 -p Simulation")
@@ -135,6 +141,19 @@ def run(
     swim(made.vehicle, title, duration, snapshot_every=snapshot_every)
 
 
+def _refuse_contradictions(profile: str | None) -> None:
+    """Refuse what a snapshot contains itself. Raises UsageError."""
+    context = click.get_current_context()
+    given = ["PROFILE"] if profile else []
+    for option in context.command.params:
+        typed = context.get_parameter_source(option.name or "") is ParameterSource.COMMANDLINE
+        agrees = option.name == "clock" and context.params["clock"].strip().lower() == "virtual"
+        if typed and option.name in FIXED_BY_SNAPSHOT and not agrees:
+            given.append(max(option.opts, key=len))
+    if given:
+        raise click.UsageError(f"a snapshot has its own {', '.join(given)}: leave out what is named here")
+
+
 def go_on(
     path: Path, log_dir: Path, duration: float | None, overrides: tuple[str, ...], snapshot_every: float | None
 ) -> NoReturn:
@@ -158,17 +177,20 @@ def swim(
     start: bool = True,
     snapshot_every: float | None = None,
 ) -> NoReturn:
-    """Run a vehicle to its end, for `duration` (s) or until Ctrl-C, show its status, and exit with its exit status.
+    """Run a vehicle to its end, for `duration` (s) or until a signal, show its status, and exit with its exit status.
+
+    A first signal ends the run in order, within a second whatever hangs; a second one ends it immediately.
 
     `start` is False if it continues from a snapshot. A snapshot is saved beside its log every `snapshot_every` (s); one
     that the disk refuses is reported and left out.
     """
     status = Status(vehicle, title, duration)
-    stop = _stopper(vehicle)
     missing: list[OSError] = []
+    watchdog = Watchdog(vehicle.kernel, _leave)
+    stop = _stopper(vehicle, watchdog)
     previous = {n: signal.signal(n, stop) for n in STOPPING if signal.getsignal(n) is not signal.SIG_IGN}
     try:
-        with status:
+        with status, watchdog:
             if start:
                 vehicle.start()
             try:
@@ -177,10 +199,13 @@ def swim(
                 else:
                     missing = run_with_snapshots(vehicle, duration, snapshot_every, partial(keep_beside_log, vehicle))
             finally:
+                if not vehicle.virtual:
+                    watchdog.expect_end(CLOSING)
                 vehicle.close()
     except Exception as error:
-        click.echo(_own_part(error), err=True)
         vehicle.exit_status = 1
+        with contextlib.suppress(OSError):
+            click.echo(_own_part(error), err=True)
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)
@@ -189,6 +214,11 @@ def swim(
     if missing:
         tell_missing(missing)
         vehicle.exit_status = vehicle.exit_status or 1
+    if watchdog.hasty:  # a signal: without the end of the interpreter, which takes long on a busy computer
+        with contextlib.suppress(OSError):
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(vehicle.exit_status)
     sys.exit(vehicle.exit_status)
 
 
@@ -208,8 +238,8 @@ def _own_part(error: Exception) -> str:
     return "".join(traceback.format_exception(type(error), error, trace)).rstrip()
 
 
-def _stopper(vehicle: Vehicle) -> Callable[[int, FrameType | None], None]:
-    """A signal handler: the first signal ends the run cleanly, the second immediately.
+def _stopper(vehicle: Vehicle, watchdog: Watchdog) -> Callable[[int, FrameType | None], None]:
+    """A signal handler: the first signal ends the run in order, the second immediately.
 
     A second SIGHUP does not: a closed terminal sends it twice.
     """
@@ -217,11 +247,26 @@ def _stopper(vehicle: Vehicle) -> Callable[[int, FrameType | None], None]:
 
     def stop(number: int, _: FrameType | None) -> None:
         asked.append(number)
-        if len(asked) > 1 and signal.Signals(number).name != "SIGHUP":
-            raise KeyboardInterrupt
-        vehicle.kernel.post(vehicle.stop)
+        if len(asked) == 1:
+            vehicle.kernel.post(vehicle.stop)
+            watchdog.expect_end(STOPPING_TIME, hasty=True)
+        elif signal.Signals(number).name != "SIGHUP":
+            _leave("stopped by a second signal")
 
     return stop
+
+
+def _leave(text: str) -> NoReturn:
+    """End the process at once, from any thread: nothing is closed; logs have what was written until their last flush.
+
+    Only calls of the operating system: a stream of Python may be locked by what hangs.
+    """
+    for stream, data in ((1, b"\x1b[?25h"), (2, f"shoal: {text}\n".encode())):  # the first shows the cursor again
+        with contextlib.suppress(OSError):
+            if stream == 2 or os.isatty(stream):
+                os.set_blocking(stream, False)
+                os.write(stream, data)
+    os._exit(1)
 
 
 def tell_warnings(problems: list[Problem], profile: str) -> None:

@@ -84,7 +84,9 @@ class Status:
     def summary(self) -> str:
         """One line about the run and, without a panel, one for each entity that ended in trouble."""
         real, passed = time.monotonic() - self._began[0], self.now - self._began[1]
-        parts = [f"{passed:.1f} s of vehicle time in {real:.1f} s", self._messages()]
+        pace = self.vehicle.pace.since(passed, real) if self.vehicle.pace is not None else ""
+        span = f"{passed:.1f} s of vehicle time in {real:.1f} s" + (f" ({pace})" if pace else "")
+        parts = [span, self._messages()]
         if self.detections:
             parts.append(f"{self.detections} MUG detections")
         if self.folder:
@@ -96,6 +98,7 @@ class Status:
         if self._live is None and time.monotonic() >= self._next_line:
             self._next_line += LINE_PERIOD
             words = [self._position(), *self._entities().plain.split("\n"), self._messages()]
+            words += [str(self.vehicle.pace)] if self.vehicle.pace is not None and str(self.vehicle.pace) else []
             self._print(Text(f"{_clock(self.now)} STATUS  {', '.join(words)}"))
         elif self._live is not None and time.monotonic() - self._counted[1] >= REFRESH:
             self._refresh()
@@ -119,7 +122,9 @@ class Status:
         table.add_column()
         passed = self.now - self._began[1]
         span = f"{passed:.1f} s" + (f" of {self.duration:g} s" if self.duration is not None else "")
-        table.add_row("time", f"{_clock(self.now)}   {span}   {self._speed:.3g} x real time")
+        table.add_row(
+            "time", f"{_clock(self.now)}   {span}   {self._speed:.3g} x real time   {self.vehicle.pace or ''}"
+        )
         table.add_row("vehicle", self._position())
         if self.mode:
             table.add_row("mode", Text("   ".join(filter(None, [self.mode, printable(self.plan)]))))

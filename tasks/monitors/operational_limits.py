@@ -88,7 +88,7 @@ class OperationalLimits(Task):
             Limit.MAX_SPEED: self.maximum_speed,
             Limit.MAX_VRATE: self.maximum_vertical_rate,
         }
-        mask = sum(limit for limit, value in values.items() if value >= 0.0)
+        mask = sum(limit for limit, value in values.items() if value >= 0.0)  # integers
         self._limits = initial.replace(mask=mask | (Limit.AREA if self.area_center else 0))
         self._state: imc.EstimatedState | None = None
         self._passed: set[str] = set()

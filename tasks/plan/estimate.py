@@ -71,7 +71,7 @@ def estimate(maneuver: imc.Message, start: Position | None, train: Powertrain, n
     if not stations or speed <= 0.0:
         return Estimate(end=start)
     legs = [_distance(*leg) for leg in pairwise(([start] if start else []) + stations)]
-    travel = sum(max(0.0, leg / speed - train.ahead) for leg in legs)
+    travel = math.fsum(max(0.0, leg / speed - train.ahead) for leg in legs)
     waiting = 0.0
     if isinstance(maneuver, imc.StationKeeping | imc.Loiter):
         waiting = endless
@@ -87,7 +87,7 @@ def estimate(maneuver: imc.Message, start: Position | None, train: Powertrain, n
     elif isinstance(maneuver, imc.ScheduledGoto):
         travel = max(travel, maneuver.arrival_time - now)
     moving = travel + (waiting if isinstance(maneuver, imc.Loiter) and math.isfinite(waiting) else 0.0)
-    return Estimate(travel + waiting, moving, speed, sum(legs), max(legs, default=0.0), stations[-1])
+    return Estimate(travel + waiting, moving, speed, math.fsum(legs), max(legs, default=0.0), stations[-1])
 
 
 def interpolate(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:

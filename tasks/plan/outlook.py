@@ -25,12 +25,13 @@ class Outlook:
     @property
     def seconds(self) -> float:
         """Duration (s) of the plan without calibration; infinite if endless, NaN if unknown."""
-        return math.inf if self.graph.cyclical else sum(e.seconds for e in self.estimates.values())
+        return math.inf if self.graph.cyclical else math.fsum(e.seconds for e in self.estimates.values())
 
     def following(self, name: str) -> float:
         """Duration (s) of what comes after a maneuver."""
         _, *later = self.graph.chain(name)
-        return sum(self.estimates[node.name].seconds if node.name in self.estimates else math.nan for node in later)
+        names = [node.name for node in later]
+        return math.fsum(self.estimates[name].seconds if name in self.estimates else math.nan for name in names)
 
     def statistics(self, capacity: float) -> imc.PlanStatistics:
         """As a message; fuel is in percent of `capacity` (J), empty if that is 0."""
@@ -48,7 +49,7 @@ class Outlook:
             plan_id=self.graph.plan.plan_id,
             properties=properties,
             durations=tuples(durations, 1),
-            distances=tuples({"Total": sum(distances.values()), **distances}, 1),
+            distances=tuples({"Total": math.fsum(distances.values()), **distances}, 1),
             fuel=tuples(shares, 2),
         )
 
@@ -66,9 +67,9 @@ def foresee(graph: Graph, start: Position | None, train: Powertrain, now: float)
         if len(estimates) < len(chain):
             estimates[node.name], position = found, found.end
     finite = [e for e in estimates.values() if math.isfinite(e.seconds)]
-    hotel = train.hotel * sum(e.seconds for e in finite)
+    hotel = train.hotel * math.fsum(e.seconds for e in finite)
     resting = max(0.0, train.power(0.0))
-    motion = sum(e.moving * train.power(e.speed) + max(0.0, e.seconds - e.moving) * resting for e in finite)
+    motion = math.fsum(e.moving * train.power(e.speed) + max(0.0, e.seconds - e.moving) * resting for e in finite)
     return Outlook(graph, estimates, hotel + motion, hotel)
 
 

@@ -114,7 +114,7 @@ class PlanStore:
         digest = md5(b"".join(plan.md5 for plan in plans), usedforsecurity=False).digest()
         return imc.PlanDBState(
             plan_count=len(plans),
-            plan_size=sum(len(plan.data) for plan in plans),
+            plan_size=sum(len(plan.data) for plan in plans),  # integers
             change_time=last.time,
             change_sid=last.system,
             change_sname=last.name,

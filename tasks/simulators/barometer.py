@@ -37,8 +37,8 @@ class Barometer(Task):
             self.set_entity_state(State.FAULT, "SimulatedState is not finite")
 
     @periodic("execution_frequency")
-    def measure(self) -> None:
-        keep = math.exp(-1.0 / (self.execution_frequency * self.drift_time_constant))
+    def measure(self, periods: int) -> None:
+        keep = math.exp(-periods / (self.execution_frequency * self.drift_time_constant))
         fresh, noise = self.random.standard_normal(2).tolist()
         self._wander = keep * self._wander + math.sqrt(1.0 - keep * keep) * fresh
         truth = self._truth

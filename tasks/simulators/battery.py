@@ -83,7 +83,7 @@ class Battery(Task):
     def _advance(self) -> None:
         """Draw the energy used since the last call."""
         elapsed, self._since = (self.now_ns - self._since) * 1e-9, self.now_ns
-        power = self.hotel_load + sum(self._propulsion(share) for share in self._actuations.values())
+        power = self.hotel_load + math.fsum(self._propulsion(share) for share in self._actuations.values())
         steps = len(self.voltage_curve) - 1
         voltage = _interpolate([k / steps for k in range(steps + 1)], self.voltage_curve, self._charge)
         if self._charge <= 0.0:

@@ -64,14 +64,14 @@ class GPS(Task):
             self.set_entity_state(State.FAULT, "SimulatedState is not finite")
 
     @periodic("execution_frequency")
-    def report(self) -> None:
+    def report(self, periods: int) -> None:
         truth = self._truth
         if truth is None:
             return
         if truth.z > self.activation_depth:
-            period = 1.0 / self.execution_frequency
+            aged = periods / self.execution_frequency
             lost = self._last.replace(
-                validity=0, satellites=0, sog=0.0, cog=0.0, hdop=self._last.hdop + period, hacc=self._last.hacc + period
+                validity=0, satellites=0, sog=0.0, cog=0.0, hdop=self._last.hdop + aged, hacc=self._last.hacc + aged
             )
             self._publish(lost)
             self.set_entity_state(State.NORMAL, "no fix under water")

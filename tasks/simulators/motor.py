@@ -45,7 +45,7 @@ class Motor(Powered):
         self._speeds.extend([0] * AVERAGED)
 
     @periodic("execution_frequency")
-    def measure(self) -> None:
+    def measure(self, periods: int) -> None:
         if not self.powered:
             return
         if self._actuation and self.command_timeout and self.now - self._commanded > self.command_timeout:
@@ -55,8 +55,8 @@ class Motor(Powered):
         offset, factor = self.thruster_act_to_rpm_factor
         share = self._actuation
         wanted = math.copysign(offset, share) + factor * share if abs(share) >= DEAD_BAND else 0.0
-        left = math.exp(-1.0 / (self.execution_frequency * self.time_constant)) if self.time_constant else 0.0
+        left = math.exp(-periods / (self.execution_frequency * self.time_constant)) if self.time_constant else 0.0
         self._turning = wanted + (self._turning - wanted) * left
         self._speeds.append(int(self._turning))
-        speed = round(sum(self._speeds) / AVERAGED)
+        speed = round(sum(self._speeds) / AVERAGED)  # integers
         self.publish(imc.Rpm(value=max(-32768, min(32767, speed)) if abs(speed) >= SLOWEST else 0))

@@ -24,10 +24,10 @@ class StreamVelocity(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     @periodic("execution_frequency")
-    def flow(self) -> None:
+    def flow(self, periods: int) -> None:
         north, east, down = self.default_speed_north, self.default_speed_east, self.default_speed_down
         if self.stream_velocity_source == "Gauss-Markov":
-            keep = math.exp(-1.0 / (self.execution_frequency * self.time_constant))
+            keep = math.exp(-periods / (self.execution_frequency * self.time_constant))
             fresh = math.sqrt(1.0 - keep * keep)
             n, e = self.random.standard_normal(2).tolist()
             self._north, self._east = keep * self._north + fresh * n, keep * self._east + fresh * e

@@ -5,11 +5,11 @@ import math
 import imc
 from runtime import State, consume, param, periodic
 from tasks.simulators.power import Powered
+from tasks.simulators.steps import Steps
 from world.bodies import Airframe, Multirotor
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 TOUCHDOWN, HARDEST_TOUCHDOWN = 0.2, 2.0  # m/s, above which a touchdown is logged, and is an error
-MOST_STEPS = 100  # per call, to catch up if the computer was late
 DESCENT = 0.98  # share of the weight that the rotors carry without commands
 
 
@@ -67,10 +67,9 @@ class UAV(Powered):
         if self.craft.airframe.hover >= 1.0:
             self.log.warning("the rotors are too weak to carry the weight")
         self._origin: imc.GpsFix | None = None
-        self._period = 1.0 / self.execution_frequency
+        self._steps = Steps(self.execution_frequency, self.command_timeout)
         self._unknown: set[str] = set()
         self._commanded = math.inf
-        self._moved = self.now_ns
         self.set_entity_state(State.BOOT, "waiting for the start position")
 
     @consume(others=True)
@@ -116,16 +115,17 @@ class UAV(Powered):
             self.craft.wind = velocity
 
     @periodic("execution_frequency")
-    def move(self) -> None:
+    def move(self, periods: int) -> None:
         origin, craft = self._origin, self.craft
         if origin is None:
+            self._steps.skip(self.now_ns, periods)
             return
-        if self.powered and self.now - self._commanded > self.command_timeout:
+        waited = self.now - (periods - 1) / self.execution_frequency - self._commanded
+        if self.powered and waited > self.command_timeout:
             self._descend()
         flew = not craft.on_ground
-        elapsed, self._moved = (self.now_ns - self._moved) * 1e-9, self.now_ns
-        for _ in range(max(1, min(MOST_STEPS, round(elapsed / self._period)))):
-            craft.step(self._period)
+        if stall := self._steps.go(self.now_ns, periods, craft.step, self._descend):
+            self.log.warning(stall)
         if flew and craft.on_ground and craft.impact > TOUCHDOWN:
             say = self.log.error if craft.impact > HARDEST_TOUCHDOWN else self.log.info
             say(f"touchdown at {craft.impact:.1f} m/s")
@@ -133,6 +133,7 @@ class UAV(Powered):
         svx, svy, svz = craft.wind
         self.publish(
             imc.SimulatedState(
+                timestamp=self._steps.time,
                 lat=origin.lat,
                 lon=origin.lon,
                 height=self.ground_height,
@@ -151,7 +152,8 @@ class UAV(Powered):
                 svx=svx,
                 svy=svy,
                 svz=svz,
-            )
+            ),
+            keep_time=True,
         )
 
     def _descend(self) -> None:

@@ -8,6 +8,7 @@ from runtime import ParameterError, State, consume, param, periodic
 from runtime.problem import Doubt, quoted, suggestion
 from tasks.simulators.power import Powered
 from tasks.simulators.seabed import offset, read_seabed
+from tasks.simulators.steps import Steps
 from world.bodies import (
     Boat,
     BoatModel,
@@ -22,6 +23,7 @@ from world.sea import BathymetryError, Grounding
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 AFLOAT = 2.0  # s without a touch, after which the vehicle is no longer aground
+PATIENCE = 2.0  # s without a step, after which actuators stop, as the motor controllers and servos of a vehicle do
 
 
 class VSIM(Powered):
@@ -78,7 +80,7 @@ class VSIM(Powered):
         self._grounding = Grounding()
         self._touched: float | None = None
         self._unknown: set[tuple[str, int]] = set()
-        self._period = 1.0 / self.execution_frequency
+        self._steps = Steps(self.execution_frequency, PATIENCE)
         self.set_entity_state(State.BOOT, "waiting for the start position")
 
     def _vehicle_type(self) -> str:
@@ -131,16 +133,18 @@ class VSIM(Powered):
             self.craft.wind = -wind.speed * math.cos(wind.direction), -wind.speed * math.sin(wind.direction)
 
     @periodic("execution_frequency")
-    def move(self) -> None:
+    def move(self, periods: int) -> None:
         origin, craft = self._origin, self.craft
         if origin is None:
+            self._steps.skip(self.now_ns, periods)
             return
-        craft.step(self._period)
-        self._ground()
+        if stall := self._steps.go(self.now_ns, periods, self._step, self._release):
+            self.log.warning(stall)
         phi, theta, psi = craft.euler_angles()
         svx, svy, svz = craft.stream
         self.publish(
             imc.SimulatedState(
+                timestamp=self._steps.time,
                 lat=origin.lat,
                 lon=origin.lon,
                 height=origin.height,
@@ -159,14 +163,19 @@ class VSIM(Powered):
                 svx=svx,
                 svy=svy,
                 svz=svz,
-            )
+            ),
+            keep_time=True,
         )
 
-    def _ground(self) -> None:
+    def _step(self, seconds: float) -> None:
+        self.craft.step(seconds)
+        self._ground(seconds)
+
+    def _ground(self, seconds: float) -> None:
         """Stop the vehicle on the bottom; the log says when it touches it, and when it is free again."""
         if self._seabed is None:
             return
-        water = self._grounding.hold(self.craft, self._seabed, self._period)
+        water = self._grounding.hold(self.craft, self._seabed, seconds)
         if water is not None:
             if self._touched is None:
                 self.log.warning(f"grounded in {max(0.0, water):.1f} m of water")
@@ -174,6 +183,13 @@ class VSIM(Powered):
         elif self._touched is not None and self.now - self._touched > AFLOAT:
             self._touched = None
             self.log.info("no longer grounded")
+
+    def _release(self) -> None:
+        """Stop the actuators."""
+        for fin in range(len(self.craft.deflections)):
+            self.craft.deflect(fin, 0.0)
+        for thruster in range(len(self.craft.actuations)):
+            self.craft.drive(thruster, 0.0)
 
     def _accepts(self, what: str, number: int, value: float, count: int) -> bool:
         if number < count and math.isfinite(value):

@@ -20,8 +20,8 @@ class Wind(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     @periodic("execution_frequency")
-    def blow(self) -> None:
-        keep = math.exp(-1.0 / (self.execution_frequency * self.time_constant))
+    def blow(self, periods: int) -> None:
+        keep = math.exp(-periods / (self.execution_frequency * self.time_constant))
         self._gust = keep * self._gust + math.sqrt(1.0 - keep * keep) * float(self.random.standard_normal())
         speed = max(0.0, self.speed + self.gusts * self._gust)
         self.publish(imc.AbsoluteWind(direction=math.radians(self.direction), speed=speed, turbulence=self.gusts))

@@ -112,7 +112,7 @@ class MAVLink(Task):
         for words, trouble in list(self.closed.items()):
             self.open(words, trouble)
         troubles = [trouble for trouble in self.closed.values() if trouble]
-        peers = sum(session.contact for session in self.sessions())
+        peers = sum(session.contact for session in self.sessions())  # integers
         counts = ", ".join(f"{name} {count}" for name, count in sorted(self.counts.items()) if count)
         figures = f"{peers} in contact" + (f"; {counts}" if counts else "")
         state = State.NORMAL if not troubles else State.FAULT if self.open_links else State.ERROR

@@ -169,4 +169,4 @@ def original_size_criterion(k: float = 1.0, phi_max_deg: float = 135.0) -> float
 
     It takes phi in degrees and adds the terms as a root of squares; the correct size is 2 ceil(r(phi_max)) px.
     """
-    return math.sqrt(sum((k * phi_max_deg**n) ** 2 for n in range(1, 5)))
+    return math.sqrt(math.fsum((k * phi_max_deg**n) ** 2 for n in range(1, 5)))

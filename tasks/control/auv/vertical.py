@@ -38,6 +38,6 @@ class Bottom:
         past.append(self._measured)
         while len(past) < len(self._weights):
             past.append(self._measured)
-        self.depth = sum(map(mul, self._weights, past)) if self._weights else self._measured
+        self.depth = math.fsum(map(mul, self._weights, past)) if self._weights else self._measured
         self.rate = (self.depth - before) / dt if self.is_known and dt > 0.0 else 0.0
         self.is_known = True

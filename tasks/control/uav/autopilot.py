@@ -145,7 +145,7 @@ class Autopilot(Task):
             self._fly(state, dt if 0.0 < dt <= LONGEST_STEP else 0.0)
 
     @periodic(1.0 / BLIND_STEP)
-    def watch_state(self) -> None:
+    def watch_state(self, periods: int) -> None:
         """Descend level if EstimatedState is missing."""
         if self._phase is Phase.GROUND or self._state is None or self.now - self._stated <= self.state_timeout:
             return
@@ -156,7 +156,7 @@ class Autopilot(Task):
             self._enter(Phase.GROUND, self._state)
             return
         brake = clamp(BLIND_GAIN * (BLIND_DESCENT - self._falling), self.maximum_acceleration)
-        self._falling += BLIND_STEP * brake
+        self._falling += periods * BLIND_STEP * brake
         self._command(0.0, 0.0, 0.0, BLIND_THRUST * self._weight - brake)
 
     @periodic(1.0)

@@ -33,7 +33,7 @@ class FixGate:
             return Reason.INVALID
         if fix.validity & Valid.VALID_HACC:
             past = self._accuracies
-            mean = sum(past) / len(past) if len(past) >= FEWEST else math.inf
+            mean = math.fsum(past) / len(past) if len(past) >= FEWEST else math.inf
             past.append(fix.hacc)
             if fix.hacc > self.factor * mean:
                 return Reason.ABOVE_THRESHOLD

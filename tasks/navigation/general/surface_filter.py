@@ -86,13 +86,15 @@ class SurfaceFilter:
         """Variances of surge and sway over ground ((m/s)²) at a heading (rad)."""
         c, s = math.cos(psi), math.sin(psi)
         ahead, aside = ((U, 1.0), (STREAM_NORTH, c), (STREAM_EAST, s)), ((V, 1.0), (STREAM_NORTH, -s), (STREAM_EAST, c))
-        first, second = (sum(f * g * self.p[i][j] for i, f in parts for j, g in parts) for parts in (ahead, aside))
+        first, second = (
+            math.fsum(f * g * self.p[i][j] for i, f in parts for j, g in parts) for parts in (ahead, aside)
+        )
         return max(0.0, first), max(0.0, second)
 
     def _update(self, innovation: float, variance: float, *parts: tuple[int, float]) -> None:
         p = self.p
-        ph = [sum(factor * row[index] for index, factor in parts) for row in p]
-        total = variance + sum(factor * ph[index] for index, factor in parts)
+        ph = [math.fsum(factor * row[index] for index, factor in parts) for row in p]
+        total = variance + math.fsum(factor * ph[index] for index, factor in parts)
         gain = [a / total for a in ph]
         self.x = [a + innovation * g for a, g in zip(self.x, gain, strict=True)]
         self.p = [[a - g * b for a, b in zip(row, ph, strict=True)] for row, g in zip(p, gain, strict=True)]

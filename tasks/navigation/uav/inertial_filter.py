@@ -1,5 +1,6 @@
 """A Kalman filter of position, velocity and accelerometer bias along axes that are measured equally well."""
 
+import math
 from collections.abc import Sequence
 
 
@@ -48,7 +49,7 @@ class InertialFilter:
 
     def surprise(self, positions: Sequence[float], variance: float) -> float:
         """The squared Mahalanobis distance of measured positions with a variance (m²) of each axis."""
-        total = sum((measured - known) ** 2 for measured, known in zip(positions, self.position, strict=True))
+        total = math.fsum((measured - known) ** 2 for measured, known in zip(positions, self.position, strict=True))
         return total / (self._p[0] + variance)
 
     def correct(self, positions: Sequence[float], variance: float) -> None:

@@ -119,8 +119,8 @@ class Navigation(Task):
         if len(self._first) < self.initial_fixes or self._angles is None or not self._height.take():
             return
         count = len(self._first)
-        lat, height = (sum(getattr(f, name) for f in self._first) / count for name in ("lat", "height"))
-        lon = wrap(sum(_beside(self._first[0].lon, f.lon) for f in self._first) / count)
+        lat, height = (math.fsum(getattr(f, name) for f in self._first) / count for name in ("lat", "height"))
+        lon = wrap(math.fsum(_beside(self._first[0].lon, f.lon) for f in self._first) / count)
         self._reference = imc.GpsFix(lat=lat, lon=lon, height=height)
         self._ground = self._height.value[0]
         initial = INITIAL_VELOCITY, INITIAL_BIAS

@@ -162,7 +162,7 @@ def _words(text: str) -> list[str]:
 def _abbreviate(words: list[str], letters: int) -> str:
     """The words, joined, in at most `letters` letters; the longest is cut first."""
     words = [word for word in words if word not in SMALL_WORDS][:letters]
-    while sum(map(len, words)) > letters:
+    while sum(map(len, words)) > letters:  # integers
         longest = max(range(len(words)), key=lambda i: (len(words[i]), i))
         words[longest] = words[longest][:-1]
     return "".join(words)

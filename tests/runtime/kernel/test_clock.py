@@ -9,7 +9,7 @@ import pytest
 
 import imc
 from runtime import State, Task, periodic
-from runtime.kernel import SECOND, Kernel, LivelockError, VirtualClock, WallClock
+from runtime.kernel import SECOND, Kernel, LivelockError, ScaledClock, VirtualClock, WallClock
 from runtime.profile import load_profile
 from runtime.testing import START, simulate
 from runtime.vehicle import build
@@ -87,7 +87,7 @@ class TestWallClock(ClockContract):
 class TestScaledClock(ClockContract):
     @pytest.fixture
     def clock(self):
-        return WallClock(speed=3.0, start=START * SECOND)
+        return ScaledClock(3.0, START * SECOND)
 
 
 class TestVirtualClock(ClockContract):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.kernel import SECOND, Kernel, LivelockError, Timer, VirtualClock, WallClock, parse_clock
+from runtime.kernel import SECOND, Kernel, LivelockError, ScaledClock, Timer, VirtualClock, WallClock, parse_clock
 
 
 @pytest.fixture
@@ -317,7 +317,7 @@ def test_a_slow_call_is_reported_with_its_owner(wall):
             time.sleep(0.05)
 
     slow, reports = Slow(), []
-    wall.on_slow = lambda owner, seconds: reports.append((owner, seconds))
+    wall.on_slow = lambda owner, seconds, handler: reports.append((owner, seconds, handler))
     wall.soon(slow.work)
     wall.run(until=wall.now_ns + SECOND // 5)
     assert reports[0][0] is slow
@@ -325,14 +325,14 @@ def test_a_slow_call_is_reported_with_its_owner(wall):
 
 
 def test_a_scaled_clock_passes_faster():
-    kernel = Kernel(WallClock(speed=50.0))
+    kernel = Kernel(ScaledClock(50.0))
     began = time.monotonic()
     kernel.run(until=kernel.now_ns + 5 * SECOND)
     kernel.close()
     assert 0.09 < time.monotonic() - began < 5.0
 
 
-@pytest.mark.parametrize(("text", "kind"), [("real", WallClock), ("virtual", VirtualClock), ("10x", WallClock)])
+@pytest.mark.parametrize(("text", "kind"), [("real", WallClock), ("virtual", VirtualClock), ("10x", ScaledClock)])
 def test_clocks_by_name(text, kind):
     assert isinstance(parse_clock(text, 0), kind)
 

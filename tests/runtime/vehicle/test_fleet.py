@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import imc
 from runtime import State, Task, consume, param, periodic
 from runtime.bus import Bus
-from runtime.kernel import SECOND, Kernel, LivelockError, VirtualClock, WallClock
+from runtime.kernel import SECOND, Kernel, LivelockError, ScaledClock, VirtualClock, WallClock
 from runtime.profile import load_profile
 from runtime.snapshot import SnapshotError, save
 from runtime.testing import START, NoProfile
@@ -213,7 +213,7 @@ def test_a_task_that_is_restarted_is_no_business_of_the_others():
 
 
 def test_one_that_stops_is_closed_and_the_others_go_on_until_all_have():
-    with Fleet(WallClock(20.0)) as fleet:
+    with Fleet(ScaledClock(20.0)) as fleet:
         made = [vehicle(f"v{n}", fleet=fleet, leaves_after=n) for n in (1.0, 2.0)]
         packets = [recorded(one) for one in made]
         fleet.start()
@@ -303,7 +303,7 @@ def test_what_looks_on_is_its_vehicles_and_what_is_nobodys_ends_the_run():
     vehicle("two", fleet=fleet).tap(imc.Depth, look)
     with pytest.raises(KeyError) as caught:
         run(fleet, 1.0)
-    assert "in two, <function" in caught.value.__notes__[0]
+    assert "in two, test_what_looks_on_" in caught.value.__notes__[0]
     fleet = Fleet(VirtualClock(0))
     one = vehicle("one", fleet=fleet)
     fleet.kernel.soon(lambda: Clumsy.fall(one))

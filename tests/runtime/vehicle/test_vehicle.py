@@ -6,7 +6,7 @@ import pytest
 
 import imc
 from runtime import ActivationError, ParameterError, State, Task, consume, param, periodic
-from runtime.kernel import SECOND, VirtualClock, WallClock
+from runtime.kernel import SECOND, ScaledClock, VirtualClock, WallClock
 from runtime.task import Entities, EntityError
 from runtime.testing import START, NoProfile, simulate
 from runtime.vehicle import Vehicle
@@ -432,7 +432,7 @@ HOOKS = ["start", "after", "at", "script", "offload", "then", "watch", "activate
 @pytest.mark.parametrize("hook", HOOKS)
 def test_wherever_a_task_fails_it_ends_a_simulation_and_restarts_on_a_vehicle(hook, speed):
     def run(keep_going):
-        clock = WallClock(speed) if speed else None
+        clock = ScaledClock(speed) if speed else None
         tasks = [(Everywhere, {"hook": hook, "active": True}), Steady, Fragile]
         return simulate(tasks, [imc.Temperature(timestamp=0.2)], seconds=60.0, clock=clock, keep_going=keep_going)
 

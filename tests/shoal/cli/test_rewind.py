@@ -107,3 +107,11 @@ def test_only_a_virtual_run_is_saved(tmp_path: Path) -> None:
     done = shoal(tmp_path, "run", "lauv-noptilus-1", "-p", "Kinematic", "--snapshot-every", "3s", "--for", "1s")
     assert done.returncode == 2
     assert "only a virtual run can be saved" in done.stderr
+
+
+@pytest.mark.parametrize("option", [["lauv-noptilus-1"], ["-p", "Simulation"], ["--seed", "3"], ["--clock", "10x"]])
+def test_a_snapshot_refuses_what_contradicts_it(tmp_path, option):
+    (tmp_path / "State-3.msgpack").write_bytes(b"")
+    done = shoal(tmp_path, "run", "--from-snapshot", "State-3.msgpack", *option)
+    assert done.returncode == 2
+    assert "a snapshot has its own" in done.stderr

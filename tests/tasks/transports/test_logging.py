@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 import imc
 from imc.lsf import Log
 from runtime import Script, State, Task, consume, periodic
-from runtime.kernel import WallClock
+from runtime.kernel import ScaledClock
 from runtime.testing import simulate
 from tasks.transports.log_folder import LONGEST_LABEL, clean_label
 from tasks.transports.logging import Logging
@@ -314,7 +314,7 @@ def test_on_a_wall_clock(tmp_path: Path) -> None:
         [(Logging, {"flush_interval": 0.5}), Whistle],
         seconds=5.0,
         log_root=tmp_path,
-        clock=WallClock(speed=10.0),
+        clock=ScaledClock(10.0),
         keep_going=True,
     )
     log = only_log(tmp_path)

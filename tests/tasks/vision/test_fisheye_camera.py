@@ -9,9 +9,11 @@ import pytest
 from PIL import Image
 
 import imc
-from runtime import ParameterError
-from runtime.kernel import WallClock
+from runtime import Frame, ParameterError
+from runtime.kernel import VirtualClock, WallClock
+from runtime.profile import load_profile
 from runtime.testing import simulate
+from runtime.vehicle import build
 from tasks.vision.fisheye_camera import FisheyeCamera
 from world.pictures import Pose
 from world.pictures.renderer import camera
@@ -135,10 +137,21 @@ def test_a_full_disk_fails_the_entity_and_frames_go_on(tmp_path):
     assert "cannot write" in run.task.entity.description
 
 
-def test_frames_are_dropped_while_one_is_in_the_works():
-    run = simulate(FisheyeCamera, feed=states(1.0), seconds=1.08, frame_rate=10, latency=0.25, **SMALL)
-    assert [round(frame.time - run.vehicle.start_time, 3) for frame in run.frames] == [0.1, 0.4, 0.7]
-    assert run.task.entity.description == "3 frames, 6 dropped"
+@pytest.mark.parametrize("rate", [20.0, 30.0])
+def test_a_latency_drops_no_frames_of_a_shipped_vehicle_on_a_virtual_clock(rate, tmp_path):
+    values = {"Enabled": "Always", "Frame Rate": rate, "Size": 16, "Face Size": 16}
+    overrides = tuple(f"Vision.FisheyeCamera:{name}={value}" for name, value in values.items())
+    profile = load_profile("lauv-noptilus-1", overrides=overrides)
+    vehicle = build(profile, profile.select(["Kinematic"]), clock=VirtualClock(START), log_root=tmp_path).vehicle
+    frames = []
+    vehicle.tap(Frame, frames.append)
+    vehicle.start()
+    vehicle.run(30.0)
+    vehicle.close()
+    times = np.array([frame.time for frame in frames])
+    assert len(times) > 10 * rate
+    assert np.diff(times) == pytest.approx(1.0 / rate, abs=1e-6)
+    assert vehicle.task("Vision.FisheyeCamera").dropped == 0
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,26 @@
+"""What a handler raises that is no Exception, as the error that it is."""
+
+
+class Blocked(BaseException):
+    """Raised by a watchdog inside a handler that does not return; no `except Exception` of the handler stops it."""
+
+
+class HandlerError(Exception):
+    """A handler did what no handler may do: it blocked the vehicle, or tried to end the program."""
+
+
+def as_error(error: BaseException) -> Exception:
+    """`error`, or one that says what it means; raises those that are meant for the program: KeyboardInterrupt."""
+    if isinstance(error, Exception):
+        return error
+    if isinstance(error, Blocked):
+        text = f"the handler did not return: {error}" if error.args else "the handler did not return"
+    elif isinstance(error, SystemExit):
+        text = f"the handler tried to end the program: sys.exit({error.code if error.code is not None else ''})"
+    elif isinstance(error, KeyboardInterrupt):
+        raise error
+    else:
+        text = f"the handler raised {type(error).__name__}: {error}"
+    made = HandlerError(text).with_traceback(error.__traceback__)
+    made.__suppress_context__ = True
+    return made

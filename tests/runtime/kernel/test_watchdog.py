@@ -1,0 +1,126 @@
+"""What a kernel's watchdog says and does."""
+
+import threading
+import time
+
+import pytest
+
+from runtime.kernel import SECOND, HandlerError, Kernel, VirtualClock, WallClock, Watchdog, watchdog
+
+
+@pytest.fixture(autouse=True)
+def soon(monkeypatch):
+    """Watchdogs with less patience."""
+    for name, seconds in (("PERIOD", 0.02), ("NAMED_AFTER", 0.2), ("BROKEN_AFTER", 0.5), ("STANDSTILL", 0.3)):
+        monkeypatch.setattr(watchdog, name, seconds)
+
+
+class Endless:
+    """Loops for ever, whatever is raised that is an Exception."""
+
+    def __repr__(self):
+        return "the endless one"
+
+    def loop(self):
+        while True:
+            try:
+                self.spin()
+            except Exception:
+                pass
+
+    def spin(self):
+        for number in range(1000):
+            number * number
+
+
+def test_an_endless_loop_is_named_with_its_line_and_broken(caplog):
+    kernel, errors, after = Kernel(WallClock()), [], []
+    kernel.on_error = lambda owner, error: errors.append((repr(owner), error))
+    kernel.soon(Endless().loop)
+    kernel.soon(after.append, "went on")
+    with Watchdog(kernel):
+        kernel.run(kernel.now_ns + 3 * SECOND)
+    kernel.close()
+    record = caplog.records[0]
+    assert "the endless one has not returned from Endless.loop for 0." in record.message
+    assert "test_watchdog.py:" in record.message
+    assert "number" in record.message or "spin" in record.message
+    ((owner, error),) = errors
+    assert owner == "the endless one"
+    assert isinstance(error, HandlerError)
+    assert error.__traceback__ is not None
+    assert after == ["went on"]
+
+
+def test_a_virtual_clock_is_warned_but_never_interrupted(caplog):
+    kernel = Kernel(VirtualClock())
+    kernel.at(SECOND, time.sleep, 0.8)
+    with Watchdog(kernel):
+        kernel.run(2 * SECOND)
+    kernel.close()
+    assert "has not returned from sleep for 0." in caplog.text
+
+
+def test_a_simulator_that_does_not_step_its_clock_is_named(caplog):
+    class Hung(VirtualClock):
+        def advance(self, target, wait):
+            time.sleep(0.8)  # the simulator does not answer
+            return super().advance(target, wait)
+
+    kernel = Kernel(Hung())
+    kernel.at(SECOND, print)
+    with Watchdog(kernel):
+        kernel.run(SECOND)
+    kernel.close()
+    assert "the clock has not moved for" in caplog.text
+    assert "the simulator does not answer" in caplog.text
+
+
+def test_an_idle_kernel_is_left_alone(caplog):
+    kernel = Kernel(WallClock())
+    with Watchdog(kernel, pytest.fail):
+        kernel.run(kernel.now_ns + SECOND)
+    kernel.close()
+    assert not caplog.records
+
+
+def test_what_cannot_be_interrupted_is_given_up(monkeypatch):
+    monkeypatch.setattr(watchdog, "HOPELESS_AFTER", 0.3)
+    kernel, given_up = Kernel(WallClock()), []
+    release = threading.Event()
+    kernel.on_error = lambda owner, error: None
+    kernel.soon(release.wait, 30.0)
+
+    def leave(text):
+        given_up.append(text)
+        release.set()
+
+    with Watchdog(kernel, leave):
+        kernel.run(kernel.now_ns + SECOND // 10)
+    kernel.close()
+    assert "cannot be interrupted: in " in given_up[0]
+
+
+@pytest.mark.parametrize("raised", [SystemExit(3), GeneratorExit()])
+def test_a_handler_cannot_end_the_program(raised):
+    kernel, errors = Kernel(VirtualClock()), []
+    kernel.on_error = lambda owner, error: errors.append(error)
+
+    def leave():
+        raise raised
+
+    kernel.soon(leave)
+    kernel.run(SECOND)
+    kernel.close()
+    assert isinstance(errors[0], HandlerError)
+
+
+def test_a_keyboard_interrupt_is_the_users():
+    def press():
+        raise KeyboardInterrupt
+
+    kernel = Kernel(VirtualClock())
+    kernel.soon(press)
+    with pytest.raises(KeyboardInterrupt):
+        kernel.run(SECOND)
+    kernel.close()

@@ -1,0 +1,121 @@
+"""A shipped vehicle with a task that hangs: it is named, and signals end the run within a second."""
+
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+import imc
+
+HANGING = '''"""Hanging: does what no task may."""
+
+import sys
+import time
+
+from runtime import Task, param, periodic
+
+
+class Hanging(Task):
+    """Hangs after two seconds."""
+
+    how: str = param("", "", "How.")
+
+    @periodic(0.5)
+    def hang(self) -> None:
+        self.calls = getattr(self, "calls", 0) + 1
+        if self.calls == 2:
+            print("hanging now", flush=True)
+            getattr(self, self.how)()
+
+    def loop(self) -> None:
+        while True:
+            try:
+                time.time()
+            except Exception:
+                pass
+
+    def library(self) -> None:
+        time.sleep(1000.0)
+
+    def offloaded(self) -> None:
+        self.offload(time.sleep, 1000.0, then=print)
+
+    def leave(self) -> None:
+        sys.exit(0)
+
+    def leave_offloaded(self) -> None:
+        self.offload(sys.exit, 0, then=print)
+
+    def nothing(self) -> None:
+        pass
+'''
+COMMAND = [sys.executable, "-m", "shoal.cli", "run", "lauv-noptilus-1", "-p", "Kinematic", "--log-dir", "log"]
+COMMAND += ["--set", "Transports.MAVLink:Enabled=Never", "--set", "hanging.Hanging:Enabled=Always"]
+
+
+def begin(folder, how, *more):
+    (folder / "hanging.py").write_text(HANGING)
+    pipe = subprocess.PIPE
+    command = [*COMMAND, "--set", f"hanging.Hanging:How={how}", *more]
+    return subprocess.Popen(command, cwd=folder, stdout=pipe, stderr=subprocess.STDOUT, text=True)
+
+
+def until(process, word):
+    """What the process writes until a line with `word`."""
+    lines = []
+    for line in process.stdout:
+        lines.append(line)
+        if word in line:
+            return "".join(lines)
+    raise AssertionError("".join(lines))
+
+
+@pytest.mark.parametrize(
+    ("how", "number"),
+    [
+        ("loop", signal.SIGINT),
+        ("library", signal.SIGTERM),
+        ("offloaded", signal.SIGINT),
+        ("nothing", signal.SIGHUP),
+    ],
+)
+def test_a_signal_ends_it_in_a_second_whatever_hangs_and_the_log_can_be_read(tmp_path, how, number):
+    process = begin(tmp_path, how, "--set", "Transports.Logging:Flush Interval=0.2")
+    until(process, "hanging now")
+    time.sleep(0.5)
+    asked = time.monotonic()
+    process.send_signal(number)
+    rest = process.communicate(timeout=20)[0]
+    took = time.monotonic() - asked
+    assert took < 1.5, rest  # 0.8 s and the end of the interpreter on a busy machine
+    if how in ("loop", "library"):
+        assert re.search(r"hanging\.py.*(line |:)\d+", rest)
+        assert process.returncode == 1
+    else:
+        assert process.returncode == 0, rest
+    if how == "offloaded":
+        assert "sleep of hanging.Hanging goes on; it is given up" in rest
+    (log,) = (tmp_path / "log").glob("*/*/*")
+    assert imc.Log(log).counts()["SimulatedState"] > 100
+
+
+def test_an_endless_loop_is_named_and_its_task_restarts_on_a_vehicle(tmp_path):
+    process = begin(tmp_path, "loop", "--keep-going", "--for", "12s")
+    text = process.communicate(timeout=60)[0]
+    assert process.returncode == 0, text
+    assert re.search(r"hanging\.Hanging has not returned from Hanging\.hang for 2\.\d s: .*hanging\.py:\d+ \(", text)
+    assert "the handler did not return: stopped after 5." in text
+    assert "restarting in 1 s" in text
+    assert "0x" not in text
+
+
+@pytest.mark.parametrize("how", ["leave", "leave_offloaded"])
+def test_sys_exit_in_a_handler_is_its_tasks_error(tmp_path, how):
+    process = begin(tmp_path, how, "--clock", "virtual", "--for", "20s")
+    text = process.communicate(timeout=60)[0]
+    assert process.returncode == 1
+    assert "the handler tried to end the program: sys.exit(0)" in text
+    assert "in hanging.Hanging at 2.000 s of the run" in text
