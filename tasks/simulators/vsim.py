@@ -21,6 +21,7 @@ from world.sea import BathymetryError, Grounding
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 AFLOAT = 2.0  # s without a touch, after which the vehicle is no longer aground
+VALID_POS = imc.GpsFix.Validity.VALID_POS
 
 
 class VSIM(Task):
@@ -94,6 +95,8 @@ class VSIM(Task):
         if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)):
             self.log.warning(f"a manual fix is not a position on Earth: {fix.lat}, {fix.lon} rad, {fix.height} m")
             return
+        if self._origin is not None and fix.src == self.system and not fix.validity & VALID_POS:
+            return  # a receiver that lost its fix
         if self._origin is None:
             self.craft.orient(0.0, 0.0, math.radians(self.initial_heading))
         self.craft.x = self.craft.y = 0.0

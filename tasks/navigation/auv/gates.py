@@ -12,6 +12,12 @@ Valid = imc.GpsFix.Validity
 FEWEST = 3  # least number of fixes for a moving average
 
 
+def located(fix: imc.GpsFix) -> bool:
+    """Whether latitude, longitude and height can be those of a vehicle; receivers without a fix report 0, 0."""
+    on_earth = abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)
+    return on_earth and not fix.lat == fix.lon == 0.0
+
+
 @dataclass
 class FixGate:
     """Rejects fixes without a valid position, and those whose claimed accuracy is too bad or much worse than before."""

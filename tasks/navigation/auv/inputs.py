@@ -5,7 +5,7 @@ import math
 import imc
 from runtime import Task, consume, param
 from tasks.navigation.auv.averages import Mean
-from tasks.navigation.auv.gates import FixGate, VelocityGate
+from tasks.navigation.auv.gates import FixGate, VelocityGate, located
 from world.attitude import wrap
 
 VEL_X_AND_Y = imc.GroundVelocity.Validity.VEL_X | imc.GroundVelocity.Validity.VEL_Y
@@ -73,7 +73,7 @@ class Sensors(Task):
         true = self.true_altimeter
         self._sounder = true if true and self.vehicle.entities.find(true) is not None else self.altimeter
         self.received: imc.GpsFix | None = None
-        self.manual = imc.GpsFix()
+        self.place: imc.GpsFix | None = None
         self.rpm = 0
         self.altitude = UNKNOWN_ALTITUDE
         self.revolved = self.sounded = -math.inf
@@ -135,13 +135,13 @@ class Sensors(Task):
     @consume
     def fix(self, fix: imc.GpsFix) -> None:
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
-            self.manual = fix
+            self.place = fix if located(fix) else self.place
             return
-        reason = self._fix_gate.refuses(fix)
+        reason = self._fix_gate.refuses(fix) if located(fix) or not fix.validity else Reason.INVALID
         if reason is not None:
             self.publish(imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason))
         else:
-            self.received = fix
+            self.received = self.place = fix
 
     def _is_from(self, message: imc.Message, label: str) -> bool:
         return not label or self.vehicle.entities.label(message.src, message.src_ent) == label

@@ -21,8 +21,9 @@ class Navigation(Sensors):
     """Publishes EstimatedState from GPS, DVL, depth sensor, attitude reference, altimeter and tachometer.
 
     Latitude, longitude and height are those of a reference at the surface, x, y, z the offsets from it; they start
-    with the first fix. Under water the position follows from the velocity over ground; without it, from that through
-    the water; without both, from the speed of the motor. NavigationUncertainty has variances.
+    with the first fix. Before it they are those of a manual fix; without one, nothing is published. Under water the
+    position follows from the velocity over ground; without it, from that through the water; without both, from the
+    speed of the motor. NavigationUncertainty has variances.
     """
 
     execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
@@ -201,7 +202,9 @@ class Navigation(Sensors):
         depth, vz = max(0.0, self._vertical.depth), self._vertical.rate
         position = self._position
         if position is None:
-            fix = self.manual
+            fix = self.place
+            if fix is None:
+                return
             self.publish(
                 imc.EstimatedState(
                     lat=fix.lat,

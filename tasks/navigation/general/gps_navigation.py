@@ -6,7 +6,7 @@ import imc
 from imc.coordinates import displacement
 from runtime import State, Task, consume, param, periodic
 from tasks.navigation.auv.averages import Mean
-from tasks.navigation.auv.gates import FixGate
+from tasks.navigation.auv.gates import FixGate, located
 from tasks.navigation.auv.position import CONTRADICTION, CONTRADICTIONS, fix_variance
 from tasks.navigation.general.surface_filter import EAST, NORTH, STREAM_EAST, STREAM_NORTH, SurfaceFilter
 from world.attitude import wrap
@@ -19,8 +19,9 @@ class GPSNavigation(Task):
     """Publishes EstimatedState of a boat from GPS and an attitude reference, and the current that follows from both.
 
     Latitude, longitude and height are those of a reference, x and y the offsets from it; they start with the first fix.
-    Depth and z are 0. Without fixes the position follows from the last velocities and the heading, and the entity is in
-    ERROR after `GPS timeout`. NavigationUncertainty has variances. An empty entity label accepts any entity.
+    Before it they are those of a manual fix; without one, nothing is published. Depth and z are 0. Without fixes the
+    position follows from the last velocities and the heading, and the entity is in ERROR after `GPS timeout`.
+    NavigationUncertainty has variances. An empty entity label accepts any entity.
     """
 
     execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
@@ -76,7 +77,7 @@ class GPSNavigation(Task):
         self._attitude, self._heading, self._rates = Mean(), Mean(), Mean()
         self._turns = 0.0
         self._fix: imc.GpsFix | None = None
-        self._manual = imc.GpsFix()
+        self._manual: imc.GpsFix | None = None
         self._reference: imc.GpsFix | None = None
         self._filter = SurfaceFilter(1.0, 1.0, 0.25, self.process, self.sway_decay)
         self._contradictions = 0
@@ -109,7 +110,7 @@ class GPSNavigation(Task):
     @consume
     def fix(self, fix: imc.GpsFix) -> None:
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
-            self._manual = fix
+            self._manual = fix if located(fix) else self._manual
         elif self._is_from(fix, self.gps):
             reason = self._gate.refuses(fix)
             if reason is None:
@@ -166,6 +167,8 @@ class GPSNavigation(Task):
         phi, theta, _ = self._attitude.value
         p, q, r = self._rates.value
         place, state = self._reference or self._manual, self._filter
+        if place is None:
+            return
         u, v = state.ground_velocity(psi) if self._reference is not None else (0.0, 0.0)
         c, s = math.cos(psi), math.sin(psi)
         vx, vy = c * u - s * v, s * u + c * v
