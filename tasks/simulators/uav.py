@@ -80,8 +80,9 @@ class UAV(Task):
         if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi):
             self.log.warning(f"a manual fix is not a position on Earth: {fix.lat}, {fix.lon} rad")
             return
-        if self._origin is not None and fix.src == self.system and not fix.validity & VALID_POS:
-            return  # a receiver that lost its fix
+        before = self._origin
+        if before is not None and (before.lat, before.lon) == (fix.lat, fix.lon) and not fix.validity & VALID_POS:
+            return  # a receiver that lost its fix repeats the last position
         self.craft.x = self.craft.y = 0.0
         self._origin = fix
         self.set_entity_state(State.NORMAL, "active")

@@ -95,8 +95,9 @@ class VSIM(Task):
         if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)):
             self.log.warning(f"a manual fix is not a position on Earth: {fix.lat}, {fix.lon} rad, {fix.height} m")
             return
-        if self._origin is not None and fix.src == self.system and not fix.validity & VALID_POS:
-            return  # a receiver that lost its fix
+        before = self._origin
+        if before is not None and (before.lat, before.lon) == (fix.lat, fix.lon) and not fix.validity & VALID_POS:
+            return  # a receiver that lost its fix repeats the last position
         if self._origin is None:
             self.craft.orient(0.0, 0.0, math.radians(self.initial_heading))
         self.craft.x = self.craft.y = 0.0

@@ -137,7 +137,7 @@ class CheckedSensors(Sensors):
         """Why the vehicle must come up; empty if it need not."""
         now, began = self.now, self._began
         if now - max(self._oriented, began) > self.euler_timeout:
-            return f"attitude {self._plight(self.attitude_noise.run > 0, self._attitude.rejects)}"
+            return f"attitude {self._plight(self.attitude_noise.stuck, self._attitude.rejects)}"
         if self.rates.last > -math.inf and now - self.rates.last > self.euler_timeout:
             return "turn rates are missing"
         if now - max(self._plumbed, began) > self.depth_timeout:

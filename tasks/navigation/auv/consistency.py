@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import Enum, auto
 
-NOISY = 10  # reversals, more than steps in the same direction, that only noise makes
+NOISY = 20  # points of noise: each reversal gives two, each step in the same direction takes one
 COARSE = 10  # a sensor that repeats fewer values than this and goes on has a coarse resolution
 
 
@@ -54,16 +54,21 @@ class Repetition:
         self._noise = 0
         self._coarse = False
 
+    @property
+    def stuck(self) -> bool:
+        """Whether the latest sample repeated the one before, although the sensor has noise."""
+        return self.run > 0 and self._noise >= NOISY and not self._coarse
+
     def repeats(self, value: float) -> bool:
         """Take a sample; whether it repeats the one before although the sensor has noise."""
         change = value - self._value
         if change == 0.0:
             self.run += 1
-            return self._noise >= NOISY and not self._coarse
+            return self.stuck
         self._coarse |= 0 < self.run < COARSE
         self.run = 0
         if self._noise < NOISY:
-            self._noise = max(0, self._noise + (1 if change * self._change < 0.0 else -1))
+            self._noise = max(0, self._noise + (2 if change * self._change < 0.0 else -1))
         self._value, self._change = value, change
         return False
 

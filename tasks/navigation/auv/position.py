@@ -19,7 +19,7 @@ def fix_variance(fix: imc.GpsFix, by_class: list[float]) -> float:
 
     `hacc` is the root mean square of the horizontal error.
     """
-    accuracy = fix.hacc if fix.validity & imc.GpsFix.Validity.VALID_HACC else 2.5 * fix.hdop
+    accuracy = fix.hacc if fix.validity & imc.GpsFix.Validity.VALID_HACC and fix.hacc > 0.0 else 2.5 * fix.hdop
     if len(by_class) == len(ACCURACIES) + 1:
         return next((v for v, limit in zip(by_class, ACCURACIES, strict=False) if accuracy > limit), by_class[-1])
     return max(1e-4, 0.5 * accuracy**2)

@@ -15,6 +15,8 @@ from world.attitude import wrap
 
 VALID_VELOCITY = imc.GpsFix.Validity.VALID_SOG | imc.GpsFix.Validity.VALID_COG
 UNKNOWN_ALTITUDE = -1.0
+SPEED_JUMP = 20.0  # m/s, that no boat gains between two fixes
+OFTEN = 60.0  # s, between two resets of the position that are one too many
 PATIENCE = 1.0  # s of attitudes that agree before a jump of theirs is believed
 
 
@@ -87,7 +89,7 @@ class GPSNavigation(Task):
         self._attitude_noise = Repetition()
         self._check = AttitudeCheck(max(1, round(PATIENCE * self.execution_frequency)))
         self._held_fault, self._held_until = "", -math.inf
-        self._believed = self._oriented = -math.inf
+        self._believed = self._oriented = self._reset = -math.inf
         self._turned = self.now
         self._altitude, self._sounded = UNKNOWN_ALTITUDE, -math.inf
         self._stepped = self._began = self.now
@@ -190,10 +192,16 @@ class GPSNavigation(Task):
             self.log.warning("fixes contradict the position, which is reset to theirs")
             if math.hypot(*off) > GPS_JUMP and self.now - self._believed <= self.gps_timeout:
                 self._held_fault, self._held_until = f"GPS has jumped by {math.hypot(*off):.0f} m", self.now + SHOWN
+            elif self.now - self._reset <= OFTEN:
+                self._held_fault, self._held_until = "fixes contradict heading and speed", self.now + SHOWN
+            self._reset = self.now
         self._believed = self.now
         if fix.validity & VALID_VELOCITY == VALID_VELOCITY and math.isfinite(fix.sog + fix.cog):
             along, across = fix.sog * math.cos(fix.cog), fix.sog * math.sin(fix.cog)
-            state.measure_velocity(along, across, psi, self.speed_variance)
+            u, v = state.ground_velocity(psi)
+            c, s = math.cos(psi), math.sin(psi)
+            if math.hypot(along - (c * u - s * v), across - (s * u + c * v)) <= SPEED_JUMP:
+                state.measure_velocity(along, across, psi, self.speed_variance)
         if math.hypot(north, east) > self.farthest:
             self._reference = fix
             state.x[NORTH] -= north
@@ -264,8 +272,10 @@ class GPSNavigation(Task):
     def _fault(self) -> str:
         """Why the boat must stop; empty if it need not."""
         if self.now - max(self._oriented, self._began) > self.euler_timeout:
-            plight = "is stuck" if self._attitude_noise.run else "jumps" if self._check.rejects else "is missing"
+            plight = "is stuck" if self._attitude_noise.stuck else "jumps" if self._check.rejects else "is missing"
             return f"attitude {plight}"
+        if self._rates.last > -math.inf and self.now - self._rates.last > self.euler_timeout:
+            return "turn rates are missing"
         self._check.remember(bool(self._check.fault))
         if self._check.fault:
             self._held_fault, self._held_until = self._check.fault, self.now + SHOWN
