@@ -60,7 +60,7 @@ class CheckedSensors(Sensors):
         if verdict is Verdict.REJECTED:
             self.euler.value = before
             return False
-        self._oriented = self.now
+        self._oriented = self.euler.last
         if verdict is Verdict.BELIEVED:
             self.log.warning("the attitude has jumped and stays there")
             if self._position is not None:
@@ -138,7 +138,7 @@ class CheckedSensors(Sensors):
         now, began = self.now, self._began
         if now - max(self._oriented, began) > self.euler_timeout:
             return f"attitude {self._plight(self.attitude_noise.stuck, self._attitude.rejects)}"
-        if self.rates.last > -math.inf and now - self.rates.last > self.euler_timeout:
+        if -math.inf < self.rates.last < self._oriented - self.euler_timeout:
             return "turn rates are missing"
         if now - max(self._plumbed, began) > self.depth_timeout:
             return f"depth {self._plight(False, self._depth_check.rejects)}"
