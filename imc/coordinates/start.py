@@ -3,7 +3,7 @@
 from imc.coordinates.wgs84 import displacement
 from imc.messages import EstimatedState
 
-NOWHERE = 0.0, 0.0  # rad, of systems that do not know their position
+NOWHERE: tuple[float, float] = (0.0, 0.0)  # rad, of systems that do not know their position
 
 
 class StartPoint:
@@ -16,7 +16,7 @@ class StartPoint:
     def __init__(self) -> None:
         self.known = False
         self.north = self.east = 0.0
-        self._reference = NOWHERE
+        self._reference: tuple[float, float] = NOWHERE
 
     def follow(self, state: EstimatedState) -> None:
         """Take the next state, whose position must be finite."""

@@ -41,7 +41,7 @@ class Mission:
         self._request = PlanRequest(vehicle, request, patience=patience, refused=self._give_up)
         self._watch = watch
         self._position: tuple[float, float] | None = None
-        self._reference = NOWHERE
+        self._reference: tuple[float, float] = NOWHERE
         self._errors: dict[str, tuple[int, bool]] = {}
         self._trouble = ""
         self._answer = ""
