@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 
 import imc
-from imc.coordinates import absolute, displacement
+from imc.coordinates import NOWHERE, absolute, displacement
 from runtime.snapshot import Journals, keep_beside_log, run_with_snapshots
 from runtime.vehicle import Vehicle
 from shoal.missions.report import COMPLETED, FAILED, ManeuverReport, Report
@@ -41,6 +41,7 @@ class Mission:
         self._request = PlanRequest(vehicle, request, patience=patience, refused=self._give_up)
         self._watch = watch
         self._position: tuple[float, float] | None = None
+        self._reference: tuple[float, float] = NOWHERE
         self._errors: dict[str, tuple[int, bool]] = {}
         self._trouble = ""
         self._answer = ""
@@ -140,6 +141,9 @@ class Mission:
         if state.src != self._vehicle.system:
             return
         position = absolute(state)[:2]
+        before, self._reference = self._reference, (state.lat, state.lon)
+        if before == NOWHERE != self._reference:
+            self._position = None
         if self._is_flying and self._position is not None and self.report.legs:
             north, east, _ = displacement(*self._position, 0.0, *position, 0.0)
             self.report.legs[-1].distance += math.hypot(north, east)

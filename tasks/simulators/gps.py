@@ -49,10 +49,10 @@ class GPS(Task):
 
     def start(self) -> None:
         self._truth: imc.SimulatedState | None = None
-        self._last = imc.GpsFix(hdop=self.hdop, hacc=self.hacc)
+        lat, lon = map(math.radians, self.initial_position or (0.0, 0.0))
+        self._last = imc.GpsFix(lat=lat, lon=lon, hdop=self.hdop, hacc=self.hacc)
         self.set_entity_state(State.BOOT, "waiting for SimulatedState")
         if self.initial_position:
-            lat, lon = map(math.radians, self.initial_position)
             self._publish(imc.GpsFix(type=imc.GpsFix.Type.MANUAL_INPUT, validity=ALL_VALID, lat=lat, lon=lon))
 
     @consume
@@ -73,7 +73,7 @@ class GPS(Task):
             lost = self._last.replace(
                 validity=0, satellites=0, sog=0.0, cog=0.0, hdop=self._last.hdop + aged, hacc=self._last.hacc + aged
             )
-            self._publish(lost)
+            self._report(lost)
             self.set_entity_state(State.NORMAL, "no fix under water")
             return
         x, y, z = truth.x, truth.y, truth.z
@@ -97,7 +97,7 @@ class GPS(Task):
             hdop=self.hdop,
             hacc=self.hacc,
         )
-        self._publish(fix)
+        self._report(fix)
         if self.report_ground_velocity:
             velocity = to_body(attitude, (north, east, down))
             self.publish(imc.GroundVelocity(validity=0x7, x=velocity[0], y=velocity[1], z=velocity[2]))
@@ -105,9 +105,12 @@ class GPS(Task):
             self.publish(imc.EulerAngles(time=self.now, psi=truth.psi, psi_magnetic=truth.psi))
         self.set_entity_state(State.NORMAL, "active")
 
+    def _report(self, fix: imc.GpsFix) -> None:
+        self._last = fix
+        self._publish(fix)
+
     def _publish(self, fix: imc.GpsFix) -> None:
         date = datetime.fromtimestamp(self.now, UTC)
-        self._last = fix.replace(
-            utc_year=date.year, utc_month=date.month, utc_day=date.day, utc_time=self.now % 86400.0
+        self.publish(
+            fix.replace(utc_year=date.year, utc_month=date.month, utc_day=date.day, utc_time=self.now % 86400.0)
         )
-        self.publish(self._last)

@@ -9,6 +9,7 @@ from tasks.simulators.steps import Steps
 from world.bodies import Airframe, Multirotor
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
+VALID_POS = imc.GpsFix.Validity.VALID_POS
 TOUCHDOWN, HARDEST_TOUCHDOWN = 0.2, 2.0  # m/s, above which a touchdown is logged, and is an error
 DESCENT = 0.98  # share of the weight that the rotors carry without commands
 
@@ -79,6 +80,9 @@ class UAV(Powered):
         if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi):
             self.log.warning(f"a manual fix is not a position on Earth: {fix.lat}, {fix.lon} rad")
             return
+        before = self._origin
+        if before is not None and (before.lat, before.lon) == (fix.lat, fix.lon) and not fix.validity & VALID_POS:
+            return  # a receiver that lost its fix repeats the last position
         self.craft.x = self.craft.y = 0.0
         self._origin = fix
         self.set_entity_state(State.NORMAL, "active")

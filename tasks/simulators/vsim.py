@@ -24,6 +24,7 @@ from world.sea import BathymetryError, Grounding
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 AFLOAT = 2.0  # s without a touch, after which the vehicle is no longer aground
 PATIENCE = 2.0  # s without a step, after which actuators stop, as the motor controllers and servos of a vehicle do
+VALID_POS = imc.GpsFix.Validity.VALID_POS
 
 
 class VSIM(Powered):
@@ -98,6 +99,9 @@ class VSIM(Powered):
         if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)):
             self.log.warning(f"a manual fix is not a position on Earth: {fix.lat}, {fix.lon} rad, {fix.height} m")
             return
+        before = self._origin
+        if before is not None and (before.lat, before.lon) == (fix.lat, fix.lon) and not fix.validity & VALID_POS:
+            return  # a receiver that lost its fix repeats the last position
         if self._origin is None:
             self.craft.orient(0.0, 0.0, math.radians(self.initial_heading))
         self.craft.x = self.craft.y = 0.0

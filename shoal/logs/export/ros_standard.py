@@ -137,11 +137,12 @@ class MapOrigin(NamedTuple):
 
 
 def first_origin(states: Array) -> MapOrigin | None:
-    """The first finite reference position; None if there is none."""
+    """The first finite reference position, if possible one that is not 0, 0; None if there is none."""
     good = np.isfinite(states["lat"]) & np.isfinite(states["lon"]) & np.isfinite(states["height"])
     if not good.any():
         return None
-    state = states[int(np.argmax(good))]
+    located = good & ((states["lat"] != 0.0) | (states["lon"] != 0.0))
+    state = states[int(np.argmax(located if located.any() else good))]
     return MapOrigin(float(state["lat"]), float(state["lon"]), float(state["height"]))
 
 

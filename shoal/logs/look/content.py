@@ -148,6 +148,9 @@ def _motion(rows: list[tuple[float, ...]], summary: Summary) -> tuple[Track, tup
     within = (table[:, 0] >= summary.start - 1.0) & (table[:, 0] <= summary.end + 1.0)
     possible = (np.abs(table[:, 2]) <= math.pi / 2) & (np.abs(table[:, 3]) <= math.tau)
     table = table[within & possible & (np.abs(table[:, 5:7]) < FARTHEST).all(axis=1)]
+    somewhere = (table[:, 2:4] != coordinates.NOWHERE).any(axis=1)
+    if somewhere.any():
+        table = table[somewhere]
     values = table[:, 7:]
     values[~(np.abs(values) < FARTHEST)] = np.nan
     if len(table) == 0:

@@ -50,6 +50,11 @@ class DepthFilter:
         self.rate += m * innovation
         self._p = a - k * a, b - k * b, c - m * b
 
+    def settle(self, depth: float, variance: float) -> None:
+        """Start again at a depth (m); the rate is unknown."""
+        self.depth, self.rate = depth, 0.0
+        self._p = variance, 0.0, 1.0
+
     def measure_rate(self, rate: float, variance: float) -> None:
         """Correct with a measured sinking rate (m/s)."""
         a, b, c = self._p

@@ -10,11 +10,23 @@ Reason = imc.GpsFixRejection.Reason
 DvlReason = imc.DvlRejection.Reason
 Valid = imc.GpsFix.Validity
 FEWEST = 3  # least number of fixes for a moving average
+LARGEST_ANGLE, LARGEST_RATE = 7.0, 20.0  # rad and rad/s; more is no attitude
+GPS_JUMP = 50.0  # m that end a plan
+SHOWN = 10.0  # s, how long an error is shown at least
+
+
+def located(fix: imc.GpsFix) -> bool:
+    """Whether latitude, longitude and height can be those of a vehicle; receivers without a fix report 0, 0."""
+    on_earth = abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)
+    return on_earth and not fix.lat == fix.lon == 0.0
 
 
 @dataclass
 class FixGate:
-    """Rejects fixes without a valid position, and those whose claimed accuracy is too bad or much worse than before."""
+    """Rejects fixes without a valid position, and those whose claimed accuracy is too bad or much worse than before.
+
+    A receiver that counts its satellites has no fix from none.
+    """
 
     factor: float
     samples: int
@@ -23,6 +35,7 @@ class FixGate:
 
     def __post_init__(self) -> None:
         self._accuracies: deque[float] = deque(maxlen=max(1, self.samples))
+        self._counts_satellites = False
 
     def refuses(self, fix: imc.GpsFix) -> Reason | None:
         """Why a fix is rejected; None if it is accepted."""
@@ -31,6 +44,9 @@ class FixGate:
             return Reason.LOST_VAL_BIT
         if abs(fix.lat) > 0.5 * math.pi or abs(fix.lon) > math.pi:
             return Reason.INVALID
+        if self._counts_satellites and not fix.satellites:
+            return Reason.INVALID
+        self._counts_satellites |= fix.satellites > 0
         if fix.validity & Valid.VALID_HACC:
             past = self._accuracies
             mean = math.fsum(past) / len(past) if len(past) >= FEWEST else math.inf

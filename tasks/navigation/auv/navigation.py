@@ -4,36 +4,29 @@ import math
 
 import imc
 from runtime import State, param, periodic
-from tasks.navigation.auv.depth_filter import DepthFilter
+from tasks.navigation.auv.checked import RATE_JUMP, CheckedSensors
+from tasks.navigation.auv.consistency import Verdict
 from tasks.navigation.auv.horizontal_filter import EAST, NORTH, PSI, PSI_BIAS, R_BIAS, HorizontalFilter, K, R, U, V
-from tasks.navigation.auv.inputs import UNKNOWN_ALTITUDE, Sensors
+from tasks.navigation.auv.inputs import UNKNOWN_ALTITUDE
+from tasks.navigation.auv.outputs import estimated_state, first_state, navigation_data, uncertainty
 from tasks.navigation.auv.position import Position, fix_variance
 from world.attitude import Vector, rotation, to_body, to_ned, wrap
 
-VERTICAL_ACCELERATION = 0.1  # m/s², over a second
 MODEL_VARIANCE = 2.0  # (m/s)² of the speed computed from rpm, for samples as correlated as those 50 ms apart
 STREAM_GAIN = 0.1
 FRESH = 0.5  # s, largest age of a measured heave
 STEEPEST = 0.1  # least cosine of pitch or roll to divide by, near the singularity of Euler angles
 
 
-class Navigation(Sensors):
+class Navigation(CheckedSensors):
     """Publishes EstimatedState from GPS, DVL, depth sensor, attitude reference, altimeter and tachometer.
 
     Latitude, longitude and height are those of a reference at the surface, x, y, z the offsets from it; they start
-    with the first fix. Under water the position follows from the velocity over ground; without it, from that through
-    the water; without both, from the speed of the motor. NavigationUncertainty has variances.
+    with the first fix. Before it they are those of a manual fix; without one, nothing is published. Under water the
+    position follows from the velocity over ground; without it, from that through the water; without both, from the
+    speed of the motor. NavigationUncertainty has variances.
     """
 
-    execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
-    depth_variance: float = param(0.0025, "m²", "Variance of depth.", name="Depth Noise Covariance", minimum=1e-9)
-    gps_variances: list[float] = param(
-        [],
-        "m²",
-        "Variances of fixes with an accuracy above 10, 8 and 4 m, and better; if empty, those that the fixes claim.",
-        name="GPS Noise Covariance",
-        size=(0, 4),
-    )
     measurement: list[float] = param(
         [1e-3, 1e-4, 1e-3, 1e-3],
         "1",
@@ -55,7 +48,6 @@ class Navigation(Sensors):
         name="State Covariance Initial State",
         size=5,
     )
-    speed_per_rpm: float = param(1.015e-3, "m/s/rpm", "Speed per rpm.", name="Revolutions to speed factor")
     speed_variation: float = param(
         6e-4, "m/s/rpm", "Largest deviation of the speed per rpm.", name="Revolutions to speed variation", minimum=0
     )
@@ -78,9 +70,7 @@ class Navigation(Sensors):
 
     def start(self) -> None:
         super().start()
-        self._began = self._stepped = self.now
-        self._vertical = DepthFilter(VERTICAL_ACCELERATION)
-        self._position: Position | None = None
+        self._stepped = self.now
         self._converged = False
         self._driven = 0
         self._stream: Vector | None = None
@@ -98,15 +88,19 @@ class Navigation(Sensors):
     def estimate(self) -> None:
         dt, self._stepped = self.now - self._stepped, self.now
         self._vertical.predict(dt)
-        if self.depth.take():
-            self._vertical.measure_depth(self.depth.value[0], self.depth_variance)
-        new_attitude, new_rates = self.euler.take(), self.rates.take()
+        new_rates, new_attitude = self.rates.take(), self._take_attitude()
+        self._take_depth(dt)
         fix, self.received = self.received, None
+        if fix is not None and self._is_submerged(fix):
+            fix = None
         if self.now - self.sounded > self.altitude_timeout:
             self.altitude = UNKNOWN_ALTITUDE
-        if self._position is None and fix is not None and self.euler.last > -math.inf:
-            self._begin(fix)
+        if self._position is None and fix is not None:
+            self.place = fix
+            if self._oriented > -math.inf:
+                self._begin(fix)
         elif self._position is not None:
+            self._doubt_velocity()
             self._move(self._position, dt, new_attitude, new_rates)
             if fix is not None:
                 self._correct(self._position, fix)
@@ -128,7 +122,7 @@ class Navigation(Sensors):
         phi, theta, psi = self.euler.value
         state = position.filter
         along, across, heading, turning = self.measurement[:4]
-        measured = self.now - self.ground.last < FRESH
+        measured = self.now - self.heave_at < FRESH and not self.velocity_doubt
         state.predict(dt, phi, theta, self.ground.value[2] if measured else self._heave)
         if new_attitude:
             innovation = wrap(psi - state.x[PSI] - state.x[PSI_BIAS])
@@ -136,7 +130,9 @@ class Navigation(Sensors):
         if new_rates:
             _, q, r = self.rates.value
             rate = (math.sin(phi) * q + math.cos(phi) * r) / max(STEEPEST, math.cos(theta))
-            state.update(rate - state.x[R] - state.x[R_BIAS], turning, (R, 1.0), (R_BIAS, 1.0))
+            surprise = rate - state.x[R] - state.x[R_BIAS]
+            if self._rate_gate.judge(not abs(surprise) <= RATE_JUMP, surprise) is not Verdict.REJECTED:
+                state.update(surprise, turning, (R, 1.0), (R_BIAS, 1.0))
         self._take_velocity(state, along, across)
         low, high = self.speed_per_rpm - self.speed_variation, self.speed_per_rpm + self.speed_variation
         state.x[K] = max(low, min(high, state.x[K]))
@@ -158,7 +154,8 @@ class Navigation(Sensors):
             phi, theta, _ = self.euler.value
             cp = math.cos(theta)
             sinking = -math.sin(theta) * u + cp * (math.sin(phi) * v + math.cos(phi) * w)
-            self._vertical.measure_rate(sinking, along)
+            if not new_ground or self.now - self.heave_at < FRESH:
+                self._vertical.measure_rate(sinking, along)
         deaf = self.now - max(self.ground.last, self.water.last) > self.dvl_timeout
         if self.now - self.revolved <= self.dvl_timeout and (self.rpm or deaf):
             if deaf:
@@ -172,8 +169,9 @@ class Navigation(Sensors):
     def _correct(self, position: Position, fix: imc.GpsFix) -> None:
         north, east, _ = to_ned(rotation(*self.euler.value), (0.0, 0.0, -self.gps_arm))
         deaf = self.now - max(self.ground.last, self.water.last) > self.dvl_timeout
-        if not position.correct(fix, fix_variance(fix, self.gps_variances), (north, east), deaf):
-            self.log.warning("fixes contradict the position, which is reset to theirs")
+        fastest = self.dvl_largest[0] if deaf else -1.0
+        verdict = position.correct(fix, fix_variance(fix, self.gps_variances), (north, east), fastest)
+        self._note_fix(position, verdict)
 
     def _learn_stream(self) -> None:
         (u, v, w), (a, b, c) = self.ground.value, self.water.value
@@ -196,90 +194,23 @@ class Navigation(Sensors):
         return (self._vertical.rate + math.sin(theta) * u - cp * math.sin(phi) * v) / (cp * cr)
 
     def _publish_state(self) -> None:
-        phi, theta, psi = self.euler.value
-        p, q, r = self.rates.value
-        depth, vz = max(0.0, self._vertical.depth), self._vertical.rate
-        position = self._position
+        vertical, angles, rates, position = self._vertical, self.euler.value, self.rates.value, self._position
         if position is None:
-            fix = self.manual
-            self.publish(
-                imc.EstimatedState(
-                    lat=fix.lat,
-                    lon=fix.lon,
-                    height=fix.height,
-                    z=depth,
-                    phi=wrap(phi),
-                    theta=theta,
-                    psi=wrap(psi),
-                    vz=vz,
-                    p=p,
-                    q=q,
-                    r=r,
-                    depth=depth,
-                    alt=self.altitude,
-                )
-            )
+            if self.place is not None:
+                self.publish(first_state(self.place, vertical, angles, rates, self.altitude))
             return
-        x = position.filter.x
-        u, v, w = x[U], x[V], self._heave
-        psi = wrap(x[PSI])
-        vx, vy, _ = to_ned(rotation(phi, theta, psi), (u, v, w))
-        self.publish(
-            imc.EstimatedState(
-                lat=position.lat,
-                lon=position.lon,
-                height=position.height,
-                x=x[NORTH],
-                y=x[EAST],
-                z=depth,
-                phi=wrap(phi),
-                theta=theta,
-                psi=psi,
-                u=u,
-                v=v,
-                w=w,
-                vx=vx,
-                vy=vy,
-                vz=vz,
-                p=p,
-                q=q,
-                r=r - x[R_BIAS],
-                depth=depth,
-                alt=self.altitude,
-            )
-        )
-        variance = position.filter.variance
-        attitude, rate = self.measurement[2], self.measurement[3]
-        depth_variance, sinking_variance = self._vertical.variances
-        self.publish(
-            imc.NavigationUncertainty(
-                x=variance(NORTH),
-                y=variance(EAST),
-                z=depth_variance,
-                phi=attitude,
-                theta=attitude,
-                psi=variance(PSI),
-                p=rate,
-                q=rate,
-                r=variance(R),
-                u=variance(U),
-                v=variance(V),
-                w=sinking_variance,
-                bias_psi=variance(PSI_BIAS),
-                bias_r=variance(R_BIAS),
-            )
-        )
-        self.publish(
-            imc.NavigationData(bias_psi=x[PSI_BIAS], bias_r=x[R_BIAS], cog=math.atan2(vy, vx), cyaw=psi, custom_x=x[K])
-        )
+        state = estimated_state(position, vertical, angles, rates, self._heave, self.altitude)
+        self.publish(state)
+        check = self._depth_check
+        self.publish(uncertainty(position, vertical, check.lag if check.fault else 0.0, self.measurement))
+        self.publish(navigation_data(position, state))
 
     def _judge(self) -> None:
         """Set the state of the entity."""
-        now, position = self.now, self._position
-        if now - max(self.euler.last, self._began) > self.euler_timeout:
-            self.set_entity_state(State.ERROR, "attitude is missing")
-        elif now - max(self.depth.last, self._began) > self.depth_timeout:
-            self.set_entity_state(State.ERROR, "depth is missing")
+        position = self._position
+        fault = self._fault()
+        if fault:
+            self.set_entity_state(State.ERROR, fault)
         elif position is None:
             self.set_entity_state(State.BOOT, "waiting for GPS fix")
         else:
@@ -290,9 +221,3 @@ class Navigation(Sensors):
             self._converged = not uncertain or (self._converged and not self.aborts)
             ready = State.NORMAL if self._converged else State.BOOT
             self.set_entity_state(ready, self._aids() if self._converged else "waiting for solution to converge")
-
-    def _aids(self) -> str:
-        """The description of the entity: names the optional sensors that are silent."""
-        silent = ["DVL"] if self.now - max(self.ground.last, self.water.last) > self.dvl_timeout else []
-        silent += ["altitude"] if self.altitude == UNKNOWN_ALTITUDE else []
-        return f"active without {' and '.join(silent)}" if silent else "active"

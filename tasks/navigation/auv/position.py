@@ -4,12 +4,14 @@ import math
 
 import imc
 from imc.coordinates import displacement
+from tasks.navigation.auv.consistency import JumpGate, Verdict
 from tasks.navigation.auv.horizontal_filter import EAST, NORTH, PSI, HorizontalFilter, U
 
 ACCURACIES = 10.0, 8.0, 4.0  # m, of the classes of fixes
 SOG_VARIANCE = 0.04  # (m/s)²
 CONTRADICTION = 30.0  # squared Mahalanobis distance of a fix that the filter cannot explain
-CONTRADICTIONS = 3  # contradicting fixes in a row reset the filter
+CONTRADICTIONS = 5  # contradicting fixes in a row that agree to within AGREEMENT reset the filter
+AGREEMENT = 10.0  # m
 
 
 def fix_variance(fix: imc.GpsFix, by_class: list[float]) -> float:
@@ -17,7 +19,7 @@ def fix_variance(fix: imc.GpsFix, by_class: list[float]) -> float:
 
     `hacc` is the root mean square of the horizontal error.
     """
-    accuracy = fix.hacc if fix.validity & imc.GpsFix.Validity.VALID_HACC else 2.5 * fix.hdop
+    accuracy = fix.hacc if fix.validity & imc.GpsFix.Validity.VALID_HACC and fix.hacc > 0.0 else 2.5 * fix.hdop
     if len(by_class) == len(ACCURACIES) + 1:
         return next((v for v, limit in zip(by_class, ACCURACIES, strict=False) if accuracy > limit), by_class[-1])
     return max(1e-4, 0.5 * accuracy**2)
@@ -35,36 +37,55 @@ class Position:
         self.lat, self.lon, self.height = fix.lat, fix.lon, fix.height + depth
         self.filter = state
         self._farthest = farthest
-        self._contradictions = 0
+        self._gate = JumpGate(CONTRADICTIONS, AGREEMENT)
+        self.jump = 0.0
         state.x[PSI] = psi
         self._settle(0.0, 0.0, variance)
 
-    def correct(self, fix: imc.GpsFix, variance: float, arm: tuple[float, float], ground_speed: bool) -> bool:
-        """Apply a fix of an antenna that is `arm` north and east (m), and its speed as surge if `ground_speed`.
+    def correct(self, fix: imc.GpsFix, variance: float, arm: tuple[float, float], fastest: float) -> Verdict:
+        """Apply a fix of an antenna that is `arm` north and east (m), and its speed as surge up to `fastest` (m/s).
 
-        If several fixes in a row contradict the filter, its position is reset to theirs and False returned.
+        Fixes that contradict the filter are rejected, until several in a row agree: they reset its position.
         """
-        north, east, _ = displacement(self.lat, self.lon, self.height, fix.lat, fix.lon, self.height)
-        north, east = north - arm[0], east - arm[1]
+        north, east, dn, de = self._innovation(fix, arm)
         state = self.filter
-        dn, de = north - state.x[NORTH], east - state.x[EAST]
-        a, b, c = state.p[NORTH][NORTH] + variance, state.p[NORTH][EAST], state.p[EAST][EAST] + variance
-        distance = (c * dn * dn - 2.0 * b * dn * de + a * de * de) / (a * c - b * b)
-        self._contradictions = self._contradictions + 1 if distance > CONTRADICTION else 0
-        believed = self._contradictions < CONTRADICTIONS
-        if believed:
+        verdict = self._gate.judge(self._distance(dn, de, variance) > CONTRADICTION, dn, de)
+        if verdict is Verdict.REJECTED:
+            return verdict
+        if verdict is Verdict.TAKEN:
             state.update(dn, variance, (NORTH, 1.0))
             state.update(east - state.x[EAST], variance, (EAST, 1.0))
         else:
-            self._contradictions = 0
+            self.jump = math.hypot(dn, de)
             self._settle(north, east, variance)
-        if ground_speed and fix.validity & imc.GpsFix.Validity.VALID_SOG and math.isfinite(fix.sog):
+        if fix.validity & imc.GpsFix.Validity.VALID_SOG and 0.0 <= fix.sog <= fastest:
             state.update(fix.sog - state.x[U], SOG_VARIANCE, (U, 1.0))
         if math.hypot(north, east) > self._farthest:
             self.lat, self.lon = fix.lat, fix.lon
             state.x[NORTH] -= north
             state.x[EAST] -= east
-        return believed
+        return verdict
+
+    def agrees(self, fix: imc.GpsFix, variance: float) -> bool:
+        """Whether a fix is where the filter is."""
+        _, _, dn, de = self._innovation(fix, (0.0, 0.0))
+        return self._distance(dn, de, variance) <= CONTRADICTION
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the latest fix was rejected."""
+        return self._gate.rejected > 0
+
+    def _innovation(self, fix: imc.GpsFix, arm: tuple[float, float]) -> tuple[float, float, float, float]:
+        north, east, _ = displacement(self.lat, self.lon, self.height, fix.lat, fix.lon, self.height)
+        north, east = north - arm[0], east - arm[1]
+        return north, east, north - self.filter.x[NORTH], east - self.filter.x[EAST]
+
+    def _distance(self, dn: float, de: float, variance: float) -> float:
+        """Squared Mahalanobis distance of an innovation (m)."""
+        p = self.filter.p
+        a, b, c = p[NORTH][NORTH] + variance, p[NORTH][EAST], p[EAST][EAST] + variance
+        return (c * dn * dn - 2.0 * b * dn * de + a * de * de) / (a * c - b * b)
 
     def _settle(self, north: float, east: float, variance: float) -> None:
         state = self.filter

@@ -6,21 +6,27 @@ import imc
 from imc.coordinates import displacement
 from runtime import State, Task, consume, param, periodic
 from tasks.navigation.auv.averages import Mean
-from tasks.navigation.auv.gates import FixGate
-from tasks.navigation.auv.position import CONTRADICTION, CONTRADICTIONS, fix_variance
+from tasks.navigation.auv.checks import AttitudeCheck
+from tasks.navigation.auv.consistency import JumpGate, Repetition, Verdict
+from tasks.navigation.auv.gates import GPS_JUMP, LARGEST_ANGLE, LARGEST_RATE, SHOWN, FixGate, Reason, located
+from tasks.navigation.auv.position import AGREEMENT, CONTRADICTION, CONTRADICTIONS, fix_variance
 from tasks.navigation.general.surface_filter import EAST, NORTH, STREAM_EAST, STREAM_NORTH, SurfaceFilter
 from world.attitude import wrap
 
 VALID_VELOCITY = imc.GpsFix.Validity.VALID_SOG | imc.GpsFix.Validity.VALID_COG
 UNKNOWN_ALTITUDE = -1.0
+SPEED_JUMP = 20.0  # m/s, that no boat gains between two fixes
+OFTEN = 60.0  # s, between two resets of the position that are one too many
+PATIENCE = 1.0  # s of attitudes that agree before a jump of theirs is believed
 
 
 class GPSNavigation(Task):
     """Publishes EstimatedState of a boat from GPS and an attitude reference, and the current that follows from both.
 
     Latitude, longitude and height are those of a reference, x and y the offsets from it; they start with the first fix.
-    Depth and z are 0. Without fixes the position follows from the last velocities and the heading, and the entity is in
-    ERROR after `GPS timeout`. NavigationUncertainty has variances. An empty entity label accepts any entity.
+    Before it they are those of a manual fix; without one, nothing is published. Depth and z are 0. Without fixes the
+    position follows from the last velocities and the heading, and the entity is in ERROR after `GPS timeout`.
+    NavigationUncertainty has variances. An empty entity label accepts any entity.
     """
 
     execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
@@ -76,10 +82,15 @@ class GPSNavigation(Task):
         self._attitude, self._heading, self._rates = Mean(), Mean(), Mean()
         self._turns = 0.0
         self._fix: imc.GpsFix | None = None
-        self._manual = imc.GpsFix()
+        self._manual: imc.GpsFix | None = None
         self._reference: imc.GpsFix | None = None
         self._filter = SurfaceFilter(1.0, 1.0, 0.25, self.process, self.sway_decay)
-        self._contradictions = 0
+        self._jumps = JumpGate(CONTRADICTIONS, AGREEMENT)
+        self._attitude_noise = Repetition()
+        self._check = AttitudeCheck(max(1, round(PATIENCE * self.execution_frequency)))
+        self._held_fault, self._held_until = "", -math.inf
+        self._believed = self._oriented = self._reset = -math.inf
+        self._turned = self.now
         self._altitude, self._sounded = UNKNOWN_ALTITUDE, -math.inf
         self._stepped = self._began = self.now
         self._fixed = -math.inf
@@ -87,18 +98,23 @@ class GPSNavigation(Task):
 
     @consume
     def orient(self, angles: imc.EulerAngles) -> None:
-        if not math.isfinite(angles.phi + angles.theta + angles.psi):
+        phi, theta, psi = angles.phi, angles.theta, angles.psi
+        if not (abs(phi) <= LARGEST_ANGLE and abs(theta) <= LARGEST_ANGLE and abs(psi) <= LARGEST_ANGLE):
+            return
+        if self._is_from(angles, self.yaw) and self._attitude_noise.repeats(phi + theta + psi):
             return
         if self._is_from(angles, self.imu):
-            self._attitude.add(self.now, angles.phi, angles.theta)
+            self._attitude.add(self.now, phi, theta)
         if self._is_from(angles, self.yaw):
-            self._turns += wrap(angles.psi - self._turns)
+            self._turns += wrap(psi - self._turns)
             self._heading.add(self.now, self._turns)
 
     @consume
     def turn(self, rates: imc.AngularVelocity) -> None:
-        if self._is_from(rates, self.imu) and math.isfinite(rates.x + rates.y + rates.z):
-            self._rates.add(self.now, rates.x, rates.y, rates.z)
+        p, q, r = rates.x, rates.y, rates.z
+        possible = abs(p) <= LARGEST_RATE and abs(q) <= LARGEST_RATE and abs(r) <= LARGEST_RATE
+        if possible and self._is_from(rates, self.imu):
+            self._rates.add(self.now, p, q, r)
 
     @consume
     def sound(self, distance: imc.Distance) -> None:
@@ -109,9 +125,11 @@ class GPSNavigation(Task):
     @consume
     def fix(self, fix: imc.GpsFix) -> None:
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
-            self._manual = fix
+            self._manual = fix if located(fix) else self._manual
         elif self._is_from(fix, self.gps):
             reason = self._gate.refuses(fix)
+            if reason is None and not located(fix):
+                reason = Reason.INVALID
             if reason is None:
                 self._fix, self._fixed = fix, self.now
             else:
@@ -127,8 +145,7 @@ class GPSNavigation(Task):
     @periodic("execution_frequency")
     def estimate(self) -> None:
         dt, self._stepped = self.now - self._stepped, self.now
-        for mean in (self._attitude, self._heading, self._rates):
-            mean.take()
+        self._take_attitude()
         fix, self._fix = self._fix, None
         if self.now - self._sounded > self.altitude_timeout:
             self._altitude = UNKNOWN_ALTITUDE
@@ -140,6 +157,23 @@ class GPSNavigation(Task):
         self._publish_state(psi)
         self._judge()
 
+    def _take_attitude(self) -> None:
+        """Take the mean attitude and rates, unless the attitude jumps."""
+        attitude, heading = self._attitude.value, self._heading.value
+        self._rates.take()
+        if not (self._attitude.take() | self._heading.take()):
+            return
+        fresh = self.now - self._rates.last <= self.euler_timeout
+        elapsed, self._turned = self.now - self._turned, self.now
+        angles = self._attitude.value[0], self._attitude.value[1], self._heading.value[0]
+        verdict = self._check.judge(elapsed, angles, self._rates.value if fresh else None)
+        if verdict is Verdict.REJECTED:
+            self._attitude.value, self._heading.value = attitude, heading
+            return
+        self._oriented = min(self._attitude.last, self._heading.last)
+        if verdict is Verdict.BELIEVED:
+            self.log.warning("the attitude has jumped and stays there")
+
     def _correct(self, fix: imc.GpsFix, psi: float) -> None:
         variance, state = fix_variance(fix, []), self._filter
         if self._reference is None:
@@ -147,16 +181,27 @@ class GPSNavigation(Task):
             state.settle(0.0, 0.0, variance)
         reference = self._reference
         north, east, _ = displacement(reference.lat, reference.lon, 0.0, fix.lat, fix.lon, 0.0)
-        self._contradictions = self._contradictions + 1 if state.distance(north, east, variance) > CONTRADICTION else 0
-        if self._contradictions < CONTRADICTIONS:
+        off = north - state.x[NORTH], east - state.x[EAST]
+        verdict = self._jumps.judge(state.distance(north, east, variance) > CONTRADICTION, *off)
+        if verdict is Verdict.REJECTED:
+            return
+        if verdict is Verdict.TAKEN:
             state.measure_position(north, east, variance)
         else:
-            self._contradictions = 0
             state.settle(north, east, variance)
             self.log.warning("fixes contradict the position, which is reset to theirs")
+            if math.hypot(*off) > GPS_JUMP and self.now - self._believed <= self.gps_timeout:
+                self._held_fault, self._held_until = f"GPS has jumped by {math.hypot(*off):.0f} m", self.now + SHOWN
+            elif self.now - self._reset <= OFTEN:
+                self._held_fault, self._held_until = "fixes contradict heading and speed", self.now + SHOWN
+            self._reset = self.now
+        self._believed = self.now
         if fix.validity & VALID_VELOCITY == VALID_VELOCITY and math.isfinite(fix.sog + fix.cog):
             along, across = fix.sog * math.cos(fix.cog), fix.sog * math.sin(fix.cog)
-            state.measure_velocity(along, across, psi, self.speed_variance)
+            u, v = state.ground_velocity(psi)
+            c, s = math.cos(psi), math.sin(psi)
+            if math.hypot(along - (c * u - s * v), across - (s * u + c * v)) <= SPEED_JUMP:
+                state.measure_velocity(along, across, psi, self.speed_variance)
         if math.hypot(north, east) > self.farthest:
             self._reference = fix
             state.x[NORTH] -= north
@@ -166,6 +211,8 @@ class GPSNavigation(Task):
         phi, theta, _ = self._attitude.value
         p, q, r = self._rates.value
         place, state = self._reference or self._manual, self._filter
+        if place is None:
+            return
         u, v = state.ground_velocity(psi) if self._reference is not None else (0.0, 0.0)
         c, s = math.cos(psi), math.sin(psi)
         vx, vy = c * u - s * v, s * u + c * v
@@ -211,15 +258,28 @@ class GPSNavigation(Task):
 
     def _judge(self) -> None:
         """Set the state of the entity."""
-        attitude = min(self._attitude.last, self._heading.last)
-        if self.now - max(attitude, self._began) > self.euler_timeout:
-            self.set_entity_state(State.ERROR, "attitude is missing")
+        fault = self._fault()
+        if fault:
+            self.set_entity_state(State.ERROR, fault)
         elif self._reference is None:
             self.set_entity_state(State.BOOT, "waiting for GPS fix")
         elif self.now - self._fixed > self.gps_timeout:
             self.set_entity_state(State.ERROR, "GPS is missing")
         else:
-            self.set_entity_state(State.NORMAL, "active")
+            contradicted = "; GPS: contradicts the position" if self._jumps.rejected else ""
+            self.set_entity_state(State.NORMAL, f"active{contradicted}")
+
+    def _fault(self) -> str:
+        """Why the boat must stop; empty if it need not."""
+        if self.now - max(self._oriented, self._began) > self.euler_timeout:
+            plight = "is stuck" if self._attitude_noise.stuck else "jumps" if self._check.rejects else "is missing"
+            return f"attitude {plight}"
+        if self._rates.last > -math.inf and self.now - self._rates.last > self.euler_timeout:
+            return "turn rates are missing"
+        self._check.remember(bool(self._check.fault))
+        if self._check.fault:
+            self._held_fault, self._held_until = self._check.fault, self.now + SHOWN
+        return self._held_fault if self.now < self._held_until else ""
 
     def _is_from(self, message: imc.Message, label: str) -> bool:
         return not label or self.vehicle.entities.label(message.src, message.src_ent) == label

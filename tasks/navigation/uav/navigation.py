@@ -6,13 +6,21 @@ import imc
 from imc.coordinates import displacement
 from runtime import State, Task, consume, param, periodic
 from tasks.navigation.auv.averages import Mean
+from tasks.navigation.auv.checks import AttitudeCheck
+from tasks.navigation.auv.consistency import JumpGate, Repetition, Verdict
+from tasks.navigation.auv.gates import GPS_JUMP, LARGEST_ANGLE, LARGEST_RATE, SHOWN, FixGate, Reason, located
 from tasks.navigation.uav.inertial_filter import InertialFilter
 from world.attitude import Vector, rotation, to_body, to_ned, wrap
 
 GRAVITY = 9.80665
 NO_DEPTH = -1.0
 CONTRADICTION = 30.0  # squared Mahalanobis distance of a fix that the filter cannot explain
-CONTRADICTIONS = 5  # contradicting fixes in a row reset the filter
+CONTRADICTIONS = 5  # contradicting fixes in a row that agree to within AGREEMENT reset the filter
+AGREEMENT = 10.0  # m
+ATTITUDES, FALLS = 50, 20  # samples that agree before a jump of theirs is believed
+FALL, SIGMAS = 5.0, 5.5  # m; a larger change of pressure is a jump
+HEIGHT_JUMP, HEIGHT_AGREEMENT, HEIGHTS = 20.0, 20.0, 10  # m, m, fixes: GPS against barometer
+LARGEST_FORCE = 160.0  # m/s², the range of 16 g of the accelerometer
 ATTITUDE_VARIANCE, RATE_VARIANCE = 1e-6, 1e-5  # rad², (rad/s)²
 INITIAL_VELOCITY, INITIAL_BIAS = 0.01, 0.01  # variances at rest, (m/s)², (m/s²)²
 
@@ -58,44 +66,61 @@ class Navigation(Task):
         self._fixed = self._oriented = -math.inf
         self._first: list[imc.GpsFix] = []
         self._reference: imc.GpsFix | None = None
-        self._ground = 0.0
-        self._contradictions = 0
-        self._stepped = self.now
+        self._ground, self._pressed = 0.0, -math.inf
+        self._fix_gate = FixGate(math.inf, 1, self.largest_hacc, math.inf)
+        self._jumps, self._falls = JumpGate(CONTRADICTIONS, AGREEMENT), JumpGate(FALLS, AGREEMENT)
+        self._heights = JumpGate(HEIGHTS, HEIGHT_AGREEMENT)
+        self._attitude_noise, self._pressure_noise, self._fix_noise = Repetition(), Repetition(), Repetition()
+        self._check = AttitudeCheck(ATTITUDES)
+        self._held_fault, self._held_until = "", -math.inf
+        self._believed = self._turned_at = -math.inf
+        self._turned = self._stepped = self.now
         self.set_entity_state(State.BOOT, "waiting for GPS fix")
 
     @consume
     def orient(self, angles: imc.EulerAngles) -> None:
-        if self._is_from(angles, self.ahrs) and math.isfinite(angles.phi + angles.theta + angles.psi):
-            self._angles, self._oriented = (angles.phi, angles.theta, wrap(angles.psi)), self.now
+        phi, theta, psi = angles.phi, angles.theta, angles.psi
+        possible = abs(phi) <= LARGEST_ANGLE and abs(theta) <= LARGEST_ANGLE and abs(psi) <= LARGEST_ANGLE
+        if not possible or not self._is_from(angles, self.ahrs) or self._attitude_noise.repeats(phi + theta + psi):
+            return
+        elapsed, self._turned = self.now - self._turned, self.now
+        verdict = self._check.judge(elapsed, (phi, theta, psi), self._rates)
+        if verdict is not Verdict.REJECTED:
+            self._angles, self._oriented = (phi, theta, wrap(psi)), self.now
 
     @consume
     def turn(self, rates: imc.AngularVelocity) -> None:
-        if self._is_from(rates, self.ahrs) and math.isfinite(rates.x + rates.y + rates.z):
-            self._rates = rates.x, rates.y, rates.z
+        p, q, r = rates.x, rates.y, rates.z
+        possible = abs(p) <= LARGEST_RATE and abs(q) <= LARGEST_RATE and abs(r) <= LARGEST_RATE
+        if possible and self._is_from(rates, self.ahrs):
+            self._rates, self._turned_at = (p, q, r), self.now
 
     @consume
     def accelerate(self, force: imc.Acceleration) -> None:
         """Average accelerations, from specific forces."""
-        finite = math.isfinite(force.x + force.y + force.z)
-        if finite and self._angles is not None and self._is_from(force, self.ahrs):
-            north, east, down = to_ned(rotation(*self._angles), (force.x, force.y, force.z))
+        x, y, z = force.x, force.y, force.z
+        possible = abs(x) <= LARGEST_FORCE and abs(y) <= LARGEST_FORCE and abs(z) <= LARGEST_FORCE
+        if possible and self._angles is not None and self._is_from(force, self.ahrs):
+            north, east, down = to_ned(rotation(*self._angles), (x, y, z))
             self._acceleration.add(self.now, north, east, down + GRAVITY)
 
     @consume
     def press(self, pressure: imc.Pressure) -> None:
-        if self._is_from(pressure, self.barometer) and 0.0 < pressure.value < 2000.0:
+        possible = 0.0 < pressure.value < 2000.0 and self._is_from(pressure, self.barometer)
+        if possible and not self._pressure_noise.repeats(pressure.value):
             self._height.add(self.now, height_of(pressure.value))
 
     @consume
     def fix(self, fix: imc.GpsFix) -> None:
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
             return
-        reason = imc.GpsFixRejection.Reason
-        somewhere = abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)
-        if not (fix.validity & imc.GpsFix.Validity.VALID_POS and somewhere):
-            self.publish(imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason.INVALID))
+        reason = self._fix_gate.refuses(fix)
+        if reason is Reason.LOST_VAL_BIT or not located(fix) or self._fix_noise.repeats(fix.lat + fix.lon):
+            reason = Reason.INVALID
         elif not fix.hacc <= self.largest_hacc:
-            self.publish(imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason.ABOVE_MAX_HACC))
+            reason = Reason.ABOVE_MAX_HACC
+        if reason is not None:
+            self.publish(imc.GpsFixRejection(utc_time=fix.utc_time, reason=reason))
         else:
             self._fix, self._fixed = fix, self.now
 
@@ -122,7 +147,7 @@ class Navigation(Task):
         lat, height = (math.fsum(getattr(f, name) for f in self._first) / count for name in ("lat", "height"))
         lon = wrap(math.fsum(_beside(self._first[0].lon, f.lon) for f in self._first) / count)
         self._reference = imc.GpsFix(lat=lat, lon=lon, height=height)
-        self._ground = self._height.value[0]
+        self._ground, self._pressed = self._height.value[0], self.now
         initial = INITIAL_VELOCITY, INITIAL_BIAS
         noise, walk = self.acceleration_noise, self.bias_walk
         self._over_ground = InertialFilter(2, noise, walk, (_variance(self._first[-1]) / count, *initial))
@@ -136,9 +161,25 @@ class Navigation(Task):
         self._over_ground.predict(dt, (north, east))
         self._down.predict(dt, (down,))
         if self._height.take():
-            self._down.correct((self._ground - self._height.value[0],), self.pressure_noise**2)
+            self._measure_height(self._ground - self._height.value[0])
         if fix is not None:
             self._correct(reference, fix)
+
+    def _measure_height(self, down: float) -> None:
+        variance, off = self.pressure_noise**2, down - self._down.position[0]
+        limit = FALL + SIGMAS * math.sqrt(variance + self._down.variances[0])
+        verdict = self._falls.judge(not abs(off) <= limit, off)
+        if verdict is Verdict.REJECTED:
+            return
+        if verdict is Verdict.BELIEVED:
+            self._down.settle((down,), variance)
+            self._hold(f"pressure has jumped by {off:.0f} m")
+        self._pressed = self.now
+        self._down.correct((down,), variance)
+
+    def _hold(self, fault: str) -> None:
+        self._held_fault, self._held_until = fault, self.now + SHOWN
+        self.log.warning(fault)
 
     def _correct(self, reference: imc.GpsFix, fix: imc.GpsFix) -> None:
         lat, lon, height = reference.lat, reference.lon, reference.height
@@ -146,15 +187,21 @@ class Navigation(Task):
         variance, horizontal, age = _variance(fix), self._over_ground, self.now - self._fixed
         vn, ve = horizontal.velocity
         north, east = north + age * vn, east + age * ve
-        if horizontal.surprise((north, east), variance) <= CONTRADICTION:
-            self._contradictions = 0
-            horizontal.correct((north, east), variance)
+        above = fix.height - height + self._down.position[0]
+        if self._heights.judge(abs(above) > HEIGHT_JUMP, above) is Verdict.BELIEVED:
+            self._hold("the heights of GPS and barometer contradict each other")
+        off = north - horizontal.position[0], east - horizontal.position[1]
+        verdict = self._jumps.judge(horizontal.surprise((north, east), variance) > CONTRADICTION, *off)
+        if verdict is Verdict.REJECTED:
             return
-        self._contradictions += 1
-        if self._contradictions >= CONTRADICTIONS:
-            self._contradictions = 0
+        if verdict is Verdict.TAKEN:
+            horizontal.correct((north, east), variance)
+        else:
             horizontal.settle((north, east), variance)
             self.log.warning("fixes contradict the position, which is reset to theirs")
+            if math.hypot(*off) > GPS_JUMP and self.now - self._believed <= self.gps_timeout:
+                self._hold(f"GPS has jumped by {math.hypot(*off):.0f} m")
+        self._believed = self.now
 
     def _publish(self, reference: imc.GpsFix, angles: Vector) -> None:
         phi, theta, psi = angles
@@ -212,11 +259,19 @@ class Navigation(Task):
             missing = "GPS fix" if len(self._first) < self.initial_fixes else "attitude and pressure"
             self.set_entity_state(State.BOOT, f"waiting for {missing}")
         elif now - self._oriented > self.euler_timeout:
-            self.set_entity_state(State.ERROR, "attitude is missing")
-        elif now - self._height.last > self.pressure_timeout:
-            self.set_entity_state(State.ERROR, "pressure is missing")
+            plight = "is stuck" if self._attitude_noise.stuck else "jumps" if self._check.rejects else "is missing"
+            self.set_entity_state(State.ERROR, f"attitude {plight}")
+        elif now - self._pressed > self.pressure_timeout:
+            plight = "is stuck" if self._pressure_noise.stuck else "jumps" if self._falls.rejected else "is missing"
+            self.set_entity_state(State.ERROR, f"pressure {plight}")
         elif now - self._fixed > self.gps_timeout:
             self.set_entity_state(State.ERROR, "GPS fixes are missing")
+        elif self._turned_at > -math.inf and now - self._turned_at > self.euler_timeout:
+            self.set_entity_state(State.ERROR, "turn rates are missing")
+        elif self._acceleration.last > -math.inf and now - self._acceleration.last > self.euler_timeout:
+            self.set_entity_state(State.ERROR, "accelerations are missing")
+        elif self._check.fault or now < self._held_until:
+            self.set_entity_state(State.ERROR, self._check.fault or self._held_fault)
         else:
             self.set_entity_state(State.NORMAL, "active")
 

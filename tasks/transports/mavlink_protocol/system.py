@@ -107,10 +107,11 @@ class MavlinkSystem:
         return self._builders[name](flavour, now)
 
     def hear_state(self, state: imc.EstimatedState, now: float) -> None:
-        """Take a new estimate; the first valid one gives home."""
+        """Take a new estimate; the first valid one gives home, but latitude and longitude 0 until there is another."""
         self.figures.take("state", state, now)
-        if self.home is None:
-            self.home = from_imc.home_of(state, afloat=self.kind.afloat, undulation=self._undulation)
+        if self.home is None or self.home.lat == self.home.lon == 0.0:
+            home = from_imc.home_of(state, afloat=self.kind.afloat, undulation=self._undulation)
+            self.home = home or self.home
 
     def hear_mode(self, state: imc.VehicleState | imc.PlanControlState, now: float) -> None:
         """Take what the supervisors publish about the vehicle's activity; a new activity ends a requested hold."""

@@ -35,12 +35,11 @@ def sensors(
             yield fixes(time).replace(timestamp=time + 0.001)
 
 
-def test_it_waits_for_a_fix_and_says_what_it_knows():
-    run = simulate(Navigation, feed=sensors(3.0, fixes=lambda _: None, heading=1.0), **ANY)
-    last = run.of(imc.EstimatedState)[-1]
-    assert (last.lat, last.x, last.y) == (0.0, 0.0, 0.0)
-    assert last.psi == pytest.approx(1.0)
-    assert last.depth == pytest.approx(1.0)
+def test_it_waits_for_a_fix_and_publishes_no_position_before():
+    nowhere = FIX.replace(lat=0.0, lon=0.0)
+    for fixes in (lambda _: None, lambda _: nowhere, lambda _: nowhere.replace(type=imc.GpsFix.Type.MANUAL_INPUT)):
+        run = simulate(Navigation, feed=sensors(3.0, fixes=fixes, heading=1.0), **ANY)
+        assert run.of(imc.EstimatedState) == []
     assert run.task.entity.state is State.BOOT
     assert run.task.entity.description == "waiting for GPS fix"
     assert run.of(imc.NavigationUncertainty) == []

@@ -217,3 +217,13 @@ def test_no_message_raises(open_desk, name, payload, flavour):
             desk.session.hear(message, desk.now)
             serve(desk.session, message, desk.now)
     desk.said()
+
+
+def test_home_is_not_where_a_vehicle_is_that_does_not_know_its_position_yet(desk):
+    desk.locate(lat=0.0, lon=0.0)
+    desk.locate(lat=0.7, lon=-0.15, x=100.0)
+    desk.locate(lat=0.71, lon=-0.15, x=50.0)
+    home = desk.autopilot.home
+    assert (home.lat, home.lon) == (0.7, -0.15)
+    local = desk.autopilot.build("LOCAL_POSITION_NED", desk.session.flavour, desk.now)
+    assert abs(local["x"]) < 100_000.0

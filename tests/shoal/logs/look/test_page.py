@@ -106,6 +106,15 @@ def test_what_stays_at_the_surface_has_no_depth(make_log, altitude, drawn):
     assert heads[: 2 + len(drawn)] == ["Track over ground", *drawn, "Roll and pitch, °"]
 
 
+def test_states_without_a_position_are_not_in_the_track(make_log):
+    unknown = [at(n / 10, imc.EstimatedState, depth=0.0) for n in range(50)]
+    voyage = [at(5 + n / 10, imc.EstimatedState, lat=0.7, x=float(n)) for n in range(50)]
+    log = imc.Log(make_log([*unknown, *voyage]))
+    story = content_of(log, summarize(log))
+    assert story.origin == (0.7, 0.0)
+    assert story.distance == pytest.approx(49.0)
+
+
 def test_what_the_story_holds(make_log):
     log = imc.Log(make_log([*labels(DVL=8), *mission()]))
     story = content_of(log, summarize(log))

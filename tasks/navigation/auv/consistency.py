@@ -1,0 +1,85 @@
+"""Whether measurements agree with each other and with what is known: jumps, repetitions, growing disagreement."""
+
+from dataclasses import dataclass
+from enum import Enum, auto
+
+NOISY = 20  # points of noise: each reversal gives two, each step in the same direction takes one
+COARSE = 10  # a sensor that repeats fewer values than this and goes on has a coarse resolution
+
+
+class Verdict(Enum):
+    """What to do with a measurement: take it, ignore it, or start again from it."""
+
+    TAKEN = auto()
+    REJECTED = auto()
+    BELIEVED = auto()
+
+
+@dataclass
+class JumpGate:
+    """Rejects surprising measurements until `count` in a row agree with each other to within `spread`.
+
+    One that jumps and stays there is believed in the end: a filter that rejects for ever would never recover.
+    """
+
+    count: int
+    spread: float
+
+    def __post_init__(self) -> None:
+        self.rejected = 0
+        self._surprise: tuple[float, ...] = ()
+
+    def judge(self, surprising: bool, *innovation: float) -> Verdict:
+        """Judge a measurement by its innovation, the difference from what was expected."""
+        if not surprising:
+            self.rejected = 0
+            return Verdict.TAKEN
+        agrees = self.rejected and all(
+            abs(a - b) <= self.spread for a, b in zip(innovation, self._surprise, strict=True)
+        )
+        self.rejected = self.rejected + 1 if agrees else 1
+        self._surprise = innovation
+        if self.rejected < self.count:
+            return Verdict.REJECTED
+        self.rejected = 0
+        return Verdict.BELIEVED
+
+
+class Repetition:
+    """Notices that a sensor whose noise never let it repeat a value does so now."""
+
+    def __init__(self) -> None:
+        self.run = 0
+        self._value = self._change = 0.0
+        self._noise = 0
+        self._coarse = False
+
+    @property
+    def stuck(self) -> bool:
+        """Whether the latest sample repeated the one before, although the sensor has noise."""
+        return self.run > 0 and self._noise >= NOISY and not self._coarse
+
+    def repeats(self, value: float) -> bool:
+        """Take a sample; whether it repeats the one before although the sensor has noise."""
+        change = value - self._value
+        if change == 0.0:
+            self.run += 1
+            return self.stuck
+        self._coarse |= 0 < self.run < COARSE
+        self.run = 0
+        if self._noise < NOISY:
+            self._noise = max(0, self._noise + (2 if change * self._change < 0.0 else -1))
+        self._value, self._change = value, change
+        return False
+
+
+@dataclass
+class Disagreement:
+    """How far two sensors have moved apart lately: the sum of their differences, forgotten within `memory` s."""
+
+    memory: float
+    value: float = 0.0
+
+    def add(self, dt: float, difference: float) -> None:
+        """Add what they differ by in a step of `dt` s."""
+        self.value += difference - self.value * min(1.0, dt / self.memory)

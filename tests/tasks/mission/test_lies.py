@@ -1,0 +1,241 @@
+"""Sensors of the shipped vehicles that lie while a plan is flown: what is believed, and who is named."""
+
+import math
+
+import pytest
+from flying import CCU, control, goto, place, plan_of
+
+import imc
+from imc.coordinates import absolute, displacement
+from shoal.missions import prepare
+
+FAULT = 25.0  # s
+DEEP = "Bathymetry:Data=0 0 120, 500 500 120, -500 -500 120"
+LIGHT = "Transports.Logging:Transports=EstimatedState"
+BLIND = "Simulators.MUGDetectionCamera:Enabled=Never"
+Mode = imc.VehicleState.OpMode
+HIGH = {"z": 10.0, "z_units": imc.ZUnits.ALTITUDE}
+FLIGHTS = {
+    "lauv-noptilus-1": (plan_of(goto(300, 0, 6.0)), (DEEP, BLIND)),
+    "otter": (plan_of(goto(300, 0)), ()),
+    "caravel": (plan_of(goto(300, 0)), ()),
+    "hexa-00": (
+        plan_of(imc.Takeoff(**place(0, 0), **HIGH, speed=2.0), imc.Goto(**place(300, 0), **HIGH, speed=4.0)),
+        (),
+    ),
+}
+DEPTH, AHRS, DVL, GPS = (f"Simulators.{name}" for name in ("DepthSensor", "IMU/AHRS", "DVL", "GPS"))
+SOUNDER, MOTOR, BAROMETER = "Simulators.Environment", "Simulators.Motor", "Simulators.Barometer"
+FAR = math.radians(0.0684)  # 7.6 km
+
+
+def lies(task, kind, *changes, times=math.inf):
+    """From FAULT on, the task publishes other values of a type: a number stays, a function changes, None sticks."""
+
+    def inject(vehicle):
+        sensor, count, held = vehicle.task(task), 0, {}
+        honest = sensor.publish
+
+        def publish(message, **options):
+            nonlocal count
+            if type(message) is kind and count < times:
+                count += 1
+                now = vehicle.kernel.now_ns * 1e-9 - vehicle.start_time - FAULT
+                for field, lie in changes:
+                    true = held.setdefault(field, getattr(message, field))
+                    value = true if lie is None else lie(getattr(message, field), now) if callable(lie) else lie
+                    message = message.replace(**{field: value})
+            return honest(message, **options)
+
+        sensor.publish = publish
+
+    return inject
+
+
+def together(*injections):
+    return lambda vehicle: [inject(vehicle) for inject in injections]
+
+
+def fixes_under_water(vehicle):
+    """A strange receiver: three fixes 7.6 km north."""
+    lat, lon = math.radians(41.185) + FAR, math.radians(-8.7062)
+    fix = imc.GpsFix(validity=0x1FF, lat=lat, lon=lon, satellites=8, hdop=0.9, hacc=2.0)
+    for delay in (10.0, 11.0, 12.0):
+        vehicle.kernel.after(delay, vehicle.task(GPS).publish, fix)
+
+
+class Flight:
+    """A plan with a lie: the largest errors of the estimate after it, modes, errors, depth, descriptions."""
+
+    def __init__(self, folder, inject, profile="lauv-noptilus-1", seconds=50.0):
+        plan, settings = FLIGHTS[profile]
+        made = prepare(profile, overrides=(LIGHT, *settings), log_root=folder / "log", state_folder=folder / "db")
+        self.vehicle = vehicle = made.vehicle
+        vehicle.keep_going = True
+        self.modes, self.errors, self.said, self.depths, self.failed, self.truth = [], [], set(), [], math.inf, None
+        self.astray = self.wrong_depth = 0.0
+        self.variances, self.results = [], []
+        vehicle.tap(imc.VehicleState, self._note)
+        vehicle.tap(imc.SimulatedState, self._measure)
+        vehicle.tap(imc.EstimatedState, self._compare)
+        vehicle.tap(imc.EntityState, lambda state: self.said.add(state.description))
+        vehicle.tap(imc.NavigationUncertainty, lambda sure: self.variances.append((sure.x, sure.z)))
+        vehicle.tap(imc.PlanControl, lambda reply: self.results.append(reply.type) if reply.dst == CCU else None)
+
+        async def happen(script):
+            await script.sleep(10.0)
+            start = control(imc.PlanControl.Op.START, -1.0, plan.plan_id, 1, arg=plan, dst=vehicle.system)
+            packet = imc.encode_as(start, script.now, CCU, 3, vehicle.system, 0xFF)
+            vehicle.bus.publish(imc.decode(packet), packet, None)
+            await script.sleep(FAULT - 10.0)
+            inject(vehicle)
+
+        vehicle.start()
+        vehicle.kernel.soon(vehicle.daemon.run, happen)
+        vehicle.run(seconds)
+        vehicle.close()
+
+    def _note(self, state):
+        after = state.timestamp - self.vehicle.start_time - FAULT
+        if after >= 0.0:
+            self.modes.append(Mode(state.op_mode))
+            if state.op_mode == Mode.ERROR:
+                self.failed = min(self.failed, after)
+                self.errors.append(state.last_error)
+
+    def _measure(self, truth):
+        self.truth = truth
+        self.depths.append(truth.z)
+
+    def _compare(self, state):
+        if self.truth is None or state.timestamp - self.vehicle.start_time < FAULT:
+            return
+        north, east, _ = displacement(self.truth.lat, self.truth.lon, 0.0, *absolute(state)[:2], 0.0)
+        self.astray = max(self.astray, math.hypot(north - self.truth.x, east - self.truth.y))
+        self.wrong_depth = max(self.wrong_depth, abs(state.z - self.truth.z))
+
+
+# a lie that is noticed and rejected: the plan goes on, and the estimate stays true
+HARMLESS = {
+    "depth, one sample of 1e6 m": (lies(DEPTH, imc.Depth, ("value", 1e6), times=1), 2.0),
+    "depth, every tenth sample": (
+        lies(DEPTH, imc.Depth, ("value", lambda z, t: 1e3 if round(10 * t) % 10 == 0 else z)),
+        2.0,
+    ),
+    "GPS, fixes under water": (fixes_under_water, 2.0),
+    "heading, one sample": (lies(AHRS, imc.EulerAngles, ("psi", 3.0), times=1), 2.0),
+    "pitch, one sample": (lies(AHRS, imc.EulerAngles, ("theta", 1e6), times=1), 2.0),
+    "rate, one sample": (lies(AHRS, imc.AngularVelocity, ("z", 1e6), times=1), 2.0),
+    "DVL, one sample along": (lies(DVL, imc.GroundVelocity, ("x", 1e6), times=1), 2.0),
+    "DVL, one sample down": (lies(DVL, imc.GroundVelocity, ("z", 1e6), times=1), 2.0),
+    "DVL, not a number": (lies(DVL, imc.GroundVelocity, ("x", math.nan)), 2.0),
+    "DVL, infinite": (lies(DVL, imc.GroundVelocity, ("y", math.inf)), 2.0),
+    "DVL, stuck": (lies(DVL, imc.GroundVelocity, ("x", None), ("y", None), ("z", None), ("validity", 7)), 3.0),
+    "DVL, backward": (lies(DVL, imc.GroundVelocity, ("x", lambda u, t: -u)), 20.0),
+    "motor, one sample": (lies(MOTOR, imc.Rpm, ("value", 32767), times=1), 2.0),
+    "times in the past": (lies(DEPTH, imc.Depth, ("timestamp", 1.0)), 2.0),
+    "times in the future": (lies(AHRS, imc.EulerAngles, ("timestamp", 4e9), ("time", 4e9)), 2.0),
+}
+# a lie that ends the plan: what the error says, and the longest time to it (s)
+UNTRUE = {
+    "depth stays at 0": (lies(DEPTH, imc.Depth, ("value", 0.0)), "depth does not follow the vertical speed", 5.0),
+    "depth stuck": (lies(DEPTH, imc.Depth, ("value", None)), "depth does not follow the vertical speed", 8.0),
+    "depth drifts": (
+        lies(DEPTH, imc.Depth, ("value", lambda z, t: max(0.0, z - 0.5 * t))),
+        "depth does not follow the vertical speed",
+        8.0,
+    ),
+    "depth jumps": (
+        lies(DEPTH, imc.Depth, ("value", lambda z, t: z + 10.0)),
+        "depth does not follow the vertical speed",
+        4.0,
+    ),
+    "depth not a number": (lies(DEPTH, imc.Depth, ("value", math.nan)), "depth is missing", 5.5),
+    "attitude stuck": (
+        lies(AHRS, imc.EulerAngles, ("phi", None), ("theta", None), ("psi", None)),
+        "attitude is stuck",
+        3.0,
+    ),
+    "pitch stuck": (lies(AHRS, imc.EulerAngles, ("theta", None)), "pitch does not follow the turn rate", 10.0),
+    "heading jumps": (
+        lies(AHRS, imc.EulerAngles, ("psi", lambda psi, t: psi + 1.5)),
+        "heading does not follow the turn rate",
+        2.0,
+    ),
+    "heading infinite": (lies(AHRS, imc.EulerAngles, ("psi", math.inf)), "attitude is missing", 3.0),
+    "rates stuck": (lies(AHRS, imc.AngularVelocity, ("z", 0.3)), "heading does not follow the turn rate", 3.0),
+    "rates not a number": (lies(AHRS, imc.AngularVelocity, ("z", math.nan)), "turn rates are missing", 3.0),
+}
+# (profile, what) -> the same, for vehicles with GPS all the time
+AFLOAT = {
+    (profile, name): case
+    for profile in ("otter", "hexa-00")
+    for name, case in {
+        "GPS jumps": (lies(GPS, imc.GpsFix, ("lat", lambda lat, t: lat + FAR)), "GPS has jumped by 7", 6.0),
+        "GPS without satellites": (lies(GPS, imc.GpsFix, ("satellites", 0)), "GPS", 11.0),
+        "GPS at 0, 0": (lies(GPS, imc.GpsFix, ("lat", 0.0), ("lon", 0.0)), "GPS", 11.0),
+        "heading jumps": (
+            lies(AHRS, imc.EulerAngles, ("psi", lambda psi, t: psi + 1.5)),
+            "heading does not follow the turn rate",
+            2.0,
+        ),
+    }.items()
+} | {
+    ("hexa-00", "pressure stuck"): (lies(BAROMETER, imc.Pressure, ("value", None)), "pressure is stuck", 3.0),
+    ("hexa-00", "pressure jumps"): (
+        lies(BAROMETER, imc.Pressure, ("value", lambda p, t: p - 2.0)),
+        "pressure has jumped by -17 m",
+        2.0,
+    ),
+    ("hexa-00", "GPS stuck"): (lies(GPS, imc.GpsFix, ("lat", None), ("lon", None)), "GPS fixes are missing", 6.0),
+}
+
+
+@pytest.mark.parametrize("lie", HARMLESS)
+def test_a_lie_that_others_contradict_is_rejected_and_the_plan_goes_on(lie, tmp_path):
+    inject, astray = HARMLESS[lie]
+    flight = Flight(tmp_path, inject, seconds=42.0)
+    assert set(flight.modes) == {Mode.MANEUVER}
+    assert flight.astray < astray
+    assert flight.wrong_depth < 0.5
+    assert flight.depths[-1] == pytest.approx(6.0, abs=0.5)
+
+
+@pytest.mark.parametrize("lie", UNTRUE)
+def test_a_sensor_that_lies_on_and_on_is_named_and_the_vehicle_comes_up(lie, tmp_path):
+    inject, error, seconds = UNTRUE[lie]
+    flight = Flight(tmp_path, inject)
+    assert flight.failed <= seconds
+    assert flight.errors[0] == f"Navigation: {error}"
+    assert Mode.MANEUVER not in flight.modes[flight.modes.index(Mode.ERROR) :]
+    assert max(flight.depths) < 7.0
+    assert flight.depths[-1] < flight.depths[-1000] - 0.5 or flight.depths[-1] < 0.3
+
+
+@pytest.mark.parametrize(("profile", "lie"), AFLOAT)
+def test_a_lie_on_boats_and_multirotors_ends_the_plan(profile, lie, tmp_path):
+    inject, error, seconds = AFLOAT[profile, lie]
+    flight = Flight(tmp_path, inject, profile, 37.0)
+    assert flight.failed <= seconds
+    assert flight.errors[0].startswith(f"Navigation: {error}")
+
+
+@pytest.mark.parametrize("profile", ["otter", "caravel", "hexa-00"])
+def test_one_fix_far_away_moves_nothing(profile, tmp_path):
+    once = lies(GPS, imc.GpsFix, ("lat", lambda lat, t: lat + FAR), ("sog", 1e6), times=1)
+    flight = Flight(tmp_path, once, profile, 35.0)
+    assert set(flight.modes) == {Mode.MANEUVER}
+    assert flight.astray < 3.0
+
+
+def test_a_depth_that_lies_is_uncertain(tmp_path):
+    flight = Flight(tmp_path, UNTRUE["depth stuck"][0], seconds=40.0)
+    assert max(depth for _, depth in flight.variances) > 4.0
+
+
+def test_an_altimeter_that_is_stuck_is_not_believed(tmp_path):
+    def stick(vehicle):
+        lies(SOUNDER, imc.Distance, ("value", 20.0))(vehicle)
+
+    flight = Flight(tmp_path, stick, seconds=40.0)
+    assert "active without altitude" in flight.said
