@@ -26,6 +26,7 @@ CCU = 0x4001
 READY, FAULTS, HOME = 15.0, 90.0, 120.0  # s: start of the plan, then the faults, then the time to come home
 LIMIT, MARGIN = 50.0, 5.0  # m: maximum depth of the profile, and how far below it the vehicle may get
 TOUCH, SURFACE, NEAR = 0.2, 0.5, 2.0  # m
+RISING = 0.3  # m in 10 s
 DRIFTING = 0.4  # m/s through the water
 LIGHT = ["Transports.MAVLink:Enabled=Never"]
 AUV = "lauv-noptilus-1"
@@ -178,6 +179,11 @@ class Judge:
         rising = not self._executing and self._truth is not None and self._depths[-1] < self._depths[0] - 0.2
         return self._ended + HOME - self._truth.timestamp if rising and self._truth is not None else 0.0
 
+    @property
+    def _rises(self) -> bool:
+        """Whether the vehicle is on its way up: only its buoyancy lifts it, at 6 cm/s or less."""
+        return self._depths[0] - self._depths[-1] > RISING
+
     def finish(self) -> None:
         """Look where the vehicle is in the end."""
         truth, estimate = self._truth, self._estimate
@@ -186,7 +192,7 @@ class Judge:
         knows = estimate is not None and abs(truth.z - estimate.z) < NEAR
         if self._executing and knows:
             self._flight.outcome = "on its plan"
-        elif self._flight.mission.profile == AUV and truth.z > SURFACE:
+        elif self._flight.mission.profile == AUV and truth.z > SURFACE and not self._rises:
             self._violate(f"still {truth.z:.0f} m deep")
         elif self._flight.mission.profile == "hexa-00" and truth.z < -SURFACE:
             self._violate(f"still {-truth.z:.0f} m up")

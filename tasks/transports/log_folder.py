@@ -39,7 +39,7 @@ class LogFolder:
     @property
     def waiting(self) -> int:
         """Bytes that the disk has not accepted yet."""
-        return self.data.waiting + self.text.waiting + sum(map(len, self._files.values()))
+        return self.data.waiting + self.text.waiting + sum(map(len, self._files.values()))  # integers
 
     @property
     def removed(self) -> bool:

@@ -25,7 +25,7 @@ class LogSeries:
     def waiting(self) -> int:
         """Bytes that the disk has not accepted yet."""
         logs = [*self.waiting_logs, self.current] if self.current is not None else self.waiting_logs
-        return sum(log.waiting for log in logs)
+        return sum(log.waiting for log in logs)  # integers
 
     def begin(self, name: str, compression: str, files: Mapping[str, bytes]) -> LogFolder:
         """Begin a log, in memory until `settle`."""

@@ -19,6 +19,7 @@ CONTRADICTIONS = 5  # contradicting fixes in a row that agree to within AGREEMEN
 AGREEMENT = 10.0  # m
 ATTITUDES, FALLS = 50, 20  # samples that agree before a jump of theirs is believed
 FALL, SIGMAS = 5.0, 5.5  # m; a larger change of pressure is a jump
+HEIGHT_FACTOR = 4.0  # of the variance of heights by GPS, to that of its positions
 HEIGHT_JUMP, HEIGHT_AGREEMENT, HEIGHTS = 20.0, 20.0, 10  # m, m, fixes: GPS against barometer
 LARGEST_FORCE = 160.0  # m/s², the range of 16 g of the accelerometer
 ATTITUDE_VARIANCE, RATE_VARIANCE = 1e-6, 1e-5  # rad², (rad/s)²
@@ -188,7 +189,9 @@ class Navigation(Task):
         vn, ve = horizontal.velocity
         north, east = north + age * vn, east + age * ve
         above = fix.height - height + self._down.position[0]
-        if self._heights.judge(abs(above) > HEIGHT_JUMP, above) is Verdict.BELIEVED:
+        if self.now - self._pressed > self.pressure_timeout:  # coarse, but it keeps a vehicle that lands from rising
+            self._down.correct((height - fix.height,), HEIGHT_FACTOR * variance)
+        elif self._heights.judge(abs(above) > HEIGHT_JUMP, above) is Verdict.BELIEVED:
             self._hold("the heights of GPS and barometer contradict each other")
         off = north - horizontal.position[0], east - horizontal.position[1]
         verdict = self._jumps.judge(horizontal.surprise((north, east), variance) > CONTRADICTION, *off)

@@ -27,7 +27,7 @@ maneuvers:
     then: [{to: Home, when: Depth.value > 90}, Waves]
   - yo_yo: {north: 28, depth: 1, amplitude: 0.5, pitch: 15°}
     id: Waves
-    on_start: {Loiter: {Debug Level: Debug}, Yo Yo: {Debug Level: Debug}}
+    on_start: {Loiter Maneuver: {Debug Level: Debug}, YoYo Maneuver: {Debug Level: Debug}}
   - elevator: {north: 28, start_z: 0, end_z: 1, radius: 8}
     id: Lift
   - station_keeping: {north: 20, depth: 0, radius: 15, duration: 4}

@@ -68,7 +68,7 @@ def test_an_area_in_wind():
     ],
 )
 def test_plans_that_cannot_be_flown_are_refused(maneuvers, reason):
-    report = fly(parse_plan("plan: no\n" + HEAD + maneuvers), "hexa-00", limit=60)
+    report = fly(parse_plan("plan: refused\n" + HEAD + maneuvers), "hexa-00", limit=60)
     assert not report.completed
     assert report.reason.startswith(reason)
     assert report.legs == []
