@@ -175,9 +175,9 @@ class Judge:
 
     @property
     def grace(self) -> float:
-        """How long (s) a vehicle on its way up may still take, because its plan went on after the fault."""
-        rising = not self._executing and self._truth is not None and self._depths[-1] < self._depths[0] - 0.2
-        return self._ended + HOME - self._truth.timestamp if rising and self._truth is not None else 0.0
+        """How long (s) it may still take, because its plan went on after the fault."""
+        over = not self._executing and self._truth is not None
+        return self._ended + HOME - self._truth.timestamp if over and self._truth is not None else 0.0
 
     @property
     def _rises(self) -> bool:

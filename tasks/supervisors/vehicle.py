@@ -57,10 +57,7 @@ class Vehicle(Task):
                 self._enter(Mode.EXTERNAL)
             else:
                 self.log.error("control loops are enabled without a maneuver; disabling them")
-                self._scope += 1
-                self._loops = 0
-                disable = imc.ControlLoops.Enable.DISABLE
-                self.publish(imc.ControlLoops(enable=disable, mask=ALL_LOOPS, scope_ref=self._scope))
+                self._disable_loops()
         silence = self.maneuver_report_timeout
         if self._is_executing() and silence and self.now - self._reported > silence:
             self._fail(f"no report for {silence:g} s")
@@ -233,6 +230,15 @@ class Vehicle(Task):
     def _unanswered(self, maneuver: imc.Message) -> None:
         if self._mode in (Mode.MANEUVER, Mode.CALIBRATION) and self._type == maneuver.ID:
             self._fail("no task executes it")
+        elif isinstance(maneuver, imc.IdleManeuver):
+            self._disable_loops()
+
+    def _disable_loops(self) -> None:
+        """Do what IdleManeuver does, if nobody does it."""
+        self._scope += 1
+        self._loops = 0
+        disable = imc.ControlLoops.Enable.DISABLE
+        self.publish(imc.ControlLoops(enable=disable, mask=ALL_LOOPS, scope_ref=self._scope))
 
     def _fail(self, reason: str) -> None:
         name = imc.builtin().by_id(self._type).__name__ if self._type != NOBODY else "unknown"
