@@ -49,3 +49,15 @@ def test_links_and_pictures_exist(document):
     for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", document.read_text()):
         if not target.startswith(("http://", "https://")):
             assert (document.parent / target).exists(), target
+
+
+def test_promises_name_tests_that_exist():
+    rows = re.findall(r"^\| (?!promise|-)(.+?) \| (.+) \|$", (ROOT / "docs/promises.md").read_text(), re.MULTILINE)
+    assert len(rows) > 100
+    for promise, tests in rows:
+        file = None
+        for path, name in re.findall(r"`(?:([\w/]+\.py)(?:::)?)?(test_\w+)?`", tests):
+            file = path or file
+            text = next((p.read_text() for p in (ROOT / "tests" / file, ROOT / file) if p.is_file()), "")
+            assert text, f"{promise}: no {file}"
+            assert f"def {name}" in text, f"{promise}: {file} has no {name}"

@@ -72,7 +72,7 @@ class Grounding:
             return None
         if keel - water > STEP or water < hull.draft:
             hull.x, hull.y = self._free
-            hull.over_ground = 0.0, 0.0, 0.0
+            hull.over_ground = 0.0, 0.0, hull.over_ground[2]  # it may still rise along the wall
         else:
             self._free = here
             north, east, down = hull.over_ground

@@ -56,6 +56,18 @@ def test_far_from_the_bottom_nothing_is_changed():
     assert (hull.over_ground, hull.q) == (before.over_ground, before.q)
 
 
+def test_it_rises_along_a_wall_against_which_a_current_presses_it():
+    hull, grounding = Hull(z=9.0), Grounding()
+    grounding.place(hull, 12.0, 0.0, WALL)
+    rise = 0.0
+    for _ in range(6000):
+        rise = min(0.1, rise + 0.1 * H)
+        hull.over_ground = -0.3, 0.0, -rise if hull.over_ground[2] or rise < 0.01 else 0.0
+        hull.move()
+        grounding.hold(hull, WALL, H)
+    assert hull.z < 4.0
+
+
 def test_a_wall_stops_it_where_it_was_free():
     hull = Hull(z=9.0, over_ground=(-2.0, 0.0, 0.0))
     touches, _ = move(hull, WALL, 1000, north=20.0)
