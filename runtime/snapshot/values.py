@@ -113,7 +113,7 @@ class StateWriter:
             check_message(value, where)
             return ["struct", self._words.path_of(kind, where), self._attributes(value, names, where)]
         if issubclass(kind, dict):
-            path = self._words.path_of(kind, where)
+            path = self._words.path_of(cast(type[Any], kind), where)
             return ["mapping", path, self._pairs(value.items(), where), self._of(value, where)]
         if kind.__module__.partition(".")[0] in sys.stdlib_module_names or issubclass(kind, CONTAINERS):
             raise SnapshotError(f"{where} is a {kind.__name__}, which a snapshot cannot contain")
@@ -137,7 +137,7 @@ class StateWriter:
     def _of(self, value: Any, where: str) -> list[Any]:
         names = attributes(value)
         for name in names:
-            self._try(check_attribute, cast(type, type(value)), name, where=where)
+            self._try(check_attribute, type(value), name, where=where)
         return self._attributes(value, names, where)
 
     def _try(self, check: Callable[..., Any], *args: Any, where: str) -> Any:
@@ -208,7 +208,7 @@ class StateReader:
 
     def _fill(self, made: Any, attributes: list[Any]) -> None:
         for name, item in attributes:
-            object.__setattr__(made, check_attribute(cast(type, type(made)), name), self.read(item))
+            object.__setattr__(made, check_attribute(cast(type[Any], type(made)), name), self.read(item))
 
     def _value(self, words: list[Any]) -> Any:
         kind, *rest = words

@@ -78,7 +78,7 @@ def is_state(cls: type) -> bool:
     if any(base.__module__.partition(".")[0] == "runtime" or "__del__" in vars(base) for base in cls.__mro__):
         return False
     try:
-        object.__new__(cls)
+        object.__new__(cast(type[object], cls))
     except TypeError:
         return False
     return True
@@ -175,11 +175,11 @@ def check_size(data: bytes, what: str = "a snapshot") -> None:
 
 
 # msgpack: bytes of the length, and bytes besides the content (bin, ext, str) or values per item (array, map)
-LENGTHS = {0xC4: (1, 0), 0xC5: (2, 0), 0xC6: (4, 0), 0xC7: (1, 1), 0xC8: (2, 1), 0xC9: (4, 1)}
-LENGTHS |= {0xD9: (1, 0), 0xDA: (2, 0), 0xDB: (4, 0)}
+_OF_BYTES = {0xC4: (1, 0), 0xC5: (2, 0), 0xC6: (4, 0), 0xC7: (1, 1), 0xC8: (2, 1), 0xC9: (4, 1)}
+LENGTHS = {**_OF_BYTES, 0xD9: (1, 0), 0xDA: (2, 0), 0xDB: (4, 0)}
 CONTAINERS = {0xDC: (2, 1), 0xDD: (4, 1), 0xDE: (2, 2), 0xDF: (4, 2)}
-FIXED = {0xCA: 4, 0xCB: 8, 0xCC: 1, 0xCD: 2, 0xCE: 4, 0xCF: 8, 0xD0: 1, 0xD1: 2, 0xD2: 4, 0xD3: 8}
-FIXED |= {0xD4: 2, 0xD5: 3, 0xD6: 5, 0xD7: 9, 0xD8: 17}
+_NUMBERS = {0xCA: 4, 0xCB: 8, 0xCC: 1, 0xCD: 2, 0xCE: 4, 0xCF: 8, 0xD0: 1, 0xD1: 2, 0xD2: 4, 0xD3: 8}
+FIXED = {**_NUMBERS, 0xD4: 2, 0xD5: 3, 0xD6: 5, 0xD7: 9, 0xD8: 17}
 
 
 def check_message(value: msgspec.Struct, where: str) -> None:

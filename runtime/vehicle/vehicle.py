@@ -213,8 +213,8 @@ class Vehicle:
     def tap(self, kind: type, handler: Callable[..., object], *, packets: bool = False) -> None:
         """Call `handler` with each delivered message of a type, whoever sent it.
 
-        Its owner only watches, and is not in snapshots. One with pending calls prevents them, unless it has an attribute
-        `transient` that is true: then a continued run lacks it, or makes it again.
+        Its owner only watches, and is not in snapshots. With a pending call it prevents them, unless it has a true
+        attribute `transient`: then a continued run lacks it, or makes it again.
         """
         owner = owner_of(handler)
         if isinstance(owner, Task):

@@ -15,7 +15,7 @@ CALM = imc.VehicleState.OpMode.SERVICE
 class PlanRequest:
     """Publishes a request when the vehicle has reported SERVICE and, after that, a READY plan engine.
 
-    It acts as an operator: it watches the bus, and snapshots do not contain it; `given_in` finds it in the log. `refused` is called with a reason if
+    It acts as an operator: it watches the bus, and snapshots do not contain it. `refused` is called with a reason if
     either report takes longer than `patience` (s). `calm` is True once SERVICE was reported, `given` once the request
     was published.
     """
