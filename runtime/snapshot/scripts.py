@@ -19,7 +19,7 @@ from runtime.snapshot.state import (
     task_of,
 )
 from runtime.snapshot.vocabulary import SnapshotError
-from runtime.task import State, Task, one_line
+from runtime.task import State, Task
 
 
 def replay_journal(task: Task, past: Past) -> tuple[list[Timer], list[Callable[..., object]]]:
@@ -42,7 +42,7 @@ def replay_journal(task: Task, past: Past) -> tuple[list[Timer], list[Callable[.
     except Exception as error:
         if isinstance(error, SnapshotError):
             raise
-        raise SnapshotError(f"{task.name} cannot be restored: its journal does not fit: {one_line(error)}") from error
+        raise SnapshotError(f"{task.name} cannot be restored: its journal does not fit it") from error
     finally:
         vehicle.bus.instruments = before
         kernel.clear()

@@ -27,7 +27,7 @@ from runtime.snapshot.state import (
     writer_for,
 )
 from runtime.snapshot.values import StateWriter
-from runtime.snapshot.vocabulary import LARGEST, SnapshotError, check_size
+from runtime.snapshot.vocabulary import LARGEST, SnapshotError, check_size, shown
 from runtime.task import State, Task, with_place
 from runtime.vehicle import Vehicle
 
@@ -124,7 +124,7 @@ def load(data: bytes) -> Snapshot:
     try:
         found = msgspec.msgpack.decode(data, type=Envelope)
         if found.format != FORMAT:
-            raise SnapshotError(f"this is a {found.format[:80]!r}, not a {FORMAT!r}")
+            raise SnapshotError(f"this is a {shown(found.format)}, not a {FORMAT!r}")
         if zlib.crc32(found.snapshot) != found.checksum:
             raise SnapshotError("this snapshot is damaged")
         check_size(found.snapshot)
@@ -157,7 +157,7 @@ def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     except SnapshotError:
         raise
     except Exception as error:
-        raise SnapshotError(f"not a valid snapshot: it does not fit the vehicle ({with_place(error)})") from error
+        raise SnapshotError("not a valid snapshot: it does not fit the vehicle") from error
 
 
 def _blame(owner: object, error: Exception) -> Exception:
@@ -225,10 +225,15 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
         raise SnapshotError("not a valid snapshot: a timer is missing")
     reader = reader_for(vehicle, timers)
     for section, state in snapshot.tasks.items():
-        connect(vehicle.task(section), state, reader)
-        if state.tickers:
-            vehicle.task(section).begin_ticking()
-        restore_task(vehicle.task(section), state, reader)
+        try:
+            connect(vehicle.task(section), state, reader)
+            if state.tickers:
+                vehicle.task(section).begin_ticking()
+            restore_task(vehicle.task(section), state, reader)
+        except SnapshotError:
+            raise
+        except Exception as error:
+            raise SnapshotError(f"not a valid snapshot: its state of {section} does not fit this task") from error
     for timer, state in zip(timers, snapshot.timers, strict=True):
         if state.function is not None:
             restore_timer(timer, state, reader)
@@ -237,7 +242,7 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     for label, number, phase, description, stateful in snapshot.entities:
         entity = vehicle.entities.find(label)
         if entity is None or entity.id != number:
-            raise SnapshotError(f"the vehicle has no entity {label!r} of id {number}")
+            raise SnapshotError(f"the vehicle has no entity {shown(label)} of id {number}")
         entity.state, entity.description, entity.stateful = State(reader.read(phase)), description, stateful
     for name, phase, error in snapshot.activations:
         activation = vehicle.activations[name]

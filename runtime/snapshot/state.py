@@ -10,7 +10,7 @@ import msgspec
 from runtime.bus import Bus, Subscription
 from runtime.kernel import SECOND, Timer
 from runtime.snapshot.values import StateReader, StateWriter
-from runtime.snapshot.vocabulary import SnapshotError, Vocabulary, check_attribute
+from runtime.snapshot.vocabulary import SnapshotError, Vocabulary, check_attribute, shown
 from runtime.task import HIGHEST_RATE, Entity, Logbook, Parameter, Script, Task, Ticker
 from runtime.vehicle import Vehicle
 
@@ -85,7 +85,10 @@ def task_state(task: Task, hears: Iterable[Subscription], writer: StateWriter) -
             check_attribute(type(task), name)
         except SnapshotError as error:
             raise SnapshotError(f"{task.name}: {error}") from None
-    plain = [(name, writer.write(value, f"{task.name}: {name}")) for name, value in state.items()]
+    try:
+        plain = [(name, writer.write(value, f"{task.name}: {name}")) for name, value in state.items()]
+    except RecursionError:
+        raise SnapshotError(f"the state of {task.name} is nested too deep") from None
     return TaskState(
         task.name,
         _kind(task),
@@ -133,7 +136,7 @@ def restore_task(task: Task, state: TaskState, reader: StateReader) -> None:
     for name, plain in state.attributes:
         value = reader.read(plain)
         if name in refused:
-            raise SnapshotError(f"{task.name} cannot have an attribute {name!r} from a snapshot")
+            raise SnapshotError(f"{task.name} cannot have an attribute {shown(name)} from a snapshot")
         if name in declared:
             value = checked(task, declared[name], value)
         setattr(task, check_attribute(type(task), name), value)
@@ -160,7 +163,7 @@ def checked_values(task: Task, values: Mapping[str, Any]) -> dict[str, Any]:
     """Values of parameters by ini name, within their limits. Raises SnapshotError."""
     declarations = task.parameter_set.declarations
     if unknown := values.keys() - declarations.keys():
-        raise SnapshotError(f"{task.name} has no parameter {min(unknown)!r}")
+        raise SnapshotError(f"{task.name} has no parameter {shown(min(unknown))}")
     return {name: checked(task, declarations[name], value) for name, value in values.items()}
 
 
@@ -169,7 +172,7 @@ def checked(task: Task, parameter: Parameter, value: Any) -> Any:
     try:
         return parameter.check(value)
     except (ValueError, TypeError) as error:
-        raise SnapshotError(f"{task.name}: {parameter.name}: {error}") from None
+        raise SnapshotError(f"{task.name}: {parameter.name}: {str(error)[:200]}") from None
 
 
 def restore_timer(timer: Timer, state: TimerState, reader: StateReader) -> None:
@@ -264,4 +267,4 @@ def _find(words: list[Any], vehicle: Vehicle, timers: list[Timer]) -> object:
         case [str(name)] if (part := dict(parts(vehicle)).get(name)) is not None:
             return part
         case _:
-            raise SnapshotError(f"not a valid snapshot: {cast(object, words[0])!r} is unknown")
+            raise SnapshotError(f"not a valid snapshot: {shown(words[0])} is unknown")

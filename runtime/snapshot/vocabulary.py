@@ -16,6 +16,7 @@ import numpy as np
 
 import imc
 from runtime.bus import Bus, Frame
+from runtime.problem import quoted
 from runtime.task import Task, Ticker
 
 OWN = frozenset({"imc", "mavlink", "runtime", "tasks", "world"})
@@ -56,7 +57,7 @@ class Vocabulary:
         """The class of a path, if it is a subclass of `kind`. Raises SnapshotError."""
         found = self._resolve(path) if isinstance(path, str) else None
         if not isinstance(found, type) or not issubclass(found, kind):
-            raise SnapshotError(f"{path!r} is no class that a snapshot may contain")
+            raise SnapshotError(f"{shown(path)} is no class that a snapshot may contain")
         return cast(type[Any], found)
 
     def _resolve(self, path: str) -> object:
@@ -65,6 +66,11 @@ class Vocabulary:
         for part in name.split("."):
             found = getattr(found, part, None)
         return found if getattr(found, "__module__", "") == module else None
+
+
+def shown(value: object) -> str:
+    """A value of a snapshot as errors show it: short, and safe for a terminal."""
+    return quoted(value) if isinstance(value, str) else f"a {type(value).__name__}"
 
 
 @functools.cache
@@ -94,7 +100,7 @@ def check_attribute(cls: type, name: Any) -> str:
     inherited = next((vars(base)[name] for base in cls.__mro__ if name in vars(base)), MISSING)
     fits = isinstance(name, str) and name.isidentifier() and not (name.startswith("__") and name.endswith("__"))
     if not fits or callable(inherited) or isinstance(inherited, (property, classmethod, staticmethod)):
-        raise SnapshotError(f"a {cls.__name__} cannot have an attribute {name!r} in a snapshot")
+        raise SnapshotError(f"a {cls.__name__} cannot have an attribute {shown(name)} in a snapshot")
     return name
 
 
@@ -109,7 +115,7 @@ def method_of(owner: Any, name: Any) -> Any:
     else:
         fits = isinstance(owner, Bus) and name in OF_BUS
     if not fits or name.startswith("__"):
-        raise SnapshotError(f"{name!r} of a {cls.__name__} cannot be called from a snapshot")
+        raise SnapshotError(f"{shown(name)} of a {cls.__name__} cannot be called from a snapshot")
     return getattr(owner, name)
 
 
@@ -117,7 +123,9 @@ def check_path(text: Any) -> str:
     """A path within the folder in which it is used. Raises SnapshotError."""
     path = PurePath(text)
     if path.is_absolute() or ".." in path.parts or "\0" in text:
-        raise SnapshotError(f"the path {text!r} leads out of the vehicle's folders, which a snapshot cannot contain")
+        raise SnapshotError(
+            f"the path {shown(text)} leads out of the vehicle's folders, which a snapshot cannot contain"
+        )
     return text
 
 
@@ -125,7 +133,7 @@ def check_dtype(text: Any) -> "np.dtype[Any]":
     """The type of an array of numbers or texts. Raises SnapshotError."""
     dtype = np.dtype(text) if isinstance(text, str) else None
     if dtype is None or dtype.kind not in "biufcmMSU" or not dtype.itemsize:
-        raise SnapshotError(f"an array of {text!r} is nothing that a snapshot can contain")
+        raise SnapshotError(f"an array of {shown(text)} is nothing that a snapshot can contain")
     return dtype
 
 

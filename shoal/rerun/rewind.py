@@ -14,7 +14,7 @@ from runtime.kernel import SECOND, VirtualClock
 from runtime.problem import ProfileError
 from runtime.profile import Profile, items, load_profile
 from runtime.snapshot import STATE, SUFFIX, Journals, Snapshot, SnapshotError, load, load_file, restore, save
-from runtime.task import Parameter, Task, one_line
+from runtime.task import Parameter, Task
 from runtime.vehicle import Vehicle, build
 from shoal.missions import PlanRequest, given_in
 from shoal.rerun.outlines import outline
@@ -36,10 +36,11 @@ def continued(
 
     `overrides` ("Section:Option=value") change parameters from then on. With `journals` it can be saved again while
     scripts run. `look_on` is called before the tasks have their state, so that taps receive messages before them.
-    Raises SnapshotError, ProfileError; if a parameter or value is invalid, before a log is written.
+    Raises SnapshotError; if a parameter or value is invalid, before a log is written.
     """
     if _INCLUDES.search(snapshot.configuration):
         raise SnapshotError("not a valid snapshot: its configuration includes files")
+    path = Path()
     try:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "Config.ini"
@@ -47,10 +48,12 @@ def continued(
             profile = load_profile(path)
             labels = {label: number for label, number, *_ in snapshot.entities}
             vehicle = _vehicle(profile, log_root, snapshot.time, labels)
-    except (SnapshotError, ProfileError, OSError):
+    except ProfileError as error:
+        raise SnapshotError(str(error).replace(str(path), "its Config.ini")) from error
+    except OSError:
         raise
     except Exception as error:
-        raise SnapshotError(f"not a valid snapshot: its configuration fits no vehicle ({one_line(error)})") from error
+        raise SnapshotError("not a valid snapshot: its configuration fits no vehicle") from error
     try:
         if journals:
             Journals(vehicle)
@@ -60,6 +63,7 @@ def continued(
         restore(vehicle, snapshot)
     except BaseException:
         vehicle.running.clear()
+        vehicle.kernel.clear()  # no call reaches a task that is half restored
         with suppress(SnapshotError):  # of a task that cannot stop; the first error is raised
             vehicle.close()
         raise
