@@ -21,6 +21,8 @@ from runtime.vehicle import Vehicle, build
 from shoal.rerun import continued
 from tests.runtime.snapshot.adversary import forgeries, opened, sealed, texts
 
+NOTHING = [["new", 1_000_001, "list", []], ["new", 1_000_002, "dict", []]]
+
 
 def running(profile: str, root: Path, seconds: float = 1.03) -> Vehicle:
     """A simulated vehicle that has run for a while, and can be saved."""
@@ -49,24 +51,15 @@ def states(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 def watch() -> Iterator[list[str]]:
     """What the process writes, runs and connects to, outside of temporary files; an audit hook stays for ever."""
     seen, active = list[str](), [True]
-    sinister = {
-        "subprocess.Popen",
-        "os.system",
-        "os.exec",
-        "os.posix_spawn",
-        "socket.connect",
-        "os.remove",
-        "os.rename",
-    }
+    calls = {"subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "socket.connect", "os.remove", "os.rename"}
 
     def hook(event: str, args: tuple[Any, ...]) -> None:
         if not active:
             return
-        if (
-            event == "open" and isinstance(args[0], (str, bytes)) and args[2] & (os.O_WRONLY | os.O_RDWR | os.O_CREAT)
-        ) or (event in ("os.mkdir", "sqlite3.connect") and args[0] != ":memory:"):
+        writes = event == "open" and isinstance(args[0], (str, bytes)) and args[2] & (os.O_WRONLY | os.O_RDWR)
+        if writes or (event in ("os.mkdir", "sqlite3.connect") and args[0] != ":memory:"):
             seen.append(os.path.realpath(os.fsdecode(args[0])))
-        elif event in sinister and not str(args[0]).endswith("Config.ini"):
+        elif event in calls and not str(args[0]).endswith("Config.ini"):
             seen.append(event)
 
     sys.addaudithook(hook)
@@ -115,12 +108,11 @@ def test_a_path_in_any_text_leads_nowhere(
         before, here[key] = here[key], text
         outcome(sealed(content), tmp_path)
         here[key] = before
-    for task in content["tasks"].values():
-        for attribute in task[2]:  # all texts of all tasks at once
-            if isinstance(attribute[1], str):
-                before, attribute[1] = attribute[1], text
-                outcome(sealed(content), tmp_path)
-                attribute[1] = before
+    for attribute in logger_of(content):
+        if isinstance(attribute[1], str):
+            before, attribute[1] = attribute[1], text
+            outcome(sealed(content), tmp_path)
+            attribute[1] = before
     assert escaped(watch, tmp_path) == []
     assert not Path("/tmp/escaped").exists()
 
@@ -144,11 +136,11 @@ def test_a_forged_label_stays_in_the_log_folder(states: dict[str, bytes], tmp_pa
 @pytest.mark.parametrize(
     ("attribute", "reason"),
     [
-        ["_logs", "cannot have an attribute '_logs'"],
-        ["vehicle", "cannot have an attribute 'vehicle'"],
-        ["publish", "cannot have an attribute 'publish'"],
-        ["__class__", "cannot have an attribute '__class__'"],
-        ["now", "cannot have an attribute 'now'"],
+        ("_logs", "cannot have an attribute '_logs'"),
+        ("vehicle", "cannot have an attribute 'vehicle'"),
+        ("publish", "cannot have an attribute 'publish'"),
+        ("__class__", "cannot have an attribute '__class__'"),
+        ("now", "cannot have an attribute 'now'"),
     ],
 )
 def test_a_task_takes_only_attributes_of_its_own(
