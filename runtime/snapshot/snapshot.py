@@ -8,14 +8,13 @@ from typing import Any
 
 import msgspec
 
-from runtime.kernel import SECOND, Timer, nanoseconds, owner_of
+from runtime.kernel import SECOND, Timer, nanoseconds, owner_of, title
 from runtime.snapshot.checksum import state_checksum
 from runtime.snapshot.journal import Past
 from runtime.snapshot.scripts import replay_journal
 from runtime.snapshot.state import (
     TaskState,
     TimerState,
-    called,
     connect,
     nothing,
     reader_for,
@@ -163,7 +162,7 @@ def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
 def _blame(owner: object, error: Exception) -> Exception:
     if isinstance(error, SnapshotError):
         return error
-    blamed = SnapshotError(f"{called(owner)} failed with the state of the snapshot: {with_place(error)}")
+    blamed = SnapshotError(f"{title(owner)} failed with the state of the snapshot: {with_place(error)}")
     blamed.__cause__ = error
     return blamed
 
@@ -215,7 +214,12 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     kernel = vehicle.kernel
     kernel.clear()
     vehicle.start_time = snapshot.start_time
-    vehicle.changes.resume({name: {o: _text(t) for o, t in texts.items()} for name, texts in snapshot.profile.items()})
+    changed = {name: {o: _text(t) for o, t in texts.items()} for name, texts in snapshot.profile.items()}
+    try:
+        vehicle.changes.resume(changed)
+    except KeyError as error:
+        unknown = shown(str(error.args[0]))
+        raise SnapshotError(f"not a valid snapshot: the vehicle has no parameter {unknown}") from None
     for system, entity, label in snapshot.heard:
         vehicle.entities.hear(system, entity, label)
     scripted = _replay(vehicle, snapshot.pasts)
@@ -259,13 +263,13 @@ def _refuse_strangers(vehicle: Vehicle) -> None:
         owner = owner_of(subscription.handler)
         if task_of(subscription) is None and not vehicle.is_observer(owner):
             raise SnapshotError(
-                f"{called(owner)} receives {subscription.type.__name__} and is no task, so it cannot be restored: "
+                f"{title(owner)} receives {subscription.type.__name__} and is no task, so it cannot be restored: "
                 "make it a task, or use Vehicle.tap if it only watches"
             )
     for timer in vehicle.kernel.timers():
         if vehicle.is_observer(timer.owner) and not getattr(timer.owner, "transient", False):
             raise SnapshotError(
-                f"the observer {called(timer.owner)} has a pending call, so it cannot be restored: make it a task, or "
+                f"the observer {title(timer.owner)} has a pending call, so it cannot be restored: make it a task, or "
                 "set its attribute transient = True if the run does not need it"
             )
 

@@ -8,7 +8,7 @@ from typing import Any, cast
 import msgspec
 
 from runtime.bus import Bus, Subscription
-from runtime.kernel import SECOND, Timer
+from runtime.kernel import SECOND, Timer, title
 from runtime.snapshot.values import StateReader, StateWriter
 from runtime.snapshot.vocabulary import SnapshotError, Vocabulary, check_attribute, shown
 from runtime.task import HIGHEST_RATE, Entity, Logbook, Parameter, Script, Task, Ticker
@@ -103,19 +103,11 @@ def timer_state(timer: Timer, writer: StateWriter) -> TimerState:
     """Raises SnapshotError, also for a timer of a stranger, which no vehicle could have again."""
     if not isinstance(timer.owner, (Task, Vehicle, Bus)):
         raise SnapshotError(
-            f"{called(timer.owner)} has a pending call and is no task, so it cannot be restored: make it a task"
+            f"{title(timer.owner)} has a pending call and is no task, so it cannot be restored: make it a task"
         )
-    where = f"{called(timer.owner)}: a pending call"
+    where = f"{title(timer.owner)}: a pending call"
     owner, function = writer.write(timer.owner, where), writer.write(timer.function, where)
     return TimerState(timer.time, owner, function, [writer.write(part, where) for part in timer.args])
-
-
-def called(owner: object) -> str:
-    """What errors call the owner of a call: without its address in memory."""
-    if isinstance(owner, Task):
-        return owner.name
-    named = owner if isinstance(owner, type) or hasattr(owner, "__qualname__") else type(owner)
-    return f"{named.__module__}.{getattr(named, '__qualname__', '')}"
 
 
 def connect(task: Task, state: TaskState, reader: StateReader) -> None:

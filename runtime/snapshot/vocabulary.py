@@ -15,11 +15,15 @@ import msgspec
 import numpy as np
 
 import imc
-from runtime.bus import Bus, Frame
+from runtime.bus import Bus, Frame, Subscription
+from runtime.kernel import Kernel, Timer
 from runtime.problem import quoted
-from runtime.task import Task, Ticker
+from runtime.task import Activation, Entities, Entity, Inbox, Script, Systems, Task, Ticker
+from runtime.vehicle import Vehicle
 
 OWN = frozenset({"imc", "mavlink", "runtime", "tasks", "world"})
+PARTS = (Task, Ticker, Script, Inbox, Activation, Entity, Entities, Systems, Bus, Subscription, Kernel, Timer, Vehicle)
+"""What a snapshot can name, but not contain."""
 OF_TASK = frozenset(
     {"publish", "reply", "relay", "share", "set_entity_state", "activate", "deactivate", "reconfigured", "_offloaded"}
 )
@@ -79,9 +83,7 @@ def is_state(cls: type) -> bool:
 
     Not what the vehicle owns: a forged task, kernel or bus would have methods that tasks call with all rights.
     """
-    if issubclass(cls, Frame):
-        return True
-    if any(base.__module__.partition(".")[0] == "runtime" or "__del__" in vars(base) for base in cls.__mro__):
+    if issubclass(cls, PARTS) or any("__del__" in vars(base) for base in cls.__mro__):
         return False
     try:
         object.__new__(cast(type[object], cls))
