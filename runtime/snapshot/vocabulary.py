@@ -18,11 +18,11 @@ import imc
 from runtime.bus import Bus, Frame, Subscription
 from runtime.kernel import Kernel, Timer
 from runtime.problem import quoted
-from runtime.task import Activation, Entities, Entity, Inbox, Script, Systems, Task, Ticker
+from runtime.task import Activation, Entities, Entity, Script, Systems, Task, Ticker
 from runtime.vehicle import Vehicle
 
 OWN = frozenset({"imc", "mavlink", "runtime", "tasks", "world"})
-PARTS = (Task, Ticker, Script, Inbox, Activation, Entity, Entities, Systems, Bus, Subscription, Kernel, Timer, Vehicle)
+PARTS = (Task, Ticker, Script, Activation, Entity, Entities, Systems, Bus, Subscription, Kernel, Timer, Vehicle)
 """What a snapshot can name, but not contain."""
 OF_TASK = frozenset(
     {"publish", "reply", "relay", "share", "set_entity_state", "activate", "deactivate", "reconfigured", "_offloaded"}
