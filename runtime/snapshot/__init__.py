@@ -1,8 +1,18 @@
 """The state of a vehicle as plain values, saved and restored."""
 
 from runtime.snapshot.journal import Journals
-from runtime.snapshot.snapshot import STATE, SUFFIX, Snapshot, keep_beside_log, load, restore, run_with_snapshots, save
-from runtime.snapshot.values import SnapshotError
+from runtime.snapshot.snapshot import (
+    STATE,
+    SUFFIX,
+    Snapshot,
+    keep_beside_log,
+    load,
+    load_file,
+    restore,
+    run_with_snapshots,
+    save,
+)
+from runtime.snapshot.vocabulary import SnapshotError
 
 __all__ = [
     "STATE",
@@ -12,6 +22,7 @@ __all__ = [
     "SnapshotError",
     "keep_beside_log",
     "load",
+    "load_file",
     "restore",
     "run_with_snapshots",
     "save",

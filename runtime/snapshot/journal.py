@@ -12,12 +12,11 @@ import imc
 from runtime.bus import Subscription
 from runtime.kernel import Timer, owner_of
 from runtime.snapshot.state import TaskState, TimerState, entities_of, task_of, task_state, timer_state, writer_for
-from runtime.snapshot.values import SnapshotError
+from runtime.snapshot.vocabulary import LARGEST, SnapshotError, check_size
 from runtime.task import Task
 from runtime.vehicle import Vehicle
 
 MANY = 256  # entries after which a journal is packed, or begins again if no script runs
-LARGEST_CHUNK = 1 << 26  # bytes
 TIMER, CHANGED, SET = "", "!changed", "!set"
 """Entries without a method: the next due timer; parameters changed with `reconfigured`; parameters only set."""
 
@@ -243,12 +242,13 @@ def unpacked(chunk: bytes) -> JournalChunk:
     """The entries of a packed chunk. Raises SnapshotError."""
     try:
         unpacker = zlib.decompressobj()
-        data = unpacker.decompress(chunk, LARGEST_CHUNK)
+        data = unpacker.decompress(chunk, LARGEST)
         if not unpacker.eof:
             raise SnapshotError("not a valid snapshot: a journal is cut off")
+        check_size(data, "a journal")
         return msgspec.msgpack.decode(data, type=JournalChunk)
-    except (zlib.error, msgspec.DecodeError) as error:
-        raise SnapshotError(f"not a valid snapshot: {error}") from None
+    except (zlib.error, msgspec.DecodeError):
+        raise SnapshotError("not a valid snapshot: a journal is damaged") from None
 
 
 def _has_scripts(cls: type) -> bool:

@@ -8,15 +8,17 @@ from runtime.kernel import Timer
 from runtime.snapshot.checksum import state_checksum
 from runtime.snapshot.journal import CHANGED, SET, TIMER, Past, unpacked
 from runtime.snapshot.state import (
+    checked_values,
     connect,
     entities_of,
     nothing,
     reader_for,
+    restore_pushed,
     restore_task,
     restore_timer,
     task_of,
 )
-from runtime.snapshot.values import SnapshotError
+from runtime.snapshot.vocabulary import SnapshotError
 from runtime.task import State, Task
 
 
@@ -40,7 +42,7 @@ def replay_journal(task: Task, past: Past) -> tuple[list[Timer], list[Callable[.
     except Exception as error:
         if isinstance(error, SnapshotError):
             raise
-        raise SnapshotError(f"{task.name} cannot be restored: {type(error).__name__}: {error}") from error
+        raise SnapshotError(f"{task.name} cannot be restored: its journal does not fit it") from error
     finally:
         vehicle.bus.instruments = before
         kernel.clear()
@@ -108,12 +110,11 @@ def _live(task: Task, data: bytes, handlers: list[Callable[..., object]]) -> Non
                 raise SnapshotError(f"{task.name} cannot be restored: a timer is missing")
             timer.function(*timer.args)
         elif key == CHANGED:
-            task.parameter_set.restore(args[0])
+            task.parameter_set.restore(checked_values(task, args[0]))
             task.configure()
             task.reconfigured()
         elif key == SET:
-            task.parameter_set.restore(args[0])
-            task.parameter_set.pushed.clear()
-            task.parameter_set.pushed.extend(args[1])
+            task.parameter_set.restore(checked_values(task, args[0]))
+            restore_pushed(task, args[1])
         else:
             reader.read(["method", ["task", task.name], key])(*args)

@@ -3,11 +3,12 @@
 import zlib
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from runtime.kernel import SECOND, Timer, nanoseconds
+from runtime.kernel import SECOND, Timer, nanoseconds, owner_of, title
 from runtime.snapshot.checksum import state_checksum
 from runtime.snapshot.journal import Past
 from runtime.snapshot.scripts import replay_journal
@@ -24,12 +25,14 @@ from runtime.snapshot.state import (
     timer_state,
     writer_for,
 )
-from runtime.snapshot.values import SnapshotError, StateWriter
-from runtime.task import Task
+from runtime.snapshot.values import StateWriter
+from runtime.snapshot.vocabulary import LARGEST, SnapshotError, check_size, shown
+from runtime.task import State, Task, with_place
 from runtime.vehicle import Vehicle
 
-FORMAT = "shoal snapshot 4"
+FORMAT = "shoal snapshot 5"
 STATE, SUFFIX = "State-", ".msgpack"
+LATEST = 1 << 62  # ns since 1970: the year 2116
 
 
 class Snapshot(msgspec.Struct):
@@ -69,12 +72,13 @@ def save(vehicle: Vehicle) -> bytes:
     """The state of a vehicle on a virtual clock, between two runs of its kernel.
 
     While scripts run it needs Journals, kept since before they began. Raises SnapshotError naming the task and the
-    attribute that cannot be saved.
+    attribute, or the observer, that cannot be saved.
     """
     if not vehicle.virtual or not vehicle.kernel.idle:
         raise SnapshotError("only a virtual run can be saved, and only between two moments")
     if vehicle.failures:
         raise SnapshotError(f"{', '.join(vehicle.failures)}: a task that failed cannot be saved")
+    _refuse_strangers(vehicle)
     timers = [timer for timer in vehicle.kernel.timers() if not vehicle.is_observer(timer.owner)]
     if any(isinstance(timer.owner, Task) and timer.owner.vehicle is not vehicle for timer in timers):
         raise SnapshotError("several vehicles on one kernel cannot be saved")
@@ -100,36 +104,67 @@ def save(vehicle: Vehicle) -> bytes:
         [(name, writer.write(a.phase, name), a.error) for name, a in vehicle.activations.items()],
     )
     data = msgspec.msgpack.encode(snapshot)
+    check_size(data, f"the state of {vehicle.name}")
     return msgspec.msgpack.encode(Envelope(FORMAT, zlib.crc32(data), data))
+
+
+def load_file(path: Path) -> Snapshot:
+    """Read a snapshot from a file. Raises OSError, and SnapshotError if it is not one, or is damaged."""
+    if not path.is_file():
+        raise SnapshotError("not a file")
+    with path.open("rb") as file:
+        return load(file.read(LARGEST + 1))
 
 
 def load(data: bytes) -> Snapshot:
     """Decode a snapshot. Raises SnapshotError if the data is not one, or is damaged."""
+    if len(data) > LARGEST:
+        raise SnapshotError(f"not a valid snapshot: it has more than {LARGEST >> 20} MiB")
     try:
         found = msgspec.msgpack.decode(data, type=Envelope)
         if found.format != FORMAT:
-            raise SnapshotError(f"this is a {found.format!r}, not a {FORMAT!r}")
+            raise SnapshotError(f"this is a {shown(found.format)}, not a {FORMAT!r}")
         if zlib.crc32(found.snapshot) != found.checksum:
             raise SnapshotError("this snapshot is damaged")
-        return msgspec.msgpack.decode(found.snapshot, type=Snapshot)
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise SnapshotError(f"not a valid snapshot: {error}") from None
+        check_size(found.snapshot)
+        snapshot = msgspec.msgpack.decode(found.snapshot, type=Snapshot)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        raise SnapshotError("not a valid snapshot: this is another kind of file, or damaged") from None
+    earliest = [past.time for past in snapshot.pasts.values()]
+    latest = [timer.time for timer in snapshot.timers]
+    if not 0 <= min([*earliest, snapshot.time]) <= snapshot.time <= max([*latest, snapshot.time]) < LATEST:
+        raise SnapshotError("not a valid snapshot: it has an impossible time")
+    if min(latest, default=snapshot.time) < snapshot.time or not 0.0 <= snapshot.start_time <= snapshot.time / SECOND:
+        raise SnapshotError("not a valid snapshot: its times do not fit each other")
+    return snapshot
 
 
 def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     """Bring a vehicle that is built but not started into the state of a snapshot, ready to run.
 
-    Its clock has to be virtual and begin at the snapshot's time. Raises SnapshotError.
+    Its clock has to be virtual and begin at the snapshot's time. Raises SnapshotError. An exception of a task in the
+    run is a SnapshotError, too, since a state that no vehicle ever had can make any task fail.
     """
     tasks = {task.name: task for task in vehicle.tasks}
     if snapshot.sections != list(tasks):
         raise SnapshotError(f"the vehicle has other tasks than the snapshot: {', '.join(tasks)}")
+    if sorted([*snapshot.tasks, *snapshot.pasts]) != sorted(tasks) or not tasks.keys() >= set(snapshot.running):
+        raise SnapshotError("not a valid snapshot: it has not exactly one state of each task")
+    vehicle.blame = _blame
     try:
         _restore(vehicle, snapshot)
     except SnapshotError:
         raise
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError, StopIteration) as error:
-        raise SnapshotError(f"not a valid snapshot: {error!r}") from error
+    except Exception as error:
+        raise SnapshotError("not a valid snapshot: it does not fit the vehicle") from error
+
+
+def _blame(owner: object, error: Exception) -> Exception:
+    if isinstance(error, SnapshotError):
+        return error
+    blamed = SnapshotError(f"{title(owner)} failed with the state of the snapshot: {with_place(error)}")
+    blamed.__cause__ = error
+    return blamed
 
 
 def run_with_snapshots(
@@ -179,7 +214,12 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     kernel = vehicle.kernel
     kernel.clear()
     vehicle.start_time = snapshot.start_time
-    vehicle.changes.resume({name: {o: _text(t) for o, t in texts.items()} for name, texts in snapshot.profile.items()})
+    changed = {name: {o: _text(t) for o, t in texts.items()} for name, texts in snapshot.profile.items()}
+    try:
+        vehicle.changes.resume(changed)
+    except KeyError as error:
+        unknown = shown(str(error.args[0]))
+        raise SnapshotError(f"not a valid snapshot: the vehicle has no parameter {unknown}") from None
     for system, entity, label in snapshot.heard:
         vehicle.entities.hear(system, entity, label)
     scripted = _replay(vehicle, snapshot.pasts)
@@ -189,10 +229,15 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
         raise SnapshotError("not a valid snapshot: a timer is missing")
     reader = reader_for(vehicle, timers)
     for section, state in snapshot.tasks.items():
-        connect(vehicle.task(section), state, reader)
-        if state.tickers:
-            vehicle.task(section).begin_ticking()
-        restore_task(vehicle.task(section), state, reader)
+        try:
+            connect(vehicle.task(section), state, reader)
+            if state.tickers:
+                vehicle.task(section).begin_ticking()
+            restore_task(vehicle.task(section), state, reader)
+        except SnapshotError:
+            raise
+        except Exception as error:
+            raise SnapshotError(f"not a valid snapshot: its state of {section} does not fit this task") from error
     for timer, state in zip(timers, snapshot.timers, strict=True):
         if state.function is not None:
             restore_timer(timer, state, reader)
@@ -201,14 +246,32 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     for label, number, phase, description, stateful in snapshot.entities:
         entity = vehicle.entities.find(label)
         if entity is None or entity.id != number:
-            raise SnapshotError(f"the vehicle has no entity {label!r} of id {number}")
-        entity.state, entity.description, entity.stateful = reader.read(phase), description, stateful
+            raise SnapshotError(f"the vehicle has no entity {shown(label)} of id {number}")
+        entity.state, entity.description, entity.stateful = State(reader.read(phase)), description, stateful
     for name, phase, error in snapshot.activations:
-        vehicle.activations[name].phase, vehicle.activations[name].error = reader.read(phase), error
+        activation = vehicle.activations[name]
+        activation.phase, activation.error = type(activation.phase)(reader.read(phase)), error
     for section in snapshot.tasks:
         vehicle.task(section).restored()
     vehicle.bus.forget()
     vehicle.running.update(snapshot.running)
+
+
+def _refuse_strangers(vehicle: Vehicle) -> None:
+    """Raise SnapshotError for who is no task but takes part in the run, which a restored run would lack silently."""
+    for subscription in vehicle.bus.subscriptions:
+        owner = owner_of(subscription.handler)
+        if task_of(subscription) is None and not vehicle.is_observer(owner):
+            raise SnapshotError(
+                f"{title(owner)} receives {subscription.type.__name__} and is no task, so it cannot be restored: "
+                "make it a task, or use Vehicle.tap if it only watches"
+            )
+    for timer in vehicle.kernel.timers():
+        if vehicle.is_observer(timer.owner) and not getattr(timer.owner, "transient", False):
+            raise SnapshotError(
+                f"the observer {title(timer.owner)} has a pending call, so it cannot be restored: make it a task, or "
+                "set its attribute transient = True if the run does not need it"
+            )
 
 
 def _bytes(text: str) -> bytes:

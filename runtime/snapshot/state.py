@@ -1,15 +1,17 @@
 """The state of one task as plain values: attributes, ticks, timers and subscriptions."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from types import MethodType
 from typing import Any, cast
 
 import msgspec
 
 from runtime.bus import Bus, Subscription
-from runtime.kernel import Timer
-from runtime.snapshot.values import SnapshotError, StateReader, StateWriter
-from runtime.task import Entity, Logbook, Script, Task, Ticker
+from runtime.kernel import SECOND, Timer, title
+from runtime.snapshot.values import StateReader, StateWriter
+from runtime.snapshot.vocabulary import SnapshotError, Vocabulary, check_attribute, shown
+from runtime.task import HIGHEST_RATE, Entity, Logbook, Parameter, Script, Task, Ticker
 from runtime.vehicle import Vehicle
 
 BELONGINGS = frozenset(
@@ -78,7 +80,15 @@ def task_state(task: Task, hears: Iterable[Subscription], writer: StateWriter) -
     task.saving()
     skipped = BELONGINGS.union(task.transient)
     state = {name: value for name, value in vars(task).items() if name not in skipped}
-    plain = [(name, writer.write(value, f"{task.name}: {name}")) for name, value in state.items()]
+    for name in state:
+        try:
+            check_attribute(type(task), name)
+        except SnapshotError as error:
+            raise SnapshotError(f"{task.name}: {error}") from None
+    try:
+        plain = [(name, writer.write(value, f"{task.name}: {name}")) for name, value in state.items()]
+    except RecursionError:
+        raise SnapshotError(f"the state of {task.name} is nested too deep") from None
     return TaskState(
         task.name,
         _kind(task),
@@ -90,8 +100,12 @@ def task_state(task: Task, hears: Iterable[Subscription], writer: StateWriter) -
 
 
 def timer_state(timer: Timer, writer: StateWriter) -> TimerState:
-    """Raises SnapshotError."""
-    where = f"{timer.owner!r}: a pending call"
+    """Raises SnapshotError, also for a timer of a stranger, which no vehicle could have again."""
+    if not isinstance(timer.owner, (Task, Vehicle, Bus)):
+        raise SnapshotError(
+            f"{title(timer.owner)} has a pending call and is no task, so it cannot be restored: make it a task"
+        )
+    where = f"{title(timer.owner)}: a pending call"
     owner, function = writer.write(timer.owner, where), writer.write(timer.function, where)
     return TimerState(timer.time, owner, function, [writer.write(part, where) for part in timer.args])
 
@@ -109,32 +123,72 @@ def restore_task(task: Task, state: TaskState, reader: StateReader) -> None:
     """Restore attributes, ticks and parameters; the timers exist already. Raises SnapshotError."""
     if _kind(task) != state.kind:
         raise SnapshotError(f"{task.name} is a {_kind(task)} here, but a {state.kind} in the snapshot")
-    for name, value in state.attributes:
-        if name not in BELONGINGS:
-            setattr(task, name, reader.read(value))
+    declared = {parameter.attribute: parameter for parameter in task.parameter_set.declarations.values()}
+    refused = BELONGINGS.union(task.transient)
+    for name, plain in state.attributes:
+        value = reader.read(plain)
+        if name in refused:
+            raise SnapshotError(f"{task.name} cannot have an attribute {shown(name)} from a snapshot")
+        if name in declared:
+            value = checked(task, declared[name], value)
+        setattr(task, check_attribute(type(task), name), value)
     for ticker, plain in zip(task.tickers, state.tickers, strict=True):
-        ticker.restore(*reader.read(plain))
+        _restore_ticker(ticker, *reader.read(plain))
+    restore_pushed(task, reader.read(state.pushed))
+
+
+def _restore_ticker(ticker: Ticker, hertz: float, count: int, start: int, missed: int, timer: Any) -> None:
+    """Continue a ticker. A forged one could tick without time passing, or call another's function."""
+    fits = hertz <= HIGHEST_RATE and count >= 0 and missed >= 0 and (timer is None) == (not hertz > 0.0)
+    if not fits or (timer is not None and timer.time != start + round(count * SECOND / hertz)):
+        raise SnapshotError("not a valid snapshot: a periodic method does not tick at its rate")
+    ticker.restore(hertz, count, start, missed, timer)
+
+
+def restore_pushed(task: Task, pushed: Iterable[Mapping[str, Any]]) -> None:
+    """Restore the values that `push` has remembered. Raises SnapshotError."""
     task.parameter_set.pushed.clear()
-    task.parameter_set.pushed.extend(reader.read(state.pushed))
+    task.parameter_set.pushed.extend(checked_values(task, values) for values in pushed)
+
+
+def checked_values(task: Task, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of parameters by ini name, within their limits. Raises SnapshotError."""
+    declarations = task.parameter_set.declarations
+    if unknown := values.keys() - declarations.keys():
+        raise SnapshotError(f"{task.name} has no parameter {shown(min(unknown))}")
+    return {name: checked(task, declarations[name], value) for name, value in values.items()}
+
+
+def checked(task: Task, parameter: Parameter, value: Any) -> Any:
+    """The value of a parameter, if it is within its limits. Raises SnapshotError."""
+    try:
+        return parameter.check(value)
+    except (ValueError, TypeError) as error:
+        raise SnapshotError(f"{task.name}: {parameter.name}: {str(error)[:200]}") from None
 
 
 def restore_timer(timer: Timer, state: TimerState, reader: StateReader) -> None:
-    """Give a timer its owner, function and arguments."""
-    timer.owner = reader.read(state.owner)
-    timer.function = reader.read(state.function)
+    """Give a timer its owner, function and arguments. Raises SnapshotError."""
+    owner, function = reader.read(state.owner), reader.read(state.function)
+    if not isinstance(owner, (Task, Vehicle, Bus)) or not isinstance(function, (MethodType, partial)):
+        raise SnapshotError("not a valid snapshot: a pending call is not one of a task")
+    timer.owner, timer.function = owner, cast(Any, function)
     timer.args = tuple(reader.read(word) for word in state.args)
 
 
 def writer_for(vehicle: Vehicle, timers: list[Timer]) -> StateWriter:
     """Writes states that refer to pending calls by their index in `timers`."""
     places = {id(timer): index for index, timer in enumerate(timers)}
-    return StateWriter(lambda value: _name(value, vehicle, places))
+    return StateWriter(lambda value: _name(value, vehicle, places), _vocabulary(vehicle))
 
 
 def reader_for(vehicle: Vehicle, timers: list[Timer]) -> StateReader:
     """Reads what `writer_for` wrote."""
-    trusted = {type(task).__module__.partition(".")[0] for task in vehicle.tasks}
-    return StateReader(lambda words: _find(words, vehicle, timers), trusted, (Task, Ticker, Bus))
+    return StateReader(lambda words: _find(words, vehicle, timers), _vocabulary(vehicle))
+
+
+def _vocabulary(vehicle: Vehicle) -> Vocabulary:
+    return Vocabulary({type(task).__module__.partition(".")[0] for task in vehicle.tasks})
 
 
 def nothing() -> None:
@@ -205,4 +259,4 @@ def _find(words: list[Any], vehicle: Vehicle, timers: list[Timer]) -> object:
         case [str(name)] if (part := dict(parts(vehicle)).get(name)) is not None:
             return part
         case _:
-            raise SnapshotError(f"not a valid snapshot: {cast(object, words[0])!r} is unknown")
+            raise SnapshotError(f"not a valid snapshot: {shown(words[0])} is unknown")

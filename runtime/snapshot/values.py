@@ -12,21 +12,33 @@ from typing import Any, cast
 import msgspec
 import numpy as np
 
+from runtime.snapshot.vocabulary import (
+    SnapshotError,
+    Vocabulary,
+    check_attribute,
+    check_dtype,
+    check_message,
+    check_path,
+    is_state,
+    is_type,
+    method_of,
+)
+
 LARGEST = 2**63
-OWN = frozenset({"imc", "mavlink", "runtime", "tasks", "world"})
+LONGEST_INT = 4096  # bits
 CONTAINERS = (list, set, frozenset, deque)
 SEQUENCES: dict[type, str] = {list: "list", tuple: "tuple", set: "set", frozenset: "frozenset"}
 
 
-class SnapshotError(ValueError):
-    """State that cannot be saved or restored; the text names it and the reason."""
-
-
 class StateWriter:
-    """Turns values into plain ones. `name` gives the name of a value that belongs to the vehicle, None for state."""
+    """Turns values into plain ones. `name` gives the name of a value that belongs to the vehicle, None for state.
 
-    def __init__(self, name: Callable[[object], list[Any] | None]):
+    Writes only what a StateReader of the same vocabulary reads.
+    """
+
+    def __init__(self, name: Callable[[object], list[Any] | None], words: Vocabulary | None = None):
         self._name = name
+        self._words = words or Vocabulary()
         self._seen: dict[int, tuple[int, object]] = {}
 
     def write(self, value: Any, where: str) -> Any:
@@ -34,6 +46,8 @@ class StateWriter:
         if value is None or type(value) in (bool, float, bytes):
             return value
         if type(value) is int:
+            if value.bit_length() > LONGEST_INT:
+                raise SnapshotError(f"{where} is a number of {value.bit_length()} bits; a snapshot has {LONGEST_INT}")
             return value if -LARGEST <= value < LARGEST else ["int", str(value)]
         if type(value) is str:
             return value if value.isascii() else ["str", value.encode(errors="surrogatepass")]
@@ -55,20 +69,26 @@ class StateWriter:
         if kind is deque:
             return ["deque", value.maxlen, [self.write(item, f"{where}[...]") for item in value]]
         if isinstance(value, Enum):
-            return ["enum", _path(kind, where), self.write(value.value, where)]
+            return ["enum", self._words.path_of(kind, where), self.write(value.value, where)]
         if isinstance(value, type):
-            return ["type", _path(cast(type[Any], value), where)]
+            return self._type(cast(type[Any], value), where)
         if isinstance(value, MethodType):
-            return ["method", self.write(value.__self__, where), value.__name__]
+            return self._method(value, where)
         if isinstance(value, FunctionType | BuiltinFunctionType):
             raise SnapshotError(f"{where} is the function {value.__qualname__}, which a snapshot cannot contain")
         if kind is functools.partial:
+            if not isinstance(value.func, MethodType):
+                raise SnapshotError(f"{where} is a partial of {value.func!r}, which a snapshot cannot contain")
             words = [self.write(part, where) for part in (value.func, list(value.args), dict(value.keywords))]
             return ["partial", *words]
         if isinstance(value, tuple):
-            return ["named", _path(kind, where), [self.write(item, where) for item in cast(tuple[Any, ...], value)]]
+            return [
+                "named",
+                self._words.path_of(kind, where),
+                [self.write(item, where) for item in cast(tuple[Any, ...], value)],
+            ]
         if isinstance(value, PurePath):
-            return ["path", str(value)]
+            return ["path", self._try(check_path, str(value), where=where)]
         return self._object(value, kind, where)
 
     def _object(self, value: Any, kind: type[Any], where: str) -> list[Any]:
@@ -76,24 +96,55 @@ class StateWriter:
             array = cast("np.ndarray[Any, np.dtype[Any]]", value)
             if array.dtype.hasobject:
                 raise SnapshotError(f"{where} is an array of objects, which a snapshot cannot contain")
+            self._try(check_dtype, array.dtype.str, where=where)
             return ["array", array.dtype.str, list(array.shape), array.tobytes(), bool(array.flags.writeable)]
         if isinstance(value, np.generic):
             scalar = np.asarray(cast(Any, value))
+            self._try(check_dtype, scalar.dtype.str, where=where)
             return ["scalar", scalar.dtype.str, scalar.tobytes()]
         if isinstance(value, np.random.Generator):
+            if not isinstance(value.bit_generator, np.random.PCG64):
+                generator = type(value.bit_generator).__name__
+                raise SnapshotError(f"{where} is a random generator {generator}; a snapshot can contain PCG64")
             state = self.write(dict(value.bit_generator.state), where)
             return ["random", type(value.bit_generator).__name__, state]
         if isinstance(value, msgspec.Struct):
             names = value.__struct_fields__
-            return ["struct", _path(kind, where), self._attributes(value, names, where)]
+            check_message(value, where)
+            return ["struct", self._words.path_of(kind, where), self._attributes(value, names, where)]
         if issubclass(kind, dict):
-            return ["mapping", _path(kind, where), self._pairs(value.items(), where), self._of(value, where)]
+            path = self._words.path_of(cast(type[Any], kind), where)
+            return ["mapping", path, self._pairs(value.items(), where), self._of(value, where)]
         if kind.__module__.partition(".")[0] in sys.stdlib_module_names or issubclass(kind, CONTAINERS):
             raise SnapshotError(f"{where} is a {kind.__name__}, which a snapshot cannot contain")
-        return ["object", _path(kind, where), self._of(value, where)]
+        path = self._words.path_of(kind, where)
+        if not is_state(kind):
+            raise SnapshotError(f"{where} is a {kind.__name__}, which a snapshot cannot contain")
+        return ["object", path, self._of(value, where)]
+
+    def _type(self, value: type[Any], where: str) -> list[Any]:
+        if not is_type(value):
+            raise SnapshotError(f"{where} is the class {value.__qualname__}, which a snapshot cannot contain")
+        return ["type", self._words.path_of(value, where)]
+
+    def _method(self, value: MethodType, where: str) -> list[Any]:
+        if self._name(value.__self__) is None:
+            owner = type(value.__self__).__qualname__
+            raise SnapshotError(f"{where} is {value.__name__} of a {owner}, which is no part of the vehicle")
+        self._try(method_of, value.__self__, value.__name__, where=where)
+        return ["method", self.write(value.__self__, where), value.__name__]
 
     def _of(self, value: Any, where: str) -> list[Any]:
-        return self._attributes(value, attributes(value), where)
+        names = attributes(value)
+        for name in names:
+            self._try(check_attribute, type(value), name, where=where)
+        return self._attributes(value, names, where)
+
+    def _try(self, check: Callable[..., Any], *args: Any, where: str) -> Any:
+        try:
+            return check(*args)
+        except SnapshotError as error:
+            raise SnapshotError(f"{where}: {error}") from None
 
     def _attributes(self, value: Any, names: Collection[str], where: str) -> list[Any]:
         return [[name, self.write(getattr(value, name), f"{where}.{name}")] for name in names]
@@ -105,15 +156,13 @@ class StateWriter:
 class StateReader:
     """Turns plain values back. `find` gives the value that a name of a StateWriter stands for.
 
-    Uses only imported classes of Shoal and of the packages in `trusted`, and calls only constructors of messages and
-    enumerations. Methods, which may be called later, must belong to objects of the `callable` classes. Raises
-    SnapshotError for anything else.
+    Uses only classes of its vocabulary, and calls only constructors of messages and enumerations. Raises SnapshotError
+    for what it refuses, and whatever Python raises for words that a StateWriter does not write.
     """
 
-    def __init__(self, find: Callable[[list[Any]], Any], trusted: Collection[str], callable: tuple[type, ...]):
+    def __init__(self, find: Callable[[list[Any]], Any], words: Vocabulary | None = None):
         self._find = find
-        self._callable = callable
-        self._trusted = OWN.union(trusted)
+        self._words = words or Vocabulary()
         self._seen: dict[int, Any] = {}
 
     def read(self, plain: Any) -> Any:
@@ -142,20 +191,24 @@ class StateReader:
             self._seen[number] = made
             made.extend(self.read(item) for item in words[1])
         elif kind == "mapping":
-            cls: Any = self._class(words[0], dict)
+            cls: Any = self._words.find(words[0], dict)
             made = self._seen[number] = cls.__new__(cls)
             for key, item in words[1]:
                 dict[Any, Any].__setitem__(made, self.read(key), self.read(item))
-            for name, item in words[2]:
-                object.__setattr__(made, name, self.read(item))
+            self._fill(made, words[2])
         elif kind == "object":
-            made = object.__new__(self._class(words[0]))
-            self._seen[number] = made
-            for name, item in words[1]:
-                object.__setattr__(made, name, self.read(item))
+            cls = self._words.find(words[0])
+            if not is_state(cls):
+                raise SnapshotError(f"a {cls.__name__} is nothing that a snapshot can contain")
+            made = self._seen[number] = object.__new__(cls)
+            self._fill(made, words[1])
         else:
             made = self._seen[number] = self._value([kind, *words])
         return made
+
+    def _fill(self, made: Any, attributes: list[Any]) -> None:
+        for name, item in attributes:
+            object.__setattr__(made, check_attribute(cast(type[Any], type(made)), name), self.read(item))
 
     def _value(self, words: list[Any]) -> Any:
         kind, *rest = words
@@ -171,50 +224,36 @@ class StateReader:
             case "frozenset":
                 return frozenset(self.read(item) for item in rest[0])
             case "named":
-                return self._class(rest[0], tuple)._make(self.read(item) for item in rest[1])
+                return self._words.find(rest[0], tuple)._make(self.read(item) for item in rest[1])
             case "enum":
-                return self._class(rest[0], Enum)(self.read(rest[1]))
+                return self._words.find(rest[0], Enum)(self.read(rest[1]))
             case "type":
-                return self._class(rest[0])
+                cls = self._words.find(rest[0])
+                if not is_type(cls):
+                    raise SnapshotError(f"the class {cls.__name__} is nothing that a snapshot can contain")
+                return cls
             case "method":
-                return self._method(self.read(rest[0]), rest[1])
+                return method_of(self.read(rest[0]), rest[1])
             case "partial":
                 function, args, keywords = (self.read(word) for word in rest)
+                if not isinstance(function, MethodType):
+                    raise SnapshotError("a partial is not of a method")
                 return functools.partial(function, *args, **keywords)
             case "path":
-                return Path(rest[0])
+                return Path(check_path(rest[0]))
             case "array":
-                array = np.frombuffer(rest[2], np.dtype(rest[0])).reshape(rest[1])
+                array = np.frombuffer(rest[2], check_dtype(rest[0])).reshape(rest[1])
                 return array.copy() if rest[3] else array
             case "scalar":
-                return np.frombuffer(rest[1], np.dtype(rest[0]))[0]
+                return np.frombuffer(rest[1], check_dtype(rest[0]))[0]
             case "random":
                 return _generator(rest[0], self.read(rest[1]))
             case "struct":
-                return _struct(self._class(rest[0], msgspec.Struct), {name: self.read(item) for name, item in rest[1]})
+                return _struct(
+                    self._words.find(rest[0], msgspec.Struct), {name: self.read(item) for name, item in rest[1]}
+                )
             case _:
                 return self._find(words)
-
-    def _class(self, path: str, kind: type = object) -> type[Any]:
-        found = self._resolve(path)
-        if not isinstance(found, type) or not issubclass(found, kind):
-            raise SnapshotError(f"{path} is not a class of the expected kind")
-        return cast(type[Any], found)
-
-    def _method(self, owner: Any, name: str) -> Any:
-        cls = cast(type[Any], type(owner))
-        if not isinstance(owner, self._callable) or not callable(getattr(cls, name, None)):
-            raise SnapshotError(f"{name!r} of a {cls.__name__} cannot be called from a snapshot")
-        return getattr(owner, name)
-
-    def _resolve(self, path: str) -> object:
-        module, _, name = path.partition(":")
-        found: object = sys.modules.get(module) if module.partition(".")[0] in self._trusted else None
-        for part in name.split("."):
-            found = getattr(found, part, None)
-        if found is None or getattr(found, "__module__", "") != module:
-            raise SnapshotError(f"{path}: unknown class or function")
-        return found
 
 
 def attributes(value: object) -> list[str]:
@@ -223,12 +262,6 @@ def attributes(value: object) -> list[str]:
     slots = (name for names in declared for name in ([names] if isinstance(names, str) else names))
     names = [*slots, *getattr(value, "__dict__", ())]
     return [name for name in names if name not in ("__dict__", "__weakref__") and hasattr(value, name)]
-
-
-def _path(value: Any, where: str) -> str:
-    if "<" in value.__qualname__:
-        raise SnapshotError(f"{where} is {value.__qualname__}, a local class, which a snapshot cannot contain")
-    return f"{value.__module__}:{value.__qualname__}"
 
 
 def _generator(name: str, state: dict[str, Any]) -> np.random.Generator:
@@ -244,4 +277,5 @@ def _struct(cls: type[Any], values: dict[str, Any]) -> Any:
     made = cls(**values)
     if surplus:
         msgspec.structs.force_setattr(made, "surplus", surplus)
+    check_message(made, cls.__name__)
     return made

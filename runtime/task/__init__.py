@@ -2,13 +2,14 @@
 
 from runtime.task.activation import Activation, ActivationError
 from runtime.task.entities import SYSTEM_ENTITY, Entities, Entity, EntityError, State, Systems, allot
-from runtime.task.handlers import Ticker, consume, consumers, periodic, rate_of, tickers
+from runtime.task.handlers import HIGHEST_RATE, Ticker, consume, consumers, periodic, rate_of, tickers
 from runtime.task.logbook import Logbook, one_line, with_place
 from runtime.task.parameters import Parameter, ParameterError, param
 from runtime.task.script import Inbox, Script
 from runtime.task.task import Task
 
 __all__ = [
+    "HIGHEST_RATE",
     "SYSTEM_ENTITY",
     "Activation",
     "ActivationError",

@@ -216,8 +216,8 @@ def _told(error: BaseException) -> str:
 
 
 def _exists(module: str) -> bool:
-    if module.split(".")[0] in (OWN, *PACKAGES):
-        return False
+    if module.split(".")[0] in (OWN, *PACKAGES, *sys.stdlib_module_names):
+        return False  # nothing there is a task, and an import can do anything: antigravity opens a browser
     try:
         return importlib.util.find_spec(module) is not None
     except ModuleNotFoundError as error:

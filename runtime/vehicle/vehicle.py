@@ -36,7 +36,7 @@ class Vehicle:
     ends the run, as in simulation. `profile` is the effective configuration, `state_folder` has the saved parameters,
     `messages` is the schema of its messages, by default the built-in one,
     `running` the names of the tasks that are started and not stopped. `log_folder` is that of the log that is being
-    written; the task that writes it sets it.
+    written; the task that writes it sets it. `blame` turns an exception of a task into the one that the run raises.
     """
 
     def __init__(
@@ -88,6 +88,7 @@ class Vehicle:
         self._told = False
         self._starting = False
         self.journals: Journals | None = None
+        self.blame: Callable[[object, Exception], Exception] = lambda _, error: error
         self._observers: list[object] = []
         self.closing = False
         self.stopped = False
@@ -210,7 +211,11 @@ class Vehicle:
         return owner is self or owner is self.bus or self.bus.knows(owner)
 
     def tap(self, kind: type, handler: Callable[..., object], *, packets: bool = False) -> None:
-        """Call `handler` with each delivered message of a type, whoever sent it."""
+        """Call `handler` with each delivered message of a type, whoever sent it.
+
+        Its owner only watches, and is not in snapshots. With a pending call it prevents them, unless it has a true
+        attribute `transient`: then a continued run lacks it, or makes it again.
+        """
         owner = owner_of(handler)
         if isinstance(owner, Task):
             raise TypeError(f"{owner!r} is part of the vehicle: use @consume or script.hear instead of tap")
@@ -284,7 +289,7 @@ class Vehicle:
     def _note(self, owner: object, error: Exception) -> None:
         """Log an error of a task that stops, and keep the first one for `close`."""
         logger.error("%s while stopping: %s", title(owner), with_place(error))
-        self._error = self._error or error
+        self._error = self._error or self.blame(owner, error)
 
     def failed(self, owner: object, error: Exception) -> None:
         """Handle an exception of a handler: the kernel's `on_error`."""
@@ -295,8 +300,8 @@ class Vehicle:
             if error is not self._error:
                 place = f"{self.name}, {title(owner)}" if self.fleet is not None else title(owner)
                 error.add_note(f"in {place} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
-            self._error, self._told = error, True
-            raise error
+            self._error, self._told = self.blame(owner, error), True
+            raise self._error
         if not isinstance(owner, Task):
             logger.error("%s: %s", title(owner), "".join(traceback.format_exception(error)))
             return

@@ -15,9 +15,9 @@ import click
 from click.core import ParameterSource
 
 from runtime.kernel import Watchdog, kernel, parse_clock
-from runtime.problem import Problem, ProfileError
+from runtime.problem import Problem, ProfileError, printable
 from runtime.profile import load_profile
-from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load, run_with_snapshots
+from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load_file, run_with_snapshots
 from runtime.vehicle import Build, Vehicle, build, check, find_task, join_zenoh
 from runtime.vehicle import vehicle as vehicle_module
 from shoal.cli.options import (
@@ -77,7 +77,9 @@ def options(function: F) -> F:
     metavar="TIME",
     help="Save a snapshot of a virtual run beside its log at this interval.",
 )
-@click.option("--from-snapshot", type=click.Path(exists=True, path_type=Path), help="Continue from a snapshot.")
+@click.option(
+    "--from-snapshot", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Continue from a snapshot."
+)
 @options
 def run(
     profile: str | None,
@@ -98,7 +100,7 @@ def run(
 ) -> None:
     """Run the vehicle PROFILE, for example: shoal run lauv-noptilus-1 -p Simulation"""
     name = profile or config_file
-    use_code(code, [] if name is None else [name])
+    use_code(code, [] if name is None else [name], of_log=from_snapshot is not None)
     if from_snapshot is not None:
         _refuse_contradictions(name)
         go_on(from_snapshot, log_dir, duration, overrides, snapshot_every)
@@ -161,10 +163,10 @@ def go_on(
     from shoal.rerun import continued  # only here, since all other runs begin sooner without it
 
     try:
-        state = load(path.read_bytes())
+        state = load_file(path)
         vehicle = continued(state, log_dir, overrides=overrides, journals=snapshot_every is not None)
     except (SnapshotError, ProfileError, OSError) as error:
-        raise click.ClickException(f"{path}: {error}") from None
+        raise click.ClickException(printable(f"{path}: {error}")) from None
     check_log_dir(vehicle)
     swim(vehicle, f"{vehicle.name} from {path}", duration, start=False, snapshot_every=snapshot_every)
 
@@ -205,7 +207,8 @@ def swim(
     except Exception as error:
         vehicle.exit_status = 1
         with contextlib.suppress(OSError):
-            click.echo(_own_part(error), err=True)
+            of_state = isinstance(error, SnapshotError) or not (start or isinstance(error, OSError))
+            click.echo(f"Error: {printable(str(error))}" if of_state else _own_part(error), err=True)
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)

@@ -35,6 +35,8 @@ LEVELS: dict[int, tuple[str, str]] = {
 class Status:
     """Shows the status of a vehicle from its bus; it publishes nothing, so the run is the same without it."""
 
+    transient = True
+
     def __init__(self, vehicle: Vehicle, title: str, duration: float | None):
         self.vehicle = vehicle
         self.title = title

@@ -20,6 +20,8 @@ class PlanRequest:
     was published.
     """
 
+    transient = True
+
     def __init__(
         self,
         vehicle: Vehicle,

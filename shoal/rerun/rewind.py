@@ -1,21 +1,27 @@
 """Resumes a virtual run from a moment of its log, with the nearest snapshot or from its start."""
 
 import math
+import re
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 import imc
 from runtime.kernel import SECOND, VirtualClock
+from runtime.problem import ProfileError
 from runtime.profile import Profile, items, load_profile
-from runtime.snapshot import STATE, SUFFIX, Journals, Snapshot, SnapshotError, load, restore, save
+from runtime.snapshot import STATE, SUFFIX, Journals, Snapshot, SnapshotError, load, load_file, restore, save
 from runtime.task import Parameter, Task
 from runtime.vehicle import Vehicle, build
 from shoal.missions import PlanRequest, given_in
 from shoal.rerun.outlines import outline
 from shoal.rerun.run import LoggedRun, run_of
+
+_INCLUDES = re.compile(rb"^[ \t\v\f\r]*\[[ \t\v\f\r]*(Include|Require)\s", re.MULTILINE)
+"""What a configuration that was saved never has: it would read files of this machine."""
 
 
 def continued(
@@ -30,14 +36,24 @@ def continued(
 
     `overrides` ("Section:Option=value") change parameters from then on. With `journals` it can be saved again while
     scripts run. `look_on` is called before the tasks have their state, so that taps receive messages before them.
-    Raises SnapshotError, ProfileError; if a parameter or value is invalid, before a log is written.
+    Raises SnapshotError; if a parameter or value is invalid, before a log is written.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "Config.ini"
-        path.write_bytes(snapshot.configuration)
-        vehicle = _vehicle(
-            load_profile(path), log_root, snapshot.time, {label: number for label, number, *_ in snapshot.entities}
-        )
+    if _INCLUDES.search(snapshot.configuration):
+        raise SnapshotError("not a valid snapshot: its configuration includes files")
+    path = Path()
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "Config.ini"
+            path.write_bytes(snapshot.configuration)
+            profile = load_profile(path)
+            labels = {label: number for label, number, *_ in snapshot.entities}
+            vehicle = _vehicle(profile, log_root, snapshot.time, labels)
+    except ProfileError as error:
+        raise SnapshotError(str(error).replace(str(path), "its Config.ini")) from error
+    except OSError:
+        raise
+    except Exception as error:
+        raise SnapshotError("not a valid snapshot: its configuration fits no vehicle") from error
     try:
         if journals:
             Journals(vehicle)
@@ -47,7 +63,9 @@ def continued(
         restore(vehicle, snapshot)
     except BaseException:
         vehicle.running.clear()
-        vehicle.close()
+        vehicle.kernel.clear()  # no call reaches a task that is half restored
+        with suppress(SnapshotError):  # of a task that cannot stop; the first error is raised
+            vehicle.close()
         raise
     try:
         for assignment in overrides:
@@ -194,7 +212,7 @@ def _nearest(run: LoggedRun, seconds: float) -> Snapshot | None:
     if latest is None:
         return None
     try:
-        return load(paths[latest].read_bytes())
+        return load_file(paths[latest])
     except SnapshotError as error:
         raise SnapshotError(f"{paths[latest]}: {error}") from None
 
@@ -210,4 +228,12 @@ def _seconds(path: Path) -> float:
 def _vehicle(profile: Profile, log_root: Path, time: int, entity_ids: Mapping[str, int]) -> Vehicle:
     selected = frozenset(items(profile.config.value("General", "Selected")))
     clock = VirtualClock(time)
-    return build(profile, selected, clock=clock, keep_going=False, log_root=log_root, entity_ids=entity_ids).vehicle
+    return build(
+        profile,
+        selected,
+        clock=clock,
+        keep_going=False,
+        log_root=log_root,
+        state_folder=log_root.parent / "db",
+        entity_ids=entity_ids,
+    ).vehicle

@@ -213,7 +213,7 @@ class Logging(Task):
     def _begin(self) -> str:
         """Name of a log that begins now."""
         begin = datetime.fromtimestamp(self.now_ns // 1_000_000_000, UTC)
-        return f"{begin:%Y%m%d/%H%M%S}" + (f"_{self._label}" if self._label else "")
+        return f"{begin:%Y%m%d/%H%M%S}" + (f"_{label}" if (label := clean_label(self._label)) else "")
 
     def _new_log(self) -> LogFolder:
         configuration = self.vehicle.profile.dump().encode(errors="surrogateescape")

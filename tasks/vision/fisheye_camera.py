@@ -62,7 +62,7 @@ class FisheyeCamera(Task):
     )
     latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
 
-    transient = ("camera",)
+    transient = ("camera", "_folder")
 
     def configure(self) -> None:
         if 0.0 < self.visibility < LEAST_VISIBILITY:
@@ -94,6 +94,10 @@ class FisheyeCamera(Task):
         self._state: imc.EstimatedState | None = None
         self._origin = StartPoint()
         self.set_entity_state(State.BOOT, "waiting for EstimatedState")
+
+    def restored(self) -> None:
+        """Write images to the log that continues, not to the one of the snapshot."""
+        self._folder = self.vehicle.log_folder or self._log_root
 
     @consume
     def follow(self, state: imc.EstimatedState) -> None:

@@ -198,7 +198,7 @@ VALUES = st.recursive(
 
 @given(VALUES)
 def test_plain_values_come_back(value: object) -> None:
-    writer, reader = StateWriter(lambda _: None), StateReader(lambda _: None, (), ())
+    writer, reader = StateWriter(lambda _: None), StateReader(lambda _: None)
     plain = msgspec.msgpack.decode(msgspec.msgpack.encode(writer.write(value, "here")))
     assert reader.read(plain) == value
     assert type(reader.read(plain)) is type(value)
@@ -327,7 +327,7 @@ def test_a_snapshot_cannot_make_or_call_what_it_wants(plain: Any) -> None:
         raise SnapshotError(f"{words[0]} is unknown")
 
     with pytest.raises(SnapshotError):
-        StateReader(nothing, (), ()).read(plain)
+        StateReader(nothing).read(plain)
 
 
 GPS, HACC = "Simulators.GPS/Kinematic", "HACC"
