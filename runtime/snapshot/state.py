@@ -188,7 +188,7 @@ def reader_for(vehicle: Vehicle, timers: list[Timer]) -> StateReader:
 
 
 def _vocabulary(vehicle: Vehicle) -> Vocabulary:
-    return Vocabulary({type(task).__module__.partition(".")[0] for task in vehicle.tasks})
+    return Vocabulary({type(task).__module__.partition(".")[0] for task in vehicle.tasks}, vehicle.bus.messages)
 
 
 def nothing() -> None:

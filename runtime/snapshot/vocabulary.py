@@ -32,6 +32,7 @@ OF_BUS = frozenset({"publish", "hear", "share"})
 MOST_VALUES = 1_000_000
 DEEPEST = 250
 LARGEST = 1 << 26  # bytes of a file, and of a journal's packed entries
+MADE = "imc.schema.classes"  # the module of message classes from definitions of a user's own
 MISSING = object()
 
 
@@ -40,10 +41,11 @@ class SnapshotError(ValueError):
 
 
 class Vocabulary:
-    """The classes that snapshots of one vehicle may name: those of Shoal, and of the packages in `trusted`."""
+    """The classes that snapshots of one vehicle may name: of Shoal, of packages in `trusted`, and its messages."""
 
-    def __init__(self, trusted: Collection[str] = ()):
+    def __init__(self, trusted: Collection[str] = (), messages: imc.Schema | None = None):
         self._trusted = OWN.union(trusted)
+        self._messages = messages
 
     def path_of(self, cls: type[Any], where: str) -> str:
         """ "module:name" of a class. Raises SnapshotError if the reader could not find it; `where` names the value."""
@@ -66,6 +68,8 @@ class Vocabulary:
 
     def _resolve(self, path: str) -> object:
         module, _, name = path.partition(":")
+        if module == MADE and self._messages is not None and name in self._messages:
+            return self._messages[name]
         found: object = sys.modules.get(module) if module.partition(".")[0] in self._trusted else None
         for part in name.split("."):
             found = getattr(found, part, None)

@@ -164,7 +164,13 @@ def go_on(
 
     try:
         state = load_file(path)
-        vehicle = continued(state, log_dir, overrides=overrides, journals=snapshot_every is not None)
+        vehicle = continued(
+            state,
+            log_dir,
+            overrides=overrides,
+            journals=snapshot_every is not None,
+            definitions=path.parent / "IMC.xml.gz",
+        )
     except (SnapshotError, ProfileError, OSError) as error:
         raise click.ClickException(printable(f"{path}: {error}")) from None
     check_log_dir(vehicle)

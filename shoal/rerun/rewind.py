@@ -2,6 +2,7 @@
 
 import math
 import re
+import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -31,9 +32,11 @@ def continued(
     overrides: Sequence[str] = (),
     journals: bool = False,
     look_on: Callable[[Vehicle], object] = lambda _: None,
+    definitions: Path | None = None,
 ) -> Vehicle:
     """A started vehicle in the state of a snapshot, with the configuration in that snapshot.
 
+    `definitions` is the IMC.xml.gz of its log, if it has messages of its own.
     `overrides` ("Section:Option=value") change parameters from then on. With `journals` it can be saved again while
     scripts run. `look_on` is called before the tasks have their state, so that taps receive messages before them.
     Raises SnapshotError; if a parameter or value is invalid, before a log is written.
@@ -45,6 +48,8 @@ def continued(
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "Config.ini"
             path.write_bytes(snapshot.configuration)
+            if definitions is not None and definitions.is_file():
+                shutil.copy(definitions, folder)
             profile = load_profile(path)
             labels = {label: number for label, number, *_ in snapshot.entities}
             vehicle = _vehicle(profile, log_root, snapshot.time, labels)
@@ -131,7 +136,8 @@ class Rewound:
         def look_on(vehicle: Vehicle) -> None:
             self._request(vehicle, snapshot.time)
 
-        return continued(snapshot, log_root, overrides=overrides, journals=journals, look_on=look_on)
+        xml = self._run.logs[0].path.parent / "IMC.xml.gz"
+        return continued(snapshot, log_root, overrides=overrides, journals=journals, look_on=look_on, definitions=xml)
 
     def _from_start(self, scratch: Path, seconds: float) -> Vehicle:
         profile, first = self._profile, self._run.logs[0]

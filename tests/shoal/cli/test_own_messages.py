@@ -1,6 +1,7 @@
 """Messages of a user's own: typed, subscribed, logged with their definitions, and refused where nobody knows them."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -88,6 +89,17 @@ def test_own_messages_are_heard_and_logged_with_their_definitions(project):
     assert (status, "0 bytes of difference" in out) == (0, True), err
     status, out, _ = shoal("message", "WhaleCall", "--messages", "own.yaml", cwd=project)
     assert (status, "id 30001" in out, "level" in out) == (0, True, True)
+
+
+def test_a_run_with_own_messages_can_be_rewound_elsewhere(project):
+    assert run(project)[0] == 0
+    elsewhere = project / "elsewhere"
+    elsewhere.mkdir()
+    shutil.copytree(next(project.glob("log/*/*/*")), elsewhere / "received")
+    status, _, err = shoal("rewind", "received", "--at", "1.5s", "--code", "..", cwd=elsewhere)
+    assert status == 0, err
+    again = imc.Log(next(elsewhere.glob("log/*/*/*")))
+    assert [call.level for call in again if type(call).__name__ == "WhaleCall"] == [120.0]
 
 
 def test_a_message_that_the_vehicle_does_not_have_is_an_error(project):
