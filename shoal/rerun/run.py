@@ -29,6 +29,7 @@ def run_of(log: imc.Log) -> LoggedRun:
     place = place_of(log.path.parent)
     if place is None:
         return LoggedRun([log])
+    logs = [log]
     try:
         logs = [*(imc.Log(folder) for folder in logs_of_run(log.path.parent)[: place.number - 1]), log]
         numbers = [found.number for each in logs if (found := place_of(each.path.parent))]
