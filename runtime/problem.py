@@ -73,6 +73,31 @@ def nearest(word: str, words: Iterable[str]) -> str:
     return candidates[found[0]] if found else ""
 
 
+def misspelled(word: str, words: Iterable[str]) -> str:
+    """The one of `words` that `word` is with at most two typing errors, one if it is short; else empty.
+
+    A typing error is a letter that is missing, added, wrong or swapped with the next. Case does not count.
+    """
+    near = nearest(word, words)
+    allowed = 2 if len(word) > 5 else 1
+    return near if near and _typing_errors(word.strip().casefold(), near.casefold()) <= allowed else ""
+
+
+def _typing_errors(a: str, b: str) -> int:
+    """The distance of Damerau and Levenshtein between two words, with swaps of neighbors only."""
+    before: list[int] = []
+    row = list(range(len(b) + 1))
+    for i, letter in enumerate(a, 1):
+        above, row = row, [i]
+        for j, other in enumerate(b, 1):
+            least = min(above[j] + 1, row[j - 1] + 1, above[j - 1] + (letter != other))
+            if i > 1 and j > 1 and letter == b[j - 2] and a[i - 2] == other:
+                least = min(least, before[j - 2] + 1)
+            row.append(least)
+        before = above
+    return row[-1]
+
+
 def suggestion(word: str, words: Iterable[str]) -> str:
     """A hint with the nearest of `words`, or all of them if there are at most 12."""
     words = list(words)

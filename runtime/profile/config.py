@@ -82,6 +82,10 @@ class Option:
         self._parts += [" ", text]
         self.size += 1 + len(text)
 
+    def renamed(self, name: str) -> "Option":
+        """A copy of another name, with the same history."""
+        return Option(name, dict(self.attributes), list(self.history), self.size, list(self._parts))
+
     def _start(self) -> int:
         plain = [index for index, assignment in enumerate(self.history) if assignment.operator == "="]
         return plain[-1] if plain else 0

@@ -1,5 +1,9 @@
 """Names that DUNE's ini files use: data sections, general options, task groups and tasks."""
 
+from collections.abc import Iterator
+
+from runtime.profile.config import Config, Section
+
 DATA_SECTIONS = (
     "General",
     "IMC Addresses",
@@ -64,6 +68,28 @@ GROUPS = (
     "Vision",
 )
 
+MULTIPLEXER = "Maneuver.Multiplexer"
+# What it carries out, in the order of its entities, and the task of each here; not those of aircraft, since
+# a vehicle that has Takeoff is an aircraft in Shoal.
+MULTIPLEXED = {
+    "IdleManeuver": "Maneuver.Idle",
+    "Goto": "Maneuver.Goto",
+    "Launch": "Maneuver.Launch",
+    "Loiter": "Maneuver.Loiter",
+    "StationKeeping": "Maneuver.StationKeeping",
+    "YoYo": "Maneuver.YoYo",
+    "Rows": "Maneuver.Rows",
+    "FollowPath": "Maneuver.FollowPath",
+    "Elevator": "Maneuver.Elevator",
+    "PopUp": "Maneuver.PopUp",
+    "Dislodge": "Maneuver.Dislodge",
+    "ScheduledGoto": "Maneuver.ScheduledGoto",
+    "Drop": "Maneuver.Drop",
+    "Sample": "Maneuver.Sample",
+    "StationKeepingExtended": "Maneuver.StationKeepingExtended",
+}
+FOR_AIRCRAFT = ("Takeoff", "Land")
+
 TASKS = frozenset(
     [
         "Autonomy.TextActions",
@@ -126,8 +152,50 @@ TASKS = frozenset(
         "Transports.TCPOnDemand",
         "Transports.UAN",
         "Transports.UDP",
+        *MULTIPLEXED.values(),
     ]
 )
+
+LABEL = "Entity Label"
+
+
+def multiplexed(option: str) -> Iterator[tuple[str, str]]:
+    """The sections and their options that an option of [Maneuver.Multiplexer] sets here; none if it sets no other's."""
+    left, dashes, right = option.partition(" -- ")
+    if option == "Enabled":
+        yield from ((section, option) for section in MULTIPLEXED.values())
+    elif dashes and left == LABEL and right in MULTIPLEXED:
+        yield MULTIPLEXED[right], LABEL
+    elif dashes and left in MULTIPLEXED:
+        yield MULTIPLEXED[left], right
+
+
+def expand(config: Config) -> None:
+    """Add the sections that [Maneuver.Multiplexer] stands for, behind it: DUNE has one task for many maneuvers.
+
+    A maneuver with an Enabled of its own stays as it is; any other keeps the options that it has.
+    """
+    multiplexer = config.sections.get(MULTIPLEXER)
+    if multiplexer is None or "Enabled" not in multiplexer.options:
+        return
+    own = {name for name in MULTIPLEXED.values() if config.option(name, "Enabled") is not None}
+    added = {
+        name: config.sections.get(name) or Section(name, origins=dict(multiplexer.origins))
+        for name in MULTIPLEXED.values()
+        if name not in own
+    }
+    for option in multiplexer.options.values():
+        for name, target in multiplexed(option.name):
+            if name in added:
+                added[name].options.setdefault(target, option.renamed(target))
+    for kind, name in MULTIPLEXED.items():
+        if name in added and LABEL not in added[name].options:
+            added[name].open(LABEL).set(f"{kind} Maneuver", multiplexer.origin)  # DUNE's default
+    sections: dict[str, Section] = {}
+    for name, section in config.sections.items():
+        sections |= {name: section} if name not in added else {}
+        sections |= added if section is multiplexer else {}
+    config.sections = sections
 
 
 def may_have(section: str) -> bool:

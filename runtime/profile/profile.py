@@ -11,6 +11,7 @@ from fastcrc import crc16
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
+from runtime.profile import dune
 from runtime.profile.config import BLANKS, Config, header, items, statement
 from runtime.profile.folders import find_profile, own_etc
 from runtime.profile.ini import parse
@@ -52,6 +53,7 @@ def load_profile(
     folders = [path.parent, *([saved] if saved else [])]
     for folder in folders if profile.vehicle_problem() is None else []:
         profile.add_saved(folder / f"{profile.vehicle}-saved.ini")
+    dune.expand(profile.config)
     for assignment in overrides:
         profile.override(assignment)
     if strict:
@@ -223,6 +225,10 @@ class Profile:
         except ValueError as error:
             raise ProfileError([Problem("error", COMMAND_LINE.file, 0, f"{quoted(assignment)}: {error}")]) from None
         self.config.open(section, COMMAND_LINE).open(option).set(value, COMMAND_LINE)
+        if section == dune.MULTIPLEXER:
+            dune.expand(self.config)
+            for name, target in dune.multiplexed(option):
+                self.config.open(name, COMMAND_LINE).open(target).set(value, COMMAND_LINE)
 
     def add_saved(self, path: Path) -> None:
         """Read saved parameters on top, if the file exists; errors in it become warnings."""

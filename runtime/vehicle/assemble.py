@@ -7,10 +7,11 @@ from pathlib import Path
 import imc
 from runtime.bus import Bus, known_here
 from runtime.kernel import Clock, Kernel, as_error
-from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
-from runtime.profile import ENTITY_IDS, EVERY_TASK, NEVER, Option, Profile, default_label, dune
+from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, misspelled, quoted, suggestion
+from runtime.profile import ENTITY_IDS, EVERY_TASK, NEVER, Option, Profile, Section, default_label, dune
 from runtime.task import EntityError, ParameterError, Task, allot, consumers, with_place
-from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra, misspelled, why_missing
+from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra, why_missing
+from runtime.vehicle.catalogue import misspelled as misspelled_task
 from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.vehicle import Vehicle
 
@@ -85,7 +86,8 @@ def build(
             others = [name for name in profile.config.sections if name != section.name]
             hint = suggestion(section.name, [name for name in others if name.startswith(f"{section.name}/")] or others)
             problems.append(Problem("error", *COMMAND_LINE, f"there is no section [{section.name}]", hint))
-        if not (profile.enabled(section.name, selected) if only is None else section.name in only):
+        wanted = profile.enabled(section.name, selected) if only is None else section.name in only
+        if not wanted or section.name == dune.MULTIPLEXER:
             continue
         try:
             cls = find_task(section.name)
@@ -93,7 +95,7 @@ def build(
             problems.append(Problem("error", *section.origin, str(error)))
             continue
         if cls is None:
-            near = misspelled(section.name)
+            near = misspelled_task(section.name)
             if dune.may_have(section.name) and (not near or section.name in dune.TASKS):
                 made.skip(section.name, "not in Shoal")
                 continue
@@ -111,8 +113,7 @@ def build(
                 task = vehicle.add(cls, section.name, profile.options(section.name))
                 for option in section.options.values():
                     task.parameter_set.redeclare(option.name, option.attributes)
-                    if option.history and option.name not in ("Enabled", *EVERY_TASK):
-                        _warn_of_unknown(task, option)
+                _warn_of_unknown(task, section)
             except ParameterError as error:
                 origin = _named_in(profile, error.reason) or _origin(profile, section.name, error.name)
                 problems.append(Problem("error", *origin, f"{section.name}: {error}"))
@@ -171,13 +172,27 @@ def doubts(vehicle: Vehicle, profile: Profile) -> list[Problem]:
     ]
 
 
-def _warn_of_unknown(task: Task, option: Option) -> None:
-    """Have the task log a warning, when it runs, that it does not know an option."""
-    if task.parameter_set.find(option.name) is None:
-        hint = suggestion(option.name, task.parameter_set.declarations)
-        place = Origin(Path(option.origin.file).name, option.origin.line)  # the log must not depend on the folder
-        words = f"{place}: {quoted(option.name)} is not a parameter" + (f"; {hint}" if hint else "")
-        task.vehicle.kernel.soon(task.log.warning, words)
+def _warn_of_unknown(task: Task, section: Section) -> None:
+    """Have the task log, when it runs, which options it does not know: misspelled ones one by one, others at once."""
+    others: list[Option] = []
+    for option in section.options.values():
+        known = option.name in ("Enabled", *EVERY_TASK) or task.parameter_set.find(option.name) is not None
+        if known or not option.history:
+            continue
+        if near := misspelled(option.name, task.parameter_set.declarations):
+            words = f"{quoted(option.name)} is not a parameter; did you mean {quoted(near)}?"
+            task.vehicle.kernel.soon(task.log.warning, f"{_short(option)}: {words}")
+        else:
+            others.append(option)
+    if others:
+        words = ", ".join(quoted(option.name) for option in others)
+        which = "is not a parameter" if len(others) == 1 else "are not parameters"
+        task.vehicle.kernel.soon(task.log.warning, f"{_short(others[0])}: {words} {which}")
+
+
+def _short(option: Option) -> Origin:
+    """File and line without the folder, on which the log must not depend."""
+    return Origin(Path(option.origin.file).name, option.origin.line)
 
 
 def _origin(profile: Profile, section: str, option: str) -> Origin:

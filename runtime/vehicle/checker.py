@@ -3,10 +3,11 @@
 import re
 from collections.abc import Callable, Iterable, Mapping
 
-from runtime.problem import Origin, Problem, ProfileError, Severity, nearest, quoted, suggestion
+from runtime.problem import Origin, Problem, ProfileError, Severity, misspelled, nearest, quoted, suggestion
 from runtime.profile import ALWAYS, NEVER, Option, Profile, Section, default_label, dune, items, parse_address
 from runtime.task import Parameter, Task
-from runtime.vehicle.catalogue import misspelled, why_missing
+from runtime.vehicle.catalogue import misspelled as misspelled_task
+from runtime.vehicle.catalogue import why_missing
 from runtime.zenoh import ZenohConfig
 
 DAEMON = "Daemon"
@@ -75,7 +76,7 @@ class _Checker:
         for option in self._config.options("General"):
             if option.name in dune.GENERAL:
                 continue
-            near = nearest(option.name, dune.GENERAL)
+            near = misspelled(option.name, dune.GENERAL)
             severity: Severity = "warning" if near else "note"
             hint = f"did you mean {quoted(near)}?" if near else ""
             self._say(severity, option.origin, f"[General] unknown option {quoted(option.name)}", hint)
@@ -125,13 +126,17 @@ class _Checker:
             text = f"[{section.name}] Entity Label is empty, so it is {quoted(default_label(section.name))}"
             self._say("warning", label.origin, text, "DUNE refuses the task")
         parameters = cls.parameters()
+        unknown: list[Option] = []
         for option in section.options.values():
             parameter = find_parameter(parameters, option.name)
             if parameter is not None:
                 if self._runs(section.name):
                     self._check_value(section, option, parameter)
-            elif option.name != "Enabled":
-                self._check_unknown_option(section, option, parameters)
+            elif option.name in dune.EVERY_TASK:
+                self._say("note", option.origin, f"[{section.name}] {option.name} has no effect in Shoal")
+            elif option.name != "Enabled" and option.history:
+                unknown.append(option)
+        self._tell_unknown(section, unknown, parameters)
 
     def _check_repetitions(self, section: Section) -> None:
         for option in section.options.values():
@@ -146,6 +151,9 @@ class _Checker:
         group, dot, _ = base.partition(".")
         if name in dune.DATA_SECTIONS or name.startswith(dune.DATA_PREFIX):
             return
+        if name == dune.MULTIPLEXER:
+            self._check_multiplexer(section)
+            return
         if self._check_case(section, [*self._tasks, *dune.DATA_SECTIONS]):
             return
         near = self._nearest_task(base)
@@ -158,8 +166,18 @@ class _Checker:
         elif base in dune.TASKS or (group in dune.GROUPS and not near):
             self._say("note", section.origin, f"[{name}] is a task of DUNE that is not available in Shoal")
         elif runs or near or "Enabled" not in section.options:
-            never = runs and (group not in dune.GROUPS or misspelled(base))
+            never = runs and (group not in dune.GROUPS or misspelled_task(base))
             self._say("error" if never else "warning", section.origin, f"[{name}] is not a task", hint)
+
+    def _check_multiplexer(self, section: Section) -> None:
+        tasks = ", ".join(dict.fromkeys(name for name, _ in dune.multiplexed("Enabled")))
+        self._say("note", section.origin, f"[{section.name}] stands for a section of each of its maneuvers: {tasks}")
+        for option in section.options.values():
+            kind = option.name.removeprefix(f"{dune.LABEL} -- ").partition(" -- ")[0]
+            if " -- " in option.name and kind not in (*dune.MULTIPLEXED, *dune.FOR_AIRCRAFT):
+                near = misspelled(kind, dune.MULTIPLEXED)
+                text = f"[{section.name}] {quoted(option.name)}: {quoted(kind)} is not one of its maneuvers"
+                self._say("warning", option.origin, text, f"did you mean {quoted(near)}?" if near else "")
 
     def _nearest_task(self, name: str) -> str:
         """If the group is one of DUNE's, only within it, since DUNE has similar names in other groups."""
@@ -192,18 +210,25 @@ class _Checker:
     def _runs(self, section: str) -> bool:
         return self._profile.enabled(section, self._profile.modes if self._selected is None else self._selected)
 
-    def _check_unknown_option(self, section: Section, option: Option, parameters: Mapping[str, Parameter]) -> None:
+    def _tell_unknown(self, section: Section, options: list[Option], parameters: Mapping[str, Parameter]) -> None:
+        """A warning for each misspelled parameter, and one for the others: DUNE's tasks have many that are not here."""
         task = section.name.partition("/")[0]
-        if option.name in dune.EVERY_TASK:
-            self._say("note", option.origin, f"[{section.name}] {option.name} has no effect in Shoal")
-            return
         names = ["Enabled", *parameters, *(alias for p in parameters.values() for alias in p.aliases)]
-        near = nearest(option.name, names)
-        text = f"[{section.name}] {quoted(option.name)} is not a parameter of {task}"
-        if near.casefold() == option.name.casefold():
-            text += ": the letter case differs"
-        hint = f"did you mean {quoted(near)}?" if near else f"shoal explain lists those of {task}"
-        self._say("warning", option.origin, text, hint)
+        others: list[Option] = []
+        for option in options:
+            near = misspelled(option.name, names)
+            text = f"[{section.name}] {quoted(option.name)} is not a parameter of {task}"
+            if near.casefold() == option.name.casefold():
+                text += ": the letter case differs"
+            if near:
+                self._say("warning", option.origin, text, f"did you mean {quoted(near)}?")
+            else:
+                others.append(option)
+        if others:
+            words = ", ".join(quoted(option.name) for option in others)
+            which = "is not a parameter" if len(others) == 1 else "are not parameters"
+            hint = f"shoal explain lists those of {task}"
+            self._say("warning", others[0].origin, f"[{section.name}] {words} {which} of {task}", hint)
 
     def _check_value(self, section: Section, option: Option, parameter: Parameter) -> None:
         where, text = f"[{section.name}] {option.name}", option.value

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from runtime.problem import Origin, Problem, ProfileError, nearest, quoted, suggestion
+from runtime.problem import Origin, Problem, ProfileError, misspelled, quoted, suggestion
 from runtime.profile import Option, Profile, dune
 from runtime.task import Parameter, Task
 from runtime.vehicle.checker import find_parameter
@@ -54,7 +54,7 @@ def explain(profile: Profile, section: str, task: type[Task] | None = None) -> l
         if task:
             meaning = _unknown(name, parameters)
         elif section == "General" and name not in dune.GENERAL:
-            near = nearest(name, dune.GENERAL)
+            near = misspelled(name, dune.GENERAL)
             meaning = "unknown" + (f"; did you mean {quoted(near)}?" if near else " to Shoal")
         rows.append(_row(name, option, unit, meaning, ""))
     return rows
@@ -67,7 +67,7 @@ def _unknown(name: str, parameters: Mapping[str, Parameter]) -> str:
         return f"another name of {quoted(parameter.name)}, which is already set"
     if name in dune.EVERY_TASK:
         return "no effect in Shoal"
-    near = nearest(name, ["Enabled", *parameters, *(alias for p in parameters.values() for alias in p.aliases)])
+    near = misspelled(name, ["Enabled", *parameters, *(alias for p in parameters.values() for alias in p.aliases)])
     return "unknown: not a parameter of this task" + (f"; did you mean {quoted(near)}?" if near else "")
 
 

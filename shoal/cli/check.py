@@ -35,7 +35,7 @@ def check(
 ) -> None:
     """Check PROFILEs for mistakes, by default all that are found. The exit status is 1 if there are errors."""
     use_code(code, names)
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, emoji=False, soft_wrap=True)
     counts: Counter[str] = Counter()
     broken: list[TaskImportError] = []
     known = all_tasks(broken)

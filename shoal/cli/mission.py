@@ -143,7 +143,7 @@ def _known(value: object) -> object:
 
 
 def _print(title: str, report: Report) -> None:
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, emoji=False, soft_wrap=True)
     console.print(f"{title}: {report.outcome}, {report.reason}", markup=False)
     if not report.legs:
         return

@@ -60,7 +60,7 @@ def resim(
 
 def show(done: Resimulation) -> None:
     """Print the comparison."""
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, emoji=False, soft_wrap=True)
     if not console.is_terminal:
         console.width = PIPE_WIDTH
     for note in done.notes:

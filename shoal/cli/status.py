@@ -47,7 +47,7 @@ class Status:
         self.detections = 0
         self.mug = ""
         self.folder = ""
-        self._console = Console(highlight=False, soft_wrap=True)
+        self._console = Console(highlight=False, emoji=False, soft_wrap=True)
         self._live: Live | None = None
         self._left = False
         self._texts = (0, 0)

@@ -13,7 +13,7 @@ from runtime.vehicle import TaskImportError, find_task
 def open_console(*, markup: bool = True) -> Console:
     """A console as wide as the terminal; 200 columns for a file or a pipe."""
     width = None if Console().is_terminal else 200
-    return Console(highlight=False, markup=markup, emoji=markup, width=width)
+    return Console(highlight=False, markup=markup, emoji=False, width=width)
 
 
 def plain_table(*columns: str, right: tuple[str, ...] = ()) -> Table:

@@ -6,6 +6,8 @@ import imc
 from runtime import State, Task, consume, param, periodic
 
 Where = imc.VehicleMedium.Medium
+BOATS = ("USV", "ASV")  # DUNE writes ASV
+KINDS = ("UUV", *BOATS, "UAV", "UGV")
 
 
 class Medium(Task):
@@ -17,7 +19,7 @@ class Medium(Task):
     active: bool = param(True, "", "Publish the medium.", scope="idle", visibility="developer")
     activation = "idle"
     execution_frequency: float = param(1.0, "Hz", "Rate of VehicleMedium.", minimum=0.1, maximum=100)
-    vehicle_type: str = param("UUV", "", "Kind of vehicle.", choices=("UUV", "USV", "UAV", "UGV"), editable=False)
+    vehicle_type: str = param("UUV", "", "Kind of vehicle.", choices=KINDS, editable=False)
     initialization_time: float = param(20.0, "s", "Without data, the medium is unknown for this time.", minimum=0)
     wet_data_timeout: float = param(3.0, "s", "Longest age of a wet sensor's sample.", minimum=0.1)
     gps_timeout: float = param(2.0, "s", "Longest age of a GPS fix.", name="GPS Timeout", minimum=0.1)
@@ -63,7 +65,7 @@ class Medium(Task):
         state = self._state
         if self.vehicle_type == "UGV":
             return Where.GROUND
-        if self.vehicle_type == "USV":
+        if self.vehicle_type in BOATS:
             return Where.WATER
         if state is None:
             return Where.UNKNOWN

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 
 import imc
 from runtime import ParameterError, State, consume, param, periodic
-from runtime.problem import Doubt, quoted, suggestion
+from runtime.problem import Doubt, misspelled, quoted
 from tasks.simulators.power import Powered
 from tasks.simulators.seabed import offset, read_seabed
 from tasks.simulators.steps import Steps
@@ -15,6 +15,7 @@ from world.bodies import (
     ModelError,
     UnderwaterModel,
     UnderwaterVehicle,
+    estimated,
     is_boat,
     read_boat_model,
     read_underwater_model,
@@ -70,10 +71,18 @@ class VSIM(Powered):
             return self.vehicle.profile.value(section, option)
 
         self._read(value)
-        section = f"VSIM/Model/{self._vehicle_type()}"
+        name = self._vehicle_type()
+        section, others = f"VSIM/Model/{name}", list[str]()
         for option in self.vehicle.profile.options(section):
-            if option not in read:
-                yield Doubt(option, f"nothing reads {quoted(option)}", suggestion(option, read), section)
+            if option not in read and (near := misspelled(option, read)):
+                yield Doubt(option, f"nothing reads {quoted(option)}", f"did you mean {quoted(near)}?", section)
+            elif option not in read:
+                others.append(option)
+        words = f"nothing reads {', '.join(map(quoted, others))}"
+        if estimated(value, name):
+            yield Doubt("Type", f"DUNE's model of a boat is estimated from Mass and Volume; {words}", "", section)
+        elif others:
+            yield Doubt(others[0], words, "", section)
 
     def start(self) -> None:
         self.craft = Boat(self._model) if isinstance(self._model, BoatModel) else UnderwaterVehicle(self._model)

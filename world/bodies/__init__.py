@@ -3,7 +3,7 @@
 from world.bodies.auv import Diverged, UnderwaterVehicle
 from world.bodies.auv_model import Fin, Thruster, UnderwaterModel, read_underwater_model
 from world.bodies.boat import Boat
-from world.bodies.boat_model import BoatModel, is_boat, read_boat_model
+from world.bodies.boat_model import BoatModel, estimated, is_boat, read_boat_model
 from world.bodies.kinematics import Motion
 from world.bodies.model_section import ModelError
 from world.bodies.multirotor import Airframe, Multirotor
@@ -26,6 +26,7 @@ __all__ = [
     "Thruster",
     "UnderwaterModel",
     "UnderwaterVehicle",
+    "estimated",
     "is_boat",
     "lawn_mower",
     "parse_points",

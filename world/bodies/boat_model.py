@@ -1,11 +1,12 @@
-"""The model of a simulated boat, read from a section [VSIM/Model/...] of type ASV or USV."""
+"""The model of a simulated boat, read from a section [VSIM/Model/...] of type ASV, USV or Boat."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from world.bodies.model_section import ModelSection
 
-KINDS = ("ASV", "USV")
+KINDS = ("ASV", "USV", "Boat")  # DUNE's are ASV and Boat
+DENSITY = 1025.0  # kg/m³
 
 
 @dataclass(frozen=True)
@@ -72,8 +73,17 @@ def is_boat(value: Callable[[str, str], str], name: str) -> bool:
     return value(f"VSIM/Model/{name}", "Type") in KINDS
 
 
+def estimated(value: Callable[[str, str], str], name: str) -> bool:
+    """Whether the model `name` is one of DUNE's boats, whose numbers are no masses and drags: DUNE fits a recursion."""
+    section = f"VSIM/Model/{name}"
+    return bool(is_boat(value, name) and value(section, "Inertial Matrix") and not value(section, "Yaw Inertia"))
+
+
 def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
-    """Read the model `name`; `value(section, option)` returns the text of an option. Raises ModelError."""
+    """Read the model `name`; `value(section, option)` returns the text of an option. Raises ModelError.
+
+    A model with DUNE's options, which has no `Yaw Inertia`, is estimated from mass and size; see `_estimate`.
+    """
     section = ModelSection(value, name)
 
     def positive(option: str) -> float:
@@ -105,6 +115,8 @@ def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
             raise section.error(f"Rudder Slipstream {i}: there is no engine {i}")
         return Rudder(positive(f"Rudder Area {i}"), positive(f"Rudder Aspect Ratio {i}"), x, y, share, diameter)
 
+    if estimated(value, name):
+        return _estimate(section, tuple(engine(i) for i in range(section.count("Engine Count"))))
     mass, inertia = positive("Mass"), positive("Yaw Inertia")
     (centre,) = section.numbers("Centre of Gravity", 1, (0.0,))
     added = section.numbers("Added Mass Coefficients", 4, (0.0,) * 4)
@@ -124,4 +136,35 @@ def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
         wind=section.numbers("Wind", 6, (0.0,) * 6),
         rudders=tuple(rudder(i) for i in range(section.count("Rudder Count"))),
         engines=tuple(engine(i) for i in range(section.count("Engine Count"))),
+    )
+
+
+def _estimate(section: ModelSection, engines: tuple[Propeller, ...]) -> BoatModel:
+    """A boat of this `Mass` and of the sides in `Volume`, with DUNE's engines, and its fins as rudders.
+
+    Added masses and damping are to mass and inertia as those of the Otter (Fossen, Marine Systems Simulator, otter.m);
+    in surge the boat slows down within 10 s. The force of a fin is that of a foil with a lift coefficient of 1.
+    """
+    (mass,) = section.positive("Mass")
+    length, beam, _ = section.positive("Volume", 3)
+    inertia = mass * (0.25 * length) ** 2
+    sway, yaw = 2.5 * mass, 2.7 * inertia
+    rudders: list[Rudder] = []
+    for i in range(section.count("Fin Count")):
+        force = max(map(abs, section.numbers(f"Fin Force {i}", 3)))
+        x, y, _ = section.numbers(f"Fin Position {i}", 3)
+        rudders.append(Rudder(force / DENSITY, 2.0, x, y, 0.0, 1.0))
+    return BoatModel(
+        mass=mass,
+        inertia=inertia,
+        centre=0.0,
+        added=(-0.1 * mass, mass - sway, inertia - yaw, 0.0),
+        linear=(-0.1 * mass, -sway, -yaw, 0.0, 0.0),
+        quadratic=(0.0, 0.0, -10.0 * yaw, 0.0, 0.0),
+        lift=(0.0,) * 4,
+        cross_flow=(length, mass / (DENSITY * length * beam), 1.0),
+        munk=False,
+        wind=(0.0,) * 6,
+        rudders=tuple(rudders),
+        engines=engines,
     )

@@ -40,7 +40,9 @@ class PathFollower(Task):
         1.0, "Hz", "Rate of PathControlState.", name="State Report Frequency", minimum=0.1, maximum=100
     )
     course_control: bool = param(True, "", "Control the course instead of the heading.")
-    eta_minimum_speed: float = param(0.1, "m/s", "Lowest speed assumed for the time of arrival.", minimum=0.01)
+    eta_minimum_speed: float = param(
+        0.1, "m/s", "Lowest speed assumed for the time of arrival.", name="ETA Minimum Speed", minimum=0.01
+    )
     new_reference_timeout: float = param(5.0, "s", "Longest time from the end of a path to the next path.", minimum=0)
     position_jump: float = param(
         10.0, "m", "A larger jump of the position pauses the supervision.", name="Position Jump Threshold", minimum=0

@@ -1,0 +1,169 @@
+"""Profiles in the way of DUNE's own: many maneuvers in one section, boats of type ASV, options that Shoal lacks."""
+
+import pytest
+from click.testing import CliRunner
+
+from runtime.kernel import VirtualClock
+from runtime.profile import dune, load_profile
+from runtime.vehicle import build, find_task
+from shoal.cli import main
+from shoal.missions import Mission, parse_plan, prepare
+
+# DUNE has the maneuvers of a vehicle in one section, common/maneuvers.ini, and options that Shoal has not.
+MANEUVERS = """[Maneuver.Multiplexer]
+Enabled                                 = Always
+Entity Label                            = Multiplexer Maneuver
+Activation Time                         = 0
+Execution Priority                      = 10
+Entity Label -- IdleManeuver            = Idle Maneuver
+Entity Label -- Goto                    = Goto Maneuver
+Loiter -- Minimum Radius                = 20
+YoYo -- Check Path Errors               = false
+YoYo -- Maximum Course Error            = 15
+Takeoff -- Something                    = 1
+Loitre -- Minimum Radius                = 10
+"""
+VEHICLE = """[Require auv/basic.ini]
+[Require auv/simulation.ini]
+[Require auv/navigation.ini]
+[Require auv/control.ini]
+[Require common/maneuvers.ini]
+[Require auv/plans.ini]
+[Require auv/supervisors.ini]
+[Require auv/monitors.ini]
+[Require common/transports.ini]
+[General]
+Vehicle = lauv-dune-1
+[Plan.Autostart]
+Enabled = Never
+[Control.AUV.Attitude]
+Coarse Altitude -- Enabled = true
+Coarse Altitude -- Period = 30
+Depth Offset = 0
+Pitch PID Gain = 1, 1, 1
+"""
+BOAT = """[Require otter.ini]
+[General]
+Vehicle = swordfish
+Vehicle Type = asv
+[Monitors.Medium]
+Vehicle Type = ASV
+[VSIM/Model/asv]
+Type = ASV
+Mass = 300
+Buoyancy = 0, 0, -0.017
+Volume = 4, 2, 1
+Inertial Matrix = 250, 400, 1000, 1, 1, 1
+Linear Drag Coefficients = 0.3, 0, 0, 0, 0, 0.9427, 0, 0, 0, 0
+Quadratic Drag Coefficients = -0.0165, 0, 0, 0, 0, 0, 0, 0, 0, 0
+Fin Count = 0
+Engine Count = 2
+Engine Parameters 0 = 0.9, 10.7, 2500
+Engine Position 0 = -1, -1, 0
+Engine Orientation 0 = 0, 0
+Engine Parameters 1 = 0.9, 10.7, 2500
+Engine Position 1 = -1, 1, 0
+Engine Orientation 1 = 0, 0
+Engine Max Force = 12
+Integration Method = false
+"""
+PLAN = """plan: p
+origin: 41.185°, -8.7062°
+speed: 1.4 m/s
+maneuvers:
+  - goto: {north: 40, DEPTH}
+  - loiter: {north: 60, east: 20, radius: 12, duration: 20s, DEPTH}
+"""
+
+
+@pytest.fixture
+def tree(tmp_path, monkeypatch):
+    """The folder with the profiles, which is the current one."""
+    (tmp_path / "common").mkdir()
+    (tmp_path / "common/maneuvers.ini").write_text(MANEUVERS)
+    (tmp_path / "lauv-dune-1.ini").write_text(VEHICLE)
+    (tmp_path / "swordfish.ini").write_text(BOAT)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def shoal(*words):
+    return CliRunner().invoke(main, words)
+
+
+def fly(profile, depth, tree):
+    made = prepare(profile, log_root=tree / "log")
+    return Mission(made.vehicle, parse_plan(PLAN.replace("DEPTH", depth))).fly(900)
+
+
+def test_the_maneuvers_of_one_section_of_dune_are_carried_out(tree):
+    report = fly("lauv-dune-1", "depth: 1", tree)
+    assert (report.outcome, report.reason) == ("SUCCESS", "plan completed")
+    assert report.maneuvers == ["Goto1", "Loiter2"]
+    assert report.legs[1].distance > 20 * 1.4  # on a circle of the radius that the section sets
+
+
+def test_the_sections_keep_their_labels_lines_and_options(tree):
+    profile = load_profile("lauv-dune-1")
+    assert profile.value("Maneuver.Idle", "Entity Label") == "Idle Maneuver"
+    assert profile.value("Maneuver.ScheduledGoto", "Entity Label") == "ScheduledGoto Maneuver"  # DUNE's default
+    radius = profile.config.option("Maneuver.Loiter", "Minimum Radius")
+    assert radius is not None
+    assert (radius.value, str(radius.origin)) == ("20", "common/maneuvers.ini:8")
+    names = list(profile.config.sections)
+    assert names[names.index("Maneuver.Multiplexer") + 1] == "Maneuver.Idle"
+    assert "Maneuver.Takeoff" not in names  # only an aircraft takes off
+    assert "common/maneuvers.ini:8" in shoal("explain", "lauv-dune-1", "Maneuver.Loiter").output
+
+
+def test_an_override_of_the_one_section_reaches_the_task(tree):
+    wanted = ["Maneuver.Multiplexer:Loiter -- Minimum Radius=33", "Maneuver.Multiplexer:Enabled=Simulation"]
+    profile = load_profile("lauv-dune-1", overrides=wanted)
+    made = build(profile, {"Simulation"}, clock=VirtualClock(profile.start_time_ns))
+    try:
+        loiter = next(task for task in made.vehicle.tasks if task.name == "Maneuver.Loiter")
+        assert loiter.minimum_radius == 33.0
+        assert "Maneuver.Multiplexer" not in str(made.skipped)
+    finally:
+        made.vehicle.close()
+
+
+def test_a_maneuver_with_a_section_of_its_own_stays_as_it_is(tree):
+    with (tree / "lauv-dune-1.ini").open("a") as file:
+        file.write("[Maneuver.Loiter]\nEnabled = Never\n[Maneuver.YoYo]\nMinimum Altitude Reference = 7\n")
+    profile = load_profile("lauv-dune-1")
+    assert profile.value("Maneuver.Loiter", "Enabled") == "Never"
+    assert profile.value("Maneuver.Loiter", "Minimum Radius") == ""
+    assert profile.value("Maneuver.YoYo", "Enabled") == "Always"
+    assert profile.value("Maneuver.YoYo", "Minimum Altitude Reference") == "7"
+
+
+def test_options_that_shoal_lacks_are_one_warning_per_task(tree):
+    lines = shoal("check", "lauv-dune-1", "-p", "Simulation").output.splitlines()
+    attitude = [line for line in lines if "[Control.AUV.Attitude]" in line]
+    others = "'Coarse Altitude -- Enabled', 'Coarse Altitude -- Period', 'Depth Offset' are not parameters"
+    assert attitude == [
+        f"lauv-dune-1.ini:15: warning: [Control.AUV.Attitude] {others} of Control.AUV.Attitude "
+        "(shoal explain lists those of Control.AUV.Attitude)",
+        "lauv-dune-1.ini:18: warning: [Control.AUV.Attitude] 'Pitch PID Gain' is not a parameter of "
+        "Control.AUV.Attitude (did you mean 'Pitch PID Gains'?)",
+    ]
+    yoyo = "[Maneuver.YoYo] 'Check Path Errors', 'Maximum Course Error' are not parameters of Maneuver.YoYo"
+    assert any(line.startswith(f"common/maneuvers.ini:9: warning: {yoyo}") for line in lines)
+    text = "[Maneuver.Multiplexer] 'Loitre -- Minimum Radius': 'Loitre' is not one of its maneuvers"
+    assert f"common/maneuvers.ini:12: warning: {text} (did you mean 'Loiter'?)" in ("\n".join(lines))
+    assert lines[-1].endswith("4 warnings")
+
+
+def test_a_boat_of_dune_flies_a_plan(tree):
+    checked = shoal("check", "swordfish", "-p", "Simulation")
+    assert checked.exit_code == 0, checked.output
+    assert "DUNE's model of a boat is estimated from Mass and Volume; nothing reads 'Buoyancy'" in checked.output
+    report = fly("swordfish", "depth: 0", tree)
+    assert (report.outcome, report.reason) == ("SUCCESS", "plan completed")
+    assert report.cross_track < 3.0
+
+
+def test_every_maneuver_of_the_table_is_a_task_or_not_in_shoal():
+    missing = {name for name in dune.MULTIPLEXED.values() if find_task(name) is None}
+    assert missing == {"Maneuver.Drop", "Maneuver.Sample", "Maneuver.StationKeepingExtended"}
