@@ -43,8 +43,9 @@ def load_profile(
 ) -> "Profile":
     """Read a profile by its name or path, then `<vehicle>-saved.ini` next to it and in `saved`, then overrides.
 
-    `vehicle` replaces `[General] Vehicle`. Raises ProfileError if there is no such profile, an override is malformed,
-    or the files have errors and `strict` is set. Errors in saved parameters are only warnings.
+    `vehicle` replaces `[General] Vehicle`. Raises ProfileError if there is no such profile, an override is malformed or
+    for a section that nobody has, or the files have errors and `strict` is set. Errors in saved parameters are only
+    warnings.
     """
     path = find_profile(name, config_dirs)
     profile = Profile(path, parse(path, shared=own_etc()))
@@ -56,6 +57,7 @@ def load_profile(
     dune.expand(profile.config)
     for assignment in overrides:
         profile.override(assignment)
+    profile.refuse_strangers()
     if strict:
         profile.refuse_errors()
     return profile
@@ -252,6 +254,21 @@ class Profile:
         problem = self.vehicle_problem()
         if errors := [*self.config.errors, *([problem] if problem else [])]:
             raise ProfileError(errors)
+
+    def refuse_strangers(self) -> None:
+        """Raise ProfileError if an override is for a section that nothing reads and that does not enable a task."""
+        model = dune.DATA_PREFIX + self.config.value("General", "Vehicle Type")
+        problems: list[Problem] = []
+        for section in self.config.sections.values():
+            enables = section.value("Enabled", NEVER) != NEVER
+            if set(section.origins) != {COMMAND_LINE} or enables or section.name in (*dune.DATA_SECTIONS, model):
+                continue
+            others = [name for name in self.config.sections if name != section.name]
+            same = [name for name in others if name.startswith(f"{section.name}/")]
+            hint = suggestion(section.name, same or [*others, *dune.DATA_SECTIONS])
+            problems.append(Problem("error", *COMMAND_LINE, f"there is no section [{section.name}]", hint))
+        if problems:
+            raise ProfileError(problems)
 
     def dump(self) -> str:
         """The effective configuration as an ini file; non-UTF-8 bytes are surrogate escapes."""

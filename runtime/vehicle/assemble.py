@@ -7,8 +7,8 @@ from pathlib import Path
 import imc
 from runtime.bus import Bus, known_here
 from runtime.kernel import Clock, Kernel, as_error
-from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, misspelled, quoted, suggestion
-from runtime.profile import ENTITY_IDS, EVERY_TASK, NEVER, Option, Profile, Section, default_label, dune
+from runtime.problem import Origin, Problem, ProfileError, misspelled, quoted
+from runtime.profile import ENTITY_IDS, EVERY_TASK, Option, Profile, Section, default_label, dune
 from runtime.task import EntityError, ParameterError, Task, allot, consumers, with_place
 from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra, why_missing
 from runtime.vehicle.catalogue import misspelled as misspelled_task
@@ -81,11 +81,6 @@ def build(
     )
     made, problems = Build(vehicle), list[Problem]()
     for section in profile.config.sorted_sections():
-        is_asked_for = "Enabled" in section.options and section.value("Enabled") != NEVER
-        if section.origin == COMMAND_LINE and not is_asked_for and "." in section.name:
-            others = [name for name in profile.config.sections if name != section.name]
-            hint = suggestion(section.name, [name for name in others if name.startswith(f"{section.name}/")] or others)
-            problems.append(Problem("error", *COMMAND_LINE, f"there is no section [{section.name}]", hint))
         wanted = profile.enabled(section.name, selected) if only is None else section.name in only
         if not wanted or section.name == dune.MULTIPLEXER:
             continue

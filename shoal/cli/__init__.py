@@ -1,5 +1,6 @@
 """The command `shoal`."""
 
+import errno
 import sys
 from difflib import get_close_matches
 from importlib import import_module
@@ -22,6 +23,9 @@ COMMANDS = {
     "new": ("shoal.cli.new", "Create a task or a vehicle, with a test."),
 }
 
+WRONG_USE = 2
+"""Exit status after a bad option, a missing or damaged file, a wrong profile; that of the answer *no* is 1."""
+
 
 class LazyGroup(click.Group):
     """Imports a command only when it is called; `table` maps names to (module, description)."""
@@ -39,6 +43,23 @@ class LazyGroup(click.Group):
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl([(name, text) for name, (_, text) in self.table.items()])
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command; a mistake of the user, also a file that cannot be read or written, ends it with one line."""
+        try:
+            return super().invoke(ctx)
+        except click.ClickException as error:
+            error.exit_code = WRONG_USE
+            raise
+        except OSError as error:
+            if error.errno == errno.EPIPE:
+                raise
+            from runtime.problem import printable  # slow to import, and rarely needed
+
+            place = "" if error.filename is None else f"{error.filename}: "
+            refused = click.ClickException(printable(f"{place}{error.strerror or error}"))
+            refused.exit_code = WRONG_USE
+            raise refused from None
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[Any, Any, list[str]]:
         if args and args[0] not in self.table:

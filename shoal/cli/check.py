@@ -13,6 +13,7 @@ from runtime.problem import Problem, ProfileError
 from runtime.profile import Profile, available, load_profile
 from runtime.vehicle import TaskImportError, all_tasks, build, doubts, find_task
 from runtime.vehicle import check as find_problems
+from shoal.cli import WRONG_USE
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
 
 STYLES = {"error": "red", "warning": "yellow", "note": "dim"}
@@ -33,31 +34,40 @@ def check(
     code: tuple[Path, ...],
     strict: bool,
 ) -> None:
-    """Check PROFILEs for mistakes, by default all that are found. The exit status is 1 if there are errors."""
+    """Check PROFILEs for mistakes, by default all that are found.
+
+    The exit status is 1 if there are errors, 2 if there is no such profile, section or mode.
+    """
     use_code(code, names)
     console = Console(highlight=False, emoji=False, soft_wrap=True)
     counts: Counter[str] = Counter()
+    wrong_use = False
     broken: list[TaskImportError] = []
     known = all_tasks(broken)
     for error in broken:
         counts["error"] += 1
         console.print(f"error: {error}", style=STYLES["error"], markup=False)
     for name in names or sorted(available(config_dir)):
+        problems: list[Problem] = []
         try:
             profile = load_profile(name, config_dir, overrides=overrides, strict=False)
+            problems += profile.problems
             selected = profile.select(profiles) if profiles else None
             problems = find_problems(profile, known, selected, find_task)
             if not any(problem.severity == "error" for problem in problems):
                 problems += _misfits(profile, [{mode} for mode in profile.modes] if selected is None else [selected])
         except ProfileError as error:
-            problems = error.problems
+            problems += error.problems
+            wrong_use = True
         for problem in problems:
             counts[problem.severity] += 1
             console.print(str(problem), style=STYLES[problem.severity], markup=False)
         if not problems:
             console.print(f"{name}: nothing wrong", markup=False)
     if counts:
-        console.print(", ".join(f"{number} {severity}{'s' * (number > 1)}" for severity, number in counts.items()))
+        console.print(", ".join(f"{count} {severity}{'s' * (count > 1)}" for severity, count in counts.items()))
+    if wrong_use:
+        sys.exit(WRONG_USE)
     sys.exit(1 if counts["error"] or (strict and counts["warning"]) else 0)
 
 

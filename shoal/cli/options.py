@@ -15,7 +15,11 @@ from tasks.transports.logging import Logging
 SHORTEST = 0.01  # s; the shortest period of a repeated action
 
 config_dir_option = click.option(
-    "-d", "--config-dir", multiple=True, type=click.Path(path_type=Path), help="Search this folder for profiles first."
+    "-d",
+    "--config-dir",
+    multiple=True,
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="Search this folder for profiles first.",
 )
 modes_option = click.option(
     "-p", "--profiles", multiple=True, help="Modes to select, separated by commas, such as Simulation."
@@ -74,6 +78,13 @@ def parse_time(_: click.Context, __: click.Parameter, text: str | None) -> float
         return None if text is None else parse_duration(text)
     except ValueError as error:
         raise click.BadParameter(str(error)) from None
+
+
+def not_empty(_: click.Context, __: click.Parameter, text: str | None) -> str:
+    """Click callback: a text that is not empty if it is given."""
+    if text is not None and not text.strip():
+        raise click.BadParameter("it is empty")
+    return text or ""
 
 
 def check_log_dir(vehicle: Vehicle) -> None:

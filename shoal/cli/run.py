@@ -16,7 +16,7 @@ from click.core import ParameterSource
 
 from runtime.kernel import Watchdog, kernel, parse_clock
 from runtime.problem import Problem, ProfileError, printable
-from runtime.profile import load_profile
+from runtime.profile import Profile, items, load_profile
 from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load_file, run_with_snapshots
 from runtime.vehicle import Build, Vehicle, build, check, find_task, join_zenoh
 from runtime.vehicle import vehicle as vehicle_module
@@ -26,6 +26,7 @@ from shoal.cli.options import (
     config_dir_option,
     log_dir_option,
     modes_option,
+    not_empty,
     overrides_option,
     parse_period,
     parse_time,
@@ -35,6 +36,7 @@ from shoal.cli.status import Status
 
 F = TypeVar("F", bound=Callable[..., Any])
 MOST_WARNINGS = 10
+LINKS = "Transports."  # the tasks that write logs and talk to others
 FIXED_BY_SNAPSHOT = ("config_dir", "profiles", "vehicle", "clock", "seed", "bus", "keep_going")
 STOPPING_TIME = 0.8  # s from a signal to the end, whatever hangs
 CLOSING = 30.0  # s to close a run that ends by itself
@@ -68,7 +70,7 @@ def options(function: F) -> F:
 @click.option("-c", "--config-file", help="Same as PROFILE, as DUNE spells it.")
 @config_dir_option
 @modes_option
-@click.option("-V", "--vehicle", default="", help="Name of the vehicle, instead of the profile's.")
+@click.option("-V", "--vehicle", callback=not_empty, help="Name of the vehicle, instead of the profile's.")
 @overrides_option
 @code_option
 @click.option(
@@ -127,7 +129,7 @@ def run(
         raise click.ClickException(f"{error}; a zenoh bus needs pip install 'shoal[zenoh]'") from None
     except (ProfileError, ConnectionError, ValueError) as error:
         raise click.ClickException(str(error)) from None
-    _tell_skipped(made, selected)
+    _tell_skipped(made, loaded, selected)
     if saved is not None and (path := saved / f"{loaded.vehicle}-saved.ini").exists():
         click.echo(f"with the parameters saved in {path}", err=True)
     if made.vehicle.virtual and (bus or loaded.bus) == "zenoh":
@@ -287,9 +289,19 @@ def tell_warnings(problems: list[Problem], profile: str) -> None:
         click.echo(f"{len(warnings) - MOST_WARNINGS} more warnings: shoal check {profile}", err=True)
 
 
-def _tell_skipped(made: Build, selected: frozenset[str]) -> None:
+def _tell_skipped(made: Build, profile: Profile, selected: frozenset[str]) -> None:
+    """Print which sections are left out. Raises ClickException if no task is left, or nothing but logs and links."""
     for reason, sections in made.skipped.items():
         click.echo(f"skipped: {', '.join(sections)} ({reason})", err=True)
-    if len(made.vehicle.tasks) == 1:
-        hint = "" if selected else "; select a mode, such as -p Simulation"
-        click.echo(f"warning: no task of this profile is enabled{hint}", err=True)
+    own = [task.name for task in made.vehicle.tasks[1:]]  # the first one is the daemon
+    others = {name: section for name, section in profile.config.sections.items() if not name.startswith(LINKS)}
+    enabled = {mode for section in others.values() for mode in items(section.value("Enabled"))}
+    useful = [mode for mode in profile.modes if mode in enabled and mode not in selected]
+    bridges = made.vehicle.bus.is_attached or not useful  # a profile may have only links, or link a zenoh bus
+    if own and (bridges or any(name in others for name in own)):
+        return
+    made.vehicle.close()
+    hint = f"; its tasks are enabled in {', '.join(useful)}: select one with -p" if useful else ""
+    where = f"in mode {', '.join(sorted(selected))}" if selected else "without a mode"
+    besides = f" besides {', '.join(own)}" if own else ""
+    raise click.ClickException(f"{profile.name} has nothing to run {where}{besides}{hint}")

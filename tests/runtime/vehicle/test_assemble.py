@@ -163,9 +163,9 @@ def test_options_that_are_no_parameter_are_said_in_the_log_with_the_nearest_name
 
 def test_a_value_on_the_command_line_for_a_section_that_is_not_there_is_refused(tmp_path):
     (tmp_path / "mine.ini").write_text("[General]\nVehicle = mine\n[Simulators.GPS]\nEnabled = Always\n")
-    profile = load_profile(tmp_path / "mine.ini", overrides=["Simulators.GSP:HDOP=2", "Zenoh:Mode=peer"])
-    with pytest.raises(ProfileError, match=r"no section \[Simulators.GSP\] \(did you mean 'Simulators.GPS'"):
-        build(profile, clock=VirtualClock(0), log_root=tmp_path)
+    for section in ("Simulators.GSP", "SimulatorsGPS"):
+        with pytest.raises(ProfileError, match=rf"no section \[{section}\] \(did you mean 'Simulators.GPS'"):
+            load_profile(tmp_path / "mine.ini", overrides=[f"{section}:HDOP=2", "Zenoh:Mode=peer"])
 
 
 CARELESS = '''"""A task that cannot be made."""
