@@ -124,17 +124,23 @@ class Task:
     def publish(self, message: imc.Message, *, keep_time: bool = False, entity: Entity | None = None) -> imc.Message:
         """Put a message on the bus: header filled, values rounded as in a packet. Returns what receivers see.
 
-        A source set in the message is kept. Raises imc.EncodeError if a field does not fit its type, imc.SchemaError if
-        the vehicle has no such message.
+        A source set in the message is kept. Raises TypeError if it is no message, imc.EncodeError if a field does
+        not fit its type, imc.SchemaError if the vehicle has no such message.
         """
-        packet = imc.encode_as(
-            message,
-            message.timestamp if keep_time else self._kernel.now_ns / SECOND,
-            self.system if message.src == UNKNOWN_SYSTEM else message.src,
-            (entity or self.entity).id if message.src_ent == UNKNOWN_ENTITY else message.src_ent,
-            message.dst,
-            message.dst_ent,
-        )
+        try:
+            packet = imc.encode_as(
+                message,
+                message.timestamp if keep_time else self._kernel.now_ns / SECOND,
+                self.system if message.src == UNKNOWN_SYSTEM else message.src,
+                (entity or self.entity).id if message.src_ent == UNKNOWN_ENTITY else message.src_ent,
+                message.dst,
+                message.dst_ent,
+            )
+        except AttributeError:
+            if isinstance(message, imc.Message):  # type: ignore[reportUnnecessaryIsInstance]
+                raise
+            words = f"publish takes a message, such as imc.Depth(value=1.0), not {message!r}"
+            raise TypeError(words) from None
         delivered = self._bus.decode(packet)
         if type(delivered) is not type(message) and not isinstance(message, imc.Unknown):
             known_here(type(message), self._bus.messages)

@@ -55,6 +55,8 @@ class _Checker:
         self._found: dict[str, type[Task]] = {}
 
     def run(self) -> None:
+        if not self._config.sections and not self._config.errors:
+            self._say("error", Origin(str(self._profile.path)), "the file has no section, so nothing runs")
         self._check_general()
         self._check_addresses()
         self._check_zenoh()

@@ -27,6 +27,12 @@ WRONG_USE = 2
 """Exit status after a bad option, a missing or damaged file, a wrong profile; that of the answer *no* is 1."""
 
 
+class WrongUse(click.ClickException):
+    """A mistake of the user that click does not know by itself."""
+
+    exit_code = WRONG_USE
+
+
 class LazyGroup(click.Group):
     """Imports a command only when it is called; `table` maps names to (module, description)."""
 
@@ -48,18 +54,17 @@ class LazyGroup(click.Group):
         """Run the command; a mistake of the user, also a file that cannot be read or written, ends it with one line."""
         try:
             return super().invoke(ctx)
-        except click.ClickException as error:
-            error.exit_code = WRONG_USE
+        except click.UsageError:
             raise
+        except click.ClickException as error:
+            raise WrongUse(error.format_message()) from None
         except OSError as error:
             if error.errno == errno.EPIPE:
                 raise
             from runtime.problem import printable  # slow to import, and rarely needed
 
             place = "" if error.filename is None else f"{error.filename}: "
-            refused = click.ClickException(printable(f"{place}{error.strerror or error}"))
-            refused.exit_code = WRONG_USE
-            raise refused from None
+            raise WrongUse(printable(f"{place}{error.strerror or error}")) from None
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[Any, Any, list[str]]:
         if args and args[0] not in self.table:

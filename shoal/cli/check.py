@@ -15,6 +15,7 @@ from runtime.vehicle import TaskImportError, all_tasks, build, doubts, find_task
 from runtime.vehicle import check as find_problems
 from shoal.cli import WRONG_USE
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
+from shoal.cli.plain import json_option, of_problem, print_json
 
 STYLES = {"error": "red", "warning": "yellow", "note": "dim"}
 
@@ -26,6 +27,7 @@ STYLES = {"error": "red", "warning": "yellow", "note": "dim"}
 @overrides_option
 @code_option
 @click.option("--strict", is_flag=True, help="Exit status 1 also for warnings.")
+@json_option
 def check(
     names: tuple[str, ...],
     config_dir: tuple[Path, ...],
@@ -33,13 +35,15 @@ def check(
     overrides: tuple[str, ...],
     code: tuple[Path, ...],
     strict: bool,
+    as_json: bool,
 ) -> None:
     """Check PROFILEs for mistakes, by default all that are found.
 
     The exit status is 1 if there are errors, 2 if there is no such profile, section or mode.
     """
     use_code(code, names)
-    console = Console(highlight=False, emoji=False, soft_wrap=True)
+    console = Console(highlight=False, emoji=False, soft_wrap=True, stderr=as_json, quiet=as_json)
+    said: dict[str, list[Problem]] = {}
     counts: Counter[str] = Counter()
     wrong_use = False
     broken: list[TaskImportError] = []
@@ -59,11 +63,16 @@ def check(
         except ProfileError as error:
             problems += error.problems
             wrong_use = True
+        said[name] = problems
         for problem in problems:
             counts[problem.severity] += 1
             console.print(str(problem), style=STYLES[problem.severity], markup=False)
         if not problems:
             console.print(f"{name}: nothing wrong", markup=False)
+    if as_json:
+        found = {name: [of_problem(problem) for problem in problems] for name, problems in said.items()}
+        counted = {severity: counts[severity] for severity in STYLES}
+        print_json({"profiles": found, "counts": counted, "broken_tasks": list(map(str, broken))})
     if counts:
         console.print(", ".join(f"{count} {severity}{'s' * (count > 1)}" for severity, count in counts.items()))
     if wrong_use:

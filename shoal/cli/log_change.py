@@ -79,7 +79,7 @@ def _tell_losses(losses: list[tuple[Path, imc.Loss]]) -> None:
     for path, (offset, length, reason) in losses[:20]:
         click.echo(printable(f"skipped: {path}: byte {offset}: {number(length, 'byte')}: {reason}"), err=True)
     if len(losses) > 20:
-        click.echo(f"skipped: {len(losses) - 20} more damaged places", err=True)
+        click.echo(f"skipped: {number(len(losses) - 20, 'more damaged place')}", err=True)
 
 
 def split_words(words: tuple[str, ...]) -> list[str]:

@@ -8,6 +8,7 @@ import click
 
 from runtime.problem import printable
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
+from shoal.cli.plain import json_option, print_json
 from shoal.cli.tables import open_console, plain_table
 from shoal.logs.look import FieldDifference, LogDifference, LogMessage, compare, differing, moment, number
 
@@ -19,7 +20,8 @@ LONGEST = 60  # characters of a value
 @click.argument("a", type=LOG)
 @click.argument("b", type=LOG)
 @takes_runs("a", "b")
-def diff(a: Path, b: Path) -> None:
+@json_option
+def diff(a: Path, b: Path, as_json: bool) -> None:
     """Show where logs A and B first differ, and what differs. Exit status 0: equal, 1: different, 2: trouble."""
     try:
         with refusals():
@@ -34,6 +36,9 @@ def diff(a: Path, b: Path) -> None:
     for log, losses in zip(logs, found.losses, strict=True):
         if losses:
             click.echo(printable(f"{log.path}: {number(len(losses), 'damaged place')} skipped"), err=True)
+    if as_json:
+        print_json(_as_plain(found, a, b))
+        sys.exit(0 if found.equal else 1)
     if found.equal:
         click.echo(f"equal: {number(found.packets[0], 'message')}, byte for byte")
         return
@@ -49,6 +54,31 @@ def diff(a: Path, b: Path) -> None:
         _show_types(found)
         _show_fields(found)
     sys.exit(1)
+
+
+def _as_plain(found: LogDifference, a: Path, b: Path) -> dict[str, object]:
+    def place(at: LogMessage) -> dict[str, object] | None:
+        if at.message is None:
+            return None
+        kind, time = type(at.message).__name__, at.message.timestamp
+        return {"number": at.number, "offset": at.offset, "message": kind, "time": time}
+
+    return {
+        "equal": found.equal,
+        "logs": [str(a), str(b)],
+        "messages": found.packets,
+        "damaged_places": [len(losses) for losses in found.losses],
+        "first": [place(at) for at in found.first] if found.first is not None else None,
+        "reordered": found.reordered,
+        "types": {
+            name: {"equal": row.same, "changed": row.changed, "only_a": row.only_a, "only_b": row.only_b}
+            for name, row in found.types.items()
+        },
+        "fields": [
+            {"message": name, "field": field, "differs": row.count, "mean": row.mean, "greatest": row.greatest}
+            for (name, field), row in found.fields.items()
+        ],
+    }
 
 
 def _first(found: LogDifference) -> list[str]:
@@ -111,7 +141,7 @@ def _show_fields(found: LogDifference) -> None:
     console.print(f"\nFields that differ in messages of the same {how}{some}:")
     console.print(table)
     if len(rows) > MOST_FIELDS:
-        console.print(f"and {len(rows) - MOST_FIELDS} more fields", style="dim")
+        console.print(f"and {number(len(rows) - MOST_FIELDS, 'more field')}", style="dim")
 
 
 def _figures(row: FieldDifference) -> tuple[str, str, str, str]:

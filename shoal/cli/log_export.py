@@ -102,7 +102,7 @@ def export(
     for offset, length, reason in opened.losses[:MOST_LINES]:
         click.echo(printable(f"skipped: byte {offset}: {number(length, 'byte')}: {reason}"), err=True)
     if len(opened.losses) > MOST_LINES:
-        click.echo(f"skipped: {len(opened.losses) - MOST_LINES} more damaged places", err=True)
+        click.echo(f"skipped: {number(len(opened.losses) - MOST_LINES, 'more damaged place')}", err=True)
 
 
 @click.command()

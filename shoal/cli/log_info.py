@@ -7,6 +7,7 @@ import click
 from runtime.logs import PacketCount, Summary, place_of, summarize
 from runtime.problem import printable
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, run_at, takes_runs
+from shoal.cli.plain import json_option, of_summary, print_json
 from shoal.cli.tables import open_console, plain_table
 from shoal.logs.look import logs_below, moment, number, rate, size, span
 
@@ -17,13 +18,17 @@ MOST_LINES = 20  # of damage
 @click.argument("log", type=LOG, required=False)
 @takes_runs("log")
 @click.option("--entities/--no-entities", default=True, help="Also list the entities.")
-def info(log: Path, entities: bool) -> None:
+@json_option
+def info(log: Path, entities: bool, as_json: bool) -> None:
     """Show what is in LOG, a folder or a Data.lsf: systems, times, messages, rates, damage."""
     with refusals():
         opened = open_log(log)
         with progress(opened.path) as tell:
             summary = summarize(opened, tell)
         check_found(opened, summary.packets, summary.losses)
+    if as_json:
+        print_json(of_summary(summary) | {"logs": [str(path) for path in run_at(log)]})
+        return
     console = open_console(markup=False)
     for title, text in _facts(summary, run_at(log)):
         console.print(f"{title:10}{printable(text)}", soft_wrap=True)
@@ -82,13 +87,17 @@ def _figures(tally: PacketCount) -> tuple[str, str, str]:
 
 @click.command()
 @click.argument("folder", type=LOG, default=Path("log"))
-def ls(folder: Path) -> None:
+@json_option
+def ls(folder: Path, as_json: bool) -> None:
     """List the logs below FOLDER (log by default), one line each."""
     if not folder.exists():
         raise click.ClickException(printable(f"{folder}: there is no such folder"))
     found = logs_below(folder)
     if not found:
         raise click.ClickException(printable(f"{folder}: there are no logs in it"))
+    if as_json:
+        print_json([glance._asdict() for glance in found])
+        return
     console = open_console(markup=False)
     table = plain_table("log", "system", "from", "duration", "size", "", right=("duration", "size"))
     for glance in found:

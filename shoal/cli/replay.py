@@ -5,6 +5,7 @@ from typing import cast
 
 import click
 
+import imc
 from runtime.kernel import parse_clock
 from runtime.problem import ProfileError
 from runtime.profile import derived_id, load_profile, own_etc
@@ -53,6 +54,8 @@ def replay(
     """
     source = click.get_current_context().get_parameter_source("log_dir")
     wants_log = source is not click.core.ParameterSource.DEFAULT
+    if next(iter(imc.Log(log).packets()), None) is None:
+        raise click.ClickException(f"{log}: there is no message in this log")
     cls = find_task("Transports.Replay")
     assert cls is not None
     try:

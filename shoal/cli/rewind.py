@@ -38,11 +38,14 @@ def rewind(
         rewound = Rewound(opened)
         wanted, end = parse_duration(at), rewound.end
         if wanted > end:
-            click.echo(f"{log} ends at {end:.6g} s of its run; the vehicle runs past this end to {at}", err=True)
+            text = f"{log} ends at {end:.6g} s of its run"
+            if duration is None:
+                raise click.ClickException(f"{text}, before {at}; say with --for how long to run past this end")
+            click.echo(f"{text}; the vehicle runs past this end to {at}", err=True)
         state = rewound.state_at(wanted)
         seconds = parse_duration(duration) if duration is not None else _rest(opened, state.time)
         vehicle = rewound.vehicle(state, log_dir, overrides=overrides)
-    except (SnapshotError, ProfileError, OSError, ValueError) as error:
+    except (SnapshotError, ProfileError, ValueError) as error:
         raise click.ClickException(str(error)) from None
     check_log_dir(vehicle)
     swim(vehicle, f"{vehicle.name} from {at} of {log}", seconds, start=False)

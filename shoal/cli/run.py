@@ -173,7 +173,7 @@ def go_on(
             journals=snapshot_every is not None,
             definitions=path.parent / "IMC.xml.gz",
         )
-    except (SnapshotError, ProfileError, OSError) as error:
+    except (SnapshotError, ProfileError) as error:
         raise click.ClickException(printable(f"{path}: {error}")) from None
     check_log_dir(vehicle)
     swim(vehicle, f"{vehicle.name} from {path}", duration, start=False, snapshot_every=snapshot_every)
@@ -236,7 +236,9 @@ def swim(
 def tell_missing(snapshots: list[OSError]) -> None:
     """Print how many snapshots could not be saved, and why."""
     error = snapshots[0]
-    click.echo(f"{len(snapshots)} snapshots not saved: {error.filename or ''}: {error.strerror or error}", err=True)
+    plural = "s" * (len(snapshots) != 1)
+    why = f"{error.filename or ''}: {error.strerror or error}"
+    click.echo(f"{len(snapshots)} snapshot{plural} not saved: {why}", err=True)
 
 
 def _own_part(error: Exception) -> str:
@@ -285,8 +287,8 @@ def tell_warnings(problems: list[Problem], profile: str) -> None:
     warnings = [problem for problem in problems if problem.severity == "warning"]
     for problem in warnings[:MOST_WARNINGS]:
         click.echo(problem, err=True)
-    if len(warnings) > MOST_WARNINGS:
-        click.echo(f"{len(warnings) - MOST_WARNINGS} more warnings: shoal check {profile}", err=True)
+    if (more := len(warnings) - MOST_WARNINGS) > 0:
+        click.echo(f"{more} more warning{'s' * (more > 1)}: shoal check {profile}", err=True)
 
 
 def _tell_skipped(made: Build, profile: Profile, selected: frozenset[str]) -> None:

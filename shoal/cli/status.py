@@ -46,7 +46,7 @@ class Status:
         self.plan = ""
         self.detections = 0
         self.mug = ""
-        self.folder = ""
+        self.folder = str(vehicle.log_folder or "")  # known already if the run continues from a snapshot
         self._console = Console(highlight=False, emoji=False, soft_wrap=True)
         self._live: Live | None = None
         self._left = False
@@ -90,7 +90,7 @@ class Status:
         span = f"{passed:.1f} s of vehicle time in {real:.1f} s" + (f" ({pace})" if pace else "")
         parts = [span, self._messages()]
         if self.detections:
-            parts.append(f"{self.detections} MUG detections")
+            parts.append(f"{self.detections} MUG detection{'s' * (self.detections != 1)}")
         if self.folder:
             parts.append(f"log in {self.folder}")
         troubled = [entity for entity in self.vehicle.entities if entity.stateful and entity.state in TROUBLE]
@@ -146,7 +146,8 @@ class Status:
 
     def _messages(self) -> str:
         dropped = self.vehicle.bus.inbox.dropped.total()
-        return f"{self.vehicle.bus.delivered} messages" + (f", {dropped} of others dropped" if dropped else "")
+        count = self.vehicle.bus.delivered
+        return f"{count} message{'s' * (count != 1)}" + (f", {dropped} of others dropped" if dropped else "")
 
     def _position(self) -> str:
         state = self.state

@@ -9,13 +9,15 @@ from rich.console import Console
 from runtime.task import Parameter, Task
 from runtime.vehicle import TaskImportError, all_tasks, missing_extra
 from shoal.cli.options import code_option, use_code
+from shoal.cli.plain import json_option, of_parameter, print_json
 from shoal.cli.tables import choose, open_console, plain_table, range_text, sentence, task_of
 
 
 @click.command()
 @click.argument("name", required=False)
 @code_option
-def tasks(name: str | None, code: tuple[Path, ...]) -> None:
+@json_option
+def tasks(name: str | None, code: tuple[Path, ...], as_json: bool) -> None:
     """List Shoal's tasks, or the parameters of the task NAME, which may be one of your own."""
     use_code(code)
     broken: list[TaskImportError] = []
@@ -25,8 +27,16 @@ def tasks(name: str | None, code: tuple[Path, ...]) -> None:
     if name is not None:
         if name not in known and (own := task_of(name)) is not None:
             known[name] = own
-        _describe(console, choose(name, known, "task"), known)
+        section = choose(name, known, "task")
+        if as_json:
+            parameters = [of_parameter(parameter) for parameter in known[section].parameters().values()]
+            print_json(_heading(section, known[section]) | {"parameters": parameters})
+        else:
+            _describe(console, section, known)
         return
+    if as_json:
+        print_json([_heading(section, cls) for section, cls in known.items()])
+        sys.exit(1 if broken else 0)
     table = plain_table("task", "what it does")
     for section, cls in known.items():
         extra = missing_extra(cls)
@@ -35,6 +45,10 @@ def tasks(name: str | None, code: tuple[Path, ...]) -> None:
     console.print(table)
     if broken:
         sys.exit(1)
+
+
+def _heading(section: str, cls: type[Task]) -> dict[str, object]:
+    return {"task": section, "description": sentence(cls), "missing_extra": missing_extra(cls)}
 
 
 def _describe(console: Console, section: str, known: dict[str, type[Task]]) -> None:

@@ -77,6 +77,7 @@ def resimulate(
     for assignment in overrides:
         loaded.override(assignment)
         _check_option(loaded, assignment)
+    loaded.refuse_strangers()
     loaded.refuse_errors()
     virtual = about.begin == loaded.start_time
     start = loaded.start_time_ns if virtual else nanoseconds(about.begin)

@@ -89,6 +89,8 @@ class Rewound:
 
     def __init__(self, log: imc.Log):
         folder = log.path.parent
+        if outline(log) is None:
+            raise SnapshotError(f"{log.path}: there is no message in this log")
         if not (folder / "Config.ini").is_file():
             raise SnapshotError(f"{folder} has no Config.ini: only runs of Shoal can be repeated")
         self._log = log
@@ -184,8 +186,10 @@ class Rewound:
 
 def _value(vehicle: Vehicle, assignment: str) -> tuple[Task, Parameter, Any]:
     """Task, parameter and value of "Section:Option=value". Raises SnapshotError."""
-    left, _, text = assignment.partition("=")
-    section, _, option = left.rpartition(":")
+    left, equals, text = assignment.partition("=")
+    section, colon, option = left.rpartition(":")
+    if not equals or not colon:
+        raise SnapshotError(f"{assignment!r}: it must be Section:Option=value, such as 'Simulators.GPS:HDOP=2'")
     try:
         task = vehicle.task(section.strip())
     except KeyError:

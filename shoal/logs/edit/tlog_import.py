@@ -45,7 +45,8 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportByte
     systems = _systems(path, dialect, system)
     tlog = Tlog(path, dialect)
     if not systems:
-        why = f"no autopilot in its {tlog.size} bytes" if tlog.size else "the file is empty"
+        nothing = f"neither an MCAP file nor a .tlog: no autopilot in its {tlog.size} bytes"
+        why = nothing if tlog.size else "the file is empty"
         raise BadTlog(f"{path}: {why}")
     (folder / "IMC.xml.gz").write_bytes(gzip_member(imc.dump(imc.builtin()), level=9))
     writer = LsfWriter(folder / "Data.lsf.gz")

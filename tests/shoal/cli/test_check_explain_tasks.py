@@ -71,7 +71,7 @@ def test_a_task_that_is_declared_wrong_is_one_problem_with_its_line(shoal, tmp_p
     listing = shoal("explain", "mine")
     assert (listing.exit_code, "has an invalid declaration" in listing.output) == (0, True)
     alone = shoal("tasks", "odd_drums.Drum")
-    assert (alone.exit_code, alone.output.count("\n")) == (1, 1)
+    assert (alone.exit_code, alone.output.count("\n")) == (2, 1)
 
 
 def test_check_looks_into_texts_that_name_links_and_messages(shoal, tmp_path):
@@ -124,7 +124,7 @@ def test_explain_says_who_set_what(shoal):
 
 def test_explain_names_the_nearest_section(shoal):
     result = shoal("explain", "lauv-noptilus-1", "Simulators.GSP")
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert "Simulators.GPS" in result.output
 
 
@@ -138,7 +138,7 @@ def test_messages_are_found_by_name_and_id(shoal):
     assert shoal("message", "2001").output == shoal("message", "estimatedmugstate").output
     assert "EstimatedMugState, id 2001" in shoal("message", "2001").output
     assert "did you mean EstimatedState" in shoal("message", "EstimatedStat").output
-    assert shoal("message", "12345").exit_code == 1
+    assert shoal("message", "12345").exit_code == 2
 
 
 def test_a_new_task_runs_and_its_test_passes(shoal, tmp_path):
@@ -148,7 +148,7 @@ def test_a_new_task_runs_and_its_test_passes(shoal, tmp_path):
         [sys.executable, "-m", "pytest", "-q", "test_depth_alarm.py"], cwd=tmp_path, capture_output=True, text=True
     )
     assert "1 passed" in done.stdout, done.stdout + done.stderr
-    assert shoal("new", "task", "DepthAlarm").exit_code == 1
+    assert shoal("new", "task", "DepthAlarm").exit_code == 2
     assert "How often to report." in shoal("tasks", "depth_alarm.DepthAlarm").output
 
 

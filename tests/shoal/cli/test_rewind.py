@@ -89,7 +89,7 @@ def test_a_time_behind_the_end_of_the_log_is_said(log: Path, tmp_path: Path, at:
 )
 def test_what_cannot_be_changed_is_refused(log: Path, tmp_path: Path, change: str, reason: str) -> None:
     done = shoal(tmp_path, "rewind", log, "--at", "3s", "--set", change)
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert reason in done.stderr
     go_on = ("run", "--from-snapshot", log / "State-3.msgpack", "--set", change)
     assert reason in shoal(tmp_path, *go_on).stderr
@@ -99,7 +99,7 @@ def test_what_cannot_be_changed_is_refused(log: Path, tmp_path: Path, change: st
 def test_a_log_of_dune_cannot_be_rewound(tmp_path: Path) -> None:
     dune = Path(__file__).parents[2] / "data" / "logs" / "dune-idle"
     done = shoal(tmp_path, "rewind", dune, "--at", "3s")
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert "has no Config.ini" in done.stderr
 
 

@@ -85,7 +85,7 @@ def test_a_log_that_is_not_of_its_configuration_is_refused(day: Path, tmp_path: 
         path.write_text(path.read_text().replace("State Report Frequency", "State Report Frequency = 5\n#"))
         path.write_text(path.read_text() + "\n[Plan.Engine]\nState Report Frequency = 5\n")
     done = shoal(tmp_path, "rewind", copy / "000005_one", "--at", "9s")
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert "cannot be repeated from the start of its run" in done.stderr
 
 
@@ -97,7 +97,7 @@ def test_a_state_that_is_damaged_is_named(day: Path, tmp_path: Path) -> None:
     data[len(data) // 2] ^= 1
     state.write_bytes(data)
     done = shoal(tmp_path, "rewind", copy, "--at", "8s")
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert "State-6.msgpack: this snapshot is damaged" in done.stderr
 
 

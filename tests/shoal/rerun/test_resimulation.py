@@ -287,4 +287,4 @@ def test_place_that_cannot_be_written_is_named(log: imc.Log, tmp_path: Path) -> 
     (tmp_path / "file").write_bytes(b"")
     out = str(tmp_path / "file" / "out")
     said = CliRunner().invoke(main, ["resim", str(log.path.parent), "--task", "GPS", "--out", out])
-    assert (said.exit_code, said.output.strip()) == (1, f"Error: {out}: Not a directory")
+    assert (said.exit_code, said.output.strip()) == (2, f"Error: {out}: Not a directory")

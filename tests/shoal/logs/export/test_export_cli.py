@@ -60,7 +60,7 @@ def test_the_ending_of_the_name_says_the_format(shoal, rpms, tmp_path):
     assert shoal("export", rpms, "a.nc")[0] == 0
     assert (tmp_path / "a.nc").read_bytes().startswith(b"\x89HDF")
     code, said = shoal("export", rpms, "a.xyz")
-    assert (code, "unknown ending '.xyz'; choose a format with --format" in said) == (1, True)
+    assert (code, "unknown ending '.xyz'; choose a format with --format" in said) == (2, True)
     assert shoal("export", rpms, "a.xyz", "--format", "llf")[0] == 0
 
 
@@ -73,13 +73,13 @@ def test_a_part_is_chosen(shoal, rpms, tmp_path):
 
 def test_a_part_without_messages_is_refused(shoal, rpms, tmp_path):
     code, said = shoal("export", rpms, "a.csv", "-m", "EstimatedState")
-    assert (code, "no message is selected" in said) == (1, True)
+    assert (code, "no message is selected" in said) == (2, True)
     assert not (tmp_path / "a.csv").exists()
 
 
 def test_unknown_names_are_refused(shoal, rpms):
     code, said = shoal("export", rpms, "-m", "EstimatedStat")
-    assert (code, "EstimatedState" in said) == (1, True)
+    assert (code, "EstimatedState" in said) == (2, True)
 
 
 def test_what_exists_is_replaced_only_by_force(shoal, rpms, tmp_path):
@@ -88,7 +88,7 @@ def test_what_exists_is_replaced_only_by_force(shoal, rpms, tmp_path):
     (tmp_path / "b.csv" / "notes.txt").write_text("mine")
     for out in ("a.mcap", "b.csv"):
         code, said = shoal("export", rpms, out)
-        assert (code, "already exists" in said) == (1, True)
+        assert (code, "already exists" in said) == (2, True)
     assert (tmp_path / "a.mcap").read_bytes() == b"mine"
     for out in ("a.mcap", "b.csv"):
         assert shoal("export", rpms, out, "--force")[0] == 0
@@ -106,7 +106,7 @@ def test_a_full_disk_leaves_nothing_behind(shoal, tmp_path, form):
         code, said = shoal("export", LOGS / "dune-idle", "-f", form)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    assert (code, "too large" in said.lower(), "None" in said) == (1, True, False), said
+    assert (code, "too large" in said.lower(), "None" in said) == (2, True, False), said
     assert not list(tmp_path.iterdir())
 
 
@@ -122,17 +122,17 @@ def test_damage_is_told_and_the_rest_exported(shoal, make_log):
 
 def test_empty_logs_and_other_files_are_refused(shoal, make_log, tmp_path):
     code, said = shoal("export", make_log([]))
-    assert (code, "no message in this log" in said) == (1, True)
-    assert shoal("export", tmp_path / "nowhere")[0] == 1
+    assert (code, "no message in this log" in said) == (2, True)
+    assert shoal("export", tmp_path / "nowhere")[0] == 2
     (tmp_path / "a.tlog").write_bytes(b"garbage" * 100)
     code, said = shoal("import", "a.tlog")
-    assert (code, "a.tlog: no autopilot in its 700 bytes" in said) == (1, True)
+    assert (code, "a.tlog: neither an MCAP file nor a .tlog: no autopilot in its 700 bytes" in said) == (2, True)
     assert not (tmp_path / "a").exists()
 
 
 def test_what_has_to_be_imported_is_said(shoal):
     code, said = shoal("info", LOGS / "ardusub.tlog")
-    assert (code, f"convert it with shoal log import {LOGS / 'ardusub.tlog'}" in said) == (1, True)
+    assert (code, f"convert it with shoal log import {LOGS / 'ardusub.tlog'}" in said) == (2, True)
 
 
 def test_a_tlog_is_imported_under_a_name(shoal, tmp_path):
@@ -149,5 +149,5 @@ def test_a_missing_extra_is_named(shoal, rpms, monkeypatch):
         monkeypatch.delitem(sys.modules, f"shoal.logs.export.{module}", raising=False)
     for form in ("mcap", "parquet", "netcdf"):
         code, said = shoal("export", rpms, "-f", form)
-        assert (code, "pip install 'shoal[analysis]'" in said) == (1, True), said
+        assert (code, "pip install 'shoal[analysis]'" in said) == (2, True), said
     assert shoal("export", rpms, "-f", "csv")[0] == 0
