@@ -78,7 +78,7 @@ def consumers(cls: type) -> tuple[Consumer, ...]:
         arguments = list(inspect.signature(method).parameters)[1:]
         hint = get_type_hints(method).get(arguments[0]) if arguments else None
         for kind in get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,):
-            if not isinstance(kind, type):
+            if not isinstance(kind, type) or kind.__module__ == "builtins":
                 raise TypeError(f"{cls.__name__}.{name}: annotate the argument with the message that it consumes")
             found.append(Consumer(name, kind, others, packets))
     return tuple(found)

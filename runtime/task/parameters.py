@@ -236,7 +236,9 @@ def declared(cls: type) -> dict[str, Parameter]:
             hints = hints or get_type_hints(base)
             if not value.attribute:
                 _complete(base, attribute, value, hints.get(attribute))
-            found.setdefault(value.name, value)
+            first = found.setdefault(value.name, value)
+            if first is not value and first.attribute in vars(base):
+                raise TypeError(f"{cls.__module__}.{cls.__name__}: two parameters have the name {value.name!r}")
     return found
 
 
@@ -244,14 +246,21 @@ def _complete(cls: type, attribute: str, parameter: Parameter, hint: Any) -> Non
     where = f"{cls.__module__}.{cls.__name__}.{attribute}"
     parameter.is_list = get_origin(hint) is list
     kind: Any = get_args(hint)[0] if parameter.is_list else hint
+    if hint is None:
+        raise TypeError(f"{where} has no type: write {attribute}: float = param(...)")
     if kind not in _PARSERS:
         raise TypeError(f"{where}: a parameter is a bool, int, float, str or a list of them, not {hint!r}")
+    for word, known in ((parameter.visibility, get_args(Visibility)), (parameter.scope, get_args(Scope))):
+        if word not in known:
+            raise TypeError(f"{where}: {word!r} is not one of {', '.join(known)}")
     parameter.type = kind
     parameter.name = parameter.name or _title(attribute)
     try:
         parameter.default = parameter.check(parameter.default)
     except ValueError as error:
         raise TypeError(f"{where}: the default {error}") from None
+    except TypeError as error:
+        raise TypeError(f"{where}: minimum, maximum or choices do not fit its type: {error}") from None
     parameter.attribute = attribute
 
 

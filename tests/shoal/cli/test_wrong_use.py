@@ -172,3 +172,31 @@ class Careless(Task):
 def test_a_task_that_confuses_values_and_messages_is_told():
     with pytest.raises(TypeError, match=r"hear takes the class of a message, such as imc.GpsFix, not 'GpsFix'"):
         simulate(Careless, feed=[], seconds=2.0)
+
+
+DECLARATIONS = [
+    ("x = param(1.0, 'Hz', 'X.')", "Bad.x has no type: write x: float = param(...)"),
+    ("x: float = param('a', 'Hz', 'X.')", "the default 'a' is not real"),
+    ("x: float = param(1.0, 'Hz', 'X.', minimum='a')", "Bad.x: minimum, maximum or choices do not fit its type"),
+    ("x: dict = param({}, '', 'X.')", "a parameter is a bool, int, float, str or a list of them"),
+    ("x: float = param(1.0, '', 'X.', scope='all')", "'all' is not one of global, idle, plan, maneuver"),
+    ("x: float = param(1.0, '', '', name='Y'); y: float = param(1.0, '', '')", "two parameters have the name 'Y'"),
+    ("x: float = param(1.0)", "param() missing 2 required positional arguments"),
+    ("f = consume(lambda self, m: None)", "annotate the argument with the message that it consumes"),
+]
+
+
+@pytest.mark.parametrize(("line", "said"), DECLARATIONS, ids=[said for _, said in DECLARATIONS])
+def test_a_bad_declaration_is_told_with_the_line_of_its_section(folder, tmp_path, line, said):
+    head = "import imc\nfrom runtime import Task, consume, param\n\n\nclass Bad(Task):\n"
+    name = f"bad_{DECLARATIONS.index((line, said))}"
+    (tmp_path / f"{name}.py").write_text(f'{head}    """Bad."""\n\n    {line}\n')
+    profile = tmp_path / "bad.ini"
+    profile.write_text(f"[General]\nVehicle = bad\n\n[{name}.Bad]\nEnabled = Always\n")
+    for command, status in (("run", 2), ("check", 1)):
+        more = " --clock virtual --for 1s" if command == "run" else ""
+        done = shoal(f"{command} {profile} --code {tmp_path}{more}")
+        assert (done.exit_code, f"{profile}:4: error" in done.output, said in done.output) == (status, True, True), (
+            done.output
+        )
+        assert "Traceback" not in done.output
