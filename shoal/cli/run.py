@@ -15,7 +15,7 @@ import click
 from click.core import ParameterSource
 
 from runtime.kernel import Watchdog, kernel, parse_clock
-from runtime.problem import Problem, ProfileError, printable
+from runtime.problem import COMMAND_LINE, Problem, ProfileError, printable
 from runtime.profile import Profile, items, load_profile
 from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load_file, run_with_snapshots
 from runtime.vehicle import Build, Vehicle, build, check, find_task, join_zenoh
@@ -300,7 +300,8 @@ def _tell_skipped(made: Build, profile: Profile, selected: frozenset[str]) -> No
     enabled = {mode for section in others.values() for mode in items(section.value("Enabled"))}
     useful = [mode for mode in profile.modes if mode in enabled and mode not in selected]
     bridges = made.vehicle.bus.is_attached or not useful  # a profile may have only links, or link a zenoh bus
-    if own and (bridges or any(name in others for name in own)):
+    asked = [option.origin for name in own if (option := profile.config.option(name, "Enabled"))]
+    if own and (bridges or COMMAND_LINE in asked or any(name in others for name in own)):
         return
     made.vehicle.close()
     hint = f"; its tasks are enabled in {', '.join(useful)}: select one with -p" if useful else ""

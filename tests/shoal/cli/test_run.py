@@ -244,7 +244,7 @@ def test_a_log_that_cannot_be_written_is_told_at_the_end(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "arguments", [["tasks", "Simulators.IMU"], ["run", "lauv-noptilus-1", *QUIET, "--for", "0.1s"]]
+    "arguments", [["tasks", "Simulators.IMU"], ["run", "lauv-noptilus-1", "-p", "Kinematic", *QUIET, "--for", "0.1s"]]
 )
 def test_a_locale_without_unicode_only_loses_signs(tmp_path, arguments):
     done = shoal(*arguments, cwd=tmp_path, LC_ALL="C", PYTHONUTF8="0", PYTHONCOERCECLOCALE="0")
