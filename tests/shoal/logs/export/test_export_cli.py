@@ -94,7 +94,7 @@ def test_what_exists_is_replaced_only_by_force(shoal, rpms, tmp_path):
         assert shoal("export", rpms, out, "--force")[0] == 0
     assert (tmp_path / "a.mcap").stat().st_size > 1000
     assert sorted(path.name for path in (tmp_path / "b.csv").iterdir()) == ["Rpm.csv", "notes.txt"]
-    assert shoal("import", "a.mcap", rpms)[0] == 1
+    assert shoal("import", "a.mcap", rpms)[0] == 2
     assert len(imc.Log(rpms)) == 100
 
 
