@@ -112,7 +112,7 @@ def test_a_name_that_is_on_the_network_is_refused_until_its_vehicle_has_gone(net
 
     third = Vehicle(network, tmp_path / "third")
     for refused in (second, third):
-        assert refused.popen.wait(PATIENCE) == 1
+        assert refused.popen.wait(PATIENCE) == 2
         refused.threads[1].join()
         assert refused.errors[-1].startswith(f"Error: {NAME} already runs on this network: on "), refused.errors
         assert f"process {first.popen.pid}, since " in refused.errors[-1]

@@ -55,7 +55,7 @@ def hollow(_: bytes) -> bytes:
 def test_rubbish_is_refused_in_one_line_and_little_memory(tmp_path: Path, state: bytes, rubbish) -> None:
     (tmp_path / "x").write_bytes(rubbish(state))
     status, output, megabytes = shoal(tmp_path, "run", "--from-snapshot", "x")
-    assert status == 1
+    assert status == 2
     assert re.fullmatch(r"Error: x: .*(snapshot|values).*\n", output), output
     assert megabytes < 500
 
@@ -74,7 +74,7 @@ def test_a_snapshot_received_from_others_runs_no_code(tmp_path: Path, state: byt
     (tmp_path / "State-1.msgpack").write_bytes(sealed(content))
     (tmp_path / "horns.py").write_text(MODULE)
     status, output, _ = shoal(tmp_path, "run", "--from-snapshot", "State-1.msgpack", "--for", "1s")
-    assert status == 1
+    assert status == 2
     assert "STRANGER" not in output
     assert "horns" in output
 
