@@ -4,13 +4,15 @@ import logging
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Protocol
 
 import imc
 from runtime.bus.inbox import Inbox
 from runtime.kernel import Kernel, owner_of
 
 AT_ONCE = 8  # packets from other processes taken at a time; then the vehicle's own timers come first
+
+Route = tuple[tuple[Callable[..., object], object, bool], ...]  # handler, owner, whether it takes the packet, too
 
 logger = logging.getLogger("shoal.bus")
 
@@ -100,6 +102,8 @@ class Bus:
         self.inbox = Inbox()
         self._subscriptions: list[Subscription] = []
         self._routes: dict[type, tuple[Subscription, ...]] = {}
+        self._of_own: dict[type, Route] = {}
+        self._of_others: dict[type, Route] = {}
         self._transports: list[Transport] = []
         self._backlog: list[tuple[imc.Message, bytes, object]] | None = []
 
@@ -127,6 +131,8 @@ class Bus:
         """Serve exactly these subscriptions, in this order."""
         self._subscriptions = list(subscriptions)
         self._routes.clear()
+        self._of_own.clear()
+        self._of_others.clear()
 
     def knows(self, owner: object) -> bool:
         """Whether `owner` or one of its methods receives messages."""
@@ -138,6 +144,8 @@ class Bus:
             instrument.subscribed(subscription)
         self._subscriptions.append(subscription)
         self._routes.clear()
+        self._of_own.clear()
+        self._of_others.clear()
 
     def _translated(self, subscription: Subscription) -> Subscription:
         """With the class that this bus delivers, if the subscriber has loaded its own definitions of the message."""
@@ -150,10 +158,14 @@ class Bus:
         """Drop all subscriptions of `owner`."""
         self._subscriptions = [s for s in self._subscriptions if s.owner is not owner]
         self._routes.clear()
+        self._of_own.clear()
+        self._of_others.clear()
 
     def remove(self, subscription: Subscription) -> None:
         self._subscriptions = [s for s in self._subscriptions if s is not subscription]
         self._routes.clear()
+        self._of_own.clear()
+        self._of_others.clear()
 
     def publish(self, message: imc.Message, packet: bytes, origin: object) -> None:
         """Deliver `message`, which `packet` decodes to, to all but `origin`, and send it on all transports."""
@@ -242,14 +254,16 @@ class Bus:
             self._backlog.append((message, packet, origin))
             return
         self.delivered += 1
-        own = message.src == self.system
-        soon: Callable[..., Any] = self.kernel.soon
-        for subscription in self._routes.get(type(message)) or self._route(type(message)):
-            if (own or subscription.others) and (origin is None or subscription.owner is not origin):
-                if subscription.packets:
-                    soon(subscription.handler, message, packet)
-                else:
-                    soon(subscription.handler, message)
+        own, kind = message.src == self.system, type(message)
+        routes = self._of_own if own else self._of_others
+        route = routes.get(kind)
+        if route is None:
+            heard = (s for s in self._route(kind) if own or s.others)
+            route = routes[kind] = tuple((s.handler, s.owner, s.packets) for s in heard)
+        enqueue = self.kernel.enqueue
+        for handler, owner, packets in route:
+            if origin is None or owner is not origin:
+                enqueue((handler, (message, packet) if packets else (message,)))
 
     def _route(self, kind: type) -> tuple[Subscription, ...]:
         route = self._routes.get(kind)

@@ -63,6 +63,7 @@ class Kernel:
         self.on_slow: Callable[[object, float, str], None] = _warn_slow
         self.instruments: list[KernelInstrument] = []
         self._due: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
+        self.enqueue = self._due.append  # of (function, args): `soon` without a call, for the bus
         self._later: list[tuple[int, int, Timer]] = []
         self._sweep_at = FEW_TIMERS
         self._arrivals = 0

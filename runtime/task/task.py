@@ -128,19 +128,16 @@ class Task:
         not fit its type, imc.SchemaError if the vehicle has no such message.
         """
         try:
-            packet = imc.encode_as(
-                message,
-                message.timestamp if keep_time else self._kernel.now_ns / SECOND,
-                self.system if message.src == UNKNOWN_SYSTEM else message.src,
-                (entity or self.entity).id if message.src_ent == UNKNOWN_ENTITY else message.src_ent,
-                message.dst,
-                message.dst_ent,
-            )
-        except AttributeError:
-            if isinstance(message, imc.Message):  # type: ignore[reportUnnecessaryIsInstance]
-                raise
-            words = f"publish takes a message, such as imc.Depth(value=1.0), not {message!r}"
-            raise TypeError(words) from None
+            timestamp = message.timestamp if keep_time else self._kernel.now_ns / SECOND
+            source = self.system if message.src == UNKNOWN_SYSTEM else message.src
+            speaker = (entity or self.entity).id if message.src_ent == UNKNOWN_ENTITY else message.src_ent
+            packet = message.to_packet_as(timestamp, source, speaker, message.dst, message.dst_ent)
+        except Exception:
+            if not isinstance(message, imc.Message):  # type: ignore[reportUnnecessaryIsInstance]
+                words = f"publish takes a message, such as imc.Depth(value=1.0), not {message!r}"
+                raise TypeError(words) from None
+            imc.encode(message)  # names the field that does not fit
+            raise
         delivered = self._bus.decode(packet)
         if type(delivered) is not type(message) and not isinstance(message, imc.Unknown):
             known_here(type(message), self._bus.messages)

@@ -37,6 +37,10 @@ class Steps:
 
     def go(self, now_ns: int, periods: int, step: Callable[[float], None], release: Callable[[], None]) -> str:
         """Call `step(seconds)` for each of the `periods` that end now; returns a text if the computer stood still."""
+        if periods == 1 and self._began is not None:
+            self._count += 1
+            step(1.0 / self._hertz)
+            return ""
         self.skip(now_ns, periods)
         period, released = 1.0 / self._hertz, min(periods, self._patience)
         for _ in range(released):

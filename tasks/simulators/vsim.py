@@ -182,13 +182,13 @@ class VSIM(Powered):
 
     def _step(self, seconds: float) -> None:
         self.craft.step(seconds)
-        self._ground(seconds)
+        if self._seabed is not None:
+            water = self._grounding.hold(self.craft, self._seabed, seconds)
+            if water is not None or self._touched is not None:
+                self._tell_ground(water)
 
-    def _ground(self, seconds: float) -> None:
-        """Stop the vehicle on the bottom; the log says when it touches it, and when it is free again."""
-        if self._seabed is None:
-            return
-        water = self._grounding.hold(self.craft, self._seabed, seconds)
+    def _tell_ground(self, water: float | None) -> None:
+        """Say when the vehicle touches the bottom in `water` (m), and when it is free again."""
         if water is not None:
             if self._touched is None:
                 self.log.warning(f"grounded in {max(0.0, water):.1f} m of water")

@@ -42,15 +42,16 @@ class Bathymetry:
     def depth(self, north: float, east: float) -> float:
         """Depth (m) at an offset (m) from the reference position."""
         total = weights = 0.0
-        nearness = 1.0 / self._radius
-        square = self._radius * self._radius
-        for n, e, depth in self._cells.get(self._cell(north, east), ()):
+        radius, root = self._radius, math.sqrt
+        nearness, square = 1.0 / radius, radius * radius
+        for n, e, depth in self._cells.get((math.floor(north / radius), math.floor(east / radius)), ()):
             dn, de = n - north, e - east
             distance = dn * dn + de * de
             if distance < square:
                 if distance < 1e-6:
                     return depth
-                weight = (1.0 / math.sqrt(distance) - nearness) ** 2
+                weight = 1.0 / root(distance) - nearness
+                weight *= weight
                 weights += weight
                 total += weight * depth
         return total / weights if weights else self._elsewhere

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from world.attitude import Vector, rotation, to_ned
 
 STEPS = 10
-BISECTIONS = 12
+REFINEMENTS = 3
 
 
 @dataclass(frozen=True)
@@ -42,20 +42,30 @@ class Beam:
         if clear > 0.0 and clear >= reach * down:
             return math.inf
         first = near = clear / down if clear > 0.0 else 0.0
-        if self._above(depth, near) <= 0.0:
+        over = self._above(depth, near)
+        if over <= 0.0:
             return near
         for step in range(1, STEPS + 1):
             far = first + (reach - first) * step / STEPS
-            if self._above(depth, far) <= 0.0:
-                for _ in range(BISECTIONS):
-                    middle = 0.5 * (near + far)
-                    if self._above(depth, middle) > 0.0:
-                        near = middle
-                    else:
-                        far = middle
-                return 0.5 * (near + far)
-            near = far
+            under = self._above(depth, far)
+            if under <= 0.0:
+                return self._crossing(depth, near, over, far, under)
+            near, over = far, under
         return math.inf
+
+    def _crossing(
+        self, depth: Callable[[float, float], float], near: float, over: float, far: float, under: float
+    ) -> float:
+        """Where the beam meets the bottom: by false position, and by bisection for a bottom with a step."""
+        for attempt in range(2 * REFINEMENTS):
+            share = 0.5 if attempt % 2 else over / (over - under)
+            middle = near + share * (far - near)
+            above = self._above(depth, middle)
+            if above > 0.0:
+                near, over = middle, above
+            else:
+                far, under = middle, above
+        return near + over / (over - under) * (far - near)
 
     def wall(self, a: tuple[float, float], b: tuple[float, float]) -> float:
         """Distance (m) to a vertical wall between two points (north, east in m); infinite if the beam misses it."""
@@ -69,5 +79,5 @@ class Beam:
         return along if along >= 0.0 and 0.0 <= share <= 1.0 else math.inf
 
     def _above(self, depth: Callable[[float, float], float], distance: float) -> float:
-        north, east, down = (s + distance * d for s, d in zip(self.start, self.direction, strict=True))
-        return depth(north, east) - down
+        (north, east, down), (dn, de, dd) = self.start, self.direction
+        return depth(north + distance * dn, east + distance * de) - (down + distance * dd)
