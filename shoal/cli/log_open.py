@@ -6,7 +6,7 @@ from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import click
 from rich.console import Console
@@ -41,7 +41,7 @@ def takes_runs(*names: str) -> Callable[[F], F]:
 
         whole = click.option("--run", is_flag=True, help="Take all logs of the run that the log belongs to, as one.")
         newest = click.option("--last", is_flag=True, help="Take the newest log below a folder [default: log].")
-        return whole(newest(command))  # type: ignore[return-value]
+        return cast(F, whole(newest(command)))
 
     return decorate
 

@@ -2,8 +2,8 @@
 
 import json
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
 
 import click
 
@@ -78,9 +78,9 @@ def _count(tally: PacketCount) -> dict[str, object]:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}  # type: ignore[reportUnknownVariableType]
+        return {str(key): _plain(item) for key, item in cast(Mapping[object, object], value).items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]  # type: ignore[reportUnknownVariableType]
+        return [_plain(item) for item in cast(Sequence[object], value)]
     if isinstance(value, bytes):
         return value.hex()
     if isinstance(value, float):
