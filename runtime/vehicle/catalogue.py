@@ -6,6 +6,7 @@ import sys
 import traceback
 from collections.abc import Iterator
 from difflib import get_close_matches
+from filecmp import cmp
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -15,6 +16,7 @@ from runtime.task import Task, one_line
 
 OWN = "tasks"
 PACKAGES = ("imc", "mavlink", "runtime", "shoal", "world")  # of Shoal, besides that of its tasks
+MARK = Path("runtime/vehicle/catalogue.py")  # a folder that has this file is a clone of Shoal
 LIBRARIES = {"zenoh": "zenoh", "mavlink": "pymavlink", "vision": "PIL"}
 
 
@@ -35,6 +37,15 @@ def search_code(folder: Path) -> list[str]:
     own = [Path(place).resolve() for place in package.__path__]
     if folder / OWN in own:
         return []
+    clashes = _other_sources(folder) if (folder / MARK).is_file() else _clashes(folder)
+    if (folder / OWN).is_dir():
+        _extend(package, folder / OWN)
+        own_tasks.cache_clear()
+    return clashes
+
+
+def _clashes(folder: Path) -> list[str]:
+    """The packages and tasks of a user's folder that are not found, because Shoal has the same name."""
     clashes = [
         f"{path}: {quoted(name)} is a package of Shoal, so nothing in yours can be imported; rename it"
         for name in PACKAGES
@@ -46,10 +57,23 @@ def search_code(folder: Path) -> list[str]:
         short = _section_key(module)
         if short in before:
             clashes.append(f"{file}: Shoal has a task in {before[short].replace('.', '/')}.py; rename yours")
-    if (folder / OWN).is_dir():
-        _extend(package, folder / OWN)
-        own_tasks.cache_clear()
     return clashes
+
+
+def _other_sources(checkout: Path) -> list[str]:
+    """What to know about a clone of Shoal that is not the Shoal that runs; nothing if both are the same."""
+    installed = Path(__file__).parents[len(MARK.parts) - 1]
+    files = [file.relative_to(checkout) for name in (OWN, *PACKAGES) for file in checkout.glob(f"{name}/**/*.py")]
+    changed = sorted(
+        file for file in files if (installed / file).is_file() and not cmp(installed / file, checkout / file, False)
+    )
+    if not changed:
+        return []
+    count = f"{len(changed)} files differ, such as" if len(changed) > 1 else "this file differs:"
+    return [
+        f"{checkout}: the Shoal that runs is the one in {installed}, not this clone; {count} {changed[0]}; "
+        "to run the clone: pip install -e ."
+    ]
 
 
 def _extend(package: ModuleType, folder: Path) -> None:

@@ -1,10 +1,12 @@
 """A user's own code: found where the user keeps it, and never taken from a log."""
 
 import os
-import subprocess
-import sys
+import shutil
+from pathlib import Path
 
 import pytest
+
+from tests.shoal.cli.installed import shoal
 
 TASK = '''"""A task of a user's own."""
 
@@ -19,6 +21,7 @@ class {name}(Task):
     def measure(self) -> None:
         self.publish(imc.Temperature(value=3.0))
 '''
+ROOT = Path(__file__).parents[3]
 PROFILE = """[Require lauv-noptilus-1.ini]
 [Simulators.Whistle]
 Enabled = Kinematic
@@ -30,13 +33,6 @@ Entity Label = Bell
 Enabled = Kinematic
 Entity Label = Horn
 """
-
-
-def shoal(*words, cwd):
-    command = [sys.executable, "-m", "shoal.cli", *words]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONSAFEPATH": "1"}
-    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, env=environment)
-    return done.returncode, done.stdout, done.stderr
 
 
 @pytest.fixture
@@ -69,6 +65,18 @@ def test_tasks_in_an_own_folder_are_found_by_path(project):
     assert status == 0
     assert "tasks/simulators/gps.py: Shoal has a task in tasks/simulators/gps.py; rename yours" in err
     assert "imc: 'imc' is a package of Shoal" in err
+
+
+def test_a_clone_of_shoal_beside_the_installed_one_is_no_clash(project):
+    for name in ("imc", "runtime", "tasks"):
+        shutil.copytree(ROOT / name, project / name, dirs_exist_ok=True)
+    status, _, err = run(project)
+    assert (status, "rename" in err, "this clone" in err) == (0, False, False)
+    with (project / "tasks/simulators/gps.py").open("a") as file:
+        file.write("\n")
+    status, _, err = run(project)
+    assert status == 0
+    assert f"{project}: the Shoal that runs is the one in {ROOT}, not this clone; this file differs: tasks/simu" in err
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,6 @@
 """Messages of a user's own: typed, subscribed, logged with their definitions, and refused where nobody knows them."""
 
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +8,7 @@ import pytest
 import imc
 from runtime import Task, consume, periodic
 from runtime.testing import simulate
+from tests.shoal.cli.installed import shoal
 
 DEFINITIONS = """name: IMC
 version: 5.4.31
@@ -54,13 +52,6 @@ Enabled = Kinematic
 [whales.Counter]
 Enabled = Kinematic
 """
-
-
-def shoal(*words, cwd):
-    command = [sys.executable, "-m", "shoal.cli", *words]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONSAFEPATH": "1"}
-    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, env=environment)
-    return done.returncode, done.stdout, done.stderr
 
 
 @pytest.fixture
