@@ -105,6 +105,11 @@ class Codec:
                 return cls(*unpack(packet, 6))
         return self._decode(bytes(packet))
 
+    def reread(self, packet: bytes) -> Message:
+        """Like `decode`, for a packet that `encode` has just made: its CRC is not checked again."""
+        fixed = self._fixed.get(packet[:6])
+        return self._decode(packet) if fixed is None else fixed.cls(*fixed.unpack(packet, 6))
+
     def _decode(self, packet: bytes) -> Message:
         order = byte_order(packet, self.sync)
         _, id, size, *address = _HEADERS[order].unpack_from(packet)

@@ -44,11 +44,15 @@ COMPRESSIONS = {
 
 
 class Piece(NamedTuple):
-    """Unpacked bytes of a member, or its `damage`; `member` is where it begins in the file."""
+    """Unpacked bytes of a member, or its `damage`; `member` is where it begins in the file.
+
+    It is `doubtful` whether there is a member if it was searched for after damage.
+    """
 
     member: int
     data: bytes
     damage: str
+    doubtful: bool = False
 
 
 def unpack(
@@ -65,7 +69,7 @@ def unpack(
         member, before = _Member(file, form, begin, DOUBTFUL_CHUNK if searching else PACKED_CHUNK), unpacked
         for data in member:
             unpacked += len(data)
-            yield Piece(begin, data, "")
+            yield Piece(begin, data, "", searching)
             if unpacked > max(HARMLESS, MOST_TIMES * member.end):
                 yield Piece(begin, b"", f"{member}: it unpacks to more than {MOST_TIMES} times its size")
                 return end, unpacked

@@ -110,7 +110,7 @@ class Bus:
     def speak(self, schema: imc.Schema) -> None:
         """Carry the messages of this schema, instead of the built-in one."""
         self.messages = schema
-        self.decode = schema.codec.decode
+        self.decode, self.reread = schema.codec.decode, schema.codec.reread
 
     def resume(self) -> None:
         """Deliver what has been kept, and from now on everything immediately."""

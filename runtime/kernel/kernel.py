@@ -188,18 +188,22 @@ class Kernel:
 
     def _run_moment(self) -> None:
         due, instruments, on_error = self._due, self.instruments, self.on_error
-        while due and not self._stopping:
-            function, args = due.popleft()
-            for instrument in instruments:
-                instrument.calling(function, args)
-            try:
-                function(*args)
-            except BaseException as error:
-                on_error(self._owner(function, args), as_error(error))
-            self.events += 1
-            self._busy += 1
-            if self._busy > self.livelock_events:
-                raise LivelockError(self.livelock_events, self._owner(function, args))
+        before = busy = self._busy
+        try:
+            while due and not self._stopping:
+                function, args = due.popleft()
+                for instrument in instruments:
+                    instrument.calling(function, args)
+                busy += 1
+                try:
+                    function(*args)
+                except BaseException as error:
+                    on_error(self._owner(function, args), as_error(error))
+                if busy > self.livelock_events:
+                    raise LivelockError(self.livelock_events, self._owner(function, args))
+        finally:
+            self._busy = busy
+            self.events += busy - before
 
     def _run_batch(self) -> None:
         for _ in range(len(self._due)):

@@ -42,7 +42,8 @@ class Timer:
 
     def __init__(self, at: int, function: Callable[..., object], args: tuple[Any, ...]):
         self.time = at
-        self.owner = owner_of(function)
+        owner = getattr(function, "__self__", None)
+        self.owner = owner_of(function) if owner is None else owner
         self.function: Callable[..., object] | None = function
         self.args = args
         self.queued = False

@@ -138,7 +138,7 @@ class Task:
                 raise TypeError(words) from None
             imc.encode(message)  # names the field that does not fit
             raise
-        delivered = self._bus.decode(packet)
+        delivered = self._bus.reread(packet)
         if type(delivered) is not type(message) and not isinstance(message, imc.Unknown):
             known_here(type(message), self._bus.messages)
         self._bus.publish(delivered, packet, None if self.loopback_internal_messages else self)

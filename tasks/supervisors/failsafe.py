@@ -176,7 +176,7 @@ def _requirement(text: str) -> tuple[str, int]:
         if word not in Loops.__members__:
             hint = suggestion(word, Loops.__members__) or "see CLoopsMask"
             raise ParameterError("Required Messages", f"there is no control loop {word!r} ({hint})")
-        mask |= Loops[word]
+        mask |= Loops[word].value
     return name, mask
 
 

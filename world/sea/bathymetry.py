@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterable
 
+PARTS = 4  # of each side of a cell; only soundings near a part are searched for its points
 Sounding = tuple[float, float, float]
 
 
@@ -37,14 +38,19 @@ class Bathymetry:
             for i in (-1, 0, 1):
                 for j in (-1, 0, 1):
                     self._cells.setdefault((home[0] + i, home[1] + j), []).append(sounding)
+        self._near: dict[tuple[int, int], list[Sounding]] = {}
         self._shallowest = {cell: min(depth for *_, depth in found) for cell, found in self._cells.items()}
 
     def depth(self, north: float, east: float) -> float:
         """Depth (m) at an offset (m) from the reference position."""
         total = weights = 0.0
         radius, root = self._radius, math.sqrt
-        nearness, square = 1.0 / radius, radius * radius
-        for n, e, depth in self._cells.get((math.floor(north / radius), math.floor(east / radius)), ()):
+        nearness, square, side = 1.0 / radius, radius * radius, radius / PARTS
+        part = math.floor(north / side), math.floor(east / side)
+        near = self._near.get(part)
+        if near is None:
+            near = self._near[part] = self._within_reach(part)
+        for n, e, depth in near:
             dn, de = n - north, e - east
             distance = dn * dn + de * de
             if distance < square:
@@ -55,6 +61,16 @@ class Bathymetry:
                 weights += weight
                 total += weight * depth
         return total / weights if weights else self._elsewhere
+
+    def _within_reach(self, part: tuple[int, int]) -> list[Sounding]:
+        """The soundings that may be within the radius of a point in a part of a cell."""
+        side, reach = self._radius / PARTS, 1.001 * self._radius  # rounding must not lose one
+        north, east = (index * side for index in part)
+        return [
+            (n, e, depth)
+            for n, e, depth in self._cells.get((part[0] // PARTS, part[1] // PARTS), ())
+            if math.hypot(n - min(max(n, north), north + side), e - min(max(e, east), east + side)) < reach
+        ]
 
     def is_clear(self, north: float, east: float, keel: float) -> bool:
         """Whether no bottom around an offset (m) from the reference position reaches up to the depth `keel` (m)."""

@@ -12,8 +12,9 @@ from world.attitude import wrap
 
 Loops = imc.CLoopsMask
 Units = imc.ZUnits
-VERTICAL = Loops.DEPTH | Loops.ALTITUDE | Loops.PITCH
-HORIZONTAL = Loops.YAW | Loops.YAW_RATE
+PITCH, YAW, YAW_RATE = Loops.PITCH.value, Loops.YAW.value, Loops.YAW_RATE.value
+VERTICAL = Loops.DEPTH.value | Loops.ALTITUDE.value | PITCH
+HORIZONTAL = YAW | YAW_RATE
 TORQUES = imc.DesiredControl.Flags.K | imc.DesiredControl.Flags.M | imc.DesiredControl.Flags.N
 SURFACE = 0.3  # m
 DEPTH_MARGIN = 1.0  # m between the maximum depth and the deepest reference
@@ -184,7 +185,7 @@ class Attitude(Task):
         """Without a vertical reference the vehicle is kept level: with neutral fins it would dive."""
         sp, cp, sr, cr = math.sin(state.theta), math.cos(state.theta), math.sin(state.phi), math.cos(state.phi)
         sinking = -sp * state.u + cp * (sr * state.v + cr * state.w)
-        for_z = self._loops.mask & VERTICAL and not self._loops.mask & Loops.PITCH
+        for_z = self._loops.mask & VERTICAL and not self._loops.mask & PITCH
         wanted = self._pitch_for_z(state, sinking, dt) if for_z else self._pitch_reference
         self._is_led = wanted is not None or not self._loops.mask & VERTICAL
         command = self._keep_off(wanted or 0.0, state.depth, sinking)
@@ -240,9 +241,9 @@ class Attitude(Task):
         self._missed = self.now if self._missed is None else self._missed
 
     def _yaw_torque(self, state: imc.EstimatedState, dt: float, turning: float) -> float | None:
-        if self._loops.mask & Loops.YAW_RATE:
+        if self._loops.mask & YAW_RATE:
             command = self._rate_reference
-        elif self._loops.mask & Loops.YAW:
+        elif self._loops.mask & YAW:
             if self._heading_reference is None:
                 return None
             command = self._heading.step(dt, wrap(self._heading_reference - state.psi), -turning)

@@ -78,7 +78,9 @@ class HorizontalFilter:
         ph = p[first] if factor == 1.0 else [factor * a for a in p[first]]
         for index, other in others:
             ph = [a + other * b for a, b in zip(ph, p[index], strict=True)]
-        total = variance + factor * ph[first] + math.fsum(other * ph[index] for index, other in others)
+        total = variance + factor * ph[first]
+        for index, other in others:
+            total += other * ph[index]
         if total <= 0.0:
             return
         gain = [a / total for a in ph]

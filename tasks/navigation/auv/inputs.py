@@ -9,8 +9,8 @@ from tasks.navigation.auv.consistency import JumpGate, Repetition, Verdict
 from tasks.navigation.auv.gates import LARGEST_ANGLE, LARGEST_RATE, DvlReason, FixGate, Reason, VelocityGate, located
 from world.attitude import Vector, wrap
 
-VEL_X_AND_Y = imc.GroundVelocity.Validity.VEL_X | imc.GroundVelocity.Validity.VEL_Y
-VEL_Z = imc.GroundVelocity.Validity.VEL_Z
+VEL_X_AND_Y = int(imc.GroundVelocity.Validity.VEL_X | imc.GroundVelocity.Validity.VEL_Y)
+VEL_Z = int(imc.GroundVelocity.Validity.VEL_Z)
 UNKNOWN_ALTITUDE = -1.0
 LIE = 2.0  # m/s between velocity log and motor that no current explains
 STOPPED = 0.5  # m/s backward at most of a vehicle that is held fast
@@ -102,7 +102,8 @@ class Sensors(Task):
     @consume
     def orient(self, angles: imc.EulerAngles) -> None:
         phi, theta, psi = angles.phi, angles.theta, angles.psi
-        possible = abs(phi) <= LARGEST_ANGLE and abs(theta) <= LARGEST_ANGLE and abs(psi) <= LARGEST_ANGLE
+        most = LARGEST_ANGLE
+        possible = -most <= phi <= most and -most <= theta <= most and -most <= psi <= most
         if not possible or not self._is_from(angles, self.compass):
             return
         if not self.attitude_noise.repeats(phi + theta + psi):
@@ -112,7 +113,8 @@ class Sensors(Task):
     @consume
     def turn(self, rates: imc.AngularVelocity) -> None:
         p, q, r = rates.x, rates.y, rates.z
-        possible = abs(p) <= LARGEST_RATE and abs(q) <= LARGEST_RATE and abs(r) <= LARGEST_RATE
+        most = LARGEST_RATE
+        possible = -most <= p <= most and -most <= q <= most and -most <= r <= most
         if possible and self._is_from(rates, self.compass):
             self.rates.add(self.now, p, q, r)
 

@@ -1,0 +1,26 @@
+"""The bottom between soundings, against the formula over all of them."""
+
+import math
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from world.sea import Bathymetry
+
+METERS = st.floats(-300.0, 300.0)
+SOUNDINGS = st.lists(st.tuples(METERS, METERS, st.floats(0.0, 100.0)), max_size=30)
+
+
+@given(soundings=SOUNDINGS, points=st.lists(st.tuples(METERS, METERS), max_size=20), radius=st.floats(0.5, 200.0))
+def test_the_search_misses_no_sounding(soundings, points, radius):
+    sea = Bathymetry(soundings, radius, 120.0)
+    for north, east in [*points, *((n, e) for n, e, _ in soundings)]:
+        distances = [(math.hypot(n - north, e - east), depth) for n, e, depth in soundings]
+        if min((distance for distance, _ in distances), default=math.inf) < 1.1e-3:
+            continue  # at a sounding itself
+        weights = [((1.0 / d - 1.0 / radius) ** 2, depth) for d, depth in distances if d < radius]
+        total = math.fsum(weight for weight, _ in weights)
+        if weights and total < 1e-12:
+            continue  # at the edge of the radius, where rounding decides
+        expected = math.fsum(weight * depth for weight, depth in weights) / total if weights else 120.0
+        assert math.isclose(sea.depth(north, east), expected, rel_tol=1e-6, abs_tol=1e-6)
