@@ -23,7 +23,15 @@ ROOMS = set(PACKAGES) | {
 }
 FACES = {room for room in ROOMS if hasattr(importlib.import_module(room), "__all__")}
 OPEN = {  # modules that are imported as they are
-    *("imc.addresses", "imc.layout", "imc.messages", "imc.tuples", "runtime.problem", "runtime.durations"),
+    *(
+        "imc.addresses",
+        "imc.discovery",
+        "imc.layout",
+        "imc.messages",
+        "imc.tuples",
+        "runtime.problem",
+        "runtime.durations",
+    ),
     "runtime.testing",
     *("imc.coordinates.arrays", "imc.schema.yamltree"),  # need NumPy and PyYAML, which are slow to import
     *(f"shoal.logs.export.{form}" for form in ("mcap", "netcdf", "parquet", "csv", "llf")),  # need their libraries

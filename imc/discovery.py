@@ -1,0 +1,138 @@
+"""How IMC systems find each other: where an Announce is sent, and the services in it, as values.
+
+A service is a URI. `imc+udp://10.0.0.7:6002/` is where a system takes packets; its slash at the end is required, since
+imcjava looks for it. `dune://0.0.0.0/uid/N` names one run of a system: another N means that it has started again.
+"""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from ipaddress import IPv4Address
+from typing import NamedTuple, Self
+
+MULTICAST = "224.0.75.69"
+BROADCAST = "255.255.255.255"
+LOOPBACK = "127.0.0.1"
+PORTS = range(30100, 30105)
+"""A system listens on the first of these that is free, so that several share a computer; announce to all of them."""
+PERIOD = 10.0
+"""s between two Announces."""
+
+MOST_SERVICES = 64
+LONGEST_SERVICE = 512  # characters
+LONGEST_NAME = 64
+
+_URI = re.compile(r"([A-Za-z][A-Za-z0-9+.-]{0,31})://([^/:;?#\s]*)(?::([0-9]{1,5}))?((?:/[!-:<-~]*)?)", re.ASCII)
+
+
+class Endpoint(NamedTuple):
+    """Where to send: an IPv4 address and a port."""
+
+    address: str
+    port: int
+
+    def __str__(self) -> str:
+        return f"{self.address}:{self.port}"
+
+
+class Service(NamedTuple):
+    """One service: `scheme://address:port/path`; `port` is 0 without one, and `path` begins with its slash."""
+
+    scheme: str
+    address: str
+    port: int = 0
+    path: str = "/"
+
+    def __str__(self) -> str:
+        return f"{self.scheme}://{self.address}{f':{self.port}' if self.port else ''}{self.path}"
+
+    @classmethod
+    def parse(cls, uri: str) -> Self:
+        """The service in a URI. Raises ValueError if it is not one."""
+        found = _URI.fullmatch(uri) if len(uri) <= LONGEST_SERVICE else None
+        if found is None:
+            raise ValueError(f"{uri[:80]!a} is not a service such as imc+udp://10.0.0.7:6002/")
+        scheme, address, port, path = found.groups()
+        if port is not None and not 0 < int(port) < 65536:
+            raise ValueError(f"{uri[:80]!a}: {port} is not a port (1 to 65535)")
+        return cls(scheme.lower(), address, int(port or 0), path or "/")
+
+    @property
+    def endpoint(self) -> Endpoint | None:
+        """Where to send to it; None without a port or the address of one computer.
+
+        An Announce can say anything, so no address that reaches several computers is an endpoint.
+        """
+        try:
+            address = IPv4Address(self.address)
+        except ValueError:
+            return None
+        of_one = not (address.is_multicast or address.is_unspecified or address.is_reserved)
+        return Endpoint(self.address, self.port) if self.port and of_one else None
+
+
+@dataclass(frozen=True, slots=True)
+class Services:
+    """The services of one Announce. `refused` is how many URIs in it could not be read, or were too many."""
+
+    each: tuple[Service, ...] = ()
+    refused: int = 0
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """The services in the text of an Announce, whatever it contains; never raises."""
+        uris = [uri for uri in text.split(";", 4 * MOST_SERVICES) if uri.strip()]
+        each: list[Service] = []
+        for uri in uris[:MOST_SERVICES]:
+            try:
+                each.append(Service.parse(uri.strip()))
+            except ValueError:
+                pass  # counted below
+        return cls(tuple(each), len(uris) - len(each))
+
+    @classmethod
+    def of(cls, offered: Iterable[Service] = (), *, uid: str | int = "", version: str = "", imc: str = "") -> Self:
+        """What a system announces: its services, its `uid`, its version, and the version of its messages."""
+        about = {"uid": ("dune", f"/uid/{uid}"), "version": ("dune", f"/version/{version}")}
+        about["imc"] = ("imc+info", f"/version/{imc}")
+        given = {"uid": uid != "", "version": version != "", "imc": imc != ""}
+        each = {*offered, *(Service(about[key][0], "0.0.0.0", 0, about[key][1]) for key in about if given[key])}
+        return cls(tuple(sorted(each, key=str)))
+
+    def __str__(self) -> str:
+        """The text for `Announce.services`."""
+        return ";".join(map(str, self.each))
+
+    def endpoints(self, scheme: str, sender: str = "") -> tuple[Endpoint, ...]:
+        """Where to send for a scheme, such as "imc+udp", each once; first those at `sender`'s address."""
+        found = dict.fromkeys(s.endpoint for s in self.each if s.scheme == scheme)
+        return tuple(sorted((e for e in found if e is not None), key=lambda end: end.address != sender))
+
+    @property
+    def uid(self) -> str:
+        """The name of this run of the system; empty if it gives none."""
+        return self._about("dune", "/uid/")
+
+    @property
+    def version(self) -> str:
+        """The version of the system's software; empty if it gives none."""
+        return self._about("dune", "/version/")
+
+    @property
+    def imc_version(self) -> str:
+        """The version of the system's messages; empty if it gives none."""
+        return self._about("imc+info", "/version/")
+
+    def _about(self, scheme: str, path: str) -> str:
+        return next((s.path[len(path) :] for s in self.each if s.scheme == scheme and s.path.startswith(path)), "")
+
+
+def targets(addresses: Iterable[str], ports: Iterable[int] = PORTS) -> tuple[Endpoint, ...]:
+    """Where an Announce is sent: each port of each address, such as `LOOPBACK`, `MULTICAST`, `BROADCAST`."""
+    ports = tuple(ports)
+    return tuple(Endpoint(address, port) for address in dict.fromkeys(addresses) for port in ports)
+
+
+def readable_name(name: str) -> str:
+    """The name of a system as it can be shown: printable, without spaces at its ends, at most 64 characters."""
+    return "".join(c for c in name[: 4 * LONGEST_NAME] if c.isprintable()).strip()[:LONGEST_NAME]
