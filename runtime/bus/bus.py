@@ -130,9 +130,7 @@ class Bus:
     def arrange(self, subscriptions: Iterable[Subscription]) -> None:
         """Serve exactly these subscriptions, in this order."""
         self._subscriptions = list(subscriptions)
-        self._routes.clear()
-        self._of_own.clear()
-        self._of_others.clear()
+        self._forget_routes()
 
     def knows(self, owner: object) -> bool:
         """Whether `owner` or one of its methods receives messages."""
@@ -143,9 +141,7 @@ class Bus:
         for instrument in self.instruments:
             instrument.subscribed(subscription)
         self._subscriptions.append(subscription)
-        self._routes.clear()
-        self._of_own.clear()
-        self._of_others.clear()
+        self._forget_routes()
 
     def _translated(self, subscription: Subscription) -> Subscription:
         """With the class that this bus delivers, if the subscriber has loaded its own definitions of the message."""
@@ -157,15 +153,11 @@ class Bus:
     def unsubscribe(self, owner: object) -> None:
         """Drop all subscriptions of `owner`."""
         self._subscriptions = [s for s in self._subscriptions if s.owner is not owner]
-        self._routes.clear()
-        self._of_own.clear()
-        self._of_others.clear()
+        self._forget_routes()
 
     def remove(self, subscription: Subscription) -> None:
         self._subscriptions = [s for s in self._subscriptions if s is not subscription]
-        self._routes.clear()
-        self._of_own.clear()
-        self._of_others.clear()
+        self._forget_routes()
 
     def publish(self, message: imc.Message, packet: bytes, origin: object) -> None:
         """Deliver `message`, which `packet` decodes to, to all but `origin`, and send it on all transports."""
@@ -264,6 +256,11 @@ class Bus:
         for handler, owner, packets in route:
             if origin is None or owner is not origin:
                 enqueue((handler, (message, packet) if packets else (message,)))
+
+    def _forget_routes(self) -> None:
+        self._routes.clear()
+        self._of_own.clear()
+        self._of_others.clear()
 
     def _route(self, kind: type) -> tuple[Subscription, ...]:
         route = self._routes.get(kind)
