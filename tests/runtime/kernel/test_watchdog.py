@@ -61,6 +61,16 @@ def test_a_virtual_clock_is_warned_but_never_interrupted(caplog):
     assert "has not returned from sleep for 0." in caplog.text
 
 
+def test_many_calls_at_one_moment_are_not_one_that_hangs(caplog):
+    kernel = Kernel(VirtualClock())
+    for _ in range(20):
+        kernel.at(SECOND, time.sleep, 0.05)
+    with Watchdog(kernel):
+        kernel.run(2 * SECOND)
+    kernel.close()
+    assert not caplog.records
+
+
 def test_a_simulator_that_does_not_step_its_clock_is_named(caplog):
     class Hung(VirtualClock):
         def advance(self, target, wait):
