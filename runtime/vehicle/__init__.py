@@ -11,7 +11,7 @@ from runtime.vehicle.catalogue import (
     section_name,
     why_missing,
 )
-from runtime.vehicle.changes import Settings
+from runtime.vehicle.changes import Settings, general_number
 from runtime.vehicle.checker import check
 from runtime.vehicle.explainer import explain
 from runtime.vehicle.fleet import Fleet, FleetError
@@ -30,6 +30,7 @@ __all__ = [
     "doubts",
     "explain",
     "find_task",
+    "general_number",
     "join_zenoh",
     "missing_extra",
     "own_tasks",

@@ -1,5 +1,6 @@
 """The values of parameters: as the profile gives them, as they change in a running vehicle, and as they are saved."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
@@ -26,6 +27,18 @@ class Settings(Protocol):
     def override(self, assignment: str) -> None:
         """Apply "Section:Option=value" to the effective configuration."""
         ...
+
+
+def general_number(profile: Settings, option: str, default: float) -> float:
+    """A number in section General, `default` if it is missing or empty. Raises ParameterError."""
+    text = profile.value("General", option)
+    try:
+        number = float(text) if text else default
+    except ValueError:
+        number = math.nan
+    if math.isnan(number):
+        raise ParameterError(option, f"[General] has {text!r}, which is not a number")
+    return number
 
 
 class Changes:

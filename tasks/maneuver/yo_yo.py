@@ -3,7 +3,8 @@
 import math
 
 import imc
-from runtime import ParameterError, param
+from runtime import param
+from runtime.vehicle import general_number
 from tasks.maneuver.protocol import Leg, Loops, Maneuver, ManeuverError, PathFlags
 
 TOLERANCE = 0.2  # m
@@ -33,15 +34,10 @@ class YoYo(Maneuver):
     )
 
     def configure(self) -> None:
-        self._deepest = self._general("Absolute Maximum Depth", math.inf) - SAFETY
-        self._lowest = max(self.minimum_altitude, self._general("Absolute Minimum Altitude", -math.inf) + LIMIT_MARGIN)
-
-    def _general(self, option: str, default: float) -> float:
-        text = self.vehicle.profile.value("General", option)
-        try:
-            return float(text) if text else default
-        except ValueError:
-            raise ParameterError(option, f"[General] has {text!r}, which is not a number") from None
+        profile = self.vehicle.profile
+        self._deepest = general_number(profile, "Absolute Maximum Depth", math.inf) - SAFETY
+        lowest = general_number(profile, "Absolute Minimum Altitude", -math.inf) + LIMIT_MARGIN
+        self._lowest = max(self.minimum_altitude, lowest)
 
     async def execute(self, yoyo: imc.YoYo) -> None:
         self._pitch = 0.0

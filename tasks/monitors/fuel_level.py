@@ -3,6 +3,7 @@
 import imc
 from runtime import State, Task, consume, param, periodic
 from runtime.task import ParameterError
+from runtime.vehicle import general_number
 
 
 class FuelLevel(Task):
@@ -23,11 +24,7 @@ class FuelLevel(Task):
     def configure(self) -> None:
         if self.error_level > self.warning_level:
             raise ParameterError("Error Level", "is above the Warning Level")
-        text = self.vehicle.profile.value("General", "Battery Capacity", "0")
-        try:
-            self._capacity = 3600.0 * float(text)  # J
-        except ValueError:
-            raise ParameterError("Battery Capacity", f"[General] has {text!r}, which is not a number") from None
+        self._capacity = 3600.0 * general_number(self.vehicle.profile, "Battery Capacity", 0.0)  # J
 
     def start(self) -> None:
         self._energy = self._capacity * self.initial_level / 100.0

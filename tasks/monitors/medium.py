@@ -4,6 +4,7 @@ import math
 
 import imc
 from runtime import State, Task, consume, param, periodic
+from runtime.vehicle import general_number
 
 Where = imc.VehicleMedium.Medium
 BOATS = ("USV", "ASV")  # DUNE writes ASV
@@ -29,8 +30,7 @@ class Medium(Task):
     altitude_threshold: float = param(1.0, "m", "A higher aircraft is in the air.", minimum=0)
 
     def configure(self) -> None:
-        depth = self.vehicle.profile.value("General", "Underwater Depth Threshold", "0.3")
-        self._deepest_float = float(depth)
+        self._deepest_float = general_number(self.vehicle.profile, "Underwater Depth Threshold", 0.3)
 
     def start(self) -> None:
         self._began = self.now

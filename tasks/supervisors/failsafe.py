@@ -6,7 +6,7 @@ import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.problem import suggestion
-from runtime.vehicle import Settings
+from runtime.vehicle import general_number
 
 Loops = imc.CLoopsMask
 Command = imc.SetThrusterActuation | imc.SetServoPosition
@@ -44,8 +44,8 @@ class Failsafe(Task):
 
     def configure(self) -> None:
         self._required = dict(map(_requirement, self.required_messages))
-        self._absolute = _number(self.vehicle.profile, "Absolute Maximum Depth", math.inf)
-        self._surface = _number(self.vehicle.profile, "Underwater Depth Threshold", 0.3)
+        self._absolute = general_number(self.vehicle.profile, "Absolute Maximum Depth", math.inf)
+        self._surface = general_number(self.vehicle.profile, "Underwater Depth Threshold", 0.3)
 
     def connect(self) -> None:
         super().connect()
@@ -178,11 +178,3 @@ def _requirement(text: str) -> tuple[str, int]:
             raise ParameterError("Required Messages", f"there is no control loop {word!r} ({hint})")
         mask |= Loops[word].value
     return name, mask
-
-
-def _number(profile: Settings, option: str, default: float) -> float:
-    text = profile.value("General", option)
-    try:
-        return float(text) if text else default
-    except ValueError:
-        raise ParameterError(option, f"[General] has {text!r}, which is not a number") from None

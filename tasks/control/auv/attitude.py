@@ -4,7 +4,8 @@ import math
 from collections.abc import Mapping
 
 import imc
-from runtime import Entity, ParameterError, State, Task, consume, param, periodic
+from runtime import Entity, State, Task, consume, param, periodic
+from runtime.vehicle import general_number
 from tasks.control.auv.vertical import Bottom
 from tasks.control.loops import EnabledLoops
 from tasks.control.pid import PID, clamp
@@ -85,8 +86,7 @@ class Attitude(Task):
         self._pitch = pid(self.pitch_gains, self.pitch_integral_limit, self.maximum_pitch_actuation)
         self._roll = pid(self.roll_gains, self.roll_integral_limit, fin)
         self._pids = self._heading, self._heading_rate, self._depth, self._altitude, self._pitch, self._roll
-        self._deepest = self._limit("Absolute Maximum Depth", math.inf)
-        self._lowest = self._limit("Absolute Minimum Altitude", 0.0)
+        self._deepest, self._lowest = self._own_limits()
         names = PARCELS if self.log_parcels else ()
         self._parcels: Mapping[str, Entity] = {name: self.reserve(f"{name} Parcel") for name in names}
 
@@ -115,8 +115,7 @@ class Attitude(Task):
     @consume
     def limit(self, limits: imc.OperationalLimits) -> None:
         """Apply limits of depth and altitude if they are stricter than the vehicle's own."""
-        self._deepest = self._limit("Absolute Maximum Depth", math.inf)
-        self._lowest = self._limit("Absolute Minimum Altitude", 0.0)
+        self._deepest, self._lowest = self._own_limits()
         if limits.mask & imc.OpLimitsMask.MAX_DEPTH and math.isfinite(limits.max_depth):
             self._deepest = min(self._deepest, limits.max_depth)
         if limits.mask & imc.OpLimitsMask.MIN_ALT and math.isfinite(limits.min_altitude):
@@ -285,14 +284,13 @@ class Attitude(Task):
         for law in (self._heading, self._heading_rate, self._roll):
             law.reset()
 
+    def _own_limits(self) -> tuple[float, float]:
+        """The maximum depth and the minimum altitude (m) in the profile. Raises ParameterError."""
+        profile = self.vehicle.profile
+        deepest = general_number(profile, "Absolute Maximum Depth", math.inf)
+        return deepest, general_number(profile, "Absolute Minimum Altitude", 0.0)
+
     def _is_number(self, value: float, what: str) -> bool:
         if not math.isfinite(value):
             self.log.warning(f"desired {what} is not a number")
         return math.isfinite(value)
-
-    def _limit(self, option: str, default: float) -> float:
-        text = self.vehicle.profile.value("General", option)
-        try:
-            return float(text) if text else default
-        except ValueError:
-            raise ParameterError(option, f"[General] has {text!r}, which is not a number") from None

@@ -3,7 +3,8 @@
 import math
 
 import imc
-from runtime import ParameterError, State, Task, consume, param, periodic
+from runtime import State, Task, consume, param, periodic
+from runtime.vehicle import general_number
 from tasks.control.loops import EnabledLoops
 from tasks.control.pid import PID
 
@@ -53,11 +54,7 @@ class Speed(Task):
         limit = self.speed_integral_limit
         self._speed = PID(self.speed_gains, integral_limit=limit if limit >= 0.0 else math.inf)
         self._rate = PID(self.rpm_gains, limit=1.0)
-        text = self.vehicle.profile.value("General", "Maximum Underwater RPMs", str(self.full_thrust))
-        try:
-            self._maximum_rpm = float(text)
-        except ValueError:
-            raise ParameterError("Maximum Underwater RPMs", f"[General] has {text!r}, which is not a number") from None
+        self._maximum_rpm = general_number(self.vehicle.profile, "Maximum Underwater RPMs", self.full_thrust)
 
     def start(self) -> None:
         self._loops = EnabledLoops(imc.CLoopsMask.SPEED)

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 
 import imc
 from imc.coordinates import displace, displacement
-from runtime import ParameterError, State, Task, consume, param, periodic
+from runtime import State, Task, consume, param, periodic
+from runtime.vehicle import general_number
 from tasks.control.loops import EnabledLoops
 from tasks.control.path.bottom import BottomGuard
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
@@ -94,11 +95,7 @@ class PathFollower(Task):
         raise NotImplementedError
 
     def configure(self) -> None:
-        text = self.vehicle.profile.value("General", "Time Of Arrival Factor", "5")
-        try:
-            self._early = float(text)
-        except ValueError:
-            raise ParameterError("Time Of Arrival Factor", f"[General] has {text!r}, which is not a number") from None
+        self._early = general_number(self.vehicle.profile, "Time Of Arrival Factor", 5.0)
         turning = math.radians(self.along_yaw)
         self._divergence = Divergence(
             AlongTrack(self.along_period, self.along_speed, turning) if self.watch_along else None,

@@ -4,8 +4,6 @@ import math
 from dataclasses import dataclass
 
 import imc
-from runtime import ParameterError
-from runtime.vehicle import Settings
 
 Bits = imc.OpLimitsMask
 
@@ -13,16 +11,6 @@ Bits = imc.OpLimitsMask
 def ground(state: imc.EstimatedState) -> float:
     """The ground, m below the reference."""
     return state.z + max(0.0, state.alt)
-
-
-def highest_altitude(profile: Settings) -> float:
-    """The highest altitude (m above ground) of a profile, infinity without one. Raises ParameterError."""
-    option = "Absolute Maximum Altitude"
-    text = profile.value("General", option)
-    try:
-        return float(text) if text else math.inf
-    except ValueError:
-        raise ParameterError(option, f"[General] has {text!r}, which is not a number") from None
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,12 @@ from dataclasses import replace
 import imc
 from imc.coordinates import displacement
 from runtime import State, Task, consume, param
+from runtime.vehicle import general_number
 from tasks.control.loops import EnabledLoops
 from tasks.control.path.divergence import AlongTrack, CrossTrack, Divergence
 from tasks.control.path.track import PathProgress, is_somewhere
 from tasks.control.uav.guidance import Circle, Line, Pace
-from tasks.control.uav.limits import Limits, ground, highest_altitude
+from tasks.control.uav.limits import Limits, ground
 from tasks.control.uav.vectors import Vector
 from world.attitude import wrap
 
@@ -71,7 +72,7 @@ class Path(Task):
     _limits = Limits()
 
     def configure(self) -> None:
-        self._absolute = highest_altitude(self.vehicle.profile)
+        self._absolute = general_number(self.vehicle.profile, "Absolute Maximum Altitude", math.inf)
         self._divergence = Divergence(
             AlongTrack(self.along_period, self.along_speed, 0.0) if self.watch_along else None,
             CrossTrack(self.cross_distance, self.cross_time) if self.watch_cross else None,

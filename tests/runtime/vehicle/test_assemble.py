@@ -55,6 +55,12 @@ def test_values_of_other_sections_are_named_with_their_own_line(tmp_path):
     text = refused(tmp_path, f"Battery Capacity = none\n{battery}")
     for task in ("Simulators.Battery", "Monitors.FuelLevel"):
         assert f"mine.ini:3: error: {task}: Battery Capacity: [General] has 'none', which is not a number" in text
+    for task, option, word in (
+        ("Control.AUV.Attitude", "Absolute Maximum Depth", "nan"),
+        ("Monitors.Medium", "Underwater Depth Threshold", "deep"),
+    ):
+        text = refused(tmp_path, f"{option} = {word}\n[{task}]\nEnabled = Always\n")
+        assert f"mine.ini:3: error: {task}: {option}: [General] has {word!r}, which is not a number" in text
     hull = "[Simulators.VSIM]\nEnabled = Always\n[VSIM/Model/hull]\nType = ASV\nMass = heavy\n"
     assert "mine.ini:8: error: Simulators.VSIM: " in refused(tmp_path, f"Vehicle Type = hull\n{hull}")
     text = refused(tmp_path, f"Vehicle Type = hul\n{hull.replace('heavy', '3')}")
