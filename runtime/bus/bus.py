@@ -67,6 +67,11 @@ def known_here(kind: type[imc.Message], schema: imc.Schema) -> type[imc.Message]
     return ours
 
 
+def _check_class(kind: object) -> None:
+    if not isinstance(kind, type):
+        raise TypeError(f"expected the class of a message, such as imc.GpsFix, not {kind!r}")
+
+
 class BusInstrument(Protocol):
     """Observes a bus; it must not change anything."""
 
@@ -146,6 +151,7 @@ class Bus:
     def _translated(self, subscription: Subscription) -> Subscription:
         """With the class that this bus delivers, if the subscriber has loaded its own definitions of the message."""
         kind = subscription.type
+        _check_class(kind)
         if not issubclass(kind, imc.Message) or kind.SCHEMA is None or kind.SCHEMA is self.messages:
             return subscription
         return replace(subscription, type=known_here(kind, self.messages))

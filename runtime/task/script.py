@@ -139,9 +139,6 @@ class Script:
         Raises TimeoutError after `timeout` seconds.
         """
 
-        if not isinstance(kind, type):  # type: ignore[reportUnnecessaryIsInstance]
-            raise TypeError(f"hear takes the class of a message, such as imc.GpsFix, not {kind!r}")
-
         def heard(message: M) -> None:
             if subscription not in self._subscriptions:
                 return

@@ -133,10 +133,7 @@ class Task:
             speaker = (entity or self.entity).id if message.src_ent == UNKNOWN_ENTITY else message.src_ent
             packet = message.to_packet_as(timestamp, source, speaker, message.dst, message.dst_ent)
         except Exception:
-            if not isinstance(message, imc.Message):  # type: ignore[reportUnnecessaryIsInstance]
-                words = f"publish takes a message, such as imc.Depth(value=1.0), not {message!r}"
-                raise TypeError(words) from None
-            imc.encode(message)  # names the field that does not fit
+            _refuse(message)
             raise
         delivered = self._bus.reread(packet)
         if type(delivered) is not type(message) and not isinstance(message, imc.Unknown):
@@ -279,6 +276,13 @@ class Task:
         if error is not None:
             raise error
         then(result)
+
+
+def _refuse(message: object) -> None:
+    """Raise the error that says why something cannot be published: no message, or a field that does not fit."""
+    if not isinstance(message, imc.Message):
+        raise TypeError(f"publish takes a message, such as imc.Depth(value=1.0), not {message!r}") from None
+    imc.encode(message)
 
 
 def _outcome(function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[Any, Exception | None]:

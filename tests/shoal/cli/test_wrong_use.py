@@ -158,9 +158,11 @@ def test_json_has_stable_names(folder):
 
 
 class Careless(Task):
-    """Publishes a number, and waits for a text."""
+    """Publishes a number, and waits for texts."""
 
     async def listen(self, script: Script) -> None:
+        with pytest.raises(TypeError, match=r"expected the class of a message, such as imc.GpsFix, not 'Depth'"):
+            script.listen("Depth")  # type: ignore[arg-type]
         await script.hear("GpsFix")  # type: ignore[arg-type]
 
     def start(self) -> None:
@@ -170,7 +172,7 @@ class Careless(Task):
 
 
 def test_a_task_that_confuses_values_and_messages_is_told():
-    with pytest.raises(TypeError, match=r"hear takes the class of a message, such as imc.GpsFix, not 'GpsFix'"):
+    with pytest.raises(TypeError, match=r"expected the class of a message, such as imc.GpsFix, not 'GpsFix'"):
         simulate(Careless, feed=[], seconds=2.0)
 
 
