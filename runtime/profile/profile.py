@@ -211,8 +211,11 @@ class Profile:
         """The parameters that a section sets, as texts."""
         return {o.name: o.value for o in self.config.options(section) if o.history and o.name != "Enabled"}
 
-    def override(self, assignment: str) -> None:
-        """Apply "Section:Option=value", the form of --set. Raises ProfileError if it is malformed."""
+    def override(self, assignment: str) -> tuple[str, str]:
+        """Apply "Section:Option=value", the form of --set; returns section and option.
+
+        Raises ProfileError if it is malformed.
+        """
         left, equals, value = assignment.partition("=")
         colons = [index for index, character in enumerate(left) if character == ":"]
         # A section's name may contain colons, so an existing section decides where the name ends.
@@ -231,6 +234,7 @@ class Profile:
             dune.expand(self.config)
             for name, target in dune.multiplexed(option):
                 self.config.open(name, COMMAND_LINE).open(target).set(value, COMMAND_LINE)
+        return section, option
 
     def add_saved(self, path: Path) -> None:
         """Read saved parameters on top, if the file exists; errors in it become warnings."""

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, get_args
 
-from runtime.task.parameters import Parameter, Scope, Visibility
+from runtime.task.parameters import Parameter, Scope, Visibility, find_parameter
 
 DEEPEST = 64  # pushes that are remembered; a system may push without end
 
@@ -20,10 +20,7 @@ class ParameterSet:
 
     def find(self, name: str) -> Parameter | None:
         """The parameter of this ini name or alias."""
-        found = self.declarations.get(name)
-        if found is None:
-            found = next((p for p in self.declarations.values() if name in p.aliases), None)
-        return found
+        return find_parameter(self.declarations, name)
 
     def value(self, parameter: Parameter) -> Any:
         return getattr(self.owner, parameter.attribute)

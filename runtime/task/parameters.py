@@ -217,6 +217,11 @@ def param(
     )
 
 
+def find_parameter(parameters: Mapping[str, Parameter], name: str) -> Parameter | None:
+    """The parameter of this ini name or alias."""
+    return parameters.get(name) or next((p for p in parameters.values() if name in p.aliases), None)
+
+
 def declared(cls: type) -> dict[str, Parameter]:
     """The parameters of a class by ini name in the order of declaration, then those of its bases.
 

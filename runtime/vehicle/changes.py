@@ -24,7 +24,7 @@ class Settings(Protocol):
         """The effective configuration, as an ini file."""
         ...
 
-    def override(self, assignment: str) -> None:
+    def override(self, assignment: str) -> object:
         """Apply "Section:Option=value" to the effective configuration."""
         ...
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 from runtime.problem import Origin, Problem, ProfileError, Severity, misspelled, nearest, quoted, suggestion
 from runtime.profile import ALWAYS, NEVER, Option, Profile, Section, default_label, dune, items, parse_address
-from runtime.task import Parameter, Task
+from runtime.task import Parameter, Task, find_parameter
 from runtime.vehicle.catalogue import misspelled as misspelled_task
 from runtime.vehicle.catalogue import why_missing
 from runtime.zenoh import ZenohConfig
@@ -31,11 +31,6 @@ def check(
     order = {file: index for index, file in reversed(list(enumerate(profile.config.files)))}
     found = dict.fromkeys([*profile.problems, *checker.problems])
     return sorted(found, key=lambda problem: (order.get(problem.file, len(order)), problem.file, problem.line))
-
-
-def find_parameter(parameters: Mapping[str, Parameter], name: str) -> Parameter | None:
-    """The parameter of this ini name or alias."""
-    return parameters.get(name) or next((p for p in parameters.values() if name in p.aliases), None)
 
 
 class _Checker:

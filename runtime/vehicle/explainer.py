@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 from runtime.problem import Origin, Problem, ProfileError, misspelled, quoted, suggestion
 from runtime.profile import Option, Profile, dune
-from runtime.task import Parameter, Task
-from runtime.vehicle.checker import find_parameter
+from runtime.task import Parameter, Task, find_parameter
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from runtime.kernel import SECOND, VirtualClock, nanoseconds
 from runtime.logs import new_log
 from runtime.problem import quoted, suggestion
 from runtime.profile import Profile, default_label, items, load_profile, own_etc
-from runtime.task import Task, consumers, tickers
+from runtime.task import Task, consumers, find_parameter, tickers
 from runtime.vehicle import TaskImportError, all_tasks, build, find_task, why_missing
 from shoal.rerun.comparison import Comparison, LastMoment
 from shoal.rerun.history import History, Instants, spoken_by
@@ -75,8 +75,7 @@ def resimulate(
         if section not in loaded.config.sections:
             loaded.override(f"{section}:Enabled=Always")
     for assignment in overrides:
-        loaded.override(assignment)
-        _check_option(loaded, assignment)
+        _check_option(assignment, *loaded.override(assignment))
     loaded.refuse_strangers()
     loaded.refuse_errors()
     virtual = about.begin == loaded.start_time
@@ -267,19 +266,16 @@ def _lacking(run: LoggedRun, about: Outline, profile: Profile, task: Task, *, st
             yield wanted.__name__
 
 
-def _check_option(profile: Profile, assignment: str) -> None:
+def _check_option(assignment: str, section: str, option: str) -> None:
     """Raises ResimulationError if --set names an option that its task does not have."""
-    name = assignment.partition("=")[0]
-    section = max((s for s in profile.config.sections if name.startswith(f"{s}:")), key=len, default="")
-    option = name[len(section) + 1 :].strip()
     try:
         cls = find_task(section)
     except TaskImportError:
         return
     if cls is None or option == "Enabled":
         return
-    known = [parameter.name for parameter in cls.parameters().values()]
-    if option not in known:
+    known = cls.parameters()
+    if find_parameter(known, option) is None:
         hint = suggestion(option, known) or f"`shoal tasks {section.partition('/')[0]}` lists them"
         raise ResimulationError(f"--set {assignment}: {section} has no option {quoted(option)}: {hint}")
 

@@ -279,8 +279,13 @@ def test_task_without_its_input_is_not_compared(log: imc.Log, tmp_path: Path) ->
 
 
 def test_misspelled_option_is_an_error(log: imc.Log) -> None:
-    with pytest.raises(ResimulationError, match="no option 'HAC': did you mean 'HACC'"):
-        resimulate(log, ["GPS"], overrides=["Simulators.GPS/Kinematic:HAC=5"])
+    for colon in (":", " : "):
+        with pytest.raises(ResimulationError, match="no option 'HAC': did you mean 'HACC'"):
+            resimulate(log, ["GPS"], overrides=[f"Simulators.GPS/Kinematic{colon}HAC=5"])
+
+
+def test_option_may_have_the_name_that_dune_gives_it(log: imc.Log) -> None:
+    assert not resimulate(log, [CAMERA], overrides=[f"{CAMERA}:Camera - Horizontal FOV=20"]).comparison.equal
 
 
 def test_place_that_cannot_be_written_is_named(log: imc.Log, tmp_path: Path) -> None:

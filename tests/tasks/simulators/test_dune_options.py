@@ -2,8 +2,8 @@
 
 import pytest
 
+from runtime.task import find_parameter
 from runtime.vehicle import all_tasks
-from runtime.vehicle.checker import find_parameter
 
 OPTIONS = {
     "DVL": {
