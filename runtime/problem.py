@@ -64,6 +64,11 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else _escape(c) for c in text)
 
 
+def of_file(error: OSError, place: object = "") -> str:
+    """A file and what is wrong with it, without the error number; `place` if the error names no file."""
+    return ": ".join(str(part) for part in (error.filename or place, error.strerror or error) if part != "")
+
+
 def nearest(word: str, words: Iterable[str]) -> str:
     """The most similar of `words`, ignoring case; empty if none is close."""
     candidates: dict[str, str] = {}

@@ -61,10 +61,9 @@ class LazyGroup(click.Group):
         except OSError as error:
             if error.errno == errno.EPIPE:
                 raise
-            from runtime.problem import printable  # slow to import, and rarely needed
+            from runtime.problem import of_file, printable  # slow to import, and rarely needed
 
-            place = "" if error.filename is None else f"{error.filename}: "
-            raise WrongUse(printable(f"{place}{error.strerror or error}")) from None
+            raise WrongUse(printable(of_file(error))) from None
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[Any, Any, list[str]]:
         if args and args[0] not in self.table:

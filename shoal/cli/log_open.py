@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 import imc
 from imc.lsf import Spread
 from runtime.logs import UnknownName, logs_of_run, missing_logs
-from runtime.problem import printable
+from runtime.problem import of_file, printable
 from shoal.logs.whole_run import as_one, newest_log
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -76,7 +76,7 @@ def refusals() -> Generator[None]:
     except (UnknownName, ValueError) as error:
         raise click.ClickException(printable(str(error))) from None
     except OSError as error:
-        raise click.ClickException(printable(f"{error.filename}: {error.strerror or error}")) from None
+        raise click.ClickException(printable(of_file(error))) from None
 
 
 def open_log(path: Path) -> imc.Log:

@@ -14,7 +14,7 @@ from rich.table import Table
 
 import imc
 from runtime.durations import parse_duration
-from runtime.problem import ProfileError
+from runtime.problem import ProfileError, of_file
 from runtime.profile import Profile
 from runtime.vehicle import check, find_task
 from shoal.cli.options import (
@@ -85,7 +85,7 @@ def mission(
             tell_warnings(check(flown, {}, flown.select(flown.value("General", "Selected")), find_task), profile)
         check_log_dir(made.vehicle)
     except OSError as error:
-        click.echo(f"Error: {error.filename or plan}: {error.strerror or error}", err=True)
+        click.echo(f"Error: {of_file(error, plan)}", err=True)
         sys.exit(CANNOT_FLY)
     except (PlanFileError, ProfileError, ValueError) as error:
         click.echo(f"Error: {error}", err=True)

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 import imc
-from runtime.problem import ProfileError, printable
+from runtime.problem import ProfileError, of_file, printable
 from shoal.cli.options import code_of_log_option, use_code
 from shoal.logs.look import number
 from shoal.rerun import Key, MessageCount, Resimulation, ResimulationError, resimulate
@@ -51,7 +51,7 @@ def resim(
     except (ResimulationError, ProfileError, imc.SchemaError) as error:
         raise click.ClickException(printable(str(error))) from None
     except OSError as error:
-        raise click.ClickException(printable(f"{error.filename or log}: {error.strerror or error}")) from None
+        raise click.ClickException(printable(of_file(error, log))) from None
     show(done)
     if out is not None:
         click.echo(f"log of the re-simulation: {out}")

@@ -15,7 +15,7 @@ import click
 from click.core import ParameterSource
 
 from runtime.kernel import Watchdog, kernel, parse_clock
-from runtime.problem import COMMAND_LINE, Problem, ProfileError, printable
+from runtime.problem import COMMAND_LINE, Problem, ProfileError, of_file, printable
 from runtime.profile import Profile, items, load_profile
 from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load_file, run_with_snapshots
 from runtime.vehicle import Build, Vehicle, build, check, find_task, join_zenoh
@@ -235,10 +235,8 @@ def swim(
 
 def tell_missing(snapshots: list[OSError]) -> None:
     """Print how many snapshots could not be saved, and why."""
-    error = snapshots[0]
     plural = "s" * (len(snapshots) != 1)
-    why = f"{error.filename or ''}: {error.strerror or error}"
-    click.echo(f"{len(snapshots)} snapshot{plural} not saved: {why}", err=True)
+    click.echo(f"{len(snapshots)} snapshot{plural} not saved: {of_file(snapshots[0])}", err=True)
 
 
 def _own_part(error: Exception) -> str:

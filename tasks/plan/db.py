@@ -5,6 +5,7 @@ import sqlite3
 import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param
+from runtime.problem import of_file
 from runtime.snapshot import SnapshotError
 from tasks.plan.replies import shortened
 from tasks.plan.store import Change, PlanStore, Stored
@@ -37,7 +38,7 @@ class DB(Task):
         try:
             self._store = self._open()
         except (sqlite3.Error, OSError) as error:
-            trouble = f"plans are kept in memory only: {_reason(error)}"
+            trouble = f"plans are kept in memory only: {of_file(error) if isinstance(error, OSError) else error}"
             self.log.error(trouble)
             self._store = PlanStore(None)
         self.set_entity_state(State.FAULT if trouble else State.NORMAL, trouble or "active")
@@ -187,10 +188,6 @@ class DB(Task):
             path.replace(aside)
             self.log.error(f"{path.name}: {error}; renamed to {aside.name}")
             return PlanStore(path)
-
-
-def _reason(error: Exception) -> str:
-    return f"{error.filename}: {error.strerror or error}" if isinstance(error, OSError) else str(error)
 
 
 def _saved(new: bool) -> str:

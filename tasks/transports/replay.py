@@ -6,6 +6,7 @@ from pathlib import Path
 import imc
 from runtime import ParameterError, State, Task, Timer, consume, param, periodic
 from runtime.kernel import SECOND
+from runtime.problem import of_file
 from tasks.transports.replay_log import Due, LogTime, Opened, Recording, ReplaySelection, go_to, open_recording
 
 BATCH = 200  # packets per call, so that other tasks can run while a replay is late
@@ -195,7 +196,7 @@ class Replay(Task):
                 due = self._next or next(self._packets, None)
             except OSError as error:
                 self._leave()
-                self._refuse(f"{error.filename}: {error.strerror}")
+                self._refuse(of_file(error))
                 return
             if due is None:
                 self._end()

@@ -15,6 +15,7 @@ from imc.addresses import BROADCAST, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from imc.lsf import Log, packet_id
 from runtime.durations import parse_duration
 from runtime.logs import summarize, types_called
+from runtime.problem import of_file
 
 TOLERANCE = 10.0  # s
 ENOUGH = 20
@@ -245,7 +246,7 @@ def go_to(recording: Recording, place: LogTime) -> Opened | str:
     try:
         return Opened(recording, packets, next(packets, None))
     except OSError as error:
-        return f"{error.filename}: {error.strerror}"
+        return of_file(error)
 
 
 def _parts(message: imc.Message) -> Iterator[imc.Message]:
