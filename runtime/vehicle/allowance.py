@@ -2,10 +2,12 @@
 
 from collections import Counter
 
+from imc.addresses import UNKNOWN_SYSTEM
+
 RATE, BURST = 200.0, 400.0  # replies to one asker: per second, at once
 RATE_OF_ALL, BURST_OF_ALL = 400.0, 1200.0
 MOST_ASKERS = 64
-ALL = 0xFFFF
+ALL = UNKNOWN_SYSTEM  # all askers together
 
 
 class Allowance:

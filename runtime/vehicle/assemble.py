@@ -10,8 +10,7 @@ from runtime.kernel import Clock, Kernel, as_error
 from runtime.problem import Origin, Problem, ProfileError, misspelled, quoted
 from runtime.profile import ENTITY_IDS, EVERY_TASK, Option, Profile, Section, default_label, dune
 from runtime.task import EntityError, ParameterError, Task, allot, consumers, with_place
-from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra, why_missing
-from runtime.vehicle.catalogue import misspelled as misspelled_task
+from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra, misspelled_task, why_missing
 from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.vehicle import Vehicle
 

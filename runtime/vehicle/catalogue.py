@@ -113,7 +113,7 @@ def find_task(section: str) -> type[Task] | None:
     return found
 
 
-def misspelled(section: str) -> str:
+def misspelled_task(section: str) -> str:
     """The name of the task of Shoal that a section almost has; empty if it is not close to any."""
     name = section.partition("/")[0].lower()
     close = get_close_matches(name, own_tasks(), 1, 0.9)

@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from runtime.problem import Origin, Problem, ProfileError, Severity, misspelled, nearest, quoted, suggestion
 from runtime.profile import ALWAYS, NEVER, Option, Profile, Section, default_label, dune, items, parse_address
 from runtime.task import Parameter, Task, find_parameter
-from runtime.vehicle.catalogue import misspelled as misspelled_task
-from runtime.vehicle.catalogue import why_missing
+from runtime.vehicle.catalogue import misspelled_task, why_missing
 from runtime.zenoh import ZenohConfig
 
 DAEMON = "Daemon"

@@ -1,13 +1,13 @@
 """The vehicle's own task: publishes its heartbeat, its entities and their states."""
 
 import imc
+from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.task import consume, periodic
 from runtime.vehicle.parameter_service import ParameterService
 
-ANY_ENTITY = 0xFF
+ANY_ENTITY = UNKNOWN_ENTITY
 REPORT_PERIOD = 10.0  # s
 MOST_NAMED = 5
-FURTHER = 0xFFFF  # stands for the systems that are not counted by name
 
 
 class Daemon(ParameterService):
@@ -39,7 +39,7 @@ class Daemon(ParameterService):
     def _report_excess(self) -> None:
         """Log who sends or asks too much, at most once in REPORT_PERIOD."""
         counts = {
-            f"{kind} from {self.vehicle.systems.name(source) if 0 <= source < FURTHER else 'further systems'}": number
+            f"{kind} from {self.vehicle.systems.name(source) if source != UNKNOWN_SYSTEM else 'further systems'}": number
             for kind, found in (("packets", self.vehicle.bus.inbox.dropped), ("requests", self.allowance.refused))
             for source, number in found.copy().items()
         }

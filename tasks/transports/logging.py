@@ -298,9 +298,9 @@ class Logging(Task):
             os.close(file)
         else:
             self._syncing += 1
-            self.offload(synchronize, file, then=self._synchronised)
+            self.offload(synchronize, file, then=self._synchronized)
 
-    def _synchronised(self, error: OSError | None) -> None:
+    def _synchronized(self, error: OSError | None) -> None:
         self._syncing -= 1
         if error is not None:
             self._fail(error)
