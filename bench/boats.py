@@ -90,11 +90,11 @@ def picture() -> str:
         circle = f'cx="{right(20):.1f}" cy="{up(20):.1f}" rx="{right(15) - right(0):.1f}" ry="{up(0) - up(15):.1f}"'
         parts.append(f'<polyline points="{corners}" fill="none" stroke="#9ca3af" stroke-dasharray="4 3"/>')
         parts.append(f'<ellipse {circle} fill="none" stroke="#9ca3af" stroke-dasharray="4 3"/>')
-        for index, (boat, colour) in enumerate(BOATS.items()):
+        for index, (boat, color) in enumerate(BOATS.items()):
             rows = sail(boat, load_plan(HARBOUR), *overrides)["rows"][::50]
             line = " ".join(f"{right(east):.1f},{up(north):.1f}" for _, north, east, _ in rows)
-            parts.append(f'<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="1.5"/>')
-            parts.append(f'<text x="{right(-18):.1f}" y="{up(70 - 5 * index):.1f}" fill="{colour}">{boat}</text>')
+            parts.append(f'<polyline points="{line}" fill="none" stroke="{color}" stroke-width="1.5"/>')
+            parts.append(f'<text x="{right(-18):.1f}" y="{up(70 - 5 * index):.1f}" fill="{color}">{boat}</text>')
     look = "text{font:12px sans-serif}.title{font-weight:bold}.grid{stroke:#e5e7eb;fill:none}"
     body = "\n".join(['<rect width="800" height="370" fill="#fff"/>', *parts])
     box = 'viewBox="0 0 800 370" width="800" height="370"'

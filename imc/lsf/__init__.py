@@ -1,7 +1,7 @@
 """Logs on disk: reads messages, columns and tables, writes packets."""
 
 from imc.lsf.bytes import ReportShare, chunks
-from imc.lsf.folder import find_log
+from imc.lsf.folder import SUFFIXES, find_log
 from imc.lsf.log import Log
 from imc.lsf.losses import Losses
 from imc.lsf.members import COMPRESSIONS, Compression, gzip_member
@@ -13,6 +13,7 @@ from imc.lsf.writer import LsfWriter
 
 __all__ = [
     "COMPRESSIONS",
+    "SUFFIXES",
     "Batch",
     "Compression",
     "Log",

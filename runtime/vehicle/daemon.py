@@ -38,8 +38,9 @@ class Daemon(ParameterService):
 
     def _report_excess(self) -> None:
         """Log who sends or asks too much, at most once in REPORT_PERIOD."""
+        name = self.vehicle.systems.name
         counts = {
-            f"{kind} from {self.vehicle.systems.name(source) if source != UNKNOWN_SYSTEM else 'further systems'}": number
+            f"{kind} from {name(source) if source != UNKNOWN_SYSTEM else 'further systems'}": number
             for kind, found in (("packets", self.vehicle.bus.inbox.dropped), ("requests", self.allowance.refused))
             for source, number in found.copy().items()
         }

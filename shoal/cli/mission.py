@@ -157,11 +157,11 @@ def _print(title: str, report: Report) -> None:
             leg.name,
             f"{leg.seconds:.1f} s",
             f"{leg.distance:.1f} m",
-            _metres(leg.cross_track),
-            _metres(leg.depth_error),
+            _meters(leg.cross_track),
+            _meters(leg.depth_error),
         )
     console.print(table)
 
 
-def _metres(value: float) -> str:
+def _meters(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.2f} m"

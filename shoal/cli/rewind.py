@@ -10,7 +10,7 @@ from runtime.durations import parse_duration
 from runtime.kernel import SECOND
 from runtime.problem import ProfileError
 from runtime.snapshot import SnapshotError
-from shoal.cli.options import check_log_dir, code_of_log_option, use_code
+from shoal.cli.options import check_log_dir, code_of_log_option, log_dir_option, use_code
 from shoal.cli.run import swim
 from shoal.rerun import Instants, Rewound, outline
 
@@ -23,7 +23,7 @@ from shoal.rerun import Instants, Rewound, outline
     "--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Change an option from then on."
 )
 @code_of_log_option
-@click.option("--log-dir", default="log", show_default=True, type=click.Path(path_type=Path), help="Folder for logs.")
+@log_dir_option
 def rewind(
     log: Path, at: str, duration: str | None, overrides: tuple[str, ...], code: tuple[Path, ...], log_dir: Path
 ) -> None:

@@ -170,8 +170,8 @@ class Status:
         text = Text(f"{normal} of {len(stateful)} normal")
         for entity in stateful:
             if entity.state is not State.NORMAL:
-                colour = "yellow" if entity.state in (State.BOOT, State.FAULT) else "red"
-                text.append(f"\n{_plight(entity)}", style=colour)
+                color = "yellow" if entity.state in (State.BOOT, State.FAULT) else "red"
+                text.append(f"\n{_plight(entity)}", style=color)
         return text
 
     def _see_state(self, state: imc.EstimatedState) -> None:

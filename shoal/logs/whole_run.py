@@ -7,7 +7,7 @@ from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from imc.lsf import find_log
+from imc.lsf import SUFFIXES, find_log
 
 SAME = ("IMC.xml.gz", "IMC.xml")
 JOINED = ("Output.txt",)
@@ -48,7 +48,7 @@ def as_one(logs: Sequence[Path]) -> Generator[Path]:
 
 def newest_log(folder: Path) -> Path:
     """The folder of the log below `folder` that was written last. Raises FileNotFoundError."""
-    found = [path for path in folder.rglob("Data.lsf*") if path.suffix in (".lsf", ".gz", ".bz2", ".z")]
+    found = [path for path in folder.rglob("Data.lsf*") if path.name.endswith(SUFFIXES)]
     if not found:
         raise FileNotFoundError(errno.ENOENT, "there is no log below it", str(folder))
     return max(found, key=lambda path: (path.stat().st_mtime_ns, path)).parent

@@ -148,14 +148,14 @@ class PlanReader:
         if "north" in nodes or "east" in nodes:
             if self._origin is None:
                 nodes["north" if "north" in nodes else "east"].fail("north and east need an origin in the plan")
-            north, east = (self._read(nodes[k], _metres) if k in nodes else 0.0 for k in ("north", "east"))
+            north, east = (self._read(nodes[k], _meters) if k in nodes else 0.0 for k in ("north", "east"))
             found["lat"], found["lon"] = displace(self._origin[0], self._origin[1], 0.0, north, east)[:2]
         heights = [key for key in nodes if key in (*Z_UNITS, "z")]
         if len(heights) > 1:
             nodes[heights[1]].fail(f"{' and '.join(heights)} exclude each other")
         for key, unit in Z_UNITS.items():
             if key in nodes:
-                found["z"], found["z_units"] = self._read(nodes[key], _metres), int(unit)
+                found["z"], found["z_units"] = self._read(nodes[key], _meters), int(unit)
         if "speed" in nodes:
             found |= self._read(nodes["speed"], speed)
         return found
@@ -253,10 +253,10 @@ def _points(value: object) -> list[Values]:
     rows: list[Any] = cast(list[Any], value) if isinstance(value, list) else []
     if not rows or not all(isinstance(row, list) and len(cast(list[Any], row)) in (2, 3) for row in rows):
         raise ValueError("expected points as a list of [x, y] or [x, y, z] in m")
-    return [{"abbrev": "PathPoint", **{k: _metres(v) for k, v in zip("xyz", row, strict=False)}} for row in rows]
+    return [{"abbrev": "PathPoint", **{k: _meters(v) for k, v in zip("xyz", row, strict=False)}} for row in rows]
 
 
-def _metres(value: object) -> float:
+def _meters(value: object) -> float:
     return quantity(value, "m")
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 import imc
 from imc.layout import SYNC
-from imc.lsf import COMPRESSIONS, Compression, Losses, scan
+from imc.lsf import COMPRESSIONS, SUFFIXES, Compression, Losses, scan
 from runtime.logs import Array, Names, headers, without_strays
 
 TAIL = 1 << 19  # bytes
@@ -39,9 +39,8 @@ def logs_below(folder: Path) -> list[Glance]:
     found: list[Path] = []
     for place, folders, files in os.walk(folder):
         folders.sort()
-        suffixes = (".lsf", *(f".lsf{form.suffix}" for form in COMPRESSIONS.values()))
-        preferred = next((f"Data{suffix}" for suffix in suffixes if f"Data{suffix}" in files), None)
-        names = [preferred] if preferred else sorted(name for name in files if name.endswith(suffixes))
+        preferred = next((f"Data{suffix}" for suffix in SUFFIXES if f"Data{suffix}" in files), None)
+        names = [preferred] if preferred else sorted(name for name in files if name.endswith(SUFFIXES))
         found += [Path(place, name) for name in names]
     names = Names()
     return [glance(path, names) for path in sorted(found)]

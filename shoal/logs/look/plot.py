@@ -25,7 +25,7 @@ class Curve(NamedTuple):
     """
 
     name: str
-    colour: str
+    color: str
     time: Array
     value: Array
     unit: str
@@ -101,14 +101,14 @@ def chart(
             edge = f"L{points[-1][0]:.1f} {plot}L{points[0][0]:.1f} {plot}Z"
             body.append(f'<path class="ground" d="M{area}{edge}"/>')
         d = _path(points, time, PAUSE, wrap=plot * 0.6 if curve.wraps else math.inf)
-        body.append(f'<path class="curve {curve.colour}" {data} d="{d}"/>')
+        body.append(f'<path class="curve {curve.color}" {data} d="{d}"/>')
     axis = "".join(
         f'<text class="tick" x="{LEFT - 6}" y="{top + _y(at, low, high, plot, down) + 4:.1f}" text-anchor="end">'
         f"{_number(at)}</text>"
         for at in (ticks(low, high, 4) if marks is None else marks)
     )
     legend = "".join(
-        f'<span class="key {curve.colour}" data-name="{escape(curve.name)}" data-unit="{escape(curve.unit)}" '
+        f'<span class="key {curve.color}" data-name="{escape(curve.name)}" data-unit="{escape(curve.unit)}" '
         f'data-digits="{curve.digits}"><i></i>{escape(curve.name)} <b></b></span>'
         for curve in curves
     )

@@ -89,19 +89,19 @@ def _grid(view: PlotView) -> Iterator[str]:
         x = float(view.x(at))
         yield f'<line class="grid" x1="{x:.1f}" x2="{x:.1f}" y1="0" y2="{HEIGHT}"/>'
         if 40 < x < WIDTH - 60:
-            yield f'<text class="tick" x="{x:.1f}" y="{HEIGHT - 8}" text-anchor="middle">{_metres(at)}</text>'
+            yield f'<text class="tick" x="{x:.1f}" y="{HEIGHT - 8}" text-anchor="middle">{_meters(at)}</text>'
     for at in np.arange(math.ceil(low / step), math.floor(high / step) + 1) * step:
         y = float(view.y(at))
         yield f'<line class="grid" x1="0" x2="{WIDTH}" y1="{y:.1f}" y2="{y:.1f}"/>'
         if 40 < y < HEIGHT - 30:
-            yield f'<text class="tick" x="8" y="{y + 4:.1f}">{_metres(at)}</text>'
+            yield f'<text class="tick" x="8" y="{y + 4:.1f}">{_meters(at)}</text>'
     yield f'<text class="tick" x="{WIDTH - 8}" y="{HEIGHT - 8}" text-anchor="end">m east</text>'
     yield '<text class="tick" x="8" y="18">m north</text>'
     yield f'<g class="compass" transform="translate({WIDTH - 28} 34)"><path d="M0-16 6 8 0 4-6 8Z"/>'
     yield '<text y="22">N</text></g>'
 
 
-def _metres(value: float) -> str:
+def _meters(value: float) -> str:
     return f"{value:.6g}".replace("-", "−")
 
 

@@ -5,7 +5,7 @@ import math
 import imc
 from runtime import param
 from tasks.navigation.auv.checks import AttitudeCheck, DepthCheck
-from tasks.navigation.auv.consistency import JumpGate, Verdict
+from tasks.navigation.auv.consistency import JumpGate, Verdict, plight
 from tasks.navigation.auv.depth_filter import DepthFilter
 from tasks.navigation.auv.gates import GPS_JUMP, SHOWN
 from tasks.navigation.auv.horizontal_filter import PSI, K
@@ -137,20 +137,16 @@ class CheckedSensors(Sensors):
         """Why the vehicle must come up; empty if it need not."""
         now, began = self.now, self._began
         if now - max(self._oriented, began) > self.euler_timeout:
-            return f"attitude {self._plight(self.attitude_noise.stuck, self._attitude.rejects)}"
+            return f"attitude {plight(stuck=self.attitude_noise.stuck, jumps=self._attitude.rejects)}"
         if -math.inf < self.rates.last < self._oriented - self.euler_timeout:
             return "turn rates are missing"
         if now - max(self._plumbed, began) > self.depth_timeout:
-            return f"depth {self._plight(False, self._depth_check.rejects)}"
+            return f"depth {plight(stuck=False, jumps=self._depth_check.rejects)}"
         self._attitude.remember(bool(self._attitude.fault))
         fault = self._attitude.fault or self._depth_check.fault
         if fault:
             self._held_fault, self._held_until = fault, now + SHOWN
         return self._held_fault if now < self._held_until else ""
-
-    @staticmethod
-    def _plight(stuck: bool, jumps: bool) -> str:
-        return "is stuck" if stuck else "jumps" if jumps else "is missing"
 
     def _aids(self) -> str:
         """The description of the entity: names the optional sensors that are silent or rejected."""

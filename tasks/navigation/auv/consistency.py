@@ -45,6 +45,11 @@ class JumpGate:
         return Verdict.BELIEVED
 
 
+def plight(*, stuck: bool, jumps: bool) -> str:
+    """Why there is no measurement, for people."""
+    return "is stuck" if stuck else "jumps" if jumps else "is missing"
+
+
 class Repetition:
     """Notices that a sensor whose noise never let it repeat a value does so now."""
 

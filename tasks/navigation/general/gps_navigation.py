@@ -7,7 +7,7 @@ from imc.coordinates import displacement
 from runtime import State, Task, consume, param, periodic
 from tasks.navigation.auv.averages import Mean
 from tasks.navigation.auv.checks import AttitudeCheck
-from tasks.navigation.auv.consistency import JumpGate, Repetition, Verdict
+from tasks.navigation.auv.consistency import JumpGate, Repetition, Verdict, plight
 from tasks.navigation.auv.gates import GPS_JUMP, LARGEST_ANGLE, LARGEST_RATE, SHOWN, FixGate, Reason, located
 from tasks.navigation.auv.position import AGREEMENT, CONTRADICTION, CONTRADICTIONS, fix_variance
 from tasks.navigation.general.surface_filter import EAST, NORTH, STREAM_EAST, STREAM_NORTH, SurfaceFilter
@@ -272,8 +272,7 @@ class GPSNavigation(Task):
     def _fault(self) -> str:
         """Why the boat must stop; empty if it need not."""
         if self.now - max(self._oriented, self._began) > self.euler_timeout:
-            plight = "is stuck" if self._attitude_noise.stuck else "jumps" if self._check.rejects else "is missing"
-            return f"attitude {plight}"
+            return f"attitude {plight(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)}"
         if self._rates.last > -math.inf and self.now - self._rates.last > self.euler_timeout:
             return "turn rates are missing"
         self._check.remember(bool(self._check.fault))

@@ -7,7 +7,7 @@ from imc.coordinates import displacement
 from runtime import State, Task, consume, param, periodic
 from tasks.navigation.auv.averages import Mean
 from tasks.navigation.auv.checks import AttitudeCheck
-from tasks.navigation.auv.consistency import JumpGate, Repetition, Verdict
+from tasks.navigation.auv.consistency import JumpGate, Repetition, Verdict, plight
 from tasks.navigation.auv.gates import GPS_JUMP, LARGEST_ANGLE, LARGEST_RATE, SHOWN, FixGate, Reason, located
 from tasks.navigation.uav.inertial_filter import InertialFilter
 from world.attitude import Vector, rotation, to_body, to_ned, wrap
@@ -262,11 +262,11 @@ class Navigation(Task):
             missing = "GPS fix" if len(self._first) < self.initial_fixes else "attitude and pressure"
             self.set_entity_state(State.BOOT, f"waiting for {missing}")
         elif now - self._oriented > self.euler_timeout:
-            plight = "is stuck" if self._attitude_noise.stuck else "jumps" if self._check.rejects else "is missing"
-            self.set_entity_state(State.ERROR, f"attitude {plight}")
+            why = plight(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)
+            self.set_entity_state(State.ERROR, f"attitude {why}")
         elif now - self._pressed > self.pressure_timeout:
-            plight = "is stuck" if self._pressure_noise.stuck else "jumps" if self._falls.rejected else "is missing"
-            self.set_entity_state(State.ERROR, f"pressure {plight}")
+            why = plight(stuck=self._pressure_noise.stuck, jumps=self._falls.rejected > 0)
+            self.set_entity_state(State.ERROR, f"pressure {why}")
         elif now - self._fixed > self.gps_timeout:
             self.set_entity_state(State.ERROR, "GPS fixes are missing")
         elif self._turned_at > -math.inf and now - self._turned_at > self.euler_timeout:
