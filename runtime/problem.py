@@ -111,6 +111,12 @@ def suggestion(word: str, words: Iterable[str]) -> str:
     return f"known: {', '.join(words)}" if 0 < len(words) <= 12 else ""
 
 
+def hinted(reason: str, word: str, words: Iterable[str]) -> str:
+    """A reason, with the hint of `suggestion` in brackets if there is one."""
+    hint = suggestion(word, words)
+    return f"{reason} ({hint})" if hint else reason
+
+
 def quoted(text: str) -> str:
     """`text` in quotes, safe for a terminal and cut to 80 characters."""
     return f"'{printable(text if len(text) <= 80 else text[:79] + '…')}'"

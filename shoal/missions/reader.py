@@ -9,7 +9,7 @@ from typing import Any, cast
 import imc
 from imc.coordinates import displace
 from imc.schema.yamltree import Node, read_tree
-from runtime.problem import suggestion
+from runtime.problem import hinted
 from shoal.missions.values import Z_UNITS, position, quantity, read_field, speed
 from tasks.plan import parse_condition
 
@@ -62,7 +62,7 @@ class PlanReader:
                 node.fail(f"the id {name!r} is used twice")
         start = self._text(root, "start", names[0])
         if start not in names:
-            root["start"].fail(_hinted(f"there is no maneuver {start!r}", start, names))
+            root["start"].fail(hinted(f"there is no maneuver {start!r}", start, names))
         arrows: list[Values] = []
         for (item, node, then), following in zip(items, [*names[1:], None], strict=True):
             arrows += self._arrows(item["maneuver_id"], then, following, names, node)
@@ -108,7 +108,7 @@ class PlanReader:
         given = [key for key in nodes if key not in _SHORTHANDS]
         for key in given:
             if key not in infos:
-                nodes[key].fail(_hinted(f"{cls.__name__} has no field {key!r}", key, [*_SHORTHANDS, *infos]))
+                nodes[key].fail(hinted(f"{cls.__name__} has no field {key!r}", key, [*_SHORTHANDS, *infos]))
             values[key] = self._read(nodes[key], _points if key == "points" else partial(read_field, infos[key]))
             self._check(nodes[key], key, values[key])
         for key in target:
@@ -174,7 +174,7 @@ class PlanReader:
             text = cast(Values, text)
             to = FINISH if text["to"] == END else str(text["to"])
             if to not in (*names, FINISH):
-                (then or where).fail(_hinted(f"there is no maneuver {to!r}", to, names))
+                (then or where).fail(hinted(f"there is no maneuver {to!r}", to, names))
             condition = str(text.get("when", DONE))
             try:
                 parse_condition(condition)
@@ -203,7 +203,7 @@ class PlanReader:
         for name in known:
             if name.lower() == wanted:
                 return imc.builtin()[name]
-        node.fail(_hinted(f"there is no maneuver {key!r}", wanted, known))
+        node.fail(hinted(f"there is no maneuver {key!r}", wanted, known))
 
     def _mapping(self, node: Node, what: str, *, optional: bool = False) -> Nodes:
         if optional and node.value() is None:
@@ -234,11 +234,6 @@ class PlanReader:
             raise
         except ValueError as error:
             node.fail(str(error))
-
-
-def _hinted(reason: str, word: str, words: list[str]) -> str:
-    hint = suggestion(word, words)
-    return f"{reason} ({hint})" if hint else reason
 
 
 def _is_where_it_begins(maneuver: imc.Message) -> bool:

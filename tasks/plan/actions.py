@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import imc
-from runtime.problem import suggestion
+from runtime.problem import hinted
 from runtime.task import Entities, Task
 from tasks.plan.graph import Actions, Graph, PlanNode
 
@@ -130,12 +130,12 @@ def _refusal(label: str, entry: imc.EntityParameter, task: Task | None, vehicle:
         if (entry.name, entry.value) == ("Active", "false"):
             return ""
         known = [task.entity.label for task in vehicle.tasks]
-        return _hinted(f"the vehicle has no entity {label!r}", label, known)
+        return hinted(f"the vehicle has no entity {label!r}", label, known)
     parameter = task.parameter_set.find(entry.name)
     if parameter is None:
         if entry.name == "Active" and entry.value in ("true", "false"):
             return ""
-        return _hinted(f"{label} has no parameter {entry.name!r}", entry.name, task.parameter_set.declarations)
+        return hinted(f"{label} has no parameter {entry.name!r}", entry.name, task.parameter_set.declarations)
     if not parameter.editable:
         return f"{label}: {entry.name} cannot be changed while the vehicle runs"
     try:
@@ -143,11 +143,6 @@ def _refusal(label: str, entry: imc.EntityParameter, task: Task | None, vehicle:
     except ValueError as error:
         return f"{label}: {entry.name}: {error}"
     return ""
-
-
-def _hinted(reason: str, word: str, words: Iterable[str]) -> str:
-    hint = suggestion(word, words)
-    return f"{reason} ({hint})" if hint else reason
 
 
 def _all_settings(graph: Graph) -> Iterator[tuple[str, imc.SetEntityParameters]]:

@@ -5,7 +5,7 @@ import math
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.bus import Subscription
-from runtime.problem import suggestion
+from runtime.problem import hinted, suggestion
 from runtime.vehicle import general_number
 
 Loops = imc.CLoopsMask
@@ -170,8 +170,8 @@ def _requirement(text: str) -> tuple[str, int]:
     name, _, words = text.partition(":")
     name, mask = name.strip(), 0
     if name not in imc.builtin():
-        hint = suggestion(name, imc.builtin().types)
-        raise ParameterError("Required Messages", f"there is no message {name!r}" + (f" ({hint})" if hint else ""))
+        reason = hinted(f"there is no message {name!r}", name, imc.builtin().types)
+        raise ParameterError("Required Messages", reason)
     for word in words.split():
         if word not in Loops.__members__:
             hint = suggestion(word, Loops.__members__) or "see CLoopsMask"

@@ -1,4 +1,4 @@
-"""The vehicle: entities, parameters over the bus, activation, failures and restarts."""
+"""The vehicle: entities, parameters over the bus, and activation."""
 
 import pytest
 

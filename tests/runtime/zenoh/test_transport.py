@@ -20,14 +20,6 @@ from tests.runtime.bus.transport_contract import FIRST, SECOND_, Link, Transport
 from tests.runtime.zenoh.processes import PATIENCE, PEERS, Network, Process, hear_each_other, local_port
 
 
-@pytest.fixture
-def network() -> Iterator[Network]:
-    network = Network()
-    yield network
-    for process in network.processes:
-        process.end()
-
-
 def test_two_processes_hear_each_other_in_order_and_close_under_traffic(network: Network) -> None:
     first, second = network.buses(1, 2)
     for process, other in ((first, 2), (second, 1)):

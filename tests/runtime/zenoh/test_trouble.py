@@ -4,11 +4,8 @@ import os
 import re
 import signal
 import time
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
-
-import pytest
 
 import imc
 from tests.runtime.zenoh.processes import PATIENCE, PEERS, Network, Process
@@ -17,14 +14,6 @@ NAME = "lauv-noptilus-1"
 SYSTEM = 0x001A
 EXECUTING = imc.PlanControlState.State.EXECUTING
 KINDS = ("queries", "state in the vehicle's name", "states of many", "state of a console")
-
-
-@pytest.fixture
-def network() -> Iterator[Network]:
-    network = Network()
-    yield network
-    for process in network.processes:
-        process.end()
 
 
 class Vehicle(Process):

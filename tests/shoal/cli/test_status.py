@@ -6,7 +6,6 @@ import pytest
 from rich.console import Console
 
 import imc
-from runtime.durations import parse_duration
 from runtime.kernel import VirtualClock
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
@@ -62,9 +61,3 @@ def test_detections_are_shown_where_there_are_any(tmp_path):
 @pytest.mark.parametrize("width", [1, 3, 5])
 def test_a_narrow_terminal_is_borne(tmp_path, width):
     assert show(tmp_path, width=width)
-
-
-@pytest.mark.parametrize("text", ["", "-1s", "ten", "9" * 400, "1 fortnight", "nan"])
-def test_spans_of_time_that_are_none_are_refused(text):
-    with pytest.raises(ValueError, match="is not a duration"):
-        parse_duration(text)

@@ -197,6 +197,16 @@ def test_an_abort_stops_the_motors(boat):
     assert speeds[-1] < 0.6 * speeds[0]
 
 
+def silenced(task):
+    """What happens to a voyage whose task falls silent after 25 s."""
+
+    async def silence(vehicle, script):
+        await script.sleep(25.0)
+        vehicle.task(task).disconnect()
+
+    return silence
+
+
 @pytest.mark.parametrize(
     ("boat", "task", "within"),
     [
@@ -218,11 +228,7 @@ def test_an_abort_stops_the_motors(boat):
     ],
 )
 def test_what_falls_silent_ends_the_plan_and_leaves_the_motors_at_rest(boat, task, within):
-    async def silence(vehicle, script):
-        await script.sleep(25.0)
-        vehicle.task(task).disconnect()
-
-    voyage = sail(boat, plan_of(goto(200, 0)), happen=silence, until=30.0 + within)
+    voyage = sail(boat, plan_of(goto(200, 0)), happen=silenced(task), until=30.0 + within)
     assert voyage.modes[:4] == [Mode.BOOT, Mode.SERVICE, Mode.MANEUVER, Mode.ERROR]
     assert voyage.since(Mode.ERROR) < 25.0 + within
     last = {m.id: m.value for m in voyage.of(imc.SetThrusterActuation, 0.0, 29.0 + within)}
@@ -232,16 +238,12 @@ def test_what_falls_silent_ends_the_plan_and_leaves_the_motors_at_rest(boat, tas
 @pytest.mark.parametrize("boat", BOATS)
 @pytest.mark.parametrize(("task", "to"), [("Supervisors.Vehicle", 0xFFFF), ("Maneuver.Goto", 0xFFF0)])
 def test_the_motors_stop_without_supervisor_or_maneuver_and_an_abort_stops_them_at_once(boat, task, to):
-    async def silence(vehicle, script):
-        await script.sleep(25.0)
-        vehicle.task(task).disconnect()
-
     async def abort(vehicle, script):
-        await silence(vehicle, script)
+        await silenced(task)(vehicle, script)
         await script.sleep(1.0)
         script.publish(imc.Abort(dst=to))
 
-    voyage = sail(boat, plan_of(goto(200, 0)), happen=silence, until=32.0)
+    voyage = sail(boat, plan_of(goto(200, 0)), happen=silenced(task), until=32.0)
     assert {m.value for m in voyage.of(imc.SetThrusterActuation, 29.5)} <= {0.0}
     assert {
         m.value for m in sail(boat, plan_of(goto(200, 0)), happen=abort, until=28.0).of(imc.SetThrusterActuation, 26.1)
