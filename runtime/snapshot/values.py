@@ -47,7 +47,7 @@ class StateWriter:
             return value
         if type(value) is int:
             if value.bit_length() > LONGEST_INT:
-                raise SnapshotError(f"{where} is a number of {value.bit_length()} bits; a snapshot has {LONGEST_INT}")
+                raise SnapshotError(f"{where} is a number of {value.bit_length()} bits; a snapshot takes {LONGEST_INT}")
             return value if -LARGEST <= value < LARGEST else ["int", str(value)]
         if type(value) is str:
             return value if value.isascii() else ["str", value.encode(errors="surrogatepass")]

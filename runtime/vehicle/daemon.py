@@ -51,7 +51,7 @@ class Daemon(ParameterService):
         self._told, self._tell_next = counts, self.now + REPORT_PERIOD
         listed = ", ".join(f"{news[source]} {source}" for source in worst[:MOST_NAMED])
         rest = f" and from {len(worst) - MOST_NAMED} more" if len(worst) > MOST_NAMED else ""
-        self.log.warning(f"dropped, more than this vehicle takes: {listed}{rest}")
+        self.log.warning(f"dropped because too many arrive: {listed}{rest}")
 
     @consume(others=True)
     def tell_states(self, request: imc.QueryEntityState) -> None:

@@ -106,7 +106,7 @@ class Pace:
         for title, seconds in self._vehicle.worker.doing():
             if seconds > HUNG and title not in self._named:
                 self._named.add(title)
-                self._vehicle.daemon.log.warning(f"{title}, which is offloaded, has not returned for {seconds:.0f} s")
+                self._vehicle.daemon.log.warning(f"offloaded work has not returned for {seconds:.0f} s: {title}")
 
     def _warn(self, kind: str, text: str) -> None:
         now = time.monotonic()

@@ -195,7 +195,7 @@ class Vehicle:
         finally:
             if "worker" in vars(self):
                 for work in self.worker.close(WORK_PATIENCE):
-                    logger.warning("%s goes on; it is given up", work)
+                    logger.warning("%s is still running; it is abandoned", work)
             if self.fleet is None:
                 self.kernel.close()
         try:
@@ -257,7 +257,7 @@ class Vehicle:
             return True
         if not self.bus.refused:
             self.daemon.log.warning(
-                f"another process publishes as {entity.label} of {self.name}, and is not listened to: is the vehicle "
+                f"another process publishes as {entity.label} of {self.name}; its packets are ignored. Is the vehicle "
                 "running twice? Give one of them another name (-V), or another bus"
             )
         return False

@@ -132,7 +132,7 @@ class Presence:
             self._changed.notify_all()
             is_twin = cast(Any, sample).kind == zenoh.SampleKind.PUT and other.entities & self._part.entities
         if self._accepted and is_twin and other.phase == RUNNING:
-            self._tell(f"{self._part.vehicle} also runs {_where(other)}; nothing of it is taken here: end one of them")
+            self._tell(f"{self._part.vehicle} also runs {_where(other)}; its packets are ignored here. End one of them")
 
 
 def _where(other: Other) -> str:

@@ -67,7 +67,7 @@ class Scout:
             made.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(self._group[0]) + here)
         except OSError as error:
             made.close()
-            logger.warning("programs of this computer are not told of the vehicle: %s", error)
+            logger.warning("cannot announce the vehicle to other programs of this computer: %s", error)
             return
         self._socket = made
         self._thread.start()

@@ -74,7 +74,7 @@ class ZenohTransport:
         self.config = config
         self.lost = FaultCounter("of other processes were lost on the way", tell)
         self.oversize = FaultCounter("were too large for a packet and were dropped", tell)
-        self.strange = FaultCounter("in the name of this vehicle, but not of a process of it, were dropped", tell)
+        self.strange = FaultCounter("in the name of this vehicle, but from other processes, were dropped", tell)
         self.unsent = FaultCounter("could not be sent", tell)
         self._part = part
         self._tell = tell
@@ -113,7 +113,7 @@ class ZenohTransport:
         for endpoint in layout.exposed:
             self._tell(
                 f"zenoh: {endpoint} is open to others without certificates (mTLS) and access control: "
-                "whoever reaches it hears and commands this vehicle; see docs/zenoh.md"
+                "anyone who reaches it can listen to and command this vehicle; see docs/zenoh.md"
             )
         if layout.group:
             self._scout = Scout(layout.group, hello(str(session.info.zid()), layout.role, [layout.session]))

@@ -155,7 +155,7 @@ def _refuse_contradictions(profile: str | None) -> None:
         if typed and option.name in FIXED_BY_SNAPSHOT and not agrees:
             given.append(max(option.opts, key=len))
     if given:
-        raise click.UsageError(f"a snapshot has its own {', '.join(given)}: leave out what is named here")
+        raise click.UsageError(f"the snapshot has its own {', '.join(given)}; leave that out")
 
 
 def go_on(

@@ -52,5 +52,5 @@ class Steps:
             step(period)
         lost = max(0, periods - self._most) * period
         return f"the computer stood still for {periods * period:.1f} s" + (
-            f"; the last {lost:.1f} s of them are not simulated" if lost else ", which are made up for"
+            f"; the last {lost:.1f} s of them are not simulated" if lost else "; the simulation has caught up"
         )

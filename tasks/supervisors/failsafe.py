@@ -124,7 +124,7 @@ class Failsafe(Task):
             self._bus.subscribe(Subscription(kind, self._overrule, self))
         self._began, self._from, self._dropped = self.now, self._depth, False
         self.set_entity_state(State.ERROR, reason)
-        self.log.error(f"{reason}: the maneuver stops, all control loops and motors go off")
+        self.log.error(f"{reason}: stopping the maneuver, all control loops and the motors")
         self.publish(imc.Abort(dst=self.system))
         self._neutralize()
 

@@ -132,7 +132,9 @@ class MAVLink(Task):
         del self.closed[words]
         self.open_links.append(link)
         if not link.route.is_local:
-            self.log.warning(f"{words}: MAVLink is not signed here; whoever reaches this link commands the vehicle")
+            self.log.warning(
+                f"{words}: MAVLink is not signed here; anyone who reaches this link can command the vehicle"
+            )
         self.watch(link.socket, self.receive)
 
     def meet(self, flavour: Flavour, transmit: Callable[[bytes], object]) -> Session:

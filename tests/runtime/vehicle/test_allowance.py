@@ -47,6 +47,6 @@ def test_a_vehicle_answers_some_of_many_questions_and_says_who_asks_too_much() -
     ]
     run = simulate(Ear, feed, seconds=20.0)
     assert BURST <= run.task.infos <= BURST + 3 * RATE
-    told = [text for text in run.task.texts if text.startswith("dropped, more than this vehicle takes")]
+    told = [text for text in run.task.texts if text.startswith("dropped because too many arrive")]
     assert len(told) == 2, "at once, and ten seconds later"
     assert all("requests from 0x4001" in text for text in told)

@@ -97,7 +97,7 @@ def test_a_signal_ends_it_in_a_second_whatever_hangs_and_the_log_can_be_read(tmp
     else:
         assert process.returncode == 0, rest
     if how == "offloaded":
-        assert "sleep of hanging.Hanging goes on; it is given up" in rest
+        assert "sleep of hanging.Hanging is still running; it is abandoned" in rest
     (log,) = (tmp_path / "log").glob("*/*/*")
     assert imc.Log(log).counts()["SimulatedState"] > 100
 

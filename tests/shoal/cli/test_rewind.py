@@ -114,4 +114,4 @@ def test_a_snapshot_refuses_what_contradicts_it(tmp_path, option):
     (tmp_path / "State-3.msgpack").write_bytes(b"")
     done = shoal(tmp_path, "run", "--from-snapshot", "State-3.msgpack", *option)
     assert done.returncode == 2
-    assert "a snapshot has its own" in done.stderr
+    assert "the snapshot has its own" in done.stderr
