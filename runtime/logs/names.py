@@ -13,6 +13,7 @@ NAMING = frozenset({imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID})
 
 KEPT = NAMING | {imc.LoggingControl.ID}
 """Ids of the messages that describe a whole log, so that every part of it needs them."""
+NEAR = 0.65  # of difflib: less suggests words that nobody meant
 
 
 class UnknownName(ValueError):
@@ -105,7 +106,7 @@ def _choose(text: str, known: dict[str, Any], what: str, otherwise: Callable[[st
         return value
     if otherwise and (value := otherwise(text)) is not None:
         return value
-    near = get_close_matches(text.lower(), folded, 3, 0.5)
+    near = get_close_matches(text.lower(), folded, 3, NEAR)
     names = ", ".join(dict.fromkeys(name for low in near for name in known if name.lower() == low))
     raise UnknownName(f"there is no {what} {text!r}" + (f"; did you mean {names}?" if names else ""))
 

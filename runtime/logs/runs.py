@@ -26,6 +26,8 @@ def place_bytes(first: str, number: int) -> bytes:
 def place_of(folder: Path) -> Place | None:
     """The place of a log in its run; None if the folder does not say, or not in a way that makes sense."""
     try:
+        if not (folder / RUN_FILE).is_file():  # a pipe would be waited for
+            return None
         with (folder / RUN_FILE).open("rb") as file:
             found = msgspec.json.decode(file.read(LARGEST), type=Place)
     except (OSError, msgspec.DecodeError):

@@ -1,5 +1,6 @@
 """Task parameters: one declaration for parsing the profile, answering IMC requests, and documentation."""
 
+import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -155,8 +156,8 @@ class Parameter:
         return f"list:{name}" if self.is_list else name
 
     def _check_range(self, item: float) -> None:
-        if item != item:
-            raise ValueError(f"nan is not a value{self._limits()}")
+        if not math.isfinite(item):
+            raise ValueError(f"{item:g} is not a value{self._limits()}")
         if self.minimum is not None and item < self.minimum:
             raise ValueError(f"{item:g} is below the minimum{self._limits()}")
         if self.maximum is not None and item > self.maximum:
@@ -166,10 +167,12 @@ class Parameter:
         parts = [self.imc_type]
         if self.choices:
             parts.append("one of " + ", ".join(map(str, self.choices)))
-        if self.minimum is not None or self.maximum is not None:
-            low = "-inf" if self.minimum is None else f"{self.minimum:g}"
-            high = "inf" if self.maximum is None else f"{self.maximum:g}"
-            parts.append(f"{low} to {high}")
+        if self.minimum is not None and self.maximum is not None:
+            parts.append(f"{self.minimum:g} to {self.maximum:g}")
+        elif self.minimum is not None:
+            parts.append(f"{self.minimum:g} or more")
+        elif self.maximum is not None:
+            parts.append(f"{self.maximum:g} or less")
         if self.unit not in ("", "1"):
             parts.append(self.unit)
         if self.size:

@@ -17,6 +17,7 @@ from runtime.durations import parse_duration
 from runtime.problem import ProfileError, of_file
 from runtime.profile import Profile
 from runtime.vehicle import check, find_task
+from shoal.cli.ending import guarded, leave_after, own_part
 from shoal.cli.options import (
     check_log_dir,
     code_option,
@@ -26,7 +27,7 @@ from shoal.cli.options import (
     parse_period,
     use_code,
 )
-from shoal.cli.run import tell_missing, tell_warnings
+from shoal.cli.run import tell_lost, tell_missing, tell_warnings
 from shoal.missions import ManeuverReport, Mission, PlanFileError, Report, load_plan, prepare
 
 REFRESH = 0.1  # s between updates
@@ -64,8 +65,8 @@ def mission(
 ) -> None:
     """Fly PLAN (YAML or JSON) with the vehicle PROFILE, for example: shoal mission lauv-noptilus-1 plan.yaml
 
-    The exit status is 0 if the plan was completed, 1 if the vehicle refused or did not complete it, 2 if a file or the
-    profile is wrong.
+    The exit status is 0 if the plan was completed, 1 if the vehicle refused or did not complete it or its log is not
+    complete, 2 if a file or the profile is wrong.
     """
     use_code(code, [profile])
     try:
@@ -91,19 +92,23 @@ def mission(
         click.echo(f"Error: {error}", err=True)
         sys.exit(CANNOT_FLY)
     bar = _Bar(specification.plan_id)
-    try:
-        with bar.progress:
-            flight = Mission(made.vehicle, specification, calibrate=calibrate, watch=bar.show)
+    flight = Mission(made.vehicle, specification, calibrate=calibrate, watch=bar.show)
+    with bar.progress, guarded(made.vehicle) as watchdog:
+        try:
             report = flight.fly(longest, snapshot_every=snapshot_every)
-        if flight.unsaved:
-            tell_missing(flight.unsaved)
-    except Exception as error:
-        report = Report("FAILURE", f"{type(error).__name__}: {error}")
+        except Exception as error:
+            report = Report("FAILURE", f"{type(error).__name__}: {error}")
+            click.echo(own_part(error), err=True)
+    if watchdog.hasty and not report.completed:
+        report.outcome, report.reason = "FAILURE", "stopped by a signal"
+    incomplete = tell_lost(made.vehicle) or bool(flight.unsaved)
+    if flight.unsaved:
+        tell_missing(flight.unsaved)
     if as_json:
         click.echo(json.dumps(_plain(report), indent=1))
     else:
         _print(specification.plan_id, report)
-    sys.exit(0 if report.completed else 1)
+    leave_after(watchdog, int(incomplete or not report.completed))
 
 
 class _Bar:

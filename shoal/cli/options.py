@@ -51,17 +51,25 @@ def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool
     """
     from runtime.vehicle import search_code  # slow to import, and not every command needs it
 
-    places = [Path.cwd(), *(Path(name).parent for name in profiles if Path(name).is_file())]
-    if not code and not of_log and not any(map(_is_log, places)):
-        code = places[:1]
+    here = Path.cwd()
+    if not code and not of_log:
+        places = [here, *(Path(name).parent for name in profiles if Path(name).is_file())]
+        log = next((found for place in places if (found := _log_in(place))), None)
+        if log is None:
+            code = [here]
+        elif (here / "tasks").is_dir() or any(here.glob("*.py")):
+            words = f"own tasks in {here} are not searched for, since it has a log ({log}); --code . searches for them"
+            click.echo(f"note: {words}", err=True)
     for folder in code:
         for clash in search_code(folder):
             click.echo(f"warning: {clash}", err=True)
 
 
-def _is_log(folder: Path) -> bool:
-    """Whether a folder has a log, or folders below it are a run's: <date>/<time>/Data.lsf."""
-    return any(True for depth in ("", "*/", "*/*/") for _ in folder.glob(f"{depth}Data.lsf*"))
+def _log_in(folder: Path) -> Path | None:
+    """A log in a folder, or in one that the folder may be a part of: <date>/<time>_<plan>/Data.lsf."""
+    day, time = "[0-9]" * 8, "[0-9]" * 6
+    depths = ("", f"{time}*/", f"{day}/{time}*/")
+    return next((log for depth in depths for log in folder.glob(f"{depth}Data.lsf*")), None)
 
 
 def parse_period(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:

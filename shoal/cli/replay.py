@@ -7,13 +7,16 @@ import click
 
 import imc
 from runtime.kernel import parse_clock
+from runtime.logs import summarize
 from runtime.problem import ProfileError
 from runtime.profile import derived_id, load_profile, own_etc
 from runtime.vehicle import Vehicle, find_task, join_zenoh
 from shoal.cli.keys import Player, steering
-from shoal.cli.log_open import run_at, takes_runs
+from shoal.cli.log_change import split_words
+from shoal.cli.log_open import refusals, run_at, takes_runs
 from shoal.cli.options import check_log_dir
 from shoal.cli.run import options, swim
+from shoal.logs.selection import choose
 from tasks.transports.logging import Logging
 
 NAME = "replay"
@@ -54,8 +57,12 @@ def replay(
     """
     source = click.get_current_context().get_parameter_source("log_dir")
     wants_log = source is not click.core.ParameterSource.DEFAULT
-    if next(iter(imc.Log(log).packets()), None) is None:
+    opened = imc.Log(log)
+    if next(iter(opened.packets()), None) is None:
         raise click.ClickException(f"{log}: there is no message in this log")
+    if messages or systems or entities:
+        with refusals():
+            choose(summarize(opened), None, None, *map(split_words, (messages, systems, entities)))
     cls = find_task("Transports.Replay")
     assert cls is not None
     try:
@@ -77,9 +84,9 @@ def replay(
             exit_at_end=True,
             begin=begin,
             end=end,
-            replay_messages=_words(messages),
-            replay_systems=_words(systems),
-            replay_entities=_words(entities),
+            replay_messages=split_words(messages),
+            replay_systems=split_words(systems),
+            replay_entities=split_words(entities),
             loop=loop,
         )
         if wants_log:
@@ -93,7 +100,3 @@ def replay(
         raise click.ClickException(str(error)) from None
     with steering(cast(Player, player), vehicle.kernel):
         swim(vehicle, f"replay of {run_at(log)[0]}", duration)
-
-
-def _words(texts: tuple[str, ...]) -> list[str]:
-    return [word.strip() for text in texts for word in text.split(",") if word.strip()]

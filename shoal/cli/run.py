@@ -1,25 +1,20 @@
 """`shoal run`: runs a vehicle profile and shows its status."""
 
 import contextlib
-import os
-import signal
-import sys
-import traceback
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from types import FrameType
 from typing import Any, NoReturn, TypeVar
 
 import click
 from click.core import ParameterSource
 
-from runtime.kernel import Watchdog, kernel, parse_clock
+from runtime.kernel import parse_clock
 from runtime.problem import COMMAND_LINE, Problem, ProfileError, of_file, printable
 from runtime.profile import Profile, items, load_profile
 from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load_file, run_with_snapshots
 from runtime.vehicle import Build, Vehicle, build, check, find_task, join_zenoh
-from runtime.vehicle import vehicle as vehicle_module
+from shoal.cli.ending import guarded, leave_after, own_part
 from shoal.cli.options import (
     check_log_dir,
     code_option,
@@ -33,15 +28,13 @@ from shoal.cli.options import (
     use_code,
 )
 from shoal.cli.status import Status
+from tasks.transports.logging import Logging
 
 F = TypeVar("F", bound=Callable[..., Any])
 MOST_WARNINGS = 10
 LINKS = "Transports."  # the tasks that write logs and talk to others
 FIXED_BY_SNAPSHOT = ("config_dir", "profiles", "vehicle", "clock", "seed", "bus", "keep_going")
-STOPPING_TIME = 0.8  # s from a signal to the end, whatever hangs
 CLOSING = 30.0  # s to close a run that ends by itself
-STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-OWN_FILES = (kernel.__file__, vehicle_module.__file__)
 
 
 def options(function: F) -> F:
@@ -195,89 +188,47 @@ def swim(
     that the disk refuses is reported and left out.
     """
     status = Status(vehicle, title, duration)
-    missing: list[OSError] = []
-    watchdog = Watchdog(vehicle.kernel, _leave)
-    stop = _stopper(vehicle, watchdog)
-    previous = {n: signal.signal(n, stop) for n in STOPPING if signal.getsignal(n) is not signal.SIG_IGN}
-    try:
-        with status, watchdog:
-            if start:
-                vehicle.start()
-            try:
-                if snapshot_every is None:
-                    vehicle.run(duration)
-                else:
-                    missing = run_with_snapshots(vehicle, duration, snapshot_every, partial(keep_beside_log, vehicle))
-            finally:
-                if not vehicle.virtual:
-                    watchdog.expect_end(CLOSING)
-                vehicle.close()
-    except Exception as error:
-        vehicle.exit_status = 1
-        with contextlib.suppress(OSError):
-            of_state = isinstance(error, SnapshotError) or not (start or isinstance(error, OSError))
-            click.echo(f"Error: {printable(str(error))}" if of_state else _own_part(error), err=True)
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
-        with contextlib.suppress(OSError):
-            click.echo(status.summary())
-    if missing:
-        tell_missing(missing)
-        vehicle.exit_status = vehicle.exit_status or 1
-    if watchdog.hasty:  # a signal: without the end of the interpreter, which takes long on a busy computer
-        with contextlib.suppress(OSError):
-            sys.stdout.flush()
-            sys.stderr.flush()
-        os._exit(vehicle.exit_status)
-    sys.exit(vehicle.exit_status)
+    missing, incomplete = list[OSError](), False
+    with guarded(vehicle) as watchdog:
+        try:
+            with status:
+                if start:
+                    vehicle.start()
+                try:
+                    if snapshot_every is None:
+                        vehicle.run(duration)
+                    else:
+                        keep = partial(keep_beside_log, vehicle)
+                        missing = run_with_snapshots(vehicle, duration, snapshot_every, keep)
+                finally:
+                    if not vehicle.virtual:
+                        watchdog.expect_end(CLOSING)
+                    vehicle.close()
+        except Exception as error:
+            vehicle.exit_status = 1
+            with contextlib.suppress(OSError):
+                of_state = isinstance(error, SnapshotError) or not (start or isinstance(error, OSError))
+                click.echo(f"Error: {printable(str(error))}" if of_state else own_part(error), err=True)
+    with contextlib.suppress(OSError):
+        click.echo(status.summary())
+        incomplete = tell_lost(vehicle)
+        if missing:
+            tell_missing(missing)
+    leave_after(watchdog, vehicle.exit_status or int(incomplete or bool(missing)))
+
+
+def tell_lost(vehicle: Vehicle) -> bool:
+    """Print what the loggers of a vehicle that has ended could not write; returns whether there is any."""
+    lost = [task.lost for task in vehicle.tasks if isinstance(task, Logging) and task.lost]
+    for words in lost:
+        click.echo(f"the log is not complete: {words}", err=True)
+    return bool(lost)
 
 
 def tell_missing(snapshots: list[OSError]) -> None:
     """Print how many snapshots could not be saved, and why."""
     plural = "s" * (len(snapshots) != 1)
     click.echo(f"{len(snapshots)} snapshot{plural} not saved: {of_file(snapshots[0])}", err=True)
-
-
-def _own_part(error: Exception) -> str:
-    """The traceback without the frames between the command line and the task."""
-    trace = error.__traceback__
-    while trace is not None and trace.tb_next is not None and trace.tb_frame.f_code.co_filename != kernel.__file__:
-        trace = trace.tb_next
-    while trace is not None and trace.tb_next is not None and trace.tb_frame.f_code.co_filename in OWN_FILES:
-        trace = trace.tb_next
-    return "".join(traceback.format_exception(type(error), error, trace)).rstrip()
-
-
-def _stopper(vehicle: Vehicle, watchdog: Watchdog) -> Callable[[int, FrameType | None], None]:
-    """A signal handler: the first signal ends the run in order, the second immediately.
-
-    A second SIGHUP does not: a closed terminal sends it twice.
-    """
-    asked: list[int] = []
-
-    def stop(number: int, _: FrameType | None) -> None:
-        asked.append(number)
-        if len(asked) == 1:
-            vehicle.kernel.post(vehicle.stop)
-            watchdog.expect_end(STOPPING_TIME, hasty=True)
-        elif signal.Signals(number).name != "SIGHUP":
-            _leave("stopped by a second signal")
-
-    return stop
-
-
-def _leave(text: str) -> NoReturn:
-    """End the process at once, from any thread: nothing is closed; logs have what was written until their last flush.
-
-    Only calls of the operating system: a stream of Python may be locked by what hangs.
-    """
-    for stream, data in ((1, b"\x1b[?25h"), (2, f"shoal: {text}\n".encode())):  # the first shows the cursor again
-        with contextlib.suppress(OSError):
-            if stream == 2 or os.isatty(stream):
-                os.set_blocking(stream, False)
-                os.write(stream, data)
-    os._exit(1)
 
 
 def tell_warnings(problems: list[Problem], profile: str) -> None:

@@ -45,7 +45,7 @@ def choose(name: str, known: dict[str, type], what: str) -> str:
     folded = {word: key for key in known for word in (key.lower().rpartition(".")[2], key.lower())}
     if name.lower() in folded:
         return folded[name.lower()]
-    close = dict.fromkeys(folded[key] for key in get_close_matches(name.lower(), folded, 3, 0.5))
+    close = dict.fromkeys(folded[key] for key in get_close_matches(name.lower(), folded, 3, 0.65))
     raise click.ClickException(
         f"there is no {what} {name!r}" + (f"; did you mean {', '.join(close)}?" if close else "")
     )

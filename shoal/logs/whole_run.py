@@ -48,7 +48,7 @@ def as_one(logs: Sequence[Path]) -> Generator[Path]:
 
 def newest_log(folder: Path) -> Path:
     """The folder of the log below `folder` that was written last. Raises FileNotFoundError."""
-    found = [path for path in folder.rglob("Data.lsf*") if path.name.endswith(SUFFIXES)]
+    found = [path for path in folder.rglob("Data.lsf*") if path.name.endswith(SUFFIXES) and path.is_file()]
     if not found:
         raise FileNotFoundError(errno.ENOENT, "there is no log below it", str(folder))
     return max(found, key=lambda path: (path.stat().st_mtime_ns, path)).parent

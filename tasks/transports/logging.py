@@ -8,7 +8,7 @@ from imc.addresses import UNKNOWN_SYSTEM
 from imc.coordinates import absolute
 from imc.lsf import COMPRESSIONS
 from runtime import Entity, State, Task, consume, param
-from runtime.problem import nearest, quoted
+from runtime.problem import nearest, of_file, quoted
 from runtime.snapshot import SnapshotError
 from tasks.transports.log_folder import LogFolder, clean_label, definitions, line_of, synchronize, utc
 from tasks.transports.log_series import LogSeries
@@ -58,6 +58,8 @@ class Logging(Task):
     loopback_internal_messages: bool = param(True, "", "Record the messages of this task itself.", editable=False)
 
     transient = ("_logs", "_schema")
+    lost = ""
+    """What the log lacks, for people; empty if it is complete."""
 
     def configure(self) -> None:
         if not hasattr(self, "_logs"):  # it goes on if the task is restarted
@@ -92,7 +94,7 @@ class Logging(Task):
             return
         folder = self._new_log()
         if (error := self._settle()) is not None:
-            raise SnapshotError(f"the log cannot be written: {error}")
+            raise SnapshotError(f"the log cannot be written: {of_file(error)}")
         folder.data.write(self._packet(imc.LoggingControl(op=Op.STARTED, name=name), self.entity))
         folder.data.write(self._packet(self._announcement(), self.entity))
         for entity in self.vehicle.entities:
@@ -105,8 +107,13 @@ class Logging(Task):
     def stop(self) -> None:
         self._recording = False
         self._close()
-        if self._logs.waiting_logs:
-            self.log.error(f"{self._logs.waiting / MIB:.1f} MiB of messages are not on the disk: {self._trouble}")
+        waiting = (
+            f"{self._logs.waiting / MIB:.1f} MiB of messages are not on the disk" if self._logs.waiting_logs else ""
+        )
+        lost = f"{self._lost} messages were lost, from {utc(self._lost_since)} on" if self._lost else ""
+        if trouble := ", ".join(words for words in (waiting, lost) if words):
+            self.lost = f"{trouble}: {self._trouble}"
+            self.log.error(self.lost)
         self._logs.close()
 
     @consume(others=True, packets=True)
@@ -325,5 +332,7 @@ class Logging(Task):
         if self._trouble:
             since = f", from {utc(self._lost_since)} on" if self._lost else ""
             self.log.warning(f"messages are recorded again; {self._lost} were lost{since}")
+            if self._lost:
+                self.lost = f"{self._lost} messages were lost{since}: {self._trouble}"
         self._trouble, self._lost, self._full = "", 0, False
         self.set_entity_state(State.NORMAL, f"recording {self._name}")

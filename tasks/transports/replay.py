@@ -174,6 +174,10 @@ class Replay(Task):
             self.log.info(f"playing {recording.log.path} with {source.name if source else 'the built-in definitions'}")
             self._recording, self._played, self._malformed = recording, 0, 0
         if self._next is None and place.seconds > 0.0:
+            if self.exit_at_end and not self._played:
+                self._leave()
+                self._refuse("there is nothing to play from this place of the log on")
+                return
             self.log.warning("nothing to play from this place of the log")
         self._continue_from(place.elapsed(self._next.origin) if self._next is not None else 0.0)
         self.tell()

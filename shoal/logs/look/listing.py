@@ -51,6 +51,8 @@ def glance(path: Path, names: Names) -> Glance:
     size = 0
     try:
         size = path.stat().st_size
+        if not path.is_file():
+            return Glance(path, "", math.nan, math.nan, size, "not a file")
         if (seen := _quick_glance(path, size, names)) is not None:
             return seen
         log = imc.Log(path, schema=imc.builtin())

@@ -119,3 +119,26 @@ def test_sys_exit_in_a_handler_is_its_tasks_error(tmp_path, how):
     assert process.returncode == 1
     assert "the handler tried to end the program: sys.exit(0)" in text
     assert "in hanging.Hanging at 2.000 s of the run" in text
+
+
+@pytest.mark.parametrize(("how", "number"), [("loop", signal.SIGINT), ("nothing", signal.SIGTERM)])
+def test_a_signal_ends_a_mission_with_a_report(tmp_path, how, number):
+    (tmp_path / "hanging.py").write_text(HANGING)
+    (tmp_path / "long.yaml").write_text("plan: long\nmaneuvers:\n  - idle: {duration: 10h}\n")
+    command = [sys.executable, "-m", "shoal.cli", "mission", "lauv-noptilus-1", "long.yaml", "-p", "Kinematic"]
+    command += ["--set", "hanging.Hanging:Enabled=Always", "--set", f"hanging.Hanging:How={how}"]
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(command, cwd=tmp_path, stdout=pipe, stderr=subprocess.STDOUT, text=True)
+    until(process, "hanging now")
+    time.sleep(3.0 if how == "loop" else 0.5)
+    asked = time.monotonic()
+    process.send_signal(number)
+    rest = process.communicate(timeout=20)[0]
+    assert time.monotonic() - asked < 1.5, rest
+    assert process.returncode == 1
+    if how == "loop":
+        assert re.search(
+            r"hanging\.Hanging has not returned from Hanging\.hang for 2\.\d s: .*hanging\.py:\d+ \(", rest
+        )
+    else:
+        assert "long: FAILURE, stopped by a signal" in rest

@@ -1,8 +1,11 @@
 """`shoal mission` and `shoal.fly` with a whole simulated vehicle."""
 
 import json
+import re
+import resource
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -27,6 +30,16 @@ def mission(*arguments, cwd):
     command = [sys.executable, "-m", "shoal.cli", "mission", *map(str, arguments)]
     done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=60)
     return done.returncode, done.stdout, done.stderr
+
+
+def test_a_log_that_does_not_fit_on_the_disk_is_said_and_is_no_success(tmp_path):
+    (tmp_path / "plan.yaml").write_text(SHORT)
+    command = [sys.executable, "-m", "shoal.cli", "mission", "lauv-noptilus-1", "plan.yaml", "--json"]
+    full = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (20_000, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, preexec_fn=full)
+    assert (done.returncode, json.loads(done.stdout)["outcome"]) == (1, "SUCCESS")
+    lack = r"the log is not complete: \d+\.\d MiB of messages are not on the disk: File too large"
+    assert re.search(lack, done.stderr)
 
 
 @pytest.fixture(scope="module")

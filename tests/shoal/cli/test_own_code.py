@@ -111,6 +111,18 @@ def test_a_class_that_is_no_task_and_a_failing_import_name_the_place(project):
     assert f"{project / 'horns.py'}:1: SyntaxError" in run(project)[2]
 
 
+def test_a_part_of_a_log_in_the_same_folder_hides_no_tasks(project):
+    assert run(project)[0] == 0
+    log = next(project.glob("log/*/*/*"))
+    assert shoal("log", "cut", log, "dive", "--to", "1s", cwd=project)[0] == 0
+    assert run(project)[0] == 0
+    (project / "dive").rename(project / "101530_dive")  # named like a log, so the folder may be a day of a vehicle's
+    status, _, err = run(project)
+    assert status == 2
+    assert f"note: own tasks in {project} are not searched for, since it has a log ({project}/101530_dive/Data" in err
+    assert run(project, "--code", ".")[0] == 0
+
+
 def test_a_received_log_runs_no_code(project):
     assert run(project)[0] == 0
     log = next(project.glob("log/*/*/*"))

@@ -192,7 +192,7 @@ def test_a_terminal_shows_the_vehicle(tmp_path):
         (["run", "lauv-noptilus-1", "--for", "ten"], "not a duration"),
         (
             ["run", "lauv-noptilus-1", "-p", "Simulation", "--set", "Simulators.GPS:HDOP=-1"],
-            "HDOP: -1 is below the minimum (expects real, 0 to inf)",
+            "HDOP: -1 is below the minimum (expects real, 0 or more)",
         ),
         (["run"], "name a profile"),
         (["rnu"], "Did you mean run?"),

@@ -1,0 +1,83 @@
+"""The end of a run: in order after a signal, at once after a second one, and in time whatever hangs."""
+
+import contextlib
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable, Generator
+from types import FrameType
+from typing import NoReturn
+
+from runtime.kernel import Watchdog, kernel
+from runtime.vehicle import Vehicle
+from runtime.vehicle import vehicle as vehicle_module
+
+STOPPING_TIME = 0.8  # s from a signal to the end, whatever hangs
+STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+OWN_FILES = (kernel.__file__, vehicle_module.__file__)
+
+
+@contextlib.contextmanager
+def guarded(vehicle: Vehicle) -> Generator[Watchdog]:
+    """Name what hangs in a run, and let signals end it: the first in order, within a second, a second one at once."""
+    watchdog = Watchdog(vehicle.kernel, _leave)
+    stop = _stopper(vehicle, watchdog)
+    previous = {n: signal.signal(n, stop) for n in STOPPING if signal.getsignal(n) is not signal.SIG_IGN}
+    try:
+        with watchdog:
+            yield watchdog
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+
+
+def leave_after(watchdog: Watchdog, status: int) -> NoReturn:
+    """Exit; after a signal without the end of the interpreter, which takes long on a busy computer."""
+    if watchdog.hasty:
+        with contextlib.suppress(OSError):
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(status)
+    sys.exit(status)
+
+
+def own_part(error: Exception) -> str:
+    """The traceback without the frames between the command line and the task."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None and trace.tb_frame.f_code.co_filename != kernel.__file__:
+        trace = trace.tb_next
+    while trace is not None and trace.tb_next is not None and trace.tb_frame.f_code.co_filename in OWN_FILES:
+        trace = trace.tb_next
+    return "".join(traceback.format_exception(type(error), error, trace)).rstrip()
+
+
+def _stopper(vehicle: Vehicle, watchdog: Watchdog) -> Callable[[int, FrameType | None], None]:
+    """A signal handler: the first signal ends the run in order, the second immediately.
+
+    A second SIGHUP does not: a closed terminal sends it twice.
+    """
+    asked: list[int] = []
+
+    def stop(number: int, _: FrameType | None) -> None:
+        asked.append(number)
+        if len(asked) == 1:
+            vehicle.kernel.post(vehicle.stop)
+            watchdog.expect_end(STOPPING_TIME, hasty=True)
+        elif signal.Signals(number).name != "SIGHUP":
+            _leave("stopped by a second signal")
+
+    return stop
+
+
+def _leave(text: str) -> NoReturn:
+    """End the process at once, from any thread: nothing is closed; logs have what was written until their last flush.
+
+    Only calls of the operating system: a stream of Python may be locked by what hangs.
+    """
+    for stream, data in ((1, b"\x1b[?25h"), (2, f"shoal: {text}\n".encode())):  # the first shows the cursor again
+        with contextlib.suppress(OSError):
+            if stream == 2 or os.isatty(stream):
+                os.set_blocking(stream, False)
+                os.write(stream, data)
+    os._exit(1)
