@@ -8,8 +8,8 @@ from imc.addresses import UNKNOWN_SYSTEM
 from imc.coordinates import absolute
 from imc.lsf import COMPRESSIONS
 from runtime import Entity, State, Task, consume, param
-from runtime.problem import nearest, quoted
 from runtime.snapshot import SnapshotError
+from tasks.transports.imc_links.message_list import message_named
 from tasks.transports.log_folder import LogFolder, clean_label, definitions, line_of, synchronize, utc
 from tasks.transports.log_series import LogSeries
 
@@ -20,15 +20,6 @@ ANNOUNCE_PERIOD = 10.0  # s
 
 Op = imc.LoggingControl.Op
 Phase = imc.PlanControlState.State
-
-
-def message_named(name: str) -> type[imc.Message]:
-    """The message type `name`. Raises ValueError, with the closest name, if there is none."""
-    schema = imc.builtin()
-    if name in schema:
-        return schema[name]
-    near = nearest(name, (cls.__name__ for cls in imc.messages.BY_ID.values()))
-    raise ValueError(f"there is no message {quoted(name)}" + (f"; did you mean {near}?" if near else ""))
 
 
 class Logging(Task):
