@@ -4,11 +4,11 @@ import os
 from datetime import UTC, datetime
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
-from imc.coordinates import absolute
+from imc.discovery import Services
 from imc.lsf import COMPRESSIONS
 from runtime import Entity, State, Task, consume, param
 from runtime.snapshot import SnapshotError
+from tasks.transports.imc_links.announcement import SYSTEM_TYPES, announcement
 from tasks.transports.imc_links.message_list import message_named
 from tasks.transports.log_folder import LogFolder, clean_label, definitions, line_of, synchronize, utc
 from tasks.transports.log_series import LogSeries
@@ -43,9 +43,7 @@ class Logging(Task):
         0, "MiB", "Size of Data.lsf on disk that starts a new log; 0 means no limit.", name="LSF Volume Size", minimum=0
     )
     transports: list[str] = param([], "", "Names of the messages to record; empty records all.", usable=message_named)
-    system_type: str = param(
-        "uuv", "", "Kind of system in Announce.", choices=tuple(kind.name.lower() for kind in imc.SystemType)
-    )
+    system_type: str = param("uuv", "", "Kind of system in Announce.", choices=SYSTEM_TYPES)
     loopback_internal_messages: bool = param(True, "", "Record the messages of this task itself.", editable=False)
 
     transient = ("_logs", "_schema")
@@ -220,18 +218,8 @@ class Logging(Task):
         self.publish(self._announcement())
 
     def _announcement(self) -> imc.Announce:
-        """Position 0, 0 means unknown, as in DUNE."""
-        state = self._state
-        lat, lon, height = absolute(state) if state is not None and (state.lat or state.lon) else (0.0, 0.0, 0.0)
-        return imc.Announce(
-            sys_name=self.system_name,
-            sys_type=imc.SystemType[self.system_type.upper()],
-            owner=UNKNOWN_SYSTEM,
-            lat=lat,
-            lon=lon,
-            height=height,
-            services=f"imc+info://0.0.0.0/version/{imc.builtin().version}",
-        )
+        services = Services.of(imc=imc.builtin().version)
+        return announcement(self.system_name, self.system_type, self._state, str(services))
 
     def _close(self) -> None:
         """End the log with a STOPPED mark; what the disk does not accept now is written later."""

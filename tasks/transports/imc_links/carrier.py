@@ -32,9 +32,12 @@ class Carrier(Task):
 
     def configure(self) -> None:
         self.messages = self.message_list(self.transports, self.rate_limiters)
-        if subscriptions := getattr(self, "subscriptions", ()):
+        if getattr(self, "subscriptions", None) is not None:
             self.listen(False)
-            self.listen(bool(subscriptions))
+            self.refresh()
+
+    def refresh(self) -> None:
+        """Call `listen`, according to whether there is somebody to send to; called when the parameters have changed."""
 
     def message_list(self, names: Iterable[str], rates: Iterable[str]) -> MessageList:
         """A list with the entity filters of this task. Raises ParameterError."""
@@ -47,7 +50,9 @@ class Carrier(Task):
                 label=self.vehicle.entities.label,
             )
         except ValueError as error:
-            raise ParameterError("Rate Limiters" if "rate" in str(error) else "Filtered Entities", str(error)) from None
+            raise ParameterError(
+                "Rate Limiters" if "its rate in Hz" in str(error) else "Filtered Entities", str(error)
+            ) from None
 
     def start(self) -> None:
         self.subscriptions: list[Subscription] = []
@@ -60,8 +65,7 @@ class Carrier(Task):
             return
         for subscription in self.subscriptions:
             self.vehicle.bus.remove(subscription)
-        others = not self.local_messages_only
-        kinds = self.kinds() if wanted else ()
+        kinds, others = self.kinds() if wanted else (), not self.local_messages_only
         self.subscriptions = [Subscription(kind, self.carry, self, others=others, packets=True) for kind in kinds]
         for subscription in self.subscriptions:
             self.vehicle.bus.subscribe(subscription)
@@ -71,5 +75,4 @@ class Carrier(Task):
         return self.messages.types
 
     def carry(self, message: imc.Message, packet: bytes) -> None:
-        """Send a message of the list, if its filters pass, to those who want it."""
-        raise NotImplementedError
+        """Send a message of the list, if its filters pass, to those who want it; a subclass says how."""

@@ -73,28 +73,35 @@ class MessageList:
         labels = dict(parse_entities(item) for item in entities if item.strip())
         self.unknown = sorted(name for name in {*wanted, *periods, *labels} if name not in schema)
         self.types = tuple(schema[name] for name in wanted if name in schema)
-        self._rates = {schema[n]: _Rate(hertz) for n, hertz in periods.items() if n in schema}
-        self._labels = {schema[n]: some for n, some in labels.items() if n in schema}
-        self._label = label
+        filters = {
+            schema[name]: _Filter(periods.get(name, math.inf), labels.get(name), label)
+            for name in {*periods, *labels}
+            if name in schema
+        }
+        self._filters = {kind: filters.get(kind) for kind in self.types}
 
     def passes(self, message: imc.Message, now: float) -> bool:
-        """Whether to send a message of one of the `types` at the time `now` (s)."""
-        kind = type(message)
-        labels = self._labels.get(kind)
-        if labels is not None and self._label(message.src, message.src_ent) not in labels:
+        """Whether to send a message at the time `now` (s)."""
+        try:
+            found = self._filters[type(message)]
+        except KeyError:
             return False
-        rate = self._rates.get(kind)
-        return rate is None or rate.passes((message.src, message.src_ent), now)
+        return found is None or found.passes(message, now)
 
 
-class _Rate:
-    """Lets messages of each source through at most so often per second, on average; 0 lets none through."""
+class _Filter:
+    """Lets messages of some entities through, of each at most so often per second, on average."""
 
-    def __init__(self, hertz: float):
+    def __init__(self, hertz: float, labels: frozenset[str] | None, label: Callable[[int, int], str]):
         self._period = 1.0 / hertz if hertz else math.inf
+        self._labels = labels
+        self._label = label
         self._due: dict[tuple[int, int], float] = {}
 
-    def passes(self, source: tuple[int, int], now: float) -> bool:
+    def passes(self, message: imc.Message, now: float) -> bool:
+        source = (message.src, message.src_ent)
+        if self._labels is not None and self._label(*source) not in self._labels:
+            return False
         period, due = self._period, self._due.get(source, now)
         if due > now + 2.0 * period:  # the clock was set back
             due = now

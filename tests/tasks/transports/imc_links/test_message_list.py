@@ -68,8 +68,8 @@ def test_many_sources_need_bounded_memory():
     messages = listed(rates=["EstimatedState:1"])
     for system in range(5 * MOST_SOURCES):
         assert messages.passes(imc.EstimatedState(src=system, src_ent=1), 1e9)
-    (rate,) = messages._rates.values()
-    assert len(rate._due) <= MOST_SOURCES
+    found = messages._filters[imc.EstimatedState]
+    assert len(found._due) <= MOST_SOURCES
 
 
 def test_only_listed_entities_pass_and_the_last_item_counts():

@@ -1,0 +1,58 @@
+"""Reads the datagrams of a task's sockets: many at a time, but never so many that the other tasks wait."""
+
+import socket
+import struct
+from collections.abc import Callable, Sequence
+
+from runtime import Task
+
+AT_ONCE = 256  # datagrams read at a time, of one socket
+PAUSE = 0.001  # s, after so many, for the other tasks
+LONGEST = 65535
+SO_MEMINFO, MEMINFO = 55, struct.Struct("9I")  # of Linux; the last number counts what found no room in the buffer
+
+
+class Reader:
+    """Calls `take(datagram, address, port)` with what arrives at the sockets, until it is closed."""
+
+    def __init__(self, task: Task, sockets: Sequence[socket.socket], take: Callable[[bytes, str, int], object]):
+        self._task = task
+        self._take = take
+        self._readings = {each: lambda each=each: self._read(each) for each in sockets}
+        for each, reading in self._readings.items():
+            task.watch(each, reading)
+
+    @property
+    def missed(self) -> int:
+        """How many datagrams came too fast to be read; known on Linux only."""
+        count = 0
+        for each in self._readings:
+            try:
+                count += MEMINFO.unpack(each.getsockopt(socket.SOL_SOCKET, SO_MEMINFO, MEMINFO.size))[-1]
+            except (OSError, struct.error):
+                continue
+        return count
+
+    def close(self) -> None:
+        """Close the sockets."""
+        readings, self._readings = self._readings, {}
+        for each in readings:
+            self._task.unwatch(each)
+            each.close()
+
+    def _read(self, readable: socket.socket) -> None:
+        recvfrom, take = readable.recvfrom, self._take
+        for _ in range(AT_ONCE):
+            try:
+                datagram, (address, port) = recvfrom(LONGEST)
+            except BlockingIOError:
+                return
+            except OSError:
+                continue  # an earlier packet was refused: nobody listens there
+            take(datagram, address, port)
+        self._task.unwatch(readable)
+        self._task.after(PAUSE, self._go_on, readable)
+
+    def _go_on(self, readable: socket.socket) -> None:
+        if readable in self._readings:
+            self._task.watch(readable, self._readings[readable])
