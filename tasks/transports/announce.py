@@ -14,7 +14,7 @@ from tasks.transports.imc_links.announcement import (
 from tasks.transports.imc_links.consoles import check_address
 from tasks.transports.imc_links.sockets import EVERYWHERE, Interface, announcer, interfaces, is_local
 
-SHORTEST = 1.0  # s between two announcements
+SHORTEST = 1.2  # s between two announcements; imcjava ignores one that comes within a second
 SOON = 0.2  # s, for several services that begin together
 MOST_SERVICES = 64
 MOST_SYSTEMS = 64
@@ -51,7 +51,7 @@ class Announce(Task):
         self.state: imc.EstimatedState | None = None
         self.offered: dict[tuple[int, str, str], tuple[Service, int]] = {}
         self.systems: dict[int, tuple[str, tuple[str, ...]]] = {}  # uid or name, and addresses, by id
-        self.sent, self.due, self.asked = 0.0, self.now, False
+        self.sent, self.due, self.asked = 0.0, self.now + SHORTEST, False  # first come the services
 
     @consume
     def offer(self, offer: imc.AnnounceService) -> None:

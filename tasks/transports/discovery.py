@@ -8,6 +8,7 @@ from imc.discovery import LOOPBACK, MULTICAST, PERIOD, PORTS, Services, readable
 from runtime import State, Task, param, periodic
 from tasks.transports.imc_links import peers
 from tasks.transports.imc_links.consoles import check_address
+from tasks.transports.imc_links.datagrams import Datagram
 from tasks.transports.imc_links.peers import Drops, Peer
 from tasks.transports.imc_links.reader import Reader
 from tasks.transports.imc_links.sockets import announce_sockets
@@ -88,7 +89,11 @@ class Discovery(Task):
             self.log.error(f"hears no announcements, so only static destinations and TCP reach this vehicle: {reason}")
         self.trouble = reason
 
-    def take(self, packet: bytes, address: str, port: int) -> None:
+    def take(self, datagrams: list[Datagram]) -> None:
+        for packet, address, _ in datagrams:
+            self.take_one(packet, address)
+
+    def take_one(self, packet: bytes, address: str) -> None:
         """Put an Announce on the bus, unless it came before or is this vehicle's own."""
         if not self.admits(address):
             self.drop(peers.TOO_FAST, address)

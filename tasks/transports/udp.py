@@ -12,9 +12,10 @@ from runtime.task import ParameterError
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
 from tasks.transports.imc_links.carrier import Carrier
 from tasks.transports.imc_links.consoles import Consoles, check_address
+from tasks.transports.imc_links.datagrams import Datagram
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate, sender
 from tasks.transports.imc_links.message_list import MessageList, parse_rate
-from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, UNKNOWN, Drops, Peers
+from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, UNKNOWN, Drops, Peer, Peers
 from tasks.transports.imc_links.reader import Reader
 from tasks.transports.imc_links.sockets import bound, is_local
 
@@ -188,29 +189,42 @@ class UDP(Carrier):
         elif peer.sees:
             self.refresh()
 
-    def take(self, packet: bytes, address: str, port: int) -> None:
-        """Put a packet on the bus, if it may come from there."""
-        now = self.now
-        peer = self.gate.judge(packet, address, port, now)
-        try:
-            if isinstance(peer, str) and self.gate.greets(packet, peer, now):
-                announce = self.vehicle.bus.decode(packet)
-                if isinstance(announce, imc.Announce):
-                    self.meet(announce)
-                    peer = self.gate.judge(packet, address, port, now)
-            if isinstance(peer, str):
-                self.drop(peer, sender(packet, address), WHY.get(peer, ""))
-                return
-            message = self.relay(packet)
-        except imc.DecodeError as error:
-            self.drop(MALFORMED, sender(packet, address), error.reason)
-            return
-        self.taken += 1
-        if peer.hear(address, now):
-            self.refresh()
-            self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
-        if not self.local_messages_only:
-            self.carry(message, imc.first_packet(packet))
+    def take(self, datagrams: list[Datagram]) -> None:
+        """Put packets on the bus, if they may come from where they come."""
+        now, judge, relay = self.now, self.gate.judge, self.relay
+        for packet, address, port in datagrams:
+            peer = judge(packet, address, port, now)
+            try:
+                if isinstance(peer, str):
+                    peer = self.turn_away(packet, address, port, peer)
+                    if peer is None:
+                        continue
+                message = relay(packet)
+            except imc.DecodeError as error:
+                self.drop(MALFORMED, sender(packet, address), error.reason)
+                continue
+            self.taken += 1
+            peer.taken += 1
+            peer.heard = now
+            if peer.sees != address:
+                peer.sees = address
+                self.refresh()
+                self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
+            if not self.local_messages_only:
+                self.carry(message, imc.first_packet(packet))
+
+    def turn_away(self, packet: bytes, address: str, port: int, reason: str) -> Peer | None:
+        """Drop a packet, unless it is the Announce that makes its system a peer."""
+        if self.gate.greets(packet, reason, self.now):
+            announce = self.vehicle.bus.decode(packet)
+            if isinstance(announce, imc.Announce):
+                self.meet(announce)
+                peer = self.gate.judge(packet, address, port, self.now)
+                if isinstance(peer, Peer):
+                    return peer
+                reason = peer
+        self.drop(reason, sender(packet, address), WHY.get(reason, ""))
+        return None
 
     def drop(self, reason: str, who: str, why: str) -> None:
         """Count a datagram that is not taken, and name the first of each sender."""

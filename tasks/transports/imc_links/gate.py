@@ -35,7 +35,9 @@ class Gate:
     ):
         self._system = system
         self._peers = peers
+        self._by_id = peers.by_id
         self._consoles = consoles
+        self._open = not consoles.listed
         self._static = static
         self._ignore_filter = ignore_filter
         self._rate = rate
@@ -45,15 +47,20 @@ class Gate:
         """The peer that a datagram is from; else the reason to drop it."""
         if len(packet) < SHORTEST:
             return MALFORMED
-        order = "little" if packet[0] == LITTLE_ENDIAN else "big"
-        source = int.from_bytes(packet[14:16], order)
+        little = packet[0] == LITTLE_ENDIAN
+        source = packet[14] | packet[15] << 8 if little else packet[14] << 8 | packet[15]
+        peer = self._by_id.get(source)
+        if peer is not None and peer.sees == address and peer.filled == now and peer.left >= 1.0 and self._open:
+            peer.left -= 1.0  # most packets of a burst need no more than this
+            return peer
         if source == self._system:
             return SPOOFED
         peer = self._peers.sender(source, address, now, self._rate)
         if peer is UNKNOWN:
             peer = self._meet(source, address, port, now)
-        if not isinstance(peer, str) and not self._consoles.allow(source, address, int.from_bytes(packet[2:4], order)):
-            return NOT_LISTED
+        if not self._open and isinstance(peer, Peer):
+            kind = int.from_bytes(packet[2:4], "little" if little else "big")
+            return peer if self._consoles.allow(source, address, kind) else NOT_LISTED
         return peer
 
     def greets(self, packet: bytes, reason: str, now: float) -> bool:

@@ -49,17 +49,13 @@ class Peer:
 
     def admits(self, now: float, rate: float) -> bool:
         """Whether it may send one more datagram; it may send `rate` per second, and as many at once after a pause."""
-        left = min(rate, self.left + max(0.0, now - self.filled) * rate)
-        self.filled = now
-        self.left = left - 1.0 if left >= 1.0 else left
-        return left >= 1.0
-
-    def hear(self, address: str, now: float) -> bool:
-        """Take note of a packet from it; whether it is in contact only now, or from another address."""
-        moved = self.sees != address
-        self.sees, self.heard = address, now
-        self.taken += 1
-        return moved
+        if now != self.filled:
+            self.left = min(rate, self.left + max(0.0, now - self.filled) * rate)
+            self.filled = now
+        if self.left < 1.0:
+            return False
+        self.left -= 1.0
+        return True
 
 
 class Peers:
@@ -74,24 +70,24 @@ class Peers:
     def __init__(self, kept: Collection[int] = (), timeout: float = 30.0):
         self.kept = kept
         self.timeout = timeout
-        self._peers: dict[int, Peer] = {}
+        self.by_id: dict[int, Peer] = {}
 
     def __iter__(self) -> Iterator[Peer]:
-        return iter(self._peers.values())
+        return iter(self.by_id.values())
 
     def __len__(self) -> int:
-        return len(self._peers)
+        return len(self.by_id)
 
     def find(self, system: int) -> Peer | None:
-        return self._peers.get(system)
+        return self.by_id.get(system)
 
     def announce(self, system: int, name: str, services: Services, now: float) -> Peer | None:
         """Take an Announce: where the system is. None if there is no room for one more."""
-        peer = self._peers.get(system)
+        peer = self.by_id.get(system)
         if peer is None:
-            if len(self._peers) >= MOST_PEERS and not self._make_room(now):
+            if len(self.by_id) >= MOST_PEERS and not self._make_room(now):
                 return None
-            peer = self._peers[system] = Peer(system, readable_name(name), filled=now)
+            peer = self.by_id[system] = Peer(system, readable_name(name), filled=now)
         if services.uid and services.uid != peer.uid:  # it has started again, maybe elsewhere
             peer.uid, peer.addresses = services.uid, {}
         peer.name, peer.announced = readable_name(name), now
@@ -107,16 +103,16 @@ class Peers:
 
     def sender(self, system: int, address: str, now: float, rate: float) -> Peer | str:
         """The peer that a datagram is from; else why it is not taken. It may send `rate` per second."""
-        peer = self._peers.get(system)
+        peer = self.by_id.get(system)
         if peer is None:
             return UNKNOWN
-        if address not in peer.addresses and peer.addresses and not address.startswith("127."):
+        if peer.addresses and address not in peer.addresses and not address.startswith("127."):
             return ELSEWHERE
         return peer if peer.admits(now, rate) else TOO_FAST
 
     def contacts(self, now: float) -> list[tuple[Peer, Endpoint]]:
         """The peers that are in contact and can be sent to, and where."""
-        each = [(peer, peer.endpoint) for peer in self._peers.values() if self.in_contact(peer, now)]
+        each = [(peer, peer.endpoint) for peer in self.by_id.values() if self.in_contact(peer, now)]
         return [(peer, endpoint) for peer, endpoint in each if endpoint is not None]
 
     def in_contact(self, peer: Peer, now: float) -> bool:
@@ -124,20 +120,20 @@ class Peers:
 
     def forget(self, now: float) -> list[Peer]:
         """Forget those who neither announced nor sent anything for long; returns those whose contact was lost."""
-        lost = [peer for peer in self._peers.values() if peer.sees is not None and not self.in_contact(peer, now)]
+        lost = [peer for peer in self.by_id.values() if peer.sees is not None and not self.in_contact(peer, now)]
         for peer in lost:
             peer.sees = None
-        silent = [s for s, peer in self._peers.items() if peer.sees is None and now - peer.announced > KEPT]
+        silent = [s for s, peer in self.by_id.items() if peer.sees is None and now - peer.announced > KEPT]
         for system in silent:
-            del self._peers[system]
+            del self.by_id[system]
         return lost
 
     def _make_room(self, now: float) -> bool:
         """Forget the peer that is not in contact and announced itself longest ago."""
-        spare = [p for p in self._peers.values() if not self.in_contact(p, now) and p.system not in self.kept]
+        spare = [p for p in self.by_id.values() if not self.in_contact(p, now) and p.system not in self.kept]
         if not spare:
             return False
-        del self._peers[min(spare, key=lambda peer: peer.announced).system]
+        del self.by_id[min(spare, key=lambda peer: peer.announced).system]
         return True
 
 

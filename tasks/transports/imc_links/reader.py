@@ -5,19 +5,20 @@ import struct
 from collections.abc import Callable, Sequence
 
 from runtime import Task
+from tasks.transports.imc_links.datagrams import AT_ONCE, Datagram, best_way
 
-AT_ONCE = 256  # datagrams read at a time, of one socket
-PAUSE = 0.001  # s, after so many, for the other tasks
-LONGEST = 65535
+ROUNDS = 4  # of AT_ONCE datagrams that are read at a time, of one socket
+PAUSE = 0.002  # s, after so many, for the other tasks
 SO_MEMINFO, MEMINFO = 55, struct.Struct("9I")  # of Linux; the last number counts what found no room in the buffer
 
 
 class Reader:
-    """Calls `take(datagram, address, port)` with what arrives at the sockets, until it is closed."""
+    """Calls `take` with the datagrams that arrive at the sockets, until it is closed."""
 
-    def __init__(self, task: Task, sockets: Sequence[socket.socket], take: Callable[[bytes, str, int], object]):
+    def __init__(self, task: Task, sockets: Sequence[socket.socket], take: Callable[[list[Datagram]], object]):
         self._task = task
         self._take = take
+        self._datagrams = best_way()
         self._readings = {each: lambda each=each: self._read(each) for each in sockets}
         for each, reading in self._readings.items():
             task.watch(each, reading)
@@ -41,15 +42,15 @@ class Reader:
             each.close()
 
     def _read(self, readable: socket.socket) -> None:
-        recvfrom, take = readable.recvfrom, self._take
-        for _ in range(AT_ONCE):
+        take = self._take
+        for _ in range(ROUNDS):
             try:
-                datagram, (address, port) = recvfrom(LONGEST)
-            except BlockingIOError:
-                return
+                datagrams = self._datagrams(readable)
             except OSError:
                 continue  # an earlier packet was refused: nobody listens there
-            take(datagram, address, port)
+            take(datagrams)
+            if len(datagrams) < AT_ONCE or readable not in self._readings:
+                return
         self._task.unwatch(readable)
         self._task.after(PAUSE, self._go_on, readable)
 
