@@ -16,6 +16,7 @@ from imc.wire_check import first_problem, wire_violations
 
 ByteOrder = Literal["little", "big"]
 
+_LITTLE = Message.SYNC.to_bytes(2, "little")
 _HEADERS = {"little": struct.Struct("<" + HEADER), "big": struct.Struct(">" + HEADER)}
 _UNSUITABLE = (struct.error, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
 
@@ -193,7 +194,10 @@ def decode_datagram(data: bytes) -> Message:
 
 def first_packet(data: bytes) -> bytes:
     """The packet at the start of a datagram, without the bytes after it. Raises DecodeError."""
-    size = header(data).size + SMALLEST_PACKET
-    if len(data) < size:
-        raise DecodeError(f"truncated: {len(data)} of {size} bytes")
+    length = len(data)
+    if length >= SMALLEST_PACKET and data.startswith(_LITTLE) and data[4] | data[5] << 8 == length - SMALLEST_PACKET:
+        return bytes(data)
+    size = int.from_bytes(data[4:6], byte_order(data)) + SMALLEST_PACKET
+    if length < size:
+        raise DecodeError(f"truncated: {length} of {size} bytes")
     return bytes(data[:size])

@@ -159,9 +159,8 @@ class Task:
 
     def relay(self, packet: bytes) -> imc.Message:
         """Put another system's packet on the bus unchanged, without bytes after it. Raises imc.DecodeError."""
-        packet = imc.first_packet(packet)
         message = self._bus.decode(packet)
-        self._bus.publish(message, packet, self)
+        self._bus.publish(message, imc.first_packet(packet), self)
         return message
 
     def share(self, frame: "Frame") -> None:

@@ -4,12 +4,13 @@ import os
 from datetime import UTC, datetime
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
-from imc.coordinates import absolute
+from imc.discovery import Services
 from imc.lsf import COMPRESSIONS
 from runtime import Entity, State, Task, consume, param
-from runtime.problem import nearest, of_file, quoted
+from runtime.problem import of_file
 from runtime.snapshot import SnapshotError
+from tasks.transports.imc_links.announcement import SYSTEM_TYPES, announcement
+from tasks.transports.imc_links.message_list import message_named
 from tasks.transports.log_folder import LogFolder, clean_label, definitions, line_of, synchronize, utc
 from tasks.transports.log_series import LogSeries
 
@@ -20,15 +21,6 @@ ANNOUNCE_PERIOD = 10.0  # s
 
 Op = imc.LoggingControl.Op
 Phase = imc.PlanControlState.State
-
-
-def message_named(name: str) -> type[imc.Message]:
-    """The message type `name`. Raises ValueError, with the closest name, if there is none."""
-    schema = imc.builtin()
-    if name in schema:
-        return schema[name]
-    near = nearest(name, (cls.__name__ for cls in imc.messages.BY_ID.values()))
-    raise ValueError(f"there is no message {quoted(name)}" + (f"; did you mean {near}?" if near else ""))
 
 
 class Logging(Task):
@@ -52,9 +44,7 @@ class Logging(Task):
         0, "MiB", "Size of Data.lsf on disk that starts a new log; 0 means no limit.", name="LSF Volume Size", minimum=0
     )
     transports: list[str] = param([], "", "Names of the messages to record; empty records all.", usable=message_named)
-    system_type: str = param(
-        "uuv", "", "Kind of system in Announce.", choices=tuple(kind.name.lower() for kind in imc.SystemType)
-    )
+    system_type: str = param("uuv", "", "Kind of system in Announce.", choices=SYSTEM_TYPES)
     loopback_internal_messages: bool = param(True, "", "Record the messages of this task itself.", editable=False)
 
     transient = ("_logs", "_schema")
@@ -236,18 +226,8 @@ class Logging(Task):
         self.publish(self._announcement())
 
     def _announcement(self) -> imc.Announce:
-        """Position 0, 0 means unknown, as in DUNE."""
-        state = self._state
-        lat, lon, height = absolute(state) if state is not None and (state.lat or state.lon) else (0.0, 0.0, 0.0)
-        return imc.Announce(
-            sys_name=self.system_name,
-            sys_type=imc.SystemType[self.system_type.upper()],
-            owner=UNKNOWN_SYSTEM,
-            lat=lat,
-            lon=lon,
-            height=height,
-            services=f"imc+info://0.0.0.0/version/{imc.builtin().version}",
-        )
+        services = Services.of(imc=imc.builtin().version)
+        return announcement(self.system_name, self.system_type, self._state, str(services))
 
     def _close(self) -> None:
         """End the log with a STOPPED mark; what the disk does not accept now is written later."""

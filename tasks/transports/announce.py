@@ -1,0 +1,149 @@
+"""Tells other systems that this vehicle is there, where it is, and where its services are."""
+
+from collections.abc import Iterable, Sequence
+
+import imc
+from imc.discovery import BROADCAST, LOOPBACK, MULTICAST, PERIOD, PORTS, Endpoint, Service, Services, targets
+from runtime import State, Task, consume, param, periodic
+from tasks.transports.imc_links.announcement import (
+    SYSTEM_TYPES,
+    announcement,
+    external_services,
+    local_services,
+)
+from tasks.transports.imc_links.consoles import check_address
+from tasks.transports.imc_links.sockets import EVERYWHERE, Interface, announcer, interfaces, is_local
+
+SHORTEST = 1.2  # s between two announcements; imcjava ignores one that comes within a second
+SOON = 0.2  # s, for several services that begin together
+MOST_SERVICES = 64
+MOST_SYSTEMS = 64
+
+
+class Announce(Task):
+    """Sends Announce to the loopback address, and with another `Address` to the networks of this computer.
+
+    There it goes to the multicast group, to all by broadcast, and to the addresses of systems that have announced
+    themselves. It goes out every `Announcement Periodicity`, and at once when a service begins or a system appears.
+    The services are those of which tasks publish an AnnounceService. One at 0.0.0.0 is announced at each address of
+    this computer, one at another address as it is; a later one of the same entity, scheme and path replaces it.
+    """
+
+    external = True
+
+    address: str = param(
+        LOOPBACK,
+        "",
+        "Who gets announcements: 127.0.0.1 is this computer only, 0.0.0.0 all networks.",
+        editable=False,
+        usable=check_address,
+    )
+    announcement_periodicity: float = param(PERIOD, "s", "Time between two announcements.", minimum=1, maximum=60)
+    system_type: str = param("uuv", "", "Kind of system.", choices=SYSTEM_TYPES)
+    enable_loopback: bool = param(True, "", "Announce to this computer.")
+    enable_multicast: bool = param(True, "", "Announce to the multicast group.")
+    enable_broadcast: bool = param(True, "", "Announce by broadcast.")
+    multicast_address: str = param(MULTICAST, "", "The multicast group.", editable=False)
+    ports: list[int] = param(list(PORTS), "1", "Ports that systems listen on.", minimum=1, maximum=65535, size=(1, 16))
+    ignored_interfaces: list[str] = param([], "", "Names of interfaces that are not used.")
+
+    def start(self) -> None:
+        self.state: imc.EstimatedState | None = None
+        self.offered: dict[tuple[int, str, str], tuple[Service, int]] = {}
+        self.systems: dict[int, tuple[str, tuple[str, ...]]] = {}  # uid or name, and addresses, by id
+        self.sent, self.due, self.asked = 0.0, self.now + SHORTEST, False  # first come the services
+
+    @consume
+    def offer(self, offer: imc.AnnounceService) -> None:
+        """Take up a service of this vehicle."""
+        try:
+            service = Service.parse(offer.service)
+        except ValueError as error:
+            self.log.warning(f"not announced: {error}")
+            return
+        if len(self.offered) < MOST_SERVICES:
+            self.offered[offer.src_ent, service.scheme, service.path] = (service, offer.service_type)
+            self.announce_soon()
+
+    @consume
+    def locate(self, state: imc.EstimatedState) -> None:
+        self.state = state
+
+    @consume(others=True)
+    def answer(self, other: imc.Announce) -> None:
+        """Announce to a system that has just appeared, which need not wait for the next time."""
+        if other.src == self.system:
+            return
+        services = Services.parse(other.services)
+        addresses = tuple(dict.fromkeys(end.address for end in services.endpoints("imc+udp")))
+        who = services.uid or other.sys_name
+        before = self.systems.pop(other.src, None)
+        if len(self.systems) >= MOST_SYSTEMS:
+            del self.systems[next(iter(self.systems))]
+        self.systems[other.src] = (who, addresses)
+        if before is None or before[0] != who:
+            self.announce_soon()
+
+    def announce_soon(self) -> None:
+        if not self.asked:
+            self.asked = True
+            self.after(max(SOON, self.sent + SHORTEST - self.now), self.announce)
+
+    @periodic(1.0)
+    def keep_announcing(self) -> None:
+        if self.now >= self.due:
+            self.announce()
+
+    def announce(self) -> None:
+        """Send what this computer may know to it, and what others may know to them."""
+        self.asked, self.sent, self.due = False, self.now, self.now + self.announcement_periodicity
+        offered = list(self.offered.values())
+        message = self.message(local_services(offered))
+        troubles = self.send("", message, targets([LOOPBACK] if self.enable_loopback else [], self.ports))
+        if not is_local(self.address):
+            used = self.networks()
+            message = self.message(external_services(offered, [network.address for network in used]))
+            for network in used:
+                reach = [self.multicast_address] if self.enable_multicast else []
+                reach += [network.broadcast] if self.enable_broadcast and network.broadcast else []
+                troubles |= self.send(network.address, message, targets(reach, self.ports))
+            others = [BROADCAST] if self.enable_broadcast else []
+            others += self.known_addresses(network.address for network in used)
+            self.send("", message, targets(others, self.ports))  # fails where there is no route to others
+            troubles |= set() if used else {f"no network has the address {self.address}"}
+        self.publish(message)
+        figures = f"{len(offered)} services, {len(self.systems)} systems around"
+        self.set_entity_state(State.FAULT if troubles else State.NORMAL, "; ".join([*sorted(troubles), figures]))
+
+    def networks(self) -> list[Interface]:
+        """The interfaces that announcements go out by."""
+        return [
+            each
+            for each in interfaces()
+            if not each.is_local
+            and each.name not in self.ignored_interfaces
+            and self.address in (EVERYWHERE, each.address)
+        ]
+
+    def known_addresses(self, own: Iterable[str]) -> list[str]:
+        """The addresses of other computers' systems, which multicast may not reach."""
+        mine = set(own)
+        found = dict.fromkeys(address for _, addresses in self.systems.values() for address in addresses)
+        return [address for address in found if address not in mine and not is_local(address)]
+
+    def message(self, services: Iterable[Service]) -> imc.Announce:
+        uid = round(self.vehicle.start_time * 1e9)
+        text = str(Services.of(services, uid=uid, version="shoal", imc=self.vehicle.bus.messages.version))
+        return announcement(self.system_name, self.system_type, self.state, text).replace(dst=0)
+
+    def send(self, by: str, message: imc.Announce, places: Sequence[Endpoint]) -> set[str]:
+        """Send to each place, to a group by the interface with the address `by`; returns what went wrong."""
+        packet = imc.encode_as(message, self.now, self.system, self.entity.id, message.dst, message.dst_ent)
+        troubles: set[str] = set()
+        with announcer(by) as opened:
+            for place in places:
+                try:
+                    opened.sendto(packet, place)
+                except OSError as error:
+                    troubles.add(f"{place.address}: {error.strerror}")
+        return troubles

@@ -1,0 +1,177 @@
+"""Finds the systems around, by what they announce."""
+
+from dataclasses import dataclass
+
+import imc
+from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
+from imc.discovery import LOOPBACK, MULTICAST, PERIOD, PORTS, Services, readable_name
+from runtime import State, Task, param, periodic
+from tasks.transports.imc_links import peers
+from tasks.transports.imc_links.consoles import check_address
+from tasks.transports.imc_links.datagrams import Datagram
+from tasks.transports.imc_links.peers import Drops, Peer
+from tasks.transports.imc_links.reader import Reader
+from tasks.transports.imc_links.sockets import announce_sockets
+
+FORGOTTEN = 4.5 * PERIOD  # s after which a system is no longer within range
+MOST_SYSTEMS = 256
+MOST_RUNS = 4  # of one id that are told apart
+MOST_SENDERS = 64
+RATE = 20.0  # Announces per second from one address
+REMEMBERED = 256  # packets, since each comes by several ways
+NOT_AN_ANNOUNCE = "no Announce"
+
+
+@dataclass(slots=True)
+class Sighting:
+    """A system as it announced itself: its name, its run (`uid`), where from, and when first and last (s)."""
+
+    name: str
+    uid: str
+    address: str
+    first: float
+    last: float
+
+
+class Discovery(Task):
+    """Takes the Announces of other systems at the first free port, which it shares with nobody.
+
+    It puts each on the bus once, and reports when two systems use one id.
+    """
+
+    external = True
+
+    address: str = param(
+        LOOPBACK,
+        "",
+        "Whose announcements are taken: 127.0.0.1 is this computer's only, 0.0.0.0 those of all networks.",
+        editable=False,
+        usable=check_address,
+    )
+    multicast_address: str = param(MULTICAST, "", "The multicast group.", editable=False)
+    ports: list[int] = param(
+        list(PORTS),
+        "1",
+        "Ports to listen at, the first free one.",
+        minimum=1,
+        maximum=65535,
+        size=(1, 16),
+        editable=False,
+    )
+
+    def start(self) -> None:
+        self.reader: Reader | None = None
+        self.port = 0
+        self.trouble = ""
+        self.drops = Drops()
+        self.recent: dict[int, None] = {}
+        self.senders: dict[str, Peer] = {}
+        self.seen: dict[int, list[Sighting]] = {}
+        self.twins: dict[tuple[int, str], float] = {}
+        self.open()
+
+    def stop(self) -> None:
+        if self.reader is not None:
+            self.reader.close()
+
+    def open(self) -> None:
+        """Listen; if that fails, the reason is logged once."""
+        reason = ""
+        for port in self.ports:
+            try:
+                sockets = announce_sockets(self.address, port, self.multicast_address)
+            except OSError as error:
+                reason = f"{self.address}: {error.strerror}: ports {', '.join(map(str, self.ports))}"
+                continue
+            self.port, self.trouble, self.reader = port, "", Reader(self, sockets, self.take)
+            return
+        if reason != self.trouble:
+            self.log.error(f"hears no announcements, so only static destinations and TCP reach this vehicle: {reason}")
+        self.trouble = reason
+
+    def take(self, datagrams: list[Datagram]) -> None:
+        for packet, address, _ in datagrams:
+            self.take_one(packet, address)
+
+    def take_one(self, packet: bytes, address: str) -> None:
+        """Put an Announce on the bus, unless it came before or is this vehicle's own."""
+        if not self.admits(address):
+            self.drop(peers.TOO_FAST, address)
+            return
+        key = hash(packet)
+        if key in self.recent:
+            return
+        self.recent[key] = None
+        if len(self.recent) > REMEMBERED:
+            del self.recent[next(iter(self.recent))]
+        try:
+            message = self.vehicle.bus.decode(packet)
+        except imc.DecodeError as error:
+            self.drop(peers.MALFORMED, address, error.reason)
+            return
+        if not isinstance(message, imc.Announce) or message.src in (0, BROADCAST, UNKNOWN_SYSTEM):
+            self.drop(NOT_AN_ANNOUNCE, address, type(message).__name__)
+            return
+        services = Services.parse(message.services)
+        if message.src == self.system:
+            if services.uid != str(round(self.vehicle.start_time * 1e9)):
+                self.report_twin(message.src, f"{readable_name(message.sys_name)} at {address}")
+            return
+        self.sight(message.src, readable_name(message.sys_name), services.uid, address)
+        self.relay(packet)
+
+    def admits(self, address: str) -> bool:
+        """Whether an address may send one more."""
+        sender = self.senders.get(address)
+        if sender is None:
+            if len(self.senders) >= MOST_SENDERS:
+                del self.senders[next(iter(self.senders))]
+            sender = self.senders[address] = Peer(UNKNOWN_SYSTEM, address)
+        return sender.admits(self.now, RATE)
+
+    def sight(self, system: int, name: str, uid: str, address: str) -> None:
+        """Remember who uses an id; two that use it by turns are two systems, one after the other a restart."""
+        if system not in self.seen and len(self.seen) >= MOST_SYSTEMS:
+            del self.seen[min(self.seen, key=lambda each: max(s.last for s in self.seen[each]))]
+        runs = self.seen.setdefault(system, [])
+        found = next((run for run in runs if (run.name, run.uid) == (name, uid)), None)
+        if found is None:
+            if not runs:
+                self.log.info(f"new system within range: {name} (0x{system:04X}) at {address}")
+            found = Sighting(name, uid, address, self.now, self.now)
+            runs.append(found)
+            del runs[:-MOST_RUNS]
+        found.last, found.address = self.now, address
+        for other in runs:
+            if other is not found and other.last > found.first and self.now > other.first:
+                self.report_twin(system, f"{other.name} at {other.address} and {name} at {address}")
+
+    def report_twin(self, system: int, who: str) -> None:
+        """Say once, and in the state of the entity, that two systems use one id."""
+        if (system, who) not in self.twins:
+            if len(self.twins) >= MOST_SENDERS:
+                return
+            own = " of this vehicle" if system == self.system else ""
+            self.log.error(f"the id 0x{system:04X}{own} is also used by {who}: give one of them another id")
+        self.twins[system, who] = self.now
+
+    def drop(self, reason: str, address: str, why: str = "") -> None:
+        if self.drops.add(reason, address):
+            self.log.warning(f"announcement from {address} dropped: {reason}" + (f" ({why})" if why else ""))
+
+    @periodic(1.0)
+    def report(self) -> None:
+        """Forget who is out of range, and report who is within."""
+        if self.reader is None:
+            self.open()
+        since = self.now - FORGOTTEN
+        for system, runs in list(self.seen.items()):
+            runs[:] = [run for run in runs if run.last > since]
+            if not runs:
+                del self.seen[system]
+        self.twins = {twin: last for twin, last in self.twins.items() if last > since}
+        names = ", ".join(sorted(run.name for runs in self.seen.values() for run in runs))
+        figures = [f"{len(self.seen)} systems within range" + (f": {names}" if names else ""), str(self.drops)]
+        clashes = [f"the id 0x{system:04X} is also used by {who}" for system, who in self.twins]
+        state = State.ERROR if self.trouble else State.FAULT if clashes else State.NORMAL
+        self.set_entity_state(state, "; ".join(words for words in (self.trouble, *clashes, *figures) if words))

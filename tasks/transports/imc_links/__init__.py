@@ -1,0 +1,1 @@
+"""What tasks that carry IMC packets over a network share: message lists, peers, sockets."""

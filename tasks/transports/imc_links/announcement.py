@@ -1,0 +1,46 @@
+"""The Announce of a vehicle: who and where it is, and its services as seen from one side of the network."""
+
+from collections.abc import Iterable
+
+import imc
+from imc.addresses import UNKNOWN_SYSTEM
+from imc.coordinates import absolute
+from imc.discovery import LOOPBACK, Service
+from tasks.transports.imc_links.sockets import EVERYWHERE, is_local
+
+LOCAL, EXTERNAL = imc.AnnounceService.ServiceType.LOCAL, imc.AnnounceService.ServiceType.EXTERNAL
+SYSTEM_TYPES = tuple(kind.name.lower() for kind in imc.SystemType)
+
+
+def announcement(name: str, system_type: str, state: imc.EstimatedState | None, services: str) -> imc.Announce:
+    """The Announce of a vehicle. Position 0, 0 means unknown, as in DUNE."""
+    lat, lon, height = absolute(state) if state is not None and (state.lat or state.lon) else (0.0, 0.0, 0.0)
+    return imc.Announce(
+        sys_name=name,
+        sys_type=imc.SystemType[system_type.upper()],
+        owner=UNKNOWN_SYSTEM,
+        lat=lat,
+        lon=lon,
+        height=height,
+        services=services,
+    )
+
+
+def local_services(offered: Iterable[tuple[Service, int]]) -> list[Service]:
+    """The services for programs of this computer, of those with their `service_type`; 0.0.0.0 becomes 127.0.0.1."""
+    return [
+        service._replace(address=LOOPBACK) if service.address == EVERYWHERE else service
+        for service, where in offered
+        if where & LOCAL
+    ]
+
+
+def external_services(offered: Iterable[tuple[Service, int]], addresses: Iterable[str]) -> list[Service]:
+    """The services for other computers; 0.0.0.0 becomes each of this computer's addresses in the network."""
+    addresses = list(addresses)
+    found: list[Service] = []
+    for service, where in offered:
+        if where & EXTERNAL and not is_local(service.address):
+            places = addresses if service.address == EVERYWHERE else [service.address]
+            found += [service._replace(address=address) for address in places]
+    return found

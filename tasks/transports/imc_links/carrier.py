@@ -1,0 +1,78 @@
+"""A task that sends the messages of a list to peers: the options that all of them have, and the subscriptions."""
+
+from collections.abc import Iterable
+
+import imc
+from runtime import Task, param
+from runtime.bus import Subscription
+from runtime.task import ParameterError
+from tasks.transports.imc_links.message_list import MessageList, known_entities, known_rate, message_named
+
+
+class Carrier(Task):
+    """Sends listed messages of the bus to peers. Subclasses say how in `carry`, and when with `listen`.
+
+    While nobody listens it subscribes to nothing, and costs nothing. What a subclass puts on the bus with `relay` does
+    not come back to it.
+    """
+
+    external = True
+
+    transports: list[str] = param([], "", "Names of the messages to send.", usable=message_named)
+    rate_limiters: list[str] = param(
+        [], "", "Most messages per second and entity that are sent, MESSAGE:HZ.", usable=known_rate
+    )
+    filtered_entities: list[str] = param(
+        [], "", "Entities that a message is sent of, MESSAGE:LABEL+LABEL.", usable=known_entities
+    )
+    local_messages_only: bool = param(
+        True, "", "Send only what this vehicle says, not what it has heard of other systems."
+    )
+    loopback_internal_messages: bool = param(True, "", "Send the messages of this task itself.", editable=False)
+
+    def configure(self) -> None:
+        self.messages = self.message_list(self.transports, self.rate_limiters)
+        if getattr(self, "subscriptions", None) is not None:
+            self.listen(False)
+            self.refresh()
+
+    def refresh(self) -> None:
+        """Call `listen`, according to whether there is somebody to send to; called when the parameters have changed."""
+
+    def message_list(self, names: Iterable[str], rates: Iterable[str]) -> MessageList:
+        """A list with the entity filters of this task. Raises ParameterError."""
+        try:
+            return MessageList(
+                names,
+                rates,
+                self.filtered_entities,
+                schema=self.vehicle.bus.messages,
+                label=self.vehicle.entities.label,
+            )
+        except ValueError as error:
+            raise ParameterError(
+                "Rate Limiters" if "its rate in Hz" in str(error) else "Filtered Entities", str(error)
+            ) from None
+
+    def start(self) -> None:
+        self.subscriptions: list[Subscription] = []
+        if self.messages.unknown:
+            self.log.warning(f"no such message: {', '.join(self.messages.unknown)}")
+
+    def listen(self, wanted: bool) -> None:
+        """Have the bus call `carry` with each message of the list, or no longer."""
+        if wanted == bool(self.subscriptions):
+            return
+        for subscription in self.subscriptions:
+            self.vehicle.bus.remove(subscription)
+        kinds, others = self.kinds() if wanted else (), not self.local_messages_only
+        self.subscriptions = [Subscription(kind, self.carry, self, others=others, packets=True) for kind in kinds]
+        for subscription in self.subscriptions:
+            self.vehicle.bus.subscribe(subscription)
+
+    def kinds(self) -> Iterable[type[imc.Message]]:
+        """The types of messages to send."""
+        return self.messages.types
+
+    def carry(self, message: imc.Message, packet: bytes) -> None:
+        """Send a message of the list, if its filters pass, to those who want it; a subclass says how."""

@@ -1,0 +1,173 @@
+"""The systems that a vehicle exchanges datagrams with: who announced itself, from where it may send, and where to."""
+
+import math
+from collections import Counter
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+from ipaddress import IPv4Address
+
+from imc.discovery import PERIOD, Endpoint, Services, readable_name
+
+MOST_PEERS = 64
+MOST_ADDRESSES = 16  # of one peer
+KEPT = 4.5 * PERIOD  # s that an address counts after it was announced last
+MOST_NAMED = 64  # senders whose drops are counted by name
+OTHERS = "others"
+
+UNKNOWN = "not announced"
+ELSEWHERE = "from an address that it did not announce"
+TOO_FAST = "too fast"
+MALFORMED = "malformed"
+
+
+@dataclass(slots=True)
+class Peer:
+    """A system that has announced itself: `addresses` are its ports by address, and when they were announced (s).
+
+    `sees` is where its last datagram came from, None before the first; `heard` when it came (s).
+    """
+
+    system: int
+    name: str
+    uid: str = ""
+    addresses: dict[str, tuple[int, float]] = field(default_factory=dict[str, tuple[int, float]])
+    announced: float = -math.inf
+    sees: str | None = None
+    heard: float = -math.inf
+    taken: int = 0
+    left: float = math.inf  # datagrams that it may still send at once
+    filled: float = 0.0  # when `left` was brought up to date (s)
+
+    @property
+    def endpoint(self) -> Endpoint | None:
+        """Where to send to it: the address that its datagrams come from, at the port that it announced last."""
+        if self.sees is None or not self.addresses:
+            return None
+        here = self.addresses.get(self.sees)
+        port = here[0] if here else max(self.addresses.values(), key=lambda place: place[1])[0]
+        return Endpoint(self.sees, port) if port else None
+
+    def admits(self, now: float, rate: float) -> bool:
+        """Whether it may send one more datagram; it may send `rate` per second, and as many at once after a pause."""
+        if now != self.filled:
+            self.left = min(rate, self.left + max(0.0, now - self.filled) * rate)
+            self.filled = now
+        if self.left < 1.0:
+            return False
+        self.left -= 1.0
+        return True
+
+
+class Peers:
+    """The peers of one vehicle, at most 64; those whose system id is in `kept` are never forgotten for others.
+
+    A peer is in contact until it is silent for `timeout` seconds.
+
+    A datagram is taken from an address that its system has announced. A sender on the loopback interface is on this
+    computer whatever addresses it announces. A system that announces no address may send from any.
+    """
+
+    def __init__(self, kept: Collection[int] = (), timeout: float = 30.0):
+        self.kept = kept
+        self.timeout = timeout
+        self.by_id: dict[int, Peer] = {}
+
+    def __iter__(self) -> Iterator[Peer]:
+        return iter(self.by_id.values())
+
+    def __len__(self) -> int:
+        return len(self.by_id)
+
+    def find(self, system: int) -> Peer | None:
+        return self.by_id.get(system)
+
+    def announce(self, system: int, name: str, services: Services, now: float) -> Peer | None:
+        """Take an Announce: where the system is. None if there is no room for one more."""
+        peer = self.by_id.get(system)
+        if peer is None:
+            if len(self.by_id) >= MOST_PEERS and not self._make_room(now):
+                return None
+            peer = self.by_id[system] = Peer(system, readable_name(name), filled=now)
+        if services.uid and services.uid != peer.uid:  # it has started again, maybe elsewhere
+            peer.uid, peer.addresses = services.uid, {}
+        peer.name, peer.announced = readable_name(name), now
+        for address in dict.fromkeys(service.address for service in services.each if _is_host(service.address)):
+            peer.addresses.setdefault(address, (0, now))
+            peer.addresses[address] = (peer.addresses[address][0], now)
+        for end in reversed(services.endpoints("imc+udp")):
+            peer.addresses[end.address] = (end.port, now)
+        fresh = [(address, place) for address, place in peer.addresses.items() if now - place[1] < KEPT]
+        fresh.sort(key=lambda item: item[1][1], reverse=True)
+        peer.addresses = dict(fresh[:MOST_ADDRESSES])
+        return peer
+
+    def sender(self, system: int, address: str, now: float, rate: float) -> Peer | str:
+        """The peer that a datagram is from; else why it is not taken. It may send `rate` per second."""
+        peer = self.by_id.get(system)
+        if peer is None:
+            return UNKNOWN
+        if peer.addresses and address not in peer.addresses and not address.startswith("127."):
+            return ELSEWHERE
+        return peer if peer.admits(now, rate) else TOO_FAST
+
+    def contacts(self, now: float) -> list[tuple[Peer, Endpoint]]:
+        """The peers that are in contact and can be sent to, and where."""
+        each = [(peer, peer.endpoint) for peer in self.by_id.values() if self.in_contact(peer, now)]
+        return [(peer, endpoint) for peer, endpoint in each if endpoint is not None]
+
+    def in_contact(self, peer: Peer, now: float) -> bool:
+        return peer.sees is not None and now - peer.heard <= self.timeout
+
+    def forget(self, now: float) -> list[Peer]:
+        """Forget those who neither announced nor sent anything for long; returns those whose contact was lost."""
+        lost = [peer for peer in self.by_id.values() if peer.sees is not None and not self.in_contact(peer, now)]
+        for peer in lost:
+            peer.sees = None
+        silent = [s for s, peer in self.by_id.items() if peer.sees is None and now - peer.announced > KEPT]
+        for system in silent:
+            del self.by_id[system]
+        return lost
+
+    def _make_room(self, now: float) -> bool:
+        """Forget the peer that is not in contact and announced itself longest ago."""
+        spare = [p for p in self.by_id.values() if not self.in_contact(p, now) and p.system not in self.kept]
+        if not spare:
+            return False
+        del self.by_id[min(spare, key=lambda peer: peer.announced).system]
+        return True
+
+
+class Drops:
+    """How many datagrams were dropped, by reason and sender; senders beyond the first 64 of a reason share a name."""
+
+    def __init__(self) -> None:
+        self._counts: dict[str, Counter[str]] = {}
+
+    def add(self, reason: str, sender: str) -> bool:
+        """Count one; whether it is the first of this sender for this reason, so that it is worth a warning."""
+        senders = self._counts.setdefault(reason, Counter())
+        sender = sender if sender in senders or len(senders) < MOST_NAMED else OTHERS
+        senders[sender] += 1
+        return senders[sender] == 1
+
+    def __getitem__(self, reason: str) -> Counter[str]:
+        """How many of each sender were dropped for a reason."""
+        return self._counts.get(reason, Counter())
+
+    def __str__(self) -> str:
+        """The sums by reason, and who sent most: "12 not announced (0x4001 at 10.0.0.7: 12)"; empty if none."""
+        each: list[str] = []
+        for reason, senders in self._counts.items():
+            name, most = senders.most_common(1)[0]
+            worst = f"{name}: {most}" if len(senders) > 1 else name
+            each.append(f"{senders.total()} {reason} ({worst})")
+        return ", ".join(each)
+
+
+def _is_host(address: str) -> bool:
+    """Whether it is the IPv4 address of a computer."""
+    try:
+        parsed = IPv4Address(address)
+    except ValueError:
+        return False
+    return not (parsed.is_unspecified or parsed.is_multicast or parsed.is_reserved)

@@ -1,0 +1,59 @@
+"""Reads the datagrams of a task's sockets: many at a time, but never so many that the other tasks wait."""
+
+import socket
+import struct
+from collections.abc import Callable, Sequence
+
+from runtime import Task
+from tasks.transports.imc_links.datagrams import AT_ONCE, Datagram, best_way
+
+ROUNDS = 4  # of AT_ONCE datagrams that are read at a time, of one socket
+PAUSE = 0.002  # s, after so many, for the other tasks
+SO_MEMINFO, MEMINFO = 55, struct.Struct("9I")  # of Linux; the last number counts what found no room in the buffer
+
+
+class Reader:
+    """Calls `take` with the datagrams that arrive at the sockets, until it is closed."""
+
+    def __init__(self, task: Task, sockets: Sequence[socket.socket], take: Callable[[list[Datagram]], object]):
+        self._task = task
+        self._take = take
+        self._datagrams = best_way()
+        self._readings = {each: lambda each=each: self._read(each) for each in sockets}
+        for each, reading in self._readings.items():
+            task.watch(each, reading)
+
+    @property
+    def missed(self) -> int:
+        """How many datagrams came too fast to be read; known on Linux only."""
+        count = 0
+        for each in self._readings:
+            try:
+                count += MEMINFO.unpack(each.getsockopt(socket.SOL_SOCKET, SO_MEMINFO, MEMINFO.size))[-1]
+            except (OSError, struct.error):
+                continue
+        return count
+
+    def close(self) -> None:
+        """Close the sockets."""
+        readings, self._readings = self._readings, {}
+        for each in readings:
+            self._task.unwatch(each)
+            each.close()
+
+    def _read(self, readable: socket.socket) -> None:
+        take = self._take
+        for _ in range(ROUNDS):
+            try:
+                datagrams = self._datagrams(readable)
+            except OSError:
+                continue  # an earlier packet was refused: nobody listens there
+            take(datagrams)
+            if len(datagrams) < AT_ONCE or readable not in self._readings:
+                return
+        self._task.unwatch(readable)
+        self._task.after(PAUSE, self._go_on, readable)
+
+    def _go_on(self, readable: socket.socket) -> None:
+        if readable in self._readings:
+            self._task.watch(readable, self._readings[readable])

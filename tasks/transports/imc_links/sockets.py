@@ -1,0 +1,120 @@
+"""UDP sockets for packets and announcements, and the addresses of this computer."""
+
+import socket
+import struct
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from imc.discovery import BROADCAST, LOOPBACK, MULTICAST
+
+BUFFER = 1 << 20  # bytes that the system may keep for us
+HOPS = 1  # of multicast packets, as in DUNE
+EVERYWHERE = "0.0.0.0"
+IP_MULTICAST_ALL = 49  # of Linux: 0 gives a socket only the groups that it has joined itself
+SIOCGIFADDR, SIOCGIFBRDADDR = 0x8915, 0x8919  # of Linux: an interface's address, and that of all in its network
+
+
+class Interface(NamedTuple):
+    """A network of this computer: its name, the address here, and the one that reaches all in it (may be empty)."""
+
+    name: str
+    address: str
+    broadcast: str
+
+    @property
+    def is_local(self) -> bool:
+        return is_local(self.address)
+
+
+def is_local(address: str) -> bool:
+    """Whether an address is of the loopback interface, which only this computer reaches."""
+    return address.startswith("127.")
+
+
+def interfaces() -> list[Interface]:
+    """The interfaces of this computer that have an IPv4 address; on other systems than Linux, only loopback."""
+    try:
+        from fcntl import ioctl
+    except ImportError:
+        return [Interface("lo", LOOPBACK, "")]
+    found: list[Interface] = []
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+
+        def ask(question: int, name: str) -> str:
+            try:
+                answer = ioctl(any_socket.fileno(), question, struct.pack("256s", name.encode()[:15]))
+            except OSError:
+                return ""
+            return socket.inet_ntoa(answer[20:24])
+
+        for _, name in socket.if_nameindex():
+            if address := ask(SIOCGIFADDR, name):
+                broadcast = "" if is_local(address) else ask(SIOCGIFBRDADDR, name)
+                found.append(Interface(name, address, "" if broadcast == EVERYWHERE else broadcast))
+    return found or [Interface("lo", LOOPBACK, "")]
+
+
+def bound(address: str, port: int) -> socket.socket:
+    """A UDP socket that nobody shares, at an address of this computer. Raises OSError if it is taken."""
+    opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        opened.setblocking(False)
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
+        opened.bind((address, port))
+    except OSError:
+        opened.close()
+        raise
+    return opened
+
+
+def announce_sockets(address: str, port: int, group: str = MULTICAST) -> list[socket.socket]:
+    """Sockets that take announcements: sent to `address`, the group, and, unless it is of loopback, to all.
+
+    At an address of one interface, those from other interfaces are not taken, but those of this computer are.
+    Raises OSError if the port is taken; a group that cannot be joined is left out.
+    """
+    places = [address] if address == EVERYWHERE else list(dict.fromkeys((address, LOOPBACK)))
+    opened: list[socket.socket] = []
+    try:
+        opened.extend(bound(place, port) for place in places)
+        if address == EVERYWHERE:
+            _join(opened[0], group, [interface.address for interface in interfaces()])
+        else:
+            for place in (group, *(() if is_local(address) else (BROADCAST,))):
+                try:
+                    opened.append(bound(place, port))
+                except OSError:
+                    continue  # no such network here
+            for further in opened[len(places) : len(places) + 1]:
+                further.setsockopt(socket.IPPROTO_IP, IP_MULTICAST_ALL, 0)
+                _join(further, group, places)
+    except OSError:
+        for each in opened:
+            each.close()
+        raise
+    return opened
+
+
+def announcer(address: str = "") -> socket.socket:
+    """A socket that sends announcements, to a group by the interface that has this address.
+
+    What it sends to a group does not come back to this computer, which gets announcements at its own addresses.
+    """
+    opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    opened.setblocking(False)
+    opened.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+    opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 0)
+    opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, HOPS)
+    if address:
+        opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(address))
+    return opened
+
+
+def _join(receiver: socket.socket, group: str, addresses: Iterable[str]) -> None:
+    """Join a group on the interfaces that have these addresses; one that cannot is left out."""
+    for address in addresses:
+        wish = socket.inet_aton(group) + socket.inet_aton(address)
+        try:
+            receiver.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, wish)
+        except OSError:
+            continue  # an interface without multicast

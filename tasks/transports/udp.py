@@ -1,0 +1,285 @@
+"""IMC over UDP, for Neptus, DUNE, imcjava and imcpy."""
+
+from collections.abc import Callable, Iterable
+from socket import socket
+from typing import TypeVar
+
+import imc
+from imc.addresses import UNKNOWN_SYSTEM
+from imc.discovery import LOOPBACK, Endpoint, Service, Services
+from runtime import State, consume, param, periodic
+from runtime.task import ParameterError
+from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
+from tasks.transports.imc_links.carrier import Carrier
+from tasks.transports.imc_links.consoles import Consoles, check_address
+from tasks.transports.imc_links.datagrams import Datagram
+from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate, sender
+from tasks.transports.imc_links.message_list import MessageList, parse_rate
+from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, UNKNOWN, Drops, Peer, Peers
+from tasks.transports.imc_links.reader import Reader
+from tasks.transports.imc_links.sockets import bound, is_local
+
+PORTS_TRIED = 5  # from Local Port on, as in DUNE
+REPEATS = 1024  # forwarded packets that are remembered
+WHY = {
+    UNKNOWN: "it has to send an Announce first",
+    SPOOFED: "it sends our packets back, or is a second vehicle with our id",
+    NOT_LISTED: "see Consoles",
+}
+
+T = TypeVar("T")
+
+
+def parse_endpoint(text: str) -> Endpoint:
+    """An item of `Static Destinations`, such as 10.0.0.7:6001. Raises ValueError."""
+    found = Services.parse(f"imc+udp://{text.strip()}/").endpoints("imc+udp")
+    if not found:
+        raise ValueError(f"{text.strip()!r} is not the IPv4 address of a computer and a port, such as 10.0.0.7:6001")
+    return found[0]
+
+
+def parse_peer_rate(item: str) -> tuple[str, str]:
+    """The system and the rate of an item of `Peer Rates`, such as 0x4001/EstimatedState:20. Raises ValueError."""
+    name, slash, rate = item.strip().partition("/")
+    if not (name and slash):
+        raise ValueError(f"{item.strip()!r} is not a system, a message and a rate, such as 0x4001/EstimatedState:20")
+    parse_rate(rate)
+    return name.strip(), rate
+
+
+def given(option: str, make: Callable[[], T]) -> T:
+    """What `make` reads from an option. Raises ParameterError."""
+    try:
+        return make()
+    except ValueError as error:
+        raise ParameterError(option, str(error)) from None
+
+
+class UDP(Carrier):
+    """Exchanges IMC packets with systems that announce themselves, and with static destinations.
+
+    A system gets packets as soon as it has announced itself and sent one, until it is silent for `Contact Timeout`; it
+    may move to another address or port. A packet is put on the bus only if its system has announced the address that it
+    comes from. Nothing goes back to its sender, and nothing is forwarded twice.
+    """
+
+    address: str = param(
+        LOOPBACK,
+        "",
+        "Where to listen: 127.0.0.1 for this computer only, 0.0.0.0 for all networks.",
+        editable=False,
+        usable=check_address,
+    )
+    local_port: int = param(
+        6002,
+        "1",
+        "Port to listen at; if it is taken, one of the next four, else any. 0 takes any.",
+        minimum=0,
+        maximum=65535,
+        editable=False,
+    )
+    announce_service: bool = param(True, "", "Announce where to send packets to this vehicle.", editable=False)
+    dynamic_nodes: bool = param(True, "", "Send to the systems that announce themselves.")
+    static_destinations: list[str] = param([], "", "Where to send in any case, ADDRESS:PORT.", usable=parse_endpoint)
+    ignore_filter: bool = param(False, "", "Take packets of systems that have not announced themselves.")
+    contact_timeout: float = param(30.0, "s", "Silence after which a system gets no more packets.", minimum=1)
+    maximum_rate: float = param(2000.0, "Hz", "Most packets per second that a system may send.", minimum=1)
+    consoles: list[str] = param(
+        [], "", "Systems that may command, NAME or NAME@ADDRESS; others then only report. Empty lets all command."
+    )
+    peer_rates: list[str] = param(
+        [], "", "Rates for one system instead of Rate Limiters, SYSTEM/MESSAGE:HZ.", usable=parse_peer_rate
+    )
+
+    def configure(self) -> None:
+        id_of = self.vehicle.systems.id
+        given("Address", lambda: check_address(self.address))
+        self.commanders = given("Consoles", lambda: Consoles(self.consoles, id_of))
+        self.static = given("Static Destinations", lambda: [parse_endpoint(item) for item in self.static_destinations])
+        own: dict[int, list[str]] = {}
+        for name, rate in given("Peer Rates", lambda: [parse_peer_rate(item) for item in self.peer_rates]):
+            (system,) = given("Peer Rates", lambda name=name: Consoles([name], id_of).listed)
+            own.setdefault(system, []).append(rate)
+        self.lists: dict[int, MessageList] = {}
+        for system, rates in own.items():
+            names = [*self.transports, *(parse_rate(rate)[0] for rate in rates)]
+            self.lists[system] = self.message_list(names, [*self.rate_limiters, *rates])
+        if not hasattr(self, "peers"):  # they stay if parameters change, or the task is restarted
+            self.peers = Peers()
+        self.peers.timeout, self.peers.kept = self.contact_timeout, self.commanders.listed
+        self.gate = Gate(
+            self.system,
+            self.peers,
+            self.commanders,
+            static=self.static,
+            ignore_filter=self.ignore_filter,
+            rate=self.maximum_rate,
+        )
+        super().configure()
+
+    def start(self) -> None:
+        self.drops, self.unsent = Drops(), Drops()
+        self.taken = self.missed = self.port = 0
+        self.forwarded: dict[int, None] = {}
+        self.groups: list[tuple[MessageList, list[tuple[int, Endpoint]]]] = []
+        self.socket: socket | None = None
+        self.reader: Reader | None = None
+        self.trouble = ""
+        super().start()
+        self.open()
+
+    def stop(self) -> None:
+        if self.reader is not None:
+            self.reader.close()
+        self.reader = self.socket = None
+
+    def refresh(self) -> None:
+        """Find out where to send, and to whom by which list."""
+        contacts = self.peers.contacts(self.now) if self.dynamic_nodes else []
+        groups: dict[int, list[tuple[int, Endpoint]]] = {}
+        for peer, endpoint in contacts:
+            groups.setdefault(peer.system if peer.system in self.lists else UNKNOWN_SYSTEM, []).append(
+                (peer.system, endpoint)
+            )
+        known = {endpoint for _, endpoint in contacts}
+        for endpoint in self.static:
+            if endpoint not in known:
+                groups.setdefault(UNKNOWN_SYSTEM, []).append((UNKNOWN_SYSTEM, endpoint))
+        self.groups = [(self.lists.get(system, self.messages), places) for system, places in groups.items()]
+        self.listen(bool(groups))
+
+    def open(self) -> None:
+        """Listen, at the first port that is free; if that fails, the reason is logged once."""
+        first, trouble = self.local_port, ""
+        for port in [*range(first, min(first + PORTS_TRIED, 65536)), 0] if first else [0]:
+            try:
+                self.socket = bound(self.address, port)
+            except OSError as error:
+                trouble = f"cannot listen at {self.address}: {error.strerror}"
+                continue
+            self.trouble, self.port = "", self.socket.getsockname()[1]
+            self.reader = Reader(self, [self.socket], self.take)
+            self.tell_opened()
+            self.refresh()
+            return
+        if trouble != self.trouble:
+            self.log.error(trouble)
+        self.trouble = trouble
+
+    def tell_opened(self) -> None:
+        local = is_local(self.address)
+        if not local:
+            who = f"only {', '.join(self.consoles)} may" if self.commanders.listed else "whoever reaches it can"
+            self.log.warning(f"listens at {self.address}:{self.port} without passwords: {who} command the vehicle")
+        if self.local_port not in (0, self.port):
+            self.log.info(f"port {self.local_port} is taken: listens at {self.port}")
+        if self.announce_service:
+            service = str(Service("imc+udp", self.address, self.port))
+            self.publish(imc.AnnounceService(service=service, service_type=LOCAL if local else LOCAL | EXTERNAL))
+
+    @consume(others=True)
+    def meet(self, other: imc.Announce) -> None:
+        """Take up a system, or where it is now."""
+        if other.src == self.system:
+            return
+        peer = self.peers.announce(other.src, other.sys_name, Services.parse(other.services), self.now)
+        if peer is None:
+            if self.drops.add("announced beyond the systems in contact", f"0x{other.src:04X}"):
+                self.log.warning(f"{MOST_PEERS} systems are in contact: there is no room for 0x{other.src:04X}")
+        elif peer.sees:
+            self.refresh()
+
+    def take(self, datagrams: list[Datagram]) -> None:
+        """Put packets on the bus, if they may come from where they come."""
+        now, judge, relay = self.now, self.gate.judge, self.relay
+        for packet, address, port in datagrams:
+            peer = judge(packet, address, port, now)
+            try:
+                if isinstance(peer, str):
+                    peer = self.turn_away(packet, address, port, peer)
+                    if peer is None:
+                        continue
+                message = relay(packet)
+            except imc.DecodeError as error:
+                self.drop(MALFORMED, sender(packet, address), error.reason)
+                continue
+            self.taken += 1
+            peer.taken += 1
+            peer.heard = now
+            if peer.sees != address:
+                peer.sees = address
+                self.refresh()
+                self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
+            if not self.local_messages_only:
+                self.carry(message, imc.first_packet(packet))
+
+    def turn_away(self, packet: bytes, address: str, port: int, reason: str) -> Peer | None:
+        """Drop a packet, unless it is the Announce that makes its system a peer."""
+        if self.gate.greets(packet, reason, self.now):
+            announce = self.vehicle.bus.decode(packet)
+            if isinstance(announce, imc.Announce):
+                self.meet(announce)
+                peer = self.gate.judge(packet, address, port, self.now)
+                if isinstance(peer, Peer):
+                    return peer
+                reason = peer
+        self.drop(reason, sender(packet, address), WHY.get(reason, ""))
+        return None
+
+    def drop(self, reason: str, who: str, why: str) -> None:
+        """Count a datagram that is not taken, and name the first of each sender."""
+        if self.drops.add(reason, who):
+            tell = self.log.info if reason is UNKNOWN else self.log.warning
+            tell(f"packet from {who} dropped: {reason}" + (f" ({why})" if why else ""))
+
+    def kinds(self) -> Iterable[type[imc.Message]]:
+        return dict.fromkeys(kind for messages in (self.messages, *self.lists.values()) for kind in messages.types)
+
+    def carry(self, message: imc.Message, packet: bytes) -> None:
+        source, now = message.src, self.now
+        if self.socket is None or (source != self.system and self.is_repeated(packet)):
+            return
+        for messages, places in self.groups:
+            if not messages.passes(message, now):
+                continue
+            for system, endpoint in places:
+                if system == source:
+                    continue
+                try:
+                    self.socket.sendto(packet, endpoint)
+                except OSError as error:
+                    self.fail(endpoint, error.strerror or str(error))
+
+    def is_repeated(self, packet: bytes) -> bool:
+        """Whether this packet of another system was forwarded before: two vehicles that forward would never end."""
+        key = hash(packet)
+        if key in self.forwarded:
+            return True
+        self.forwarded[key] = None
+        if len(self.forwarded) > REPEATS:
+            del self.forwarded[next(iter(self.forwarded))]
+        return False
+
+    def fail(self, endpoint: Endpoint, why: str) -> None:
+        """Count a packet that could not be sent, and name the first of each place and reason."""
+        if self.unsent.add(f"not sent ({why})", str(endpoint)):
+            self.log.warning(f"packets cannot be sent to {endpoint}: {why}")
+
+    @periodic(1.0)
+    def look_after_peers(self) -> None:
+        """Forget who is silent, and report who is in contact and what was dropped."""
+        if self.reader is None:
+            self.open()
+        elif (missed := self.reader.missed) != self.missed:
+            if not self.missed:
+                self.log.warning("packets come faster than they can be read: some are lost")
+            self.missed = missed
+        for peer in (lost := self.peers.forget(self.now)):
+            self.log.info(f"lost contact with {peer.name} (0x{peer.system:04X})")
+        if lost:
+            self.refresh()
+        contacts = [f"{peer.name} at {endpoint}" for peer, endpoint in self.peers.contacts(self.now)]
+        figures = [self.trouble, f"{len(contacts)} in contact" + (f" ({', '.join(contacts)})" if contacts else "")]
+        figures += [f"{self.taken} packets taken", str(self.drops), str(self.unsent)]
+        figures += [f"{self.missed} came too fast to be read"] if self.missed else []
+        self.set_entity_state(State.ERROR if self.trouble else State.NORMAL, "; ".join(filter(None, figures)))

@@ -1,0 +1,102 @@
+"""Which messages a transport sends, how often, of which entities."""
+
+import pytest
+
+import imc
+from tasks.transports.imc_links.message_list import (
+    MOST_SOURCES,
+    MessageList,
+    known_entities,
+    known_rate,
+    parse_entities,
+    parse_rate,
+)
+
+LABELS = {(26, 1): "Batteries", (26, 2): "GPS", (26, 3): "Echo Sounder"}
+
+
+def listed(names="EstimatedState, Voltage", rates=(), entities=()):
+    return MessageList(
+        names.split(","), rates, entities, schema=imc.builtin(), label=lambda *place: LABELS.get(place, "")
+    )
+
+
+def sent(messages, message, hertz, seconds, start=1e9):
+    """How many of the messages that come at a rate pass."""
+    return sum(messages.passes(message, start + i / hertz) for i in range(round(hertz * seconds)))
+
+
+def test_only_listed_messages_have_types_and_unknown_names_are_told():
+    messages = listed("EstimatedState, Voltage, UamRxRnge, EstimatedState,", ["Nothing:2"], ["Voltage:GPS"])
+    assert messages.types == (imc.EstimatedState, imc.Voltage)
+    assert messages.unknown == ["Nothing", "UamRxRnge"]
+
+
+@pytest.mark.parametrize(("source", "limit"), [(20, 2), (100, 3), (20, 0.5), (1, 1), (0.9, 1), (2, 20), (57, 10)])
+def test_a_rate_holds_on_average_and_a_source_at_the_rate_loses_nothing(source, limit):
+    found = sent(listed(rates=[f"EstimatedState:{limit}"]), imc.EstimatedState(src=26, src_ent=5), source, 100)
+    assert found == pytest.approx(100 * min(source, limit), rel=0.04, abs=1)
+
+
+def test_a_source_that_jitters_around_the_rate_loses_little():
+    messages = listed(rates=["EstimatedState:1"])
+    state = imc.EstimatedState(src=26, src_ent=5)
+    assert sum(messages.passes(state, 1e9 + i + (-0.03, 0.03)[i % 2]) for i in range(100)) == 100
+
+
+def test_each_entity_and_system_has_a_rate_of_its_own():
+    messages = listed(rates=["Voltage:1"])
+    assert all(messages.passes(imc.Voltage(src=26, src_ent=entity), 1e9) for entity in (1, 2, 3))
+    assert messages.passes(imc.Voltage(src=27, src_ent=1), 1e9)
+    assert not messages.passes(imc.Voltage(src=26, src_ent=1), 1e9 + 0.5)
+
+
+def test_a_rate_of_zero_sends_none_and_no_rate_sends_all():
+    state = imc.EstimatedState(src=26, src_ent=5)
+    assert sent(listed(rates=["EstimatedState:0"]), state, 10, 10) == 0
+    assert sent(listed(), state, 10, 10) == 100
+
+
+def test_a_clock_that_is_set_back_stops_nothing():
+    messages = listed(rates=["EstimatedState:2"])
+    state = imc.EstimatedState(src=26, src_ent=5)
+    assert sent(messages, state, 20, 10, start=2e9) == pytest.approx(20, abs=1)
+    assert sent(messages, state, 20, 10, start=1e9) == pytest.approx(20, abs=1)
+
+
+def test_many_sources_need_bounded_memory():
+    messages = listed(rates=["EstimatedState:1"])
+    for system in range(5 * MOST_SOURCES):
+        assert messages.passes(imc.EstimatedState(src=system, src_ent=1), 1e9)
+    found = messages._filters[imc.EstimatedState]
+    assert len(found._due) <= MOST_SOURCES
+
+
+def test_only_listed_entities_pass_and_the_last_item_counts():
+    messages = listed(entities=["Voltage:GPS", "Voltage: Batteries + Echo Sounder"])
+    passed = [entity for entity in (1, 2, 3, 4) if messages.passes(imc.Voltage(src=26, src_ent=entity), 1e9)]
+    assert passed == [1, 3]
+    assert messages.passes(imc.EstimatedState(src=26, src_ent=2), 1e9)
+
+
+@pytest.mark.parametrize(
+    "item", ["EstimatedState", "EstimatedState:", ":2", "EstimatedState:-1", "A:nan", "A:inf", "A:x"]
+)
+def test_a_wrong_rate_is_an_error_that_shows_it(item):
+    with pytest.raises(ValueError, match=f"^'{item}' is not a message and its rate"):
+        parse_rate(item)
+
+
+@pytest.mark.parametrize("item", ["Voltage", "Voltage:", ":GPS", "Voltage:+"])
+def test_wrong_entities_are_an_error_that_shows_them(item):
+    with pytest.raises(ValueError, match="is not a message and its entities"):
+        parse_entities(item)
+
+
+def test_an_item_of_an_unknown_message_is_named_with_the_nearest():
+    with pytest.raises(ValueError, match="did you mean EstimatedState"):
+        known_rate("EstimatedStat:2")
+    with pytest.raises(ValueError, match="did you mean Voltage"):
+        known_entities("Voltag:GPS")
+    known_rate("EstimatedState:2")
+    known_entities("Voltage:GPS")
