@@ -46,9 +46,10 @@ class Owner(Protocol):
 class Device:
     """A serial port or socket that a task has opened: `write` sends, and pieces of what arrives go to a handler.
 
-    `good` counts the pieces that the handler took, `bad` those that it did not understand: it raised ValueError,
-    LookupError or struct.error. `skipped` counts bytes that belong to no piece. While the device is missing, `trouble`
-    has been called with the reason, and opening it is tried again, at least every 5 s; "" ends the trouble.
+    `good` counts the pieces that the handler took, `bad` those that are damaged, or that it did not understand: it
+    raised ValueError, LookupError or struct.error. `skipped` counts bytes that belong to no piece. While the device is
+    missing, `trouble` has been called with the reason, and opening it is tried again, at least every 5 s; "" ends the
+    trouble.
     """
 
     def __init__(
@@ -142,12 +143,17 @@ class Device:
             self._second, self._pieces, self._bytes = now, 0, 0
         self._bytes += len(data)
         self._unheeded += len(data)
-        for piece in self._splitter.feed(data):
+        damaged = self._splitter.damaged
+        pieces = self._splitter.feed(data)
+        for _ in range(min(self._splitter.damaged - damaged, len(data))):
+            self._count_bad("damaged")
+        for piece in pieces:
             self._pieces += 1
             try:
                 self._handler(piece)
             except NOT_UNDERSTOOD as error:
-                self._count_bad(piece, error)
+                shown = repr(piece[:SHOWN])[1:] + ("..." if len(piece) > SHOWN else "")
+                self._count_bad(f"not understood: {shown}: {error}")
             else:
                 self.good, self._unheeded = self.good + 1, 0
             if self._closed:
@@ -233,12 +239,10 @@ class Device:
         if connection is self._connection:
             self._owner.watch(connection, self._read)
 
-    def _count_bad(self, piece: bytes, error: Exception) -> None:
+    def _count_bad(self, what: str) -> None:
         self.bad += 1
         if str(self.bad).strip("0") == "1":  # 1, 10, 100 ...
-            shown = repr(piece[:SHOWN])[1:] + ("..." if len(piece) > SHOWN else "")
-            what = f"{self.bad} pieces not understood, the last one" if self.bad > 1 else "not understood"
-            self._owner.log.warning(f"{self.name}: {what}: {shown}: {error}")
+            self._owner.log.warning(f"{self.name}: " + (f"{self.bad} bad, the last " if self.bad > 1 else "") + what)
 
     def _report(self, text: str) -> None:
         named = f"{self.name}: {text}"

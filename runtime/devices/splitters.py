@@ -11,9 +11,13 @@ Size = Callable[[bytes], int | None]
 
 
 class Splitter(Protocol):
-    """Takes bytes in any portions, and gives complete pieces; `skipped` counts the bytes that are in none."""
+    """Takes bytes in any portions, and gives complete pieces.
+
+    `skipped` counts the bytes that are in none, `damaged` the pieces among them that could be recognized as such.
+    """
 
     skipped: int
+    damaged: int
 
     def begin(self, *, midway: bool) -> None:
         """Forget an unfinished piece. With `midway` the next bytes may be the end of a piece that began before."""
@@ -33,7 +37,7 @@ class Whole:
     """Leaves every portion as it is, such as a datagram."""
 
     def __init__(self) -> None:
-        self.skipped = 0
+        self.skipped = self.damaged = 0
 
     @property
     def waiting(self) -> int:
@@ -54,7 +58,7 @@ class Lines:
     """
 
     def __init__(self, *, longest: int = LONGEST_LINE, end: bytes = b"\n"):
-        self.skipped = 0
+        self.skipped = self.damaged = 0
         self._longest = longest
         self._end = end
         self._part = b""
@@ -82,6 +86,7 @@ class Lines:
         for line in complete:
             if len(line) > self._longest:
                 self.skipped += len(line)
+                self.damaged += 1
             elif line := line.strip():
                 found.append(line)
         return found
@@ -89,6 +94,7 @@ class Lines:
     def _keep(self, part: bytes) -> None:
         """Wait for the end of a line, but not for that of one that is too long: only what may begin an end is kept."""
         if self._lost or len(part) > self._longest:
+            self.damaged += not self._lost
             kept = len(self._end) - 1
             self.skipped += max(0, len(part) - kept)
             part, self._lost = part[len(part) - kept :] if kept else b"", True
@@ -112,7 +118,7 @@ class Frames:
     ):
         if not kinds or not all(kinds):
             raise ValueError("a frame begins with at least one byte")
-        self.skipped = 0
+        self.skipped = self.damaged = 0
         self._kinds = dict(kinds)
         self._valid = valid
         self._longest = longest
@@ -151,6 +157,7 @@ class Frames:
                 found.append(frame)
                 at += size
             else:
+                self.damaged += size > 0
                 self.skipped += 1
                 at += 1
         self._data = data[at:]
