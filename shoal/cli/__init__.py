@@ -21,7 +21,7 @@ COMMANDS = {
     "tasks": ("shoal.cli.tasks", "List tasks, or the parameters of one."),
     "message": ("shoal.cli.message", "Show the fields of a message."),
     "service": ("shoal.cli.service", "Write a systemd unit that runs a vehicle from boot on."),
-    "new": ("shoal.cli.new", "Create a task or a vehicle, with a test."),
+    "new": ("shoal.cli.new", "Create a task, a driver or a vehicle, with a test."),
 }
 
 WRONG_USE = 2
