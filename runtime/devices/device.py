@@ -1,6 +1,7 @@
 """A device of a task: opened again whenever it goes away, read without waiting, and never more than can be handled."""
 
 import struct
+import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -12,7 +13,8 @@ from runtime.kernel import SECOND, Readable
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
 CONNECT_TIMEOUT, CONNECT_PERIOD = 5.0, 0.05  # s
 SILENCE = 2.0  # s without a byte, after which the rest of a piece is not expected any more
-MOST_PIECES = 2000  # lines or frames per second
+MOST_PIECES = 2000  # lines or frames per second, since each may cause messages
+MOST_WORK = SECOND // 5  # of the processor's time per second
 MOST_WAITING = 1 << 16  # bytes that wait to be sent
 FLUSH_PERIOD = 0.02  # s
 SHOWN = 60  # characters of a piece in the log book
@@ -77,7 +79,7 @@ class Device:
         self._retry = FIRST_RETRY
         self._told = ""
         self._heard_at = 0
-        self._second, self._pieces, self._bytes = 0, 0, 0
+        self._second, self._pieces, self._bytes, self._work = 0, 0, 0, 0
         self._unheeded = 0  # bytes since the last good piece
 
     @property
@@ -140,7 +142,7 @@ class Device:
             self._told = ""
             self._owner.log.info(f"{self.name} sends again")
         if now - self._second >= SECOND:
-            self._second, self._pieces, self._bytes = now, 0, 0
+            self._second, self._pieces, self._bytes, self._work = now, 0, 0, 0
         self._bytes += len(data)
         self._unheeded += len(data)
         damaged = self._splitter.damaged
@@ -220,13 +222,16 @@ class Device:
         except OSError as error:
             self.lose(error)
             return
+        began = time.thread_time_ns()
         for data in portions:
             self.receive(data)
+        self._work += time.thread_time_ns() - began
         self._rest()
 
     def _rest(self) -> None:
         """Leave it for the rest of the second if it sends too much; what does not fit waits, or is lost, outside."""
-        if self._connection is None or (self._pieces <= MOST_PIECES and self._bytes <= self._address.most):
+        few = self._pieces <= MOST_PIECES and self._bytes <= self._address.most and self._work <= MOST_WORK
+        if few or self._connection is None:
             return
         self._owner.unwatch(self._connection)
         self._owner.after(max(0.0, (self._second - self._owner.now_ns) / SECOND + 1.0), self._go_on, self._connection)

@@ -173,8 +173,8 @@ class Attached:
             device.open()
         return device
 
-    def _detach(self) -> None:
-        """Close all devices."""
+    def detach(self) -> None:
+        """Close all devices; the vehicle calls it after `stop`, which may still write to them."""
         devices, self._devices, self._health = self._devices, (), None
         for device in devices:
             device.close()

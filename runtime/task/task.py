@@ -245,9 +245,8 @@ class Task(Attached):
         self._tickers = [Ticker(self, ticking) for ticking in tickers(type(self))]
 
     def disconnect(self) -> None:
-        """Drop subscriptions, timers, ticks, scripts, devices, watched sockets and results not yet delivered."""
+        """Drop subscriptions, timers, ticks, scripts, watched sockets and results not yet delivered."""
         self._round += 1
-        self._detach()
         self._bus.unsubscribe(self)
         for ticker in self._tickers:
             ticker.stop()

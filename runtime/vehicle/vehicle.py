@@ -281,13 +281,14 @@ class Vehicle:
             task.disconnect()
         except BaseException as error:
             self._note(task, as_error(error))
-        if task.name not in self.running:
-            return
-        self.running.discard(task.name)
         try:
-            task.stop()
+            if task.name in self.running:
+                self.running.discard(task.name)
+                task.stop()
         except BaseException as error:
             self._note(task, as_error(error))
+        finally:
+            task.detach()
 
     def _note(self, owner: object, error: Exception) -> None:
         """Log an error of a task that stops, and keep the first one for `close`."""

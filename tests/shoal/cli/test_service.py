@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -91,6 +92,23 @@ def test_what_a_profile_of_ones_own_needs_is_named_absolutely(folder: Path) -> N
     assert done.exit_code == 0, done.output
     assert f" run {folder}/own.ini -d {folder} --code {folder}/code " in options(done.stdout)["ExecStart"]
     assert "may be hidden from the service" in done.stderr, "tests run below /tmp"
+
+
+def test_it_waits_for_the_clock_once_a_boot(folder: Path) -> None:
+    unit = options(shoal("otter", "-p", "Simulation", "--wait-for-clock", "1", "-o", "-").stdout)
+    assert (unit["RuntimeDirectory"], unit["RuntimeDirectoryPreserve"]) == ("shoal-otter", "restart")
+    program, _, script = unit["ExecStartPre"].partition(" -c ")
+    assert program == "-/bin/sh", "a failure does not matter"
+    (folder / "timedatectl").write_text("#!/bin/sh\necho NTPSynchronized=no\n")
+    (folder / "timedatectl").chmod(0o755)
+    command = script.strip("'").replace("/run/shoal-otter/", f"{folder}/")
+    took: list[float] = []
+    for _ in range(2):
+        began = time.monotonic()
+        subprocess.run(["/bin/sh", "-c", command], env={"PATH": f"{folder}:/usr/bin:/bin"}, check=True)
+        took.append(time.monotonic() - began)
+    assert took[0] > 0.9
+    assert took[1] < 0.9
 
 
 def test_logs_elsewhere_are_writable(folder: Path) -> None:

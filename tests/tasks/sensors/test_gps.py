@@ -220,7 +220,7 @@ def test_damage_costs_no_more_than_what_is_damaged() -> None:
 
 def hardware(folder: Path, port: Path, *more: str) -> subprocess.Popen[str]:
     words = ["run", "lauv-noptilus-1", "-p", "Hardware", "--set", f"Sensors.GPS:Serial Port - Device={port}", *more]
-    words += ["--set", "Transports.MAVLink:Enabled=Never"]
+    words += ["--set", "Transports.MAVLink:Enabled=Never", "--set", "Transports.Logging:Flush Interval=0.5"]
     return subprocess.Popen(
         [sys.executable, "-m", "shoal.cli", *words],
         cwd=folder,
@@ -232,7 +232,7 @@ def hardware(folder: Path, port: Path, *more: str) -> subprocess.Popen[str]:
 
 
 def test_a_vehicle_without_its_receiver_runs_and_names_it(tmp_path: Path) -> None:
-    run = hardware(tmp_path, tmp_path / "ttyNONE", "--for", "2s")
+    run = hardware(tmp_path, tmp_path / "ttyNONE", "--for", "1s")
     output = run.communicate(timeout=60)[0]
     assert run.returncode == 0, output
     assert f"GPS: ERROR {tmp_path}/ttyNONE: No such file or directory" in output
