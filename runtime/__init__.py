@@ -3,7 +3,19 @@
 from runtime.bus import Frame
 from runtime.kernel import Timer
 from runtime.problem import Doubt
-from runtime.task import ActivationError, Entity, Inbox, ParameterError, Script, State, Task, consume, param, periodic
+from runtime.task import (
+    ActivationError,
+    Entity,
+    Inbox,
+    ParameterError,
+    Script,
+    State,
+    Task,
+    consume,
+    expect,
+    param,
+    periodic,
+)
 
 __all__ = [
     "ActivationError",
@@ -17,6 +29,7 @@ __all__ = [
     "Task",
     "Timer",
     "consume",
+    "expect",
     "param",
     "periodic",
 ]

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime.bus import Frame
+from runtime.devices import Recording, Recordings
 from runtime.kernel import SECOND, Clock, VirtualClock, nanoseconds
 from runtime.task import Task
 from runtime.vehicle import Vehicle, section_name
@@ -23,7 +24,7 @@ LAUV_NOPTILUS_1 = 0x001A
 class Run:
     """The result of a simulation: `messages` in order of publication, except those fed in and the Daemon's.
 
-    `log` has the texts of the log book, including the Daemon's.
+    `log` has the texts of the log book, including the Daemon's; `sent` the names of devices and what was sent to them.
     """
 
     vehicle: Vehicle
@@ -32,6 +33,7 @@ class Run:
     packets: list[bytes] = field(default_factory=list[bytes])
     frames: list[Frame] = field(default_factory=list[Frame])
     log: list[str] = field(default_factory=list[str])
+    sent: list[tuple[str, bytes]] = field(default_factory=list[tuple[str, bytes]])
 
     @property
     def task(self) -> Any:
@@ -78,6 +80,7 @@ def simulate(
     clock: Clock | None = None,
     settings: Mapping[str, Mapping[str, str]] | None = None,
     messages: imc.Schema | None = None,
+    stream: Recording | Mapping[str, Recording] | None = None,
     **parameters: Any,
 ) -> Run:
     """Run tasks in virtual time and return what they published.
@@ -88,6 +91,10 @@ def simulate(
     until the end of the feed, or 1 s without a feed. `script` is a coroutine function that runs along with the tasks.
     `settings` stands in for the profile: texts by section and option. `messages` is the schema of the vehicle, if it
     has messages of its own. Exceptions of tasks are raised.
+
+    No device is opened: `stream` is what the task's device sends: bytes or text at the speed of the line, the path of a
+    file of such, or a list of (seconds, bytes or text), in which None unplugs the device until the next portion. Of
+    several devices it is a dictionary by name. The run then takes at least until the end of the stream.
     """
     wanted = [tasks] if isinstance(tasks, type) else list(tasks)
     with tempfile.TemporaryDirectory() as folder:
@@ -102,13 +109,14 @@ def simulate(
             state_folder=Path(folder) / "db",
             messages=messages,
         )
+        vehicle.recordings = recordings = None if stream is None else Recordings(stream)
         made: list[Task] = []
         try:
             for item in wanted:
                 cls, values = item if isinstance(item, tuple) else (item, parameters)
                 name = section if section and not made else section_name(cls)
                 made.append(vehicle.add(cls, _unused(name, made), **values))
-            run = Run(vehicle, made)
+            run = Run(vehicle, made, sent=recordings.sent if recordings is not None else [])
             fed = [_fed(message, vehicle) for message in feed]
             _record(run, {id(message) for _, message, _ in fed})
             vehicle.start()
@@ -116,8 +124,11 @@ def simulate(
                 vehicle.kernel.at(at, vehicle.bus.publish, message, packet, None)
             if script is not None:
                 vehicle.kernel.soon(vehicle.daemon.run, script)
-            last = max((at for at, _, _ in fed), default=0) - vehicle.kernel.now_ns
-            vehicle.run(seconds if seconds is not None else max(1.0 if not fed else 0.0, (last + 1) / SECOND))
+            if recordings is not None:
+                vehicle.run(0.0)  # the tasks start, and open their devices
+            last = max(max((at for at, _, _ in fed), default=0), recordings.end if recordings is not None else 0)
+            rest = (last - vehicle.kernel.now_ns + 1) / SECOND
+            vehicle.run(seconds if seconds is not None else max(1.0 if not fed else 0.0, rest))
         finally:
             vehicle.close()
     return run

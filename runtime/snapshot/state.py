@@ -25,6 +25,7 @@ BELONGINGS = frozenset(
         "parameter_set",
         "_kernel",
         "_bus",
+        "_devices",
         "_tickers",
         "_scripts",
     }

@@ -2,7 +2,17 @@
 
 from runtime.task.activation import Activation, ActivationError
 from runtime.task.entities import SYSTEM_ENTITY, Entities, Entity, EntityError, State, Systems, allot
-from runtime.task.handlers import HIGHEST_RATE, Ticker, consume, consumers, periodic, rate_of, tickers
+from runtime.task.handlers import (
+    HIGHEST_RATE,
+    Ticker,
+    consume,
+    consumers,
+    expect,
+    expectations,
+    periodic,
+    rate_of,
+    tickers,
+)
 from runtime.task.logbook import Logbook, one_line, with_place
 from runtime.task.parameters import Parameter, ParameterError, find_parameter, param
 from runtime.task.script import Inbox, Script
@@ -28,6 +38,8 @@ __all__ = [
     "allot",
     "consume",
     "consumers",
+    "expect",
+    "expectations",
     "find_parameter",
     "one_line",
     "param",

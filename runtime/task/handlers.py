@@ -1,10 +1,10 @@
-"""The decorators that turn methods into handlers: `@consume` for messages, `@periodic` for a rate."""
+"""The decorators of methods: `@consume` for messages, `@periodic` for a rate, `@expect` for data that have to come."""
 
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import UnionType
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin, get_type_hints, overload
 
 from runtime.kernel import SECOND, Timer
 from runtime.task.parameters import ParameterError
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from runtime.task.task import Task
 
 HIGHEST_RATE = 1e6  # Hz
+JUDGING_RATE = 4.0  # Hz; how often data that are expected are looked for
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -65,6 +66,43 @@ def periodic(rate: float | str) -> Callable[[F], F]:
     return mark
 
 
+def expect(every: float | str) -> Callable[[F], F]:
+    """Expects a method to be called, and to return, every so many seconds (0 is never), else the entity is in ERROR.
+
+    `every` may be the attribute of a parameter in seconds. With the next data the entity is in NORMAL again. The method
+    takes lines or frames of a device, or it is one with `@consume`.
+    """
+
+    def mark(function: F) -> F:
+        @functools.wraps(function)
+        def expected(task: Any, *args: Any, **more: Any) -> object:
+            result = function(task, *args, **more)
+            task.note_data(function.__name__)
+            return result
+
+        expected.__dict__["_shoal_expect"] = every
+        return cast(F, expected)
+
+    return mark
+
+
+@functools.cache
+def expectations(cls: type) -> Mapping[str, float | str]:
+    """The methods of a class that expect data: seconds, or the attribute of a parameter in seconds.
+
+    Raises TypeError for an unknown parameter.
+    """
+    found: dict[str, float | str] = {}
+    for name, method in _methods(cls):
+        every = getattr(method, "_shoal_expect", None)
+        if isinstance(every, str) and not hasattr(cls, every):
+            raise TypeError(f"{cls.__name__}.{name}: there is no parameter {every!r}")
+        if every is not None:
+            _refuse_coroutines(cls, name, method)
+            found[name] = every
+    return found
+
+
 @functools.cache
 def consumers(cls: type) -> tuple[Consumer, ...]:
     """The subscriptions of a class, in the order of definition. Raises TypeError for a bad annotation."""
@@ -95,12 +133,19 @@ def tickers(cls: type) -> tuple[Ticking, ...]:
         if rate is not None:
             _refuse_coroutines(cls, name, method)
             found.append(Ticking(name, rate, len(inspect.signature(method).parameters) > 1))
+    if expectations(cls):
+        found.append(Ticking("judge_data", JUDGING_RATE, False))
     return tuple(found)
+
+
+def value_of(task: object, number: float | str) -> float:
+    """A number, or the value of the parameter with this attribute."""
+    return float(getattr(task, number)) if isinstance(number, str) else number
 
 
 def rate_of(task: "Task", rate: float | str) -> float:
     """The rate of a periodic method in hertz. Raises ParameterError if it is above `HIGHEST_RATE` or not a number."""
-    hertz = float(getattr(task, rate)) if isinstance(rate, str) else rate
+    hertz = value_of(task, rate)
     if not hertz <= HIGHEST_RATE:
         name = next((p.name for p in task.parameters().values() if p.attribute == rate), str(rate))
         raise ParameterError(name, f"cannot run at {hertz:g} Hz (expects at most {HIGHEST_RATE:g} Hz)")

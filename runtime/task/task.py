@@ -11,6 +11,7 @@ from imc.addresses import BROADCAST, OPERATORS, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.bus import Subscription, known_here
 from runtime.kernel import SECOND, Readable, Timer, as_error, handler_of, nanoseconds
 from runtime.problem import Doubt
+from runtime.task.attached import Attached
 from runtime.task.entities import Entity, State
 from runtime.task.handlers import Consumer, Ticker, consumers, tickers
 from runtime.task.logbook import Logbook, cut
@@ -27,11 +28,11 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-class Task:
+class Task(Attached):
     """One concern of a vehicle. Subclasses declare parameters, `@consume` and `@periodic` methods, and override hooks.
 
     The vehicle makes the instance, so a task keeps its own state in attributes that `configure` or `start` set.
-    A class with `external` set needs the network and is skipped in virtual time; `requires` names the extra
+    A class with `external` set needs the network or a device and is skipped in virtual time; `requires` names the extra
     that it needs; `activation` is the scope of its parameter `Active`, empty for tasks without.
     `transient` names attributes that are not in snapshots, because `configure` or `restored` makes them again.
     A snapshot can contain a running script if it is an async method of the task's own class.

@@ -96,7 +96,8 @@ def build(
             words, hint = f"[{section.name}] is not a task", f"did you mean [{near}]?" if near else ""
             problems.append(Problem("error", *section.origin, words, hint or why_missing(section.name)))
         elif vehicle.virtual and cls.external:
-            made.skip(section.name, "needs the network, which is off in virtual time")
+            what = "a device" if cls.requires == "drivers" else "the network"
+            made.skip(section.name, f"needs {what}, which is off in virtual time")
         elif extra := missing_extra(cls):
             made.skip(section.name, f"needs pip install 'shoal[{extra}]'")
         else:

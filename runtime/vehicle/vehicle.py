@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import imc
 from runtime.bus import Bus, Subscription
+from runtime.devices import Recordings
 from runtime.kernel import SECOND, Clock, Kernel, as_error, owner_of, title
 from runtime.profile import default_label
 from runtime.task import Activation, Entities, State, Systems, Task, consumers, one_line, rate_of, tickers, with_place
@@ -37,6 +38,7 @@ class Vehicle:
     `messages` is the schema of its messages, by default the built-in one,
     `running` the names of the tasks that are started and not stopped. `log_folder` is that of the log that is being
     written; the task that writes it sets it. `blame` turns an exception of a task into the one that the run raises.
+    `recordings` are what devices of tasks send in a test.
     """
 
     def __init__(
@@ -64,6 +66,7 @@ class Vehicle:
         self.keep_going = keep_going
         self.log_root = log_root
         self.log_folder: Path | None = None
+        self.recordings: Recordings | None = None
         self.state_folder = state_folder
         self.fleet = fleet
         if fleet is not None and clock is None:
@@ -278,13 +281,14 @@ class Vehicle:
             task.disconnect()
         except BaseException as error:
             self._note(task, as_error(error))
-        if task.name not in self.running:
-            return
-        self.running.discard(task.name)
         try:
-            task.stop()
+            if task.name in self.running:
+                self.running.discard(task.name)
+                task.stop()
         except BaseException as error:
             self._note(task, as_error(error))
+        finally:
+            task.detach()
 
     def _note(self, owner: object, error: Exception) -> None:
         """Log an error of a task that stops, and keep the first one for `close`."""

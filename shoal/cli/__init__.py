@@ -20,7 +20,8 @@ COMMANDS = {
     "explain": ("shoal.cli.explain", "Show the values of a profile and where they are set."),
     "tasks": ("shoal.cli.tasks", "List tasks, or the parameters of one."),
     "message": ("shoal.cli.message", "Show the fields of a message."),
-    "new": ("shoal.cli.new", "Create a task or a vehicle, with a test."),
+    "service": ("shoal.cli.service", "Write a systemd unit that runs a vehicle from boot on."),
+    "new": ("shoal.cli.new", "Create a task, a driver or a vehicle, with a test."),
 }
 
 WRONG_USE = 2

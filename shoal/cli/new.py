@@ -1,4 +1,4 @@
-"""`shoal new`: creates a working task or vehicle to start from, with a test."""
+"""`shoal new`: creates a working task, driver or vehicle to start from, with a test."""
 
 import keyword
 import re
@@ -46,6 +46,48 @@ def test_it_reports_the_greatest_depth():
     assert run.of(imc.Depth)[0].value == 0.0
 '''
 
+DRIVER = '''"""{title}: a sensor of depth at a serial port."""
+
+import imc
+from runtime import Task, expect, param
+
+
+class {cls}(Task):
+    """Publishes the depths that a sensor sends, one a line."""
+
+    external = True
+    requires = "drivers"
+
+    port: str = param("", "", "Serial port of the sensor.", name="Serial Port - Device", editable=False)
+    baud: int = param(9600, "Bd", "Baud rate of the port.", name="Serial Port - Baud Rate", minimum=1, editable=False)
+
+    def start(self) -> None:
+        self.sensor = self.serial(self.port, self.baud, lines=self.measure)
+
+    @expect(every=2.0)
+    def measure(self, line: str) -> None:
+        self.publish(imc.Depth(value=float(line)))
+'''
+
+DRIVER_TEST = '''"""{cls} publishes what its sensor sends."""
+
+import imc
+from {module} import {cls}
+from runtime import State
+from runtime.testing import simulate
+
+
+def test_each_line_is_a_depth():
+    run = simulate({cls}, stream="1.5\\r\\nrubbish\\r\\n2.5\\r\\n")
+    assert [depth.value for depth in run.of(imc.Depth)] == [1.5, 2.5]
+    assert run.task.sensor.bad == 1
+
+
+def test_silence_is_an_error():
+    run = simulate({cls}, stream=[(0.0, "1.5\\r\\n")], seconds=5.0)
+    assert run.task.entity.state is State.ERROR
+'''
+
 VEHICLE = """# {name}: swims in circles in simulation, without forces; see `shoal explain {name}`.
 # For forces, navigation, control and plans, start with [Require lauv-noptilus-1.ini] instead.
 
@@ -88,24 +130,46 @@ def test_it_swims_and_leaves_a_log(tmp_path):
 
 @click.group()
 def new() -> None:
-    """Create a task or a vehicle, with a test, in the current folder."""
+    """Create a task, a driver or a vehicle, with a test, in the current folder."""
 
 
 @new.command()
 @click.argument("name")
 def task(name: str) -> None:
     """Create a task NAME, such as DepthAlarm: a module and its test."""
+    cls, module = _names(name)
+    _write(Path(f"{module}.py"), TASK.format(title=cls, cls=cls))
+    _write(Path(f"test_{module}.py"), TASK_TEST.format(cls=cls, module=module))
+    _tell_use(cls, module)
+    click.echo(f'          shoal run lauv-noptilus-1 -p Simulation --set "{module}.{cls}:Enabled=Always"')
+
+
+@new.command()
+@click.argument("name")
+def driver(name: str) -> None:
+    """Create a driver NAME of a device at a serial port, such as DepthCell: a module and its test."""
+    cls, module = _names(name)
+    _write(Path(f"{module}.py"), DRIVER.format(title=cls, cls=cls))
+    _write(Path(f"test_{module}.py"), DRIVER_TEST.format(cls=cls, module=module))
+    _tell_use(cls, module)
+    settings = f'--set "{module}.{cls}:Enabled=Always" --set "{module}.{cls}:Serial Port - Device=/dev/ttyUSB0"'
+    click.echo(f"          shoal run lauv-noptilus-1 -p Hardware {settings}")
+
+
+def _names(name: str) -> tuple[str, str]:
+    """The class and the module of a new task. Raises BadParameter."""
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9]*", name) or keyword.iskeyword(name):
         raise click.BadParameter(f"{name!r} is not a class name such as DepthAlarm: letters and digits only")
     cls = name[:1].upper() + name[1:]
     module = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", cls).lower()
     if module in ("imc", "mavlink", "runtime", "shoal", "tasks", "world", *sys.stdlib_module_names):
         raise click.BadParameter(f"{name!r}: there is already a module {module}")
-    _write(Path(f"{module}.py"), TASK.format(title=cls, cls=cls))
-    _write(Path(f"test_{module}.py"), TASK_TEST.format(cls=cls, module=module))
+    return cls, module
+
+
+def _tell_use(cls: str, module: str) -> None:
     click.echo(f"\nTest it:  python -m pytest test_{module}.py   (pip install pytest)")
     click.echo(f"Use it:   [{module}.{cls}] with `Enabled = Always` in a profile of this folder, or for one run:")
-    click.echo(f'          shoal run lauv-noptilus-1 -p Simulation --set "{module}.{cls}:Enabled=Always"')
 
 
 @new.command()

@@ -15,6 +15,7 @@ from runtime.profile import Profile, items, load_profile
 from runtime.snapshot import Journals, SnapshotError, keep_beside_log, load_file, run_with_snapshots
 from runtime.vehicle import Build, Vehicle, build, check, find_task, join_zenoh
 from shoal.cli.ending import guarded, leave_after, own_part
+from shoal.cli.host import Host
 from shoal.cli.options import (
     check_log_dir,
     code_option,
@@ -187,13 +188,15 @@ def swim(
     `start` is False if it continues from a snapshot. A snapshot is saved beside its log every `snapshot_every` (s); one
     that the disk refuses is reported and left out.
     """
-    status = Status(vehicle, title, duration)
+    status, host = Status(vehicle, title, duration), Host(vehicle)
     missing, incomplete = list[OSError](), False
     with guarded(vehicle) as watchdog:
         try:
             with status:
                 if start:
                     vehicle.start()
+                if not vehicle.virtual:  # a virtual run is the same without it, and may be saved
+                    vehicle.kernel.soon(host.begin)
                 try:
                     if snapshot_every is None:
                         vehicle.run(duration)
@@ -203,6 +206,7 @@ def swim(
                 finally:
                     if not vehicle.virtual:
                         watchdog.expect_end(CLOSING)
+                    host.end()
                     vehicle.close()
         except Exception as error:
             vehicle.exit_status = 1

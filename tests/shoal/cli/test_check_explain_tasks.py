@@ -152,6 +152,16 @@ def test_a_new_task_runs_and_its_test_passes(shoal, tmp_path):
     assert "How often to report." in shoal("tasks", "depth_alarm.DepthAlarm").output
 
 
+def test_a_new_driver_passes_its_test(shoal, tmp_path):
+    result = shoal("new", "driver", "DepthCell")
+    assert result.exit_code == 0, result.output
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "test_depth_cell.py"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert "2 passed" in done.stdout, done.stdout + done.stderr
+    assert "Baud rate of the port." in shoal("tasks", "depth_cell.DepthCell").output
+
+
 def test_a_new_vehicle_runs_and_its_test_passes(shoal, tmp_path):
     assert shoal("new", "vehicle", "lauv-mine").exit_code == 0
     result = shoal("check", "lauv-mine")

@@ -44,7 +44,7 @@ MISTAKES = [
     ("run empty.ini", "empty has nothing to run without a mode"),
     ("run rubbish.ini", "rubbish"),
     ("run broken.ini", "broken.ini:5: error: invalid reference"),
-    ("run lauv-noptilus-1 -p Hardware --for 1s", "has nothing to run in mode Hardware besides Transports.Logging"),
+    ("run hexa-00 -p Hardware --for 1s", "has nothing to run in mode Hardware besides Transports.Logging"),
     ("run lauv-noptilus-1 -p Simlation", "unknown mode 'Simlation' (did you mean 'Simulation'?)"),
     ("run otter -d nodir", "Directory 'nodir' does not exist"),
     ("run otter --vehicle=", "it is empty"),

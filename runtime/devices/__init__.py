@@ -1,0 +1,24 @@
+"""Serial ports and sockets of a driver, and how their bytes become lines and frames."""
+
+from runtime.devices.addresses import Address, Connection, SerialPort, TcpServer, UdpSocket
+from runtime.devices.device import Device, Owner
+from runtime.devices.recording import Piece, Recording, Recordings
+from runtime.devices.splitters import Frames, Lines, Splitter, Whole, lines_of
+
+__all__ = [
+    "Address",
+    "Connection",
+    "Device",
+    "Frames",
+    "Lines",
+    "Owner",
+    "Piece",
+    "Recording",
+    "Recordings",
+    "SerialPort",
+    "Splitter",
+    "TcpServer",
+    "UdpSocket",
+    "Whole",
+    "lines_of",
+]

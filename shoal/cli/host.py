@@ -1,0 +1,103 @@
+"""The computer around a run: its service manager, which wants to hear that the run is alive, and its clock."""
+
+import contextlib
+import os
+import socket
+import time
+from pathlib import Path
+
+from runtime.task import State
+from runtime.vehicle import Vehicle
+
+LONGEST_PERIOD = 1.0  # s of real time between two looks
+STEP = 2.0  # s; a clock that moves so far against the run's was set
+TOLERATED = 60.0  # s that a file may be newer than the present
+TROUBLE = (State.ERROR, State.FAILURE)
+LONGEST_STATUS = 200  # characters
+
+
+class Host:
+    """Tells systemd that a run is ready, runs, and stops, and the operators if the computer's clock cannot be right.
+
+    What it tells comes from the kernel's thread, as any handler: WATCHDOG=1 means that the vehicle really runs. The
+    protocol is that of sd_notify(3): datagrams to the socket named in NOTIFY_SOCKET. Without it nothing is sent.
+    """
+
+    def __init__(self, vehicle: Vehicle):
+        self._vehicle = vehicle
+        self._address = _take("NOTIFY_SOCKET")
+        self._socket: socket.socket | None = None
+        watchdog = _take("WATCHDOG_USEC") if _take("WATCHDOG_PID") in ("", str(os.getpid())) else ""
+        self._watchdog = watchdog.isdecimal() and int(watchdog) > 0
+        limit = int(watchdog) / 1e6 if self._watchdog else 2.0 * LONGEST_PERIOD
+        self._period = min(LONGEST_PERIOD, limit / 3.0) * min(vehicle.kernel.clock.speed, 1e6)
+        self._lag = 0.0
+        if self._address:
+            with contextlib.suppress(OSError):
+                self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
+                self._socket.setblocking(False)
+
+    def begin(self) -> None:
+        """To be called when all tasks have started; not in virtual time."""
+        self._doubt_clock()
+        self._lag = self._clock_lag()
+        self._tell("READY=1", f"MAINPID={os.getpid()}")
+        self._look()
+
+    def end(self) -> None:
+        """To be called before the tasks stop."""
+        self._tell("STOPPING=1")
+
+    def _look(self) -> None:
+        self._tell(*(["WATCHDOG=1"] if self._watchdog else []), f"STATUS={self._status()}")
+        lag = self._clock_lag()
+        if self._vehicle.kernel.clock.speed == 1.0 and abs(lag - self._lag) > STEP:
+            moved = (
+                f"the computer's clock was set {abs(lag - self._lag):.0f} s {'ahead' if lag > self._lag else 'back'}"
+            )
+            self._vehicle.daemon.log.warning(f"{moved}: times of this run stay as they are until it is started again")
+            self._lag = lag
+        self._vehicle.kernel.after(self._period, self._look)
+
+    def _status(self) -> str:
+        """One line for `systemctl status`."""
+        troubled = [e for e in self._vehicle.entities if e.stateful and e.state in TROUBLE]
+        words = "; ".join(f"{e.label}: {' '.join(e.description.split())}" for e in troubled)
+        return f"{self._vehicle.name}: {words or 'all is well'}"[:LONGEST_STATUS]
+
+    def _tell(self, *lines: str) -> None:
+        if self._socket is None or not self._address:
+            return
+        address = f"\0{self._address[1:]}" if self._address.startswith("@") else self._address
+        with contextlib.suppress(OSError):  # nobody listens, or does not read
+            self._socket.sendto("\n".join(lines).encode(errors="replace"), address)
+
+    def _clock_lag(self) -> float:
+        """How much the computer's clock is ahead of that of the run (s)."""
+        return time.time() - self._vehicle.kernel.clock.read() / 1e9
+
+    def _doubt_clock(self) -> None:
+        """Warn of a clock that is behind what this computer has already seen."""
+        known = {"Shoal was installed": _changed(Path(__file__))}
+        days = self._vehicle.log_root / self._vehicle.name
+        with contextlib.suppress(OSError):
+            known["the last log"] = max((_changed(day) for day in days.iterdir()), default=0.0)
+        what = max(known, key=known.__getitem__)
+        if known[what] > time.time() + TOLERATED:
+            now, then = (time.strftime("%Y-%m-%d %H:%M", time.gmtime(t)) for t in (time.time(), known[what]))
+            self._vehicle.daemon.log.warning(
+                f"the computer's clock is not set: it says {now}, but {what}: {then}; "
+                "all times of this run are wrong until the clock is set and the run started again"
+            )
+
+
+def _take(name: str) -> str:
+    """A variable of the environment, which programs that the run starts do not get."""
+    return os.environ.pop(name, "")
+
+
+def _changed(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0

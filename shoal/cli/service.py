@@ -1,0 +1,220 @@
+"""`shoal service`: writes a systemd unit that runs a vehicle from boot on."""
+
+import os
+import re
+import shlex
+import sys
+from pathlib import Path
+
+import click
+
+from runtime.problem import ProfileError
+from runtime.profile import load_profile
+from runtime.vehicle import check, find_task, missing_extra
+from shoal.cli.options import code_option, config_dir_option, modes_option, not_empty, overrides_option, use_code
+
+STATE = Path("/var/lib/shoal")
+WATCHDOG = 15  # s; the run itself breaks a handler after 5 s
+CLOCK = 30  # s
+HOMES = (Path("/home"), Path("/root"))
+HIDDEN = (*HOMES, Path("/tmp"), Path("/var/tmp"))
+
+UNIT = """\
+# {vehicle}: a vehicle of Shoal that runs from boot on. Written by `{command}`.
+
+[Unit]
+Description=Shoal vehicle {vehicle}
+Wants=network.target
+After=network.target time-set.target local-fs.target
+# A vehicle is always started again, however often it has failed.
+StartLimitIntervalSec=0
+
+[Service]
+Type=notify
+WorkingDirectory={working}
+{wait}ExecStart={start}
+Restart=always
+RestartSec=2
+# The run tells that it lives from the thread that runs all tasks; if that hangs, it is killed and started again.
+WatchdogSec={watchdog}
+TimeoutStartSec=120
+TimeoutStopSec=15
+User={user}
+SupplementaryGroups={groups}
+UMask=0022
+Environment=PYTHONUNBUFFERED=1
+OOMScoreAdjust=-500
+
+# What it may write, and do. Devices stay visible, since one that is plugged in later must be found: who may open them
+# is a matter of their group.
+{writable}
+RuntimeDirectory=shoal-{vehicle}
+RuntimeDirectoryPreserve=restart
+ProtectSystem=strict
+ProtectHome={home}
+PrivateTmp=yes
+NoNewPrivileges=yes
+CapabilityBoundingSet=
+AmbientCapabilities=
+ProtectKernelTunables=yes
+ProtectKernelModules=yes
+ProtectKernelLogs=yes
+ProtectControlGroups=yes
+ProtectHostname=yes
+ProtectProc=invisible
+RestrictAddressFamilies=AF_UNIX AF_INET AF_INET6 AF_NETLINK
+RestrictNamespaces=yes
+RestrictRealtime=yes
+RestrictSUIDSGID=yes
+LockPersonality=yes
+RemoveIPC=yes
+SystemCallArchitectures=native
+SystemCallFilter=@system-service
+SystemCallErrorNumber=EPERM
+
+[Install]
+WantedBy=multi-user.target
+"""
+WAIT = """\
+# At boot, not at each start: give the clock a while to be set. Without a network it then starts all the same.
+ExecStartPre=-/bin/sh -c 'test -e /run/shoal-{vehicle}/waited || timeout {seconds} sh -c \
+"until timedatectl show -p NTPSynchronized | grep -q yes; do sleep 1; done"; touch /run/shoal-{vehicle}/waited'
+"""
+
+
+@click.command()
+@click.argument("profile")
+@config_dir_option
+@modes_option
+@click.option("-V", "--vehicle", callback=not_empty, help="Name of the vehicle, instead of the profile's.")
+@overrides_option
+@code_option
+@click.option("--user", default="shoal", show_default=True, help="User that runs the vehicle.")
+@click.option(
+    "--group", "groups", multiple=True, default=("dialout",), show_default=True, help="Group whose devices it may use."
+)
+@click.option(
+    "--log-dir",
+    default=str(STATE / "log"),
+    show_default=True,
+    type=click.Path(path_type=Path),
+    help="Folder for logs; saved parameters and plans are in db beside it.",
+)
+@click.option(
+    "--wait-for-clock",
+    default=CLOCK,
+    show_default=True,
+    type=click.IntRange(0, 100),
+    metavar="SECONDS",
+    help="Longest wait at boot until the clock is set; 0 is none.",
+)
+@click.option("-o", "--output", help="File to write, - for the terminal  [default: shoal-VEHICLE.service]")
+def service(
+    profile: str,
+    config_dir: tuple[Path, ...],
+    profiles: tuple[str, ...],
+    vehicle: str,
+    overrides: tuple[str, ...],
+    code: tuple[Path, ...],
+    user: str,
+    groups: tuple[str, ...],
+    log_dir: Path,
+    wait_for_clock: int,
+    output: str | None,
+) -> None:
+    """Write a systemd unit that runs the vehicle PROFILE from boot on; see docs/deploy.md.
+
+    The unit runs `shoal run` with the same options in the present folder.
+    """
+    for word in (user, *groups):
+        if not re.fullmatch(r"[a-z_][a-z0-9_-]{0,30}", word):
+            raise click.BadParameter(f"{word!r} is not the name of a user or group")
+    if not log_dir.is_absolute():
+        raise click.BadParameter(
+            f"{log_dir} is not absolute: a service has no folder of its own", param_hint="--log-dir"
+        )
+    use_code(code, [profile])
+    try:
+        loaded = load_profile(profile, config_dir, vehicle=vehicle, overrides=overrides)
+        selected = loaded.select(profiles)
+        problems = check(loaded, {}, selected, find_task)
+        if errors := [problem for problem in problems if problem.severity == "error"]:
+            raise ProfileError(errors)
+    except (ProfileError, ValueError) as error:
+        raise click.ClickException(str(error)) from None
+    enabled = [section.name for section in loaded.config.sorted_sections() if loaded.enabled(section.name, selected)]
+    if not enabled:
+        modes = ", ".join(sorted(loaded.modes))
+        raise click.ClickException(f"{loaded.name} has nothing to run without a mode; select one with -p: {modes}")
+    for section in enabled:
+        if (found := find_task(section)) is not None and (extra := missing_extra(found)):
+            click.echo(f"warning: {section} will be skipped: it needs pip install 'shoal[{extra}]'", err=True)
+
+    options = [word for mode in profiles for word in ("-p", mode)]
+    options += ["-V", vehicle] if vehicle else []
+    options += [word for folder in config_dir for word in ("-d", str(folder.resolve()))]
+    options += [word for folder in code for word in ("--code", str(folder.resolve()))]
+    options += [word for override in overrides for word in ("--set", override)]
+    options += ["--log-dir", str(log_dir)]
+    source = str(Path(profile).resolve()) if Path(profile).is_file() else profile
+    folders = [Path.cwd(), Path(sys.prefix), *config_dir, *code]
+    for folder in folders:
+        if any(folder.absolute().is_relative_to(place) for place in HIDDEN):
+            click.echo(f"warning: {folder} may be hidden from the service, or from the user {user}", err=True)
+    text = UNIT.format(
+        vehicle=loaded.vehicle,
+        command=" ".join(map(shlex.quote, ["shoal", "service", profile, *options])).replace("\n", " "),
+        working=_escaped(str(Path.cwd())),
+        wait=WAIT.format(vehicle=loaded.vehicle, seconds=wait_for_clock) if wait_for_clock else "",
+        start=" ".join(map(quoted, [*_program(), "run", source, *options])),
+        watchdog=WATCHDOG,
+        user=user,
+        groups=" ".join(groups),
+        writable=_writable(log_dir),
+        home="read-only" if any(_in_home(folder) for folder in folders) else "yes",
+    )
+    if output == "-":
+        click.echo(text, nl=False)
+        return
+    path = Path(output or f"shoal-{loaded.vehicle}.service")
+    path.write_text(text, encoding="utf-8")
+    click.echo(f"wrote {path}\n")
+    click.echo("Install it, as root:")
+    click.echo(f"  useradd --system --home-dir {STATE} --shell /usr/sbin/nologin {user}    (once)")
+    click.echo(f"  cp {shlex.quote(str(path))} /etc/systemd/system/ && systemctl daemon-reload")
+    click.echo(f"  systemctl enable --now shoal-{loaded.vehicle}")
+    click.echo(f"Look at it:  systemctl status shoal-{loaded.vehicle}    journalctl -fu shoal-{loaded.vehicle}")
+
+
+def quoted(word: str) -> str:
+    """A word of a command line of systemd: no specifier, no variable, no quote of it has a meaning."""
+    return _word(_escaped(word).replace("$", "$$"))
+
+
+def _word(plain: str) -> str:
+    if plain and re.fullmatch(r"[\w@%+=:,./$-]+", plain):
+        return plain
+    inner = plain.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n").replace("\t", "\\t")
+    return f'"{inner}"'
+
+
+def _escaped(word: str) -> str:
+    return word.replace("%", "%%")
+
+
+def _program() -> list[str]:
+    """The command that runs Shoal as it runs here."""
+    beside = Path(sys.executable).parent / "shoal"
+    return [str(beside)] if beside.is_file() and os.access(beside, os.X_OK) else [sys.executable, "-m", "shoal.cli"]
+
+
+def _writable(log_dir: Path) -> str:
+    """Logs, and what is kept beside them."""
+    if log_dir.parent == STATE:
+        return f"StateDirectory={STATE.name}"
+    return f"ReadWritePaths={_word('-' + _escaped(str(log_dir.parent)))}"
+
+
+def _in_home(folder: Path) -> bool:
+    """Whether a folder is one of a user, which the service then has to see."""
+    return any(folder.absolute().is_relative_to(home) for home in HOMES)

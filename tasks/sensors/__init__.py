@@ -1,0 +1,1 @@
+"""Drivers of sensors: GPS receivers, sound velocity."""

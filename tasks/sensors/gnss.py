@@ -1,0 +1,218 @@
+"""What GNSS receivers send, NMEA 0183 and UBX, as GpsFix messages; without input or output."""
+
+import math
+from collections.abc import Mapping
+from datetime import date, time
+from typing import Any
+
+import imc
+from runtime.devices import lines_of
+
+Valid = imc.GpsFix.Validity
+Type = imc.GpsFix.Type
+
+UBX = b"\xb5\x62"
+LONGEST_SENTENCE = 256  # bytes; NMEA says 82, receivers send more
+LONGEST_UBX = 1024  # bytes; NAV-SAT of 80 satellites
+KNOT = 1852.0 / 3600.0  # m/s
+KMH = 1.0 / 3.6
+NO_DILUTION = 99.0  # receivers send 99.99 while they have none
+WANTED = (b"GGA,", b"GNS,", b"RMC,", b"VTG,", b"ZDA,", b"GSA,", b"GST,")
+BY_QUALITY = {1: Type.STANDALONE, 3: Type.STANDALONE, 6: Type.DEAD_RECKONING, 7: Type.MANUAL_INPUT, 8: Type.SIMULATION}
+BY_MODE = {"A": Type.STANDALONE, "E": Type.DEAD_RECKONING, "M": Type.MANUAL_INPUT, "S": Type.SIMULATION}
+BY_STATUS = {"G2": Type.STANDALONE, "G3": Type.STANDALONE, "DR": Type.DEAD_RECKONING, "RK": Type.DEAD_RECKONING}
+
+
+def ubx_size(head: bytes) -> int | None:
+    """The size of a UBX frame: two sync bytes, class, id, length, payload, two check bytes."""
+    return None if len(head) < 6 else int.from_bytes(head[4:6], "little") + 8
+
+
+KINDS = {b"$": lines_of(LONGEST_SENTENCE), UBX: ubx_size}
+
+
+def undamaged(frame: bytes) -> bool:
+    """Whether the checksum of a sentence or UBX frame is right."""
+    if frame.startswith(UBX):
+        first = second = 0
+        for byte in frame[2:-2]:
+            first = (first + byte) & 0xFF
+            second = (second + first) & 0xFF
+        return frame[-2:] == bytes((first, second))
+    content, star, rest = frame.strip()[1:].partition(b"*")
+    check = 0
+    for byte in content:
+        check ^= byte
+    return bool(star) and rest.upper() == b"%02X" % check
+
+
+def wanted(sentence: bytes) -> bool:
+    """Whether a sentence has fields of GpsFix."""
+    return sentence[3:7] in WANTED or sentence.startswith(b"$PUBX,00,")
+
+
+class Epochs:
+    """Joins the sentences of one moment to one GpsFix.
+
+    `last` is the sentence that ends a moment, such as GPRMC or PUBX. Otherwise it is learned: the last one that the two
+    moments before had. A moment whose last sentence is missing ends when the next one begins.
+    """
+
+    def __init__(self, last: str = ""):
+        self._given = last
+        self._last = last
+        self._time: float | None = None
+        self._kinds: list[str] = []
+        self._before: list[str] = []
+        self._fields: dict[str, Any] | None = None
+
+    def take(self, sentence: Any, now: float) -> list[imc.GpsFix]:
+        """The fixes that a sentence, parsed by pynmeagps, completes. `now` (s) is when it arrived.
+
+        Raises ValueError for values that cannot be.
+        """
+        kind, found = str(sentence.identity), list[imc.GpsFix]()
+        values = read(kind, sentence)
+        at = values.get("utc_time")
+        again = kind in self._kinds and not kind.endswith("GSA")
+        if again or (at is not None and self._time is not None and at != self._time):
+            found += self._end()
+            if not self._given:
+                common = [k for k in self._kinds if k in self._before or not self._before]
+                self._last = common[-1] if common else ""
+            self._before, self._kinds, self._time = self._kinds, [], None
+        if not self._kinds:
+            self._fields = {"timestamp": now}
+        self._kinds.append(kind)
+        self._time = at if at is not None else self._time
+        if self._fields is not None:
+            _merge(self._fields, values)
+            if self._last and (kind == self._last or kind.startswith(self._given or "\0")):
+                found += self._end()
+        return found
+
+    def _end(self) -> list[imc.GpsFix]:
+        fields, self._fields = self._fields, None
+        return [] if fields is None else [imc.GpsFix(**fields)]
+
+
+def _merge(fields: dict[str, Any], values: Mapping[str, Any]) -> None:
+    validity = fields.get("validity", 0) | values.get("validity", 0)
+    kind = fields.get("type", Type.STANDALONE)
+    fields |= values
+    fields["validity"] = validity
+    if kind is not Type.STANDALONE:  # the sentence that says more, such as DIFFERENTIAL
+        fields["type"] = kind
+
+
+def read(kind: str, sentence: Any) -> dict[str, Any]:
+    """The fields of GpsFix that one sentence has. Raises ValueError for values that cannot be."""
+    found: dict[str, Any] = {"validity": 0}
+    if isinstance(at := getattr(sentence, "time", ""), time):
+        found |= {"utc_time": at.hour * 3600.0 + at.minute * 60.0 + at.second + at.microsecond * 1e-6}
+        found["validity"] |= Valid.VALID_TIME
+    if isinstance(day := getattr(sentence, "date", ""), date):
+        _date(found, day)
+    elif kind.endswith("ZDA") and sentence.year and sentence.month and sentence.day:
+        _date(found, date(sentence.year, sentence.month, sentence.day))
+    _position(found, kind, sentence)
+
+    def number(name: str, factor: float = 1.0) -> float | None:
+        return _number(sentence, name, factor)
+
+    for name, flag in (("hdop", Valid.VALID_HDOP), ("vdop", Valid.VALID_VDOP)):
+        value = number(name.upper())
+        _put(found, name, value if value is not None and value < NO_DILUTION else None, flag)
+    if kind == "PUBX00":
+        _put(found, "hacc", number("hAcc"), Valid.VALID_HACC)
+        _put(found, "vacc", number("vAcc"), Valid.VALID_VACC)
+    elif kind.endswith("GST"):
+        north, east = number("stdLat"), number("stdLong")
+        _put(found, "hacc", None if north is None or east is None else math.hypot(north, east), Valid.VALID_HACC)
+        _put(found, "vacc", number("stdAlt"), Valid.VALID_VACC)
+    for name, factor in (("sogk", KMH), ("SOG", KMH), ("spd", KNOT)):
+        _put(found, "sog", number(name, factor), Valid.VALID_SOG)
+    for name in ("cogt", "COG", "cog"):
+        _put(found, "cog", _course(number(name)), Valid.VALID_COG)
+    satellites = getattr(sentence, "numSVs", getattr(sentence, "numSV", ""))
+    if isinstance(satellites, int):
+        found["satellites"] = min(satellites, 0xFF)
+    return found
+
+
+def _position(found: dict[str, Any], kind: str, sentence: Any) -> None:
+    """Latitude, longitude and height, if the sentence says that they are valid."""
+    valid = Type.STANDALONE
+    if kind.endswith("GGA"):
+        ok, valid = bool(sentence.quality), BY_QUALITY.get(sentence.quality, Type.DIFFERENTIAL)
+    elif kind == "PUBX00":
+        status = sentence.navStat
+        ok, valid = status not in ("", "NF", "TT"), BY_STATUS.get(status, Type.DIFFERENTIAL)
+    elif kind.endswith("RMC"):
+        ok, valid = sentence.status == "A", BY_MODE.get(sentence.posMode or "A", Type.DIFFERENTIAL)
+    elif kind.endswith("GNS"):
+        modes = str(sentence.posMode).strip("N")
+        ok, valid = bool(modes), BY_MODE.get(modes[:1], Type.DIFFERENTIAL)
+    else:
+        return
+    lat, lon = _number(sentence, "lat"), _number(sentence, "lon")
+    if not ok or lat is None or lon is None:
+        return
+    if abs(lat) > 90.0 or abs(lon) > 180.0:
+        raise ValueError(f"no place on Earth: {lat:g}, {lon:g}")
+    found |= {"lat": math.radians(lat), "lon": math.radians(lon), "type": valid}
+    found["validity"] |= Valid.VALID_POS
+    height = _number(sentence, "altRef")
+    if height is None and (height := _number(sentence, "alt")) is not None:
+        height += _number(sentence, "sep") or 0.0  # above the ellipsoid, as IMC has it
+    if height is not None:
+        found["height"] = height
+
+
+def _date(found: dict[str, Any], day: date) -> None:
+    found |= {"utc_year": day.year, "utc_month": day.month, "utc_day": day.day}
+    found["validity"] |= Valid.VALID_DATE
+
+
+def _put(found: dict[str, Any], name: str, value: float | None, flag: int) -> None:
+    if value is not None:
+        found[name] = value
+        found["validity"] |= flag
+
+
+def _number(sentence: Any, name: str, factor: float = 1.0) -> float | None:
+    value = getattr(sentence, name, "")
+    if not isinstance(value, int | float):
+        return None
+    if not math.isfinite(value):
+        raise ValueError(f"{name} is {value}")
+    return value * factor
+
+
+def _course(degrees: float | None) -> float | None:
+    return None if degrees is None else math.remainder(math.radians(degrees), math.tau)
+
+
+def fix_of(pvt: Any, dop: Any | None) -> imc.GpsFix:
+    """The fix of a UBX NAV-PVT, parsed by pyubx2, and of the last NAV-DOP. Raises ValueError for impossible values."""
+    found: dict[str, Any] = {"validity": 0, "satellites": pvt.numSV}
+    if pvt.validDate:
+        _date(found, date(pvt.year, pvt.month, pvt.day))
+    if pvt.validTime:
+        found["utc_time"] = max(0.0, pvt.hour * 3600.0 + pvt.min * 60.0 + pvt.second + pvt.nano * 1e-9)
+        found["validity"] |= Valid.VALID_TIME
+    if pvt.gnssFixOk and pvt.fixType in (1, 2, 3, 4):
+        if abs(pvt.lat) > 90.0 or abs(pvt.lon) > 180.0:
+            raise ValueError(f"no place on Earth: {pvt.lat:g}, {pvt.lon:g}")
+        kind = Type.DEAD_RECKONING if pvt.fixType == 1 else Type.DIFFERENTIAL if pvt.diffSoln else Type.STANDALONE
+        found |= {"type": kind, "lat": math.radians(pvt.lat), "lon": math.radians(pvt.lon)}
+        found |= {"height": pvt.height * 1e-3}
+        found["validity"] |= Valid.VALID_POS
+        _put(found, "sog", pvt.gSpeed * 1e-3, Valid.VALID_SOG)
+        _put(found, "cog", _course(pvt.headMot), Valid.VALID_COG)
+        _put(found, "hacc", pvt.hAcc * 1e-3, Valid.VALID_HACC)
+        _put(found, "vacc", pvt.vAcc * 1e-3, Valid.VALID_VACC)
+    if dop is not None and dop.hDOP < NO_DILUTION:
+        _put(found, "hdop", dop.hDOP, Valid.VALID_HDOP)
+        _put(found, "vdop", dop.vDOP, Valid.VALID_VDOP)
+    return imc.GpsFix(**found)

@@ -1,0 +1,357 @@
+"""Real serial ports (pseudo terminals) and sockets: missing, unplugged, flooded, half open."""
+
+import os
+import socket
+import tty
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import imc
+from runtime import Script, State, Task, expect, param
+from runtime.kernel import WallClock
+from runtime.testing import Run, simulate
+
+
+class Cable:
+    """A serial port with a fixed name; the test is the device at the other end."""
+
+    def __init__(self, path: Path):
+        self.path = path
+        self.end = -1
+
+    def plug(self) -> None:
+        self.end, own = os.openpty()
+        tty.setraw(own)
+        os.set_blocking(self.end, False)
+        self.path.unlink(missing_ok=True)
+        self.path.symlink_to(os.ttyname(own))
+        os.close(own)
+
+    def send(self, data: bytes) -> int:
+        try:
+            return os.write(self.end, data)
+        except BlockingIOError:
+            return 0
+
+    def heard(self) -> bytes:
+        try:
+            return os.read(self.end, 4096)
+        except OSError:
+            return b""
+
+    def unplug(self) -> None:
+        if self.end >= 0:
+            os.close(self.end)
+            self.end = -1
+        self.path.unlink(missing_ok=True)
+
+
+@pytest.fixture
+def cable(tmp_path: Path):
+    made = Cable(tmp_path / "ttyTEST")
+    yield made
+    made.unplug()
+
+
+class Sounder(Task):
+    """Publishes the depths that a device sends, one a line."""
+
+    kind: str = param("serial", "", "Kind of device.", choices=("serial", "tcp", "udp"))
+    port: str = param("", "", "Its name.")
+    number: int = param(0, "1", "Its port.")
+
+    def start(self) -> None:
+        if self.kind == "serial":
+            self.sounder = self.serial(self.port, 115200, lines=self.measure, opened=self.begin)
+        elif self.kind == "tcp":
+            self.sounder = self.tcp(self.port, self.number, lines=self.measure, opened=self.begin)
+        else:
+            self.sounder = self.udp(self.number, lines=self.measure)
+
+    def begin(self) -> None:
+        self.sounder.write(b"start\n")
+
+    def stop(self) -> None:
+        self.sounder.write(b"stop\n")
+
+    @expect(every=0.6)
+    def measure(self, line: str) -> None:
+        if line == "crash":
+            raise RuntimeError("a mistake of the driver")
+        self.publish(imc.Depth(value=float(line)))
+
+
+def played(script: Callable[[Script], Any], seconds: float = 20.0, **parameters: Any) -> Run:
+    """Run the task on a wall clock beside a script, which plays the device and ends the run."""
+
+    async def until_done(script_: Script) -> None:
+        await script(script_)
+        script_.task.vehicle.stop()
+
+    return simulate(
+        Sounder, clock=WallClock(), seconds=seconds, script=until_done, section="Sounder", keep_going=True, **parameters
+    )
+
+
+async def until(script: Script, what: Callable[[], object], seconds: float = 10.0) -> None:
+    for _ in range(round(seconds / 0.02)):
+        if what():
+            return
+        await script.sleep(0.02)
+    raise AssertionError("it did not come")
+
+
+def sounder_of(script: Script) -> Any:
+    return script.task.vehicle.task("Sounder")
+
+
+def depths(run: Run) -> list[float]:
+    return [message.value for message in run.of(imc.Depth)]
+
+
+def states(run: Run) -> list[tuple[State, str]]:
+    """The states of the entity in their order, without repetitions."""
+    found = [(State(m.state), m.description) for m in run.of(imc.EntityState)]
+    return [state for state, before in zip(found, [None, *found], strict=False) if state != before]
+
+
+def test_a_cable_is_missing_plugged_unplugged_and_plugged_again(cable: Cable) -> None:
+    async def script(script: Script) -> None:
+        task = sounder_of(script)
+        await until(script, lambda: task.entity.state is State.ERROR)
+        cable.plug()
+        await until(script, lambda: task.sounder.is_open and b"start\n" in cable.heard())
+        cable.send(b"5\n1.5\n2")
+        await until(script, lambda: task.sounder.good == 1)
+        cable.send(b".5\n")
+        await until(script, lambda: task.sounder.good == 2)
+        assert task.entity.state is State.NORMAL
+        await until(script, lambda: task.entity.state is State.ERROR)  # the cable is silent
+        cable.unplug()
+        await until(script, lambda: not task.sounder.is_open)
+        cable.plug()
+        await until(script, lambda: task.sounder.is_open and b"start\n" in cable.heard())
+        cable.send(b"rest of a line\n3.5\n")
+        await until(script, lambda: task.sounder.good == 3)
+
+    run = played(script, port=str(cable.path))
+    assert depths(run) == [1.5, 2.5, 3.5]  # and not 5, which may be the end of 1.5
+    named = f"{cable.path}: "
+    assert states(run)[0] == (State.ERROR, named + "No such file or directory")
+    assert (State.ERROR, named + "no data for 0.6 s") in states(run)
+    assert states(run)[-1] == (State.NORMAL, "active")
+    assert [text for text in run.log if "ttyTEST" in text and "unplugged" not in text] == [
+        named + "No such file or directory",
+        f"{cable.path} sends again",
+        *([named + "No such file or directory"] if run.log.count(named + "No such file or directory") > 1 else []),
+        f"{cable.path} sends again",
+    ]
+    assert named + "unplugged" in run.log
+
+
+def test_garbage_is_counted_and_costs_nothing_else(cable: Cable) -> None:
+    async def script(script: Script) -> None:
+        task = sounder_of(script)
+        cable.plug()
+        await until(script, lambda: task.sounder.is_open)
+        cable.send(b"\n")
+        for number in range(12):
+            cable.send(b"\xff\x00\xfe rubbish\n%d\n" % number + b"x" * 2000 + b"\n")
+            await until(script, lambda count=number + 1: task.sounder.good == count)
+
+    run = played(script, port=str(cable.path))
+    assert depths(run) == list(range(12))
+    assert run.task.sounder.bad == 24
+    assert run.task.sounder.skipped == 24000
+    assert states(run)[-1] == (State.NORMAL, "active")
+    first, tenth = [text for text in run.log if "damaged" in text or "not understood" in text]
+    assert first.startswith(f"{cable.path}: ")
+    assert "10 bad, the last " in tenth
+
+
+def test_the_wrong_baud_rate_is_guessed(cable: Cable) -> None:
+    async def script(script: Script) -> None:
+        task = sounder_of(script)
+        cable.plug()
+        await until(script, lambda: task.sounder.is_open)
+        while task.entity.state is not State.ERROR:
+            cable.send(b"\xfe\x80\x06\n")
+            await script.sleep(0.05)
+
+    run = played(script, port=str(cable.path))
+    assert "nothing valid for 0.6 s, in " in states(run)[-1][1]
+    assert states(run)[-1][1].endswith("bytes; is the baud rate right?")
+
+
+def test_a_flood_leaves_the_others_their_time(cable: Cable) -> None:
+    late: list[float] = []
+
+    async def script(script: Script) -> None:
+        task = sounder_of(script)
+        cable.plug()
+        await until(script, lambda: task.sounder.is_open)
+        cable.send(b"\n")
+        begin = script.now
+        while script.now < begin + 1.5:
+            due = script.now + 0.01
+            while cable.send(b"1.5\n" * 500):
+                pass
+            await script.sleep(0.01)
+            late.append(script.now - due)
+
+    run = played(script, port=str(cable.path))
+    late.sort()
+    assert late[len(late) // 2] < 0.05
+    assert 2000 <= run.task.sounder.good <= 8000  # at most 2000 a second, and a portion
+    assert len([text for text in run.log if "more than can be handled" in text]) == 1
+
+
+def test_a_mistake_of_the_driver_restarts_it_and_closes_the_port(cable: Cable) -> None:
+    async def script(script: Script) -> None:
+        task = sounder_of(script)
+        cable.plug()
+        await until(script, lambda: task.sounder.is_open)
+        first = task.sounder
+        cable.send(b"\ncrash\n")
+        await until(script, lambda: task.sounder is not first and task.sounder.is_open)
+        cable.send(b"\n4.5\n")
+        await until(script, lambda: task.sounder.good)
+
+    run = played(script, port=str(cable.path))
+    assert depths(run) == [4.5]
+    assert any("RuntimeError: a mistake of the driver" in text for text in run.log)
+
+
+def test_the_last_word_of_a_task_reaches_its_device(cable: Cable) -> None:
+    async def script(script: Script) -> None:
+        await until(script, lambda: sounder_of(script).sounder.is_open and b"start\n" in cable.heard())
+
+    cable.plug()
+    run = played(script, port=str(cable.path))
+    assert cable.heard() == b"stop\n"
+    assert not run.task.sounder.is_open
+
+
+def test_a_port_that_another_program_has_is_named(cable: Cable) -> None:
+    import serial
+
+    async def script(script: Script) -> None:
+        await until(script, lambda: sounder_of(script).entity.state is State.ERROR)
+
+    cable.plug()
+    with serial.Serial(str(cable.path), exclusive=True):
+        run = played(script, port=str(cable.path))
+    assert states(run) == [(State.ERROR, f"{cable.path}: another program has it open")]
+
+
+@pytest.mark.parametrize(
+    ("port", "reason"),
+    [
+        ("", "serial port: its device is not set"),
+        ("/dev/null", "/dev/null: "),
+        ("/etc/passwd", "/etc/passwd: "),
+        ("tcp://127.0.0.1:99999", "tcp://127.0.0.1:99999: "),
+        ("tcp://127.0.0.1:x", "tcp://127.0.0.1:-1: "),
+    ],
+)
+def test_what_is_no_port_is_an_error_and_no_crash(port: str, reason: str) -> None:
+    async def script(script: Script) -> None:
+        await until(script, lambda: sounder_of(script).entity.state is State.ERROR)
+
+    run = played(script, port=port)
+    assert len(states(run)) == 1
+    assert states(run)[0][1].startswith(reason)
+
+
+def test_a_tcp_server_that_comes_late_goes_and_comes_back() -> None:
+    with socket.socket() as reserved:
+        reserved.bind(("127.0.0.1", 0))
+        number = reserved.getsockname()[1]
+
+    async def script(script: Script) -> None:
+        task = sounder_of(script)
+        await until(script, lambda: task.entity.state is State.ERROR)
+        for round_ in range(2):
+            server = socket.create_server(("127.0.0.1", number))
+            server.setblocking(False)
+            await until(script, lambda: task.sounder.is_open)
+            client, _ = server.accept()
+            with server, client:
+                client.sendall(b"1.%d\n2." % round_)
+                await until(script, lambda count=round_ + 1: task.sounder.good == count)
+                assert client.recv(100) == b"start\n"
+            await until(script, lambda: not task.sounder.is_open)
+
+    run = played(script, kind="tcp", port="localhost", number=number)
+    assert depths(run) == pytest.approx([1.0, 1.1])
+    assert states(run)[0] == (State.ERROR, f"tcp://localhost:{number}: Connection refused")
+    assert f"tcp://localhost:{number}: the other side has closed the connection" in run.log
+
+
+def test_a_tcp_address_by_name_is_looked_up_elsewhere() -> None:
+    async def script(script: Script) -> None:
+        await until(script, lambda: sounder_of(script).entity.state is State.ERROR)
+
+    run = played(script, kind="tcp", port="no-such-host.invalid", number=1)
+    assert states(run)[0][1].startswith("tcp://no-such-host.invalid:1: no-such-host.invalid: ")
+
+
+def test_a_tcp_server_that_never_answers_is_given_up_and_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("runtime.devices.device.CONNECT_TIMEOUT", 0.5)
+    with socket.socket() as server:  # listens, but nobody accepts, and the queue is full
+        server.bind(("127.0.0.1", 0))
+        server.listen(0)
+        number = server.getsockname()[1]
+        fillers = [socket.socket() for _ in range(4)]
+        for filler in fillers:
+            filler.setblocking(False)
+            filler.connect_ex(("127.0.0.1", number))
+
+        async def script(script: Script) -> None:
+            await until(script, lambda: "no answer" in sounder_of(script).entity.description)
+
+        run = played(script, kind="tcp", port="127.0.0.1", number=number)
+        for filler in fillers:
+            filler.close()
+    assert f"tcp://127.0.0.1:{number}: no answer" in run.log
+
+
+def test_datagrams_are_pieces_and_are_answered() -> None:
+    with socket.socket(type=socket.SOCK_DGRAM) as reserved:
+        reserved.bind(("127.0.0.1", 0))
+        number = reserved.getsockname()[1]
+    with socket.socket(type=socket.SOCK_DGRAM) as device:
+        device.bind(("127.0.0.1", 0))
+        device.settimeout(5.0)
+
+        async def script(script: Script) -> None:
+            task = sounder_of(script)
+            await until(script, lambda: task.sounder.is_open)
+            assert task.sounder.write(b"nobody is there")
+            for data in (b"1.5\n", b"2.5\nhalf", b"", b"3.5\n"):
+                device.sendto(data, ("127.0.0.1", number))
+            await until(script, lambda: task.sounder.good == 3)
+            task.sounder.write(b"thanks")
+            assert device.recv(100) == b"thanks"
+
+        run = played(script, kind="udp", number=number)
+    assert depths(run) == [1.5, 2.5, 3.5]
+
+
+def test_what_is_sent_to_a_device_that_does_not_read_is_bounded(cable: Cable) -> None:
+    async def script(script: Script) -> None:
+        task = sounder_of(script)
+        cable.plug()
+        await until(script, lambda: task.sounder.is_open)
+        accepted = [task.sounder.write(b"x" * 1000) for _ in range(200)]
+        assert accepted.count(True) < 100
+        total = 0
+        for _ in range(200):
+            total += len(cable.heard())
+            await script.sleep(0.005)
+        assert total == accepted.count(True) * 1000 + len(b"start\n")
+
+    played(script, port=str(cable.path))

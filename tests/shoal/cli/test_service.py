@@ -1,0 +1,153 @@
+"""The systemd unit: systemd itself accepts it, and it runs what was asked for."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from shoal.cli import main
+from shoal.cli.service import quoted
+
+ANALYZE = shutil.which("systemd-analyze")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def shoal(*words: str):
+    return CliRunner().invoke(main, ["service", *words])
+
+
+def options(unit: str) -> dict[str, str]:
+    """The settings of a unit; none occurs twice."""
+    found = re.findall(r"^(\w+)=(.*)$", unit, re.MULTILINE)
+    assert len(found) == len(dict(found))
+    return dict(found)
+
+
+def test_the_unit_runs_the_vehicle_and_is_watched(folder: Path) -> None:
+    done = shoal("lauv-noptilus-1", "-p", "Hardware", "--set", "General:Seed=3")
+    assert done.exit_code == 0, done.output
+    assert "wrote shoal-lauv-noptilus-1.service" in done.output
+    unit = options((folder / "shoal-lauv-noptilus-1.service").read_text())
+    program, _, rest = unit["ExecStart"].partition(" run ")
+    assert Path(program.split()[0]).is_absolute()
+    assert rest == "lauv-noptilus-1 -p Hardware --set General:Seed=3 --log-dir /var/lib/shoal/log"
+    assert unit["Type"] == "notify"
+    assert int(unit["WatchdogSec"]) == 15
+    assert (unit["Restart"], unit["StartLimitIntervalSec"]) == ("always", "0")
+    assert (unit["User"], unit["SupplementaryGroups"]) == ("shoal", "dialout")
+    assert (unit["ProtectSystem"], unit["NoNewPrivileges"], unit["StateDirectory"]) == ("strict", "yes", "shoal")
+    assert unit["WorkingDirectory"] == str(folder)
+
+
+@pytest.mark.skipif(ANALYZE is None, reason="systemd is not installed")
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["lauv-noptilus-1", "-p", "Hardware"],
+        ["otter", "-p", "Simulation", "--log-dir", "/data/my logs/log", "--wait-for-clock", "0"],
+        ["own.ini", "--set", "Transports.Logging:Entity Label=50 % of \"$HOME\" \\ 'now'"],
+    ],
+)
+def test_systemd_accepts_the_unit(folder: Path, words: list[str]) -> None:
+    (folder / "own.ini").write_text("[Require otter.ini]\n[Transports.Logging]\nEnabled = Always\n")
+    done = shoal(*words)
+    assert done.exit_code == 0, done.output
+    (unit,) = folder.glob("*.service")
+    verified = subprocess.run(["systemd-analyze", "verify", unit], capture_output=True, text=True)
+    about_it = [line for line in (verified.stdout + verified.stderr).splitlines() if unit.name in line]
+    assert about_it == []
+    rated = subprocess.run(
+        ["systemd-analyze", "security", "--offline=yes", "--threshold=30", unit], capture_output=True, text=True
+    )
+    assert rated.returncode == 0, rated.stdout  # an exposure of at most 3.0, which is OK
+
+
+@pytest.mark.parametrize(
+    "word", ["plain", "two words", 'a "quote"', "100 %", "$HOME", "back\\slash", "tab\t", "it's", ""]
+)
+def test_no_word_is_expanded_by_systemd(word: str) -> None:
+    text = quoted(word)
+    assert "%" not in text.replace("%%", "")
+    assert "$" not in text.replace("$$", "")
+    inner = text[1:-1] if text.startswith('"') else text
+    back = re.sub(r"\\(.)", lambda m: {"t": "\t", "n": "\n"}.get(m[1], m[1]), inner)
+    assert back.replace("%%", "%").replace("$$", "$") == word
+
+
+def test_what_a_profile_of_ones_own_needs_is_named_absolutely(folder: Path) -> None:
+    (folder / "own.ini").write_text("[Require otter.ini]\n[Transports.Logging]\nEnabled = Always\n")
+    (folder / "code").mkdir()
+    done = shoal("own.ini", "--code", "code", "-d", ".", "-o", "-")
+    assert done.exit_code == 0, done.output
+    assert f" run {folder}/own.ini -d {folder} --code {folder}/code " in options(done.stdout)["ExecStart"]
+    assert "may be hidden from the service" in done.stderr, "tests run below /tmp"
+
+
+def test_it_waits_for_the_clock_once_a_boot(folder: Path) -> None:
+    unit = options(shoal("otter", "-p", "Simulation", "--wait-for-clock", "1", "-o", "-").stdout)
+    assert (unit["RuntimeDirectory"], unit["RuntimeDirectoryPreserve"]) == ("shoal-otter", "restart")
+    program, _, script = unit["ExecStartPre"].partition(" -c ")
+    assert program == "-/bin/sh", "a failure does not matter"
+    (folder / "timedatectl").write_text("#!/bin/sh\necho NTPSynchronized=no\n")
+    (folder / "timedatectl").chmod(0o755)
+    command = script.strip("'").replace("/run/shoal-otter/", f"{folder}/")
+    took: list[float] = []
+    for _ in range(2):
+        began = time.monotonic()
+        subprocess.run(["/bin/sh", "-c", command], env={"PATH": f"{folder}:/usr/bin:/bin"}, check=True)
+        took.append(time.monotonic() - began)
+    assert took[0] > 0.9
+    assert took[1] < 0.9
+
+
+def test_logs_elsewhere_are_writable(folder: Path) -> None:
+    unit = options(shoal("otter", "-p", "Simulation", "--log-dir", "/data/log", "-o", "-").stdout)
+    assert unit["ReadWritePaths"] == "-/data"
+    assert "StateDirectory" not in unit
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["nemo"], "there is no profile 'nemo'"),
+        (["otter"], "has nothing to run without a mode; select one with -p: Camera, Hardware"),
+        (["otter", "-p", "Simlation"], "did you mean 'Simulation'"),
+        (["otter", "-p", "Simulation", "--set", "Simulators.GPS:HACC=high"], "'high' is not a number"),
+        (["otter", "-p", "Simulation", "--user", "root; rm"], "not the name of a user"),
+        (["otter", "-p", "Simulation", "--log-dir", "log"], "log is not absolute"),
+        (["otter", "-p", "Simulation", "-o", "missing/unit"], "missing/unit: No such file or directory"),
+    ],
+)
+def test_mistakes_write_nothing(folder: Path, words: list[str], said: str) -> None:
+    done = shoal(*words)
+    assert done.exit_code == 2
+    assert said in done.output
+    assert list(folder.glob("*.service")) == []
+
+
+def test_the_command_of_the_unit_starts(folder: Path) -> None:
+    """Not as the service manager runs it: without its user and its folders."""
+    done = shoal("lauv-noptilus-1", "-p", "Hardware", "--log-dir", str(folder / "log"), "-o", "-")
+    words = options(done.stdout)["ExecStart"].split()
+    run = subprocess.run(
+        [*words, "--set", "Transports.MAVLink:Enabled=Never", "--for", "1s"],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert run.returncode == 0, run.stderr
+    assert list(folder.glob("log/lauv-noptilus-1/*/*/Data.lsf.gz"))
+    assert Path(words[0]).parent == Path(sys.executable).parent
