@@ -1,5 +1,6 @@
 """`shoal log` as users run it."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -182,3 +183,11 @@ def test_text_of_a_log_cannot_steer_the_terminal(shoal, tmp_path):
         assert not isinstance(result.exception, UnicodeError | ValueError), arguments
         assert not {"\x1b", "\x07"} & set(result.output), arguments
         assert "[red]x[/nonsense]" in result.output or arguments[0] in ("ls", "cut")
+
+
+def test_a_pipe_in_the_place_of_a_log_is_not_waited_for(shoal, tmp_path):
+    (tmp_path / "log").mkdir()
+    os.mkfifo(tmp_path / "log/Data.lsf")
+    os.mkfifo(tmp_path / "log/Run.json")
+    assert "not a file" in shoal("ls", "log").output
+    assert "no log in the folder" in shoal("info", "log").output
