@@ -11,8 +11,14 @@ from tasks.transports.imc_links.announcement import (
     external_services,
     local_services,
 )
-from tasks.transports.imc_links.consoles import check_address
-from tasks.transports.imc_links.sockets import EVERYWHERE, Interface, announcer, interfaces, is_local
+from tasks.transports.imc_links.sockets import (
+    EVERYWHERE,
+    Interface,
+    announcer,
+    interfaces,
+    is_local,
+    network_address,
+)
 
 SHORTEST = 1.2  # s between two announcements; imcjava ignores one that comes within a second
 SOON = 0.2  # s, for several services that begin together
@@ -32,11 +38,10 @@ class Announce(Task):
     external = True
 
     address: str = param(
-        LOOPBACK,
         "",
-        "Who gets announcements: 127.0.0.1 is this computer only, 0.0.0.0 all networks.",
+        "",
+        "Who gets announcements; empty means [General] Network Address: 127.0.0.1 is this computer only.",
         editable=False,
-        usable=check_address,
     )
     announcement_periodicity: float = param(PERIOD, "s", "Time between two announcements.", minimum=1, maximum=60)
     system_type: str = param("uuv", "", "Kind of system.", choices=SYSTEM_TYPES)
@@ -46,6 +51,9 @@ class Announce(Task):
     multicast_address: str = param(MULTICAST, "", "The multicast group.", editable=False)
     ports: list[int] = param(list(PORTS), "1", "Ports that systems listen on.", minimum=1, maximum=65535, size=(1, 16))
     ignored_interfaces: list[str] = param([], "", "Names of interfaces that are not used.")
+
+    def configure(self) -> None:
+        self.place = network_address(self, self.address)
 
     def start(self) -> None:
         self.state: imc.EstimatedState | None = None
@@ -100,7 +108,7 @@ class Announce(Task):
         offered = list(self.offered.values())
         message = self.message(local_services(offered))
         troubles = self.send("", message, targets([LOOPBACK] if self.enable_loopback else [], self.ports))
-        if not is_local(self.address):
+        if not is_local(self.place):
             used = self.networks()
             message = self.message(external_services(offered, [network.address for network in used]))
             for network in used:
@@ -110,7 +118,7 @@ class Announce(Task):
             others = [BROADCAST] if self.enable_broadcast else []
             others += self.known_addresses(network.address for network in used)
             self.send("", message, targets(others, self.ports))  # fails where there is no route to others
-            troubles |= set() if used else {f"no network has the address {self.address}"}
+            troubles |= set() if used else {f"no network has the address {self.place}"}
         self.publish(message)
         figures = f"{len(offered)} services, {len(self.systems)} systems around"
         self.set_entity_state(State.FAULT if troubles else State.NORMAL, "; ".join([*sorted(troubles), figures]))
@@ -122,7 +130,7 @@ class Announce(Task):
             for each in interfaces()
             if not each.is_local
             and each.name not in self.ignored_interfaces
-            and self.address in (EVERYWHERE, each.address)
+            and self.place in (EVERYWHERE, each.address)
         ]
 
     def known_addresses(self, own: Iterable[str]) -> list[str]:

@@ -4,14 +4,14 @@ from dataclasses import dataclass
 
 import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
-from imc.discovery import LOOPBACK, MULTICAST, PERIOD, PORTS, Services, readable_name
+from imc.discovery import MULTICAST, PERIOD, PORTS, Services, readable_name
 from runtime import State, Task, param, periodic
 from tasks.transports.imc_links import peers
-from tasks.transports.imc_links.consoles import check_address
 from tasks.transports.imc_links.datagrams import Datagram
 from tasks.transports.imc_links.peers import Drops, Peer
 from tasks.transports.imc_links.reader import Reader
-from tasks.transports.imc_links.sockets import announce_sockets
+from tasks.transports.imc_links.recent import Recent
+from tasks.transports.imc_links.sockets import announce_sockets, network_address
 
 FORGOTTEN = 4.5 * PERIOD  # s after which a system is no longer within range
 MOST_SYSTEMS = 256
@@ -42,11 +42,10 @@ class Discovery(Task):
     external = True
 
     address: str = param(
-        LOOPBACK,
         "",
-        "Whose announcements are taken: 127.0.0.1 is this computer's only, 0.0.0.0 those of all networks.",
+        "",
+        "Where to listen; empty means [General] Network Address: 127.0.0.1 is this computer only.",
         editable=False,
-        usable=check_address,
     )
     multicast_address: str = param(MULTICAST, "", "The multicast group.", editable=False)
     ports: list[int] = param(
@@ -59,12 +58,15 @@ class Discovery(Task):
         editable=False,
     )
 
+    def configure(self) -> None:
+        self.place = network_address(self, self.address)
+
     def start(self) -> None:
         self.reader: Reader | None = None
         self.port = 0
         self.trouble = ""
         self.drops = Drops()
-        self.recent: dict[int, None] = {}
+        self.recent = Recent(REMEMBERED)
         self.senders: dict[str, Peer] = {}
         self.seen: dict[int, list[Sighting]] = {}
         self.twins: dict[tuple[int, str], float] = {}
@@ -79,9 +81,9 @@ class Discovery(Task):
         reason = ""
         for port in self.ports:
             try:
-                sockets = announce_sockets(self.address, port, self.multicast_address)
+                sockets = announce_sockets(self.place, port, self.multicast_address)
             except OSError as error:
-                reason = f"{self.address}: {error.strerror}: ports {', '.join(map(str, self.ports))}"
+                reason = f"{self.place}: {error.strerror}: ports {', '.join(map(str, self.ports))}"
                 continue
             self.port, self.trouble, self.reader = port, "", Reader(self, sockets, self.take)
             return
@@ -98,12 +100,8 @@ class Discovery(Task):
         if not self.admits(address):
             self.drop(peers.TOO_FAST, address)
             return
-        key = hash(packet)
-        if key in self.recent:
+        if self.recent.has(packet):
             return
-        self.recent[key] = None
-        if len(self.recent) > REMEMBERED:
-            del self.recent[next(iter(self.recent))]
         try:
             message = self.vehicle.bus.decode(packet)
         except imc.DecodeError as error:

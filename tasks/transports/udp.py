@@ -6,18 +6,19 @@ from typing import TypeVar
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
-from imc.discovery import LOOPBACK, Endpoint, Service, Services
+from imc.discovery import Endpoint, Service, Services
 from runtime import State, consume, param, periodic
 from runtime.task import ParameterError
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
-from tasks.transports.imc_links.carrier import Carrier
-from tasks.transports.imc_links.consoles import Consoles, check_address
+from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.datagrams import Datagram
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate, sender
 from tasks.transports.imc_links.message_list import MessageList, parse_rate
 from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, UNKNOWN, Drops, Peer, Peers
 from tasks.transports.imc_links.reader import Reader
-from tasks.transports.imc_links.sockets import bound, is_local
+from tasks.transports.imc_links.recent import Recent
+from tasks.transports.imc_links.sending import Carrier
+from tasks.transports.imc_links.sockets import bound, is_local, network_address
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
 REPEATS = 1024  # forwarded packets that are remembered
@@ -64,11 +65,10 @@ class UDP(Carrier):
     """
 
     address: str = param(
-        LOOPBACK,
         "",
-        "Where to listen: 127.0.0.1 for this computer only, 0.0.0.0 for all networks.",
+        "",
+        "Where to listen; empty means [General] Network Address: 127.0.0.1 is this computer only.",
         editable=False,
-        usable=check_address,
     )
     local_port: int = param(
         6002,
@@ -80,6 +80,9 @@ class UDP(Carrier):
     )
     announce_service: bool = param(True, "", "Announce where to send packets to this vehicle.", editable=False)
     dynamic_nodes: bool = param(True, "", "Send to the systems that announce themselves.")
+    call_systems: list[str] = param(
+        [], "", "Systems, by name or id, to which to send once they announce themselves; others first have to send."
+    )
     static_destinations: list[str] = param([], "", "Where to send in any case, ADDRESS:PORT.", usable=parse_endpoint)
     ignore_filter: bool = param(False, "", "Take packets of systems that have not announced themselves.")
     contact_timeout: float = param(30.0, "s", "Silence after which a system gets no more packets.", minimum=1)
@@ -93,7 +96,7 @@ class UDP(Carrier):
 
     def configure(self) -> None:
         id_of = self.vehicle.systems.id
-        given("Address", lambda: check_address(self.address))
+        self.place = network_address(self, self.address)
         self.commanders = given("Consoles", lambda: Consoles(self.consoles, id_of))
         self.static = given("Static Destinations", lambda: [parse_endpoint(item) for item in self.static_destinations])
         own: dict[int, list[str]] = {}
@@ -107,6 +110,7 @@ class UDP(Carrier):
         if not hasattr(self, "peers"):  # they stay if parameters change, or the task is restarted
             self.peers = Peers()
         self.peers.timeout, self.peers.kept = self.contact_timeout, self.commanders.listed
+        self.peers.called = given("Call Systems", lambda: Consoles(self.call_systems, id_of).listed)
         self.gate = Gate(
             self.system,
             self.peers,
@@ -120,7 +124,7 @@ class UDP(Carrier):
     def start(self) -> None:
         self.drops, self.unsent = Drops(), Drops()
         self.taken = self.missed = self.port = 0
-        self.forwarded: dict[int, None] = {}
+        self.forwarded = Recent(REPEATS)  # two vehicles that forward would send a packet for ever
         self.groups: list[tuple[MessageList, list[tuple[int, Endpoint]]]] = []
         self.socket: socket | None = None
         self.reader: Reader | None = None
@@ -153,9 +157,9 @@ class UDP(Carrier):
         first, trouble = self.local_port, ""
         for port in [*range(first, min(first + PORTS_TRIED, 65536)), 0] if first else [0]:
             try:
-                self.socket = bound(self.address, port)
+                self.socket = bound(self.place, port)
             except OSError as error:
-                trouble = f"cannot listen at {self.address}: {error.strerror}"
+                trouble = f"cannot listen at {self.place}: {error.strerror}"
                 continue
             self.trouble, self.port = "", self.socket.getsockname()[1]
             self.reader = Reader(self, [self.socket], self.take)
@@ -167,14 +171,14 @@ class UDP(Carrier):
         self.trouble = trouble
 
     def tell_opened(self) -> None:
-        local = is_local(self.address)
+        local = is_local(self.place)
         if not local:
             who = f"only {', '.join(self.consoles)} may" if self.commanders.listed else "whoever reaches it can"
-            self.log.warning(f"listens at {self.address}:{self.port} without passwords: {who} command the vehicle")
+            self.log.warning(f"listens at {self.place}:{self.port} without passwords: {who} command the vehicle")
         if self.local_port not in (0, self.port):
             self.log.info(f"port {self.local_port} is taken: listens at {self.port}")
         if self.announce_service:
-            service = str(Service("imc+udp", self.address, self.port))
+            service = str(Service("imc+udp", self.place, self.port))
             self.publish(imc.AnnounceService(service=service, service_type=LOCAL if local else LOCAL | EXTERNAL))
 
     @consume(others=True)
@@ -186,7 +190,7 @@ class UDP(Carrier):
         if peer is None:
             if self.drops.add("announced beyond the systems in contact", f"0x{other.src:04X}"):
                 self.log.warning(f"{MOST_PEERS} systems are in contact: there is no room for 0x{other.src:04X}")
-        elif peer.sees:
+        elif self.peers.in_contact(peer, self.now):
             self.refresh()
 
     def take(self, datagrams: list[Datagram]) -> None:
@@ -237,7 +241,7 @@ class UDP(Carrier):
 
     def carry(self, message: imc.Message, packet: bytes) -> None:
         source, now = message.src, self.now
-        if self.socket is None or (source != self.system and self.is_repeated(packet)):
+        if self.socket is None or (source != self.system and self.forwarded.has(packet)):
             return
         for messages, places in self.groups:
             if not messages.passes(message, now):
@@ -249,16 +253,6 @@ class UDP(Carrier):
                     self.socket.sendto(packet, endpoint)
                 except OSError as error:
                     self.fail(endpoint, error.strerror or str(error))
-
-    def is_repeated(self, packet: bytes) -> bool:
-        """Whether this packet of another system was forwarded before: two vehicles that forward would never end."""
-        key = hash(packet)
-        if key in self.forwarded:
-            return True
-        self.forwarded[key] = None
-        if len(self.forwarded) > REPEATS:
-            del self.forwarded[next(iter(self.forwarded))]
-        return False
 
     def fail(self, endpoint: Endpoint, why: str) -> None:
         """Count a packet that could not be sent, and name the first of each place and reason."""

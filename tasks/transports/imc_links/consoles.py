@@ -1,10 +1,10 @@
 """Who may command the vehicle over a network that knows no passwords: systems, and where they send from."""
 
 from collections.abc import Callable, Iterable
-from ipaddress import IPv4Address
 
 import imc
 from runtime.problem import quoted
+from tasks.transports.imc_links.sockets import check_address
 
 REPORTS = frozenset(
     kind.ID
@@ -38,14 +38,6 @@ class Consoles:
             return True
         places = self.listed.get(system, ())
         return "" in places or address in places
-
-
-def check_address(text: str) -> None:
-    """Raises ValueError if a text is not an IPv4 address."""
-    try:
-        IPv4Address(text)
-    except ValueError:
-        raise ValueError(f"{quoted(text)} is not an IPv4 address") from None
 
 
 def _system(name: str, id_of: Callable[[str], int | None]) -> int:

@@ -40,12 +40,14 @@ class Peer:
 
     @property
     def endpoint(self) -> Endpoint | None:
-        """Where to send to it: the address that its datagrams come from, at the port that it announced last."""
-        if self.sees is None or not self.addresses:
+        """Where to send: where its datagrams come from, or else what it announced first; at the announced port."""
+        here = self.addresses.get(self.sees) if self.sees else None
+        if here is None:
+            here = next((place for place in self.addresses.values() if place[0]), None)
+        if here is None or not here[0]:
             return None
-        here = self.addresses.get(self.sees)
-        port = here[0] if here else max(self.addresses.values(), key=lambda place: place[1])[0]
-        return Endpoint(self.sees, port) if port else None
+        address = self.sees or next(each for each, place in self.addresses.items() if place is here)
+        return Endpoint(address, here[0])
 
     def admits(self, now: float, rate: float) -> bool:
         """Whether it may send one more datagram; it may send `rate` per second, and as many at once after a pause."""
@@ -61,14 +63,14 @@ class Peer:
 class Peers:
     """The peers of one vehicle, at most 64; those whose system id is in `kept` are never forgotten for others.
 
-    A peer is in contact until it is silent for `timeout` seconds.
+    A peer is in contact until it is silent for `timeout` seconds; those in `called` need not send anything first.
 
     A datagram is taken from an address that its system has announced. A sender on the loopback interface is on this
     computer whatever addresses it announces. A system that announces no address may send from any.
     """
 
-    def __init__(self, kept: Collection[int] = (), timeout: float = 30.0):
-        self.kept = kept
+    def __init__(self, kept: Collection[int] = (), called: Collection[int] = (), timeout: float = 30.0):
+        self.kept, self.called = kept, called
         self.timeout = timeout
         self.by_id: dict[int, Peer] = {}
 
@@ -116,7 +118,7 @@ class Peers:
         return [(peer, endpoint) for peer, endpoint in each if endpoint is not None]
 
     def in_contact(self, peer: Peer, now: float) -> bool:
-        return peer.sees is not None and now - peer.heard <= self.timeout
+        return peer.system in self.called or (peer.sees is not None and now - peer.heard <= self.timeout)
 
     def forget(self, now: float) -> list[Peer]:
         """Forget those who neither announced nor sent anything for long; returns those whose contact was lost."""

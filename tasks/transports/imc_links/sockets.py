@@ -3,9 +3,13 @@
 import socket
 import struct
 from collections.abc import Iterable
+from ipaddress import IPv4Address
 from typing import NamedTuple
 
 from imc.discovery import BROADCAST, LOOPBACK, MULTICAST
+from runtime import Task
+from runtime.problem import quoted
+from runtime.task import ParameterError
 
 BUFFER = 1 << 20  # bytes that the system may keep for us
 HOPS = 1  # of multicast packets, as in DUNE
@@ -24,6 +28,27 @@ class Interface(NamedTuple):
     @property
     def is_local(self) -> bool:
         return is_local(self.address)
+
+
+def network_address(task: Task, own: str) -> str:
+    """Where a task listens: its own Address, or if that is empty the profile's [General] Network Address.
+
+    Raises ParameterError if it is not an IPv4 address.
+    """
+    address = own.strip() or task.vehicle.profile.value("General", "Network Address", LOOPBACK).strip()
+    try:
+        check_address(address)
+    except ValueError as error:
+        raise ParameterError("Address" if own.strip() else "Network Address", str(error)) from None
+    return address
+
+
+def check_address(text: str) -> None:
+    """Raises ValueError if a text is not an IPv4 address."""
+    try:
+        IPv4Address(text)
+    except ValueError:
+        raise ValueError(f"{quoted(text)} is not an IPv4 address") from None
 
 
 def is_local(address: str) -> bool:

@@ -1,0 +1,203 @@
+"""Who may send packets, from where, and where to send to them."""
+
+import pytest
+
+import imc
+from imc.discovery import Endpoint, Service, Services
+from tasks.transports.imc_links.consoles import REPORTS, Consoles
+from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate
+from tasks.transports.imc_links.peers import (
+    ELSEWHERE,
+    KEPT,
+    MALFORMED,
+    MOST_PEERS,
+    TOO_FAST,
+    UNKNOWN,
+    Drops,
+    Peer,
+    Peers,
+)
+from tasks.transports.imc_links.recent import Recent
+
+OWN, CONSOLE, NOW = 0x1A, 0x4042, 1e9
+
+
+def at(*places, uid=""):
+    return Services.of([Service("imc+udp", address, port) for address, port in places], uid=uid)
+
+
+def packet(src=CONSOLE, message=None, order="little"):
+    return imc.encode((message or imc.Heartbeat()).replace(src=src, timestamp=NOW), order)
+
+
+class Scene:
+    """A gate and its peers; `sends` judges a packet and takes note of it."""
+
+    def __init__(self, *, consoles=(), **options):
+        self.peers = Peers()
+        self.gate = Gate(OWN, self.peers, Consoles(consoles, {"neptus": CONSOLE}.get), **options)
+
+    def sends(self, data=None, address="10.0.0.7", port=6001, now=NOW):
+        peer = self.gate.judge(packet() if data is None else data, address, port, now)
+        if isinstance(peer, Peer):
+            peer.sees, peer.heard = address, now
+        return peer
+
+    def targets(self, now=NOW):
+        return [endpoint for _, endpoint in self.peers.contacts(now)]
+
+
+def test_a_peer_announces_then_sends_then_gets():
+    scene = Scene()
+    assert scene.sends() == UNKNOWN
+    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    assert scene.targets() == []
+    assert scene.sends(port=50000) is scene.peers.find(CONSOLE)
+    assert scene.targets() == [Endpoint("10.0.0.7", 6001)], "not the port that it sent from"
+
+
+@pytest.mark.parametrize("order", ["little", "big"])
+def test_both_byte_orders_are_judged_alike(order):
+    scene = Scene()
+    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    assert isinstance(scene.sends(packet(order=order)), Peer)
+    assert scene.sends(packet(OWN, order=order)) == SPOOFED
+    assert scene.sends(packet(0x4043, order=order)) == UNKNOWN
+
+
+def test_another_address_is_refused_until_it_is_announced_and_both_count_for_a_while():
+    scene = Scene()
+    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    assert scene.sends(address="10.0.0.8") == ELSEWHERE
+    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.8", 6001)), NOW + 1)
+    assert isinstance(scene.sends(address="10.0.0.7"), Peer)
+    assert isinstance(scene.sends(address="10.0.0.8"), Peer)
+    assert scene.targets() == [Endpoint("10.0.0.8", 6001)]
+    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.8", 6001)), NOW + KEPT)
+    assert scene.sends(address="10.0.0.7", now=NOW + KEPT) == ELSEWHERE
+
+
+def test_a_restarted_system_is_where_it_says_now():
+    scene = Scene()
+    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001), uid=1), NOW)
+    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.8", 6001), uid=2), NOW + 1)
+    assert scene.sends(address="10.0.0.7") == ELSEWHERE
+    scene.peers.announce(CONSOLE, "ccu", Services(), NOW + 2)  # heard by another way, without a uid
+    assert isinstance(scene.sends(address="10.0.0.8"), Peer)
+
+
+def test_a_sender_on_loopback_is_on_this_computer_whatever_it_announces():
+    scene = Scene()
+    scene.peers.announce(CONSOLE, "imcpy", at(("192.0.2.2", 6001)), NOW)
+    assert isinstance(scene.sends(address="127.0.0.1"), Peer)
+    assert scene.targets() == [Endpoint("127.0.0.1", 6001)]
+
+
+def test_a_system_without_an_address_may_send_and_gets_nothing():
+    scene = Scene()
+    scene.peers.announce(CONSOLE, "ccu", Services(), NOW)
+    assert isinstance(scene.sends(), Peer)
+    assert scene.targets() == []
+
+
+def test_a_called_system_gets_packets_before_it_has_sent_one():
+    scene = Scene()
+    scene.peers.called = [CONSOLE]
+    scene.peers.announce(CONSOLE, "dune", at(("10.0.0.7", 6002), ("10.0.0.8", 6002)), NOW)
+    assert scene.targets() == [Endpoint("10.0.0.7", 6002)]
+
+
+def test_silence_ends_the_contact_and_later_the_peer():
+    scene = Scene()
+    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    scene.sends()
+    assert scene.peers.forget(NOW + 29) == []
+    assert [peer.name for peer in scene.peers.forget(NOW + 31)] == ["ccu"]
+    assert scene.targets(NOW + 31) == []
+    scene.peers.forget(NOW + KEPT + 1)
+    assert len(scene.peers) == 0
+
+
+def test_the_rate_of_a_peer_is_bounded_and_comes_back():
+    scene = Scene(rate=10.0)
+    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    found = [scene.sends(now=NOW + 1) for _ in range(100)]
+    assert sum(isinstance(peer, Peer) for peer in found) == 10
+    assert found[-1] == TOO_FAST
+    assert sum(isinstance(scene.sends(now=NOW + 1.5), Peer) for _ in range(100)) == 5
+
+
+def test_strangers_need_an_announce_unless_the_profile_knows_them():
+    static = Scene(static=[Endpoint("10.0.0.7", 6001)])
+    assert isinstance(static.sends(), Peer)
+    assert static.sends(packet(0x4043), address="10.0.0.8") == UNKNOWN
+    trusting = Scene(ignore_filter=True)
+    assert isinstance(trusting.sends(), Peer)
+    assert trusting.targets() == [], "nothing is sent to an address that nobody announced"
+
+
+@pytest.mark.parametrize("data", [b"", b"\x54\xfe", bytes(21)])
+def test_what_is_too_short_for_a_packet_is_malformed(data):
+    assert Scene().sends(data) == MALFORMED
+
+
+def test_listed_consoles_command_from_their_addresses_and_others_report():
+    scene = Scene(consoles=["neptus@10.0.0.7", "0x4043"])
+    for system in (CONSOLE, 0x4043, 0x4044):
+        scene.peers.announce(system, "ccu", at(("10.0.0.7", 6001), ("10.0.0.8", 6001)), NOW)
+    stop = imc.PlanControl(op=imc.PlanControl.Op.STOP)
+
+    def obeyed(system, address, message=stop):
+        return isinstance(scene.sends(packet(system, message), address), Peer)
+
+    assert obeyed(CONSOLE, "10.0.0.7")
+    assert not obeyed(CONSOLE, "10.0.0.8")
+    assert obeyed(0x4043, "10.0.0.8")
+    assert not obeyed(0x4044, "10.0.0.7")
+    assert scene.sends(packet(0x4044, stop)) == NOT_LISTED
+    assert obeyed(0x4044, "10.0.0.7", imc.EstimatedState())
+    assert not obeyed(0x4044, "10.0.0.7", imc.Abort())
+
+
+def test_no_task_obeys_what_anybody_may_report():
+    commands = (imc.PlanControl, imc.PlanDB, imc.SetEntityParameters, imc.VehicleCommand, imc.Abort, imc.Teleoperation)
+    commands += (imc.RemoteActions, imc.LoggingControl, imc.OperationalLimits, imc.PowerOperation, imc.RestartSystem)
+    assert not REPORTS & {kind.ID for kind in commands}
+
+
+@pytest.mark.parametrize(
+    ("item", "reason"),
+    [("nobody", "is not in"), ("0x10000", "is not the id"), ("-1", "is not the id"), ("neptus@host", "IPv4")],
+)
+def test_a_wrong_console_is_an_error(item, reason):
+    with pytest.raises(ValueError, match=reason):
+        Consoles([item], {"neptus": CONSOLE}.get)
+
+
+def test_more_systems_than_there_is_room_for():
+    peers = Peers(kept=[1])
+    for system in range(1, 1000):
+        assert peers.announce(system, f"x{system}", Services(), NOW + system)
+    assert len(peers) == MOST_PEERS
+    assert peers.find(1), "a listed console stays"
+    assert peers.find(999)
+    for peer in peers:
+        peer.sees, peer.heard = "10.0.0.7", NOW + 1000
+    assert peers.announce(2000, "late", Services(), NOW + 1000) is None, "all others are in contact"
+
+
+def test_drops_are_counted_by_sender_and_their_number_is_bounded():
+    drops = Drops()
+    assert drops.add("too fast", "a")
+    assert not drops.add("too fast", "a")
+    assert drops.add("malformed", "a")
+    for i in range(10_000):
+        drops.add("too fast", f"b{i}")
+    assert len(drops["too fast"]) == 65
+    assert str(drops) == "10002 too fast (others: 9937), 1 malformed (a)"
+    assert str(Drops()) == ""
+
+
+def test_recent_packets_are_known_again_and_the_oldest_forgotten():
+    recent = Recent(3)
+    assert [recent.has(data) for data in (b"a", b"b", b"a", b"c", b"d", b"a")] == [False] * 2 + [True] + [False] * 3
