@@ -88,7 +88,9 @@ class Discovery(Task):
             self.port, self.trouble, self.reader = port, "", Reader(self, sockets, self.take)
             return
         if reason != self.trouble:
-            self.log.error(f"hears no announcements, so only static destinations and TCP reach this vehicle: {reason}")
+            self.log.warning(
+                f"hears no announcements, so systems have to announce themselves at its UDP port: {reason}"
+            )
         self.trouble = reason
 
     def take(self, datagrams: list[Datagram]) -> None:
@@ -171,5 +173,5 @@ class Discovery(Task):
         names = ", ".join(sorted(run.name for runs in self.seen.values() for run in runs))
         figures = [f"{len(self.seen)} systems within range" + (f": {names}" if names else ""), str(self.drops)]
         clashes = [f"the id 0x{system:04X} is also used by {who}" for system, who in self.twins]
-        state = State.ERROR if self.trouble else State.FAULT if clashes else State.NORMAL
+        state = State.FAULT if self.trouble or clashes else State.NORMAL
         self.set_entity_state(state, "; ".join(words for words in (self.trouble, *clashes, *figures) if words))

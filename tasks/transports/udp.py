@@ -5,7 +5,7 @@ from socket import socket
 from typing import TypeVar
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
+from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
 from runtime import State, consume, param, periodic
 from runtime.task import ParameterError
@@ -184,7 +184,7 @@ class UDP(Carrier):
     @consume(others=True)
     def meet(self, other: imc.Announce) -> None:
         """Take up a system, or where it is now."""
-        if other.src == self.system:
+        if other.src in (self.system, 0, BROADCAST, UNKNOWN_SYSTEM):
             return
         peer = self.peers.announce(other.src, other.sys_name, Services.parse(other.services), self.now)
         if peer is None:

@@ -44,11 +44,11 @@ class Afloat:
         self.vehicle.tap(imc.LogBookEntry, lambda entry: self.log.append(entry.text))
         self.udp, self.discovery = self.vehicle.task("Transports.UDP"), self.vehicle.task("Transports.Discovery")
 
-    def start(self):
+    def start(self, wait=True):
         self.vehicle.start()
         self._thread = threading.Thread(target=self.vehicle.run, daemon=True)
         self._thread.start()
-        self.until(lambda: getattr(self.udp, "port", 0) and getattr(self.discovery, "port", 0))
+        self.until(lambda: getattr(self.udp, "port", 0) and (not wait or getattr(self.discovery, "port", 0)))
 
     def close(self):
         self.vehicle.kernel.post(self.vehicle.stop)
@@ -76,9 +76,9 @@ class Afloat:
 
 
 @contextlib.contextmanager
-def afloat(root, *settings, profile="lauv-noptilus-1"):
+def afloat(root, *settings, profile="lauv-noptilus-1", wait=True):
     vehicle = Afloat(profile, root, *settings)
-    vehicle.start()
+    vehicle.start(wait)
     try:
         yield vehicle
     finally:

@@ -1,0 +1,85 @@
+"""Finding the systems around a shipped vehicle by what they announce, and being found."""
+
+import socket
+import time
+
+import pytest
+
+import imc
+from imc.discovery import Service, Services
+from tests.tasks.transports.imc_station import Station, afloat, free_ports
+
+OWN = 0x001A
+
+
+@pytest.fixture(scope="module")
+def vessel(tmp_path_factory):
+    with afloat(tmp_path_factory.mktemp("discovery")) as vehicle:
+        yield vehicle
+
+
+def test_an_announce_comes_to_the_bus_once_unchanged_and_the_own_never(vessel):
+    heard = vessel.hears(imc.Announce)
+    station = Station(vessel, 0x4300, "ccu-once")
+    packet = imc.encode(imc.Announce(src=0x4300, src_ent=7, timestamp=1e9, sys_name="ccu-once", services="", lat=0.5))
+    for _ in range(3):
+        station.send_bytes(packet, vessel.discovery.port)
+    station.announce(sys_name="ccu-last")
+    vessel.until(lambda: [m for m in heard if m.sys_name == "ccu-last"])
+    others = [m for m in heard if m.src != OWN]
+    assert [m.sys_name for m in others] == ["ccu-once", "ccu-last"]
+    assert imc.encode(others[0]) == packet
+    vessel.logged("new system within range: ccu-once (0x4300) at 127.0.0.1")
+
+
+def test_what_is_no_announce_is_dropped_counted_and_named(vessel):
+    station = Station(vessel, 0x4301)
+    heard = vessel.hears(imc.VehicleCommand)
+    station.send(imc.VehicleCommand(), vessel.discovery.port)
+    station.send_bytes(b"rubbish", vessel.discovery.port)
+    station.announce(src=0xFFF0)
+    vessel.logged("announcement from 127.0.0.1 dropped: no Announce (VehicleCommand)")
+    vessel.logged("announcement from 127.0.0.1 dropped: malformed")
+    vessel.until(lambda: vessel.discovery.drops["no Announce"]["127.0.0.1"] == 2)
+    assert not heard
+
+
+def test_a_new_system_gets_an_answer_within_a_second_or_two(vessel):
+    port = next(port for port in vessel.ports if port != vessel.discovery.port)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
+        listener.bind(("127.0.0.1", port))
+        listener.settimeout(5.0)
+        time.sleep(1.3)
+        began = time.monotonic()
+        Station(vessel, 0x4302, "new").announce()
+        announce = imc.decode(listener.recv(65535))
+    assert time.monotonic() - began < 2.5
+    assert announce.src == OWN
+    assert Services.parse(announce.services).endpoints("imc+udp") == (("127.0.0.1", vessel.udp.port),)
+
+
+def test_a_service_of_another_task_is_announced_and_a_wrong_one_is_named(vessel):
+    task = vessel.vehicle.task("Transports.Announce")
+    kind = imc.AnnounceService.ServiceType
+    both = kind.LOCAL | kind.EXTERNAL
+    for service in ("http://0.0.0.0:8080/dune", "no service", "ftp://127.0.0.1:30021/"):
+        message = imc.AnnounceService(service=service, service_type=both)
+        vessel.vehicle.kernel.post(vessel.udp.publish, message)
+    announced = vessel.hears(imc.Announce)
+    wanted = {"http://127.0.0.1:8080/dune", "ftp://127.0.0.1:30021/"}
+    vessel.until(lambda: [m for m in announced if m.src == OWN and wanted <= set(m.services.split(";"))])
+    vessel.logged("not announced: 'no service' is not a service such as imc+udp://10.0.0.7:6002/")
+    assert Service.parse("http://127.0.0.1:8080/dune").path == "/dune"
+    assert task.entity.state == imc.EntityState.State.NORMAL
+
+
+def test_without_a_free_port_a_vehicle_says_so_and_takes_one_that_gets_free(tmp_path):
+    (port,) = free_ports(1)
+    taken = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    taken.bind(("127.0.0.1", port))
+    with taken, afloat(tmp_path, f"Transports.Discovery:Ports={port}", wait=False) as vessel:
+        vessel.logged("hears no announcements, so systems have to announce themselves at its UDP port: 127.0.0.1: ")
+        vessel.until(lambda: vessel.discovery.entity.state == imc.EntityState.State.FAULT)
+        taken.close()
+        vessel.until(lambda: vessel.discovery.port == port)
+        vessel.until(lambda: vessel.discovery.entity.state == imc.EntityState.State.NORMAL)
