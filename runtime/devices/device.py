@@ -17,6 +17,7 @@ MOST_PIECES = 2000  # lines or frames per second, since each may cause messages
 MOST_WORK = SECOND // 5  # of the processor's time per second
 MOST_WAITING = 1 << 16  # bytes that wait to be sent
 FLUSH_PERIOD = 0.02  # s
+LOG_PERIOD = 30 * SECOND  # between two equal entries in the log book: a cable may be loose
 SHOWN = 60  # characters of a piece in the log book
 NOT_UNDERSTOOD = (ValueError, LookupError, struct.error)
 """What a handler raises for a piece that is no good: `float("1x")`, `fields[7]`."""
@@ -78,6 +79,7 @@ class Device:
         self._flushing = self._closed = self._paused = self._connecting = False
         self._retry = FIRST_RETRY
         self._told = ""
+        self._logged: dict[str, int] = {}  # ns; when each trouble was logged last
         self._heard_at = 0
         self._second, self._pieces, self._bytes, self._work = 0, 0, 0, 0
         self._unheeded = 0  # bytes since the last good piece
@@ -252,8 +254,9 @@ class Device:
     def _report(self, text: str) -> None:
         named = f"{self.name}: {text}"
         self._trouble(named)
-        if text != self._told:
-            self._told = text
+        now = self._owner.now_ns
+        if text != self._told and now - self._logged.get(text, -LOG_PERIOD) >= LOG_PERIOD:
+            self._told, self._logged[text] = text, now
             self._owner.log.error(named)
 
     def _drop(self) -> None:

@@ -1,8 +1,10 @@
 """The computer around a run: its service manager, which wants to hear that the run is alive, and its clock."""
 
 import contextlib
+import faulthandler
 import os
 import socket
+import sys
 import time
 from pathlib import Path
 
@@ -40,6 +42,9 @@ class Host:
     def begin(self) -> None:
         """To be called when all tasks have started; not in virtual time."""
         self._doubt_clock()
+        if self._watchdog:  # systemd ends a run that hangs with SIGABRT: have the lines written where it hangs
+            with contextlib.suppress(ValueError, OSError, RuntimeError):
+                faulthandler.enable(sys.__stderr__ or sys.stderr)
         self._lag = self._clock_lag()
         self._tell("READY=1", f"MAINPID={os.getpid()}")
         self._look()

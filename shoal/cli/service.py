@@ -44,6 +44,7 @@ SupplementaryGroups={groups}
 UMask=0022
 Environment=PYTHONUNBUFFERED=1
 OOMScoreAdjust=-500
+LimitCORE=0
 
 # What it may write, and do. Devices stay visible, since one that is plugged in later must be found: who may open them
 # is a matter of their group.
@@ -157,10 +158,12 @@ def service(
     options += [word for override in overrides for word in ("--set", override)]
     options += ["--log-dir", str(log_dir)]
     source = str(Path(profile).resolve()) if Path(profile).is_file() else profile
-    folders = [Path.cwd(), Path(sys.prefix), *config_dir, *code]
-    for folder in folders:
-        if any(folder.absolute().is_relative_to(place) for place in HIDDEN):
-            click.echo(f"warning: {folder} may be hidden from the service, or from the user {user}", err=True)
+    # An environment may have its Python elsewhere, and Shoal its sources.
+    program = {Path(sys.prefix), Path(sys.base_prefix), Path(sys.executable).resolve(), Path(__file__).parents[2]}
+    folders = [Path.cwd(), *sorted(program), *config_dir, *code]
+    if hidden := [folder for folder in folders if any(folder.absolute().is_relative_to(place) for place in HIDDEN)]:
+        words = ", ".join(map(str, hidden))
+        click.echo(f"warning: the service or its user {user} may not see {words}: use /opt or /etc instead", err=True)
     text = UNIT.format(
         vehicle=loaded.vehicle,
         command=" ".join(map(shlex.quote, ["shoal", "service", profile, *options])).replace("\n", " "),

@@ -133,6 +133,14 @@ def test_none_unplugs_and_what_follows_plugs_in() -> None:
     assert run.log == ["left: unplugged", "left sends again"]
 
 
+def test_a_loose_cable_does_not_fill_the_log_book() -> None:
+    stream = [item for n in range(120) for item in ((n + 0.0, "one\n"), (n + 0.5, None))]
+    run = simulate(Lamp, stream={"left": stream, "tcp://right:80": ""})
+    assert run.task.heard == ["one"] * 120
+    assert run.log.count("left: unplugged") == 4, "one in 30 s"
+    assert run.log.count("left sends again") == 4
+
+
 def test_no_device_is_opened_in_virtual_time() -> None:
     run = simulate(Lamp)
     text = "left: not opened in virtual time; tcp://right:80: not opened in virtual time"

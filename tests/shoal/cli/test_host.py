@@ -112,6 +112,17 @@ def test_a_run_says_that_it_is_ready_alive_and_stopping_and_nothing_while_it_han
     assert run.returncode == 0, output
 
 
+def test_a_run_that_systemd_ends_says_where_it_hung(tmp_path: Path, manager: Manager) -> None:
+    run = started(tmp_path, WATCHDOG_USEC="30000000")
+    while not any("WATCHDOG=1" in line for line in manager.next()):
+        pass
+    time.sleep(1.3)
+    run.send_signal(signal.SIGABRT)
+    output = run.communicate(timeout=30)[0]
+    assert run.returncode == -signal.SIGABRT
+    assert 'pausing.py", line 19 in pause' in output
+
+
 def host(manager: Manager | None, **environment: Any) -> tuple[Vehicle, Host]:
     vehicle = Vehicle("probe", 1, clock=WallClock(), profile=NoProfile())
     return vehicle, Host(vehicle)

@@ -91,7 +91,7 @@ def test_what_a_profile_of_ones_own_needs_is_named_absolutely(folder: Path) -> N
     done = shoal("own.ini", "--code", "code", "-d", ".", "-o", "-")
     assert done.exit_code == 0, done.output
     assert f" run {folder}/own.ini -d {folder} --code {folder}/code " in options(done.stdout)["ExecStart"]
-    assert "may be hidden from the service" in done.stderr, "tests run below /tmp"
+    assert "may not see" in done.stderr, "tests run below /tmp"
 
 
 def test_it_waits_for_the_clock_once_a_boot(folder: Path) -> None:
@@ -109,6 +109,17 @@ def test_it_waits_for_the_clock_once_a_boot(folder: Path) -> None:
         took.append(time.monotonic() - began)
     assert took[0] > 0.9
     assert took[1] < 0.9
+
+
+def test_a_home_is_not_hidden_if_python_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "prefix", "/opt/shoal")
+    monkeypatch.setattr(sys, "executable", "/opt/shoal/bin/python")
+    monkeypatch.setattr("shoal.cli.service.__file__", "/opt/shoal/lib/shoal/cli/service.py")
+    for base, wanted in (("/usr", "yes"), ("/root/.local/share/uv/python", "read-only")):
+        monkeypatch.setattr(sys, "base_prefix", base)
+        done = shoal("otter", "-p", "Simulation", "-o", "-")
+        assert options(done.stdout)["ProtectHome"] == wanted
+        assert (base in done.stderr) is (wanted == "read-only")
 
 
 def test_logs_elsewhere_are_writable(folder: Path) -> None:
