@@ -4,6 +4,7 @@ import hashlib
 import math
 from collections import Counter
 
+import imcpy
 import pytest
 
 import imc
@@ -188,6 +189,27 @@ def test_plans_are_kept_with_the_digest_that_the_console_computes(console):
     assert console.ask(plan_db(ops.GET_INFO, "a plan"), imc.PlanDB, settled).type == imc.PlanDB.Type.FAILURE
     assert console.ask(plan_db(ops.CLEAR), imc.PlanDB, settled).type == success
     assert console.ask(plan_db(ops.GET_STATE), imc.PlanDB, settled).arg.plan_count == 0
+
+
+@pytest.mark.parametrize("order", ["little", "big"])
+def test_the_digest_is_that_of_the_bytes_of_another_program(noptilus, order):
+    """imcpy serializes the plan; whatever the byte order on the wire, the digest is of the little-endian fields."""
+    goto = imcpy.Goto()
+    goto.timeout, goto.lat, goto.lon, goto.z, goto.speed = 1000, 0.718, -0.152, 1.1, float("nan")
+    goto.z_units, goto.speed_units, goto.custom = imcpy.ZUnits.DEPTH, imcpy.SpeedUnits.METERS_PS, "depth=ñ"
+    step, plan, request = imcpy.PlanManeuver(), imcpy.PlanSpecification(), imcpy.PlanDB()
+    step.maneuver_id, step.data = "Goto1", goto
+    plan.plan_id, plan.start_man_id = "theirs", "Goto1"
+    plan.maneuvers.append(step)
+    request.type, request.op = imcpy.PlanDB.TypeEnum.REQUEST, imcpy.PlanDB.OperationEnum.SET
+    request.request_id, request.plan_id, request.arg = 3, "theirs", plan
+    request.src, request.dst = CONSOLE, noptilus.vehicle.system
+    packet = imcpy.Packet.serialize(request)
+    if order == "big":
+        packet = imc.encode(imc.decode(packet), "big")
+    noptilus.vehicle.bus.hear(noptilus.vehicle.bus.decode(packet), packet)
+    answer = noptilus.wait(imc.PlanDB, lambda m: m.dst == CONSOLE and settled(m))
+    assert answer.arg.md5 == hashlib.md5(imcpy.Packet.serialize(plan)[20:-2]).digest()
 
 
 def plan_control(op, plan_id="", arg=None, request_id=9, flags=0):
