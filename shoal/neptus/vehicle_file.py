@@ -6,7 +6,7 @@ from xml.etree import ElementTree as Xml
 
 from runtime.profile import items
 from runtime.vehicle import Vehicle
-from tasks.maneuver.protocol import Maneuver
+from tasks.maneuver import Maneuver
 
 Tree = Mapping[str, "str | Tree"]
 
