@@ -1,23 +1,19 @@
 """Lets consoles download logs over FTP."""
 
-import ipaddress
 from pathlib import Path
 
 import imc
+from imc.discovery import LOOPBACK, Service
 from runtime import State, Task, param, periodic
+from runtime.task import ParameterError
 from tasks.transports.ftp_server import FTPServer
+from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
+from tasks.transports.imc_links.consoles import check_address
+from tasks.transports.imc_links.sockets import is_local
 
 RETRY = 5.0  # s
 TELL_PERIOD = 10.0  # s between two entries about refusals
 LONGEST_TALE = 200  # characters of a client's text in the log book
-
-
-def ipv4(text: str) -> str:
-    """The IPv4 address in a text. Raises ValueError."""
-    try:
-        return str(ipaddress.IPv4Address(text.strip()))
-    except ValueError:
-        raise ValueError(f"{text!r} is not an IPv4 address") from None
 
 
 class FTP(Task):
@@ -30,12 +26,24 @@ class FTP(Task):
     external = True
     requires = "ftp"
 
-    address: str = param("127.0.0.1", "", "Address to listen at; 0.0.0.0 is all.", editable=False, usable=ipv4)
+    address: str = param(
+        LOOPBACK,
+        "",
+        "Where to listen: 127.0.0.1 for this computer only, 0.0.0.0 for all networks.",
+        editable=False,
+        usable=check_address,
+    )
     control_port: int = param(
         30021, "1", "Port, or the first free of five from it on; 0 is any.", minimum=0, maximum=65535, editable=False
     )
     session_timeout: float = param(120.0, "s", "Idle time that ends a session.", minimum=1, editable=False)
     allow_deletion: bool = param(False, "", "Let clients remove logs.", editable=False)
+
+    def configure(self) -> None:
+        try:
+            check_address(self.address)
+        except ValueError as error:
+            raise ParameterError("Address", str(error)) from None
 
     def start(self) -> None:
         self._server: FTPServer | None = None
@@ -71,15 +79,15 @@ class FTP(Task):
             folder.mkdir(parents=True, exist_ok=True)
             self._server = FTPServer(
                 folder,
-                ipv4(self.address),
+                self.address,
                 self.control_port,
                 deletes=self.allow_deletion,
                 timeout=self.session_timeout,
                 in_use=self._in_use,
                 tell=lambda text: self.vehicle.kernel.post(self._note, text),
             )
-        except (OSError, ValueError) as error:
-            trouble = f"{error.filename}: {error.strerror}" if isinstance(error, OSError) else str(error)
+        except OSError as error:
+            trouble = f"{error.filename}: {error.strerror}"
             if trouble != self._trouble:
                 self._trouble = trouble
                 self.log.error(trouble)
@@ -88,11 +96,11 @@ class FTP(Task):
             return
         self._trouble = ""
         self.accompany(self._server.run)
-        kind, local = imc.AnnounceService, ipaddress.IPv4Address(ipv4(self.address)).is_loopback
-        service = f"ftp://{ipv4(self.address)}:{self.port}/"
-        self.publish(kind(service=service, service_type=kind.ServiceType.LOCAL if local else kind.ServiceType.EXTERNAL))
+        local = is_local(self.address)
+        service = str(Service("ftp", self.address, self.port))
+        self.publish(imc.AnnounceService(service=service, service_type=LOCAL if local else LOCAL | EXTERNAL))
         if not local:
-            self.log.warning(f"whoever reaches {ipv4(self.address)}:{self.port} can read the logs")
+            self.log.warning(f"whoever reaches {self.address}:{self.port} can read the logs")
         self.report()
 
     def _note(self, text: str) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 MOST_SESSIONS, MOST_OF_ONE = 12, 8  # in all, and from one address
-MOST_ANSWERS = 1000  # that a client leaves unread before it is cut off
+MOST_ANSWERS, UNREAD = 256, 1 << 14  # answers, and bytes of them in the socket, that a client leaves unread
 READ_SIZE = 128  # bytes of commands taken from a session at a time
 PAUSE = 0.002  # s between two looks at the sockets: the vehicle's tasks come first
 PATIENCE = 0.25  # s that a look waits; `stop` takes so long
@@ -160,7 +160,13 @@ def _session(server: FTPServer, timeout: float) -> Any:
             "USPC": {"perm": None, "auth": True, "arg": None, "help": "Syntax: USPC (free and total bytes)."}
         }
 
+        def handle(self) -> None:
+            self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD)
+            handlers.FTPHandler.handle(self)
+
         def pre_process_command(self, line: str, cmd: str, arg: str) -> None:
+            if not self.connected:
+                return  # what it has sent before it was cut off
             if len(self.producer_fifo) > MOST_ANSWERS:
                 server.counts["cut off"] += 1
                 self.close()
