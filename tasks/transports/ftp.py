@@ -34,7 +34,12 @@ class FTP(Task):
         usable=check_address,
     )
     control_port: int = param(
-        30021, "1", "Port, or the first free of five from it on; 0 is any.", minimum=0, maximum=65535, editable=False
+        30021,
+        "1",
+        "Port to listen at; if it is taken, one of the next four, else any. 0 takes any.",
+        minimum=0,
+        maximum=65535,
+        editable=False,
     )
     session_timeout: float = param(120.0, "s", "Idle time that ends a session.", minimum=1, editable=False)
     allow_deletion: bool = param(False, "", "Let clients remove logs.", editable=False)

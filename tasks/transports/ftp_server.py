@@ -77,8 +77,8 @@ class FTPServer:
 
 
 def _listener(address: str, first: int) -> socket.socket:
-    """A socket that listens on the first free of TRIES ports; port 0 is any. Raises OSError."""
-    for port in range(first, min(first + TRIES, 65536)) if first else [0]:
+    """A socket that listens on the first free of TRIES ports, else on any; port 0 is any. Raises OSError."""
+    for port in [*range(first, min(first + TRIES, 65536)), 0] if first else [0]:
         listener = socket.socket()
         try:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -87,9 +87,9 @@ def _listener(address: str, first: int) -> socket.socket:
             return listener
         except OSError as error:
             listener.close()
-            if port + 1 >= first + TRIES or not first:
+            if port == 0:
                 raise OSError(error.errno, error.strerror, f"{address}:{first}") from None
-    raise OSError(f"no port from {first} on")
+    raise AssertionError("port 0 is tried last")
 
 
 class _Anybody:

@@ -34,7 +34,7 @@ class Server(StreamCarrier):
     port: int = param(
         7001,
         "1",
-        "Port to listen at, or the first free one of six from it on; 0 takes any.",
+        "Port to listen at; if it is taken, one of the next five, else any. 0 takes any.",
         minimum=0,
         maximum=65535,
         editable=False,
@@ -67,7 +67,8 @@ class Server(StreamCarrier):
     def open(self) -> None:
         """Listen, at the first port that is free; if that fails, the reason is logged once."""
         trouble = ""
-        for port in range(self.port, min(self.port + PORTS_TRIED, 65536)) if self.port else [0]:
+        first = self.port
+        for port in [*range(first, min(first + PORTS_TRIED, 65536)), 0] if first else [0]:
             opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
             try:
                 opened.setblocking(False)
@@ -76,7 +77,7 @@ class Server(StreamCarrier):
                 opened.listen()
             except OSError as error:
                 opened.close()
-                trouble = f"cannot listen at {self.address}:{port}: {error.strerror}"
+                trouble = f"cannot listen at {self.address}: {error.strerror}"
                 continue
             self.listener, self.trouble, self.open_port = opened, "", opened.getsockname()[1]
             self.watch(opened, self.accept)
