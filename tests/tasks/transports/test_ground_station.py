@@ -9,7 +9,7 @@ import pytest
 
 import imc
 from imc.addresses import UNKNOWN_ENTITY
-from runtime.kernel import VirtualClock
+from runtime.kernel import SECOND, VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 
@@ -43,7 +43,7 @@ class Console:
 
     @property
     def now(self):
-        return self.vehicle.kernel.now_ns / 1e9
+        return self.vehicle.kernel.now_ns / SECOND
 
     def send(self, message, dst=None):
         dst = self.vehicle.system if dst is None else dst
