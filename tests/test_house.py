@@ -26,6 +26,7 @@ OPEN = {  # modules that are imported as they are
     *(
         "imc.addresses",
         "imc.discovery",
+        "imc.fragments",
         "imc.layout",
         "imc.messages",
         "imc.tuples",

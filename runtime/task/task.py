@@ -3,6 +3,7 @@
 import functools
 from collections.abc import Callable, Coroutine, Iterable
 from contextlib import ExitStack
+from threading import Thread
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from zlib import crc32
 
@@ -218,6 +219,14 @@ class Task(Attached):
             title = f"{handler_of(function)} of {self.name}"
             self.vehicle.worker.submit(title, lambda: deliver(_outcome(function, args)))
 
+    def accompany(self, function: Callable[[], object]) -> None:
+        """Call `function`, the loop of a library, in a thread of its own, which enters the kernel by `post` only.
+
+        It has to return when the task stops. An exception in it is the task's error. Not for virtual time.
+        """
+        deliver = functools.partial(self._kernel.post, self._offloaded, self._round, _ignore)
+        Thread(target=lambda: deliver(_outcome(function, ())), name=self.name, daemon=True).start()
+
     def run(self, coroutine_function: Callable[..., Coroutine[Any, Any, Any]], *args: Any) -> Script:
         """Start `coroutine_function(script, *args)` as sequential logic on the same kernel."""
         script = Script(self, self._bus, coroutine_function, *args)
@@ -290,3 +299,7 @@ def _outcome(function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[Any, 
         return function(*args), None
     except BaseException as error:
         return None, as_error(error)
+
+
+def _ignore(_: object) -> None:
+    """For what a thread returns that has ended."""

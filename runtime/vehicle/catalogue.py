@@ -17,7 +17,7 @@ from runtime.task import Task, one_line
 OWN = "tasks"
 PACKAGES = ("imc", "mavlink", "runtime", "shoal", "world")  # of Shoal, besides that of its tasks
 MARK = Path("runtime/vehicle/catalogue.py")  # a folder that has this file is a clone of Shoal
-LIBRARIES = {"zenoh": "zenoh", "mavlink": "pymavlink", "vision": "PIL", "drivers": "serial"}
+LIBRARIES = {"zenoh": "zenoh", "mavlink": "pymavlink", "vision": "PIL", "drivers": "serial", "ftp": "pyftpdlib"}
 
 
 class TaskImportError(ImportError):

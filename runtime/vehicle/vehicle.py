@@ -5,7 +5,7 @@ import traceback
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import imc
 from runtime.bus import Bus, Subscription
@@ -26,6 +26,8 @@ LONGEST_BACKOFF = 60.0
 HEALTHY_AFTER = 60.0
 STARTING_PATIENCE = 5.0  # s
 WORK_PATIENCE = 0.3  # s, for offloaded work at the end of a run
+
+T = TypeVar("T", bound=Task)
 
 logger = logging.getLogger("shoal.vehicle")
 
@@ -124,7 +126,7 @@ class Vehicle:
         """The task whose main entity has this label."""
         return next((task for task in self._tasks.values() if task.entity.label == label), None)
 
-    def add(self, cls: type[Task], section: str, options: Mapping[str, str] | None = None, **values: Any) -> Task:
+    def add(self, cls: type[T], section: str, options: Mapping[str, str] | None = None, **values: Any) -> T:
         """Create a task: `options` are ini texts by ini name, `values` are values by attribute.
 
         Raises ParameterError for an invalid value, EntityError for its label.

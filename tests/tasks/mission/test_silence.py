@@ -60,10 +60,18 @@ GOES_ON = {
     "Simulators.MUGDetectionCamera": "not needed for control",
     "Simulators.Leaks": "only speaks when there is a leak",
     "Simulators.StreamVelocity": "the current stays as it is",
+    "Monitors.HostResources": "not needed for control",
+    "Supervisors.Equipment": "only speaks when asked",
+    "Transports.Cache": "only needed at the start",
+    "Transports.FTP": "not needed for control",
+    "Transports.Fragments": "only needed for messages in pieces",
+    "Transports.LogBook": "only speaks when asked",
     "Transports.Logging": "not needed for control",
     "Transports.MAVLink": "not needed for control",
+    "Transports.TCP.Server": "not needed for control",
 }
-NEEDS_A_NETWORK = {"Transports.MAVLink"}  # and does not run on a virtual clock
+# These do not run on a virtual clock.
+NEEDS_A_NETWORK = {"Monitors.HostResources", "Transports.FTP", "Transports.MAVLink", "Transports.TCP.Server"}
 OTHER_MANEUVERS = "only needed if the plan has it"
 
 

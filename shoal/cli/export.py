@@ -1,0 +1,22 @@
+"""`shoal export`: writes what other programs need to know of a vehicle."""
+
+from typing import ClassVar
+
+import click
+
+from shoal.cli import LazyGroup
+
+COMMANDS = {
+    "neptus": ("shoal.cli.export_neptus", "Write the definition and the parameters of a vehicle for Neptus."),
+}
+
+
+class ExportGroup(LazyGroup):
+    """The commands of `shoal export`."""
+
+    table: ClassVar[dict[str, tuple[str, str]]] = COMMANDS
+
+
+@click.group(cls=ExportGroup)
+def export() -> None:
+    """Write what other programs need to know of a vehicle."""

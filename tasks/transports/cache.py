@@ -1,0 +1,129 @@
+"""Keeps what an operator has set, so that it is still set when the vehicle starts again."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import imc
+from imc.addresses import OPERATORS
+from imc.layout import FOOTER_SIZE, HEADER_SIZE
+from runtime import Task, consume, param, periodic
+from runtime.bus import Subscription
+from tasks.transports.imc_links.message_list import message_named
+
+Op = imc.CacheControl.Op
+FORGET = "CacheControl CLEAR forgets it"
+
+
+class Cache(Task):
+    """Stores the last message of some types that an operator has sent to this vehicle, and repeats them at the start.
+
+    They are in the folder Cache of the vehicle's state, one file each. CacheControl stores a message, repeats all, or
+    forgets all. On a virtual clock, where nothing may come from an earlier run, they are kept in memory.
+    """
+
+    messages: list[str] = param(
+        ["OperationalLimits", "LblConfig"], "", "Names of the messages that are kept.", usable=message_named
+    )
+
+    def configure(self) -> None:
+        schema = self.vehicle.bus.messages
+        self._kinds = {schema[name] for name in self.messages if name in schema}
+
+    def start(self) -> None:
+        self._kept: dict[str, bytes] = {}
+        self._changed: set[str] = set()
+        self._writing = False
+        for kind in sorted(self._kinds, key=lambda kind: kind.ID):
+            self.vehicle.bus.subscribe(Subscription(kind, self._keep, self, others=True))
+        if self.vehicle.virtual:
+            return
+        for path in sorted(self._folder.glob("*.imc")):
+            try:
+                packet = path.read_bytes()
+                message = self.vehicle.bus.decode(packet)
+            except (OSError, imc.DecodeError) as error:
+                self.log.warning(f"{path.name} of the cache cannot be read: {error}")
+                continue
+            if type(message) in self._kinds:
+                self._kept[path.stem] = packet
+        self._repeat()
+
+    def stop(self) -> None:
+        if self._changed and not self.vehicle.virtual:
+            write(self._folder, self._news())
+
+    @consume(others=True)
+    def control(self, request: imc.CacheControl) -> None:
+        if not self.concerns(request):
+            return
+        name = self.vehicle.systems.name(request.src)
+        if request.op == Op.STORE and type(request.message) in self._kinds and request.message is not None:
+            self._store(request.message)
+        elif request.op == Op.LOAD:
+            self._repeat()
+        elif request.op == Op.CLEAR:
+            self._clear()
+            self.log.info(f"cleared by {name}")
+        elif request.op in (Op.STORE, Op.COPY):
+            what = type(request.message).__name__ if request.op == Op.STORE else "copy"
+            self.log.warning(f"{what} refused, as {name} has asked: only {', '.join(self.messages)} are kept, and here")
+
+    @property
+    def _folder(self) -> Path:
+        return self.vehicle.state_folder / self.system_name / "Cache"
+
+    def _repeat(self) -> None:
+        """Publish what is kept, to this vehicle."""
+        for name, packet in self._kept.items():
+            message = self.vehicle.bus.decode(packet)
+            self.publish(message.replace(timestamp=-1.0, src=self.system, src_ent=self.entity.id, dst=self.system))
+            self.log.info(f"{name} is what an operator has set before; {FORGET}")
+
+    def _keep(self, message: imc.Message) -> None:
+        """Keep a message of an operator to this vehicle, unless a value in it cannot be."""
+        if message.src in OPERATORS and self.concerns(message) and not imc.validate(message):
+            self._store(message)
+
+    def _store(self, message: imc.Message) -> None:
+        name, packet = type(message).__name__, imc.encode(message)
+        if self._kept.get(name, b"")[HEADER_SIZE:-FOOTER_SIZE] != packet[HEADER_SIZE:-FOOTER_SIZE]:
+            self._kept[name] = packet
+            self._changed.add(name)
+
+    def _clear(self) -> None:
+        self._changed |= self._kept.keys()
+        self._kept.clear()
+
+    @periodic(1.0)
+    def settle(self) -> None:
+        """Write what has changed, in another thread."""
+        if self._changed and not self._writing and not self.vehicle.virtual:
+            news, self._writing = self._news(), True
+            self._changed.clear()
+            self.offload(write, self._folder, news, then=self._written)
+
+    def _news(self) -> dict[str, bytes | None]:
+        return {name: self._kept.get(name) for name in sorted(self._changed)}
+
+    def _written(self, error: OSError | None) -> None:
+        self._writing = False
+        if error is not None:
+            self.log.error(f"the cache cannot be written: {error.filename}: {error.strerror}")
+
+
+def write(folder: Path, files: Mapping[str, bytes | None]) -> OSError | None:
+    """Write files, each completely or not at all, and remove those without content; returns what prevents it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, data in files.items():
+            path = folder / f"{name}.imc"
+            if data is None:
+                path.unlink(missing_ok=True)
+            else:
+                part = path.with_suffix(".part")
+                part.write_bytes(data)
+                os.replace(part, path)
+    except OSError as error:
+        return error
+    return None

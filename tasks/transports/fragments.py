@@ -1,0 +1,49 @@
+"""Puts messages together that come in pieces."""
+
+import imc
+from imc.fragments import Assembler
+from runtime import Task, consume, param, periodic
+
+MOST_NAMED = 64
+
+
+class Fragments(Task):
+    """Puts the packets together that other systems send as MessagePart, and delivers them as if they came whole.
+
+    A message that stays incomplete for the timeout is asked for once, and forgotten after another one; a system that
+    begins many loses the oldest.
+    """
+
+    reception_timeout: float = param(
+        1800.0, "s", "Time after which missing pieces are asked for.", name="Reception timeout", minimum=1
+    )
+
+    def start(self) -> None:
+        self._assembler = Assembler()
+        self._complained: set[int] = set()
+
+    @consume(others=True)
+    def take(self, part: imc.MessagePart) -> None:
+        if part.src == self.system or not self.addressed(part):
+            return
+        try:
+            packet = self._assembler.add(part, self.now)
+            if packet is not None:
+                self.relay(packet)
+        except imc.DecodeError as error:
+            if part.src not in self._complained and len(self._complained) < MOST_NAMED:
+                self._complained.add(part.src)
+                name = self.vehicle.systems.name(part.src)
+                self.log.warning(f"pieces of a message from {name} dropped: {error.reason}; further ones are not told")
+
+    @periodic(1.0)
+    def ask_again(self) -> None:
+        """Ask for the pieces that are late, and forget what does not come."""
+        if not len(self._assembler):
+            return
+        kind = imc.MessagePartControl
+        for system, uid, message in self._assembler.late(self.now - self.reception_timeout):
+            message.asked = True
+            request = kind(op=kind.Op.REQUEST_RETRANSMIT, uid=uid, frag_ids=message.wanted(), dst=system)
+            self.publish(request)
+        self._assembler.expire(self.now - 2.0 * self.reception_timeout)

@@ -1,0 +1,121 @@
+"""Lets consoles download logs over FTP."""
+
+from pathlib import Path
+
+import imc
+from imc.discovery import LOOPBACK, Service
+from runtime import State, Task, param, periodic
+from runtime.task import ParameterError
+from tasks.transports.ftp_server import FTPServer
+from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
+from tasks.transports.imc_links.consoles import check_address
+from tasks.transports.imc_links.sockets import is_local
+
+RETRY = 5.0  # s
+TELL_PERIOD = 10.0  # s between two entries about refusals
+LONGEST_TALE = 200  # characters of a client's text in the log book
+
+
+class FTP(Task):
+    """Serves the vehicle's log folder over FTP, to be read by anybody who reaches the address.
+
+    Nothing can be written, and nothing outside the folder be read. With Allow Deletion, logs can be removed, but not
+    the one that is being written. It runs in a thread of its own, so that a slow disk or client delays no task.
+    """
+
+    external = True
+    requires = "ftp"
+
+    address: str = param(
+        LOOPBACK,
+        "",
+        "Where to listen: 127.0.0.1 for this computer only, 0.0.0.0 for all networks.",
+        editable=False,
+        usable=check_address,
+    )
+    control_port: int = param(
+        30021,
+        "1",
+        "Port to listen at; if it is taken, one of the next four, else any. 0 takes any.",
+        minimum=0,
+        maximum=65535,
+        editable=False,
+    )
+    session_timeout: float = param(120.0, "s", "Idle time that ends a session.", minimum=1, editable=False)
+    allow_deletion: bool = param(False, "", "Let clients remove logs.", editable=False)
+
+    def configure(self) -> None:
+        try:
+            check_address(self.address)
+        except ValueError as error:
+            raise ParameterError("Address", str(error)) from None
+
+    def start(self) -> None:
+        self._server: FTPServer | None = None
+        self._trouble = ""
+        self._tales: list[str] = []
+        self._told, self._untold = 0.0, 0
+        self._open()
+
+    def stop(self) -> None:
+        if self._server is not None:
+            self._server.stop()
+
+    @property
+    def port(self) -> int:
+        """The port that is open; 0 if none is."""
+        return self._server.port if self._server is not None else 0
+
+    @periodic(1.0)
+    def report(self) -> None:
+        if self._server is None:
+            return
+        counts = ", ".join(f"{number} {what}" for what, number in sorted(self._server.counts.copy().items()))
+        figures = f"port {self.port}: {self._server.sessions} clients" + (f"; files: {counts}" if counts else "")
+        self.set_entity_state(State.NORMAL, figures)
+        if self._tales and self.now - self._told >= TELL_PERIOD:
+            rest = f"; and {self._untold} more" if self._untold else ""
+            self.log.warning("; ".join(self._tales) + rest)
+            self._tales, self._untold, self._told = [], 0, self.now
+
+    def _open(self) -> None:
+        folder = self.vehicle.log_root / self.system_name
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._server = FTPServer(
+                folder,
+                self.address,
+                self.control_port,
+                deletes=self.allow_deletion,
+                timeout=self.session_timeout,
+                in_use=self._in_use,
+                tell=lambda text: self.vehicle.kernel.post(self._note, text),
+            )
+        except OSError as error:
+            trouble = f"{error.filename}: {error.strerror}"
+            if trouble != self._trouble:
+                self._trouble = trouble
+                self.log.error(trouble)
+            self.set_entity_state(State.ERROR, trouble)
+            self.after(RETRY, self._open)
+            return
+        self._trouble = ""
+        self.accompany(self._server.run)
+        local = is_local(self.address)
+        service = str(Service("ftp", self.address, self.port))
+        self.publish(imc.AnnounceService(service=service, service_type=LOCAL if local else LOCAL | EXTERNAL))
+        if not local:
+            self.log.warning(f"whoever reaches {self.address}:{self.port} can read the logs")
+        self.report()
+
+    def _note(self, text: str) -> None:
+        """Keep a few texts about what clients did, for the log book."""
+        if len(self._tales) < 3:
+            self._tales.append(text[:LONGEST_TALE])
+        else:
+            self._untold += 1
+
+    def _in_use(self, path: Path) -> bool:
+        """Whether a path is, contains, or is part of the log that is being written; called from the server's thread."""
+        log = self.vehicle.log_folder
+        return log is not None and (log.resolve().is_relative_to(path) or path.is_relative_to(log.resolve()))

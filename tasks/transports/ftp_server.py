@@ -1,0 +1,222 @@
+"""Serves one folder over FTP, in a thread of its own; the protocol is pyftpdlib's."""
+
+import os
+import select
+import shutil
+import socket
+import stat
+from collections import Counter
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+MOST_SESSIONS, MOST_OF_ONE = 12, 8  # in all, and from one address
+MOST_ANSWERS, UNREAD = 256, 1 << 14  # answers, and bytes of them in the socket, that a client leaves unread
+READ_SIZE = 128  # bytes of commands taken from a session at a time
+PAUSE = 0.002  # s between two looks at the sockets: the vehicle's tasks come first
+PATIENCE = 0.25  # s that a look waits; `stop` takes so long
+TRIES = 5  # ports
+
+READ, DELETE = "elr", "elrd"  # pyftpdlib's letters: change folder, list, retrieve; delete
+
+
+class FTPServer:
+    """Any user reads the files in `folder`, and nothing else; with `deletes` files and folders can be removed.
+
+    It opens the first free of a few ports from `port` on. `in_use(path)` is whether a path must not be removed;
+    `tell(text)` is called with refusals and removals, and like `in_use` from the thread of `run`.
+    Counted: `counts`, by what was done. Raises OSError if no port can be opened.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        address: str,
+        port: int,
+        *,
+        deletes: bool,
+        timeout: float,
+        in_use: Callable[[Path], bool],
+        tell: Callable[[str], object],
+    ):
+        self.folder = folder.resolve()
+        self.rights = DELETE if deletes else READ
+        self.counts: Counter[str] = Counter()
+        self.in_use, self.tell = in_use, tell
+        self._stop, self._stopped = socket.socketpair()
+        self._loop: Any = import_module("pyftpdlib.ioloop").IOLoop()
+        listener = _listener(address, port)
+        self.port: int = listener.getsockname()[1]
+        self._acceptor: Any = import_module("pyftpdlib.servers").FTPServer(
+            listener, _session(self, timeout), ioloop=self._loop
+        )
+        self._acceptor.max_cons, self._acceptor.max_cons_per_ip = MOST_SESSIONS, MOST_OF_ONE
+
+    @property
+    def sessions(self) -> int:
+        """Number of clients that are connected."""
+        return len(self._acceptor.ip_map)
+
+    def run(self) -> None:
+        """Serve until `stop`; for a thread of its own."""
+        try:
+            while not select.select([self._stopped], [], [], PAUSE)[0]:
+                self._loop.loop(timeout=PATIENCE, blocking=False)
+        finally:
+            self._loop.close()
+            self._stopped.close()
+            self._stop.close()
+
+    def stop(self) -> None:
+        """End `run`, and all sessions, from any thread."""
+        try:
+            self._stop.send(b"\0")
+        except OSError:
+            pass  # it has ended already
+
+
+def _listener(address: str, first: int) -> socket.socket:
+    """A socket that listens on the first free of TRIES ports, else on any; port 0 is any. Raises OSError."""
+    for port in [*range(first, min(first + TRIES, 65536)), 0] if first else [0]:
+        listener = socket.socket()
+        try:
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind((address, port))
+            listener.listen()
+            return listener
+        except OSError as error:
+            listener.close()
+            if port == 0:
+                raise OSError(error.errno, error.strerror, f"{address}:{first}") from None
+    raise AssertionError("port 0 is tried last")
+
+
+class _Anybody:
+    """Lets every user in: the protocol sends passwords in the clear, so they would protect nothing."""
+
+    def __init__(self, folder: Path, rights: str):
+        self._folder, self._rights = folder, rights
+
+    def validate_authentication(self, username: str, password: str, handler: object) -> None: ...
+    def impersonate_user(self, username: str, password: str) -> None: ...
+    def terminate_impersonation(self, username: str) -> None: ...
+
+    def get_home_dir(self, username: str) -> str:
+        return str(self._folder)
+
+    def has_perm(self, username: str, perm: str, path: str | None = None) -> bool:
+        return perm in self._rights
+
+    def get_perms(self, username: str) -> str:
+        return self._rights
+
+    def get_msg_login(self, username: str) -> str:
+        return "The logs of this vehicle."
+
+    def get_msg_quit(self, username: str) -> str:
+        return "Goodbye."
+
+
+def _session(server: FTPServer, timeout: float) -> Any:
+    """The class of the sessions of a server; here, since pyftpdlib is an extra."""
+    filesystems: Any = import_module("pyftpdlib.filesystems")
+    handlers: Any = import_module("pyftpdlib.handlers")
+
+    class Folder(filesystems.AbstractedFS):
+        """The files of the folder; links that lead out of it are not there, others are what they lead to."""
+
+        def listdir(self, path: str) -> list[str]:
+            return sorted(name for name in os.listdir(path) if self.validpath(os.path.join(path, name)))
+
+        def open(self, filename: str, mode: str) -> Any:
+            descriptor = os.open(filename, os.O_RDONLY | os.O_NONBLOCK)  # a pipe would keep us waiting
+            if not stat.S_ISREG(os.fstat(descriptor).st_mode) or mode != "rb":
+                os.close(descriptor)
+                raise filesystems.FilesystemError("Not a file")
+            return open(descriptor, "rb")
+
+        def lstat(self, path: str) -> os.stat_result:
+            return os.stat(path)
+
+        def get_user_by_uid(self, uid: int) -> str:
+            return "unknown"
+
+        get_group_by_gid = get_user_by_uid
+
+    class Data(handlers.DTPHandler):
+        """A transfer."""
+
+    class Session(handlers.FTPHandler):
+        """One client."""
+
+        banner = "Logs of a vehicle, by Shoal."
+        authorizer = _Anybody(server.folder, server.rights)
+        abstracted_fs = Folder
+        dtp_handler = Data
+        ac_in_buffer_size = READ_SIZE
+        # USPC is DUNE's: free and total bytes of the disk.
+        proto_cmds = handlers.FTPHandler.proto_cmds | {
+            "USPC": {"perm": None, "auth": True, "arg": None, "help": "Syntax: USPC (free and total bytes)."}
+        }
+
+        def handle(self) -> None:
+            self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD)
+            handlers.FTPHandler.handle(self)
+
+        def pre_process_command(self, line: str, cmd: str, arg: str) -> None:
+            if not self.connected:
+                return  # what it has sent before it was cut off
+            if len(self.producer_fifo) > MOST_ANSWERS:
+                server.counts["cut off"] += 1
+                self.close()
+                return
+            if cmd == "LIST" and arg.startswith("-"):  # options of ls
+                arg = arg.partition(" ")[2]
+            handlers.FTPHandler.pre_process_command(self, line, cmd, arg)
+
+        def ftp_USPC(self, _: str) -> None:  # noqa: N802
+            usage = shutil.disk_usage(server.folder)
+            self.respond(f"258 {usage.free} {usage.total}")
+
+        def ftp_SYST(self, _: str) -> None:  # noqa: N802
+            self.respond("215 UNIX Type: L8")
+
+        def ftp_DELE(self, path: str) -> None:  # noqa: N802
+            """Remove a file, or a folder with all that is in it, as DUNE does; never what is being written."""
+            name = self.fs.fs2ftp(path)
+            real = Path(path).parent.resolve() / Path(path).name
+            if real == server.folder or server.in_use(real):
+                self.respond("550 This is being written.")
+                return
+            try:
+                shutil.rmtree(path) if os.path.isdir(path) and not os.path.islink(path) else os.remove(path)
+            except OSError as error:
+                self.respond(f"550 {error.strerror}.")
+            else:
+                server.counts["removed"] += 1
+                server.tell(f"{self.remote_ip} removed {name}")
+                self.respond("250 Removed.")
+
+        ftp_RMD = ftp_XRMD = ftp_DELE  # noqa: N815
+
+        def log_cmd(self, cmd: str, arg: str, respcode: int, respstr: str) -> None:
+            if respcode == 550:
+                server.counts["refused"] += 1
+                server.tell(f"{self.remote_ip} may not {cmd} {self.fs.fs2ftp(arg)}: {respstr}")
+
+        def on_file_sent(self, _: str) -> None:
+            server.counts["sent"] += 1
+
+        def on_incomplete_file_sent(self, _: str) -> None:
+            server.counts["broken off"] += 1
+
+        def log(self, msg: str, logfun: object = None) -> None: ...
+        def logline(self, msg: str, logfun: object = None) -> None: ...
+        def logerror(self, msg: str) -> None: ...
+
+        def log_exception(self, instance: object) -> None:
+            server.counts["errors"] += 1
+
+    Session.timeout = Data.timeout = timeout
+    return Session

@@ -1,0 +1,229 @@
+"""IMC over connections: packets in and out of each, with bounds on what a peer can cost."""
+
+import socket
+from collections import OrderedDict
+
+import imc
+from runtime import param, periodic
+from runtime.kernel import Timer
+from runtime.task import ParameterError
+from tasks.transports.imc_links.carrier import Carrier
+from tasks.transports.imc_links.consoles import Consoles
+from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED
+from tasks.transports.imc_links.peers import MALFORMED, Drops
+
+READ_SIZE = 4096  # bytes taken from a connection at a time
+LONGEST_WAIT = 1 << 20  # bytes that a peer leaves unread before it is cut off
+LONGEST_RUBBISH = 1 << 17  # bytes that are no packets, in a row, before a peer is cut off
+RUBBISH = 8  # bytes that cost as much as a packet
+RETRY = 0.02  # s until what found no room is sent again
+MOST_SYSTEMS = 64  # whose packets came by one connection, and are not sent back
+REPEATS = 1024  # forwarded packets that are remembered
+ALIVE = {"TCP_KEEPIDLE": 15, "TCP_KEEPINTVL": 5, "TCP_KEEPCNT": 3, "TCP_USER_TIMEOUT": 30_000}  # s, s, probes, ms
+
+
+class Stream:
+    """One connection: a peer at `address`, called `name` in the log book."""
+
+    def __init__(self, opened: socket.socket, address: str, name: str, now: float):
+        self.socket, self.address, self.name = opened, address, name
+        self.parser = imc.StreamParser()
+        self.waiting = bytearray()
+        self.systems: OrderedDict[int, None] = OrderedDict()
+        self.taken = 0
+        self.left, self.filled = 0.0, now
+        self.rubbish = 0  # bytes since the last good packet
+        opened.setblocking(False)
+        opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        for name, value in ALIVE.items():  # a peer that has vanished is noticed within half a minute
+            if (option := getattr(socket, name, None)) is not None:
+                opened.setsockopt(socket.IPPROTO_TCP, option, value)
+
+    def read(self) -> list[bytes] | None:
+        """The packets that have arrived; None at the end of the stream. Raises OSError."""
+        try:
+            data = self.socket.recv(READ_SIZE)
+        except BlockingIOError:
+            return []
+        return self.parser.feed_packets(data) if data else None
+
+    def write(self) -> bool:
+        """Send what waits, as far as there is room; whether nothing is left. Raises OSError."""
+        try:
+            while self.waiting:
+                del self.waiting[: self.socket.send(self.waiting)]
+        except BlockingIOError:
+            return False
+        return True
+
+    def spend(self, cost: float, rate: float, now: float) -> float:
+        """The time (s) until the peer may send more, which has cost so much; it may `rate` per second."""
+        self.left = min(rate, self.left + max(0.0, now - self.filled) * rate) - cost
+        self.filled = now
+        return max(0.0, -self.left / rate)
+
+    def belongs(self, system: int) -> None:
+        """Note that packets of a system come by this connection."""
+        self.systems[system] = None
+        self.systems.move_to_end(system)
+        if len(self.systems) > MOST_SYSTEMS:
+            self.systems.popitem(last=False)
+
+
+class StreamCarrier(Carrier):
+    """Exchanges packets by connections; a subclass makes them, and calls `adopt` with each."""
+
+    maximum_rate: float = param(2000.0, "Hz", "Most packets per second that are taken from a connection.", minimum=10)
+    consoles: list[str] = param(
+        [], "", "Systems that may command, NAME or NAME@ADDRESS; others then only report. Empty lets all command."
+    )
+
+    def configure(self) -> None:
+        try:
+            self.commanders = Consoles(self.consoles, self.vehicle.systems.id)
+        except ValueError as error:
+            raise ParameterError("Consoles", str(error)) from None
+        super().configure()
+
+    def start(self) -> None:
+        self.streams: list[Stream] = []
+        self.drops = Drops()
+        self.taken = 0
+        self.forwarded: OrderedDict[bytes, None] = OrderedDict()
+        self.flushing: Timer | None = None
+        super().start()
+
+    def stop(self) -> None:
+        for stream in self.streams:
+            self.unwatch(stream.socket)
+            stream.socket.close()
+        self.streams = []
+
+    def refresh(self) -> None:
+        self.listen(bool(self.streams))
+
+    def adopt(self, stream: Stream) -> None:
+        self.streams.append(stream)
+        self.watch(stream.socket, lambda: self.receive(stream))
+        self.refresh()
+
+    def lose(self, stream: Stream, why: str, *, warn: bool = True) -> None:
+        """End a connection, and say why."""
+        if stream not in self.streams:
+            return
+        self.streams.remove(stream)
+        self.unwatch(stream.socket)
+        stream.socket.close()
+        self.refresh()
+        if warn:
+            self.log.warning(f"connection with {stream.name} ended: {why}")
+        self.lost(stream, why)
+
+    def lost(self, stream: Stream, why: str) -> None:
+        """Called when a connection has ended."""
+
+    def receive(self, stream: Stream) -> None:
+        """Take what has arrived; a peer that sends too much has to wait."""
+        before = stream.parser.lost
+        try:
+            packets = stream.read()
+        except OSError as error:
+            self.lose(stream, error.strerror or str(error), warn=stream.taken > 0)
+            return
+        ended = packets is None
+        for packet in stream.parser.close_packets() if packets is None else packets:
+            self.take(stream, packet)
+        rubbish = stream.parser.lost - before
+        stream.rubbish = rubbish + (0 if packets else stream.rubbish)
+        if rubbish and self.drops.add(MALFORMED, stream.address):
+            reason = stream.parser.losses[-1].reason
+            self.log.warning(
+                f"{stream.name} has sent bytes that are no packet: {reason}; further ones are only counted"
+            )
+        if ended:
+            self.lose(stream, "the peer has closed it", warn=False)
+        elif stream.rubbish > LONGEST_RUBBISH:
+            self.lose(stream, "it sends no IMC")
+        else:
+            pause = stream.spend(len(packets or ()) + rubbish / RUBBISH, self.maximum_rate, self.now)
+            if pause and stream in self.streams:
+                self.unwatch(stream.socket)
+                self.after(pause, self.go_on, stream)
+
+    def go_on(self, stream: Stream) -> None:
+        """Read again from a peer that had to wait."""
+        if stream in self.streams:
+            self.watch(stream.socket, lambda: self.receive(stream))
+
+    def take(self, stream: Stream, packet: bytes) -> None:
+        """Put a packet on the bus, if it may come from there."""
+        head = imc.header(packet)
+        kind = int.from_bytes(packet[2:4], "little" if packet[0] == 0x54 else "big")
+        reason = SPOOFED if head.src == self.system else ""
+        reason = reason or ("" if self.commanders.allow(head.src, stream.address, kind) else NOT_LISTED)
+        if reason:
+            if self.drops.add(reason, who := f"0x{head.src:04X} at {stream.address}"):
+                self.log.warning(f"packet from {who} dropped: {reason}")
+            return
+        try:
+            message = self.relay(packet)
+        except imc.DecodeError as error:
+            if self.drops.add(MALFORMED, stream.address):
+                self.log.warning(f"packet from {stream.name} dropped: {error.reason}")
+            return
+        self.taken += 1
+        stream.taken += 1
+        stream.belongs(head.src)
+        if not self.local_messages_only:
+            self.carry(message, packet)
+
+    def carry(self, message: imc.Message, packet: bytes) -> None:
+        if not self.streams or not self.messages.passes(message, self.now):
+            return
+        if message.src != self.system and self.is_repeated(packet):
+            return
+        for stream in self.streams.copy():
+            if message.src in stream.systems:
+                continue
+            stream.waiting += packet
+            if len(stream.waiting) > LONGEST_WAIT:
+                self.drops.add("connections ended, since they were not read", stream.address)
+                self.lose(stream, f"it leaves {LONGEST_WAIT >> 20} MiB unread")
+        if self.flushing is None:
+            self.flushing = self.after(0.0, self.flush)
+
+    def flush(self) -> None:
+        """Send what waits; where there is no room, again a little later."""
+        self.flushing = None
+        emptied = True
+        for stream in self.streams.copy():
+            try:
+                emptied &= stream.write()
+            except OSError as error:
+                self.lose(stream, error.strerror or str(error), warn=stream.taken > 0)
+        if not emptied:
+            self.flushing = self.after(RETRY, self.flush)
+
+    def is_repeated(self, packet: bytes) -> bool:
+        """Whether this packet of another system was forwarded before: two that forward would never end."""
+        if packet in self.forwarded:
+            return True
+        self.forwarded[packet] = None
+        if len(self.forwarded) > REPEATS:
+            self.forwarded.popitem(last=False)
+        return False
+
+    @periodic(1.0)
+    def look_after(self) -> None:
+        self.report()
+
+    def report(self) -> None:
+        """Set the state of the entity; called once a second."""
+
+    def figures(self) -> str:
+        """What was taken and dropped, for the entity's state."""
+        named = ", ".join(stream.name for stream in self.streams[:4])
+        more = f" and {len(self.streams) - 4} more" if len(self.streams) > 4 else ""
+        connected = f"{len(self.streams)} connected" + (f" ({named}{more})" if named else "")
+        return "; ".join(filter(None, (connected, f"{self.taken} packets taken", str(self.drops))))

@@ -1,0 +1,1 @@
+"""IMC over TCP: a server, and a client of another one."""

@@ -1,0 +1,97 @@
+"""IMC over TCP with one server."""
+
+import errno
+import os
+import select
+import socket
+
+from imc.discovery import LOOPBACK
+from runtime import State, param
+from runtime.task import ParameterError
+from tasks.transports.imc_links.consoles import check_address
+from tasks.transports.imc_links.streams import Stream, StreamCarrier
+
+LOOK = 0.05  # s between two looks whether a connection is made
+PATIENCE = 5.0  # s for it
+FIRST_PAUSE, LONGEST_PAUSE = 1.0, 30.0  # s between two attempts
+
+
+class Client(StreamCarrier):
+    """Connects to a server, and exchanges IMC packets with it; connects again, ever more slowly, while that fails."""
+
+    server_address: str = param(
+        LOOPBACK, "", "IPv4 address of the server.", name="Server - Address", editable=False, usable=check_address
+    )
+    server_port: int = param(
+        7001, "1", "Port of the server.", name="Server - Port", minimum=1, maximum=65535, editable=False
+    )
+
+    def configure(self) -> None:
+        try:
+            check_address(self.server_address)
+        except ValueError as error:
+            raise ParameterError("Server - Address", str(error)) from None
+        super().configure()
+
+    def start(self) -> None:
+        self.pending: socket.socket | None = None
+        self.pause, self.trouble = FIRST_PAUSE, ""
+        super().start()
+        self.connect_soon(0.0)
+
+    def stop(self) -> None:
+        super().stop()
+        if self.pending is not None:
+            self.pending.close()
+            self.pending = None
+
+    def connect_soon(self, pause: float) -> None:
+        self.after(pause, self.begin)
+
+    def begin(self) -> None:
+        """Begin to connect, without waiting for it."""
+        self.pending = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self.pending.setblocking(False)
+        failed = self.pending.connect_ex((self.server_address, self.server_port))
+        if failed in (0, errno.EINPROGRESS):
+            self.look(self.now + PATIENCE)
+        else:
+            self.fail(os.strerror(failed))
+
+    def look(self, deadline: float) -> None:
+        """See whether the connection is made."""
+        assert self.pending is not None
+        if not select.select([], [self.pending], [], 0)[1]:
+            if self.now >= deadline:
+                self.fail(f"no answer for {PATIENCE:g} s")
+            else:
+                self.after(LOOK, self.look, deadline)
+            return
+        if failed := self.pending.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
+            self.fail(os.strerror(failed))
+            return
+        name = f"{self.server_address}:{self.server_port}"
+        opened, self.pending = self.pending, None
+        self.trouble = ""
+        self.log.info(f"connected with {name}")
+        self.adopt(Stream(opened, self.server_address, name, self.now))
+
+    def fail(self, why: str) -> None:
+        """Try again later; the same reason is logged once."""
+        if self.pending is not None:
+            self.pending.close()
+            self.pending = None
+        trouble = f"not connected with {self.server_address}:{self.server_port}: {why}"
+        if trouble != self.trouble:
+            self.log.warning(trouble)
+        self.trouble = trouble
+        self.connect_soon(self.pause)
+        self.pause = min(LONGEST_PAUSE, 2.0 * self.pause)
+
+    def lost(self, stream: Stream, why: str) -> None:
+        self.pause = FIRST_PAUSE if stream.taken else self.pause
+        self.fail(why)
+
+    def report(self) -> None:
+        state = State.NORMAL if self.streams else State.FAULT
+        self.set_entity_state(state, self.trouble or (self.figures() if self.streams else "connecting"))

@@ -1,0 +1,391 @@
+"""IMC over TCP on real sockets: clients of the server, and servers of the client."""
+
+import socket
+import struct
+import time
+
+import imcpy
+
+import imc
+from runtime import State, Task, consume, periodic
+from runtime.kernel import WallClock, parse_clock
+from runtime.profile import load_profile
+from runtime.testing import simulate
+from runtime.vehicle import build
+from tasks.transports.imc_links.streams import LONGEST_WAIT
+from tasks.transports.tcp.client import Client
+from tasks.transports.tcp.server import Server
+
+HOST, VEHICLE, CONSOLE = "127.0.0.1", 0x001A, 0x4000
+
+
+def packet(message, source=CONSOLE, order="little", target=VEHICLE):
+    return imc.encode(message.replace(src=source, src_ent=0, dst=target, timestamp=1.0), order)
+
+
+class Peer:
+    """One end of a connection, in the hands of a test."""
+
+    def __init__(self, opened):
+        self.socket = opened
+        self.socket.setblocking(False)
+        self.parser = imc.StreamParser()
+        self.heard, self.closed = [], False
+
+    @classmethod
+    def of(cls, port):
+        return cls(socket.create_connection((HOST, port)))
+
+    def send(self, data):
+        self.socket.setblocking(True)
+        self.socket.sendall(data)
+        self.socket.setblocking(False)
+
+    def take(self):
+        try:
+            while data := self.socket.recv(1 << 16):
+                self.heard += self.parser.feed(data)
+            self.closed = True
+        except BlockingIOError:
+            pass
+        except OSError:
+            self.closed = True
+        return self.heard
+
+    def of_type(self, kind):
+        return [message for message in self.take() if isinstance(message, kind)]
+
+
+class Depths(Task):
+    """Publishes its depth, and counts how late it is."""
+
+    def start(self):
+        self.count, self.times, self.heard = 0, [], []
+
+    @periodic(100.0)
+    def tell(self):
+        self.count += 1
+        self.times.append(time.monotonic())
+        self.publish(imc.Depth(value=float(self.count)))
+
+    @consume(others=True)
+    def hear(self, message: imc.Abort | imc.PlanControl | imc.Heartbeat):
+        if message.src != self.system:
+            self.heard.append(message)
+
+
+def run(test, seconds=10.0, **parameters):
+    """Run the server with Depths on a wall clock, until the coroutine `test(script, server, depths)` ends."""
+    errors = []
+
+    async def guarded(script):
+        vehicle = script.task.vehicle
+        try:
+            await test(script, vehicle.task("Transports.TCP.Server"), vehicle.tasks[1])
+        except BaseException as error:
+            errors.append(error)
+        vehicle.stop()
+
+    wanted = [Depths, (Server, {"port": 0, "transports": ["Depth"], **parameters})]
+    done = simulate(wanted, clock=WallClock(), seconds=seconds, script=guarded)
+    if errors:
+        raise errors[0]
+    return done
+
+
+async def until(script, condition, seconds=8.0):
+    end = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < end, "it does not happen"
+        await script.sleep(0.005)
+    return found
+
+
+def test_each_client_gets_what_the_vehicle_says_and_is_heard_without_an_announce():
+    async def test(script, server, depths):
+        peers = [Peer.of(server.open_port), Peer.of(server.open_port)]
+        for peer in peers:
+            await until(script, lambda peer=peer: len(peer.of_type(imc.Depth)) > 5)
+            values = [message.value for message in peer.of_type(imc.Depth)]
+            assert values == [values[0] + i for i in range(len(values))]
+            assert {message.src for message in peer.heard} == {VEHICLE}
+        peers[0].send(packet(imc.Heartbeat()))
+        peers[1].send(packet(imc.Abort(), 0x4001, "big"))
+        await until(script, lambda: len(depths.heard) == 2)
+        assert {(type(m), m.src) for m in depths.heard} == {(imc.Heartbeat, CONSOLE), (imc.Abort, 0x4001)}
+        await script.sleep(0.1)
+        assert not [m for peer in peers for m in peer.take() if m.src != VEHICLE]  # no echo
+
+    done = run(test)
+    (service,) = done.of(imc.AnnounceService)
+    assert service.service.startswith("imc+tcp://127.0.0.1:")
+    assert service.service.endswith("/")
+
+
+def test_a_connection_for_one_packet_is_enough():
+    """imcjava's sendReliably connects, writes one packet, and closes."""
+
+    async def test(script, server, depths):
+        for number in range(20):
+            request = imcpy.PlanControl()
+            request.src, request.dst, request.request_id = CONSOLE, VEHICLE, number
+            request.type, request.op = imcpy.PlanControl.TypeEnum.REQUEST, imcpy.PlanControl.OperationEnum.GET
+            with socket.create_connection((HOST, server.open_port)) as opened:
+                opened.sendall(imcpy.Packet.serialize(request))
+        await until(script, lambda: len(depths.heard) == 20)
+        assert sorted(m.request_id for m in depths.heard) == list(range(20))
+        await until(script, lambda: not server.streams)
+
+    assert not run(test).log
+
+
+def test_packets_may_come_in_pieces_and_between_rubbish():
+    async def test(script, server, depths):
+        peer = Peer.of(server.open_port)
+        beat = packet(imc.Heartbeat())
+        for byte in beat:
+            peer.send(bytes([byte]))
+            await script.sleep(0.001)
+        damaged = bytearray(packet(imc.Abort()))
+        damaged[15] ^= 1
+        peer.send(b"GET / HTTP/1.0\r\n\r\n" + beat + bytes(damaged) + beat + beat[:7])
+        await until(script, lambda: len(depths.heard) == 3)
+        peer.socket.close()
+        await until(script, lambda: not server.streams)
+        assert {type(m) for m in depths.heard} == {imc.Heartbeat}
+        assert server.drops["malformed"][HOST] >= 1
+
+    assert any("bytes that are no packet" in line for line in run(test).log)
+
+
+def test_what_claims_to_be_the_vehicle_or_is_not_allowed_is_dropped_and_named():
+    async def test(script, server, depths):
+        peer = Peer.of(server.open_port)
+        peer.send(packet(imc.Abort(), VEHICLE) + packet(imc.Abort(), 0x4009) + packet(imc.Heartbeat(), 0x4009))
+        peer.send(packet(imc.Abort(), CONSOLE))
+        await until(script, lambda: len(depths.heard) == 2)
+        assert {(type(m), m.src) for m in depths.heard} == {(imc.Heartbeat, 0x4009), (imc.Abort, CONSOLE)}
+
+    log = run(test, consoles=["0x4000"]).log
+    assert any("0x001A at 127.0.0.1 dropped: sent as this vehicle" in line for line in log)
+    assert any("0x4009 at 127.0.0.1 dropped: command of a console that is not listed" in line for line in log)
+
+
+def test_messages_of_others_are_forwarded_to_others_only_if_the_profile_says_so():
+    async def test(script, server, depths):
+        one, two = Peer.of(server.open_port), Peer.of(server.open_port)
+        two.send(packet(imc.Heartbeat(), 0x4002))
+        await until(script, lambda: depths.heard)
+        for _ in range(2):
+            one.send(packet(imc.Depth(value=-7.0), 0x0801, target=0xFFFF))
+        await script.sleep(0.2)
+        counts = [sum(m.src == 0x0801 for m in peer.take()) for peer in (one, two)]
+        assert counts == ([0, 0] if server.local_messages_only else [0, 1])  # a repeated packet is forwarded once
+
+    run(test)
+    run(test, local_messages_only=False)
+
+
+def test_a_client_that_does_not_read_is_cut_off_and_delays_nobody():
+    async def test(script, server, depths):
+        slow = socket.socket()
+        slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        slow.connect((HOST, server.open_port))
+        good = Peer.of(server.open_port)
+        await until(script, lambda: len(server.streams) == 2)
+        server.streams[0].socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+        big = imc.DevDataText(value="x" * 60_000)
+        for _ in range(2 * LONGEST_WAIT // 60_000):
+            depths.publish(big)
+            await script.sleep(0.005)
+            good.take()
+        await until(script, lambda: len(server.streams) == 1)
+        assert len(good.of_type(imc.DevDataText)) == 2 * LONGEST_WAIT // 60_000
+        values = [message.value for message in good.of_type(imc.Depth)]
+        assert values == [values[0] + i for i in range(len(values))]
+        slow.close()
+
+    assert any("it leaves 1 MiB unread" in line for line in run(test, transports=["Depth", "DevDataText"]).log)
+
+
+def test_a_peer_that_sends_no_imc_is_cut_off():
+    async def test(script, server, depths):
+        bad, good = Peer.of(server.open_port), Peer.of(server.open_port)
+        try:
+            for _ in range(60):
+                bad.send(b"T\xfe" * 2048)
+                await script.sleep(0.002)
+        except OSError:
+            pass
+        await until(script, lambda: len(server.streams) == 1)
+        good.send(packet(imc.Heartbeat()))
+        await until(script, lambda: depths.heard)
+
+    assert any("it sends no IMC" in line for line in run(test, maximum_rate=100_000.0).log)
+
+
+def test_a_flood_takes_its_turn():
+    """What is sent too fast waits at its sender; the vehicle's own timers go on."""
+
+    async def test(script, server, depths):
+        flood = Peer.of(server.open_port)
+        beats, sent = packet(imc.Heartbeat()) * 1000, 0
+        began, ticks = time.monotonic(), depths.count
+        while time.monotonic() - began < 2.0:
+            try:
+                sent += flood.socket.send(beats)
+            except BlockingIOError:
+                pass
+            await script.sleep(0.001)
+        assert depths.count - ticks > 150  # of 200
+        assert len(depths.heard) < 2500
+        assert sent < 8_000_000
+
+    run(test, maximum_rate=500.0)
+
+
+def test_there_is_room_for_so_many_and_no_more():
+    async def test(script, server, depths):
+        peers = [Peer.of(server.open_port) for _ in range(5)]
+        await until(script, lambda: any(peer.take() is not None and peer.closed for peer in peers))
+        assert len(server.streams) == 4
+        for peer in peers:
+            peer.socket.close()
+        await until(script, lambda: not server.streams)
+        again = Peer.of(server.open_port)
+        await until(script, lambda: again.of_type(imc.Depth))
+
+    assert any("127.0.0.1 was refused" in line for line in run(test, maximum_connections=4).log)
+
+
+def test_a_peer_that_vanishes_is_noticed():
+    async def test(script, server, depths):
+        peer = Peer.of(server.open_port)
+        await until(script, lambda: server.streams)
+        opened = server.streams[0].socket
+        assert opened.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+        assert opened.getsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE) == 15
+        assert opened.getsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT) == 30_000
+        peer.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        peer.socket.close()  # a reset
+        await until(script, lambda: not server.streams)
+        assert not server.subscriptions
+
+    run(test)
+
+
+def test_a_taken_port_is_left_to_its_owner():
+    with socket.socket() as taken:
+        taken.bind((HOST, 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        done = simulate((Server), clock=WallClock(), seconds=0.1, port=port)
+    assert port < done.task.open_port <= port + 5
+    assert any(f"port {port} is taken" in line for line in done.log)
+    done = simulate(Server, clock=WallClock(), seconds=0.1, address="203.0.113.9")
+    assert any("cannot listen at 203.0.113.9" in line for line in done.log)
+
+
+def client(test, port, **parameters):
+    errors = []
+
+    async def guarded(script):
+        vehicle = script.task.vehicle
+        try:
+            await test(script, vehicle.task("Transports.TCP.Client"), vehicle.tasks[1])
+        except BaseException as error:
+            errors.append(error)
+        vehicle.stop()
+
+    wanted = [Depths, (Client, {"server_port": port, "transports": ["Depth"], **parameters})]
+    done = simulate(wanted, clock=WallClock(), seconds=10.0, script=guarded)
+    if errors:
+        raise errors[0]
+    return done
+
+
+def test_the_client_connects_exchanges_packets_and_connects_again():
+    listener = socket.create_server((HOST, 0))
+    listener.setblocking(False)
+
+    def accept():
+        try:
+            return Peer(listener.accept()[0])
+        except BlockingIOError:
+            return None
+
+    async def test(script, task, depths):
+        peer = await until(script, accept)
+        await until(script, lambda: len(peer.of_type(imc.Depth)) > 3)
+        peer.send(packet(imc.Heartbeat()))
+        await until(script, lambda: depths.heard)
+        await until(script, lambda: task.entity.state == State.NORMAL)
+        peer.socket.close()
+        await until(script, lambda: task.entity.state == State.FAULT)
+        peer = await until(script, accept)
+        await until(script, lambda: peer.of_type(imc.Depth))
+        assert not [m for m in peer.take() if m.src != VEHICLE]
+
+    with listener:
+        log = client(test, listener.getsockname()[1]).log
+    assert sum("connected with" in line for line in log) == 3  # connected, not connected, connected
+
+
+def test_the_client_waits_longer_each_time_and_says_so_once():
+    with socket.create_server((HOST, 0)) as gone:
+        port = gone.getsockname()[1]
+
+    async def test(script, task, depths):
+        await until(script, lambda: task.pause >= 4.0)
+        assert "Connection refused" in task.trouble
+
+    log = client(test, port).log
+    assert sum("not connected" in line for line in log) == 1
+
+
+def test_neptus_commands_the_otter_by_tcp(tmp_path):
+    """PlanDB, PlanControl and parameters over one connection of a shipped vehicle."""
+    profile = load_profile("otter", overrides=["Transports.TCP.Server:Port=0"])
+    selected = profile.select("Simulation")
+    others = ("Announce", "Discovery", "UDP", "FTP", "MAVLink")
+    only = [
+        section.name
+        for section in profile.config.sorted_sections()
+        if profile.enabled(section.name, selected) and section.name not in [f"Transports.{name}" for name in others]
+    ]
+    vehicle = build(
+        profile, selected, clock=parse_clock("10x", 0), log_root=tmp_path, state_folder=tmp_path, only=only
+    ).vehicle
+    server = vehicle.task("Transports.TCP.Server")
+    answers = []
+
+    async def test(script):
+        peer = Peer.of(server.open_port)
+
+        async def ask(request, kind, where=lambda m: True):
+            count = len(peer.heard)
+            peer.send(packet(request, target=vehicle.system))
+            await until(script, lambda: [m for m in peer.take()[count:] if isinstance(m, kind) and where(m)])
+            return next(m for m in peer.heard[count:] if isinstance(m, kind) and where(m))
+
+        boot = imc.VehicleState.OpMode.BOOT
+        await until(script, lambda: any(state.op_mode != boot for state in peer.of_type(imc.VehicleState)))
+        goto = imc.Goto(lat=0.7188, lon=-0.152, speed=1.0, speed_units=0, timeout=100)
+        step = imc.PlanManeuver(maneuver_id="1", data=goto)
+        plan = imc.PlanSpecification(plan_id="p", start_man_id="1", maneuvers=(step,))
+        kind = imc.PlanDB
+        answers.append(
+            await ask(kind(op=kind.Op.SET, plan_id="p", arg=plan), kind, lambda m: m.type == kind.Type.SUCCESS)
+        )
+        kind = imc.PlanControl
+        answers.append(await ask(kind(op=kind.Op.START, plan_id="p", request_id=5), kind, lambda m: m.request_id == 5))
+        answers.append(await ask(imc.QueryEntityParameters(name="GPS"), imc.EntityParameters))
+        answers.append(await ask(imc.EntityList(op=imc.EntityList.Op.QUERY), imc.EntityList))
+        vehicle.stop()
+
+    vehicle.start()
+    vehicle.kernel.soon(vehicle.daemon.run, test)
+    vehicle.run(300.0)
+    vehicle.close()
+    assert [type(m).__name__ for m in answers] == ["PlanDB", "PlanControl", "EntityParameters", "EntityList"]
+    assert answers[1].type == imc.PlanControl.Type.SUCCESS

@@ -1,0 +1,109 @@
+"""What an operator has set stays set."""
+
+import pytest
+
+import imc
+from runtime.kernel import WallClock
+from runtime.testing import simulate
+from runtime.vehicle import Vehicle
+from tasks.monitors.operational_limits import OperationalLimits as Monitor
+from tasks.transports.cache import Cache
+
+CONSOLE, VEHICLE = 0x4000, 0x001A
+LIMITS = imc.OperationalLimits(mask=imc.OpLimitsMask.MAX_DEPTH, max_depth=7.0)
+
+
+class NoSettings:
+    def value(self, section, option, default=""):
+        return default
+
+    def options(self, section):
+        return {}
+
+    def dump(self):
+        return ""
+
+    def override(self, assignment):
+        pass
+
+
+def live(folder, *messages, seconds=0.05, wall=True):
+    """One life of a vehicle whose operator sends messages; what the monitor says at its end, and the log book."""
+    vehicle = Vehicle("lauv", VEHICLE, clock=WallClock(), profile=NoSettings(), state_folder=folder, log_root=folder)
+    vehicle.add(Monitor, "Monitors.OperationalLimits", maximum_depth=50.0)
+    vehicle.add(Cache, "Transports.Cache")
+    heard, log = [], []
+    vehicle.tap(imc.OperationalLimits, heard.append)
+    vehicle.tap(imc.LogBookEntry, lambda entry: log.append(entry.text))
+    vehicle.start()
+    vehicle.run(0.02)
+    for message in messages:
+        packet = imc.encode(message.replace(src=message.src if message.src != 0xFFFF else CONSOLE, dst=VEHICLE))
+        vehicle.bus.hear(imc.decode(packet), packet)
+    vehicle.run(seconds)
+    vehicle.close()
+    own = [message for message in heard if message.src == VEHICLE and message.dst == 0xFFFF]
+    return own[-1].max_depth, log
+
+
+def test_limits_of_an_operator_survive_a_restart_and_are_told(tmp_path):
+    assert live(tmp_path)[0] == 50.0
+    assert live(tmp_path, LIMITS)[0] == 7.0
+    depth, log = live(tmp_path)
+    assert depth == 7.0
+    assert "OperationalLimits is what an operator has set before; CacheControl CLEAR forgets it" in log
+    assert [path.name for path in tmp_path.rglob("*.*")] == ["OperationalLimits.imc"]
+
+
+def test_they_are_written_while_the_vehicle_runs(tmp_path):
+    live(tmp_path, LIMITS, seconds=1.2)
+    assert (tmp_path / "lauv" / "Cache" / "OperationalLimits.imc").is_file()
+
+
+def test_an_operator_can_clear_them(tmp_path):
+    live(tmp_path, LIMITS)
+    live(tmp_path, imc.CacheControl(op=imc.CacheControl.Op.CLEAR))
+    assert live(tmp_path)[0] == 50.0
+    assert not list(tmp_path.rglob("*.*"))
+
+
+@pytest.mark.parametrize("message", [LIMITS.replace(src=0x0801), LIMITS.replace(max_depth=float("nan"))])
+def test_what_no_operator_has_set_or_cannot_be_is_not_kept(tmp_path, message):
+    live(tmp_path, message)
+    assert not list(tmp_path.rglob("*.imc"))
+
+
+@pytest.mark.parametrize("content", [b"", b"rubbish", imc.encode(LIMITS)[:-1], imc.encode(imc.Abort())])
+def test_damaged_files_are_named_and_do_no_harm(tmp_path, content):
+    folder = tmp_path / "lauv" / "Cache"
+    folder.mkdir(parents=True)
+    (folder / "OperationalLimits.imc").write_bytes(content)
+    depth, log = live(tmp_path)
+    assert depth == 50.0
+    told = any("OperationalLimits.imc of the cache cannot be read" in line for line in log)
+    assert told == (content[2:4] != imc.encode(imc.Abort())[2:4])
+
+
+def test_only_listed_messages_are_stored_and_nothing_is_copied_elsewhere(tmp_path):
+    kind = imc.CacheControl
+    wishes = [kind(op=kind.Op.STORE, message=imc.GpsFix()), kind(op=kind.Op.COPY, snapshot="/tmp/x")]
+    _, log = live(tmp_path, *wishes, kind(op=kind.Op.STORE, message=LIMITS))
+    assert sum("refused" in line for line in log) == 2
+    assert [path.name for path in tmp_path.rglob("*.imc")] == ["OperationalLimits.imc"]
+
+
+def test_a_full_or_forbidden_disk_is_told(tmp_path):
+    (tmp_path / "lauv").write_text("a file where a folder should be")
+    _, log = live(tmp_path, LIMITS, seconds=1.3)
+    assert any("the cache cannot be written" in line for line in log)
+
+
+def test_a_virtual_run_keeps_nothing_for_the_next():
+    kind = imc.CacheControl
+    feed = [
+        LIMITS.replace(src=CONSOLE, dst=VEHICLE, timestamp=0.1),
+        kind(op=kind.Op.LOAD, src=CONSOLE, dst=VEHICLE, timestamp=0.5),
+    ]
+    run = simulate([Cache, Monitor], feed, seconds=3.0)
+    assert [m.max_depth for m in run.of(imc.OperationalLimits) if m.dst == VEHICLE] == [7.0]
+    assert not list(run.vehicle.state_folder.rglob("*"))

@@ -1,0 +1,43 @@
+"""Messages in pieces, on the bus of a vehicle."""
+
+import imc
+from imc.fragments import split
+from runtime.testing import simulate
+from tasks.transports.fragments import Fragments
+
+CONSOLE, VEHICLE = 0x4000, 0x001A
+
+
+def pieces(message, time=0.1, source=CONSOLE, target=VEHICLE, limit=64):
+    packet = imc.encode(message.replace(src=VEHICLE, dst=1, timestamp=5.0))  # a source that it must not keep
+    parts = split(packet, limit, 7)
+    return [part.replace(src=source, dst=target, timestamp=time + 0.01 * i) for i, part in enumerate(parts)]
+
+
+def test_a_message_in_pieces_arrives_as_one_from_its_sender():
+    request = imc.PlanDB(op=imc.PlanDB.Op.GET_STATE, plan_id="a long name " * 20)
+    run = simulate(Fragments, pieces(request)[::-1], seconds=2.0)
+    (found,) = run.of(imc.PlanDB)
+    assert (found.src, found.dst, found.plan_id) == (CONSOLE, VEHICLE, request.plan_id)
+
+
+def test_pieces_for_others_are_left_alone():
+    assert not simulate(Fragments, pieces(imc.LogBookEntry(text="x" * 99), target=0x0801)).of(imc.LogBookEntry)
+
+
+def test_missing_pieces_are_asked_for_once():
+    parts = pieces(imc.LogBookEntry(text="x" * 200))
+    run = simulate(Fragments, [parts[0], *parts[2:]], seconds=60.0, reception_timeout=10.0)
+    (request,) = run.of(imc.MessagePartControl)
+    assert (request.dst, request.uid, request.frag_ids) == (CONSOLE, 7, "1")
+    assert len(run.task._assembler) == 0
+
+
+def test_damaged_pieces_are_told_once_of_each_sender():
+    bad = imc.MessagePart(uid=1, frag_number=5, num_frags=2, data=b"x", dst=VEHICLE)
+    feed = [bad.replace(src=source, timestamp=0.01 * n) for source in (CONSOLE, 0x4001) for n in range(1, 50)]
+    run = simulate(Fragments, feed, seconds=2.0)
+    assert [line.split(" dropped")[0] for line in run.log] == [
+        "pieces of a message from 0x4000",
+        "pieces of a message from 0x4001",
+    ]

@@ -1,0 +1,334 @@
+"""Downloads over FTP, with Python's client: what can be read, and what cannot."""
+
+import ftplib
+import io
+import os
+import socket
+import time
+from threading import Thread
+
+import pytest
+
+from runtime import State
+from runtime.kernel import WallClock
+from runtime.testing import simulate
+from tasks.transports.ftp import FTP
+from tasks.transports.ftp_server import MOST_OF_ONE, FTPServer
+
+HOST = "127.0.0.1"
+LOG = "20260101/000000_survey"
+DATA = bytes(range(256)) * 4096  # 1 MiB
+
+
+@pytest.fixture
+def logs(tmp_path):
+    """A vehicle's log folder, with something secret beside it."""
+    root = tmp_path / "log" / "lauv"
+    (root / LOG).mkdir(parents=True)
+    (root / LOG / "Data.lsf.gz").write_bytes(DATA)
+    (root / LOG / "Output.txt").write_text("started\n")
+    (root / "20260101/000100").mkdir()
+    (tmp_path / "log" / "lauv-2").mkdir()
+    (tmp_path / "log" / "lauv-2" / "secret").write_text("secret")
+    (root / "20260101" / "out").symlink_to(tmp_path / "log" / "lauv-2")
+    (root / LOG / "secret").symlink_to(tmp_path / "log" / "lauv-2" / "secret")
+    (root / LOG / "Again.txt").symlink_to(root / LOG / "Output.txt")
+    return root
+
+
+@pytest.fixture
+def serve(logs):
+    """Serves the folder; `serve(deletes=True)` returns a connected client."""
+    servers, clients = [], []
+
+    def start(deletes=False, login=True, timeout=120.0, tales=None):
+        tell = (tales if tales is not None else []).append
+        in_use = (logs / "20260101/000100").__eq__
+        server = FTPServer(logs, HOST, 0, deletes=deletes, timeout=timeout, in_use=in_use, tell=tell)
+        thread = Thread(target=server.run)
+        thread.start()
+        servers.append((server, thread))
+        client = ftplib.FTP(timeout=10)
+        clients.append(client)
+        client.connect(HOST, server.port)
+        if login:
+            client.login()
+        client.server = server
+        return client
+
+    yield start
+    for client in clients:
+        client.close()
+    for server, thread in servers:
+        server.stop()
+        thread.join(5)
+        assert not thread.is_alive()
+
+
+def lines(client, command):
+    found = []
+    client.retrlines(command, found.append)
+    return found
+
+
+def read(client, path, rest=None):
+    found = io.BytesIO()
+    client.retrbinary(f"RETR {path}", found.write, rest=rest)
+    return found.getvalue()
+
+
+def refused(client, command):
+    with pytest.raises(ftplib.error_perm) as error:
+        client.sendcmd(command)
+    return str(error.value)[:3]
+
+
+def soon(condition):
+    """Whether the server's thread, which counts after it answers, meets a condition."""
+    end = time.monotonic() + 5
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.005)
+    return condition()
+
+
+def test_a_console_finds_and_downloads_a_log(serve):
+    client = serve()
+    assert client.sendcmd("SYST") == "215 UNIX Type: L8"
+    assert [line.split()[-1] for line in lines(client, "LIST /")] == ["20260101"]
+    assert lines(client, "LIST")[0].startswith("drwx")
+    assert [line.split()[-1] for line in lines(client, "LIST -la /20260101")] == ["000000_survey", "000100"]
+    entry = lines(client, f"LIST /{LOG}")[1].split()
+    assert entry[0].startswith("-rw")
+    assert (entry[2], entry[4], entry[-1]) == ("unknown", str(len(DATA)), "Data.lsf.gz")
+    assert read(client, f"/{LOG}/Data.lsf.gz") == DATA
+    assert client.size(f"/{LOG}/Data.lsf.gz") == len(DATA)
+    client.cwd(f"/{LOG}")
+    assert client.pwd() == f"/{LOG}"
+    assert read(client, "Data.lsf.gz", rest=1_000_000) == DATA[1_000_000:]
+    facts = dict(client.mlsd())
+    assert facts["Data.lsf.gz"]["size"] == str(len(DATA))
+    assert facts["Data.lsf.gz"]["type"] == "file"
+    client.set_pasv(False)
+    assert read(client, "Output.txt") == b"started\n"
+    assert soon(lambda: client.server.counts == {"sent": 3})
+
+
+def test_the_space_on_the_disk_is_told(serve):
+    code, free, total = serve().sendcmd("USPC").split()
+    assert code == "258"
+    assert 0 < int(free) <= int(total)
+
+
+@pytest.mark.parametrize("user", ["anonymous", "neptus", "ünï"])
+def test_any_user_is_let_in(serve, user):
+    client = serve(login=False)
+    client.login(user, "whatever")
+    assert lines(client, "NLST") == ["20260101"]
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "../lauv-2/secret",
+        "/../lauv-2/secret",
+        f"{LOG}/../../../lauv-2/secret",
+        "..//..//..//..//etc/passwd",
+        "/etc/passwd",
+        "//etc/passwd",
+        f"{LOG}/secret",
+        "20260101/out/secret",
+        "..\\lauv-2\\secret",
+        "/proc/self/environ",
+        "~/.ssh",
+        f"{LOG}/Data.lsf.gz/../../../../lauv-2/secret",
+    ],
+)
+def test_nothing_outside_the_folder_can_be_reached(serve, path):
+    client = serve()
+    client.set_pasv(True)
+    assert refused(client, f"SIZE {path}") == "550"
+    assert refused(client, f"CWD {path}") == "550"
+    with pytest.raises(ftplib.error_perm):
+        read(client, path)
+    with pytest.raises(ftplib.error_perm):
+        lines(client, f"LIST {path}")
+    assert refused(client, f"MDTM {path}") == "550"
+    assert refused(client, f"MLST {path}") == "550"
+    client.cwd("/")
+    assert client.pwd() == "/"
+
+
+def test_links_are_what_they_lead_to_and_those_that_lead_out_are_not_listed(serve):
+    client = serve()
+    names = [line.split()[-1] for line in lines(client, f"LIST /{LOG}")]
+    assert names == ["Again.txt", "Data.lsf.gz", "Output.txt"]
+    assert "out" not in dict(client.mlsd("/20260101"))
+    assert read(client, f"/{LOG}/Again.txt") == b"started\n"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        f"DELE /{LOG}/Data.lsf.gz",
+        f"RMD /{LOG}",
+        "MKD /new",
+        "STOR /new",
+        "APPE /new",
+        "STOU",
+        f"RNFR /{LOG}",
+        f"SITE CHMOD 777 /{LOG}",
+        f"MFMT 20200101000000 /{LOG}/Data.lsf.gz",
+    ],
+)
+def test_nothing_can_be_changed(serve, logs, command):
+    before = sorted((path, path.lstat().st_mtime, path.lstat().st_mode) for path in logs.rglob("*"))
+    tales = []
+    client = serve(tales=tales)
+    assert refused(client, command) == "550"
+    assert sorted((path, path.lstat().st_mtime, path.lstat().st_mode) for path in logs.rglob("*")) == before
+    assert soon(lambda: tales)
+    assert command.split()[0] in tales[0]
+    assert client.server.counts["refused"] == 1
+
+
+def test_logs_are_removed_only_if_the_profile_allows_it_and_never_the_present_one(serve, logs):
+    tales = []
+    client = serve(deletes=True, tales=tales)
+    assert refused(client, "DELE /20260101/000100") == "550"
+    assert refused(client, "RMD /") == "550"
+    (logs / "same").symlink_to(logs / "20260101")
+    assert refused(client, "DELE /same/000100") == "550"
+    assert refused(client, "DELE ../lauv-2/secret") == "550"
+    assert refused(client, "DELE /20260101/out") == "550"
+    assert refused(client, "STOR /new") == "550"
+    client.delete(f"/{LOG}/Output.txt")
+    assert not (logs / LOG / "Output.txt").exists()
+    client.sendcmd(f"DELE /{LOG}")  # Neptus removes folders so
+    assert not (logs / LOG).exists()
+    assert (logs / "20260101/000100").is_dir()
+    assert (logs.parent / "lauv-2" / "secret").is_file()
+    assert soon(lambda: f"{HOST} removed /{LOG}" in tales)
+
+
+def test_a_pipe_in_the_folder_holds_nobody_up(serve, logs):
+    os.mkfifo(logs / "pipe")
+    client = serve()
+    with pytest.raises(ftplib.error_perm):
+        read(client, "pipe")
+    assert lines(client, "NLST") == ["20260101", "pipe"]
+
+
+def test_no_data_is_sent_to_another_computer(serve):
+    assert refused(serve(), "PORT 10,0,0,1,20,20")[0] == "5"
+
+
+def test_one_address_gets_only_so_many_sessions(serve):
+    first = serve()
+    more = []
+    for _ in range(MOST_OF_ONE - 1):
+        client = ftplib.FTP(timeout=10)
+        client.connect(HOST, first.server.port)
+        more.append(client)
+    with pytest.raises(ftplib.error_temp):
+        ftplib.FTP(timeout=10).connect(HOST, first.server.port)
+    for client in more:
+        client.close()
+    assert lines(first, "NLST") == ["20260101"]
+
+
+def test_silent_sessions_end(serve):
+    client = serve(timeout=0.2)
+    time.sleep(0.2)
+    with pytest.raises((ftplib.error_temp, EOFError)):
+        client.getresp()
+
+
+def test_a_client_that_reads_no_answers_is_cut_off(serve):
+    client = serve()
+    flood = socket.create_connection((HOST, client.server.port))
+    flood.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    flood.settimeout(0.1)
+    deadline = time.monotonic() + 20
+    flood.send(b"USER x\r\nPASS y\r\n")
+    try:
+        while time.monotonic() < deadline:
+            try:
+                flood.send(b"FEAT\r\n" * 200)
+            except TimeoutError:
+                pass
+    except (ConnectionError, BrokenPipeError):
+        pass
+    assert time.monotonic() < deadline
+    assert soon(lambda: client.server.counts["cut off"] == 1)
+    assert lines(client, "NLST") == ["20260101"]
+
+
+@pytest.mark.parametrize(
+    "garbage", [b"\0" * 5000, b"RETR " + b"a" * 5000 + b"\r\n", b"\xff\xf4\xf2ABOR\r\n", b"\r\n" * 9]
+)
+def test_rubbish_ends_at_most_its_own_session(serve, garbage):
+    client = serve()
+    with socket.create_connection((HOST, client.server.port)) as other:
+        other.sendall(garbage)
+        other.recv(100)
+    assert lines(client, "NLST") == ["20260101"]
+
+
+class Client:
+    """Downloads in a thread, as another computer would."""
+
+    def __init__(self, port):
+        self.found, self.error = [], None
+        self.port = port
+        self.thread = Thread(target=self.run)
+        self.thread.start()
+
+    def run(self):
+        try:
+            with ftplib.FTP(timeout=10) as client:
+                client.connect(HOST, self.port)
+                client.login()
+                self.found = client.nlst()
+                client.sendcmd("DELE /x")
+        except Exception as error:
+            self.error = error
+
+
+def test_the_task_serves_its_vehicle_and_reports(tmp_path):
+    (tmp_path / "lauv-noptilus-1" / "20260101").mkdir(parents=True)
+    found = []
+
+    async def download(script):
+        task = script.task.vehicle.task("Transports.FTP")
+        client = Client(task.port)
+        while client.thread.is_alive():
+            await script.sleep(0.01)
+        await script.sleep(1.2)
+        found.append((client.found, str(client.error), task.entity.state, task.entity.description))
+
+    run = simulate(FTP, clock=WallClock(), seconds=1.6, log_root=tmp_path, script=download, control_port=0)
+    ((names, error, state, description),) = found
+    assert names == ["20260101"]
+    assert error.startswith("550")
+    assert state == State.NORMAL
+    assert "1 refused" in description
+    assert any("may not DELE /x" in line for line in run.log)
+    (service,) = [m.service for m in run.messages if type(m).__name__ == "AnnounceService"]
+    assert service.startswith("ftp://127.0.0.1:")
+
+
+def test_a_port_in_use_is_left_to_its_owner_and_a_bad_address_is_named(tmp_path):
+    with socket.socket() as taken:
+        taken.bind((HOST, 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        run = simulate(FTP, clock=WallClock(), seconds=0.1, log_root=tmp_path, control_port=port)
+    assert port < run.task.port <= port + 4
+    run = simulate(FTP, clock=WallClock(), seconds=0.1, log_root=tmp_path, address="203.0.113.9")
+    assert run.task.entity.state == State.ERROR
+    assert any("203.0.113.9:30021" in line for line in run.log)
+
+
+def test_an_open_address_is_warned_of(tmp_path):
+    run = simulate(FTP, clock=WallClock(), seconds=0.1, log_root=tmp_path, address="0.0.0.0", control_port=0)
+    assert any("can read the logs" in line for line in run.log)
