@@ -69,13 +69,20 @@ def test_an_eight_changes_its_side_and_direction():
 
 
 def test_station_keeping_goes_back_when_it_has_drifted():
-    station = imc.StationKeeping(**at(0, 40, 2), radius=12, duration=200)
+    station = imc.StationKeeping(**at(0, 40), radius=12, duration=200)
     run = flown(station, seconds=300, vehicle={"current_east": 0.3})
     assert replies(run)[-1] == DONE
     outside = [text for text in run.log if text.startswith("outside safe region")]
     assert len(outside) >= 3
-    assert [p.end_z for p in run.of(imc.DesiredPath)][:2] == [2.0, 0.0]
     assert max(e for _, e, _, t in track(run) if 60 < t < 220) < 40 + 12.5
+
+
+def test_station_keeping_under_water_circles_at_its_depth():
+    run = flown(imc.StationKeeping(**at(0, 40, 2), radius=12, duration=100), seconds=200)
+    assert replies(run)[-1] == DONE
+    (path,) = run.of(imc.DesiredPath)
+    assert (path.end_z, path.lradius) == (2.0, 12.0)
+    assert all(abs(z - 2.0) < 0.3 for _, _, z, t in track(run) if 60 < t < 120)
 
 
 def test_station_keeping_ends_with_maneuver_done():
