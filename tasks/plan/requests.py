@@ -43,7 +43,7 @@ class Requests:
                 raise PlanError("vehicle command timeout") from None
             if not isinstance(answer, imc.VehicleCommand) or answer.request_id != self._command:
                 continue
-            if (answer.dst, answer.dst_ent) != (task.system, task.entity.id):
+            if not task.is_answered_by(answer):
                 continue
             if answer.type == imc.VehicleCommand.Type.FAILURE:
                 raise PlanError(answer.info)
@@ -67,8 +67,8 @@ class Requests:
         task.publish(imc.PlanDB(op=op, request_id=number, plan_id=plan_id, dst=task.system))
 
         def ours(answer: imc.PlanDB) -> bool:
-            addressed = (answer.dst, answer.dst_ent) == (task.system, task.entity.id)
-            return addressed and answer.request_id == number and answer.type != imc.PlanDB.Type.REQUEST
+            matches = answer.request_id == number and answer.op == op and answer.type != imc.PlanDB.Type.REQUEST
+            return matches and task.is_answered_by(answer)
 
         try:
             answer = await script.hear(imc.PlanDB, where=ours, timeout=DATABASE_PATIENCE)
