@@ -41,9 +41,7 @@ class Loiter(Maneuver):
             side, counter = -side, counter ^ PathFlags.CCLOCKW
         circling.judge(Leg.of(loiter))
 
-    async def _half_eight(
-        self, circling: Circling, loiter: imc.Loiter, radius: float, side: float, flags: int
-    ) -> bool:
+    async def _half_eight(self, circling: Circling, loiter: imc.Loiter, radius: float, side: float, flags: int) -> bool:
         """One circle of an eight: around its outer side, then until abeam of its center. True if the time is over."""
         north, east = side * math.cos(loiter.bearing), side * math.sin(loiter.bearing)
         reach = 0.5 * loiter.length
