@@ -28,6 +28,13 @@ class Requests:
         request = imc.VehicleCommand(command=command, request_id=self._command)
         self._task.publish(request.replace(**fields))
 
+    def stop_everything(self, latest: imc.ControlLoops | None) -> None:
+        """Stop the vehicle without its supervisor; `latest` has the newest scope of control."""
+        loops, scope = imc.ControlLoops, latest.scope_ref if latest is not None else 0
+        self._task.publish(imc.StopManeuver())
+        self._task.publish(loops(enable=loops.Enable.DISABLE, mask=imc.CLoopsMask.ALL, scope_ref=scope + 1))
+        self._task.publish(imc.Abort(dst=self._task.system))
+
     def come_from(self, label: str, request: imc.Message) -> bool:
         """Whether a request comes from the entity with this label on board."""
         task = self._task

@@ -236,6 +236,17 @@ def test_what_falls_silent_ends_the_plan_and_leaves_the_motors_at_rest(boat, tas
 
 
 @pytest.mark.parametrize("boat", BOATS)
+def test_the_motors_stop_without_supervisor_and_failsafe(boat):
+    async def silence(vehicle, script):
+        vehicle.task("Supervisors.Failsafe").disconnect()
+        await silenced("Supervisors.Vehicle")(vehicle, script)
+
+    voyage = sail(boat, plan_of(goto(200, 0)), happen=silence, until=35.0)
+    assert max(abs(m.value) for m in voyage.of(imc.SetThrusterActuation, 25.0, 26.0)) > 0.1
+    assert {m.value for m in voyage.of(imc.SetThrusterActuation, 30.0)} <= {0.0}
+
+
+@pytest.mark.parametrize("boat", BOATS)
 @pytest.mark.parametrize(("task", "to"), [("Supervisors.Vehicle", 0xFFFF), ("Maneuver.Goto", 0xFFF0)])
 def test_the_motors_stop_without_supervisor_or_maneuver_and_an_abort_stops_them_at_once(boat, task, to):
     async def abort(vehicle, script):

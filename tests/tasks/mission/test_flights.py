@@ -126,6 +126,14 @@ def test_what_falls_silent_in_the_air_brings_it_down_softly(tmp_path, task, mode
     assert flight.touchdown < hardest
 
 
+def test_without_supervisor_and_failsafe_it_lands(tmp_path):
+    silent = (25.0, "Supervisors.Failsafe"), (25.0, "Supervisors.Vehicle")
+    flight = Flight(tmp_path, *silent, seconds=70.0)
+    assert flight.modes[-2:] == ["LAND", "GROUND"]
+    assert flight.end.z == 0.0
+    assert flight.touchdown < 1.0
+
+
 def test_a_battery_that_runs_low_ends_the_plan_and_lands_it(tmp_path):
     flight = Flight(tmp_path, seconds=110.0, overrides=["Monitors.FuelLevel:Initial Level=28"])
     assert flight.modes == ["GROUND", "GUIDED", "LOITER", "LAND", "GROUND"]
