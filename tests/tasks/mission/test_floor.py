@@ -126,6 +126,13 @@ def test_a_yoyo_between_altitudes_turns_below_the_surface_too():
     assert 2.0 < run.clearance < 3.2
 
 
+@pytest.mark.parametrize("yoyo", [YOYO, "  - yo_yo: {north: 100, east: 30, depth: 2, amplitude: 2, pitch: 15°}"])
+def test_a_yoyo_does_not_brake_before_the_surface(yoyo):
+    run = dive(yoyo, deep(30) if yoyo is not YOYO else ())
+    assert run.reason.startswith("plan completed")
+    assert not [text for text in run.log if "braking" in text]
+
+
 @pytest.mark.parametrize(
     ("overrides", "floor"),
     [
