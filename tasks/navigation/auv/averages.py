@@ -8,8 +8,8 @@ from world.attitude import Vector
 class Mean:
     """The mean of vectors between two `take`s; without any, the last mean stays. `last` is the time of the newest.
 
-    `between` is the mean over the time between two `take`s, by the trapezoidal rule: after a pause of the computer there
-    may be only one sample, which is that of the end.
+    `between` is the mean over the time between two `take`s, by the trapezoidal rule: after a pause of the computer
+    there may be only one sample, which is that of the end.
     """
 
     def __init__(self) -> None:

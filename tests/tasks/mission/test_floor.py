@@ -1,6 +1,7 @@
 """The bottom and the maximum depth hold whatever is asked of a simulated vehicle, and it stops where it touches."""
 
 import math
+import re
 import tempfile
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -105,7 +106,7 @@ def grounded(log):
 
 def test_a_yoyo_turns_above_a_bottom_that_is_too_near():
     run = dive(YOYO)
-    assert run.reason == "plan completed"
+    assert run.reason == "plan completed; YoYo1: depth 2.4 m instead of 9 m"
     assert run.clearance > 1.2
     assert run.deepest > 1.5, "it uses the water that there is"
     assert 3 <= run.turns <= 10
@@ -124,6 +125,12 @@ def test_a_yoyo_between_altitudes_turns_below_the_surface_too():
     assert run.reason == "plan completed"
     assert run.turns >= 3
     assert 2.0 < run.clearance < 3.2
+
+
+def test_a_yoyo_that_is_too_slow_to_dive_says_so():
+    run = dive("  - yo_yo: {north: 30, depth: 6, amplitude: 6, pitch: 15°, speed: 0.3 m/s}", deep(30), seconds=600)
+    assert re.fullmatch(r"plan completed; YoYo1: depth \d\.\d m instead of 12 m", run.reason)
+    assert float(run.reason.split()[4]) == pytest.approx(run.deepest, abs=0.2)
 
 
 @pytest.mark.parametrize("yoyo", [YOYO, "  - yo_yo: {north: 100, east: 30, depth: 2, amplitude: 2, pitch: 15°}"])
