@@ -264,7 +264,7 @@ def test_the_motors_stop_without_supervisor_or_maneuver_and_an_abort_stops_them_
 @pytest.mark.parametrize("boat", BOATS)
 def test_a_boat_whose_battery_is_empty_drifts(boat):
     half_a_minute = {"otter": 0.07, "caravel": 0.03}[boat]  # % of the battery
-    empty = (f"Simulators.Battery:Initial Level={half_a_minute}",)
+    empty = f"Simulators.Battery:Initial Level={half_a_minute}", "Simulators.Battery:Error Level=0"
     voyage = sail(boat, plan_of(goto(200, 0)), *empty, until=90.0)
     assert max(m.u for m in voyage.of(imc.SimulatedState)) > 1.0
     assert voyage.of(imc.SimulatedState)[-1].u < 0.4
@@ -272,8 +272,9 @@ def test_a_boat_whose_battery_is_empty_drifts(boat):
 
 
 @pytest.mark.parametrize("boat", BOATS)
-def test_a_boat_does_not_leave_with_the_reserve_of_its_battery(boat):
-    report = fly(plan_of(goto(200, 0)), boat, limit=60, overrides=["Monitors.FuelLevel:Initial Level=9.5"])
+@pytest.mark.parametrize("level", ["Monitors.FuelLevel:Initial Level=9.5", "Simulators.Battery:Initial Level=5"])
+def test_a_boat_does_not_leave_with_the_reserve_of_its_battery(boat, level):
+    report = fly(plan_of(goto(200, 0)), boat, limit=60, overrides=[level])
     assert (report.outcome, report.reason) == ("FAILURE", "the battery is below its reserve of 10 %")
 
 

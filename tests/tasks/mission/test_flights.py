@@ -143,6 +143,13 @@ def test_a_battery_that_runs_low_ends_the_plan_and_lands_it(tmp_path):
     assert flight.end.z == 0.0
 
 
+def test_it_does_not_take_off_if_the_battery_itself_says_that_it_is_low(tmp_path):
+    flight = Flight(tmp_path, seconds=30.0, overrides=["Simulators.Battery:Initial Level=2"])
+    assert flight.modes == ["GROUND"]
+    assert flight.end.z == 0.0
+    assert any(text.startswith("Batteries: fuel reserve") for text in flight.log)
+
+
 def test_hovering_takes_the_power_that_carries_the_weight(tmp_path):
     flight = Flight(tmp_path, seconds=40.0)
     powers = [volt * ampere for volt, ampere in zip(flight.volts, flight.amperes, strict=True)]
