@@ -10,6 +10,7 @@ import imc
 from imc.coordinates import patterns
 from runtime import periodic
 from runtime.testing import simulate
+from tasks.maneuver.protocol import summary
 
 DONE = ("SUCCESS", "plan completed")
 Medium = imc.VehicleMedium.Medium
@@ -28,6 +29,13 @@ def duration(run):
 
 def at(north, east, depth=0.0, speed=1.5, **fields):
     return {**place(north, east), "z": depth, "z_units": DEPTH, "speed": speed, **fields}
+
+
+def test_depths_that_are_missed_are_counted():
+    assert summary([]) == ""
+    assert summary(["depth 1 m"]) == "depth 1 m"
+    assert summary(["depth 1 m", "depth 2 m"]) == "depth 1 m (and once more)"
+    assert summary(["depth 1 m", "depth 2 m", "depth 3 m"]) == "depth 1 m (and 2 more times)"
 
 
 def test_idle_takes_its_duration():
