@@ -147,6 +147,10 @@ class Task(Attached):
         """Publish `message` to the source of `request`."""
         return self.publish(message.replace(dst=request.src, dst_ent=request.src_ent), entity=entity)
 
+    def is_answered_by(self, reply: imc.Message) -> bool:
+        """Whether a reply is to this task. Others on board number their requests in the same way."""
+        return (reply.dst, reply.dst_ent) == (self.system, self.entity.id)
+
     def concerns(self, request: imc.Message) -> bool:
         """Whether a request is for this system: addressed to it, or to everybody and sent by itself or a console.
 

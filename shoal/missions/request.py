@@ -44,13 +44,8 @@ class PlanRequest:
 
     def is_answered_by(self, answer: imc.PlanControl) -> bool:
         """Whether a reply is for this request, not for that of another operator."""
-        daemon = self._vehicle.daemon
-        return (answer.dst, answer.dst_ent, answer.op, answer.request_id) == (
-            daemon.system,
-            daemon.entity.id,
-            self._request.op,
-            self._request.request_id,
-        )
+        ours = (answer.op, answer.request_id) == (self._request.op, self._request.request_id)
+        return ours and self._vehicle.daemon.is_answered_by(answer)
 
     def begin(self) -> None:
         """Start the timeout."""

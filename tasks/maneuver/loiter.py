@@ -5,8 +5,9 @@ import math
 import imc
 from imc.coordinates import displace
 from runtime import param
+from tasks.maneuver.circling import Circling
 from tasks.maneuver.hover import hover
-from tasks.maneuver.protocol import Leg, Maneuver, PathFlags, PathState
+from tasks.maneuver.protocol import Leg, Maneuver, PathFlags
 
 Form = imc.Loiter.Type
 Direction = imc.Loiter.Direction
@@ -27,28 +28,20 @@ class Loiter(Maneuver):
         if self.hovers and loiter.type == Form.HOVER:
             await hover(self, Leg.of(loiter), loiter.duration)
             return
-        self._left = float(loiter.duration) or math.inf
-        self._end = math.inf
-        self._nearest = math.inf
+        circling = Circling(self, loiter.duration)
         radius = max(loiter.radius, self.minimum_radius)
         counter = PathFlags.CCLOCKW if loiter.direction == Direction.CCLOCKW else 0
         if loiter.type != Form.EIGHT:
             self.steer(Leg.of(loiter), radius=radius, flags=counter)
-            while not await self._over():
+            while not await circling.over():
                 pass
-            self._judge(loiter)
-            return
-        side, over = 1.0, False
+        side, over = 1.0, loiter.type != Form.EIGHT
         while not over:
-            over = await self._half_eight(loiter, radius, side, counter)
+            over = await self._half_eight(circling, loiter, radius, side, counter)
             side, counter = -side, counter ^ PathFlags.CCLOCKW
-        self._judge(loiter)
+        circling.judge(Leg.of(loiter))
 
-    def _judge(self, loiter: imc.Loiter) -> None:
-        if math.isfinite(self._nearest):
-            self.judge(Leg.of(loiter), self._nearest)
-
-    async def _half_eight(self, loiter: imc.Loiter, radius: float, side: float, flags: int) -> bool:
+    async def _half_eight(self, circling: Circling, loiter: imc.Loiter, radius: float, side: float, flags: int) -> bool:
         """One circle of an eight: around its outer side, then until abeam of its center. True if the time is over."""
         north, east = side * math.cos(loiter.bearing), side * math.sin(loiter.bearing)
         reach = 0.5 * loiter.length
@@ -56,7 +49,7 @@ class Loiter(Maneuver):
         self.steer(Leg.of(loiter)._replace(lat=lat, lon=lon), radius=radius, flags=flags)
         outside = False
         while True:
-            if await self._over():
+            if await circling.over():
                 return True
             if self.state is not None:
                 to_north, to_east = self.offset(lat, lon)
@@ -64,16 +57,3 @@ class Loiter(Maneuver):
                 outside = outside or outward > 0.5 * radius
                 if outside and outward < 0.0:
                     return False
-
-    async def _over(self) -> bool:
-        """Wait for the next message and report the time left; True if the time is over."""
-        if await self.event() is self.path and self.path is not None:
-            if self.path.flags & PathState.LOITERING:
-                self._nearest = min(self._nearest, self.path.z, key=abs)
-                self._end = min(self._end, self.now + self._left)
-                self.report(self._end - self.now)
-            elif self._end == math.inf:
-                self.tell(after=self._left)
-            else:
-                self.report(self._end - self.now)
-        return self.now >= self._end

@@ -3,7 +3,7 @@
 import functools
 import inspect
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple, get_type_hints
 
 import imc
@@ -243,8 +243,7 @@ class Maneuver(Task):
                 return
             raise
         self.set_entity_state(State.NORMAL, "idle")
-        more = f" (and {len(self._missed) - 1} more times)" if len(self._missed) > 1 else ""
-        self._say(Phase.DONE, info=self._missed[0] + more if self._missed else DONE)
+        self._say(Phase.DONE, info=summary(self._missed) or DONE)
 
     def _listen(self, script: Script) -> Inbox:
         inbox = script.listen(*self.hears)
@@ -258,6 +257,13 @@ class Maneuver(Task):
     def _say(self, phase: Phase, eta: int = 0, info: str = "") -> None:
         self._said, self._said_at = imc.ManeuverControlState(state=phase, eta=eta, info=info), self.now
         self.publish(self._said)
+
+
+def summary(missed: Sequence[str]) -> str:
+    """The first of the depths that were missed, and how many more there were; empty if there were none."""
+    if len(missed) < 2:
+        return "".join(missed)
+    return f"{missed[0]} (and {'once more' if len(missed) == 2 else f'{len(missed) - 1} more times'})"
 
 
 def _require_numbers(maneuver: imc.Message) -> None:

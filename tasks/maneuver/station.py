@@ -1,12 +1,12 @@
-"""Keeps near a point: drifts inside a circle, goes back when outside."""
+"""Keeps near a point: drifts inside a circle at the surface, circles under water."""
 
 import math
 from typing import NamedTuple
 
 import imc
-from tasks.maneuver.protocol import Completed, Leg, Loops, Maneuver, PathFlags
+from tasks.maneuver.circling import Circling
+from tasks.maneuver.protocol import SHORT, VERTICAL, Completed, Leg, Loops, Maneuver, PathFlags
 
-SURFACE_FACTOR = 2.5  # times the radius; within this distance the vehicle goes back at the surface
 REVISION = 1.0  # s between two updates of the speed
 
 
@@ -29,10 +29,19 @@ async def keep_station(
 ) -> None:
     """Stay within `radius` (m) of the end of `leg` for `seconds` from the first arrival; 0 is forever.
 
-    Outside the circle the vehicle goes to its center, inside all loops are off. ManeuverDone ends it. `approach` lowers
-    a speed in m/s on the way.
+    At the surface it goes to the center from outside the circle, and drifts inside with all loops off; `approach`
+    lowers a speed in m/s on the way. Under water it would float up, since fins need speed: it stays on the circle, at
+    its depth or altitude, for `seconds` from the arrival there. ManeuverDone ends it.
     """
     await maneuver.located()
+    if leg.z_units in VERTICAL and leg.z > SHORT:
+        maneuver.control(Loops.PATH)
+        maneuver.steer(leg, radius=radius)
+        circling = Circling(maneuver, seconds)
+        while not await circling.over():
+            pass
+        circling.judge(leg)
+        return
     end, arrived, told, chosen = math.inf, False, -math.inf, -math.inf
 
     def slow_down() -> None:
@@ -60,10 +69,8 @@ async def keep_station(
         distance = maneuver.range_to(leg)
         if distance > radius:
             maneuver.log.info(f"outside safe region (distance: {distance:.1f} m)")
-            surface = arrived and distance < SURFACE_FACTOR * radius
-            back = leg._replace(z=0.0, z_units=imc.ZUnits.DEPTH) if surface else leg
             maneuver.control(Loops.PATH)
-            maneuver.steer(back, flags=PathFlags.DIRECT)
+            maneuver.steer(leg, flags=PathFlags.DIRECT)
             while not (maneuver.near and maneuver.range_to(leg) < radius):
                 if await wait():
                     return

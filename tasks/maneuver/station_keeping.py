@@ -8,7 +8,10 @@ from tasks.maneuver.station import Approach, keep_station
 
 
 class StationKeeping(Maneuver):
-    """Goes to a point, drifts there with all loops off, and returns when it leaves the circle; or hovers there."""
+    """Goes to a point and stays near it: adrift inside the circle at the surface, on the circle under water.
+
+    A vehicle that can hover does so.
+    """
 
     loops = None
     hears = (imc.PathControlState, imc.EstimatedState)

@@ -22,7 +22,8 @@ class YoYo(Maneuver):
     """Pitches up and down between two depths, or two altitudes, on its way; level at the end.
 
     Above the bottom it turns at the lowest altitude, and rises until there is enough water below for another dive,
-    beyond its upper depth if necessary. At the surface of water that is too shallow it stays level.
+    beyond its upper depth if necessary. At the surface of water that is too shallow it stays level. If it never gets to
+    its lower depth or altitude, it says so at the end.
     """
 
     loops = Loops.PATH | Loops.PITCH
@@ -44,6 +45,7 @@ class YoYo(Maneuver):
         self._direction = DOWN
         self._dived, self._deeper = -math.inf, self.now
         self._sounded = self.now
+        self._short = math.inf
         self.steer(Leg.of(yoyo), flags=PathFlags.NO_Z)
         while not self.near:
             event = await self.event()
@@ -54,6 +56,10 @@ class YoYo(Maneuver):
                 self._tilt(self._direction * yoyo.pitch)
         while self._pitch:
             self._tilt(0.0)
+        if math.isfinite(self._short):
+            short, up = max(0.0, self._short), yoyo.z_units == imc.ZUnits.ALTITUDE
+            lower = max(0.0, yoyo.z - yoyo.amplitude) if up else yoyo.z + yoyo.amplitude
+            self.judge(Leg.of(yoyo)._replace(z=lower), -short if up else short)
 
     def _turn(self, yoyo: imc.YoYo, state: imc.EstimatedState) -> int:
         """Where to go from here: UP, DOWN or LEVEL. Raises ManeuverError if the altitude stays unknown."""
@@ -66,11 +72,12 @@ class YoYo(Maneuver):
                 if self.now - self._sounded > BLIND:
                     raise ManeuverError(f"altitude has been unknown for {BLIND:g} s")
                 return UP if state.depth > SURFACE else LEVEL
-            below = min(below, state.alt - yoyo.z + yoyo.amplitude)
+            left = state.alt - max(0.0, yoyo.z - yoyo.amplitude)
             above = min(above, yoyo.z + yoyo.amplitude - state.alt)
         else:
-            below = min(below, yoyo.z + yoyo.amplitude - state.depth)
+            left = yoyo.z + yoyo.amplitude - state.depth
             above = min(above, state.depth - yoyo.z + yoyo.amplitude)
+        below, self._short = min(below, left), min(self._short, left)
         if self._direction == DOWN:
             return UP if below <= TOLERANCE or self._stalls(state.depth) else DOWN
         if state.depth <= SURFACE:

@@ -5,12 +5,15 @@ from runtime import State, Task, consume, param, periodic
 from runtime.task import ParameterError
 from runtime.vehicle import general_number
 
+BELOW = 0.9  # of the error level: all that is known of a battery that only says that it is below
+
 
 class FuelLevel(Task):
     """Integrates the energy used, from Voltage and Current of the battery's entity.
 
     The capacity is the profile's `Battery Capacity` (W h). The entity is in FAULT below the warning level and in ERROR
-    below the error level; also in FAULT while the battery is silent.
+    below the error level; also in FAULT while the battery is silent. While the battery's entity itself is in ERROR, the
+    level is at most just below the error level.
     """
 
     execution_frequency: float = param(0.1, "Hz", "Rate of FuelLevel.", minimum=0.01, maximum=10)
@@ -30,6 +33,7 @@ class FuelLevel(Task):
         self._energy = self._capacity * self.initial_level / 100.0
         self._voltage: float | None = None
         self._sampled: int | None = None
+        self._most, self._complaint = 100.0, ""
         if not self._capacity:
             self.set_entity_state(State.FAULT, "the profile has no Battery Capacity")
 
@@ -37,6 +41,17 @@ class FuelLevel(Task):
     def measure_voltage(self, voltage: imc.Voltage) -> None:
         if self._is_battery(voltage):
             self._voltage = voltage.value
+
+    @consume
+    def heed(self, battery: imc.EntityState) -> None:
+        """Believe a battery that says that it is low: it may know better than the sum of what it gave."""
+        if not self._is_battery(battery):
+            return
+        before, low = self._most, battery.state == imc.EntityState.State.ERROR  # FAILURE is a task that failed
+        self._most = BELOW * self.error_level if low else 100.0
+        self._complaint = f"{self.entity_label_batteries}: {battery.description}"
+        if self._most != before:
+            self.tell()
 
     @consume
     def measure_current(self, current: imc.Current) -> None:
@@ -59,9 +74,10 @@ class FuelLevel(Task):
             return
         empty = self._voltage is not None and self._voltage <= 0.0
         level = 0.0 if empty else 100.0 * self._energy / self._capacity
+        contradicted, level = level > self._most, min(level, self._most)
         self.publish(imc.FuelLevel(value=level, confidence=self.initial_confidence))
         if level < self.error_level:
-            self._say(State.ERROR, "fuel reserve", level)
+            self._say(State.ERROR, self._complaint if contradicted else "fuel reserve", level)
         elif level < self.warning_level:
             self._say(State.FAULT, "fuel is running low", level)
         else:

@@ -56,7 +56,7 @@ class Autostart(Task):
 
     @consume
     def note(self, answer: imc.PlanGeneration) -> None:
-        if (answer.dst, answer.dst_ent) != (self.system, self.entity.id) or answer.op == Op.REQUEST:
+        if not self.is_answered_by(answer) or answer.op == Op.REQUEST:
             return
         if answer.op == Op.SUCCESS:
             self.set_entity_state(State.NORMAL, f"requested {answer.plan_id}")

@@ -63,7 +63,7 @@ class Engine(Task):
         self._latest = Latest()
         self._situation = Latest()
         self._vehicle: imc.VehicleState | None = None
-        self._vehicle_heard = self.now
+        self._silence = 0
         self.set_entity_state(State.NORMAL, "active")
         self._tell()
 
@@ -76,7 +76,10 @@ class Engine(Task):
         self._leads.learn(entity)
 
     @consume
-    def note(self, news: imc.EstimatedState | imc.FuelLevel | imc.OperationalLimits | imc.VehicleMedium) -> None:
+    def note(
+        self,
+        news: imc.EstimatedState | imc.FuelLevel | imc.OperationalLimits | imc.VehicleMedium | imc.ControlLoops,
+    ) -> None:
         self._situation[type(news)] = news
 
     @consume
@@ -104,7 +107,7 @@ class Engine(Task):
     @consume
     def follow(self, vehicle: imc.VehicleState) -> None:
         """The mode of the vehicle decides whether a plan can start or continue."""
-        self._vehicle, self._vehicle_heard = vehicle, self.now
+        self._vehicle, self._silence = vehicle, 0
         flight = self._flight
         if vehicle.op_mode in (Mode.ERROR, Mode.BOOT, Mode.EXTERNAL):
             if flight is not None:
@@ -120,9 +123,13 @@ class Engine(Task):
 
     @periodic("state_report_frequency")
     def tick(self) -> None:
-        if self.now - self._vehicle_heard > PATIENCE:
+        self._silence += 1
+        if self._silence > PATIENCE * self.state_report_frequency:  # in ticks, so a late kernel is not silence
             if self._flight is not None:
                 self._fail(self._flight, "VehicleState is missing", lost=True)
+            if self._vehicle is not None:  # Failsafe may be silent, too
+                self._vehicle = None
+                self._requests.stop_everything(self._situation.of(imc.ControlLoops))
             self._enter(Phase.BLOCKED)
         if self._flight is not None:
             self._flight.foresee(self._vehicle, self.now)

@@ -13,6 +13,7 @@ Position = tuple[float, float]  # latitude, longitude (rad)
 CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward speed
 CRUISE = 1.0  # m/s, of maneuvers without a speed
 LANDING = 0.5  # m/s, of the last meters above the ground
+SURFACE = 0.5  # m; at a smaller depth a vehicle keeps station adrift
 
 
 @dataclass(frozen=True)
@@ -86,8 +87,14 @@ def estimate(maneuver: imc.Message, start: Position | None, train: Powertrain, n
         travel += abs(maneuver.z) / (speed if isinstance(maneuver, imc.Takeoff) else LANDING)
     elif isinstance(maneuver, imc.ScheduledGoto):
         travel = max(travel, maneuver.arrival_time - now)
-    moving = travel + (waiting if isinstance(maneuver, imc.Loiter) and math.isfinite(waiting) else 0.0)
+    circles = isinstance(maneuver, imc.Loiter) or (isinstance(maneuver, imc.StationKeeping) and not drifts(maneuver))
+    moving = travel + (waiting if circles and math.isfinite(waiting) else 0.0)
     return Estimate(travel + waiting, moving, speed, math.fsum(legs), max(legs, default=0.0), stations[-1])
+
+
+def drifts(station: imc.StationKeeping) -> bool:
+    """Whether the vehicle drifts at the surface; under water it circles, in the air it hovers."""
+    return station.z_units == imc.ZUnits.NONE or (station.z_units == imc.ZUnits.DEPTH and station.z <= SURFACE)
 
 
 def interpolate(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:

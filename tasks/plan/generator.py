@@ -69,8 +69,8 @@ class Generator(Task):
         kinds = imc.PlanDB.Type
 
         def ours(answer: imc.PlanDB) -> bool:
-            addressed = (answer.dst, answer.dst_ent) == (self.system, self.entity.id)
-            return addressed and answer.request_id == number and answer.type in (kinds.SUCCESS, kinds.FAILURE)
+            matches = answer.request_id == number and answer.op == put.op
+            return matches and answer.type in (kinds.SUCCESS, kinds.FAILURE) and self.is_answered_by(answer)
 
         try:
             answer = await script.hear(

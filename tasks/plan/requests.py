@@ -28,6 +28,13 @@ class Requests:
         request = imc.VehicleCommand(command=command, request_id=self._command)
         self._task.publish(request.replace(**fields))
 
+    def stop_everything(self, latest: imc.ControlLoops | None) -> None:
+        """Stop the vehicle without its supervisor; `latest` has the newest scope of control."""
+        loops, scope = imc.ControlLoops, latest.scope_ref if latest is not None else 0
+        self._task.publish(imc.StopManeuver())
+        self._task.publish(loops(enable=loops.Enable.DISABLE, mask=imc.CLoopsMask.ALL, scope_ref=scope + 1))
+        self._task.publish(imc.Abort(dst=self._task.system))
+
     def come_from(self, label: str, request: imc.Message) -> bool:
         """Whether a request comes from the entity with this label on board."""
         task = self._task
@@ -43,7 +50,7 @@ class Requests:
                 raise PlanError("vehicle command timeout") from None
             if not isinstance(answer, imc.VehicleCommand) or answer.request_id != self._command:
                 continue
-            if (answer.dst, answer.dst_ent) != (task.system, task.entity.id):
+            if not task.is_answered_by(answer):
                 continue
             if answer.type == imc.VehicleCommand.Type.FAILURE:
                 raise PlanError(answer.info)
@@ -67,8 +74,8 @@ class Requests:
         task.publish(imc.PlanDB(op=op, request_id=number, plan_id=plan_id, dst=task.system))
 
         def ours(answer: imc.PlanDB) -> bool:
-            addressed = (answer.dst, answer.dst_ent) == (task.system, task.entity.id)
-            return addressed and answer.request_id == number and answer.type != imc.PlanDB.Type.REQUEST
+            matches = answer.request_id == number and answer.op == op and answer.type != imc.PlanDB.Type.REQUEST
+            return matches and task.is_answered_by(answer)
 
         try:
             answer = await script.hear(imc.PlanDB, where=ours, timeout=DATABASE_PATIENCE)

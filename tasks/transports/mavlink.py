@@ -265,7 +265,8 @@ class MAVLink(Task):
     @consume
     def judge_hold(self, reply: imc.PlanControl) -> None:
         """A vehicle that cannot keep station at least stops."""
-        if reply.type == imc.PlanControl.Type.REQUEST or reply.request_id != self.holding or reply.dst != self.system:
+        ours = (reply.op, reply.request_id) == (imc.PlanControl.Op.START, self.holding) and self.is_answered_by(reply)
+        if reply.type == imc.PlanControl.Type.REQUEST or not ours:
             return
         self.holding = -1
         if reply.type == imc.PlanControl.Type.FAILURE:

@@ -65,7 +65,7 @@ class Brakes(Task):
         if distance.validity != imc.Distance.Validity.VALID or not 0.0 <= distance.value < math.inf:
             return
         slope, half = math.radians(self.steepest_slope), 0.5 * math.radians(self.beam_width)
-        echo = judge(distance.value, state.depth, state.alt, state.theta, half, slope)
+        echo = judge(distance.value, state.depth, state.alt, state.theta, half, slope, _arm(distance))
         far = distance.value > self.minimum_range + self.range_hysteresis
         self._near = self._near + 1 if echo is Echo.OBSTACLE and distance.value < self.minimum_range else 0
         self._clear = self._clear + 1 if far or echo is Echo.BOTTOM else 0
@@ -88,3 +88,9 @@ class Brakes(Task):
             self.publish(imc.Brake(op=Op.STOP))
             self.log.info("brake released")
             self.set_entity_state(State.NORMAL, "watching")
+
+
+def _arm(distance: imc.Distance) -> float:
+    """How far (m) the sonar is ahead of the center of the vehicle, as it reports itself; else 0."""
+    place = distance.location[0] if distance.location else None
+    return place.x if isinstance(place, imc.DeviceState) and math.isfinite(place.x) else 0.0

@@ -15,17 +15,21 @@ class Echo(Enum):
     OBSTACLE = auto()
 
 
-def judge(reach: float, depth: float, altitude: float, pitch: float, half_width: float, slope: float) -> Echo:
+def judge(
+    reach: float, depth: float, altitude: float, pitch: float, half_width: float, slope: float, arm: float = 0.0
+) -> Echo:
     """Classify an echo at range `reach` (m) of a forward-looking sonar that opens `half_width` (rad) up and down.
 
-    `depth` and `altitude` (m, negative if unknown) are the vehicle's, `pitch` (rad) is positive upwards. A bottom that
-    rises from below the vehicle by at most `slope` (rad) is not an obstacle.
+    `depth` and `altitude` (m, negative if unknown) are the vehicle's, `pitch` (rad) is positive upwards. The sonar is
+    `arm` (m) ahead of the center of the vehicle. A bottom that rises from below the vehicle by at most `slope` (rad) is
+    not an obstacle.
     """
-    if depth - reach * math.sin(pitch + half_width) < SURFACE:
+    nose = depth - arm * math.sin(pitch)
+    if nose - reach * math.sin(pitch + half_width) < SURFACE:
         return Echo.SURFACE
     if altitude >= 0.0:
-        lowest = depth - reach * math.sin(pitch - half_width)
+        lowest = nose - reach * math.sin(pitch - half_width)
         rise = depth + altitude - lowest
-        if rise - NOISE <= math.tan(slope) * reach * math.cos(pitch):
+        if rise - NOISE <= math.tan(slope) * (arm + reach) * math.cos(pitch):
             return Echo.BOTTOM
     return Echo.OBSTACLE

@@ -7,9 +7,12 @@ from runtime import State, Task, consume, param, periodic
 from runtime.vehicle import general_number
 from tasks.control.loops import EnabledLoops
 from tasks.control.pid import PID
+from world.attitude import Vector, rotation, to_body
 
 STANDSTILL = 0.1  # m/s; a lower speed counts as 0
 LONGEST_STEP = 1.0  # s
+POWERED = 0.5  # m/s that the motor should give; less may not move the vehicle
+SHARE = 0.3  # of this speed; a vehicle with less is held by something
 
 
 class Speed(Task):
@@ -18,7 +21,7 @@ class Speed(Task):
     A speed in m/s becomes a rotation rate: feed-forward plus a PID of the error, whose limited integral keeps running
     while the rate ramps, as on the LAUV. D acts on the measured speed only, so a new reference causes no jump. Each Rpm
     triggers one thrust command. Brake, Abort, a silent motor, silent navigation and the end of the task, even by a
-    failure, stop the thruster.
+    failure, stop the thruster. So does a vehicle that does not move, on the bottom or before a wall.
     """
 
     hardware_control: bool = param(
@@ -48,6 +51,9 @@ class Speed(Task):
     state_timeout: float = param(
         2.0, "s", "Longest time without EstimatedState.", name="EstimatedState Timeout", minimum=0.1
     )
+    stuck_timeout: float = param(
+        12.0, "s", "How long the motor may run while the vehicle does not move; bursts are shorter.", minimum=1
+    )
     log_parcels: bool = param(False, "", "Publish the parts of the control law.", name="Log PID Parcels")
 
     def configure(self) -> None:
@@ -60,6 +66,8 @@ class Speed(Task):
         self._loops = EnabledLoops(imc.CLoopsMask.SPEED)
         self._braking = False
         self._stated = math.inf
+        self._state: imc.EstimatedState | None = None
+        self._stream: Vector = (0.0, 0.0, 0.0)
         self._rest()
         self.set_entity_state(State.NORMAL, "idle")
 
@@ -106,9 +114,13 @@ class Speed(Task):
             self.set_entity_state(State.NORMAL, "idle")
 
     @consume
+    def learn_stream(self, stream: imc.EstimatedStreamVelocity) -> None:
+        self._stream = stream.x, stream.y, stream.z
+
+    @consume
     def follow(self, state: imc.EstimatedState) -> None:
         """Move the rotation rate towards that of a speed in m/s."""
-        self._stated = self.now
+        self._stated, self._state = self.now, state
         desired = self._desired
         if desired is None or desired.speed_units != imc.SpeedUnits.METERS_PS:
             return
@@ -155,25 +167,38 @@ class Speed(Task):
 
     @periodic(1.0)
     def supervise(self) -> None:
-        """Stop the thruster if no Rpm arrives, or no EstimatedState any more."""
+        """Stop the thruster if no Rpm arrives, or no EstimatedState any more, or if the vehicle does not move."""
         if self._desired is None:
             return
+        self._note_motion()
         if self.now - max(self._driven, self._began) > self.rpm_timeout:
-            silent = f"no Rpm for {self.rpm_timeout:g} s"
+            reason = f"no Rpm for {self.rpm_timeout:g} s"
         elif self.now - max(self._stated, self._began) > self.state_timeout:
-            silent = f"no EstimatedState for {self.state_timeout:g} s"
+            reason = f"no EstimatedState for {self.state_timeout:g} s"
+        elif self._vain >= self.stuck_timeout:
+            reason = "not moving though the motor runs"
         else:
             return
         self._rest()
         self._thrust(0.0)
-        self.set_entity_state(State.ERROR, silent)
+        self.set_entity_state(State.ERROR, reason)
+
+    def _note_motion(self) -> None:
+        """Count the seconds that the motor runs in vain; a vehicle on the bottom may hop ahead now and then."""
+        expected, state = self._measured / self.speed_feedforward if self.speed_feedforward else 0.0, self._state
+        if state is None or abs(expected) < POWERED:
+            self._vain = 0.0
+            return
+        # Against a current, a vehicle that does not move over ground is not held by anything.
+        along = state.u - to_body(rotation(state.phi, state.theta, state.psi), self._stream)[0]
+        self._vain = max(0.0, self._vain + (1.0 if along / expected < SHARE else -1.0))
 
     def _rest(self) -> None:
         self._desired: imc.DesiredSpeed | None = None
         self._rpm = 0.0
         self._began = self.now
         self._followed = self._driven = -math.inf
-        self._u = self._measured = 0.0
+        self._u = self._measured = self._vain = 0.0
         self._speed.reset()
         self._rate.reset()
 

@@ -6,11 +6,18 @@ from world.attitude import Vector
 
 
 class Mean:
-    """The mean of vectors between two `take`s; without any, the last mean stays. `last` is the time of the newest."""
+    """The mean of vectors between two `take`s; without any, the last mean stays. `last` is the time of the newest.
+
+    `between` is the mean over the time between two `take`s, by the trapezoidal rule: after a pause of the computer
+    there may be only one sample, which is that of the end.
+    """
 
     def __init__(self) -> None:
         self.value: Vector = (0.0, 0.0, 0.0)
+        self.between: Vector = (0.0, 0.0, 0.0)
         self.last = -math.inf
+        self._newest: Vector = (0.0, 0.0, 0.0)
+        self._before: Vector | None = None
         self._x = self._y = self._z = 0.0
         self._count = 0
 
@@ -21,6 +28,7 @@ class Mean:
         self._x += x
         self._y += y
         self._z += z
+        self._newest = x, y, z
 
     def take(self) -> bool:
         """Update the mean and start the next one; False if there are no new samples."""
@@ -28,6 +36,10 @@ class Mean:
             return False
         share = 1.0 / self._count
         self.value = share * self._x, share * self._y, share * self._z
+        (x, y, z), (u, v, w), (a, b, c) = self.value, self._newest, self._before or self._newest
+        share *= 0.5
+        self.between = x + share * (a - u), y + share * (b - v), z + share * (c - w)
+        self._before = self._newest
         self._x = self._y = self._z = 0.0
         self._count = 0
         return True

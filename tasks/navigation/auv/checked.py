@@ -56,7 +56,7 @@ class CheckedSensors(Sensors):
             return False
         fresh = self.now - self.rates.last <= self.euler_timeout
         elapsed, self._turned = self.now - self._turned, self.now
-        verdict = self._attitude.judge(elapsed, self.euler.value, self.rates.value if fresh else None)
+        verdict = self._attitude.judge(elapsed, self.euler.value, self.rates.between if fresh else None)
         if verdict is Verdict.REJECTED:
             self.euler.value = before
             return False

@@ -166,7 +166,7 @@ class GPSNavigation(Task):
         fresh = self.now - self._rates.last <= self.euler_timeout
         elapsed, self._turned = self.now - self._turned, self.now
         angles = self._attitude.value[0], self._attitude.value[1], self._heading.value[0]
-        verdict = self._check.judge(elapsed, angles, self._rates.value if fresh else None)
+        verdict = self._check.judge(elapsed, angles, self._rates.between if fresh else None)
         if verdict is Verdict.REJECTED:
             self._attitude.value, self._heading.value = attitude, heading
             return

@@ -22,6 +22,7 @@ FALL, SIGMAS = 5.0, 5.5  # m; a larger change of pressure is a jump
 HEIGHT_FACTOR = 4.0  # of the variance of heights by GPS, to that of its positions
 HEIGHT_JUMP, HEIGHT_AGREEMENT, HEIGHTS = 20.0, 20.0, 10  # m, m, fixes: GPS against barometer
 LARGEST_FORCE = 160.0  # m/s², the range of 16 g of the accelerometer
+PAUSE = 0.2  # s without attitude, in which the rates are unknown
 ATTITUDE_VARIANCE, RATE_VARIANCE = 1e-6, 1e-5  # rad², (rad/s)²
 INITIAL_VELOCITY, INITIAL_BIAS = 0.01, 0.01  # variances at rest, (m/s)², (m/s²)²
 
@@ -85,7 +86,8 @@ class Navigation(Task):
         if not possible or not self._is_from(angles, self.ahrs) or self._attitude_noise.repeats(phi + theta + psi):
             return
         elapsed, self._turned = self.now - self._turned, self.now
-        verdict = self._check.judge(elapsed, (phi, theta, psi), self._rates)
+        rates = self._rates if elapsed < PAUSE else None
+        verdict = self._check.judge(elapsed, (phi, theta, psi), rates)
         if verdict is not Verdict.REJECTED:
             self._angles, self._oriented = (phi, theta, wrap(psi)), self.now
 

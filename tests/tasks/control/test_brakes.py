@@ -47,6 +47,12 @@ def test_echoes(reach, depth, altitude, pitch, wanted):
     assert found is wanted
 
 
+def test_a_sonar_in_the_nose_is_higher_than_the_vehicle_when_it_climbs():
+    climbing = 0.2, 0.4, -1.0, math.radians(14.5), math.radians(5.0), math.radians(5.0)
+    assert judge(*climbing) is Echo.OBSTACLE
+    assert judge(*climbing, arm=1.0) is Echo.SURFACE
+
+
 def braked(ranges, *more, label="Echo Sounder", seconds=None, depth=3.0, validity=1, **parameters):
     """When (s) braking begins and ends, for one range every 0.2 s from 1 s on."""
     entity = simulate(Sonar, seconds=0.1).vehicle.entities.find(label).id

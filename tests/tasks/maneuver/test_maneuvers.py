@@ -10,6 +10,7 @@ import imc
 from imc.coordinates import patterns
 from runtime import periodic
 from runtime.testing import simulate
+from tasks.maneuver.protocol import summary
 
 DONE = ("SUCCESS", "plan completed")
 Medium = imc.VehicleMedium.Medium
@@ -28,6 +29,13 @@ def duration(run):
 
 def at(north, east, depth=0.0, speed=1.5, **fields):
     return {**place(north, east), "z": depth, "z_units": DEPTH, "speed": speed, **fields}
+
+
+def test_depths_that_are_missed_are_counted():
+    assert summary([]) == ""
+    assert summary(["depth 1 m"]) == "depth 1 m"
+    assert summary(["depth 1 m", "depth 2 m"]) == "depth 1 m (and once more)"
+    assert summary(["depth 1 m", "depth 2 m", "depth 3 m"]) == "depth 1 m (and 2 more times)"
 
 
 def test_idle_takes_its_duration():
@@ -69,13 +77,20 @@ def test_an_eight_changes_its_side_and_direction():
 
 
 def test_station_keeping_goes_back_when_it_has_drifted():
-    station = imc.StationKeeping(**at(0, 40, 2), radius=12, duration=200)
+    station = imc.StationKeeping(**at(0, 40), radius=12, duration=200)
     run = flown(station, seconds=300, vehicle={"current_east": 0.3})
     assert replies(run)[-1] == DONE
     outside = [text for text in run.log if text.startswith("outside safe region")]
     assert len(outside) >= 3
-    assert [p.end_z for p in run.of(imc.DesiredPath)][:2] == [2.0, 0.0]
     assert max(e for _, e, _, t in track(run) if 60 < t < 220) < 40 + 12.5
+
+
+def test_station_keeping_under_water_circles_at_its_depth():
+    run = flown(imc.StationKeeping(**at(0, 40, 2), radius=12, duration=100), seconds=200)
+    assert replies(run)[-1] == DONE
+    (path,) = run.of(imc.DesiredPath)
+    assert (path.end_z, path.lradius) == (2.0, 12.0)
+    assert all(abs(z - 2.0) < 0.3 for _, _, z, t in track(run) if 60 < t < 120)
 
 
 def test_station_keeping_ends_with_maneuver_done():

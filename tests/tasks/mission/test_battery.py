@@ -19,6 +19,7 @@ LEAN = (
 )
 LAT, LON, _ = imc.coordinates.displace(*map(math.radians, PLACE), 0.0, 2000.0, 0.0)
 PLAN = plan_of(imc.Goto(lat=LAT, lon=LON, z=5.0, z_units=imc.ZUnits.DEPTH, speed=1.4))
+TRUSTED = "Simulators.Battery:Error Level=0"  # the battery does not say that it is low
 EMPTY = 0.22  # %, enough for the first half of a minute of the dive
 
 
@@ -53,6 +54,12 @@ def test_a_plan_is_refused_with_the_reserve_of_the_battery(tmp_path):
     assert dive.replies == ["the battery is below its reserve of 10 %"]
 
 
+def test_a_plan_is_refused_if_the_battery_itself_says_that_it_is_low(tmp_path):
+    dive = Dive(tmp_path, "Simulators.Battery:Initial Level=5", seconds=12.0)
+    assert dive.replies == ["the battery is below its reserve of 10 %"]
+    assert "Batteries: fuel reserve: 9 %" in dive.log
+
+
 def test_a_plan_that_would_need_the_reserve_is_refused(tmp_path):
     dive = Dive(tmp_path, "Monitors.FuelLevel:Initial Level=14", seconds=12.0)
     (reply,) = dive.replies
@@ -70,7 +77,7 @@ def test_a_plan_ends_at_the_reserve_and_the_vehicle_comes_up(tmp_path):
 
 
 def test_an_empty_battery_moves_nothing_and_the_vehicle_drifts_up(tmp_path):
-    dive = Dive(tmp_path, f"Simulators.Battery:Initial Level={EMPTY}", seconds=100.0)
+    dive = Dive(tmp_path, TRUSTED, f"Simulators.Battery:Initial Level={EMPTY}", seconds=100.0)
     assert not dive.failures
     assert dive.volts[0] > 20.0
     assert dive.volts[-1] == 0.0
@@ -86,4 +93,4 @@ def test_an_empty_battery_moves_nothing_and_the_vehicle_drifts_up(tmp_path):
 
 @pytest.mark.parametrize("level", [0.01, 0.05])
 def test_a_battery_that_cannot_deliver_the_power_does_not_fail(level, tmp_path):
-    assert not Dive(tmp_path, f"Simulators.Battery:Initial Level={level}", seconds=16.0).failures
+    assert not Dive(tmp_path, TRUSTED, f"Simulators.Battery:Initial Level={level}", seconds=16.0).failures

@@ -236,6 +236,17 @@ def test_what_falls_silent_ends_the_plan_and_leaves_the_motors_at_rest(boat, tas
 
 
 @pytest.mark.parametrize("boat", BOATS)
+def test_the_motors_stop_without_supervisor_and_failsafe(boat):
+    async def silence(vehicle, script):
+        vehicle.task("Supervisors.Failsafe").disconnect()
+        await silenced("Supervisors.Vehicle")(vehicle, script)
+
+    voyage = sail(boat, plan_of(goto(200, 0)), happen=silence, until=35.0)
+    assert max(abs(m.value) for m in voyage.of(imc.SetThrusterActuation, 25.0, 26.0)) > 0.1
+    assert {m.value for m in voyage.of(imc.SetThrusterActuation, 30.0)} <= {0.0}
+
+
+@pytest.mark.parametrize("boat", BOATS)
 @pytest.mark.parametrize(("task", "to"), [("Supervisors.Vehicle", 0xFFFF), ("Maneuver.Goto", 0xFFF0)])
 def test_the_motors_stop_without_supervisor_or_maneuver_and_an_abort_stops_them_at_once(boat, task, to):
     async def abort(vehicle, script):
@@ -253,7 +264,7 @@ def test_the_motors_stop_without_supervisor_or_maneuver_and_an_abort_stops_them_
 @pytest.mark.parametrize("boat", BOATS)
 def test_a_boat_whose_battery_is_empty_drifts(boat):
     half_a_minute = {"otter": 0.07, "caravel": 0.03}[boat]  # % of the battery
-    empty = (f"Simulators.Battery:Initial Level={half_a_minute}",)
+    empty = f"Simulators.Battery:Initial Level={half_a_minute}", "Simulators.Battery:Error Level=0"
     voyage = sail(boat, plan_of(goto(200, 0)), *empty, until=90.0)
     assert max(m.u for m in voyage.of(imc.SimulatedState)) > 1.0
     assert voyage.of(imc.SimulatedState)[-1].u < 0.4
@@ -261,8 +272,9 @@ def test_a_boat_whose_battery_is_empty_drifts(boat):
 
 
 @pytest.mark.parametrize("boat", BOATS)
-def test_a_boat_does_not_leave_with_the_reserve_of_its_battery(boat):
-    report = fly(plan_of(goto(200, 0)), boat, limit=60, overrides=["Monitors.FuelLevel:Initial Level=9.5"])
+@pytest.mark.parametrize("level", ["Monitors.FuelLevel:Initial Level=9.5", "Simulators.Battery:Initial Level=5"])
+def test_a_boat_does_not_leave_with_the_reserve_of_its_battery(boat, level):
+    report = fly(plan_of(goto(200, 0)), boat, limit=60, overrides=[level])
     assert (report.outcome, report.reason) == ("FAILURE", "the battery is below its reserve of 10 %")
 
 

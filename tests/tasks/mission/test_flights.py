@@ -126,6 +126,14 @@ def test_what_falls_silent_in_the_air_brings_it_down_softly(tmp_path, task, mode
     assert flight.touchdown < hardest
 
 
+def test_without_supervisor_and_failsafe_it_lands(tmp_path):
+    silent = (25.0, "Supervisors.Failsafe"), (25.0, "Supervisors.Vehicle")
+    flight = Flight(tmp_path, *silent, seconds=70.0)
+    assert flight.modes[-2:] == ["LAND", "GROUND"]
+    assert flight.end.z == 0.0
+    assert flight.touchdown < 1.0
+
+
 def test_a_battery_that_runs_low_ends_the_plan_and_lands_it(tmp_path):
     flight = Flight(tmp_path, seconds=110.0, overrides=["Monitors.FuelLevel:Initial Level=28"])
     assert flight.modes == ["GROUND", "GUIDED", "LOITER", "LAND", "GROUND"]
@@ -133,6 +141,13 @@ def test_a_battery_that_runs_low_ends_the_plan_and_lands_it(tmp_path):
     assert "landing: the vehicle is in error" in flight.log
     assert flight.volts[-1] > 14.0, "it is not empty"
     assert flight.end.z == 0.0
+
+
+def test_it_does_not_take_off_if_the_battery_itself_says_that_it_is_low(tmp_path):
+    flight = Flight(tmp_path, seconds=30.0, overrides=["Simulators.Battery:Initial Level=2"])
+    assert flight.modes == ["GROUND"]
+    assert flight.end.z == 0.0
+    assert any(text.startswith("Batteries: fuel reserve") for text in flight.log)
 
 
 def test_hovering_takes_the_power_that_carries_the_weight(tmp_path):

@@ -1,6 +1,7 @@
 """The bottom and the maximum depth hold whatever is asked of a simulated vehicle, and it stops where it touches."""
 
 import math
+import re
 import tempfile
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -20,6 +21,7 @@ STEERED = "  - teleoperation: {}"
 DOWN = "Thrust=127;Pitch=-127"
 SINKING = "Simulators.StreamVelocity:Default Speed Down=0.04"
 OFF = "General:Absolute Minimum Altitude=-10"  # nothing holds the vehicle off the bottom
+PATIENT = "Control.AUV.Speed:Stuck Timeout=100"  # s; nor does it give up there
 
 
 def deep(depth):
@@ -104,7 +106,7 @@ def grounded(log):
 
 def test_a_yoyo_turns_above_a_bottom_that_is_too_near():
     run = dive(YOYO)
-    assert run.reason == "plan completed"
+    assert run.reason == "plan completed; YoYo1: depth 2.4 m instead of 9 m"
     assert run.clearance > 1.2
     assert run.deepest > 1.5, "it uses the water that there is"
     assert 3 <= run.turns <= 10
@@ -123,6 +125,19 @@ def test_a_yoyo_between_altitudes_turns_below_the_surface_too():
     assert run.reason == "plan completed"
     assert run.turns >= 3
     assert 2.0 < run.clearance < 3.2
+
+
+def test_a_yoyo_that_is_too_slow_to_dive_says_so():
+    run = dive("  - yo_yo: {north: 30, depth: 6, amplitude: 6, pitch: 15°, speed: 0.3 m/s}", deep(30), seconds=600)
+    assert re.fullmatch(r"plan completed; YoYo1: depth \d\.\d m instead of 12 m", run.reason)
+    assert float(run.reason.split()[4]) == pytest.approx(run.deepest, abs=0.2)
+
+
+@pytest.mark.parametrize("yoyo", [YOYO, "  - yo_yo: {north: 100, east: 30, depth: 2, amplitude: 2, pitch: 15°}"])
+def test_a_yoyo_does_not_brake_before_the_surface(yoyo):
+    run = dive(yoyo, deep(30) if yoyo is not YOYO else ())
+    assert run.reason.startswith("plan completed")
+    assert not [text for text in run.log if "braking" in text]
 
 
 @pytest.mark.parametrize(
@@ -172,7 +187,7 @@ def test_without_an_altimeter_the_bottom_seen_last_counts_for_a_minute(maneuver)
 
 
 def test_a_vehicle_that_touches_the_bottom_stops_there_and_the_log_says_so():
-    run = dive(STEERED, [OFF], steer=[(8.0, DOWN), (45.0, "Thrust=127;Pitch=127")], seconds=60)
+    run = dive(STEERED, [OFF, PATIENT], steer=[(8.0, DOWN), (45.0, "Thrust=127;Pitch=127")], seconds=60)
     assert 0.05 < run.clearance < 0.06, "half the height of the hull"
     first = next(
         i for i, (water, state) in enumerate(zip(run.water, run.states, strict=True)) if water - state.z < 0.06

@@ -17,6 +17,7 @@ Mode = imc.VehicleState.OpMode
 HIGH = {"z": 10.0, "z_units": imc.ZUnits.ALTITUDE}
 FLIGHTS = {
     "lauv-noptilus-1": (plan_of(goto(300, 0, 6.0)), (DEEP, BLIND)),
+    "lauv-noptilus-1, in the basin": (plan_of(goto(80, 40, 6.0)), (BLIND,)),
     "otter": (plan_of(goto(300, 0)), ()),
     "caravel": (plan_of(goto(300, 0)), ()),
     "hexa-00": (
@@ -69,6 +70,7 @@ class Flight:
 
     def __init__(self, folder, inject, profile="lauv-noptilus-1", seconds=50.0):
         plan, settings = FLIGHTS[profile]
+        profile = profile.partition(",")[0]
         made = prepare(profile, overrides=(LIGHT, *settings), log_root=folder / "log", state_folder=folder / "db")
         self.vehicle = vehicle = made.vehicle
         vehicle.keep_going = True
@@ -239,3 +241,13 @@ def test_an_altimeter_that_is_stuck_is_not_believed(tmp_path):
 
     flight = Flight(tmp_path, stick, seconds=40.0)
     assert "active without altitude" in flight.said
+
+
+@pytest.mark.parametrize("lie", [lambda d, t: 30.0 + 0.1 * math.sin(9.0 * t), lambda d, t: d + min(10.0, t)])
+def test_an_altimeter_that_leads_to_the_bottom_does_not_keep_the_vehicle_there(lie, tmp_path):
+    lying = lies(SOUNDER, imc.Distance, ("value", lie))
+    flight = Flight(tmp_path, lying, "lauv-noptilus-1, in the basin", seconds=75.0)
+    assert max(flight.depths) > 3.8, "it gets there"
+    assert flight.errors[0] == "Speed Control: not moving though the motor runs"
+    assert flight.failed < 40.0
+    assert flight.depths[-1] < max(flight.depths) - 0.5

@@ -39,14 +39,14 @@ RISES = {
     "Simulators.Motor": (10, "Speed Control: no Rpm for 2 s"),
     "Simulators.Servos": (15, "Allocator: no position from servo 0, 1, 2, 3"),
     "Supervisors.Failsafe": (10, "Failsafe: no Heartbeat for 5 s"),
-    "Supervisors.Vehicle": (5, ""),  # nobody publishes VehicleState
+    "Supervisors.Vehicle": (10, ""),  # nobody publishes VehicleState
 }
 PHYSICS = "Simulators.VSIM"  # if it is silent, nothing moves
 # task -> why the plan goes on without it
 GOES_ON = {
     "Control.AUV.Brakes": "only needed before an obstacle; `Environment` sees none",
     "Control.AUV.RemoteOperation": "only needed in Teleoperation",
-    "Monitors.FuelLevel": "the level is unknown then; an empty battery leads up",
+    "Monitors.FuelLevel": "the level is unknown then; with an empty battery the vehicle rises",
     "Monitors.Medium": "only needed before a plan",
     "Monitors.OperationalLimits": "`Attitude` and `Failsafe` know the limit of depth",
     "Plan.DB": "only needed for a START that names a stored plan",
@@ -58,7 +58,7 @@ GOES_ON = {
     "Simulators.Gaussian/SoundSpeed": "not used for control",
     "Simulators.Gaussian/Temperature": "not used for control",
     "Simulators.MUGDetectionCamera": "not needed for control",
-    "Simulators.Leaks": "only speaks when there is a leak",
+    "Simulators.Leaks": "publishes only when there is a leak",
     "Simulators.StreamVelocity": "the current stays as it is",
     "Monitors.HostResources": "not needed for control",
     "Supervisors.Equipment": "only speaks when asked",
@@ -149,6 +149,13 @@ def test_the_vehicle_comes_up_when_a_task_falls_silent(task, diving, tmp_path):
     assert dive.thrust == 0.0
     assert Mode.MANEUVER not in dive.modes[-10:]
     assert any(error in text for text in dive.errors) or not error
+
+
+def test_without_supervisor_and_failsafe_the_plan_engine_stops_the_vehicle(diving, tmp_path):
+    dive = Dive(diving, tmp_path, ["Supervisors.Vehicle", "Supervisors.Failsafe"])
+    assert dive.rises_after <= 10, dive.depths
+    assert dive.replies[-1] == "VehicleState is missing"
+    assert dive.thrust == 0.0
 
 
 def test_the_vehicle_is_in_error_when_physics_stop(diving, tmp_path):

@@ -166,3 +166,32 @@ def test_heading_goes_round():
     assert math.remainder(last.psi - 0.2 * (last.timestamp - run.vehicle.start_time) - 3.0, 2 * math.pi) == (
         pytest.approx(0.0, abs=0.1)
     )
+
+
+SWING = math.radians(2.0)  # of the pitch, once a second
+
+
+def swings(seconds, late):
+    """A vehicle whose computer stands still for 0.25 s each second, always while it begins to pitch down.
+
+    The samples of the pause are lost, or, if they are `late`, all arrive at its end.
+    """
+    for tick in range(round(seconds * 100)):
+        time = tick * 0.01 + 0.002
+        phase = time % 1.0
+        if phase < 0.25 and not late:
+            continue
+        arrival = time - phase + 0.25 if phase < 0.25 else time
+        pitch, rate = SWING * math.cos(math.tau * phase), -math.tau * SWING * math.sin(math.tau * phase)
+        yield imc.EulerAngles(timestamp=arrival, theta=pitch)
+        yield imc.AngularVelocity(timestamp=arrival, y=rate)
+        if tick % 10 == 5:
+            yield imc.Depth(timestamp=arrival, value=1.0)
+        if tick % 100 == 50:
+            yield FIX.replace(timestamp=arrival)
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_a_computer_that_stands_still_now_and_then_does_not_make_the_attitude_lie(late):
+    run = simulate(Navigation, feed=swings(40.0, late), **ANY)
+    assert {m.description for m in run.of(imc.EntityState) if m.state == State.ERROR} == set()

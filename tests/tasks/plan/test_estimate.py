@@ -71,6 +71,12 @@ def test_each_maneuver(maneuver, seconds):
     assert found.seconds == pytest.approx(seconds, abs=0.3)
 
 
+@pytest.mark.parametrize(("z", "moves"), [(0.0, 85.0), (8.0, 145.0)])
+def test_a_station_under_water_needs_the_motor_all_the_time(z, moves):
+    station = imc.StationKeeping(**place(90, 0), z=z, z_units=imc.ZUnits.DEPTH, speed=1.0, duration=60)
+    assert estimate(station, (LAT, LON), Powertrain(), now=10.0).moving == pytest.approx(moves, abs=0.3)
+
+
 def test_what_is_unknown_is_not_a_number():
     assert math.isnan(estimate(imc.CustomManeuver(), (LAT, LON), Powertrain(), 0.0).seconds)
     assert math.isnan(estimate(imc.Goto(speed=0.0), (LAT, LON), Powertrain(), 0.0).seconds)

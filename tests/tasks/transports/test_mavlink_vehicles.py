@@ -11,6 +11,9 @@ import pytest
 
 import imc
 from runtime import State
+from runtime.kernel import parse_clock
+from runtime.profile import load_profile
+from runtime.vehicle import build
 from shoal.missions import parse_plan, prepare
 from tasks.transports.mavlink import MAVLink
 
@@ -29,14 +32,17 @@ QUIET = "Simulators.StreamVelocity:Default Speed East=0.1"
 class Commanded:
     """A vehicle that executes its plan until a ground station tells it to hold."""
 
-    def __init__(self, profile, folder):
-        sea = profile == "lauv-noptilus-1"
-        self.vehicle = prepare(
-            profile,
-            overrides=[QUIET, "Bathymetry:Data="] if sea else [],
+    def __init__(self, profile, folder, *, autostart=False):
+        loaded = load_profile(profile, overrides=[QUIET, "Bathymetry:Data="] if profile == "lauv-noptilus-1" else [])
+        loaded.override(f"Plan.Autostart:Enabled={'Simulation' if autostart else 'Never'}")
+        made = build(
+            loaded,
+            loaded.select(["Simulation"]),
+            clock=parse_clock("virtual", loaded.start_time_ns),
             log_root=folder / "log",
             state_folder=folder / "db",
-        ).vehicle
+        )
+        self.vehicle = made.vehicle
         kind = {"lauv-noptilus-1": "submarine", "hexa-00": "hexacopter"}.get(profile, "boat")
         links = ["udpin:127.0.0.1:0:px4"]
         self.link = self.vehicle.add(MAVLink, "Transports.MAVLink", links=links, vehicle_kind=kind)
@@ -73,6 +79,22 @@ def test_hold_means_to_stay_there(profile, tmp_path):
     assert flown.modes[-1] == "HOLD"
     if profile == "hexa-00":
         assert all(abs(t.z - held.z) < 1.5 for t in later), "it hovers where it was, and does not land"
+
+
+@pytest.mark.parametrize("profile", PLANS)
+def test_the_first_hold_ends_the_plan_that_began_by_itself(profile, tmp_path):
+    flown = Commanded(profile, tmp_path, autostart=True)
+    flown.vehicle.start()
+    flown.vehicle.run(HOLD_AT)
+    assert flown.modes[-1] == "MISSION"
+    depth = flown.truths[-1].z
+    flown.hold()
+    flown.vehicle.run(END - HOLD_AT)
+    flown.vehicle.close()
+    assert set(flown.modes[-200:]) == {"HOLD"}
+    assert flown.link.autopilot.holds_station
+    assert not [text for _, text in flown.link.autopilot.notices if text.startswith("Cannot hold")]
+    assert all(abs(truth.z - depth) < (1.5 if profile == "hexa-00" else 0.7) for truth in flown.truths[-3000:])
 
 
 def test_a_vehicle_that_cannot_keep_station_stops(tmp_path):

@@ -1,0 +1,41 @@
+"""Time and depth on a circle."""
+
+import math
+
+import imc
+from tasks.maneuver.protocol import Completed, Leg, Maneuver, PathState
+
+
+class Circling:
+    """Waits while a maneuver circles for `seconds`, counted from the arrival on the circle; 0 is forever.
+
+    ManeuverDone ends it if the maneuver subscribes to that, as StationKeeping does and Loiter does not.
+    """
+
+    def __init__(self, maneuver: Maneuver, seconds: float):
+        self._maneuver = maneuver
+        self._seconds = float(seconds) or math.inf
+        self._end = self._nearest = math.inf
+
+    async def over(self) -> bool:
+        """Wait for the next message and report the time left; True if the time is over."""
+        maneuver = self._maneuver
+        event = await maneuver.event()
+        if isinstance(event, imc.ManeuverDone):
+            raise Completed
+        path = maneuver.path
+        if path is not None and event is path:
+            if path.flags & PathState.LOITERING:
+                self._nearest = min(self._nearest, path.z, key=abs)
+                self._end = min(self._end, maneuver.now + self._seconds)
+                maneuver.report(self._end - maneuver.now)
+            elif self._end == math.inf:
+                maneuver.tell(after=self._seconds)
+            else:
+                maneuver.report(self._end - maneuver.now)
+        return maneuver.now >= self._end
+
+    def judge(self, leg: Leg) -> None:
+        """Say aloud if the depth or altitude of `leg` was never reached."""
+        if math.isfinite(self._nearest):
+            self._maneuver.judge(leg, self._nearest)
