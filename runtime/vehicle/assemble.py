@@ -151,6 +151,7 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
             tell=lambda words: vehicle.kernel.post(vehicle.daemon.log.warning, words),
         )
         vehicle.bus.attach(transport)
+        vehicle.daemon.tells_all = True
     except ValueError as error:
         section = profile.config.sections.get("Zenoh")
         origin = section.origin if section else Origin(str(profile.path))

@@ -17,6 +17,7 @@ class Daemon(ParameterService):
         super().configure()
         self._told: dict[str, int] = {}
         self._tell_next = 0.0
+        self._has_told_all = False
 
     def start(self) -> None:
         self.set_entity_state(imc.EntityState.State.NORMAL, "active")
@@ -31,10 +32,23 @@ class Daemon(ParameterService):
         self.publish(imc.Heartbeat())
         if self.vehicle.pace is not None:
             self.vehicle.pace.look()
+        if self.tells_all and not self._has_told_all:
+            self._has_told_all = True
+            self._tell_all()
         for entity in self.vehicle.entities:
             if entity.stateful:
                 self.publish(imc.EntityState(state=entity.state, description=entity.description), entity=entity)
         self._report_excess()
+
+    def _tell_all(self) -> None:
+        """Publish what a bus keeps for those who join later: the entities, and their parameters."""
+        self.publish(self._entities())
+        for task in self.vehicle.tasks:
+            self._tell(task)
+
+    def _entities(self) -> imc.EntityList:
+        text = ";".join(f"{entity.label}={entity.id}" for entity in self.vehicle.entities)
+        return imc.EntityList(op=imc.EntityList.Op.REPORT, list=text)
 
     def _report_excess(self) -> None:
         """Log who sends or asks too much, at most once in REPORT_PERIOD."""
@@ -83,8 +97,7 @@ class Daemon(ParameterService):
     @consume(others=True)
     def list_entities(self, request: imc.EntityList) -> None:
         if request.op == imc.EntityList.Op.QUERY and self._grants(request, 1):
-            text = ";".join(f"{entity.label}={entity.id}" for entity in self.vehicle.entities)
-            self.reply(request, imc.EntityList(op=imc.EntityList.Op.REPORT, list=text))
+            self.reply(request, self._entities())
         elif request.op == imc.EntityList.Op.REPORT and request.src != self.system:
             for entry in request.list.split(";"):
                 label, _, number = entry.rpartition("=")

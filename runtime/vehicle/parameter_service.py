@@ -18,9 +18,13 @@ SCOPES = ("global", "idle", "plan", "maneuver")
 
 
 class ParameterService(Task):
-    """Answers parameter requests for all tasks of the vehicle, each from the task's entity."""
+    """Answers parameter requests for all tasks of the vehicle, each from the task's entity.
+
+    With `tells_all`, changed parameters are also published for all.
+    """
 
     vehicle: "Vehicle"
+    tells_all = False
 
     def configure(self) -> None:
         self.allowance = Allowance()
@@ -157,6 +161,8 @@ class ParameterService(Task):
         except BaseException as error:
             self._kernel.on_error(task, as_error(error))
             return False
+        if self.tells_all:
+            self._tell(task)
         return True
 
     def _configure(self, task: Task, before: dict[str, object]) -> None:
@@ -169,9 +175,18 @@ class ParameterService(Task):
             task.reconfigured()
             raise
 
+    def _tell(self, task: Task) -> None:
+        """Publish all parameters of a task for everybody."""
+        if declared := task.parameter_set.declarations:
+            self.publish(_values(task, [declared[name] for name in sorted(declared)]), entity=task.entity)
+
     def _answer(self, request: imc.Message, task: Task, chosen: Iterable[Parameter]) -> None:
-        values = tuple(imc.EntityParameter(name=p.name, value=task.parameter_set.text(p)) for p in chosen)
-        self.reply(request, imc.EntityParameters(name=task.entity.label, params=values), entity=task.entity)
+        self.reply(request, _values(task, chosen), entity=task.entity)
+
+
+def _values(task: Task, chosen: Iterable[Parameter]) -> imc.EntityParameters:
+    values = tuple(imc.EntityParameter(name=p.name, value=task.parameter_set.text(p)) for p in chosen)
+    return imc.EntityParameters(name=task.entity.label, params=values)
 
 
 def _typed(task: Task, parameter: Parameter) -> imc.TypedEntityParameter:

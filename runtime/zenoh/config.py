@@ -17,6 +17,7 @@ Mode = Literal["peer", "router", "client"]
 LOCAL_PORT = 7447
 SESSION_OFFSET = 53
 SESSIONS = 32
+LONGEST_STALL = 1_000_000  # µs without taking any command until a receiver is cut off; it may come back
 
 _ENDPOINT = re.compile(r"(?:tcp|udp|tls|quic|ws)/[^\s/?#]+:\d{1,5}(?:[?#]\S*)?")
 _KEYWORDS = ("loopback", "none", "auto")
@@ -146,7 +147,10 @@ class ZenohConfig:
             put("scouting/gossip/autoconnect", None, [])
 
         put("transport/shared_memory/enabled", self.shared_memory, False)
-        put("transport/link/tx/queue/size/data", None, 16)
+        put("timestamping/enabled", None, True)  # zenoh keeps the last state of a publisher by its time
+        for priority in ("real_time", "data"):
+            put(f"transport/link/tx/queue/size/{priority}", None, 16)
+        put("transport/link/tx/queue/congestion_control/block/wait_before_close", None, LONGEST_STALL)
         for limit in ("wait_before_drop", "max_wait_before_drop_fragments"):
             put(f"transport/link/tx/queue/congestion_control/drop/{limit}", None, 200)  # µs
         open_to = [f"scouts on {scouting}"] if by_zenoh else []

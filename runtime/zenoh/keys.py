@@ -23,3 +23,14 @@ def key(message: str, source: str, entity: str, destination: str = "") -> str:
     if destination:
         return f"{PREFIX}/{chunk(destination)}/@cmd/{chunk(message)}/{chunk(source)}"
     return f"{PREFIX}/{chunk(source)}/{chunk(message)}/{chunk(entity)}"
+
+
+def query_key(message: str, source: str, entity: str = "") -> str:
+    """Where the last message of a type is asked for: of one entity, or the last of all of them."""
+    last = f"/{chunk(entity)}" if entity else ""
+    return f"{PREFIX}/{chunk(source)}/@q/{chunk(message)}{last}"
+
+
+def alive_key(vehicle: str, system: int, process: str) -> str:
+    """The liveliness token of a process of a vehicle that runs."""
+    return f"{PREFIX}/{chunk(vehicle)}/@alive/{system:04x}/{chunk(process)}"

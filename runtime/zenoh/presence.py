@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, cast
 
-from runtime.zenoh.keys import PREFIX, chunk
+from runtime.zenoh.keys import PREFIX, alive_key, chunk
 
 if TYPE_CHECKING:
     import zenoh
@@ -25,11 +25,15 @@ MOST_OTHERS = 256
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """What a process runs of a vehicle: its entities as the bits of a number, without the Daemon's, which each has."""
+    """What a process runs of a vehicle: its entities as the bits of a number, without the Daemon's, which each has.
+
+    `process` names the process: "main", or the one of a section's `Process`.
+    """
 
     vehicle: str
     system: int
     entities: int
+    process: str = "main"
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +74,8 @@ class Presence:
     """
 
     def __init__(self, session: "zenoh.Session", part: Part, tell: Callable[[str], None]) -> None:
+        import zenoh
+
         self._part = part
         self._zid = str(session.info.zid())
         self._began = time.time_ns()
@@ -78,11 +84,13 @@ class Presence:
         self._others: dict[str, Other] = {}
         self._changed = threading.Condition()
         self._accepted = False
+        self._alive: Any = None
         self.siblings: frozenset[str] = frozenset()
         liveliness = session.liveliness()
         self._token: Any = liveliness.declare_token(token(part, STARTING, self._began, self._zid))
         listen: Any = liveliness.declare_subscriber
-        self._subscriber: Any = listen(expression(part.vehicle), self._note, history=True)
+        handler = zenoh.handlers.Callback(self._note, indirect=False)
+        self._subscriber: Any = listen(expression(part.vehicle), handler, history=True)
 
     def confirm(self) -> None:
         """Raise ConnectionError if another process runs this part; else it is ours from now on.
@@ -102,8 +110,11 @@ class Presence:
         liveliness = self._session.liveliness()
         self._token = liveliness.declare_token(token(self._part, RUNNING, self._began, self._zid))
         starting.undeclare()
+        self._alive = liveliness.declare_token(alive_key(self._part.vehicle, self._part.system, self._part.process))
 
     def close(self) -> None:
+        if self._alive is not None:
+            self._alive.undeclare()
         self._subscriber.undeclare()
         self._token.undeclare()
 
