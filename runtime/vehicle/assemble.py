@@ -1,7 +1,7 @@
 """Builds the vehicle of a profile: finds the task classes of its sections and sets their parameters."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import imc
@@ -143,6 +143,7 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
     here = sum(1 << entity.id for entity in vehicle.entities if entity is not vehicle.daemon.entity)
     try:
         config = ZenohConfig.from_options(profile.options("Zenoh"), profile.path.parent)
+        config = replace(config, vehicle=vehicle.name)
         transport = ZenohTransport(
             config,
             vehicle.systems.name,

@@ -3,11 +3,12 @@
 import json
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from runtime.zenoh.scouting import LOOPBACK
+from runtime.zenoh.security import OPTIONS, Security, guards
 
 if TYPE_CHECKING:
     import zenoh
@@ -61,7 +62,9 @@ class ZenohConfig:
         scouting, whoever answers on these interfaces, "auto" for all ["loopback"].
     scouting_address: multicast group and port ["224.0.0.224:7446"].
     shared_memory: whether packets of 3 kB and more travel in shared memory, which takes 17 MB per process [False].
-    config_file: a zenoh configuration (JSON5) for everything else: TLS, access control, rates per link.
+    config_file: a zenoh configuration (JSON5) for everything else, such as rates per link.
+    security: who may join, and what they may do there.
+    vehicle: the name of the vehicle that commands are for ["*", any].
     """
 
     mode: Mode | None = None
@@ -72,6 +75,8 @@ class ZenohConfig:
     scouting_address: str | None = None
     shared_memory: bool | None = None
     config_file: Path | None = None
+    security: Security = field(default_factory=Security)
+    vehicle: str = "*"
 
     @classmethod
     def from_options(cls, options: Mapping[str, str], folder: Path = Path()) -> "ZenohConfig":
@@ -80,6 +85,7 @@ class ZenohConfig:
         Raises ValueError naming an option that is unknown or has an invalid value.
         """
         values: dict[str, Any] = {}
+        secrets: dict[str, Any] = {}
         for name, text in options.items():
             if name not in _PARSERS:
                 raise ValueError(f"[Zenoh] {name}: unknown option; known: {', '.join(_PARSERS)}")
@@ -89,13 +95,14 @@ class ZenohConfig:
                 value = _PARSERS[name](text.strip())
             except ValueError as error:
                 raise ValueError(f"[Zenoh] {name}: {error}") from None
-            values[name.lower().replace(" ", "_")] = folder / value if isinstance(value, Path) else value
-        return cls(**values)
+            found = secrets if name in OPTIONS else values
+            found[name.lower().replace(" ", "_")] = folder / value if isinstance(value, Path) else value
+        return cls(**values, security=Security(**secrets))
 
     def build(self, place: int = 0) -> Layout:
         """How a session joins that takes the session port number `place`.
 
-        Raises ValueError for an invalid configuration file.
+        Raises ValueError for an invalid configuration file, and for options that contradict each other.
         """
         import zenoh
 
@@ -153,6 +160,12 @@ class ZenohConfig:
         put("transport/link/tx/queue/congestion_control/block/wait_before_close", None, LONGEST_STALL)
         for limit in ("wait_before_drop", "max_wait_before_drop_fragments"):
             put(f"transport/link/tx/queue/congestion_control/drop/{limit}", None, 200)  # µs
+        try:
+            self.security.apply(lambda name, value: insert(config, name, value), self.vehicle)
+        except zenoh.ZError as error:
+            raise ValueError(f"[Zenoh]: {explain(error)}") from None
+        except ValueError as error:
+            raise ValueError(f"[Zenoh] {error}") from None
         open_to = [f"scouts on {scouting}"] if by_zenoh else []
         return Layout(
             config=config,
@@ -176,12 +189,11 @@ def is_loopback(endpoint: str) -> bool:
 
 
 def _is_guarded(get: Callable[[str], Any], mode: str, beyond: Iterable[str], scouts: bool) -> bool:
-    """Whether only peers with a certificate get in, and these only as access control says."""
+    """Whether all links beyond the computer are encrypted, and others get in only by name and access control."""
     secured = all(endpoint.startswith(("tls/", "quic/")) for endpoint in beyond)
     if scouts and not set(get("transport/link/protocols") or ["tcp"]) <= {"tls", "quic"}:
         secured = False
-    mutual = mode == "client" or get("transport/link/tls/enable_mtls") is True
-    return secured and mutual and (get("access_control/enabled") is True or mode == "client")
+    return secured and (mode == "client" or guards(get))
 
 
 def explain(error: Exception) -> str:
@@ -239,6 +251,15 @@ def _interfaces(text: str) -> str:
     return ",".join(words) if len(words) > 1 or words[0].lower() not in _KEYWORDS else words[0].lower()
 
 
+def _switch(text: str) -> bool:
+    return _one_of(("true", "false"))(text) == "true"
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+_KINDS: Mapping[str, Callable[[str], Any]] = {"file": Path, "switch": _switch, "name": str, "names": _names}
 _PARSERS: Mapping[str, Callable[[str], Any]] = {
     "Mode": _one_of(get_args(Mode)),
     "Local Port": _port,
@@ -246,6 +267,7 @@ _PARSERS: Mapping[str, Callable[[str], Any]] = {
     "Connect": _endpoints,
     "Scouting": _interfaces,
     "Scouting Address": _group,
-    "Shared Memory": lambda text: _one_of(("true", "false"))(text) == "true",
+    "Shared Memory": _switch,
     "Config File": Path,
+    **{name: _KINDS[kind] for name, kind in OPTIONS.items()},
 }

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import imc
-from tests.runtime.zenoh.processes import PEERS, Network, Process
+from tests.runtime.zenoh.processes import Network, Process
 from tests.runtime.zenoh.test_trouble import NAME, SYSTEM, Vehicle, slowness, wait_until
 
 CONSOLE = 0x4123
@@ -25,8 +25,8 @@ def network() -> Iterator[Network]:
         process.end()
 
 
-def asker(network: Network, mode: str = "client") -> Process:
-    process = network.add(PEERS / "asker.py", mode, network.local_port, network.scouting_port)
+def asker(network: Network) -> Process:
+    process = network.asker()
     assert process.line() == {"opened": True}
     return process
 

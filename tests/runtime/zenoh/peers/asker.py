@@ -1,7 +1,8 @@
 """A zenoh program without Shoal's transport that asks, joins late, and watches who is alive.
 
-Arguments: mode ("client" or "peer"), local port, scouting port. Commands on standard input, one JSON answer each:
-`get KEY [MESSAGE]`, `late EXPRESSION SECONDS`, `watch EXPRESSION` (then one line per birth and death).
+Arguments: mode ("client" or "peer"), local port, scouting port, zenoh options as JSON (or none). Commands on standard
+input, one JSON answer each: `get KEY [MESSAGE]`, `put KEY MESSAGE`, `late EXPRESSION SECONDS`, `watch EXPRESSION` (then
+one line per birth and death).
 """
 
 import contextlib
@@ -68,12 +69,14 @@ def late(session: Any, expression: str, seconds: str) -> dict[str, object]:
 
 
 def main() -> None:
-    mode, local_port, scouting_port = sys.argv[1:4]
+    mode, local_port, scouting_port, *options = sys.argv[1:]
     config: Any = zenoh.Config()
     if mode == "client":
         config.insert_json5("mode", '"client"')
         config.insert_json5("connect/endpoints", json.dumps([f"tcp/127.0.0.1:{local_port}"]))
     config.insert_json5("scouting/multicast/address", json.dumps(f"224.0.0.224:{scouting_port}"))
+    for name, value in json.loads(options[0] if options else "{}").items():
+        config.insert_json5(name, json.dumps(value))
     with contextlib.ExitStack() as stack:
         session: Any = stack.enter_context(zenoh.open(config))
         say({"opened": True})
@@ -82,6 +85,9 @@ def main() -> None:
             match word:
                 case "get":
                     say(get(session, *values))
+                case "put":
+                    session.put(values[0], message_of(values[1]), congestion_control=zenoh.CongestionControl.BLOCK)
+                    say({"put": values[0]})
                 case "late":
                     say(late(session, *values))
                 case "watch":
