@@ -105,7 +105,8 @@ class ParameterService(Task):
         """Reply with types, units and limits; an empty name asks every task."""
         if request.op != imc.QueryTypedEntityParameters.Op.REQUEST:
             return
-        asked = [task for task in self.vehicle.tasks if request.entity_name in ("", task.entity.label)]
+        here = [task for task in self.vehicle.tasks if self.answering(task.entity.label) is task]
+        asked = [task for task in here if request.entity_name in ("", task.entity.label)]
         if self._grants(request, len(asked)):
             for task in asked:
                 reply = imc.QueryTypedEntityParameters(
@@ -117,8 +118,13 @@ class ParameterService(Task):
                 self.reply(request, reply, entity=task.entity)
 
     def _addressed(self, request: imc.Message, label: str) -> Task | None:
-        task = self.vehicle.find(label) if self.concerns(request) else None
+        task = self.answering(label) if self.concerns(request) else None
         return task if task is not None and self._affords(request, 1) else None
+
+    def answering(self, label: str) -> Task | None:
+        """The task with this label, if it runs here; of the daemons of several processes only the main one answers."""
+        task = self.vehicle.find(label)
+        return None if task is self and self.vehicle.process else task
 
     def _grants(self, request: imc.Message, replies: int) -> bool:
         """Whether a request is for us, and its sender has not asked too much."""

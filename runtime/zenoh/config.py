@@ -153,7 +153,9 @@ class ZenohConfig:
             # Sessions of this computer are found at their ports; gossip would connect to all that these know elsewhere.
             put("scouting/gossip/autoconnect", None, [])
 
-        put("transport/shared_memory/enabled", self.shared_memory, False)
+        # Frames are put into shared memory by runtime.zenoh.frames, packets by zenoh itself, from a pool of 17 MB.
+        put("transport/shared_memory/enabled", None, True)
+        put("transport/shared_memory/transport_optimization/enabled", self.shared_memory, False)
         put("timestamping/enabled", None, True)  # zenoh keeps the last state of a publisher by its time
         for priority in ("real_time", "data"):
             put(f"transport/link/tx/queue/size/{priority}", None, 16)

@@ -32,5 +32,5 @@ def query_key(message: str, source: str, entity: str = "") -> str:
 
 
 def alive_key(vehicle: str, system: int, process: str) -> str:
-    """The liveliness token of a process of a vehicle that runs."""
-    return f"{PREFIX}/{chunk(vehicle)}/@alive/{system:04x}/{chunk(process)}"
+    """The liveliness token of a process of a vehicle that runs; "*" for all processes."""
+    return f"{PREFIX}/{chunk(vehicle)}/@alive/{system:04x}/{process if process == '*' else chunk(process)}"

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 PATIENCE = 0.5  # s to hear of others after the session is open
 STARTING, RUNNING = "starting", "running"
 MOST_OTHERS = 256
+ELSEWHERE = "192.0.2.1", 9  # an address that nobody has (RFC 5737)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +54,19 @@ def expression(vehicle: str) -> str:
 
 
 def token(part: Part, phase: str, began: int, zid: str) -> str:
-    place = f"{phase}/{began:x}/{chunk(socket.gethostname())}/{os.getpid()}/{zid}/{part.entities:x}"
+    place = f"{phase}/{began:x}/{chunk(host_here())}/{os.getpid()}/{zid}/{part.entities:x}"
     return f"{PREFIX}/{chunk(part.vehicle)}/@run/{place}"
+
+
+def host_here() -> str:
+    """The name of this computer, and after a ~ its address on the network, if it has one."""
+    name = socket.gethostname()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(ELSEWHERE)  # sends nothing: it chooses the interface
+        except OSError:
+            return name
+        return f"{name}~{probe.getsockname()[0]}"
 
 
 def parse(key: str) -> Other | None:
@@ -70,10 +82,17 @@ class Presence:
     """Announces a part of a vehicle, and knows the other processes of this vehicle.
 
     `siblings` are the sessions (zenoh ids) that run other parts. `tell` gets a warning if a process with the same part
-    appears later, for example because two networks were joined.
+    appears later, for example because two networks were joined. `note` gets the name of a process of the vehicle, and
+    whether it has appeared or gone.
     """
 
-    def __init__(self, session: "zenoh.Session", part: Part, tell: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        session: "zenoh.Session",
+        part: Part,
+        tell: Callable[[str], None],
+        note: Callable[[str, bool], None] | None,
+    ) -> None:
         import zenoh
 
         self._part = part
@@ -84,6 +103,8 @@ class Presence:
         self._others: dict[str, Other] = {}
         self._changed = threading.Condition()
         self._accepted = False
+        self._tell_process = note
+        self._watching: Any = None
         self._alive: Any = None
         self.siblings: frozenset[str] = frozenset()
         liveliness = session.liveliness()
@@ -97,6 +118,8 @@ class Presence:
 
         Of two that start at the same moment the one that began first stays.
         """
+        import zenoh
+
         with self._changed:
             self._changed.wait_for(lambda: self._elder() is not None, PATIENCE)
             elder = self._elder()
@@ -104,18 +127,26 @@ class Presence:
         if elder is not None:
             raise ConnectionError(
                 f"{self._part.vehicle} already runs on this network: {_where(elder)}; "
-                "end it, or give one of them another name (-V)"
+                f"this is {_computer(chunk(host_here()))}: end one, or give it another name (-V)"
             )
         starting = self._token
         liveliness = self._session.liveliness()
         self._token = liveliness.declare_token(token(self._part, RUNNING, self._began, self._zid))
         starting.undeclare()
         self._alive = liveliness.declare_token(alive_key(self._part.vehicle, self._part.system, self._part.process))
+        if self._tell_process is not None:
+            listen: Any = liveliness.declare_subscriber
+            processes = alive_key(self._part.vehicle, self._part.system, "*")
+            self._watching = listen(
+                processes, zenoh.handlers.Callback(self._note_process, indirect=False), history=True
+            )
 
     def close(self) -> None:
         if self._alive is not None:
             self._alive.undeclare()
         self._subscriber.undeclare()
+        if self._watching is not None:
+            self._watching.undeclare()
         self._token.undeclare()
 
     def _elder(self) -> Other | None:
@@ -124,6 +155,13 @@ class Presence:
             if other.entities & self._part.entities and (other.phase == RUNNING or (other.began, other.zid) < mine):
                 return other
         return None
+
+    def _note_process(self, sample: "zenoh.Sample") -> None:
+        import zenoh
+
+        name = str(sample.key_expr).rpartition("/")[2]
+        if self._tell_process is not None and name != self._part.process:
+            self._tell_process(name, cast(Any, sample).kind == zenoh.SampleKind.PUT)
 
     def _note(self, sample: "zenoh.Sample") -> None:
         """A token has appeared or gone; called from zenoh's thread."""
@@ -151,4 +189,10 @@ def _where(other: Other) -> str:
         began = datetime.fromtimestamp(other.began / 1e9, UTC).strftime("%Y-%m-%d %H:%M:%S")
     except (OverflowError, ValueError, OSError):
         began = "an unknown time"
-    return f"on {other.host}, process {other.process}, since {began} UTC"
+    return f"on {_computer(other.host)}, process {other.process}, since {began} UTC"
+
+
+def _computer(host: str) -> str:
+    """A computer as people read it, of the chunk of a token."""
+    name, _, address = host.partition("~")
+    return f"{name} ({address})" if address else name

@@ -13,6 +13,7 @@ from runtime.zenoh.answers import Answers
 from runtime.zenoh.arrivals import Arrivals
 from runtime.zenoh.config import SESSIONS, Layout, ZenohConfig, explain
 from runtime.zenoh.faults import FaultCounter
+from runtime.zenoh.frames import Frames
 from runtime.zenoh.keys import PREFIX
 from runtime.zenoh.meeting import MeetingPoint, is_held
 from runtime.zenoh.outbox import Outbox
@@ -34,7 +35,8 @@ class ZenohTransport:
     `system_name(id)` and `entity_label(system, entity)` give the names in keys; the number replaces an empty label.
     `part` is what of a vehicle runs here: another process that runs the same is refused, and packets in the name of the
     vehicle are taken only from processes that run its other parts. `concerns` says whether the tasks that answer a
-    request run here. `tell` gets warnings, from any thread.
+    request run here. `note` gets the name of another process of the vehicle, and whether it has appeared or gone;
+    `tell` gets warnings; both from any thread. `frames` carries those of the vehicle.
     Counted: `lost`, packets of Shoal processes that did not arrive here (full queue, broken link); `oversize`, payloads
     larger than any packet; `strange`, packets in the name of the vehicle from elsewhere; `unsent`, packets that zenoh
     refused.
@@ -48,6 +50,7 @@ class ZenohTransport:
         *,
         part: Part | None = None,
         concerns: Callable[[imc.Message], bool] = lambda _: True,
+        note: Callable[[str, bool], None] | None = None,
         tell: Callable[[str], None] = logger.warning,
     ) -> None:
         self.config = config
@@ -55,6 +58,7 @@ class ZenohTransport:
         self.unsent = FaultCounter("could not be sent", tell)
         self._part = part
         self._concerns = concerns
+        self._note = note
         self._tell = tell
         self._system_name = system_name
         self._entity_label = entity_label
@@ -65,6 +69,7 @@ class ZenohTransport:
         self._publishers: Publishers | None = None
         self._outbox = Outbox(self.unsent)
         self._answers: Answers | None = None
+        self.frames = None if part is None else Frames(part.vehicle, self._is_sibling, tell)
         self._receive: Callable[[bytes], None] = lambda _: None
 
     def open(self, receive: Callable[[bytes], None]) -> None:
@@ -83,7 +88,7 @@ class ZenohTransport:
         session = self._session
         try:
             if self._part is not None:
-                self._presence = Presence(session, self._part, self._tell)
+                self._presence = Presence(session, self._part, self._tell, self._note)
                 self._presence.confirm()
         except ConnectionError:
             self.close()
@@ -101,6 +106,8 @@ class ZenohTransport:
         self._answers = Answers(session, self._part, self._outbox, self._take, self._concerns)
         self._publishers = Publishers(session)
         self.arrivals.open(session, f"{PREFIX}/**")
+        if self.frames is not None:
+            self.frames.open(session)
 
     def send(self, message: imc.Message, packet: bytes) -> None:
         """Publish a packet, which decodes to `message`. Drops it if a queue is full; never blocks, never raises."""
@@ -157,7 +164,7 @@ class ZenohTransport:
         if self._scout is not None:
             self._scout.close()
         self._outbox.close()
-        for part in (self._presence, self._answers, self.arrivals, self._publishers):
+        for part in (self._presence, self._answers, self.frames, self.arrivals, self._publishers):
             if part is not None:
                 part.close()
         cast(Any, session).close()
