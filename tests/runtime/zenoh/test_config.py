@@ -98,7 +98,7 @@ def test_everything_stays_on_the_loopback_interface_by_default() -> None:
     assert built(config, "connect/endpoints") == ["tcp/127.0.0.1:7447"]
     assert built(config, "scouting/multicast/enabled") is False, "zenoh's own scouting listens at 0.0.0.0"
     assert built(config, "scouting/gossip/autoconnect") == []
-    assert built(config, "transport/shared_memory/enabled") is False
+    assert built(config, "transport/shared_memory/transport_optimization/enabled") is False
     assert config.build().group == "224.0.0.224:7446"
     assert config.build().exposed == []
 
