@@ -9,7 +9,6 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import imc
@@ -172,7 +171,11 @@ class Answers:
         self._outbox.put(f"reply to {query.key_expr}", send)
 
     def _refuse(self, query: "zenoh.Query", why: str) -> None:
-        self._outbox.put(f"refusal: {why}", partial(cast(Any, query).reply_err, why))
+        def send() -> None:
+            cast(Any, query).reply_err(why)
+            cast(Any, query).drop()  # else the other side waits for more
+
+        self._outbox.put(f"refusal: {why}", send)
 
 
 def time_of(packet: bytes) -> float:

@@ -76,6 +76,7 @@ def test_a_vehicle_answers_queries_and_a_late_joiner_has_its_state_at_once(netwo
         answer = process.ask(f"get imc/{NAME}/@q/{key} {json.dumps(request)}")
         assert answer["replies"] == []
         assert reason in answer["errors"][0]
+        assert answer["seconds"] < 1.0 * slowness()
 
     # A late joiner has the states before they are published again.
     for message in ("EntityList", "VehicleState", "PlanControlState", "PlanDBState", "EntityParameters"):
