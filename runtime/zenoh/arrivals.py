@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from imc.layout import LARGEST_PACKET
 from runtime.zenoh.faults import FaultCounter
-from runtime.zenoh.keys import PREFIX
+from runtime.zenoh.keys import PREFIX, chunk, heard
 from runtime.zenoh.publishers import LATCHED
 
 if TYPE_CHECKING:
@@ -50,24 +50,26 @@ class Arrivals:
         self._subscribers: list[Any] = []
         self._threads: list[threading.Thread] = []
 
-    def open(self, session: "zenoh.Session", systems: str) -> None:
-        """Subscribe: telemetry of `systems`, an expression such as "imc/**", commands and states of all.
+    def open(self, session: "zenoh.Session", vehicle: str, messages: tuple[str, ...] | None) -> None:
+        """Subscribe to what concerns a vehicle, and to `messages` of other systems, None for all.
 
         Telemetry and commands have a ring and a thread each, so that a flood of telemetry does not displace commands.
         """
         import zenoh
         import zenoh.ext
 
-        for expression in (systems, f"{PREFIX}/*/@cmd/**"):  # ** does not match chunks that begin with @
-            ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(RING)
-            subscriber = session.declare_subscriber(expression, ring, allowed_origin=zenoh.Locality.REMOTE)
-            self._subscribers.append(subscriber)
-            self._begin(expression, self._read, subscriber.handler)
+        for expressions in heard(vehicle, messages):
+            for expression in expressions:
+                ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(RING)
+                subscriber = session.declare_subscriber(expression, ring, allowed_origin=zenoh.Locality.REMOTE)
+                self._subscribers.append(subscriber)
+                self._begin(expression, self._read, subscriber.handler)
         for message in LATCHED:
+            whose = "*" if messages is None or message in messages else chunk(vehicle)
             self._subscribers.append(
                 zenoh.ext.declare_advanced_subscriber(
                     session,
-                    f"{PREFIX}/*/{message}/*",
+                    f"{PREFIX}/{whose}/{message}/*",
                     zenoh.handlers.Callback(self._note_state, indirect=False),
                     allowed_origin=zenoh.Locality.REMOTE,
                     history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1),

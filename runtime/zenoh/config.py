@@ -63,6 +63,7 @@ class ZenohConfig:
     scouting_address: multicast group and port ["224.0.0.224:7446"].
     shared_memory: whether packets of 3 kB and more travel in shared memory, which takes 17 MB per process [False].
     config_file: a zenoh configuration (JSON5) for everything else, such as rates per link.
+    hear: messages of other systems to receive, None for all; what is addressed to the vehicle it receives anyway [all].
     security: who may join, and what they may do there.
     vehicle: the name of the vehicle that commands are for ["*", any].
     """
@@ -75,6 +76,7 @@ class ZenohConfig:
     scouting_address: str | None = None
     shared_memory: bool | None = None
     config_file: Path | None = None
+    hear: tuple[str, ...] | None = None
     security: Security = field(default_factory=Security)
     vehicle: str = "*"
 
@@ -261,6 +263,16 @@ def _names(text: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
+def _messages(text: str) -> tuple[str, ...] | None:
+    names = _names(text)
+    if "all" in names:
+        return None
+    for name in names:
+        if not re.fullmatch(r"\w+", name):
+            raise ValueError(f"{name!r} is not all, or a list of messages")
+    return names
+
+
 _KINDS: Mapping[str, Callable[[str], Any]] = {"file": Path, "switch": _switch, "name": str, "names": _names}
 _PARSERS: Mapping[str, Callable[[str], Any]] = {
     "Mode": _one_of(get_args(Mode)),
@@ -270,6 +282,7 @@ _PARSERS: Mapping[str, Callable[[str], Any]] = {
     "Scouting": _interfaces,
     "Scouting Address": _group,
     "Shared Memory": _switch,
+    "Hear": _messages,
     "Config File": Path,
     **{name: _KINDS[kind] for name, kind in OPTIONS.items()},
 }

@@ -2,8 +2,12 @@
 
 from urllib.parse import quote
 
+from imc.addresses import BROADCAST
+
 PREFIX = "imc"
 LONGEST_CHUNK = 255
+ALL_SYSTEMS = f"0x{BROADCAST:04X}"
+"""The name of the system that a message for all is addressed to, if it is not simply published."""
 
 
 def chunk(name: str) -> str:
@@ -23,6 +27,14 @@ def key(message: str, source: str, entity: str, destination: str = "") -> str:
     if destination:
         return f"{PREFIX}/{chunk(destination)}/@cmd/{chunk(message)}/{chunk(source)}"
     return f"{PREFIX}/{chunk(source)}/{chunk(message)}/{chunk(entity)}"
+
+
+def heard(vehicle: str, messages: tuple[str, ...] | None) -> tuple[list[str], list[str]]:
+    """Expressions of what a vehicle receives, published for all and as commands; see `hear` of ZenohConfig."""
+    if messages is None:
+        return [f"{PREFIX}/**"], [f"{PREFIX}/*/@cmd/**"]  # ** does not match chunks that begin with @
+    for_all = [f"{PREFIX}/{chunk(vehicle)}/**", *(f"{PREFIX}/*/{chunk(message)}/*" for message in messages)]
+    return for_all, [f"{PREFIX}/{chunk(system)}/@cmd/**" for system in (vehicle, ALL_SYSTEMS)]
 
 
 def query_key(message: str, source: str, entity: str = "") -> str:

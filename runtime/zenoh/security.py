@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from runtime.zenoh.keys import PREFIX, chunk
+from runtime.zenoh.keys import ALL_SYSTEMS, PREFIX, chunk
 
 LOOPBACK_INTERFACES = ["lo", "lo0"]
 TELLING = ("put", "delete", "reply", "declare_queryable", "liveliness_token")
@@ -85,7 +85,7 @@ class Security:
 
     def _access(self, vehicle: str) -> dict[str, Any]:
         own = f"{PREFIX}/{vehicle if vehicle == '*' else chunk(vehicle)}"
-        commands = [f"{own}/@cmd/**", f"{PREFIX}/{chunk('@all')}/@cmd/**"]
+        commands = [f"{own}/@cmd/**", f"{PREFIX}/{ALL_SYSTEMS}/@cmd/**"]
         rules: list[Rule] = [
             _rule("all", (*TELLING, *ASKING), EVERYTHING),
             _rule(

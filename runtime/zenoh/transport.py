@@ -14,7 +14,6 @@ from runtime.zenoh.arrivals import Arrivals
 from runtime.zenoh.config import SESSIONS, Layout, ZenohConfig, explain
 from runtime.zenoh.faults import FaultCounter
 from runtime.zenoh.frames import Frames
-from runtime.zenoh.keys import PREFIX
 from runtime.zenoh.meeting import MeetingPoint, is_held
 from runtime.zenoh.outbox import Outbox
 from runtime.zenoh.presence import Part, Presence
@@ -105,7 +104,7 @@ class ZenohTransport:
         self._outbox.open()
         self._answers = Answers(session, self._part, self._outbox, self._take, self._concerns)
         self._publishers = Publishers(session)
-        self.arrivals.open(session, f"{PREFIX}/**")
+        self.arrivals.open(session, self.config.vehicle, self.config.hear)
         if self.frames is not None:
             self.frames.open(session)
 
