@@ -1,6 +1,7 @@
 """`shoal fleet` with real processes: started, killed, started again, stopped."""
 
 import contextlib
+import json
 import os
 import signal
 import subprocess
@@ -8,8 +9,10 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+import zenoh
 
 import imc
 from shoal.fleet import Child, Keeper
@@ -49,30 +52,31 @@ def children(process: int) -> list[int]:
     return []
 
 
+def connected(port: int) -> Any:
+    """A zenoh client, as soon as there is somebody to connect to."""
+    config: Any = zenoh.Config()
+    config.insert_json5("mode", '"client"')
+    config.insert_json5("connect/endpoints", json.dumps([f"tcp/127.0.0.1:{port}"]))
+    deadline = time.monotonic() + 2 * PATIENCE
+    while True:
+        try:
+            return zenoh.open(config)
+        except zenoh.ZError:
+            assert time.monotonic() < deadline
+            time.sleep(0.2)
+
+
 @pytest.mark.heavy
 @pytest.mark.parametrize("per_process", [1, 2])
 def test_a_fleet_is_started_kept_and_stopped(network: Network, tmp_path: Path, per_process: int) -> None:
     file = tmp_path / "fleet.yaml"
     file.write_text(FLEET.format(port=network.local_port, per_process=per_process))
     run = network.add("-m", "shoal.cli", "fleet", file, "--log-dir", tmp_path / "log")
-    asker = [network.asker()]
+    session = connected(network.local_port)
 
     def alive() -> set[str]:
-        if asker[0].popen.poll() is not None:  # there was no router yet
-            asker[0] = network.asker()
-        if asker[0].lines.qsize() and asker[0].line() == {"opened": True}:
-            asker[0].ask("watch imc/*/@alive/*/main")
-        return {token.split("/")[1] for token in list(tokens(asker[0]))}
-
-    seen: dict[Process, dict[str, bool]] = {}
-
-    def tokens(process: Process) -> Iterator[str]:
-        known = seen.setdefault(process, {})
-        while process.lines.qsize():
-            answer = process.lines.get()
-            if answer and "token" in answer:
-                known[answer["token"]] = answer["born"]
-        return (token for token, born in known.items() if born)
+        replies = session.liveliness().get("imc/*/@alive/*/main", timeout=2.0)
+        return {str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None}
 
     wait_until(lambda: alive() == NAMES, run)
     assert len(children(run.popen.pid)) == (3 if per_process == 1 else 2)
@@ -81,6 +85,7 @@ def test_a_fleet_is_started_kept_and_stopped(network: Network, tmp_path: Path, p
     wait_until(lambda: alive() != NAMES, run)
     wait_until(lambda: alive() == NAMES, run)
     wait_until(lambda: len(list((tmp_path / "log").glob("*/*/*/Data.lsf*"))) >= 4, run)
+    session.close()
     living = children(run.popen.pid)
     command = [sys.executable, "-m", "shoal.cli", "fleet", "stop", f"test-{network.local_port}"]
     stopped = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=40)
