@@ -7,7 +7,7 @@ packet of a request as its payload a query is a command of its source, and gets 
 import struct
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
@@ -22,7 +22,6 @@ from runtime.zenoh.publishers import ENCODING
 if TYPE_CHECKING:
     import zenoh
 
-MOST_KEPT = 4096
 MOST_OPEN = 64
 PATIENCE = 10.0  # s that a request waits for its reply; zenoh's own timeout is as long
 
@@ -55,10 +54,11 @@ class _Open:
 
 
 class Answers:
-    """Keeps what a session publishes, and answers queries for it and for requests.
+    """Answers queries for what a session has published, and for replies to requests.
 
-    `part` is the vehicle of the session, None for a relay. `take` gets the packets of requests, as if they had arrived
-    at @cmd; `concerns` says whether the tasks that answer a request run here.
+    `last` gives the last packets by message, source and entity. `part` is the vehicle of the session, None for a relay.
+    `take` gets the packets of requests, as if they had arrived at @cmd; `concerns` says whether the tasks that answer a
+    request run here.
     """
 
     def __init__(
@@ -66,6 +66,7 @@ class Answers:
         session: "zenoh.Session",
         part: Part | None,
         outbox: Outbox,
+        last: Callable[[], Iterable[tuple[tuple[str, ...], bytes]]],
         take: Callable[[bytes], object],
         concerns: Callable[[imc.Message], bool],
     ) -> None:
@@ -73,21 +74,15 @@ class Answers:
 
         self._part = part
         self._outbox = outbox
+        self._last = last
         self._take = take
         self._concerns = concerns
-        self._kept: dict[tuple[str, ...], bytes] = {}
         self._open: dict[tuple[int, str], list[_Open]] = {}
         self._lock = threading.Lock()
         expression = f"{PREFIX}/{'*' if part is None else chunk(part.vehicle)}/@q/**"
         # Not indirect: that is a thread for which an interpreter waits at its end.
         handler = zenoh.handlers.Callback(self._answer, indirect=False)
         self._queryable: Any = cast(Any, session.declare_queryable)(expression, handler)
-
-    def keep(self, names: tuple[str, ...], packet: bytes) -> None:
-        """Remember the last packet of these names: message, source and entity."""
-        if len(self._kept) >= MOST_KEPT and names not in self._kept:
-            self._kept.pop(next(iter(self._kept)))
-        self._kept[names] = packet
 
     def reply(self, message: imc.Message, packet: bytes) -> None:
         """Answer the query that a message for one system replies to, if there is one."""
@@ -108,7 +103,6 @@ class Answers:
         self._queryable.undeclare()
         with self._lock:
             self._open.clear()
-        self._kept.clear()
 
     def _answer(self, query: "zenoh.Query") -> None:
         """Called from zenoh's thread; it must not wait."""
@@ -124,7 +118,7 @@ class Answers:
         asked = query.key_expr
         answers: dict[str, bytes] = {}
         latest: dict[str, tuple[float, bytes]] = {}
-        for (message, source, entity), packet in self._kept.copy().items():
+        for (message, source, entity), packet in self._last():
             if asked.intersects(place := cast(Any, query_key(message, source, entity))):
                 answers[place] = packet
             elif asked.intersects(place := cast(Any, query_key(message, source))):

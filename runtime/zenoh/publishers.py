@@ -29,13 +29,14 @@ MOST_PUBLISHERS = 4096
 Names = tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Publisher:
-    """One declared publisher; a `reliable` one may wait for a receiver."""
+    """One declared publisher, and its last packet; a `reliable` one may wait for a receiver."""
 
     put: Callable[[bytes], object]
     undeclare: Callable[[], object]
     reliable: bool = False
+    last: bytes = b""
 
 
 class Numbered:
@@ -67,6 +68,11 @@ class Publishers:
     def get(self, names: Names) -> Publisher:
         """The publisher of these names. Raises zenoh.ZError if it cannot be declared."""
         return self._declared.get(names) or self._declare(names)
+
+    def last(self) -> list[tuple[Names, bytes]]:
+        """The last packet for all of each message, source and entity. Called from any thread."""
+        declared = self._declared.copy()
+        return [(names, publisher.last) for names, publisher in declared.items() if len(names) == 3 and publisher.last]
 
     def close(self) -> None:
         for publisher in self._declared.values():

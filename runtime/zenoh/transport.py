@@ -17,7 +17,7 @@ from runtime.zenoh.frames import Frames
 from runtime.zenoh.meeting import MeetingPoint, is_held
 from runtime.zenoh.outbox import Outbox
 from runtime.zenoh.presence import Part, Presence
-from runtime.zenoh.publishers import Publishers
+from runtime.zenoh.publishers import Publisher, Publishers
 from runtime.zenoh.scouting import Scout, hello
 
 if TYPE_CHECKING:
@@ -68,6 +68,7 @@ class ZenohTransport:
         self._publishers: Publishers | None = None
         self._outbox = Outbox(self.unsent)
         self._answers: Answers | None = None
+        self._short: dict[tuple[type, int, int, int], Publisher] = {}
         self.frames = None if part is None else Frames(part.vehicle, self._is_sibling, tell)
         self._receive: Callable[[bytes], None] = lambda _: None
 
@@ -102,32 +103,42 @@ class ZenohTransport:
             self._scout.open()
         atexit.register(self._abandon)  # an interpreter that ends while threads wait in zenoh aborts
         self._outbox.open()
-        self._answers = Answers(session, self._part, self._outbox, self._take, self._concerns)
         self._publishers = Publishers(session)
+        last = self._publishers.last
+        self._answers = Answers(session, self._part, self._outbox, last, self._take, self._concerns)
         self.arrivals.open(session, self.config.vehicle, self.config.hear)
         if self.frames is not None:
             self.frames.open(session)
 
     def send(self, message: imc.Message, packet: bytes) -> None:
         """Publish a packet, which decodes to `message`. Drops it if a queue is full; never blocks, never raises."""
-        if self._session is None or self._publishers is None or self._answers is None:
+        if self._session is None or self._answers is None:
             return
-        name = type(message).__name__ if not isinstance(message, imc.Unknown) else str(message.id)
-        source = self._system_name(message.src)
-        if message.dst == UNKNOWN_SYSTEM:
-            names = (name, source, self._entity_label(message.src, message.src_ent) or str(message.src_ent))
-            self._answers.keep(names, packet)
-        else:
-            names = (name, source, "", self._system_name(message.dst))
-            self._answers.reply(message, packet)
+        place = type(message), message.src, message.src_ent, message.dst
         try:
-            publisher = self._publishers.get(names)
+            publisher = self._short.get(place) or self._publisher(message, place)
+            publisher.last = packet
             if publisher.reliable:
-                self._outbox.put(name, partial(publisher.put, packet))
+                self._answers.reply(message, packet)
+                self._outbox.put(type(message).__name__, partial(publisher.put, packet))
             else:
                 publisher.put(packet)
         except Exception as error:
-            self.unsent.count(f"{name} of {source}: {error}")
+            self._short.pop(place, None)
+            self.unsent.count(f"{type(message).__name__} of {self._system_name(message.src)}: {error}")
+
+    def _publisher(self, message: imc.Message, place: tuple[type, int, int, int]) -> Publisher:
+        """The publisher of a message by its names; the way to it is remembered if these do not change any more."""
+        assert self._publishers is not None
+        name = type(message).__name__ if not isinstance(message, imc.Unknown) else str(message.id)
+        source = self._system_name(message.src)
+        if message.dst != UNKNOWN_SYSTEM:
+            return self._publishers.get((name, source, "", self._system_name(message.dst)))
+        label = self._entity_label(message.src, message.src_ent)
+        publisher = self._publishers.get((name, source, label or str(message.src_ent)))
+        if self._is_own(message.src) and label and not isinstance(message, imc.Unknown):
+            self._short[place] = publisher
+        return publisher
 
     def close(self) -> None:
         """Leave the bus, within CLOSING_TIME seconds even if zenoh does not finish closing."""
