@@ -18,7 +18,7 @@ Mode = Literal["peer", "router", "client"]
 LOCAL_PORT = 7447
 SESSION_OFFSET = 53
 SESSIONS = 32
-LONGEST_STALL = 1_000_000  # µs without taking any command until a receiver is cut off; it may come back
+LONGEST_STALL = 250_000  # µs for which commands wait for a receiver that is 1 MB of them behind; then it is cut off
 
 _ENDPOINT = re.compile(r"(?:tcp|udp|tls|quic|ws)/[^\s/?#]+:\d{1,5}(?:[?#]\S*)?")
 _KEYWORDS = ("loopback", "none", "auto")
