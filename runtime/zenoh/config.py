@@ -52,7 +52,7 @@ class Layout:
 class ZenohConfig:
     """How a process joins the bus; None means the value of the configuration file, else the default in brackets.
 
-    mode: "peer", "router" or "client" ["peer"].
+    mode: "peer", "router" or "client" ["router" with endpoints beyond this computer, else "peer"].
     local_port: TCP port of 127.0.0.1 for clients; 0 disables it. The sessions of a computer listen at the first free
         ones of SESSIONS ports from SESSION_OFFSET after it, and each connects to all below its own.
     listen: further endpoints to listen at, such as "tls/0.0.0.0:7448" [none]. One process of a computer listens at the
@@ -123,7 +123,9 @@ class ZenohConfig:
             if wanted is not None or get(name) is None:
                 insert(config, name, default if wanted is None else wanted)
 
-        put("mode", self.mode, "peer")
+        # A peer passes nothing on between its own computer and others.
+        ends = (*(self.listen or ()), *(self.connect or ()))
+        put("mode", self.mode, "peer" if all(map(is_loopback, ends)) else "router")
         mode = get("mode")
         listen = _list(self.listen, get("listen/endpoints"), mode)
         connect = _list(self.connect, get("connect/endpoints"), mode)

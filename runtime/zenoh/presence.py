@@ -4,6 +4,7 @@ Each process declares a liveliness token that names vehicle, host, process and e
 process ends or crashes, whatever state Python is in. The key is documented in docs/zenoh.md.
 """
 
+import contextlib
 import os
 import socket
 import threading
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 PATIENCE = 0.5  # s to hear of others after the session is open
 STARTING, RUNNING = "starting", "running"
 MOST_OTHERS = 256
+GET_ADDRESS = 0x8915  # SIOCGIFADDR
+LOOPBACK_NETWORK = 127
 ELSEWHERE = "192.0.2.1", 9  # an address that nobody has (RFC 5737)
 
 
@@ -60,13 +63,24 @@ def token(part: Part, phase: str, began: int, zid: str) -> str:
 
 def host_here() -> str:
     """The name of this computer, and after a ~ its address on the network, if it has one."""
-    name = socket.gethostname()
+    return "~".join(filter(None, [socket.gethostname(), _address()]))
+
+
+def _address() -> str:
+    """That of the interface which leads elsewhere, else of the first one that is up."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
+        with contextlib.suppress(OSError):
             probe.connect(ELSEWHERE)  # sends nothing: it chooses the interface
-        except OSError:
-            return name
-        return f"{name}~{probe.getsockname()[0]}"
+            return probe.getsockname()[0]
+        with contextlib.suppress(OSError, ImportError, AttributeError):
+            import fcntl  # Linux
+
+            for _, name in socket.if_nameindex():
+                with contextlib.suppress(OSError):
+                    found = fcntl.ioctl(probe, GET_ADDRESS, name.encode()[:15].ljust(256, b"\0"))
+                    if found[20] != LOOPBACK_NETWORK:
+                        return socket.inet_ntoa(found[20:24])
+    return ""
 
 
 def parse(key: str) -> Other | None:
