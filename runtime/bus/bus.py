@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import imc
+from runtime.bus.frame import Frame, FrameCarrier
 from runtime.bus.inbox import Inbox
 from runtime.kernel import Kernel, owner_of
 
-AT_ONCE = 8  # packets from other processes taken at a time; then the vehicle's own timers come first
+AT_ONCE = 64  # packets from other processes taken at a time; then the vehicle's own timers come first
+LONGEST_TURN = 0.0005  # s, after which they come first even if there were fewer packets
 
 Route = tuple[tuple[Callable[..., object], object, bool], ...]  # handler, owner, whether it takes the packet, too
 
@@ -89,7 +91,8 @@ class Bus:
 
     Until `resume` it keeps what is published, so that no task misses what others publish while they start.
     All that is delivered has been through the codec: a receiver here gets the same values as one elsewhere.
-    Frames are not messages: they are shared between the tasks of this process and go nowhere else.
+    Frames are not messages: they are shared between the tasks of this process, and `frames`, if there is one, carries
+    them to other processes of the vehicle.
     What other processes send waits in `inbox`, and gets at most half of the time of a wall clock.
     `admit` says of each message of this vehicle that another process has sent whether to take it.
     Counted: `delivered`; of the packets from other processes `malformed`, `refused` by `admit`, and `inbox.dropped` if
@@ -105,6 +108,8 @@ class Bus:
         self.malformed = self.refused = 0
         self.admit: Callable[[imc.Message], bool] = lambda _: True
         self.inbox = Inbox()
+        self.frames: FrameCarrier | None = None
+        self._shown: dict[str, Frame] = {}
         self._subscriptions: list[Subscription] = []
         self._routes: dict[type, tuple[Subscription, ...]] = {}
         self._of_own: dict[type, Route] = {}
@@ -147,6 +152,8 @@ class Bus:
             instrument.subscribed(subscription)
         self._subscriptions.append(subscription)
         self._forget_routes()
+        if self.frames is not None and issubclass(Frame, subscription.type):
+            self.frames.want(self._take_frame)
 
     def _translated(self, subscription: Subscription) -> Subscription:
         """With the class that this bus delivers, if the subscriber has loaded its own definitions of the message."""
@@ -172,10 +179,24 @@ class Bus:
             transport.send(message, packet)
 
     def share(self, frame: object, origin: object) -> None:
-        """Deliver a frame to the tasks of this process."""
+        """Deliver a frame to the tasks of this process, and to other processes of the vehicle."""
+        self._show(frame, origin)
+        if self.frames is not None and isinstance(frame, Frame):
+            self.frames.share(frame)
+
+    def _show(self, frame: object, origin: object) -> None:
         for subscription in self._route(type(frame)):
             if origin is None or subscription.owner is not origin:
                 self.kernel.soon(subscription.handler, frame)
+
+    def _take_frame(self, frame: Frame) -> None:
+        """Keep the newest frame of a camera for the kernel's thread; called from any other thread."""
+        self._shown[frame.camera] = frame
+        self.kernel.post(self._show_newest, frame.camera)
+
+    def _show_newest(self, camera: str) -> None:
+        if (frame := self._shown.pop(camera, None)) is not None:
+            self._show(frame, None)
 
     def hear(self, message: imc.Message, packet: bytes) -> None:
         """Deliver a message from another bus of this process."""
@@ -221,6 +242,8 @@ class Bus:
             if packet is None:
                 break
             self._receive(packet)
+            if time.perf_counter() - began > LONGEST_TURN and not virtual:
+                break
         self.kernel.soon(self._go_on, began)
 
     def _go_on(self, began: float) -> None:

@@ -1,6 +1,8 @@
 """A picture of one camera, shared between the tasks of a process without going through the codec."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,3 +27,15 @@ class Frame:
         if self.image.dtype != np.uint8 or self.image.ndim != 3 or self.image.shape[2] != 4:
             raise ValueError(f"a frame is uint8 (height, width, 4), not {self.image.dtype} {self.image.shape}")
         self.image.setflags(write=False)
+
+
+class FrameCarrier(Protocol):
+    """Carries frames between the processes of a vehicle."""
+
+    def share(self, frame: Frame) -> None:
+        """Send a frame to the other processes that want it. Never blocks."""
+        ...
+
+    def want(self, receive: Callable[[Frame], None]) -> None:
+        """Take the frames of other processes from now on; `receive` is called from any thread."""
+        ...

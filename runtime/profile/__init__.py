@@ -8,6 +8,7 @@ from runtime.profile.ini import parse, read_sections, write_sections
 from runtime.profile.profile import (
     ALWAYS,
     ENTITY_IDS,
+    MAIN,
     NEVER,
     Profile,
     default_label,
@@ -20,6 +21,7 @@ __all__ = [
     "ALWAYS",
     "ENTITY_IDS",
     "EVERY_TASK",
+    "MAIN",
     "NEVER",
     "Config",
     "Option",

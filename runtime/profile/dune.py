@@ -50,7 +50,9 @@ GENERAL = {
     "Hardware List": ("", "Parts of the vehicle, named in [Hardware Parts]."),
 }
 
-EVERY_TASK = ("Execution Frequency", "Active", "Active - Scope", "Active - Visibility")
+PROCESS = "Process"
+"""Not of DUNE: the process of the vehicle that runs the task."""
+EVERY_TASK = (PROCESS, "Execution Frequency", "Active", "Active - Scope", "Active - Visibility")
 
 GROUPS = (
     "Actuators",

@@ -1,5 +1,6 @@
 """A profile: the ini file of a vehicle with its includes; its settings of vehicle, tasks and systems."""
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -26,6 +27,7 @@ BUILT_IN = {
 BUSES = ("inprocess", "zenoh")
 START_TIME = "2026-01-01T00:00:00Z"
 ENTITY_IDS = "Entity Ids"
+MAIN = "main"
 
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
@@ -193,6 +195,20 @@ class Profile:
     def enabled(self, section: str, selected: Iterable[str] = ()) -> bool:
         """Whether the task of a section runs when these modes are selected."""
         return not {ALWAYS, *selected}.isdisjoint(items(self.config.value(section, "Enabled")))
+
+    def process(self, section: str) -> str:
+        """The process that runs the task of a section, "" for the main one. Raises ProfileError."""
+        name = self.config.value(section, dune.PROCESS)
+        if not re.fullmatch(r"[A-Za-z0-9_-]*", name) or name == MAIN:
+            text = f"{quoted(name)} is not the name of a process"
+            raise self._error(section, dune.PROCESS, text, f"letters, digits, - and _, and not {MAIN}")
+        return name
+
+    def processes(self, selected: Iterable[str] = ()) -> list[str]:
+        """The processes besides the main one that enabled sections name, in order."""
+        modes = tuple(selected)
+        named = (self.process(name) for name in self.config.sections if self.enabled(name, modes))
+        return list(dict.fromkeys(filter(None, named)))
 
     def tasks(self, find_task: Callable[[str], T | None], selected: Iterable[str] | None = None) -> dict[str, T]:
         """What `find_task` returns for each task section, in DUNE's order; only enabled ones if `selected`."""

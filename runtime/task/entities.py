@@ -22,6 +22,8 @@ class Entity:
     """A part of the vehicle that can send messages.
 
     `component` is the section of its task. `stateful` becomes true with the first state that its task reports.
+    `process` is the other process of the vehicle that runs this task, "" for this one; while it does not run, this
+    process reports the state in its place (`orphan`).
     """
 
     id: int
@@ -32,6 +34,8 @@ class Entity:
     stateful: bool = False
     activation_time: int = 0
     deactivation_time: int = 0
+    process: str = ""
+    orphan: bool = False
 
 
 class Entities:
@@ -64,6 +68,14 @@ class Entities:
             raise EntityError(f"{component}: the entity label {label!r} is taken by {taken.component}")
         entity = Entity(self._free_id(label), label, component)
         self._by_id[entity.id] = self._by_label[label] = entity
+        return entity
+
+    def adopt(self, number: int, label: str, component: str, process: str) -> Entity | None:
+        """An entity that another process of the vehicle runs; None if its id or label is taken."""
+        if number in self._by_id or label in self._by_label or not label:
+            return None
+        entity = Entity(number, label, component, process=process)
+        self._by_id[number] = self._by_label[label] = entity
         return entity
 
     def release(self, entity: Entity) -> None:

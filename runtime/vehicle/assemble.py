@@ -1,17 +1,19 @@
 """Builds the vehicle of a profile: finds the task classes of its sections and sets their parameters."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import imc
 from runtime.bus import Bus, known_here
 from runtime.kernel import Clock, Kernel, as_error
 from runtime.problem import Origin, Problem, ProfileError, misspelled, quoted
-from runtime.profile import ENTITY_IDS, EVERY_TASK, Option, Profile, Section, default_label, dune
+from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune
 from runtime.task import EntityError, ParameterError, Task, allot, consumers, with_place
 from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra, misspelled_task, why_missing
 from runtime.vehicle.fleet import Fleet
+from runtime.vehicle.processes import Processes
 from runtime.vehicle.vehicle import Vehicle
 
 SIMULATED = {"Simulation", "Kinematic"}
@@ -41,6 +43,7 @@ def build(
     only: Collection[str] | None = None,
     bus: Callable[[Kernel, int], Bus] = Bus,
     entity_ids: Mapping[str, int] | None = None,
+    process: str | None = None,
 ) -> Build:
     """The vehicle of a profile with the tasks that the selected modes enable, on a clock or in a fleet.
 
@@ -48,7 +51,8 @@ def build(
     `keep_going` is whether a task that fails is restarted (True) or ends the run (False); the default is False in a
     simulation, else True. The default of `seed` is the profile's. Seed, modes and entity ids become part of the
     effective configuration, which is in every log. `only` are the sections to use instead of the enabled ones, `bus`
-    creates the bus, `entity_ids` (by label) replaces the ids that follow from the profile.
+    creates the bus, `entity_ids` (by label) replaces the ids that follow from the profile. `process` is which of the
+    vehicle's processes this is, "" the main one: only its sections are built; None builds all.
     Raises ProfileError naming file and line of each mistake, FleetError if the fleet has a vehicle of this name.
     """
     if fleet is not None and fleet.kernel.virtual and fleet.kernel.now_ns != profile.start_time_ns:
@@ -77,6 +81,7 @@ def build(
         bus=bus,
         entity_ids=entity_ids,
         messages=profile.messages,
+        process=process or "",
     )
     made, problems = Build(vehicle), list[Problem]()
     for section in profile.config.sorted_sections():
@@ -100,6 +105,10 @@ def build(
             made.skip(section.name, f"needs {what}, which is off in virtual time")
         elif extra := missing_extra(cls):
             made.skip(section.name, f"needs pip install 'shoal[{extra}]'")
+        elif process is not None and (elsewhere := profile.process(section.name)) != process:
+            if not process:
+                label = section.value("Entity Label", default_label(section.name))
+                vehicle.entities.reserve(label, section.name).process = elsewhere
         else:
             try:
                 for consumer in consumers(cls):
@@ -140,21 +149,36 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
     """
     from runtime.zenoh import Part, ZenohConfig, ZenohTransport
 
-    here = sum(1 << entity.id for entity in vehicle.entities if entity is not vehicle.daemon.entity)
+    own = [e for e in vehicle.entities if e is not vehicle.daemon.entity and not e.process]
+    here = sum(1 << entity.id for entity in own)
+    others = Processes(vehicle) if any(entity.process for entity in vehicle.entities) else None
     try:
         config = ZenohConfig.from_options(profile.options("Zenoh"), profile.path.parent)
+        config = replace(config, vehicle=vehicle.name)
         transport = ZenohTransport(
             config,
             vehicle.systems.name,
             vehicle.entities.label,
-            part=Part(vehicle.name, vehicle.system, here),
+            part=Part(vehicle.name, vehicle.system, here, vehicle.process or MAIN),
+            concerns=partial(_concerns, vehicle),
+            note=None if others is None else lambda name, runs: vehicle.kernel.post(others.note, name, runs),
             tell=lambda words: vehicle.kernel.post(vehicle.daemon.log.warning, words),
         )
         vehicle.bus.attach(transport)
+        vehicle.bus.frames = transport.frames
+        vehicle.daemon.tells_all = True
     except ValueError as error:
         section = profile.config.sections.get("Zenoh")
         origin = section.origin if section else Origin(str(profile.path))
         raise ProfileError([Problem("error", *origin, str(error))]) from None
+
+
+def _concerns(vehicle: Vehicle, request: imc.Message) -> bool:
+    """Whether this process of the vehicle answers a request: for parameters that of the task, else the main one."""
+    asked = getattr(request, "entity_name", "") or getattr(request, "name", "")
+    if isinstance(request, imc.QueryEntityParameters | imc.SetEntityParameters | imc.QueryTypedEntityParameters):
+        return vehicle.daemon.answering(asked) is not None
+    return not vehicle.process
 
 
 def doubts(vehicle: Vehicle, profile: Profile) -> list[Problem]:

@@ -128,11 +128,19 @@ class _Checker:
             if parameter is not None:
                 if self._runs(section.name):
                     self._check_value(section, option, parameter)
+            elif option.name == dune.PROCESS:
+                self._check_process(section)
             elif option.name in dune.EVERY_TASK:
                 self._say("note", option.origin, f"[{section.name}] {option.name} has no effect in Shoal")
             elif option.name != "Enabled" and option.history:
                 unknown.append(option)
         self._tell_unknown(section, unknown, parameters)
+
+    def _check_process(self, section: Section) -> None:
+        try:
+            self._profile.process(section.name)
+        except ProfileError as error:
+            self.problems += error.problems
 
     def _check_repetitions(self, section: Section) -> None:
         for option in section.options.values():

@@ -2,7 +2,7 @@
 
 import imc
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
-from runtime.task import consume, periodic
+from runtime.task import Entity, consume, periodic
 from runtime.vehicle.parameter_service import ParameterService
 
 ANY_ENTITY = UNKNOWN_ENTITY
@@ -17,6 +17,7 @@ class Daemon(ParameterService):
         super().configure()
         self._told: dict[str, int] = {}
         self._tell_next = 0.0
+        self._has_told_all = False
 
     def start(self) -> None:
         self.set_entity_state(imc.EntityState.State.NORMAL, "active")
@@ -28,13 +29,45 @@ class Daemon(ParameterService):
     @periodic(1.0)
     def beat(self) -> None:
         """Once a second: Heartbeat, and the state of each entity that has one."""
-        self.publish(imc.Heartbeat())
+        if self._is_main:
+            self.publish(imc.Heartbeat())
         if self.vehicle.pace is not None:
             self.vehicle.pace.look()
+        if self.tells_all and not self._has_told_all:
+            self._has_told_all = True
+            self._tell_all()
         for entity in self.vehicle.entities:
-            if entity.stateful:
+            if entity.stateful and self._reports(entity):
                 self.publish(imc.EntityState(state=entity.state, description=entity.description), entity=entity)
         self._report_excess()
+
+    def _tell_all(self) -> None:
+        """Publish what a bus keeps for those who join later: the entities, and their parameters."""
+        if self._is_main:
+            self.tell_entities()
+        else:
+            for entity in filter(self._reports, self.vehicle.entities):
+                self.publish(_described(entity), entity=entity)
+        for task in self.vehicle.tasks:
+            if self._reports(task.entity):
+                self._tell(task)
+
+    def tell_entities(self) -> None:
+        """Publish the list of entities for all."""
+        self.publish(self._entities())
+
+    @property
+    def _is_main(self) -> bool:
+        """Whether this process speaks for the vehicle; the others for their own entities only."""
+        return not self.vehicle.process
+
+    def _reports(self, entity: Entity) -> bool:
+        """Whether this process reports the state of an entity."""
+        return self._is_main if entity is self.entity else not entity.process or entity.orphan
+
+    def _entities(self) -> imc.EntityList:
+        text = ";".join(f"{entity.label}={entity.id}" for entity in self.vehicle.entities)
+        return imc.EntityList(op=imc.EntityList.Op.REPORT, list=text)
 
     def _report_excess(self) -> None:
         """Log who sends or asks too much, at most once in REPORT_PERIOD."""
@@ -56,7 +89,7 @@ class Daemon(ParameterService):
     @consume(others=True)
     def tell_states(self, request: imc.QueryEntityState) -> None:
         asked = [e for e in self.vehicle.entities if e.stateful and request.dst_ent in (e.id, ANY_ENTITY)]
-        if asked and self._grants(request, len(asked)):
+        if asked and self._is_main and self._grants(request, len(asked)):
             for entity in asked:
                 report = imc.EntityState(state=entity.state, description=entity.description)
                 self.reply(request, report, entity=entity)
@@ -65,16 +98,10 @@ class Daemon(ParameterService):
     def introduce(self, request: imc.QueryEntityInfo) -> None:
         """Reply for one entity; a request for any is answered for all entities, to everybody."""
         asked = [entity for entity in self.vehicle.entities if request.dst_ent in (entity.id, ANY_ENTITY)]
-        if not asked or not self._grants(request, len(asked)):
+        if not asked or not self._is_main or not self._grants(request, len(asked)):
             return
         for entity in asked:
-            info = imc.EntityInfo(
-                id=entity.id,
-                label=entity.label,
-                component=entity.component,
-                act_time=entity.activation_time,
-                deact_time=entity.deactivation_time,
-            )
+            info = _described(entity)
             if request.dst_ent == entity.id:
                 self.reply(request, info, entity=entity)
             else:
@@ -82,9 +109,8 @@ class Daemon(ParameterService):
 
     @consume(others=True)
     def list_entities(self, request: imc.EntityList) -> None:
-        if request.op == imc.EntityList.Op.QUERY and self._grants(request, 1):
-            text = ";".join(f"{entity.label}={entity.id}" for entity in self.vehicle.entities)
-            self.reply(request, imc.EntityList(op=imc.EntityList.Op.REPORT, list=text))
+        if request.op == imc.EntityList.Op.QUERY and self._is_main and self._grants(request, 1):
+            self.reply(request, self._entities())
         elif request.op == imc.EntityList.Op.REPORT and request.src != self.system:
             for entry in request.list.split(";"):
                 label, _, number = entry.rpartition("=")
@@ -105,3 +131,13 @@ class Daemon(ParameterService):
         if asked and self._grants(request, len(asked)):
             for activation in asked:
                 activation.publish()
+
+
+def _described(entity: Entity) -> imc.EntityInfo:
+    return imc.EntityInfo(
+        id=entity.id,
+        label=entity.label,
+        component=entity.component,
+        act_time=entity.activation_time,
+        deact_time=entity.deactivation_time,
+    )

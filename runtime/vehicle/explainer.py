@@ -64,6 +64,8 @@ def _unknown(name: str, parameters: Mapping[str, Parameter]) -> str:
     parameter = find_parameter(parameters, name)
     if parameter is not None:
         return f"another name of {quoted(parameter.name)}, which is already set"
+    if name == dune.PROCESS:
+        return "the process of the vehicle that runs this task"
     if name in dune.EVERY_TASK:
         return "no effect in Shoal"
     near = misspelled(name, ["Enabled", *parameters, *(alias for p in parameters.values() for alias in p.aliases)])

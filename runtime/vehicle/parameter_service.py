@@ -18,9 +18,13 @@ SCOPES = ("global", "idle", "plan", "maneuver")
 
 
 class ParameterService(Task):
-    """Answers parameter requests for all tasks of the vehicle, each from the task's entity."""
+    """Answers parameter requests for all tasks of the vehicle, each from the task's entity.
+
+    With `tells_all`, changed parameters are also published for all.
+    """
 
     vehicle: "Vehicle"
+    tells_all = False
 
     def configure(self) -> None:
         self.allowance = Allowance()
@@ -101,7 +105,8 @@ class ParameterService(Task):
         """Reply with types, units and limits; an empty name asks every task."""
         if request.op != imc.QueryTypedEntityParameters.Op.REQUEST:
             return
-        asked = [task for task in self.vehicle.tasks if request.entity_name in ("", task.entity.label)]
+        here = [task for task in self.vehicle.tasks if self.answering(task.entity.label) is task]
+        asked = [task for task in here if request.entity_name in ("", task.entity.label)]
         if self._grants(request, len(asked)):
             for task in asked:
                 reply = imc.QueryTypedEntityParameters(
@@ -113,8 +118,13 @@ class ParameterService(Task):
                 self.reply(request, reply, entity=task.entity)
 
     def _addressed(self, request: imc.Message, label: str) -> Task | None:
-        task = self.vehicle.find(label) if self.concerns(request) else None
+        task = self.answering(label) if self.concerns(request) else None
         return task if task is not None and self._affords(request, 1) else None
+
+    def answering(self, label: str) -> Task | None:
+        """The task with this label, if it runs here; of the daemons of several processes only the main one answers."""
+        task = self.vehicle.find(label)
+        return None if task is self and self.vehicle.process else task
 
     def _grants(self, request: imc.Message, replies: int) -> bool:
         """Whether a request is for us, and its sender has not asked too much."""
@@ -157,6 +167,8 @@ class ParameterService(Task):
         except BaseException as error:
             self._kernel.on_error(task, as_error(error))
             return False
+        if self.tells_all:
+            self._tell(task)
         return True
 
     def _configure(self, task: Task, before: dict[str, object]) -> None:
@@ -169,9 +181,18 @@ class ParameterService(Task):
             task.reconfigured()
             raise
 
+    def _tell(self, task: Task) -> None:
+        """Publish all parameters of a task for everybody."""
+        if declared := task.parameter_set.declarations:
+            self.publish(_values(task, [declared[name] for name in sorted(declared)]), entity=task.entity)
+
     def _answer(self, request: imc.Message, task: Task, chosen: Iterable[Parameter]) -> None:
-        values = tuple(imc.EntityParameter(name=p.name, value=task.parameter_set.text(p)) for p in chosen)
-        self.reply(request, imc.EntityParameters(name=task.entity.label, params=values), entity=task.entity)
+        self.reply(request, _values(task, chosen), entity=task.entity)
+
+
+def _values(task: Task, chosen: Iterable[Parameter]) -> imc.EntityParameters:
+    values = tuple(imc.EntityParameter(name=p.name, value=task.parameter_set.text(p)) for p in chosen)
+    return imc.EntityParameters(name=task.entity.label, params=values)
 
 
 def _typed(task: Task, parameter: Parameter) -> imc.TypedEntityParameter:

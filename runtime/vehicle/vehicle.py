@@ -37,7 +37,8 @@ class Vehicle:
 
     `keep_going` decides what an exception in a task does: True restarts the task with back-off, as on a vehicle; False
     ends the run, as in simulation. `profile` is the effective configuration, `state_folder` has the saved parameters,
-    `messages` is the schema of its messages, by default the built-in one,
+    `messages` is the schema of its messages, by default the built-in one, `process` which of several processes of the
+    vehicle this is, "" the main one,
     `running` the names of the tasks that are started and not stopped. `log_folder` is that of the log that is being
     written; the task that writes it sets it. `blame` turns an exception of a task into the one that the run raises.
     `recordings` are what devices of tasks send in a test.
@@ -59,9 +60,11 @@ class Vehicle:
         bus: Callable[[Kernel, int], Bus] = Bus,
         entity_ids: Mapping[str, int] | None = None,
         messages: imc.Schema | None = None,
+        process: str = "",
     ):
         self.name = name
         self.system = system
+        self.process = process
         self.systems = Systems({**(systems or {}), name: system})
         self.profile = profile
         self.seed = seed
@@ -98,7 +101,9 @@ class Vehicle:
         self.closing = False
         self.stopped = False
         self.pace = None if self.kernel.virtual else Pace(self)
-        self.daemon = self.add(Daemon, "Daemon")
+        daemon = self.add(Daemon, "Daemon")
+        assert isinstance(daemon, Daemon)
+        self.daemon = daemon
         self.bus.admit = self._admit
         if fleet is not None:
             fleet.join(self)
@@ -258,8 +263,12 @@ class Vehicle:
     def _admit(self, message: imc.Message) -> bool:
         """Refuse what another process publishes as an entity that runs here, and warn once."""
         entity = self.entities.by_id(message.src_ent)
-        if entity is None or entity is self.daemon.entity:
+        if entity is None or entity is self.daemon.entity or entity.process:
             return True
+        if self.process and isinstance(message, imc.EntityInfo | imc.EntityState):
+            return (
+                False  # the main process speaks for all entities in a new log, and for those of a process that starts
+            )
         if not self.bus.refused:
             self.daemon.log.warning(
                 f"another process publishes as {entity.label} of {self.name}; its packets are ignored. Is the vehicle "

@@ -3,11 +3,12 @@
 import json
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from runtime.zenoh.scouting import LOOPBACK
+from runtime.zenoh.security import OPTIONS, Security, guards
 
 if TYPE_CHECKING:
     import zenoh
@@ -17,6 +18,7 @@ Mode = Literal["peer", "router", "client"]
 LOCAL_PORT = 7447
 SESSION_OFFSET = 53
 SESSIONS = 32
+LONGEST_STALL = 250_000  # µs for which commands wait for a receiver that is 1 MB of them behind; then it is cut off
 
 _ENDPOINT = re.compile(r"(?:tcp|udp|tls|quic|ws)/[^\s/?#]+:\d{1,5}(?:[?#]\S*)?")
 _KEYWORDS = ("loopback", "none", "auto")
@@ -50,7 +52,7 @@ class Layout:
 class ZenohConfig:
     """How a process joins the bus; None means the value of the configuration file, else the default in brackets.
 
-    mode: "peer", "router" or "client" ["peer"].
+    mode: "peer", "router" or "client" ["router" with endpoints beyond this computer, else "peer"].
     local_port: TCP port of 127.0.0.1 for clients; 0 disables it. The sessions of a computer listen at the first free
         ones of SESSIONS ports from SESSION_OFFSET after it, and each connects to all below its own.
     listen: further endpoints to listen at, such as "tls/0.0.0.0:7448" [none]. One process of a computer listens at the
@@ -60,7 +62,10 @@ class ZenohConfig:
         scouting, whoever answers on these interfaces, "auto" for all ["loopback"].
     scouting_address: multicast group and port ["224.0.0.224:7446"].
     shared_memory: whether packets of 3 kB and more travel in shared memory, which takes 17 MB per process [False].
-    config_file: a zenoh configuration (JSON5) for everything else: TLS, access control, rates per link.
+    config_file: a zenoh configuration (JSON5) for everything else, such as rates per link.
+    hear: messages of other systems to receive, None for all; what is addressed to the vehicle it receives anyway [all].
+    security: who may join, and what they may do there.
+    vehicle: the name of the vehicle that commands are for ["*", any].
     """
 
     mode: Mode | None = None
@@ -71,6 +76,9 @@ class ZenohConfig:
     scouting_address: str | None = None
     shared_memory: bool | None = None
     config_file: Path | None = None
+    hear: tuple[str, ...] | None = None
+    security: Security = field(default_factory=Security)
+    vehicle: str = "*"
 
     @classmethod
     def from_options(cls, options: Mapping[str, str], folder: Path = Path()) -> "ZenohConfig":
@@ -79,6 +87,7 @@ class ZenohConfig:
         Raises ValueError naming an option that is unknown or has an invalid value.
         """
         values: dict[str, Any] = {}
+        secrets: dict[str, Any] = {}
         for name, text in options.items():
             if name not in _PARSERS:
                 raise ValueError(f"[Zenoh] {name}: unknown option; known: {', '.join(_PARSERS)}")
@@ -88,13 +97,14 @@ class ZenohConfig:
                 value = _PARSERS[name](text.strip())
             except ValueError as error:
                 raise ValueError(f"[Zenoh] {name}: {error}") from None
-            values[name.lower().replace(" ", "_")] = folder / value if isinstance(value, Path) else value
-        return cls(**values)
+            found = secrets if name in OPTIONS else values
+            found[name.lower().replace(" ", "_")] = folder / value if isinstance(value, Path) else value
+        return cls(**values, security=Security(**secrets))
 
     def build(self, place: int = 0) -> Layout:
         """How a session joins that takes the session port number `place`.
 
-        Raises ValueError for an invalid configuration file.
+        Raises ValueError for an invalid configuration file, and for options that contradict each other.
         """
         import zenoh
 
@@ -113,7 +123,9 @@ class ZenohConfig:
             if wanted is not None or get(name) is None:
                 insert(config, name, default if wanted is None else wanted)
 
-        put("mode", self.mode, "peer")
+        # A peer passes nothing on between its own computer and others.
+        ends = (*(self.listen or ()), *(self.connect or ()))
+        put("mode", self.mode, "peer" if all(map(is_loopback, ends)) else "router")
         mode = get("mode")
         listen = _list(self.listen, get("listen/endpoints"), mode)
         connect = _list(self.connect, get("connect/endpoints"), mode)
@@ -145,10 +157,21 @@ class ZenohConfig:
             # Sessions of this computer are found at their ports; gossip would connect to all that these know elsewhere.
             put("scouting/gossip/autoconnect", None, [])
 
-        put("transport/shared_memory/enabled", self.shared_memory, False)
-        put("transport/link/tx/queue/size/data", None, 16)
+        # Frames are put into shared memory by runtime.zenoh.frames, packets by zenoh itself, from a pool of 17 MB.
+        put("transport/shared_memory/enabled", None, True)
+        put("transport/shared_memory/transport_optimization/enabled", self.shared_memory, False)
+        put("timestamping/enabled", None, True)  # zenoh keeps the last state of a publisher by its time
+        for priority in ("real_time", "data"):
+            put(f"transport/link/tx/queue/size/{priority}", None, 16)
+        put("transport/link/tx/queue/congestion_control/block/wait_before_close", None, LONGEST_STALL)
         for limit in ("wait_before_drop", "max_wait_before_drop_fragments"):
             put(f"transport/link/tx/queue/congestion_control/drop/{limit}", None, 200)  # µs
+        try:
+            self.security.apply(lambda name, value: insert(config, name, value), self.vehicle)
+        except zenoh.ZError as error:
+            raise ValueError(f"[Zenoh]: {explain(error)}") from None
+        except ValueError as error:
+            raise ValueError(f"[Zenoh] {error}") from None
         open_to = [f"scouts on {scouting}"] if by_zenoh else []
         return Layout(
             config=config,
@@ -172,12 +195,11 @@ def is_loopback(endpoint: str) -> bool:
 
 
 def _is_guarded(get: Callable[[str], Any], mode: str, beyond: Iterable[str], scouts: bool) -> bool:
-    """Whether only peers with a certificate get in, and these only as access control says."""
+    """Whether all links beyond the computer are encrypted, and others get in only by name and access control."""
     secured = all(endpoint.startswith(("tls/", "quic/")) for endpoint in beyond)
     if scouts and not set(get("transport/link/protocols") or ["tcp"]) <= {"tls", "quic"}:
         secured = False
-    mutual = mode == "client" or get("transport/link/tls/enable_mtls") is True
-    return secured and mutual and (get("access_control/enabled") is True or mode == "client")
+    return secured and (mode == "client" or guards(get))
 
 
 def explain(error: Exception) -> str:
@@ -235,6 +257,25 @@ def _interfaces(text: str) -> str:
     return ",".join(words) if len(words) > 1 or words[0].lower() not in _KEYWORDS else words[0].lower()
 
 
+def _switch(text: str) -> bool:
+    return _one_of(("true", "false"))(text) == "true"
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _messages(text: str) -> tuple[str, ...] | None:
+    names = _names(text)
+    if "all" in names:
+        return None
+    for name in names:
+        if not re.fullmatch(r"\w+", name):
+            raise ValueError(f"{name!r} is not all, or a list of messages")
+    return names
+
+
+_KINDS: Mapping[str, Callable[[str], Any]] = {"file": Path, "switch": _switch, "name": str, "names": _names}
 _PARSERS: Mapping[str, Callable[[str], Any]] = {
     "Mode": _one_of(get_args(Mode)),
     "Local Port": _port,
@@ -242,6 +283,8 @@ _PARSERS: Mapping[str, Callable[[str], Any]] = {
     "Connect": _endpoints,
     "Scouting": _interfaces,
     "Scouting Address": _group,
-    "Shared Memory": lambda text: _one_of(("true", "false"))(text) == "true",
+    "Shared Memory": _switch,
+    "Hear": _messages,
     "Config File": Path,
+    **{name: _KINDS[kind] for name, kind in OPTIONS.items()},
 }

@@ -2,8 +2,12 @@
 
 from urllib.parse import quote
 
+from imc.addresses import BROADCAST
+
 PREFIX = "imc"
 LONGEST_CHUNK = 255
+ALL_SYSTEMS = f"0x{BROADCAST:04X}"
+"""The name of the system that a message for all is addressed to, if it is not simply published."""
 
 
 def chunk(name: str) -> str:
@@ -23,3 +27,22 @@ def key(message: str, source: str, entity: str, destination: str = "") -> str:
     if destination:
         return f"{PREFIX}/{chunk(destination)}/@cmd/{chunk(message)}/{chunk(source)}"
     return f"{PREFIX}/{chunk(source)}/{chunk(message)}/{chunk(entity)}"
+
+
+def heard(vehicle: str, messages: tuple[str, ...] | None) -> tuple[list[str], list[str]]:
+    """Expressions of what a vehicle receives, published for all and as commands; see `hear` of ZenohConfig."""
+    if messages is None:
+        return [f"{PREFIX}/**"], [f"{PREFIX}/*/@cmd/**"]  # ** does not match chunks that begin with @
+    for_all = [f"{PREFIX}/{chunk(vehicle)}/**", *(f"{PREFIX}/*/{chunk(message)}/*" for message in messages)]
+    return for_all, [f"{PREFIX}/{chunk(system)}/@cmd/**" for system in (vehicle, ALL_SYSTEMS)]
+
+
+def query_key(message: str, source: str, entity: str = "") -> str:
+    """Where the last message of a type is asked for: of one entity, or the last of all of them."""
+    last = f"/{chunk(entity)}" if entity else ""
+    return f"{PREFIX}/{chunk(source)}/@q/{chunk(message)}{last}"
+
+
+def alive_key(vehicle: str, system: int, process: str) -> str:
+    """The liveliness token of a process of a vehicle that runs; "*" for all processes."""
+    return f"{PREFIX}/{chunk(vehicle)}/@alive/{system:04x}/{process if process == '*' else chunk(process)}"

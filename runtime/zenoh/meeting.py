@@ -8,7 +8,7 @@ import socket
 import threading
 from typing import TYPE_CHECKING, Any, cast
 
-from runtime.zenoh.config import ZenohConfig, explain, insert
+from runtime.zenoh.config import ZenohConfig, explain, insert, is_loopback
 
 if TYPE_CHECKING:
     import zenoh
@@ -63,6 +63,8 @@ class MeetingPoint:
         config = self._config.build().config
         insert(config, "id", None)  # an id in the configuration file is that of the session of packets
         insert(config, "listen/endpoints", free)
+        if not all(map(is_loopback, free)):
+            insert(config, "mode", "router")  # a peer passes nothing on to the peers of other computers
         insert(config, "connect/endpoints", [])
         insert(config, "open/return_conditions/connect_scouted", False)
         try:

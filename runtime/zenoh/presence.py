@@ -4,6 +4,7 @@ Each process declares a liveliness token that names vehicle, host, process and e
 process ends or crashes, whatever state Python is in. The key is documented in docs/zenoh.md.
 """
 
+import contextlib
 import os
 import socket
 import threading
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, cast
 
-from runtime.zenoh.keys import PREFIX, chunk
+from runtime.zenoh.keys import PREFIX, alive_key, chunk
 
 if TYPE_CHECKING:
     import zenoh
@@ -21,15 +22,22 @@ if TYPE_CHECKING:
 PATIENCE = 0.5  # s to hear of others after the session is open
 STARTING, RUNNING = "starting", "running"
 MOST_OTHERS = 256
+GET_ADDRESS = 0x8915  # SIOCGIFADDR
+LOOPBACK_NETWORK = 127
+ELSEWHERE = "192.0.2.1", 9  # an address that nobody has (RFC 5737)
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """What a process runs of a vehicle: its entities as the bits of a number, without the Daemon's, which each has."""
+    """What a process runs of a vehicle: its entities as the bits of a number, without the Daemon's, which each has.
+
+    `process` names the process: "main", or the one of a section's `Process`.
+    """
 
     vehicle: str
     system: int
     entities: int
+    process: str = "main"
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +57,30 @@ def expression(vehicle: str) -> str:
 
 
 def token(part: Part, phase: str, began: int, zid: str) -> str:
-    place = f"{phase}/{began:x}/{chunk(socket.gethostname())}/{os.getpid()}/{zid}/{part.entities:x}"
+    place = f"{phase}/{began:x}/{chunk(host_here())}/{os.getpid()}/{zid}/{part.entities:x}"
     return f"{PREFIX}/{chunk(part.vehicle)}/@run/{place}"
+
+
+def host_here() -> str:
+    """The name of this computer, and after a ~ its address on the network, if it has one."""
+    return "~".join(filter(None, [socket.gethostname(), _address()]))
+
+
+def _address() -> str:
+    """That of the interface which leads elsewhere, else of the first one that is up."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        with contextlib.suppress(OSError):
+            probe.connect(ELSEWHERE)  # sends nothing: it chooses the interface
+            return probe.getsockname()[0]
+        with contextlib.suppress(OSError, ImportError, AttributeError):
+            import fcntl  # Linux
+
+            for _, name in socket.if_nameindex():
+                with contextlib.suppress(OSError):
+                    found = fcntl.ioctl(probe, GET_ADDRESS, name.encode()[:15].ljust(256, b"\0"))
+                    if found[20] != LOOPBACK_NETWORK:
+                        return socket.inet_ntoa(found[20:24])
+    return ""
 
 
 def parse(key: str) -> Other | None:
@@ -66,10 +96,19 @@ class Presence:
     """Announces a part of a vehicle, and knows the other processes of this vehicle.
 
     `siblings` are the sessions (zenoh ids) that run other parts. `tell` gets a warning if a process with the same part
-    appears later, for example because two networks were joined.
+    appears later, for example because two networks were joined. `note` gets the name of a process of the vehicle, and
+    whether it has appeared or gone.
     """
 
-    def __init__(self, session: "zenoh.Session", part: Part, tell: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        session: "zenoh.Session",
+        part: Part,
+        tell: Callable[[str], None],
+        note: Callable[[str, bool], None] | None,
+    ) -> None:
+        import zenoh
+
         self._part = part
         self._zid = str(session.info.zid())
         self._began = time.time_ns()
@@ -78,17 +117,23 @@ class Presence:
         self._others: dict[str, Other] = {}
         self._changed = threading.Condition()
         self._accepted = False
+        self._tell_process = note
+        self._watching: Any = None
+        self._alive: Any = None
         self.siblings: frozenset[str] = frozenset()
         liveliness = session.liveliness()
         self._token: Any = liveliness.declare_token(token(part, STARTING, self._began, self._zid))
         listen: Any = liveliness.declare_subscriber
-        self._subscriber: Any = listen(expression(part.vehicle), self._note, history=True)
+        handler = zenoh.handlers.Callback(self._note, indirect=False)
+        self._subscriber: Any = listen(expression(part.vehicle), handler, history=True)
 
     def confirm(self) -> None:
         """Raise ConnectionError if another process runs this part; else it is ours from now on.
 
         Of two that start at the same moment the one that began first stays.
         """
+        import zenoh
+
         with self._changed:
             self._changed.wait_for(lambda: self._elder() is not None, PATIENCE)
             elder = self._elder()
@@ -96,15 +141,26 @@ class Presence:
         if elder is not None:
             raise ConnectionError(
                 f"{self._part.vehicle} already runs on this network: {_where(elder)}; "
-                "end it, or give one of them another name (-V)"
+                f"this is {_computer(chunk(host_here()))}: end one, or give it another name (-V)"
             )
         starting = self._token
         liveliness = self._session.liveliness()
         self._token = liveliness.declare_token(token(self._part, RUNNING, self._began, self._zid))
         starting.undeclare()
+        self._alive = liveliness.declare_token(alive_key(self._part.vehicle, self._part.system, self._part.process))
+        if self._tell_process is not None:
+            listen: Any = liveliness.declare_subscriber
+            processes = alive_key(self._part.vehicle, self._part.system, "*")
+            self._watching = listen(
+                processes, zenoh.handlers.Callback(self._note_process, indirect=False), history=True
+            )
 
     def close(self) -> None:
+        if self._alive is not None:
+            self._alive.undeclare()
         self._subscriber.undeclare()
+        if self._watching is not None:
+            self._watching.undeclare()
         self._token.undeclare()
 
     def _elder(self) -> Other | None:
@@ -113,6 +169,13 @@ class Presence:
             if other.entities & self._part.entities and (other.phase == RUNNING or (other.began, other.zid) < mine):
                 return other
         return None
+
+    def _note_process(self, sample: "zenoh.Sample") -> None:
+        import zenoh
+
+        name = str(sample.key_expr).rpartition("/")[2]
+        if self._tell_process is not None and name != self._part.process:
+            self._tell_process(name, cast(Any, sample).kind == zenoh.SampleKind.PUT)
 
     def _note(self, sample: "zenoh.Sample") -> None:
         """A token has appeared or gone; called from zenoh's thread."""
@@ -140,4 +203,10 @@ def _where(other: Other) -> str:
         began = datetime.fromtimestamp(other.began / 1e9, UTC).strftime("%Y-%m-%d %H:%M:%S")
     except (OverflowError, ValueError, OSError):
         began = "an unknown time"
-    return f"on {other.host}, process {other.process}, since {began} UTC"
+    return f"on {_computer(other.host)}, process {other.process}, since {began} UTC"
+
+
+def _computer(host: str) -> str:
+    """A computer as people read it, of the chunk of a token."""
+    name, _, address = host.partition("~")
+    return f"{name} ({address})" if address else name

@@ -3,52 +3,29 @@
 import atexit
 import logging
 import threading
-import time
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
-from imc.layout import LARGEST_PACKET
+from runtime.zenoh.answers import Answers
+from runtime.zenoh.arrivals import Arrivals
 from runtime.zenoh.config import SESSIONS, Layout, ZenohConfig, explain
 from runtime.zenoh.faults import FaultCounter
-from runtime.zenoh.keys import PREFIX, key
+from runtime.zenoh.frames import Frames
 from runtime.zenoh.meeting import MeetingPoint, is_held
+from runtime.zenoh.outbox import Outbox
 from runtime.zenoh.presence import Part, Presence
+from runtime.zenoh.publishers import Publisher, Publishers
 from runtime.zenoh.scouting import Scout, hello
 
 if TYPE_CHECKING:
     import zenoh
 
-ENCODING = "application/octet-stream;imc/5.4.31"
-SUBSCRIPTIONS = (f"{PREFIX}/**", f"{PREFIX}/*/@cmd/**")  # ** does not match chunks that begin with @
-URGENT = frozenset({"Abort"})
-
-RING = 4096
-MOST_PUBLISHERS = 4096
-MOST_NUMBERS = 65536
 CLOSING_TIME = 2.0  # s
-AT_ONCE = 64  # packets taken at a time, then a pause: the other threads of this process come to their turn
-PAUSE = 0.002  # s
 
 logger = logging.getLogger("shoal.zenoh")
-
-
-class _Publisher:
-    """A declared publisher that numbers its packets, so that receivers can count those they missed."""
-
-    __slots__ = ("_number", "_put", "_source", "_stamp", "undeclare")
-
-    def __init__(self, publisher: "zenoh.Publisher", stamp: "type[zenoh.SourceInfo]") -> None:
-        self._put: Callable[..., object] = cast(Any, publisher).put
-        self._source = publisher.id
-        self._stamp = stamp
-        self._number = 0
-        self.undeclare: Callable[[], object] = cast(Any, publisher).undeclare
-
-    def put(self, packet: bytes) -> None:
-        self._number = (self._number + 1) & 0xFFFFFFFF
-        self._put(packet, source_info=self._stamp(self._source, self._number))
 
 
 class ZenohTransport:
@@ -56,7 +33,9 @@ class ZenohTransport:
 
     `system_name(id)` and `entity_label(system, entity)` give the names in keys; the number replaces an empty label.
     `part` is what of a vehicle runs here: another process that runs the same is refused, and packets in the name of the
-    vehicle are taken only from processes that run its other parts. `tell` gets warnings, from any thread.
+    vehicle are taken only from processes that run its other parts. `concerns` says whether the tasks that answer a
+    request run here. `note` gets the name of another process of the vehicle, and whether it has appeared or gone;
+    `tell` gets warnings; both from any thread. `frames` carries those of the vehicle.
     Counted: `lost`, packets of Shoal processes that did not arrive here (full queue, broken link); `oversize`, payloads
     larger than any packet; `strange`, packets in the name of the vehicle from elsewhere; `unsent`, packets that zenoh
     refused.
@@ -69,14 +48,16 @@ class ZenohTransport:
         entity_label: Callable[[int, int], str],
         *,
         part: Part | None = None,
+        concerns: Callable[[imc.Message], bool] = lambda _: True,
+        note: Callable[[str, bool], None] | None = None,
         tell: Callable[[str], None] = logger.warning,
     ) -> None:
         self.config = config
-        self.lost = FaultCounter("of other processes were lost on the way", tell)
-        self.oversize = FaultCounter("were too large for a packet and were dropped", tell)
-        self.strange = FaultCounter("in the name of this vehicle, but from other processes, were dropped", tell)
+        self.arrivals = Arrivals(self._take, self._is_own, self._is_sibling, tell)
         self.unsent = FaultCounter("could not be sent", tell)
         self._part = part
+        self._concerns = concerns
+        self._note = note
         self._tell = tell
         self._system_name = system_name
         self._entity_label = entity_label
@@ -84,9 +65,12 @@ class ZenohTransport:
         self._meeting_point = MeetingPoint(config)
         self._presence: Presence | None = None
         self._scout: Scout | None = None
-        self._listeners: list[tuple[zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]], threading.Thread]] = []
-        self._publishers: dict[tuple[str, ...], _Publisher] = {}
-        self._numbers: dict[tuple[zenoh.ZenohId, int], int] = {}
+        self._publishers: Publishers | None = None
+        self._outbox = Outbox(self.unsent)
+        self._answers: Answers | None = None
+        self._short: dict[tuple[type, int, int, int], Publisher] = {}
+        self.frames = None if part is None else Frames(part.vehicle, self._is_sibling, tell)
+        self._receive: Callable[[bytes], None] = lambda _: None
 
     def open(self, receive: Callable[[bytes], None]) -> None:
         """Join the bus; waits up to a second for others.
@@ -94,8 +78,7 @@ class ZenohTransport:
         Raises ConnectionError if it cannot listen or, as a client, finds no router, or if the part already runs;
         ValueError for an invalid configuration file; ModuleNotFoundError without zenoh.
         """
-        import zenoh
-
+        self._receive = receive
         self._meeting_point.open()
         try:
             self._session, layout = self._enter()
@@ -105,7 +88,7 @@ class ZenohTransport:
         session = self._session
         try:
             if self._part is not None:
-                self._presence = Presence(session, self._part, self._tell)
+                self._presence = Presence(session, self._part, self._tell, self._note)
                 self._presence.confirm()
         except ConnectionError:
             self.close()
@@ -119,32 +102,43 @@ class ZenohTransport:
             self._scout = Scout(layout.group, hello(str(session.info.zid()), layout.role, [layout.session]))
             self._scout.open()
         atexit.register(self._abandon)  # an interpreter that ends while threads wait in zenoh aborts
-        # Telemetry and commands have a ring and a thread each, so that a flood of telemetry does not displace commands.
-        for expression in SUBSCRIPTIONS:
-            ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(RING)
-            subscriber = session.declare_subscriber(expression, ring, allowed_origin=zenoh.Locality.REMOTE)
-            thread = threading.Thread(
-                target=self._listen, args=(subscriber.handler, receive), name=expression, daemon=True
-            )
-            self._listeners.append((subscriber, thread))
-            thread.start()
+        self._outbox.open()
+        self._publishers = Publishers(session)
+        last = self._publishers.last
+        self._answers = Answers(session, self._part, self._outbox, last, self._take, self._concerns)
+        self.arrivals.open(session, self.config.vehicle, self.config.hear)
+        if self.frames is not None:
+            self.frames.open(session)
 
     def send(self, message: imc.Message, packet: bytes) -> None:
         """Publish a packet, which decodes to `message`. Drops it if a queue is full; never blocks, never raises."""
-        session = self._session
-        if session is None:
+        if self._session is None or self._answers is None:
             return
+        place = type(message), message.src, message.src_ent, message.dst
+        try:
+            publisher = self._short.get(place) or self._publisher(message, place)
+            publisher.last = packet
+            if publisher.reliable:
+                self._answers.reply(message, packet)
+                self._outbox.put(type(message).__name__, partial(publisher.put, packet))
+            else:
+                publisher.put(packet)
+        except Exception as error:
+            self._short.pop(place, None)
+            self.unsent.count(f"{type(message).__name__} of {self._system_name(message.src)}: {error}")
+
+    def _publisher(self, message: imc.Message, place: tuple[type, int, int, int]) -> Publisher:
+        """The publisher of a message by its names; the way to it is remembered if these do not change any more."""
+        assert self._publishers is not None
         name = type(message).__name__ if not isinstance(message, imc.Unknown) else str(message.id)
         source = self._system_name(message.src)
-        if message.dst == UNKNOWN_SYSTEM:
-            names = (name, source, self._entity_label(message.src, message.src_ent) or str(message.src_ent))
-        else:
-            names = (name, source, "", self._system_name(message.dst))
-        try:
-            publisher = self._publishers.get(names) or self._declare(session, names)
-            publisher.put(packet)
-        except Exception as error:
-            self.unsent.count(f"{name} of {source}: {error}")
+        if message.dst != UNKNOWN_SYSTEM:
+            return self._publishers.get((name, source, "", self._system_name(message.dst)))
+        label = self._entity_label(message.src, message.src_ent)
+        publisher = self._publishers.get((name, source, label or str(message.src_ent)))
+        if self._is_own(message.src) and label and not isinstance(message, imc.Unknown):
+            self._short[place] = publisher
+        return publisher
 
     def close(self) -> None:
         """Leave the bus, within CLOSING_TIME seconds even if zenoh does not finish closing."""
@@ -157,7 +151,7 @@ class ZenohTransport:
         closing.join(CLOSING_TIME)
         if closing.is_alive():
             logger.warning("zenoh did not close within %g s; not waiting for it", CLOSING_TIME)
-        for tally in (self.lost, self.oversize, self.strange, self.unsent):
+        for tally in (self.arrivals.lost, self.arrivals.oversize, self.arrivals.strange, self.unsent):
             tally.tell(report=logger.warning)  # the vehicle's log book has ended
 
     def _enter(self) -> tuple["zenoh.Session", Layout]:
@@ -176,16 +170,13 @@ class ZenohTransport:
         raise ConnectionError(f"zenoh: all {SESSIONS} ports for the processes of this computer are in use")
 
     def _leave(self, session: "zenoh.Session") -> None:
-        """Close the subscribers first: a session that closes before them may wait for them forever."""
+        """Undeclare, then close: a session that closes before its subscribers may wait for them forever."""
         if self._scout is not None:
             self._scout.close()
-        if self._presence is not None:
-            self._presence.close()
-        for subscriber, thread in self._listeners:
-            cast(Any, subscriber).undeclare()
-            thread.join(CLOSING_TIME / 4)
-        self._listeners.clear()
-        self._publishers.clear()
+        self._outbox.close()
+        for part in (self._presence, self._answers, self.frames, self.arrivals, self._publishers):
+            if part is not None:
+                part.close()
         cast(Any, session).close()
         self._meeting_point.close()
 
@@ -194,66 +185,12 @@ class ZenohTransport:
         if session is not None:
             self._leave(session)
 
-    def _declare(self, session: "zenoh.Session", names: tuple[str, ...]) -> _Publisher:
-        import zenoh
+    def _take(self, packet: bytes) -> None:
+        if self._session is not None:
+            self._receive(packet)
 
-        if len(self._publishers) >= MOST_PUBLISHERS:  # a relay can bring packets of ever more sources
-            self._publishers.pop(next(iter(self._publishers))).undeclare()
-        urgent = len(names) == 4 or names[0] in URGENT
-        publisher = session.declare_publisher(
-            key(*names),
-            encoding=ENCODING,
-            congestion_control=zenoh.CongestionControl.DROP,
-            priority=zenoh.Priority.REAL_TIME if urgent else zenoh.Priority.DATA,
-        )
-        return self._publishers.setdefault(names, _Publisher(publisher, zenoh.SourceInfo))
+    def _is_own(self, system: int) -> bool:
+        return self._part is not None and system == self._part.system
 
-    def _listen(self, ring: "zenoh.handlers.Handler[zenoh.Sample]", receive: Callable[[bytes], None]) -> None:
-        """Pass on packets until the subscriber is undeclared."""
-        import zenoh
-
-        while True:
-            try:
-                sample = ring.recv()
-            except zenoh.ZError:
-                return
-            taken = 0
-            while sample is not None:
-                if self._session is None:
-                    return
-                self._arrive(sample, receive)
-                taken += 1
-                if taken % AT_ONCE == 0:
-                    time.sleep(PAUSE)
-                sample = ring.try_recv()
-
-    def _arrive(self, sample: "zenoh.Sample", receive: Callable[[bytes], None]) -> None:
-        source = sample.source_info
-        if source is not None:
-            publisher = source.source_id.zid, source.source_id.eid
-            number, last = source.source_sn, self._numbers.get(publisher)
-            ahead = 1 if last is None else (number - last) & 0xFFFFFFFF
-            if not 0 < ahead < 0x80000000:
-                return  # a duplicate: two routers that both reach this process have both forwarded it
-            if ahead > 1:
-                self.lost.count(f"last at {sample.key_expr}", ahead - 1)
-            if last is None and len(self._numbers) >= MOST_NUMBERS:
-                self._numbers.clear()
-            self._numbers[publisher] = number
-        if len(sample.payload) > LARGEST_PACKET:
-            self.oversize.count(f"last: {len(sample.payload)} bytes at {sample.key_expr}")
-            return
-        packet = sample.payload.to_bytes()
-        if self._part is not None and _source(packet) == self._part.system and not self._is_sibling(source):
-            self.strange.count(f"last at {sample.key_expr}")
-            return
-        receive(packet)
-
-    def _is_sibling(self, source: "zenoh.SourceInfo | None") -> bool:
-        siblings = self._presence.siblings if self._presence is not None else frozenset[str]()
-        return source is not None and bool(siblings) and str(source.source_id.zid) in siblings
-
-
-def _source(packet: bytes) -> int:
-    """The system in the header of a packet."""
-    return int.from_bytes(packet[14:16], "little" if packet[:1] == b"\x54" else "big")
+    def _is_sibling(self, zid: str) -> bool:
+        return self._presence is not None and zid in self._presence.siblings

@@ -11,6 +11,7 @@ import click
 
 COMMANDS = {
     "run": ("shoal.cli.run", "Run a vehicle profile."),
+    "fleet": ("shoal.cli.fleet", "Start and watch many vehicles."),
     "mission": ("shoal.cli.mission", "Fly a plan in virtual time and report the result."),
     "replay": ("shoal.cli.replay", "Play back a log on the bus."),
     "resim": ("shoal.cli.resim", "Re-run tasks on a log and compare."),

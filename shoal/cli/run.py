@@ -28,7 +28,9 @@ from shoal.cli.options import (
     parse_time,
     use_code,
 )
+from shoal.cli.processes import end_with, own_process, part_of, watch
 from shoal.cli.status import Status
+from shoal.fleet import Keeper
 from tasks.transports.logging import Logging
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -76,6 +78,9 @@ def options(function: F) -> F:
 @click.option(
     "--from-snapshot", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Continue from a snapshot."
 )
+@click.option("--process", metavar="NAME", help="Run the sections that have this Process; main for those without.")
+@click.option("--alone", is_flag=True, help="Do not start the other processes of the vehicle.")
+@click.option("--parent", type=int, hidden=True, help="End when this process, which has started it, has gone.")
 @options
 def run(
     profile: str | None,
@@ -87,6 +92,9 @@ def run(
     code: tuple[Path, ...],
     snapshot_every: float | None,
     from_snapshot: Path | None,
+    process: str | None,
+    alone: bool,
+    parent: int | None,
     clock: str,
     duration: float | None,
     seed: int | None,
@@ -108,14 +116,19 @@ def run(
         loaded = load_profile(name, config_dir, vehicle=vehicle, saved=saved, overrides=overrides)
         selected = loaded.select(profiles)
         tell_warnings(check(loaded, {}, selected, find_task), loaded.name)
+        at = parse_clock(clock, loaded.start_time_ns)
+        over_zenoh = (bus or loaded.bus) == "zenoh" and not at.virtual
+        others = loaded.processes(selected)
+        part = part_of(process, others, over_zenoh)
         made = build(
             loaded,
             selected,
-            clock=parse_clock(clock, loaded.start_time_ns),
+            clock=at,
             seed=seed,
             keep_going=keep_going,
             log_root=log_dir,
             state_folder=state_folder,
+            process=part,
         )
         if (bus or loaded.bus) == "zenoh":
             join_zenoh(made.vehicle, loaded)
@@ -135,8 +148,16 @@ def run(
     check_log_dir(made.vehicle)
     if snapshot_every is not None:
         Journals(made.vehicle)
+    if parent is not None:
+        end_with(made.vehicle, parent)
+    keeper = Keeper([own_process(name) for name in others] if part == "" and not alone and process is None else [])
+    if keeper.children:
+        watch(made.vehicle, keeper)
     title = f"{loaded.vehicle} ({', '.join(sorted(selected)) or 'no mode selected'})"
-    swim(made.vehicle, title, duration, snapshot_every=snapshot_every)
+    try:
+        swim(made.vehicle, title, duration, snapshot_every=snapshot_every)
+    finally:
+        keeper.stop()
 
 
 def _refuse_contradictions(profile: str | None) -> None:

@@ -43,6 +43,7 @@ class DB(Task):
             self._store = PlanStore(None)
         self.set_entity_state(State.FAULT if trouble else State.NORMAL, trouble or "active")
         self._tell_boot(Type.SUCCESS, "initialization complete")
+        self._tell_state()
 
     def saving(self) -> None:
         if not self._in_memory:
@@ -89,6 +90,7 @@ class DB(Task):
             self.publish(answer.replace(type=Type.FAILURE, info=f"database: {error}"))
         else:
             self.publish(answer.replace(type=Type.SUCCESS, arg=stored.information(), info=_saved(new)))
+            self._tell_state()
 
     def _serve(self, request: imc.PlanDB) -> None:
         if request.op == Op.SET:
@@ -99,6 +101,7 @@ class DB(Task):
             self._progress(request)
             self._store.clear(self._change(request))
             self._answer(request.replace(plan_id=""), Type.SUCCESS, "OK")
+            self._tell_state()
         elif request.op in (Op.GET, Op.GET_INFO):
             self._get(request)
         elif request.op in (Op.GET_STATE, Op.GET_DSTATE):
@@ -118,11 +121,13 @@ class DB(Task):
             self._progress(request)
             stored, new = self._store.set(plan, self._change(request))
             self._answer(request, Type.SUCCESS, _saved(new), stored.information())
+            self._tell_state()
 
     def _delete(self, request: imc.PlanDB) -> None:
         self._progress(request)
         if self._store.delete(request.plan_id, self._change(request)):
             self._answer(request, Type.SUCCESS, "OK")
+            self._tell_state()
         else:
             self._answer(request, Type.FAILURE, UNDEFINED)
 
@@ -146,6 +151,11 @@ class DB(Task):
         except imc.EncodeError:
             return self._store.state(with_plans=False)
         return state
+
+    def _tell_state(self) -> None:
+        """Tell all what is stored now; on a virtual clock nobody is there to see it."""
+        if not self.vehicle.virtual:
+            self.publish(self._state())
 
     def _progress(self, request: imc.PlanDB) -> None:
         self._answer(request, Type.IN_PROGRESS, "in progress")

@@ -1,7 +1,8 @@
 """Run in a network namespace of its own: a vehicle, a plain zenoh program beside it, and an attacker on its network.
 
 The attacker is in a second namespace, at the other end of a cable (a veth pair). Argument: a folder. Prints one JSON
-object: what the attacker could reach, and what the plain program received.
+object: what the attacker could reach, and what the plain program received. With `twins` before the folder: another
+vehicle of the same name there, and what it is told.
 """
 
 import contextlib
@@ -14,6 +15,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -104,7 +106,7 @@ def attack(ports: dict[str, list[int]], seconds: float) -> dict[str, Any]:
     return {"open": opened, "heard": len(heard)}
 
 
-def main(folder: Path) -> None:
+def main(folder: Path, scene: Callable[[Path, list[str]], dict[str, Any]]) -> None:
     ip("link", "set", "lo", "up")
     with subprocess.Popen(["unshare", "-n", "sleep", "60"]) as outside:
         while os.readlink(f"/proc/{outside.pid}/ns/net") == os.readlink("/proc/self/ns/net"):
@@ -156,6 +158,24 @@ def scene(folder: Path, enter: list[str]) -> dict[str, Any]:
     }
 
 
+def twins(folder: Path, enter: list[str]) -> dict[str, Any]:
+    """A vehicle here that others can connect to, and another of the same name where `enter` leads to."""
+    pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    command = [sys.executable, "-m", "shoal.cli", "run", NAME, "-p", "Simulation", "--bus", "zenoh", "--log-dir"]
+    endpoint = f"tcp/{VEHICLE}:7448"
+    first = subprocess.Popen([*command, str(folder / "first"), "--set", f"Zenoh:Listen={endpoint}"], **pipes)
+    try:
+        wait_for(lines(first), "LOG ")
+        connect = ["--set", f"Zenoh:Connect={endpoint}"]
+        second = subprocess.run(
+            [*enter, *command, str(folder / "second"), *connect], **pipes, timeout=PATIENCE, check=False
+        )
+        return {"status": second.returncode, "told": second.stdout, "runs": first.poll() is None, "process": first.pid}
+    finally:
+        first.terminate()
+        first.wait(PATIENCE)
+
+
 def listen() -> None:
     """A zenoh program without any configuration, which stays after its first message."""
     import zenoh
@@ -174,7 +194,9 @@ if __name__ == "__main__":
             listen()
         case ["attack", ports, seconds]:
             print(json.dumps(attack(json.loads(ports), float(seconds))))
+        case ["twins", folder]:
+            main(Path(folder), twins)
         case [folder]:
-            main(Path(folder))
+            main(Path(folder), scene)
         case _:
             raise SystemExit(__doc__)

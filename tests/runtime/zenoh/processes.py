@@ -124,8 +124,15 @@ class Network:
         self.processes.append(process)
         return process
 
-    def bus(self, system: int, *, scouting: bool = True) -> Process:
-        return self.add(PEERS / "bus.py", system, self.local_port, self.scouting_port if scouting else 0)
+    def bus(self, system: int, *, scouting: bool = True, **options: str) -> Process:
+        """A process with a transport; `options` are those of [Zenoh], with _ for blanks."""
+        named = {name.replace("_", " "): value for name, value in options.items()}
+        port = self.scouting_port if scouting else 0
+        return self.add(PEERS / "bus.py", system, self.local_port, port, json.dumps(named))
+
+    def asker(self, mode: str = "client", options: dict[str, object] | None = None) -> Process:
+        """A zenoh program without Shoal's transport, see there; `options` are zenoh's."""
+        return self.add(PEERS / "asker.py", mode, self.local_port, self.scouting_port, json.dumps(options or {}))
 
     def plain(self, expression: str, mode: str) -> Process:
         return self.add(PEERS / "plain.py", expression, mode, self.local_port, self.scouting_port)

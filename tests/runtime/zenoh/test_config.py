@@ -1,4 +1,5 @@
 import json
+import logging
 import socket
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,8 +9,9 @@ import pytest
 import zenoh
 
 import imc
-import runtime.zenoh.transport
+import runtime.zenoh.publishers
 from runtime.zenoh import ZenohConfig, ZenohTransport
+from runtime.zenoh.arrivals import Arrivals
 from runtime.zenoh.keys import chunk, key
 from runtime.zenoh.meeting import is_held
 
@@ -96,7 +98,7 @@ def test_everything_stays_on_the_loopback_interface_by_default() -> None:
     assert built(config, "connect/endpoints") == ["tcp/127.0.0.1:7447"]
     assert built(config, "scouting/multicast/enabled") is False, "zenoh's own scouting listens at 0.0.0.0"
     assert built(config, "scouting/gossip/autoconnect") == []
-    assert built(config, "transport/shared_memory/enabled") is False
+    assert built(config, "transport/shared_memory/transport_optimization/enabled") is False
     assert config.build().group == "224.0.0.224:7446"
     assert config.build().exposed == []
 
@@ -221,25 +223,29 @@ def test_unknown_messages_entities_and_odd_names_have_keys_too() -> None:
 
 
 def test_the_sources_of_relayed_packets_do_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runtime.zenoh.transport, "MOST_PUBLISHERS", 3)
+    monkeypatch.setattr(runtime.zenoh.publishers, "MOST_PUBLISHERS", 3)
     relay = transport()
     relay.open(lambda packet: None)
     for source in (1, 2, 3, 4, 1, 5, 4):
         message = imc.Heartbeat(src=source)
         relay.send(message, imc.encode(message))
+    assert relay._publishers is not None
     assert len(relay._publishers) == 3
     relay.close()
     assert relay.unsent.total == 0
 
 
 def test_lost_and_repeated_packets_are_told_by_their_numbers(caplog: pytest.LogCaptureFixture) -> None:
-    receiver, packets = transport(), []
+    packets: list[bytes] = []
+    receiver = Arrivals(
+        packets.append, lambda system: False, lambda zid: False, logging.getLogger("shoal.zenoh").warning
+    )
 
     def arrive(number: int, publisher: int = 1) -> None:
         source = SimpleNamespace(source_id=SimpleNamespace(zid="zid", eid=publisher), source_sn=number)
         payload = zenoh.ZBytes(bytes([number & 0xFF]))
         sample: Any = SimpleNamespace(source_info=source, payload=payload, key_expr="imc/a/b/c")
-        receiver._arrive(sample, packets.append)
+        receiver.arrive(sample)
 
     for number in (7, 8, 8, 7, 9, 12):
         arrive(number)

@@ -19,11 +19,11 @@ KINDS = ("queries", "state in the vehicle's name", "states of many", "state of a
 class Vehicle(Process):
     """`shoal run` of the shipped profile."""
 
-    def __init__(self, network: Network, folder: Path) -> None:
+    def __init__(self, network: Network, folder: Path, *options: str) -> None:
         self.folder = folder
         port = f"Zenoh:Local Port={network.local_port}"
         modes = ("-p", "Simulation", "--bus", "zenoh", "--set", port, "--set", "Transports.MAVLink:Enabled=Never")
-        super().__init__("-m", "shoal.cli", "run", NAME, *modes, "--log-dir", folder)
+        super().__init__("-m", "shoal.cli", "run", NAME, *modes, *options, "--log-dir", folder)
         network.processes.append(self)
 
     def swims(self) -> bool:

@@ -1,6 +1,7 @@
 """A process with only a transport: sends EstimatedState with x counting up, and counts the messages it receives.
 
-Arguments: system id, local port, scouting port (0 means none). Commands on standard input, one JSON answer each.
+Arguments: system id, local port, scouting port (0 means none), options of [Zenoh] as JSON (or none). Commands on
+standard input, one JSON answer each.
 """
 
 import json
@@ -9,13 +10,14 @@ import sys
 import threading
 import time
 from collections import Counter
+from dataclasses import replace
 
 import imc
 from runtime.zenoh import ZenohConfig, ZenohTransport
 
 
 class Process:
-    def __init__(self, system: int, local_port: int, scouting_port: int) -> None:
+    def __init__(self, system: int, local_port: int, scouting_port: int, options: dict[str, str]) -> None:
         self.system = system
         self.heard: dict[int, list[float]] = {}
         self.names: Counter[str] = Counter()
@@ -25,8 +27,9 @@ class Process:
         self.rate = 0.0
         self.listening = threading.Event()
         self.listening.set()
-        scouting = {"scouting": "loopback", "scouting_address": f"224.0.0.224:{scouting_port}"}
-        config = ZenohConfig(local_port=local_port, **(scouting if scouting_port else {"scouting": "none"}))
+        scouting = {"Scouting": "loopback", "Scouting Address": f"224.0.0.224:{scouting_port}"}
+        options = {"Local Port": str(local_port), **(scouting if scouting_port else {"Scouting": "none"}), **options}
+        config = replace(ZenohConfig.from_options(options), vehicle=f"system-{system}")
         self.transport = ZenohTransport(config, lambda number: f"system-{number}", lambda system, entity: "Navigation")
 
     def receive(self, packet: bytes) -> None:
@@ -37,6 +40,9 @@ class Process:
             self.malformed += 1
             return
         self.names[type(message).__name__] += 1
+        if isinstance(message, imc.PlanDB) and message.dst == self.system and message.type == imc.PlanDB.Type.REQUEST:
+            done = {"type": imc.PlanDB.Type.SUCCESS, "request_id": message.request_id, "dst": message.src}
+            self.publish(imc.PlanDB(src=self.system, timestamp=time.time(), **done))
         if isinstance(message, imc.EstimatedState):
             self.heard.setdefault(message.src, []).append(message.x)
 
@@ -64,8 +70,8 @@ class Process:
             "heard": {src: [len(x), x[-1], x == sorted(set(x))] for src, x in self.heard.items()},
             "names": self.names,
             "malformed": self.malformed,
-            "lost": transport.lost.total,
-            "oversize": transport.oversize.total,
+            "lost": transport.arrivals.lost.total,
+            "oversize": transport.arrivals.oversize.total,
             "unsent": transport.unsent.total,
             "sent": self.sent,
             "worst_send": self.worst_send,
@@ -96,7 +102,8 @@ class Process:
 
 def main() -> None:
     logging.basicConfig(stream=sys.stderr)
-    process = Process(*map(int, sys.argv[1:4]))
+    system, local_port, scouting_port = map(int, sys.argv[1:4])
+    process = Process(system, local_port, scouting_port, json.loads(sys.argv[4]) if sys.argv[4:] else {})
     process.transport.open(process.receive)
     threading.Thread(target=process.flow, daemon=True).start()
     print(json.dumps({"opened": True}), flush=True)

@@ -1,0 +1,157 @@
+"""Receives packets: each once, those that were missed counted, and none in the vehicle's name from a stranger."""
+
+import contextlib
+import queue
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from imc.layout import LARGEST_PACKET
+from runtime.zenoh.faults import FaultCounter
+from runtime.zenoh.keys import PREFIX, chunk, heard
+from runtime.zenoh.publishers import LATCHED
+
+if TYPE_CHECKING:
+    import zenoh
+
+RING = 4096
+MOST_NUMBERS = 65536
+AT_ONCE = 256  # packets taken at a time, then a pause: the other threads of this process come to their turn
+PAUSE = 0.002  # s
+SETTLING = 0.05  # s in which a present state arrives by itself, in order; what is missing then is taken from the past
+ENDING = 0.5  # s
+
+
+class Arrivals:
+    """The subscribers of a session, and the threads that read them.
+
+    `receive` gets the packets. `is_own` says of a system id whether it is the vehicle's, `is_sibling` of a session
+    (zenoh id) whether it runs another part of it.
+    """
+
+    def __init__(
+        self,
+        receive: Callable[[bytes], None],
+        is_own: Callable[[int], bool],
+        is_sibling: Callable[[str], bool],
+        tell: Callable[[str], None],
+    ) -> None:
+        self.lost = FaultCounter("of other processes were lost on the way", tell)
+        self.oversize = FaultCounter("were too large for a packet and were dropped", tell)
+        self.strange = FaultCounter("in the name of this vehicle, but from other processes, were dropped", tell)
+        self._receive = receive
+        self._is_own = is_own
+        self._is_sibling = is_sibling
+        self._numbers: dict[tuple[zenoh.ZenohId, int], int] = {}
+        self._lock = threading.Lock()
+        self._closed = threading.Event()
+        self._states: queue.Queue[zenoh.Sample | None] = queue.Queue(RING)
+        self._subscribers: list[Any] = []
+        self._threads: list[threading.Thread] = []
+
+    def open(self, session: "zenoh.Session", vehicle: str, messages: tuple[str, ...] | None) -> None:
+        """Subscribe to what concerns a vehicle, and to `messages` of other systems, None for all.
+
+        Telemetry and commands have a ring and a thread each, so that a flood of telemetry does not displace commands.
+        """
+        import zenoh
+        import zenoh.ext
+
+        for expressions in heard(vehicle, messages):
+            for expression in expressions:
+                ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(RING)
+                subscriber = session.declare_subscriber(expression, ring, allowed_origin=zenoh.Locality.REMOTE)
+                self._subscribers.append(subscriber)
+                self._begin(expression, self._read, subscriber.handler)
+        for message in LATCHED:
+            whose = "*" if messages is None or message in messages else chunk(vehicle)
+            self._subscribers.append(
+                zenoh.ext.declare_advanced_subscriber(
+                    session,
+                    f"{PREFIX}/{whose}/{message}/*",
+                    zenoh.handlers.Callback(self._note_state, indirect=False),
+                    allowed_origin=zenoh.Locality.REMOTE,
+                    history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1),
+                    recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
+                )
+            )
+        self._begin("zenoh states", self._read_states)
+
+    def close(self) -> None:
+        """Undeclare the subscribers, and wait for the threads."""
+        self._closed.set()
+        for subscriber in self._subscribers:
+            subscriber.undeclare()
+        with contextlib.suppress(queue.Full):
+            self._states.put_nowait(None)
+        for thread in self._threads:
+            thread.join(ENDING)
+        self._subscribers.clear()
+
+    def arrive(self, sample: "zenoh.Sample") -> None:
+        """Pass on the packet of a sample, unless it has arrived before, is too large, or a stranger's."""
+        source = sample.source_info
+        if source is not None:
+            whose = source.source_id
+            publisher = whose.zid, whose.eid
+            number = source.source_sn
+            with self._lock:
+                last = self._numbers.get(publisher)
+                ahead = 1 if last is None else (number - last) & 0xFFFFFFFF
+                if not 0 < ahead < 0x80000000:
+                    return  # a duplicate: of a state, or two routers that both reach this process have forwarded it
+                if last is None and len(self._numbers) >= MOST_NUMBERS:
+                    self._numbers.clear()
+                self._numbers[publisher] = number
+            if ahead > 1:
+                self.lost.count(f"last at {sample.key_expr}", ahead - 1)
+        payload = sample.payload
+        if len(payload) > LARGEST_PACKET:
+            self.oversize.count(f"last: {len(payload)} bytes at {sample.key_expr}")
+            return
+        packet = payload.to_bytes()
+        if self._is_own(source_of(packet)) and (source is None or not self._is_sibling(str(source.source_id.zid))):
+            self.strange.count(f"last at {sample.key_expr}")
+            return
+        self._receive(packet)
+
+    def _begin(self, name: str, function: Callable[..., None], *arguments: object) -> None:
+        thread = threading.Thread(target=function, args=arguments, name=name, daemon=True)
+        self._threads.append(thread)
+        thread.start()
+
+    def _read(self, ring: "zenoh.handlers.Handler[zenoh.Sample]") -> None:
+        """Pass on packets until the subscriber is undeclared."""
+        import zenoh
+
+        with contextlib.suppress(zenoh.ZError):
+            while True:
+                sample, taken = ring.recv(), 0
+                while sample is not None:
+                    if self._closed.is_set():
+                        return
+                    self.arrive(sample)
+                    taken += 1
+                    if taken % AT_ONCE == 0:
+                        time.sleep(PAUSE)
+                    sample = ring.try_recv()
+
+    def _note_state(self, sample: "zenoh.Sample") -> None:
+        """Called from zenoh's thread; it must not wait. What does not fit comes again with the next heartbeat."""
+        with contextlib.suppress(queue.Full):
+            self._states.put_nowait(sample)
+
+    def _read_states(self) -> None:
+        """Pass on states that have not arrived otherwise: those published before we joined, and those missed."""
+        while (sample := self._states.get()) is not None and not self._closed.wait(SETTLING):
+            self.arrive(sample)
+            for _ in range(self._states.qsize()):
+                if (sample := self._states.get()) is None:
+                    return
+                self.arrive(sample)
+
+
+def source_of(packet: bytes) -> int:
+    """The system in the header of a packet."""
+    return int.from_bytes(packet[14:16], "little" if packet[:1] == b"\x54" else "big")

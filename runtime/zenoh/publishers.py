@@ -1,0 +1,114 @@
+"""Publishes packets: telemetry without waiting, commands reliably, states also for those who join later."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+from runtime.zenoh.keys import key
+
+if TYPE_CHECKING:
+    import zenoh
+
+ENCODING = "application/octet-stream;imc/5.4.31"
+URGENT = frozenset({"Abort"})
+LATCHED = (
+    "Announce",
+    "EntityList",
+    "EntityParameters",
+    "LoggingControl",
+    "OperationalLimits",
+    "PlanControlState",
+    "PlanDBState",
+    "VehicleState",
+)
+"""States, of which a receiver wants the present one as soon as it joins."""
+HEARTBEAT = 1.0  # s after which a receiver notices that it has missed the last state
+
+MOST_PUBLISHERS = 4096
+
+Names = tuple[str, ...]
+
+
+@dataclass(slots=True)
+class Publisher:
+    """One declared publisher, and its last packet; a `reliable` one may wait for a receiver."""
+
+    put: Callable[[bytes], object]
+    undeclare: Callable[[], object]
+    reliable: bool = False
+    last: bytes = b""
+
+
+class Numbered:
+    """Numbers the packets of a publisher, so that receivers can count those they missed."""
+
+    __slots__ = ("_number", "_put", "_source", "_stamp")
+
+    def __init__(self, publisher: "zenoh.Publisher", stamp: "type[zenoh.SourceInfo]") -> None:
+        self._put: Callable[..., object] = cast(Any, publisher).put
+        self._source = publisher.id
+        self._stamp = stamp
+        self._number = 0
+
+    def put(self, packet: bytes) -> None:
+        self._number = (self._number + 1) & 0xFFFFFFFF
+        self._put(packet, source_info=self._stamp(self._source, self._number))
+
+
+class Publishers:
+    """The publishers of a session by message, source and entity, or message, source, "" and destination."""
+
+    def __init__(self, session: "zenoh.Session") -> None:
+        self._session = session
+        self._declared: dict[Names, Publisher] = {}
+
+    def __len__(self) -> int:
+        return len(self._declared)
+
+    def get(self, names: Names) -> Publisher:
+        """The publisher of these names. Raises zenoh.ZError if it cannot be declared."""
+        return self._declared.get(names) or self._declare(names)
+
+    def last(self) -> list[tuple[Names, bytes]]:
+        """The last packet for all of each message, source and entity. Called from any thread."""
+        declared = self._declared.copy()
+        return [(names, publisher.last) for names, publisher in declared.items() if len(names) == 3 and publisher.last]
+
+    def close(self) -> None:
+        for publisher in self._declared.values():
+            publisher.undeclare()
+        self._declared.clear()
+
+    def _declare(self, names: Names) -> Publisher:
+        if len(self._declared) >= MOST_PUBLISHERS:  # a relay can bring packets of ever more sources
+            self._declared.pop(next(iter(self._declared))).undeclare()
+        latched = names[0] in LATCHED and len(names) == 3
+        publisher = self._latched(names) if latched else self._numbered(names)
+        return self._declared.setdefault(names, publisher)
+
+    def _numbered(self, names: Names) -> Publisher:
+        import zenoh
+
+        urgent = len(names) == 4 or names[0] in URGENT
+        publisher = self._session.declare_publisher(
+            key(*names),
+            encoding=ENCODING,
+            congestion_control=zenoh.CongestionControl.BLOCK if urgent else zenoh.CongestionControl.DROP,
+            priority=zenoh.Priority.REAL_TIME if urgent else zenoh.Priority.DATA,
+        )
+        return Publisher(Numbered(publisher, zenoh.SourceInfo).put, cast(Any, publisher).undeclare, urgent)
+
+    def _latched(self, names: Names) -> Publisher:
+        """Keeps its last packet for those who join later or have missed it; zenoh numbers the packets."""
+        import zenoh.ext
+
+        publisher: Any = zenoh.ext.declare_advanced_publisher(
+            self._session,
+            key(*names),
+            encoding=ENCODING,
+            congestion_control=zenoh.CongestionControl.DROP,
+            cache=zenoh.ext.CacheConfig(1),
+            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=HEARTBEAT),
+            publisher_detection=True,
+        )
+        return Publisher(publisher.put, publisher.undeclare)

@@ -1,0 +1,173 @@
+"""Who may join a bus, and what they may do there: certificates, passwords and access control of zenoh.
+
+Whoever can prove its name, by a certificate (its common name) or a password, may do what its list allows; all others
+nothing. The lists are for those beyond the computer: its own programs, if they can log in, may do everything.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from runtime.zenoh.keys import ALL_SYSTEMS, PREFIX, chunk
+
+LOOPBACK_INTERFACES = ["lo", "lo0"]
+TELLING = ("put", "delete", "reply", "declare_queryable", "liveliness_token")
+ASKING = ("query", "declare_subscriber", "liveliness_query", "declare_liveliness_subscriber")
+PUBLIC = [f"{PREFIX}/**", f"{PREFIX}/*/@alive/**", f"{PREFIX}/*/@run/**", f"{PREFIX}/**/@adv/**"]
+LAST = f"{PREFIX}/*/@q/*/*"  # the last message of an entity; a request, which may be a command, has one chunk less
+EVERYTHING = [*PUBLIC, f"{PREFIX}/*/@cmd/**", f"{PREFIX}/*/@q/**"]
+OF_CONSOLES = [f"{PREFIX}/*/{message}/*" for message in ("Abort", "Announce", "Heartbeat")]
+
+Rule = dict[str, Any]
+Put = Callable[[str, Any], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Security:
+    """Certificates, passwords, and lists of names; nothing set means that anybody who reaches a socket may everything.
+
+    root_certificate: PEM file of the authority that has signed the certificates of all; with it, all must have one,
+        unless mutual_tls is False.
+    certificate, private_key: PEM files of this process.
+    user, password_file: by which this process logs in at others; the password is the content of the file.
+    users_file: who may log in here, a line `user:password` for each.
+    commanders: names that may send commands to the vehicle, ask it, and receive everything.
+    listeners: names that may only receive.
+    vehicles: names of other vehicles: may publish in their own name, and receive everything.
+    """
+
+    root_certificate: Path | None = None
+    certificate: Path | None = None
+    private_key: Path | None = None
+    mutual_tls: bool | None = None
+    user: str | None = None
+    password_file: Path | None = None
+    users_file: Path | None = None
+    commanders: tuple[str, ...] | None = None
+    listeners: tuple[str, ...] | None = None
+    vehicles: tuple[str, ...] | None = None
+
+    def apply(self, put: Put, vehicle: str) -> None:
+        """Set what is wanted in a zenoh configuration. Raises ValueError naming the option that cannot work."""
+        self._certify(put)
+        self._log_in(put)
+        lists = (self.commanders, self.listeners, self.vehicles)
+        if any(names is not None for names in lists):
+            if self.users_file is None and self.root_certificate is None:
+                raise ValueError("Commanders, Listeners and Vehicles need Root Certificate or Users File")
+            put("access_control", self._access(vehicle))
+
+    def _certify(self, put: Put) -> None:
+        tls = "transport/link/tls"
+        if self.root_certificate is not None:
+            put(f"{tls}/root_ca_certificate", _readable("Root Certificate", self.root_certificate))
+            put(f"{tls}/enable_mtls", self.mutual_tls is not False)
+        elif self.mutual_tls:
+            raise ValueError("Mutual TLS needs Root Certificate, the authority of those who connect")
+        if (self.certificate is None) != (self.private_key is None):
+            raise ValueError("Certificate and Private Key belong together")
+        if self.certificate is not None and self.private_key is not None:
+            for end in ("listen", "connect"):
+                put(f"{tls}/{end}_certificate", _readable("Certificate", self.certificate))
+                put(f"{tls}/{end}_private_key", _readable("Private Key", self.private_key))
+
+    def _log_in(self, put: Put) -> None:
+        if (self.user is None) != (self.password_file is None):
+            raise ValueError("User and Password File belong together")
+        if self.users_file is not None and self.user is None:
+            raise ValueError("Users File needs User and Password File, too: processes log in at each other")
+        if self.user is not None and self.password_file is not None:
+            put("transport/auth/usrpwd/user", self.user)
+            put("transport/auth/usrpwd/password", _first_line("Password File", self.password_file))
+        if self.users_file is not None:
+            put("transport/auth/usrpwd/dictionary_file", _readable("Users File", self.users_file))
+
+    def _access(self, vehicle: str) -> dict[str, Any]:
+        own = f"{PREFIX}/{vehicle if vehicle == '*' else chunk(vehicle)}"
+        commands = [f"{own}/@cmd/**", f"{PREFIX}/{ALL_SYSTEMS}/@cmd/**"]
+        rules: list[Rule] = [
+            _rule("all", (*TELLING, *ASKING), EVERYTHING),
+            _rule(
+                "hear", ("put", "delete", "liveliness_token", "declare_queryable", "reply"), [*PUBLIC, LAST], "egress"
+            ),
+            _rule(
+                "ask",
+                ASKING,
+                [*PUBLIC, LAST],
+                "ingress",
+            ),
+            _rule("take commands", ("declare_subscriber",), EVERYTHING, "egress"),
+            _rule("command", ("put",), [*commands, *OF_CONSOLES], "ingress"),
+            _rule("request", ("query",), [f"{own}/@q/**"], "ingress"),
+            _rule("answer", ("put", "reply", "declare_queryable"), [f"{PREFIX}/*/@cmd/**", f"{own}/@q/**"], "egress"),
+            _rule("hear answers", ("declare_subscriber",), [f"{PREFIX}/*/@cmd/**"], "ingress"),
+            _rule("be alive", ("liveliness_token",), [f"{PREFIX}/*/@alive/**"], "ingress"),
+        ]
+        here: dict[str, Any] = {"id": "here", "interfaces": LOOPBACK_INTERFACES, "link_protocols": ["tcp"]}
+        subjects: list[dict[str, Any]] = [here]
+        policies: list[dict[str, Any]] = [{"subjects": ["here"], "rules": ["all"]}]
+
+        def allow(name: str, *granted: str) -> None:
+            known = {"usernames": [name]} if self.users_file is not None else {"cert_common_names": [name]}
+            subjects.append({"id": name, **known})
+            policies.append({"subjects": [name], "rules": ["hear", "ask", *granted]})
+
+        for name in self.commanders or ():
+            allow(name, "take commands", "command", "request", "answer", "hear answers", "be alive")
+        for name in self.listeners or ():
+            allow(name)
+        for name in self.vehicles or ():
+            theirs = f"{PREFIX}/{chunk(name)}"
+            places = [f"{theirs}/{rest}" for rest in ("**", "@alive/**", "@run/**", "**/@adv/**")]
+            rules.append(_rule(f"of {name}", TELLING, places, "ingress"))
+            allow(name, "take commands", f"of {name}")
+        return {
+            "enabled": True,
+            "default_permission": "deny",
+            "rules": rules,
+            "subjects": subjects,
+            "policies": policies,
+        }
+
+
+def _rule(name: str, kinds: tuple[str, ...], keys: list[str], flow: str = "") -> Rule:
+    flows = [flow] if flow else ["ingress", "egress"]
+    return {"id": name, "permission": "allow", "messages": list(kinds), "flows": flows, "key_exprs": keys}
+
+
+def _readable(option: str, path: Path) -> str:
+    try:
+        with path.open("rb"):
+            return str(path)
+    except OSError as error:
+        raise ValueError(f"{option}: {path}: {error.strerror}") from None
+
+
+def _first_line(option: str, path: Path) -> str:
+    _readable(option, path)
+    lines = path.read_text(errors="replace").splitlines()
+    if not lines or not lines[0]:
+        raise ValueError(f"{option}: {path} has no password in its first line")
+    return lines[0]
+
+
+def guards(get: Callable[[str], Any]) -> bool:
+    """Whether only those get in who prove their name, and these only as access control says."""
+    proves = get("transport/link/tls/enable_mtls") is True or bool(get("transport/auth/usrpwd/dictionary_file"))
+    return proves and get("access_control/enabled") is True
+
+
+OPTIONS: Mapping[str, str] = {
+    "Root Certificate": "file",
+    "Certificate": "file",
+    "Private Key": "file",
+    "Mutual TLS": "switch",
+    "User": "name",
+    "Password File": "file",
+    "Users File": "file",
+    "Commanders": "names",
+    "Listeners": "names",
+    "Vehicles": "names",
+}
+"""The options of [Zenoh] for the fields of Security, by kind of value."""

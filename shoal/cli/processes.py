@@ -1,0 +1,60 @@
+"""The processes of one vehicle: which one this is, and how the main one keeps the others running."""
+
+import os
+import sys
+
+import click
+
+from runtime.profile import MAIN
+from runtime.vehicle import Vehicle
+from shoal.fleet import Child, Keeper
+
+WATCH_PERIOD = 0.25  # s
+
+
+def part_of(process: str | None, others: list[str], over_zenoh: bool) -> str | None:
+    """Which process of the vehicle this is, "" the main one; None if all tasks run in one. Raises ClickException."""
+    if not over_zenoh:
+        if process not in (None, MAIN):
+            raise click.ClickException(f"--process {process} needs a zenoh bus and a clock that is not virtual")
+        if others:
+            click.echo(
+                f"note: {', '.join(others)} run in this process; a process of their own needs Bus = zenoh", err=True
+            )
+        return None
+    if process in (None, MAIN):
+        return ""
+    if process not in others:
+        known = f"there are {', '.join(others)}" if others else "no enabled section has a Process"
+        raise click.ClickException(f"no enabled section has Process = {process}; {known}")
+    return process
+
+
+def own_process(name: str) -> Child:
+    """This command for another process of the vehicle."""
+    return Child(
+        name, [sys.executable, "-m", "shoal.cli", *sys.argv[1:], "--process", name, "--parent", str(os.getpid())]
+    )
+
+
+def watch(vehicle: Vehicle, keeper: Keeper) -> None:
+    """Start the other processes of the vehicle, and again those that end."""
+
+    def look() -> None:
+        for child, words in keeper.look():
+            (vehicle.daemon.log.error if child.failures else vehicle.daemon.log.info)(f"process {child.name} {words}")
+        vehicle.kernel.after(WATCH_PERIOD, look)
+
+    vehicle.kernel.soon(look)
+
+
+def end_with(vehicle: Vehicle, parent: int) -> None:
+    """Stop the vehicle when the process that has started it is gone, however it ended."""
+
+    def look() -> None:
+        if os.getppid() != parent:
+            vehicle.stop()
+        else:
+            vehicle.kernel.after(WATCH_PERIOD, look)
+
+    vehicle.kernel.soon(look)

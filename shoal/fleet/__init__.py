@@ -1,0 +1,21 @@
+"""Several processes that belong together: those of one vehicle, or of a fleet."""
+
+from shoal.fleet.crew import run_crew
+from shoal.fleet.keeper import Child, Keeper
+from shoal.fleet.roster import Member, Roster, load_roster
+from shoal.fleet.running import end, noted, running
+from shoal.fleet.watch import View, Watch
+
+__all__ = [
+    "Child",
+    "Keeper",
+    "Member",
+    "Roster",
+    "View",
+    "Watch",
+    "end",
+    "load_roster",
+    "noted",
+    "run_crew",
+    "running",
+]

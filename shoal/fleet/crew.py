@@ -1,0 +1,53 @@
+"""Several vehicles of a fleet in one process, on one kernel; each has its own bus, zenoh session, tasks and log."""
+
+import os
+import signal
+from collections.abc import Iterable
+from pathlib import Path
+
+from runtime.kernel import WallClock, Watchdog
+from runtime.profile import load_profile
+from runtime.vehicle import Fleet, build, join_zenoh
+from shoal.fleet.roster import Member
+
+LOOK_PERIOD = 0.25  # s between looks at the parent
+
+
+def run_crew(members: Iterable[Member], folder: Path, log_dir: Path, parent: int) -> None:
+    """Run the vehicles until a signal, or until the process `parent` has gone. A task that fails is restarted.
+
+    `folder` is that of the fleet file, where profiles are searched for first. Raises ProfileError, ConnectionError.
+    """
+    fleet = Fleet(WallClock())
+
+    def stop(*_: object) -> None:
+        fleet.kernel.post(fleet.stop)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, stop)
+
+    def look() -> None:
+        if os.getppid() != parent:
+            fleet.stop()
+        else:
+            fleet.kernel.after(LOOK_PERIOD, look)
+
+    with Watchdog(fleet.kernel), fleet:
+        state_folder = log_dir.parent / "db"
+        for member in members:
+            profile = load_profile(
+                member.profile, [folder], vehicle=member.name, saved=state_folder, overrides=member.overrides
+            )
+            made = build(
+                profile,
+                profile.select(member.modes),
+                fleet=fleet,
+                seed=member.seed,
+                keep_going=True,
+                log_root=log_dir,
+                state_folder=state_folder,
+            )
+            join_zenoh(made.vehicle, profile)
+        fleet.start()
+        fleet.kernel.soon(look)
+        fleet.run()

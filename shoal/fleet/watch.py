@@ -1,0 +1,93 @@
+"""The bus of a fleet, and what its vehicles say there of themselves."""
+
+import math
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import imc
+from runtime.zenoh import MeetingPoint, ZenohConfig
+
+ANSWERS = (imc.VehicleState, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState)
+PATIENCE = 1.0  # s for the answers of all vehicles
+
+
+@dataclass
+class View:
+    """What a vehicle has said last, as people read it. `age` is that of its state, in s."""
+
+    mode: str = ""
+    plan: str = ""
+    place: str = ""
+    battery: str = ""
+    errors: int = 0
+    age: float = math.inf
+
+
+class Watch:
+    """The router that all vehicles of a fleet connect to, and a session that asks them.
+
+    `options` are those of [Zenoh]: where else to listen, certificates and so on. Raises ValueError, ConnectionError.
+    """
+
+    def __init__(self, options: dict[str, str]) -> None:
+        import zenoh
+
+        config = ZenohConfig.from_options({"Mode": "router", "Scouting": "none", **options})
+        self._meeting = MeetingPoint(config)
+        self._meeting.open()
+        client = ZenohConfig.from_options({**_own(options), "Mode": "client", "Scouting": "none"})
+        try:
+            self._session: Any = zenoh.open(client.build().config)
+        except zenoh.ZError as error:
+            self._meeting.close()
+            raise ConnectionError(f"zenoh: {error}") from None
+
+    def alive(self) -> set[str]:
+        """The names (as in keys) of the vehicles that run."""
+        replies = self._session.liveliness().get("imc/*/@alive/*/main", timeout=PATIENCE)
+        return {str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None}
+
+    def ask(self) -> dict[str, View]:
+        """What each vehicle says now."""
+        found: dict[str, View] = {}
+        now = time.time()
+        asked = [self._session.get(f"imc/*/@q/{kind.__name__}", timeout=PATIENCE) for kind in ANSWERS]
+        for replies in asked:
+            for reply in replies:
+                if reply.ok is None:
+                    continue
+                try:
+                    message = imc.decode(reply.ok.payload.to_bytes())
+                except imc.DecodeError:
+                    continue
+                _note(found.setdefault(str(reply.ok.key_expr).split("/")[1], View()), message, now)
+        return found
+
+    def close(self) -> None:
+        self._session.close()
+        self._meeting.close()
+
+
+def _own(options: dict[str, str]) -> dict[str, str]:
+    """What a session needs to reach the router on this computer."""
+    return {name: text for name, text in options.items() if name in ("Local Port", "User", "Password File")}
+
+
+def _note(view: View, message: imc.Message, now: float) -> None:
+    if isinstance(message, imc.VehicleState):
+        view.mode = next((mode.name for mode in imc.VehicleState.OpMode if mode == message.op_mode), "unknown")
+        view.errors = message.error_count
+    elif isinstance(message, imc.EstimatedState):
+        view.age = max(0.0, now - message.timestamp)
+        values = (message.lat, message.lon, message.height, message.x, message.y, message.z)
+        if all(map(math.isfinite, values)):
+            lat, lon, height = imc.coordinates.absolute(message)
+            depth = f"{message.depth:.1f} m deep" if message.depth >= 0.0 else f"{height:.1f} m high"
+            view.place = f"{math.degrees(lat):.5f}° {math.degrees(lon):.5f}°  {depth}"
+    elif isinstance(message, imc.FuelLevel):
+        view.battery = f"{message.value:.0f} %"
+    elif isinstance(message, imc.PlanControlState):
+        flying = message.state == imc.PlanControlState.State.EXECUTING
+        progress = f" {message.plan_progress:.0f} %" if message.plan_progress >= 0.0 else ""
+        view.plan = f"{message.plan_id}{progress}" if flying else ""

@@ -1,0 +1,111 @@
+"""What a zenoh program gets from a shipped vehicle without waiting for it: last messages, replies, states, life."""
+
+import json
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import imc
+from tests.runtime.zenoh.processes import Network, Process
+from tests.runtime.zenoh.test_trouble import NAME, SYSTEM, Vehicle, slowness, wait_until
+
+CONSOLE = 0x4123
+QUERY, DB = imc.EntityList.Op.QUERY, imc.PlanDB
+
+
+@pytest.fixture
+def network() -> Iterator[Network]:
+    network = Network()
+    yield network
+    for process in network.processes:
+        process.end()
+
+
+def asker(network: Network) -> Process:
+    process = network.asker()
+    assert process.line() == {"opened": True}
+    return process
+
+
+def ask(process: Process, message: imc.Message, **fields: object) -> Any:
+    """The vehicle's reply to a request, sent as a query."""
+    name = type(message).__name__
+    request = {"abbrev": name, "src": CONSOLE, "dst": SYSTEM, **fields}
+    return process.ask(f"get imc/{NAME}/@q/{name} {json.dumps(request)}")
+
+
+def test_a_vehicle_answers_queries_and_a_late_joiner_has_its_state_at_once(network: Network, tmp_path: Path) -> None:
+    vehicle = Vehicle(network, tmp_path)
+    wait_until(lambda: list(tmp_path.rglob("*_dive")), vehicle)  # its plan has begun
+    process = asker(network)
+
+    # The last message, of one entity or of any.
+    for key in ("@q/EstimatedState", "@q/EstimatedState/Navigation", "@q/EstimatedState/*"):
+        answer = process.ask(f"get imc/{NAME}/{key}")
+        (reply,) = answer["replies"]
+        assert (reply["abbrev"], reply["src"]) == ("EstimatedState", SYSTEM)
+        assert reply["key"] == f"imc/{NAME}/{key.replace('*', 'Navigation')}"
+        assert answer["seconds"] < 1.0 * slowness()
+    everything = process.ask(f"get imc/{NAME}/@q/**")["replies"]
+    assert len({reply["key"] for reply in everything}) == len(everything) > 50
+    assert {"EntityState", "Heartbeat", "PlanControlState", "VehicleState"} <= {r["abbrev"] for r in everything}
+    assert process.ask(f"get imc/{NAME}/@q/SmsRequest")["replies"] == []
+
+    # Requests.
+    (reply,) = ask(process, imc.PlanDB(), type=DB.Type.REQUEST, op=DB.Op.GET_STATE, request_id=77)["replies"]
+    assert (reply["abbrev"], reply["dst"], reply["type"]) == ("PlanDB", CONSOLE, DB.Type.SUCCESS)
+    (reply,) = ask(process, imc.PlanDB(), type=DB.Type.REQUEST, op=DB.Op.GET, plan_id="none")["replies"]
+    assert (reply["type"], reply["info"]) == (DB.Type.FAILURE, "undefined plan")
+    answer = ask(process, imc.QueryEntityParameters(), name="Navigation")
+    (reply,) = answer["replies"]
+    assert (reply["abbrev"], reply["name"]) == ("EntityParameters", "Navigation")
+    assert answer["seconds"] < 1.0 * slowness()
+    (reply,) = ask(process, imc.EntityList(), op=QUERY)["replies"]
+    assert "Navigation=" in reply["list"]
+
+    # What is no request is refused with its reason.
+    for key, request, reason in (
+        ("PlanDB", {"abbrev": "PlanControl", "src": CONSOLE}, "belongs to"),
+        ("PlanDB", {"abbrev": "PlanDB", "src": SYSTEM}, "source"),
+        ("PlanDB", {"abbrev": "PlanDB"}, "source"),
+    ):
+        answer = process.ask(f"get imc/{NAME}/@q/{key} {json.dumps(request)}")
+        assert answer["replies"] == []
+        assert reason in answer["errors"][0]
+        assert answer["seconds"] < 1.0 * slowness()
+
+    # A late joiner has the states before they are published again.
+    for message in ("EntityList", "VehicleState", "PlanControlState", "PlanDBState", "EntityParameters"):
+        heard = process.ask(f"late imc/{NAME}/{message}/* 0.4")["heard"]
+        assert heard, message
+        assert heard[0]["after"] < 0.35 * slowness()
+        if message == "EntityParameters":
+            assert {"Navigation", "Daemon"} <= {one["name"] for one in heard}
+
+    # A change is in the state of the next one.
+    ask(process, imc.PlanDB(), type=DB.Type.REQUEST, op=DB.Op.DEL, plan_id="dive")
+    (state,) = process.ask(f"late imc/{NAME}/PlanDBState/* 0.4")["heard"]
+    assert "dive" not in state["text"]
+
+
+def test_births_and_deaths_are_seen_within_a_second(network: Network, tmp_path: Path) -> None:
+    first = Vehicle(network, tmp_path / "first")
+    wait_until(first.swims, first)
+    process = asker(network)
+    assert process.ask("watch imc/*/@alive/**") == {"watching": "imc/*/@alive/**"}
+    token = f"imc/{NAME}/@alive/{SYSTEM:04x}/main"
+    assert process.line() == {"token": token, "born": True}
+    for how in (signal.SIGTERM, signal.SIGKILL):
+        first.popen.send_signal(how)
+        first.popen.wait()
+        died = time.monotonic()
+        assert process.line() == {"token": token, "born": False}
+        assert time.monotonic() - died < 1.0 * slowness()
+        if how == signal.SIGTERM:
+            first = Vehicle(network, tmp_path / "second")
+            wait_until(first.swims, first)
+            assert process.line() == {"token": token, "born": True}

@@ -1,0 +1,195 @@
+"""Who may hear and command a vehicle whose [Zenoh] section names certificates, passwords and lists."""
+
+import json
+import shutil
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from runtime.zenoh import ZenohConfig
+from runtime.zenoh.meeting import is_held
+from tests.runtime.zenoh.processes import PATIENCE, Network, Process, local_port
+
+needs_openssl = pytest.mark.skipif(shutil.which("openssl") is None, reason="makes its certificates with openssl")
+
+ALICE, BOB = 0x4001, 0x4002
+SYSTEM = 1
+PATH = "imc/system-1"
+
+
+@pytest.fixture
+def network() -> Iterator[Network]:
+    network = Network()
+    yield network
+    for process in network.processes:
+        process.end()
+
+
+def vehicle(network: Network, **options: str) -> Process:
+    bus = network.bus(SYSTEM, scouting=False, **options)
+    assert bus.line() == {"opened": True}
+    bus.ask("flow 50")
+    return bus
+
+
+def asker(network: Network, options: dict[str, Any]) -> Process:
+    process = network.asker("client", options)
+    assert process.line() == {"opened": True}
+    return process
+
+
+def hears(process: Process, expression: str = f"{PATH}/EstimatedState/*") -> bool:
+    return bool(process.ask(f"late {expression} 0.5")["heard"])
+
+
+def command(process: Process, source: int, key: str, abbrev: str = "PlanControl") -> None:
+    process.ask(f"put {key} {json.dumps({'abbrev': abbrev, 'src': source, 'dst': SYSTEM})}")
+
+
+def request(process: Process, source: int) -> Any:
+    asked = {"abbrev": "PlanDB", "src": source, "dst": SYSTEM, "request_id": 7}
+    return process.ask(f"get {PATH}/@q/PlanDB {json.dumps(asked)}")["replies"]
+
+
+def check_lists(bus: Process, commander: Process, listener: Process) -> None:
+    """The commander hears, commands and asks; the listener hears, and nothing else."""
+    assert hears(commander)
+    assert hears(listener)
+    assert listener.ask(f"get {PATH}/@q/EstimatedState/*")["replies"]
+    command(listener, BOB, f"{PATH}/@cmd/SetEntityParameters/bob", "SetEntityParameters")
+    command(listener, BOB, f"{PATH}/SetEntityParameters/bob", "SetEntityParameters")
+    assert request(listener, BOB) == []
+    command(commander, ALICE, f"{PATH}/@cmd/PlanControl/alice")
+    bus.until(lambda status: "PlanControl" in status["names"])
+    (reply,) = request(commander, ALICE)
+    assert (reply["abbrev"], reply["dst"]) == ("PlanDB", ALICE)
+    assert "SetEntityParameters" not in bus.ask("status")["names"]
+
+
+def openssl(folder: Path, *words: str) -> None:
+    subprocess.run(["openssl", *words], cwd=folder, check=True, capture_output=True)
+
+
+def certificates(folder: Path, *names: str) -> None:
+    """An authority, and certificates that it has signed for these names, at 127.0.0.1."""
+    key = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes")
+    openssl(folder, "req", "-x509", "-days", "2", *key, "-subj", "/CN=authority", "-keyout", "ca.key", "-out", "ca.pem")
+    for name in names:
+        openssl(
+            folder, "req", *key[:4], "-nodes", "-subj", f"/CN={name}", "-keyout", f"{name}.key", "-out", f"{name}.csr"
+        )
+        (folder / f"{name}.ext").write_text("subjectAltName=IP:127.0.0.1\n")
+        openssl(
+            folder, "x509", "-req", "-in", f"{name}.csr", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial",
+            "-days", "2", "-extfile", f"{name}.ext", "-out", f"{name}.pem",
+        )  # fmt: skip
+
+
+@pytest.mark.heavy
+@needs_openssl
+def test_users_log_in_with_a_password_and_may_do_what_their_list_allows(network: Network, tmp_path: Path) -> None:
+    certificates(tmp_path, "vehicle")
+    (tmp_path / "password").write_text("deep\n")
+    (tmp_path / "users").write_text("vehicle:deep\nalice:a1\nbob:b2\ncarol:c3\n")
+    own = {"User": "vehicle", "Password_File": str(tmp_path / "password")}
+    endpoint = f"tls/127.0.0.1:{local_port()}"
+    bus = vehicle(
+        network,
+        Listen=endpoint,
+        Certificate=str(tmp_path / "vehicle.pem"),
+        Private_Key=str(tmp_path / "vehicle.key"),
+        Users_File=str(tmp_path / "users"),
+        Commanders="alice",
+        Listeners="bob",
+        **own,
+    )
+    assert not any("is open to others" in line for line in bus.errors)
+
+    def login(user: str, password: str, where: str = endpoint) -> dict[str, Any]:
+        return {
+            "connect/endpoints": [where],
+            "transport/link/tls/root_ca_certificate": str(tmp_path / "ca.pem"),
+            **({"transport/auth/usrpwd/user": user} if user else {}),
+            **({"transport/auth/usrpwd/password": password} if user else {}),
+        }
+
+    check_lists(bus, asker(network, login("alice", "a1")), asker(network, login("bob", "b2")))
+    carol = asker(network, login("carol", "c3"))
+    assert not hears(carol), "she may log in, but is in no list"
+    command(carol, 0x4003, f"{PATH}/@cmd/SetEntityParameters/carol", "SetEntityParameters")
+    here = f"tcp/127.0.0.1:{network.local_port}"
+    refused = [login("", ""), login("alice", "wrong"), login("mallory", "a1"), login("", "", here)]
+    strangers = [network.asker("client", options) for options in refused]
+    for stranger in strangers:
+        assert stranger.popen.wait(PATIENCE) != 0
+    sibling = network.bus(2, scouting=False, **own)
+    assert sibling.line() == {"opened": True}
+    sibling.hears(SYSTEM, 5)
+    assert "SetEntityParameters" not in bus.ask("status")["names"]
+
+
+@pytest.mark.heavy
+@needs_openssl
+def test_certificates_say_who_may_hear_and_who_may_command(network: Network, tmp_path: Path) -> None:
+    certificates(tmp_path, "vehicle", "alice", "bob", "carol")
+    other = tmp_path / "other"
+    other.mkdir()
+    certificates(other, "alice")
+    port = local_port()
+    endpoint = f"tls/127.0.0.1:{port}"
+    bus = vehicle(
+        network,
+        Mode="router",
+        Listen=endpoint,
+        Root_Certificate=str(tmp_path / "ca.pem"),
+        Certificate=str(tmp_path / "vehicle.pem"),
+        Private_Key=str(tmp_path / "vehicle.key"),
+        Commanders="alice",
+        Listeners="bob",
+    )
+    assert is_held(endpoint)
+    assert not any("is open to others" in line for line in bus.errors)
+
+    def certified(name: str, folder: Path = tmp_path) -> dict[str, Any]:
+        tls = "transport/link/tls"
+        return {
+            "connect/endpoints": [endpoint],
+            f"{tls}/root_ca_certificate": str(tmp_path / "ca.pem"),
+            **({f"{tls}/enable_mtls": True} if name else {}),
+            **({f"{tls}/connect_certificate": str(folder / f"{name}.pem")} if name else {}),
+            **({f"{tls}/connect_private_key": str(folder / f"{name}.key")} if name else {}),
+        }
+
+    check_lists(bus, asker(network, certified("alice")), asker(network, certified("bob")))
+    assert not hears(asker(network, certified("carol")))
+    for stranger in (certified(""), certified("alice", other)):
+        process = network.asker("client", stranger)
+        deadline = time.monotonic() + PATIENCE
+        while process.popen.poll() is None and process.lines.empty():
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        assert process.popen.poll() is not None or not hears(process)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"Commanders": "alice"}, "need Root Certificate or Users File"),
+        ({"Certificate": "vehicle.pem"}, "Certificate and Private Key belong together"),
+        ({"User": "vehicle"}, "User and Password File belong together"),
+        ({"Users File": "users"}, "Users File needs User and Password File"),
+        ({"Root Certificate": "none.pem"}, r"Root Certificate: .*none\.pem: No such file"),
+        ({"User": "vehicle", "Password File": "empty"}, "has no password in its first line"),
+        ({"Mutual TLS": "true"}, "Mutual TLS needs Root Certificate"),
+        ({"Mutual TLS": "yes"}, "'yes' is not one of true, false"),
+    ],
+)
+def test_options_that_cannot_protect_are_refused(tmp_path: Path, options: dict[str, str], words: str) -> None:
+    for name in ("vehicle.pem", "users", "empty"):
+        (tmp_path / name).write_text("")
+    with pytest.raises(ValueError, match=words):
+        ZenohConfig.from_options(options, tmp_path).build()

@@ -1,0 +1,157 @@
+"""`shoal fleet` with real processes: started, killed, started again, stopped."""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import zenoh
+
+import imc
+from shoal.fleet import Child, Keeper
+from tests.runtime.zenoh.processes import PATIENCE, REPOSITORY, Network, Process
+
+FLEET = """
+name: test-{port}
+per_process: {per_process}
+stagger: 0.1s
+zenoh: {{Local Port: "{port}"}}
+set: ["Transports.MAVLink:Enabled=Never"]
+vehicles:
+  - {{name: "lauv-{{number}}", count: 2}}
+  - {{name: otter-1, profile: otter}}
+"""
+NAMES = {"lauv-1", "lauv-2", "otter-1"}
+
+
+@pytest.fixture
+def network() -> Iterator[Network]:
+    network = Network()
+    yield network
+    for process in network.processes:
+        process.end()
+
+
+def wait_until(condition: Callable[[], bool], process: Process) -> None:
+    deadline = time.monotonic() + 2 * PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, process.errors
+        time.sleep(0.1)
+
+
+def children(process: int) -> list[int]:
+    with contextlib.suppress(OSError):
+        return [int(word) for word in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+    return []
+
+
+def connected(port: int) -> Any:
+    """A zenoh client, as soon as there is somebody to connect to."""
+    config: Any = zenoh.Config()
+    config.insert_json5("mode", '"client"')
+    config.insert_json5("connect/endpoints", json.dumps([f"tcp/127.0.0.1:{port}"]))
+    deadline = time.monotonic() + 2 * PATIENCE
+    while True:
+        try:
+            return zenoh.open(config)
+        except zenoh.ZError:
+            assert time.monotonic() < deadline
+            time.sleep(0.2)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("per_process", [1, 2])
+def test_a_fleet_is_started_kept_and_stopped(network: Network, tmp_path: Path, per_process: int) -> None:
+    file = tmp_path / "fleet.yaml"
+    file.write_text(FLEET.format(port=network.local_port, per_process=per_process))
+    run = network.add("-m", "shoal.cli", "fleet", file, "--log-dir", tmp_path / "log")
+    session = connected(network.local_port)
+
+    def alive() -> set[str]:
+        replies = session.liveliness().get("imc/*/@alive/*/main", timeout=2.0)
+        return {str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None}
+
+    wait_until(lambda: alive() == NAMES, run)
+    assert len(children(run.popen.pid)) == (3 if per_process == 1 else 2)
+    victim = children(run.popen.pid)[0]
+    os.kill(victim, signal.SIGKILL)
+    wait_until(lambda: alive() != NAMES, run)
+    wait_until(lambda: alive() == NAMES, run)
+    wait_until(lambda: len(list((tmp_path / "log").glob("*/*/*/Data.lsf*"))) >= 4, run)
+    session.close()
+    living = children(run.popen.pid)
+    command = [sys.executable, "-m", "shoal.cli", "fleet", "stop", f"test-{network.local_port}"]
+    stopped = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=40)
+    assert stopped.stdout == f"test-{network.local_port} stopped\n", stopped.stderr
+    assert run.wait() == 0
+    assert not [process for process in living if Path(f"/proc/{process}").exists()]
+    ids = {
+        message.src
+        for folder in (tmp_path / "log").glob("*/*/*")
+        for message in list(imc.Log(folder))[:50]
+        if isinstance(message, imc.LoggingControl)
+    }
+    assert len(ids) == 3
+    again = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=40)
+    assert again.returncode == 2
+    assert "no fleet" in again.stderr
+
+
+def script(text: str) -> list[str]:
+    return [sys.executable, "-c", text]
+
+
+def test_a_process_that_fails_starts_again_after_a_growing_pause_with_its_reason_told() -> None:
+    child = Child("bad", script("import sys; sys.exit('no cable')"))
+    keeper = Keeper([child])
+    told: list[str] = []
+    deadline = time.monotonic() + PATIENCE
+    while len(told) < 4:
+        told += [words for _, words in keeper.look()]
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    assert told[0] == "started"
+    assert told[1].startswith("has ended with status 1")
+    assert told[1].endswith("it starts again in 1 s")
+    assert told[2] == "started again"
+    assert told[3].endswith("it starts again in 2 s")
+    assert child.last == "no cable"
+    keeper.stop()
+
+
+def test_a_process_that_ends_well_or_must_not_start_again_stays_ended() -> None:
+    good, bad = Child("good", script("")), Child("bad", script("raise SystemExit(3)"))
+    keeper = Keeper([good, bad], restart=False)
+    deadline = time.monotonic() + PATIENCE
+    while not keeper.done:
+        keeper.look()
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    assert (good.failures, bad.failures) == (0, 1)
+    assert keeper.look() == []
+
+
+@pytest.mark.heavy
+def test_all_processes_end_together_even_one_that_ignores_it() -> None:
+    deaf = "import signal, sys, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('deaf', file=sys.stderr);"
+    keeper = Keeper(
+        [Child("deaf", script(f"{deaf} time.sleep(60)")), Child("calm", script("import time; time.sleep(60)"))]
+    )
+    keeper.look()
+    deadline = time.monotonic() + PATIENCE
+    while not keeper.children[0].last:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    processes = [child.popen for child in keeper.children]
+    began = time.monotonic()
+    keeper.stop()
+    assert 2.9 < time.monotonic() - began < PATIENCE
+    assert all(popen is not None and popen.poll() is not None for popen in processes)
+    assert keeper.look() == []
