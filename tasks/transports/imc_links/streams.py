@@ -7,7 +7,7 @@ import imc
 from runtime import param, periodic
 from runtime.kernel import Timer
 from runtime.task import ParameterError
-from tasks.transports.imc_links.carrier import Carrier
+from tasks.transports.imc_links.sending import Carrier
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED
 from tasks.transports.imc_links.peers import MALFORMED, Drops
