@@ -18,6 +18,7 @@ from tasks.transports.imc_links.sockets import (
     interfaces,
     is_local,
     network_address,
+    network_time,
 )
 
 SHORTEST = 1.2  # s between two announcements; imcjava ignores one that comes within a second
@@ -59,7 +60,7 @@ class Announce(Task):
         self.state: imc.EstimatedState | None = None
         self.offered: dict[tuple[int, str, str], tuple[Service, int]] = {}
         self.systems: dict[int, tuple[str, tuple[str, ...]]] = {}  # uid or name, and addresses, by id
-        self.sent, self.due, self.asked = 0.0, self.now + SHORTEST, False  # first come the services
+        self.sent, self.due, self.asked = 0.0, network_time(self) + SHORTEST, False  # first come the services
 
     @consume
     def offer(self, offer: imc.AnnounceService) -> None:
@@ -95,16 +96,18 @@ class Announce(Task):
     def announce_soon(self) -> None:
         if not self.asked:
             self.asked = True
-            self.after(max(SOON, self.sent + SHORTEST - self.now), self.announce)
+            wait = max(SOON, self.sent + SHORTEST - network_time(self))
+            self.after(wait * self.vehicle.kernel.clock.speed, self.announce)
 
     @periodic(1.0)
     def keep_announcing(self) -> None:
-        if self.now >= self.due:
+        if network_time(self) >= self.due:
             self.announce()
 
     def announce(self) -> None:
         """Send what this computer may know to it, and what others may know to them."""
-        self.asked, self.sent, self.due = False, self.now, self.now + self.announcement_periodicity
+        self.asked, self.sent = False, network_time(self)
+        self.due = self.sent + self.announcement_periodicity
         offered = list(self.offered.values())
         message = self.message(local_services(offered))
         troubles = self.send("", message, targets([LOOPBACK] if self.enable_loopback else [], self.ports))

@@ -11,7 +11,7 @@ from tasks.transports.imc_links.datagrams import Datagram
 from tasks.transports.imc_links.peers import Drops, Peer
 from tasks.transports.imc_links.reader import Reader
 from tasks.transports.imc_links.recent import Recent
-from tasks.transports.imc_links.sockets import announce_sockets, network_address
+from tasks.transports.imc_links.sockets import announce_sockets, network_address, network_time
 
 FORGOTTEN = 4.5 * PERIOD  # s after which a system is no longer within range
 MOST_SYSTEMS = 256
@@ -127,7 +127,7 @@ class Discovery(Task):
             if len(self.senders) >= MOST_SENDERS:
                 del self.senders[next(iter(self.senders))]
             sender = self.senders[address] = Peer(UNKNOWN_SYSTEM, address)
-        return sender.admits(self.now, RATE)
+        return sender.admits(network_time(self), RATE)
 
     def sight(self, system: int, name: str, uid: str, address: str) -> None:
         """Remember who uses an id; two that use it by turns are two systems, one after the other a restart."""
@@ -138,12 +138,12 @@ class Discovery(Task):
         if found is None:
             if not runs:
                 self.log.info(f"new system within range: {name} (0x{system:04X}) at {address}")
-            found = Sighting(name, uid, address, self.now, self.now)
+            found = Sighting(name, uid, address, network_time(self), network_time(self))
             runs.append(found)
             del runs[:-MOST_RUNS]
-        found.last, found.address = self.now, address
+        found.last, found.address = network_time(self), address
         for other in runs:
-            if other is not found and other.last > found.first and self.now > other.first:
+            if other is not found and other.last > found.first and network_time(self) > other.first:
                 self.report_twin(system, f"{other.name} at {other.address} and {name} at {address}")
 
     def report_twin(self, system: int, who: str) -> None:
@@ -153,7 +153,7 @@ class Discovery(Task):
                 return
             own = " of this vehicle" if system == self.system else ""
             self.log.error(f"the id 0x{system:04X}{own} is also used by {who}: give one of them another id")
-        self.twins[system, who] = self.now
+        self.twins[system, who] = network_time(self)
 
     def drop(self, reason: str, address: str, why: str = "") -> None:
         if self.drops.add(reason, address):
@@ -164,7 +164,7 @@ class Discovery(Task):
         """Forget who is out of range, and report who is within."""
         if self.reader is None:
             self.open()
-        since = self.now - FORGOTTEN
+        since = network_time(self) - FORGOTTEN
         for system, runs in list(self.seen.items()):
             runs[:] = [run for run in runs if run.last > since]
             if not runs:

@@ -18,7 +18,7 @@ from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, UNKNOWN, Dro
 from tasks.transports.imc_links.reader import Reader
 from tasks.transports.imc_links.recent import Recent
 from tasks.transports.imc_links.sending import Carrier
-from tasks.transports.imc_links.sockets import bound, is_local, network_address
+from tasks.transports.imc_links.sockets import bound, is_local, network_address, network_time
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
 REPEATS = 1024  # forwarded packets that are remembered
@@ -139,7 +139,7 @@ class UDP(Carrier):
 
     def refresh(self) -> None:
         """Find out where to send, and to whom by which list."""
-        contacts = self.peers.contacts(self.now) if self.dynamic_nodes else []
+        contacts = self.peers.contacts(network_time(self)) if self.dynamic_nodes else []
         groups: dict[int, list[tuple[int, Endpoint]]] = {}
         for peer, endpoint in contacts:
             groups.setdefault(peer.system if peer.system in self.lists else UNKNOWN_SYSTEM, []).append(
@@ -186,16 +186,16 @@ class UDP(Carrier):
         """Take up a system, or where it is now."""
         if other.src in (self.system, 0, BROADCAST, UNKNOWN_SYSTEM):
             return
-        peer = self.peers.announce(other.src, other.sys_name, Services.parse(other.services), self.now)
+        peer = self.peers.announce(other.src, other.sys_name, Services.parse(other.services), network_time(self))
         if peer is None:
             if self.drops.add("announced beyond the systems in contact", f"0x{other.src:04X}"):
                 self.log.warning(f"{MOST_PEERS} systems are in contact: there is no room for 0x{other.src:04X}")
-        elif self.peers.in_contact(peer, self.now):
+        elif self.peers.in_contact(peer, network_time(self)):
             self.refresh()
 
     def take(self, datagrams: list[Datagram]) -> None:
         """Put packets on the bus, if they may come from where they come."""
-        now, judge, relay = self.now, self.gate.judge, self.relay
+        now, judge, relay = network_time(self), self.gate.judge, self.relay
         for packet, address, port in datagrams:
             peer = judge(packet, address, port, now)
             try:
@@ -219,11 +219,11 @@ class UDP(Carrier):
 
     def turn_away(self, packet: bytes, address: str, port: int, reason: str) -> Peer | None:
         """Drop a packet, unless it is the Announce that makes its system a peer."""
-        if self.gate.greets(packet, reason, self.now):
+        if self.gate.greets(packet, reason, network_time(self)):
             announce = self.vehicle.bus.decode(packet)
             if isinstance(announce, imc.Announce):
                 self.meet(announce)
-                peer = self.gate.judge(packet, address, port, self.now)
+                peer = self.gate.judge(packet, address, port, network_time(self))
                 if isinstance(peer, Peer):
                     return peer
                 reason = peer
@@ -240,7 +240,7 @@ class UDP(Carrier):
         return dict.fromkeys(kind for messages in (self.messages, *self.lists.values()) for kind in messages.types)
 
     def carry(self, message: imc.Message, packet: bytes) -> None:
-        source, now = message.src, self.now
+        source, now = message.src, network_time(self)
         if self.socket is None or (source != self.system and self.forwarded.has(packet)):
             return
         for messages, places in self.groups:
@@ -268,11 +268,11 @@ class UDP(Carrier):
             if not self.missed:
                 self.log.warning("packets come faster than they can be read: some are lost")
             self.missed = missed
-        for peer in (lost := self.peers.forget(self.now)):
+        for peer in (lost := self.peers.forget(network_time(self))):
             self.log.info(f"lost contact with {peer.name} (0x{peer.system:04X})")
         if lost:
             self.refresh()
-        contacts = [f"{peer.name} at {endpoint}" for peer, endpoint in self.peers.contacts(self.now)]
+        contacts = [f"{peer.name} at {endpoint}" for peer, endpoint in self.peers.contacts(network_time(self))]
         figures = [self.trouble, f"{len(contacts)} in contact" + (f" ({', '.join(contacts)})" if contacts else "")]
         figures += [f"{self.taken} packets taken", str(self.drops), str(self.unsent)]
         figures += [f"{self.missed} came too fast to be read"] if self.missed else []

@@ -52,7 +52,7 @@ class Reader:
             if len(datagrams) < AT_ONCE or readable not in self._readings:
                 return
         self._task.unwatch(readable)
-        self._task.after(PAUSE, self._go_on, readable)
+        self._task.after(PAUSE * self._task.vehicle.kernel.clock.speed, self._go_on, readable)
 
     def _go_on(self, readable: socket.socket) -> None:
         if readable in self._readings:

@@ -43,6 +43,11 @@ def network_address(task: Task, own: str) -> str:
     return address
 
 
+def network_time(task: Task) -> float:
+    """Seconds as they pass for other systems: on a scaled clock the vehicle's own pass faster."""
+    return task.now / task.vehicle.kernel.clock.speed
+
+
 def check_address(text: str) -> None:
     """Raises ValueError if a text is not an IPv4 address."""
     try:

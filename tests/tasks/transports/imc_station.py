@@ -27,7 +27,7 @@ def free_ports(count, address="127.0.0.1"):
 class Afloat:
     """A vehicle that runs in its own thread."""
 
-    def __init__(self, profile, root, *settings):
+    def __init__(self, profile, root, *settings, clock=None):
         loaded = load_profile(profile)
         self.ports = free_ports(2)
         ports = ", ".join(map(str, self.ports))
@@ -39,7 +39,7 @@ class Afloat:
             *settings,
         ):
             loaded.override(setting)
-        self.vehicle = build(loaded, {"Simulation"}, clock=WallClock(), log_root=root, keep_going=True).vehicle
+        self.vehicle = build(loaded, {"Simulation"}, clock=clock or WallClock(), log_root=root, keep_going=True).vehicle
         self.messages, self.log = [], []
         self.vehicle.tap(imc.LogBookEntry, lambda entry: self.log.append(entry.text))
         self.udp, self.discovery = self.vehicle.task("Transports.UDP"), self.vehicle.task("Transports.Discovery")
@@ -76,8 +76,8 @@ class Afloat:
 
 
 @contextlib.contextmanager
-def afloat(root, *settings, profile="lauv-noptilus-1", wait=True):
-    vehicle = Afloat(profile, root, *settings)
+def afloat(root, *settings, profile="lauv-noptilus-1", wait=True, clock=None):
+    vehicle = Afloat(profile, root, *settings, clock=clock)
     vehicle.start(wait)
     try:
         yield vehicle

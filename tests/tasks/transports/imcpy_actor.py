@@ -19,7 +19,7 @@ class Actor(DynamicActor):
         self.heartbeat.append(VEHICLE)
         self.began = time.monotonic()
         self.found = {"states": 0}
-        self.ready = False
+        self.ready = self.finished = False
 
     def on_connect(self, node_id):
         self.found.setdefault("connected", list(node_id))
@@ -68,8 +68,10 @@ class Actor(DynamicActor):
             self.send(VEHICLE, request)
 
     def finish(self):
-        print(json.dumps(self.found), flush=True)
-        self.stop()
+        if not self.finished:
+            self.finished = True
+            print(json.dumps(self.found), flush=True)
+            self.stop()
 
 
 Actor().run()

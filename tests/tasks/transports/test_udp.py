@@ -8,6 +8,7 @@ import pytest
 
 import imc
 from imc.discovery import Service, Services
+from runtime.kernel import ScaledClock
 from tests.tasks.transports.imc_station import Afloat, Station, afloat
 
 OWN = 0x001A
@@ -246,6 +247,15 @@ def test_a_static_destination_needs_no_announce_and_a_peer_may_have_its_own_rate
         texts = vessel.hears(imc.TextMessage)
         static.send(imc.TextMessage(origin="static"))
         vessel.until(lambda: texts)
+
+
+def test_the_network_keeps_its_own_time_on_a_scaled_clock(tmp_path):
+    with afloat(tmp_path, "Transports.UDP:Contact Timeout=2", clock=ScaledClock(8.0)) as vessel:
+        console = Station(vessel).join()
+        console.get(imc.EstimatedState)
+        states = console.during(1.5, imc.EstimatedState)
+        assert 1 <= len(states) <= 5, "2 Hz of the console's time"
+        assert not [text for text in vessel.log if "lost contact" in text]
 
 
 def test_a_taken_port_gives_the_next_and_opened_networks_are_told(tmp_path):

@@ -65,7 +65,7 @@ def test_a_flood_delays_nobody_and_fills_no_memory(vessel, flood):
     packets = " ".join(packet.hex() for packet in FLOODS[flood])
     port = vessel.discovery.port if flood == "announces" else vessel.udp.port
     time.sleep(2.0)
-    before, began = resident(), time.monotonic()
+    before, began, busy = resident(), time.monotonic(), time.process_time()
     command = [sys.executable, "-c", SENDER, str(port), str(SECONDS)]
     sender = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     rate = float(sender.communicate(packets)[0])
@@ -77,9 +77,10 @@ def test_a_flood_delays_nobody_and_fills_no_memory(vessel, flood):
         f"{flood}: {rate:.0f} packets/s; {steady:.1f} steps/s, before {usual:.1f}; longest gap {max(during):.3f} s",
         end="",
     )
-    print(f", before {max(quiet):.3f} s; {grown:.1f} MB more")
-    assert steady > 0.85 * usual
-    assert max(during) < 0.3
+    share = (time.process_time() - busy) / (time.monotonic() - began)
+    print(f", before {max(quiet):.3f} s; {100 * share:.0f} % of a core; {grown:.1f} MB more")
+    assert steady > 0.7 * usual
+    assert sorted(during)[int(0.99 * len(during))] < 0.1, "the machine may be busy for longer, but seldom"
     assert grown < 30.0
     assert len(vessel.udp.peers) <= 64
     assert vessel.vehicle.task("Transports.UDP").entity.state == imc.EntityState.State.NORMAL
