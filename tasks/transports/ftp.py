@@ -3,13 +3,11 @@
 from pathlib import Path
 
 import imc
-from imc.discovery import LOOPBACK, Service
+from imc.discovery import Service
 from runtime import State, Task, param, periodic
-from runtime.task import ParameterError
 from tasks.transports.ftp_server import FTPServer
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
-from tasks.transports.imc_links.consoles import check_address
-from tasks.transports.imc_links.sockets import is_local
+from tasks.transports.imc_links.sockets import is_local, network_address
 
 RETRY = 5.0  # s
 TELL_PERIOD = 10.0  # s between two entries about refusals
@@ -27,11 +25,10 @@ class FTP(Task):
     requires = "ftp"
 
     address: str = param(
-        LOOPBACK,
         "",
-        "Where to listen: 127.0.0.1 for this computer only, 0.0.0.0 for all networks.",
+        "",
+        "Where to listen; empty means [General] Network Address: 127.0.0.1 is this computer only.",
         editable=False,
-        usable=check_address,
     )
     control_port: int = param(
         30021,
@@ -45,10 +42,7 @@ class FTP(Task):
     allow_deletion: bool = param(False, "", "Let clients remove logs.", editable=False)
 
     def configure(self) -> None:
-        try:
-            check_address(self.address)
-        except ValueError as error:
-            raise ParameterError("Address", str(error)) from None
+        self.place = network_address(self, self.address)
 
     def start(self) -> None:
         self._server: FTPServer | None = None
@@ -84,7 +78,7 @@ class FTP(Task):
             folder.mkdir(parents=True, exist_ok=True)
             self._server = FTPServer(
                 folder,
-                self.address,
+                self.place,
                 self.control_port,
                 deletes=self.allow_deletion,
                 timeout=self.session_timeout,
@@ -101,11 +95,11 @@ class FTP(Task):
             return
         self._trouble = ""
         self.accompany(self._server.run)
-        local = is_local(self.address)
-        service = str(Service("ftp", self.address, self.port))
+        local = is_local(self.place)
+        service = str(Service("ftp", self.place, self.port))
         self.publish(imc.AnnounceService(service=service, service_type=LOCAL if local else LOCAL | EXTERNAL))
         if not local:
-            self.log.warning(f"whoever reaches {self.address}:{self.port} can read the logs")
+            self.log.warning(f"whoever reaches {self.place}:{self.port} can read the logs")
         self.report()
 
     def _note(self, text: str) -> None:

@@ -7,10 +7,10 @@ import imc
 from runtime import param, periodic
 from runtime.kernel import Timer
 from runtime.task import ParameterError
-from tasks.transports.imc_links.sending import Carrier
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED
 from tasks.transports.imc_links.peers import MALFORMED, Drops
+from tasks.transports.imc_links.sending import Carrier
 
 READ_SIZE = 4096  # bytes taken from a connection at a time
 LONGEST_WAIT = 1 << 20  # bytes that a peer leaves unread before it is cut off

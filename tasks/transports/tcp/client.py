@@ -8,7 +8,7 @@ import socket
 from imc.discovery import LOOPBACK
 from runtime import State, param
 from runtime.task import ParameterError
-from tasks.transports.imc_links.consoles import check_address
+from tasks.transports.imc_links.sockets import check_address
 from tasks.transports.imc_links.streams import Stream, StreamCarrier
 
 LOOK = 0.05  # s between two looks whether a connection is made

@@ -3,12 +3,10 @@
 import socket
 
 import imc
-from imc.discovery import LOOPBACK, Service
+from imc.discovery import Service
 from runtime import State, param
-from runtime.task import ParameterError
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
-from tasks.transports.imc_links.consoles import check_address
-from tasks.transports.imc_links.sockets import is_local
+from tasks.transports.imc_links.sockets import is_local, network_address
 from tasks.transports.imc_links.streams import Stream, StreamCarrier
 
 PORTS_TRIED = 6  # from Port on, as in DUNE
@@ -25,11 +23,10 @@ class Server(StreamCarrier):
     """
 
     address: str = param(
-        LOOPBACK,
         "",
-        "Where to listen: 127.0.0.1 for this computer only, 0.0.0.0 for all networks.",
+        "",
+        "Where to listen; empty means [General] Network Address: 127.0.0.1 is this computer only.",
         editable=False,
-        usable=check_address,
     )
     port: int = param(
         7001,
@@ -45,10 +42,7 @@ class Server(StreamCarrier):
     maximum_connections: int = param(32, "1", "Most connections at a time.", minimum=1, maximum=256)
 
     def configure(self) -> None:
-        try:
-            check_address(self.address)
-        except ValueError as error:
-            raise ParameterError("Address", str(error)) from None
+        self.place = network_address(self, self.address)
         super().configure()
 
     def start(self) -> None:
@@ -73,11 +67,11 @@ class Server(StreamCarrier):
             try:
                 opened.setblocking(False)
                 opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # connections of an earlier run may linger
-                opened.bind((self.address, port))
+                opened.bind((self.place, port))
                 opened.listen()
             except OSError as error:
                 opened.close()
-                trouble = f"cannot listen at {self.address}: {error.strerror}"
+                trouble = f"cannot listen at {self.place}: {error.strerror}"
                 continue
             self.listener, self.trouble, self.open_port = opened, "", opened.getsockname()[1]
             self.watch(opened, self.accept)
@@ -88,14 +82,14 @@ class Server(StreamCarrier):
         self.trouble = trouble
 
     def tell_opened(self) -> None:
-        local = is_local(self.address)
+        local = is_local(self.place)
         if not local:
             who = f"only {', '.join(self.consoles)} may" if self.commanders.listed else "whoever reaches it can"
-            self.log.warning(f"listens at {self.address}:{self.open_port} without passwords: {who} command the vehicle")
+            self.log.warning(f"listens at {self.place}:{self.open_port} without passwords: {who} command the vehicle")
         if self.port not in (0, self.open_port):
             self.log.info(f"port {self.port} is taken: listens at {self.open_port}")
         if self.announce_service:
-            service = str(Service("imc+tcp", self.address, self.open_port))
+            service = str(Service("imc+tcp", self.place, self.open_port))
             self.publish(imc.AnnounceService(service=service, service_type=LOCAL if local else LOCAL | EXTERNAL))
 
     def accept(self) -> None:
