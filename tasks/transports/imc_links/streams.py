@@ -10,6 +10,7 @@ from runtime.task import ParameterError
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED
 from tasks.transports.imc_links.peers import MALFORMED, Drops
+from tasks.transports.imc_links.recent import Recent
 from tasks.transports.imc_links.sending import Carrier
 
 READ_SIZE = 4096  # bytes taken from a connection at a time
@@ -90,7 +91,7 @@ class StreamCarrier(Carrier):
         self.streams: list[Stream] = []
         self.drops = Drops()
         self.taken = 0
-        self.forwarded: OrderedDict[bytes, None] = OrderedDict()
+        self.forwarded = Recent(REPEATS)
         self.flushing: Timer | None = None
         super().start()
 
@@ -181,8 +182,8 @@ class StreamCarrier(Carrier):
     def carry(self, message: imc.Message, packet: bytes) -> None:
         if not self.streams or not self.messages.passes(message, self.now):
             return
-        if message.src != self.system and self.is_repeated(packet):
-            return
+        if message.src != self.system and self.forwarded.has(packet):
+            return  # two that forward would never end
         for stream in self.streams.copy():
             if message.src in stream.systems:
                 continue
@@ -204,15 +205,6 @@ class StreamCarrier(Carrier):
                 self.lose(stream, error.strerror or str(error), warn=stream.taken > 0)
         if not emptied:
             self.flushing = self.after(RETRY, self.flush)
-
-    def is_repeated(self, packet: bytes) -> bool:
-        """Whether this packet of another system was forwarded before: two that forward would never end."""
-        if packet in self.forwarded:
-            return True
-        self.forwarded[packet] = None
-        if len(self.forwarded) > REPEATS:
-            self.forwarded.popitem(last=False)
-        return False
 
     @periodic(1.0)
     def look_after(self) -> None:

@@ -13,7 +13,7 @@ import imc
 from imc.lsf import LsfWriter
 from runtime.kernel import VirtualClock, nanoseconds
 from runtime.profile import load_profile
-from runtime.vehicle import build
+from runtime.vehicle import build, find_task
 from shoal import fly
 from shoal.cli import main
 from shoal.rerun import Instants, ResimulationError, resimulate
@@ -87,9 +87,8 @@ def test_the_log_of_a_plan_begins_with_its_run(tmp_path: Path) -> None:
     log = run(tmp_path, "lauv-noptilus-1", 9.0, mode="Simulation")
     assert log.path.parent.name == "000005_dive"
     profile = load_profile(log.path.parent / "Config.ini")
-    every = [
-        s for s in profile.config.sections if profile.enabled(s, ["Simulation"]) and not s.startswith("Transports.")
-    ]
+    enabled = {s: find_task(s) for s in profile.config.sections if profile.enabled(s, ["Simulation"])}
+    every = [s for s, cls in enabled.items() if not cls.external and not s.startswith("Transports.")]
     assert len(every) > 40
     for sections in (["Plan.Engine"], ["Maneuver.Loiter"], ["Simulators.Servos"], [CAMERA], every):
         done = resimulate(log, sections)
