@@ -4,7 +4,6 @@ import json
 import shutil
 import subprocess
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,14 +18,6 @@ needs_openssl = pytest.mark.skipif(shutil.which("openssl") is None, reason="make
 ALICE, BOB = 0x4001, 0x4002
 SYSTEM = 1
 PATH = "imc/system-1"
-
-
-@pytest.fixture
-def network() -> Iterator[Network]:
-    network = Network()
-    yield network
-    for process in network.processes:
-        process.end()
 
 
 def vehicle(network: Network, **options: str) -> Process:
