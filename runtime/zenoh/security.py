@@ -16,7 +16,7 @@ TELLING = ("put", "delete", "reply", "declare_queryable", "liveliness_token")
 ASKING = ("query", "declare_subscriber", "liveliness_query", "declare_liveliness_subscriber")
 PUBLIC = [f"{PREFIX}/**", f"{PREFIX}/*/@alive/**", f"{PREFIX}/*/@run/**", f"{PREFIX}/**/@adv/**"]
 LAST = f"{PREFIX}/*/@q/*/*"  # the last message of an entity; a request, which may be a command, has one chunk less
-EVERYTHING = [*PUBLIC, f"{PREFIX}/*/@cmd/**", f"{PREFIX}/*/@q/**"]
+EVERYTHING = [*PUBLIC, *(f"{PREFIX}/*/{verb}/**" for verb in ("@cmd", "@q", "@frame"))]
 OF_CONSOLES = [f"{PREFIX}/*/{message}/*" for message in ("Abort", "Announce", "Heartbeat")]
 
 Rule = dict[str, Any]
@@ -34,7 +34,8 @@ class Security:
     users_file: who may log in here, a line `user:password` for each.
     commanders: names that may send commands to the vehicle, ask it, and receive everything.
     listeners: names that may only receive.
-    vehicles: names of other vehicles: may publish in their own name, and receive everything.
+    vehicles: names of other vehicles: may publish in their own name, and receive everything. The name of this one
+        stands for its processes on other computers, which may do everything.
     """
 
     root_certificate: Path | None = None
@@ -56,6 +57,9 @@ class Security:
         if any(names is not None for names in lists):
             if self.users_file is None and self.root_certificate is None:
                 raise ValueError("Commanders, Listeners and Vehicles need Root Certificate or Users File")
+            named = [name for names in lists for name in names or ()]
+            if twice := next((name for name in named if named.count(name) > 1), ""):
+                raise ValueError(f"{twice} is in Commanders, Listeners and Vehicles twice")
             put("access_control", self._access(vehicle))
 
     def _certify(self, put: Put) -> None:
@@ -88,21 +92,15 @@ class Security:
         commands = [f"{own}/@cmd/**", f"{PREFIX}/{ALL_SYSTEMS}/@cmd/**"]
         rules: list[Rule] = [
             _rule("all", (*TELLING, *ASKING), EVERYTHING),
-            _rule(
-                "hear", ("put", "delete", "liveliness_token", "declare_queryable", "reply"), [*PUBLIC, LAST], "egress"
-            ),
-            _rule(
-                "ask",
-                ASKING,
-                [*PUBLIC, LAST],
-                "ingress",
-            ),
+            _rule("hear", TELLING, [*PUBLIC, LAST], "egress"),
+            _rule("ask", ASKING, [*PUBLIC, LAST], "ingress"),
             _rule("take commands", ("declare_subscriber",), EVERYTHING, "egress"),
             _rule("command", ("put",), [*commands, *OF_CONSOLES], "ingress"),
             _rule("request", ("query",), [f"{own}/@q/**"], "ingress"),
             _rule("answer", ("put", "reply", "declare_queryable"), [f"{PREFIX}/*/@cmd/**", f"{own}/@q/**"], "egress"),
             _rule("hear answers", ("declare_subscriber",), [f"{PREFIX}/*/@cmd/**"], "ingress"),
             _rule("be alive", ("liveliness_token",), [f"{PREFIX}/*/@alive/**"], "ingress"),
+            _rule("be the vehicle", TELLING, [f"{own}/**", f"{own}/@alive/**", f"{own}/@run/**"], "ingress", "deny"),
         ]
         here: dict[str, Any] = {"id": "here", "interfaces": LOOPBACK_INTERFACES, "link_protocols": ["tcp"]}
         subjects: list[dict[str, Any]] = [here]
@@ -114,10 +112,13 @@ class Security:
             policies.append({"subjects": [name], "rules": ["hear", "ask", *granted]})
 
         for name in self.commanders or ():
-            allow(name, "take commands", "command", "request", "answer", "hear answers", "be alive")
+            allow(name, "take commands", "command", "request", "answer", "hear answers", "be alive", "be the vehicle")
         for name in self.listeners or ():
             allow(name)
         for name in self.vehicles or ():
+            if name == vehicle:  # another process of it, on another computer
+                allow(name, "all")
+                continue
             theirs = f"{PREFIX}/{chunk(name)}"
             places = [f"{theirs}/{rest}" for rest in ("**", "@alive/**", "@run/**", "**/@adv/**")]
             rules.append(_rule(f"of {name}", TELLING, places, "ingress"))
@@ -131,9 +132,9 @@ class Security:
         }
 
 
-def _rule(name: str, kinds: tuple[str, ...], keys: list[str], flow: str = "") -> Rule:
+def _rule(name: str, kinds: tuple[str, ...], keys: list[str], flow: str = "", permission: str = "allow") -> Rule:
     flows = [flow] if flow else ["ingress", "egress"]
-    return {"id": name, "permission": "allow", "messages": list(kinds), "flows": flows, "key_exprs": keys}
+    return {"id": name, "permission": permission, "messages": list(kinds), "flows": flows, "key_exprs": keys}
 
 
 def _readable(option: str, path: Path) -> str:

@@ -2,8 +2,8 @@
 
 from shoal.fleet.crew import run_crew
 from shoal.fleet.keeper import Child, Keeper
+from shoal.fleet.notes import end, noted, running
 from shoal.fleet.roster import Member, Roster, load_roster
-from shoal.fleet.running import end, noted, running
 from shoal.fleet.watch import View, Watch
 
 __all__ = [

@@ -3,11 +3,8 @@
 import json
 import signal
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-
-import pytest
 
 import imc
 from tests.runtime.zenoh.processes import Network, Process
@@ -15,14 +12,6 @@ from tests.runtime.zenoh.test_trouble import NAME, SYSTEM, Vehicle, slowness, wa
 
 CONSOLE = 0x4123
 QUERY, DB = imc.EntityList.Op.QUERY, imc.PlanDB
-
-
-@pytest.fixture
-def network() -> Iterator[Network]:
-    network = Network()
-    yield network
-    for process in network.processes:
-        process.end()
 
 
 def asker(network: Network) -> Process:

@@ -4,7 +4,6 @@ import json
 import shutil
 import subprocess
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,14 +18,6 @@ needs_openssl = pytest.mark.skipif(shutil.which("openssl") is None, reason="make
 ALICE, BOB = 0x4001, 0x4002
 SYSTEM = 1
 PATH = "imc/system-1"
-
-
-@pytest.fixture
-def network() -> Iterator[Network]:
-    network = Network()
-    yield network
-    for process in network.processes:
-        process.end()
 
 
 def vehicle(network: Network, **options: str) -> Process:
@@ -55,6 +46,10 @@ def request(process: Process, source: int) -> Any:
     return process.ask(f"get {PATH}/@q/PlanDB {json.dumps(asked)}")["replies"]
 
 
+def tokens(process: Process) -> list[Any]:
+    return process.ask(f"tokens {PATH}/@alive/**")["tokens"]
+
+
 def check_lists(bus: Process, commander: Process, listener: Process) -> None:
     """The commander hears, commands and asks; the listener hears, and nothing else."""
     assert hears(commander)
@@ -63,6 +58,11 @@ def check_lists(bus: Process, commander: Process, listener: Process) -> None:
     command(listener, BOB, f"{PATH}/@cmd/SetEntityParameters/bob", "SetEntityParameters")
     command(listener, BOB, f"{PATH}/SetEntityParameters/bob", "SetEntityParameters")
     assert request(listener, BOB) == []
+    commander.ask(f"token {PATH}/@alive/0001/vision")
+    command(commander, ALICE, f"{PATH}/VehicleState/Navigation", "SetEntityParameters")
+    assert not any("vision" in line["token"] for line in tokens(listener)), (
+        "she cannot pass for a process of the vehicle"
+    )
     command(commander, ALICE, f"{PATH}/@cmd/PlanControl/alice")
     bus.until(lambda status: "PlanControl" in status["names"])
     (reply,) = request(commander, ALICE)
@@ -185,6 +185,7 @@ def test_certificates_say_who_may_hear_and_who_may_command(network: Network, tmp
         ({"Root Certificate": "none.pem"}, r"Root Certificate: .*none\.pem: No such file"),
         ({"User": "vehicle", "Password File": "empty"}, "has no password in its first line"),
         ({"Mutual TLS": "true"}, "Mutual TLS needs Root Certificate"),
+        ({"Root Certificate": "users", "Commanders": "a, b", "Listeners": "b"}, "b is in .* twice"),
         ({"Mutual TLS": "yes"}, "'yes' is not one of true, false"),
     ],
 )

@@ -2,7 +2,6 @@
 
 import json
 import time
-from collections.abc import Iterator
 
 import pytest
 
@@ -12,14 +11,6 @@ from tests.runtime.zenoh.test_trouble import slowness
 
 CLIENT, PEER = 1, 2
 BACK = 5.0  # s from the return of a router until all hear each other
-
-
-@pytest.fixture
-def network() -> Iterator[Network]:
-    network = Network()
-    yield network
-    for process in network.processes:
-        process.end()
 
 
 def send(process: Process, abbrev: str, **fields: object) -> None:

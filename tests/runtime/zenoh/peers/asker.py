@@ -1,8 +1,8 @@
 """A zenoh program without Shoal's transport that asks, joins late, and watches who is alive.
 
 Arguments: mode ("client" or "peer"), local port, scouting port, zenoh options as JSON (or none). Commands on standard
-input, one JSON answer each: `get KEY [MESSAGE]`, `put KEY MESSAGE`, `late EXPRESSION SECONDS`, `watch EXPRESSION` (then
-one line per birth and death).
+input, one JSON answer each: `get KEY [MESSAGE]`, `put KEY MESSAGE`, `token KEY`, `tokens EXPRESSION`,
+`late EXPRESSION SECONDS`, `watch EXPRESSION` (then one line per birth and death).
 """
 
 import contextlib
@@ -88,6 +88,12 @@ def main() -> None:
                 case "put":
                     session.put(values[0], message_of(values[1]), congestion_control=zenoh.CongestionControl.BLOCK)
                     say({"put": values[0]})
+                case "token":
+                    stack.enter_context(session.liveliness().declare_token(values[0]))
+                    say({"token": values[0]})
+                case "tokens":
+                    replies = session.liveliness().get(values[0], timeout=2.0)
+                    say({"tokens": [{"token": str(reply.ok.key_expr)} for reply in replies if reply.ok is not None]})
                 case "late":
                     say(late(session, *values))
                 case "watch":
