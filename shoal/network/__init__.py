@@ -1,0 +1,40 @@
+"""Running vehicles: who is there, what they say, their plans and parameters."""
+
+from shoal.network.blocking import Connection, RemoteParameters, RemotePlans, RemoteVehicle
+from shoal.network.connecting import connect, make_network
+from shoal.network.link import Arrival, Console, Ear, Link, NetworkError
+from shoal.network.network import Listener, Network, NoAnswer, VehicleLost
+from shoal.network.parameters import Parameters
+from shoal.network.plans import Outcome, Plans, Refused, StoredPlan
+from shoal.network.systems import System
+from shoal.network.vehicle import AsyncRemoteVehicle
+from shoal.network.where import field_of, parse_where
+from shoal.network.zenoh_link import ZenohLink
+
+__all__ = [
+    "Arrival",
+    "AsyncRemoteVehicle",
+    "Connection",
+    "Console",
+    "Ear",
+    "Link",
+    "Listener",
+    "Network",
+    "NetworkError",
+    "NoAnswer",
+    "Outcome",
+    "Parameters",
+    "Plans",
+    "Refused",
+    "RemoteParameters",
+    "RemotePlans",
+    "RemoteVehicle",
+    "StoredPlan",
+    "System",
+    "VehicleLost",
+    "ZenohLink",
+    "connect",
+    "field_of",
+    "make_network",
+    "parse_where",
+]
