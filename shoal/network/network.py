@@ -4,7 +4,7 @@ import asyncio
 import random
 import time
 from collections import deque
-from collections.abc import AsyncGenerator, Callable, Collection, Iterable, Sequence
+from collections.abc import AsyncGenerator, Callable, Collection, Sequence
 from contextlib import suppress
 from typing import Self, TypeVar
 
@@ -63,7 +63,8 @@ class Listener:
         """The next message and who sent it. Raises TimeoutError."""
         while not self._waiting:
             self._news.clear()
-            await asyncio.wait_for(self._news.wait(), timeout)
+            async with asyncio.timeout(timeout):  # wait_for of Python 3.11 loses a cancellation now and then
+                await self._news.wait()
         return self._waiting.popleft()
 
 
@@ -247,11 +248,16 @@ class Network:
                 if system.others:
                     break
                 return system
-            self.changed.clear()
-            with suppress(TimeoutError):
-                await asyncio.wait_for(self.changed.wait(), min(left, 0.1))
+            await self.news(min(left, 0.1))
         self._partners.discard(name)
         raise NetworkError(self._why_not(name))
+
+    async def news(self, timeout: float) -> None:
+        """Wait until a system appears, vanishes, or gets known, but not longer than `timeout` s."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(timeout):
+                await self.changed.wait()
+        self.changed.clear()
 
     def vehicles(self) -> list[System]:
         """All systems that are no consoles and are there, by name."""
@@ -329,6 +335,11 @@ class Network:
                     self.send(system, imc.Heartbeat())
             await asyncio.sleep(BEAT)
 
+    def nobody(self) -> str:
+        """The sentence for a network without vehicles."""
+        troubles = "; ".join(link.trouble for link in self.links if link.trouble)
+        return f"no vehicle is on the network{f' ({troubles})' if troubles else ''}"
+
     def _why_not(self, name: str) -> str:
         system = self.systems.get(name)
         if system is not None and system.others:
@@ -338,14 +349,9 @@ class Network:
         if system is not None and system.is_there:
             return f"{name} is there, but says nothing"
         there = [system.name for system in self.vehicles()]
-        troubles = _sentences(link.trouble for link in self.links)
         if there:
             return f"no vehicle {printable(name)!r} on the network; {suggestion(name, there)}"
-        return f"no vehicle is on the network{f' ({troubles})' if troubles else ''}"
-
-
-def _sentences(texts: Iterable[str]) -> str:
-    return "; ".join(text for text in texts if text)
+        return self.nobody()
 
 
 def _kind_of_damage(reason: str) -> str:

@@ -9,16 +9,22 @@ without the field does not match.
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import imc
 from runtime.problem import suggestion
 from tasks.plan import NUMBER, SIGN, Logic
 
 Test = Callable[[imc.Message], bool]
+Named = Mapping[type[imc.Message], int]
 HEADER = ("src", "src_ent", "dst", "dst_ent", "timestamp")
 DEGREES = ("deg", "°")
 _WORD = re.compile(rf"\s*(?:{NUMBER}|[A-Za-z_]\w*(?:\.\w+)*|\"[^\"]*\"|'[^']*'|°|~|{SIGN})")
+
+
+class _Wanted(NamedTuple):
+    value: float | str
+    named: Named | None = None
 
 
 def parse_where(text: str, kinds: Iterable[type[imc.Message]] = ()) -> Test:
@@ -49,17 +55,16 @@ def _comparison(logic: "Logic[[imc.Message]]", kinds: list[type[imc.Message]]) -
     infos = {kind: info for kind in kinds if (info := fields_of(kind).get(path))}
     compare = _contains if logic.skip("~") else logic.comparison()
     only = frozenset(kinds) if word != path else None
-    wanted = _value(logic, word, infos)
-    named: dict[type[imc.Message], int] | None = wanted if isinstance(wanted, dict) else None
+    wanted, named = _value(logic, word, infos)
 
     def test(message: imc.Message) -> bool:
-        if (named is not None and type(message) not in named) or (only is not None and type(message) not in only):
+        if (named and type(message) not in named) or (only is not None and type(message) not in only):
             return False
         try:
             value = field_of(message, path)
         except AttributeError:
             return False
-        right: float | str = wanted if named is None else named[type(message)]
+        right = named[type(message)] if named else wanted
         return _comparable(value, right) and compare(value, right)
 
     return test
@@ -81,24 +86,24 @@ def _split(word: str, kinds: list[type[imc.Message]]) -> tuple[str, list[type[im
     return word, kinds
 
 
-def _value(logic: "Logic[[imc.Message]]", word: str, infos: Mapping[type[imc.Message], imc.FieldInfo]) -> Any:
-    """A number or text; the name of an enumerated value as the numbers that it has, by type of message."""
+def _value(logic: "Logic[[imc.Message]]", word: str, infos: Mapping[type[imc.Message], imc.FieldInfo]) -> _Wanted:
+    """The value of a comparison; the name of an enumerated one has a number for each type of message."""
     text = logic.take("a value")
     if text[0] in "\"'":
-        return text[1:-1]
+        return _Wanted(text[1:-1])
     try:
         number = float(text)
     except ValueError:
         pass
     else:
-        return math.radians(number) if logic.skip(*DEGREES) else number
+        return _Wanted(math.radians(number) if logic.skip(*DEGREES) else number)
     members = {kind: info.enum.__members__ for kind, info in infos.items() if info.enum is not None}
     found = {kind: int(names[text]) for kind, names in members.items() if text in names}
     if not found:
         names = sorted({name for mapping in members.values() for name in mapping})
         hint = f"; {suggestion(text, names)}" if names else "; write a number, or a text in quotes"
         raise ValueError(f"{word}: {text!r} is not a value of it{hint}")
-    return found
+    return _Wanted(0.0, found)
 
 
 def _comparable(value: Any, wanted: Any) -> bool:

@@ -73,7 +73,8 @@ class ZenohLink:
         opened = asyncio.Event()
         self._retrying = asyncio.create_task(self._keep_trying(opened))
         with suppress(TimeoutError):
-            await asyncio.wait_for(opened.wait(), FIRST_TRY)
+            async with asyncio.timeout(FIRST_TRY):
+                await opened.wait()
 
     def want(self, system: str, messages: Collection[str]) -> None:
         system = EVERYBODY if system == EVERYBODY else chunk(system)
@@ -111,7 +112,8 @@ class ZenohLink:
         session, self._session = self._session, None
         if session is not None:
             with suppress(TimeoutError):
-                await asyncio.wait_for(asyncio.to_thread(self._leave, session), CLOSING)
+                async with asyncio.timeout(CLOSING):
+                    await asyncio.to_thread(self._leave, session)
 
     async def _keep_trying(self, opened: asyncio.Event) -> None:
         """Join as soon as somebody listens; from then on zenoh reconnects by itself."""
