@@ -43,7 +43,7 @@ def send(
     """Send MESSAGE to VEHICLE, for example: shoal send lauv-noptilus-1 QueryEntityState --wait 1s
 
     A value is a number, an angle such as 15deg, the name of an enumerated value, a text, or JSON for a message inside:
-    maneuver='{"abbrev": "Idle", "duration": 10}'. With --wait the exit status is 1 if no reply comes.
+    maneuver='{"abbrev": "IdleManeuver", "duration": 10}'. With --wait the exit status is 1 if no reply comes.
     """
     message = message_of(name, assignments)
 

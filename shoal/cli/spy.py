@@ -68,7 +68,7 @@ def spy(
 
     async def act(there: AsyncRemoteVehicle) -> None:
         def wanted(message: imc.Message) -> bool:
-            return test(message) and entity in ("", there.system.label(message.src_ent))
+            return test(message) and there.system.is_labelled(message.src_ent, entity)
 
         if hz:
             await _measure(there, kinds, wanted, duration, as_json)

@@ -224,8 +224,8 @@ class Network:
             while (left := deadline - time.monotonic()) > 0.0:
                 with suppress(TimeoutError):
                     _, message = await listener.next(min(left, GRACE))
-                    of_entity = entity in ("", system.label(message.src_ent))
-                    if isinstance(message, kind) and message.src == system.id and of_entity:
+                    ours = message.src == system.id and system.is_labelled(message.src_ent, entity)
+                    if isinstance(message, kind) and ours:
                         return message
                 self.check(system)
         finally:
@@ -247,6 +247,7 @@ class Network:
             if system is not None and system.id is not None and system.is_there:
                 if system.others:
                     break
+                self.send(system, imc.EntityList(op=imc.EntityList.Op.QUERY))  # for the labels of entities
                 return system
             await self.news(min(left, 0.1))
         self._partners.discard(name)

@@ -73,7 +73,7 @@ class System:
         """The newest message of a type, of one entity (label) if it is named."""
         found: M | None = None
         for (name, source), message in self.latest.items():
-            if name == kind.__name__ and isinstance(message, kind) and entity in ("", self.label(source)):
+            if name == kind.__name__ and isinstance(message, kind) and self.is_labelled(source, entity):
                 found = message if found is None or message.timestamp >= found.timestamp else found
         return found
 
@@ -84,6 +84,10 @@ class System:
     def label(self, entity: int) -> str:
         """The label of an entity, its number if it is unknown."""
         return self.labels.get(entity, str(entity))
+
+    def is_labelled(self, entity: int, label: str) -> bool:
+        """Whether an entity has a label; keys of zenoh have _ for blanks. Any has the empty one."""
+        return not label or "_".join(self.label(entity).split()) == "_".join(label.split())
 
     def learn_labels(self, entities: imc.EntityList) -> None:
         for entry in entities.list.split(";"):

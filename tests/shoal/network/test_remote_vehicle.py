@@ -1,0 +1,168 @@
+"""A hand on a running vehicle, as a library: a real vehicle in a process of its own."""
+
+import asyncio
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import imc
+import shoal
+from shoal.network import AsyncRemoteVehicle, NoAnswer, Refused, RemoteVehicle, VehicleLost
+from tests.shoal.network.running import Running, running
+
+NAME = "lauv-noptilus-1"
+SERVICE = imc.VehicleState.OpMode.SERVICE
+
+
+def idle(name: str, seconds: int, second: str = "") -> imc.PlanSpecification:
+    steps = [imc.PlanManeuver(maneuver_id="wait", data=imc.IdleManeuver(duration=seconds))]
+    return imc.PlanSpecification(plan_id=name, start_man_id="wait", maneuvers=tuple(steps), description=second)
+
+
+@pytest.fixture(scope="module")
+def process(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    with running(tmp_path_factory.mktemp("vehicle")) as found:
+        yield found
+
+
+@pytest.fixture
+def vehicle(process: Running) -> Iterator[RemoteVehicle]:
+    with shoal.connect(NAME, endpoints=[process.endpoint]) as found:
+        ready(found)
+        yield found
+
+
+def ready(vehicle: RemoteVehicle) -> None:
+    for state in vehicle.messages(imc.VehicleState):
+        if state.op_mode == SERVICE:
+            return
+
+
+def test_what_it_says(vehicle: RemoteVehicle) -> None:
+    assert (vehicle.name, vehicle.id) == (NAME, 0x001A)
+    assert vehicle.latest(imc.EstimatedState).lat == pytest.approx(0.7188, abs=1e-3)
+    heading = vehicle.latest(imc.EntityState, entity="Path Control")
+    assert heading.state == imc.EntityState.State.NORMAL
+    times = [state.timestamp for _, state in zip(range(5), vehicle.messages(imc.EstimatedState), strict=False)]
+    assert times == sorted(set(times))
+    for found in vehicle.messages(imc.EntityState, imc.Heartbeat, where="Heartbeat.src == 26 or state == BOOT"):
+        assert isinstance(found, imc.Heartbeat)
+        break
+
+
+def test_a_plan_from_the_file_to_its_end(vehicle: RemoteVehicle) -> None:
+    plan = idle("short", 2)
+    vehicle.plan.put(plan)
+    assert "short" in [stored.name for stored in vehicle.plan.list()]
+    assert vehicle.plan.get("short") == plan
+    seen: list[str] = []
+    outcome = vehicle.plan.start("short", progress=lambda state: seen.append(state.plan_id))
+    assert outcome is not None
+    assert (outcome.completed, outcome.reason) == (True, "plan completed")
+    assert "short" in seen
+    assert vehicle.plan.start(idle("long", 600), wait=False) is None
+    assert vehicle.plan.status().plan_id == "long"
+    vehicle.plan.stop()
+    for name in ("short", "long"):
+        vehicle.plan.delete(name)
+    assert vehicle.plan.list() == []
+
+
+def test_a_plan_that_somebody_stops_ends_with_the_reason(vehicle: RemoteVehicle, process: Running) -> None:
+    async def act() -> object:
+        async with shoal.connect(NAME, endpoints=[process.endpoint]) as there:
+            flight = asyncio.create_task(there.plan.start(idle("stopped", 600)))
+            async for state in there.messages(imc.PlanControlState, where="state == EXECUTING"):
+                assert state.plan_id == "stopped"
+                break
+            async with shoal.connect(NAME, endpoints=[process.endpoint]) as other:
+                await other.plan.stop()
+            return await flight
+
+    outcome = asyncio.run(act())
+    assert (getattr(outcome, "completed", None), getattr(outcome, "reason", "")) == (False, "plan was stopped")
+
+
+@pytest.mark.parametrize(
+    ("act", "reason"),
+    [
+        (lambda v: v.plan.start("nope"), "undefined plan"),
+        (lambda v: v.plan.get("nope"), "nope: undefined plan"),
+        (lambda v: v.plan.delete("nope"), "nope: undefined plan"),
+        (lambda v: v.plan.stop(), "no plan is running, request ignored"),
+        (lambda v: v.param.get("Path Contrl"), "no entity 'Path Contrl'; did you mean 'Path Control'?"),
+        (lambda v: v.param.set("Path Control", {"Corridor -- Widt": "2"}), "has no parameter 'Corridor -- Widt'"),
+        (lambda v: v.param.set("Path Control", {"Corridor -- Width": "abc"}), "'abc' is not a number"),
+    ],
+)
+def test_a_vehicle_that_says_no_says_why(vehicle: RemoteVehicle, act: object, reason: str) -> None:
+    assert callable(act)
+    with pytest.raises(Refused) as refusal:
+        act(vehicle)
+    assert reason in str(refusal.value)
+
+
+def test_parameters(vehicle: RemoteVehicle) -> None:
+    assert vehicle.param.entities()["Daemon"] == 0
+    before = vehicle.param.get("Path Control")["Corridor -- Width"]
+    assert vehicle.param.set("Path Control", {"Corridor -- Width": "3.5"}) == {"Corridor -- Width": "3.5"}
+    assert vehicle.param.list()["Path Control"]["Corridor -- Width"] == "3.5"
+    vehicle.param.save("Path Control")
+    vehicle.param.set("Path Control", {"Corridor -- Width": before})
+
+
+def test_requests_of_any_kind(vehicle: RemoteVehicle) -> None:
+    query = imc.EntityList(op=imc.EntityList.Op.QUERY)
+    assert "Daemon=0" in vehicle.request(query, imc.EntityList).list
+    with pytest.raises(NoAnswer, match="does not answer Sms within 0.5 s"):
+        vehicle.request(imc.Sms(number="1"), imc.SmsStatus, timeout=0.5)
+    with pytest.raises(ValueError, match="has no field 'deth'"):
+        next(vehicle.messages(imc.EstimatedState, where="deth > 2"))
+
+
+def test_an_abort_is_confirmed(vehicle: RemoteVehicle) -> None:
+    vehicle.plan.start(idle("aborted", 600), wait=False)
+    vehicle.abort()
+    assert vehicle.latest(imc.Aborted).src == vehicle.id
+    for state in vehicle.messages(imc.PlanControlState, where="plan_id == 'aborted' and state != EXECUTING"):
+        assert state.last_outcome == imc.PlanControlState.LastOutcome.FAILURE
+        break
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("lauv-noptilus-2", "no vehicle 'lauv-noptilus-2' on the network; did you mean 'lauv-noptilus-1'?"),
+        ("lauv*", "'lauv\\*' is not the name of one vehicle"),
+        ("", "'' is not the name of one vehicle"),
+    ],
+)
+def test_who_is_not_there(process: Running, name: str, reason: str) -> None:
+    began = time.monotonic()
+    with pytest.raises(shoal.NetworkError, match=reason), shoal.connect(name, endpoints=[process.endpoint]):
+        pass
+    assert time.monotonic() - began < 5.0
+
+
+def test_a_vehicle_that_dies_in_the_middle(process: Running) -> None:
+    """The last test of this module: it kills the vehicle."""
+
+    async def act(there: AsyncRemoteVehicle) -> None:
+        async for _ in there.messages(imc.PlanControlState, where="state == EXECUTING"):
+            process.kill()
+            break
+
+    async def both() -> None:
+        async with shoal.connect(NAME, endpoints=[process.endpoint]) as there:
+            async for _ in there.messages(imc.VehicleState, where="op_mode == SERVICE"):
+                break
+            flight = asyncio.create_task(there.plan.start(idle("last", 600)))
+            await act(there)
+            with pytest.raises(VehicleLost, match="lauv-noptilus-1 is gone"):
+                await flight
+
+    asyncio.run(both())
+    with pytest.raises(shoal.NetworkError, match="no vehicle is on the network"):
+        shoal.connect(NAME, endpoints=[process.endpoint]).__enter__()
