@@ -18,7 +18,6 @@ M = TypeVar("M", bound=imc.Message)
 A = TypeVar("A")
 MOST_WAITING = 8192  # messages in front of a slow reader
 REPEAT = 0.4  # s between copies of a request that is not answered
-BEAT = 1.0  # s
 GRACE = 1.0  # s in which a system that vanished may come back by another way
 PATIENCE = 3.0  # s for an answer
 MEETING = 1.5  # s for a system to show up
@@ -83,19 +82,12 @@ class Network:
         self.changed = asyncio.Event()
         self._listeners: list[Listener] = []
         self._request = random.SystemRandom().randrange(1, 0xFFFF)
-        self._beating: asyncio.Task[None] | None = None
-        self._partners: set[str] = set()
 
     async def __aenter__(self) -> Self:
         await asyncio.gather(*(link.open(self, self.console) for link in self.links))
-        self._beating = asyncio.create_task(self._beat())
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        if self._beating is not None:
-            self._beating.cancel()
-            with suppress(asyncio.CancelledError):
-                await self._beating
         await asyncio.gather(*(link.close() for link in self.links))
 
     # What links tell
@@ -240,7 +232,6 @@ class Network:
         for link in self.links:
             link.want(name, BASIC)
             link.want(name, ("VehicleState", "PlanControlState"))
-        self._partners.add(name)
         deadline = time.monotonic() + timeout
         while (left := deadline - time.monotonic()) > 0.0:
             system = self.systems.get(name)
@@ -250,7 +241,6 @@ class Network:
                 self.send(system, imc.EntityList(op=imc.EntityList.Op.QUERY))  # for the labels of entities
                 return system
             await self.news(min(left, 0.1))
-        self._partners.discard(name)
         raise NetworkError(self._why_not(name))
 
     async def news(self, timeout: float) -> None:
@@ -326,15 +316,6 @@ class Network:
         links = sorted(system.links.values(), key=lambda link: -system.last.get(link.name, 0.0))
         if links:
             links[0].send(system.name, message, packet)
-
-    async def _beat(self) -> None:
-        """Vehicles send to a console only as long as they hear it."""
-        while True:
-            for name in self._partners:
-                system = self.systems.get(name)
-                if system is not None and system.id is not None:
-                    self.send(system, imc.Heartbeat())
-            await asyncio.sleep(BEAT)
 
     def nobody(self) -> str:
         """The sentence for a network without vehicles."""
