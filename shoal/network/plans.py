@@ -47,6 +47,7 @@ class Plans:
     def __init__(self, network: Network, system: System) -> None:
         self._network = network
         self._system = system
+        self._has_changed = False
 
     async def list(self) -> list[StoredPlan]:
         """All plans that are stored, by name. Raises Refused if they are too many to be listed at once."""
@@ -75,10 +76,10 @@ class Plans:
         await self._database(imc.PlanDB.Op.DEL, name)
 
     async def status(self, timeout: float = PATIENCE) -> imc.PlanControlState:
-        """What the plan engine does: the newest report of the last second, or the next one."""
+        """What the plan engine does: its last report, or the next one if we have asked for a change meanwhile."""
         self._network.check(self._system)
         state = self._system.last_of(imc.PlanControlState)
-        if state is not None and self._system.age < 1.0:
+        if state is not None and self._system.age < 1.0 and not self._has_changed:
             return state
         return await self._network.next(self._system, imc.PlanControlState, timeout)
 
@@ -104,6 +105,7 @@ class Plans:
         request = imc.PlanControl(op=Op.START, plan_id=name, flags=flags, arg=None if is_name else plan)
         request = request.replace(request_id=self._network.number())
         network, system = self._network, self._system
+        self._has_changed = True
         listener = network.listen(system, (imc.PlanControl, imc.PlanControlState))
         try:
             answer = await network.ask(system, request, (imc.PlanControl,), lambda m: self._answer(m, request))
@@ -137,7 +139,7 @@ class Plans:
     async def stop(self) -> None:
         """Stop the plan that is running. Raises Refused if none is."""
         request = imc.PlanControl(op=Op.STOP, request_id=self._network.number())
-        ask = self._network.ask
+        ask, self._has_changed = self._network.ask, True
         answer = await ask(self._system, request, (imc.PlanControl,), lambda message: self._answer(message, request))
         if answer.type == Type.FAILURE:
             raise Refused(answer.info)

@@ -84,4 +84,10 @@ class AsyncRemoteVehicle:
 
     async def abort(self) -> None:
         """Stop everything at once. Raises NoAnswer if the vehicle does not confirm it."""
-        await self.network.ask(self.system, imc.Abort(), (imc.Aborted,), lambda _: True)
+
+        def confirms(message: imc.Message) -> bool | None:
+            """Aborted, or where a transport does not carry that, the mode that follows."""
+            in_error = isinstance(message, imc.VehicleState) and message.op_mode == imc.VehicleState.OpMode.ERROR
+            return True if isinstance(message, imc.Aborted) or in_error else None
+
+        await self.network.ask(self.system, imc.Abort(), (imc.Aborted, imc.VehicleState), confirms)

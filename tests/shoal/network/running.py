@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from runtime.vehicle import find_task
 from tests.runtime.zenoh.processes import local_port
 
 REPOSITORY = Path(__file__).parents[3]
@@ -16,19 +17,40 @@ PATIENCE = 30.0
 
 
 class Running:
-    """`shoal run` of a shipped vehicle, found at `endpoint`."""
+    """`shoal run` of a shipped vehicle; `SHOAL_CONNECT` and `SHOAL_DISCOVERY` lead to it, and to no other.
 
-    def __init__(self, folder: Path, *options: str, profile: str = "lauv-noptilus-1", port: int | None = None):
+    `network` is zenoh or udp. Vehicles with the same `port` are on one network.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        *options: str,
+        network: str = "zenoh",
+        profile: str = "lauv-noptilus-1",
+        port: int | None = None,
+    ):
         self.port = local_port() if port is None else port
-        self.endpoint = f"tcp/127.0.0.1:{self.port}"
         self.log = folder / f"output-{profile}-{time.monotonic_ns()}.txt"
-        zenoh = ["--bus", "zenoh", "--set", f"Zenoh:Local Port={self.port}"]
-        zenoh += ["--set", f"Zenoh:Scouting Address=224.0.0.224:{self.port + 1}"]
+        ports = range(self.port + 2, self.port + 7)
+        os.environ["SHOAL_DISCOVERY"] = f"{ports[0]}-{ports[-1]}"
+        os.environ["SHOAL_CONNECT"] = f"tcp/127.0.0.1:{self.port}" if network == "zenoh" else "udp"
+        if network == "zenoh":
+            words = ["--bus", "zenoh", "--set", f"Zenoh:Local Port={self.port}"]
+            words += ["--set", f"Zenoh:Scouting Address=224.0.0.224:{self.port + 1}"]
+            if find_task("Transports.UDP") is not None:
+                words += ["--set", "Transports.UDP:Enabled=Never", "--set", "Transports.Announce:Enabled=Never"]
+                words += ["--set", "Transports.Discovery:Enabled=Never"]
+        else:
+            listed = ",".join(map(str, ports))
+            words = [f"Transports.{name}:Ports={listed}" for name in ("Announce", "Discovery")]
+            words = [word for setting in words for word in ("--set", setting)]
+            words += ["--set", "Transports.UDP:Local Port=0"]
         off = ("Transports.MAVLink", "Simulators.MUGDetectionCamera", "Plan.Autostart")
         quiet = [word for section in off for word in ("--set", f"{section}:Enabled=Never")]
         quiet += ["--clock", "4x"]  # it boots sooner
-        command = [sys.executable, "-m", "shoal.cli", "run", profile, "-p", "Simulation", *zenoh, *quiet, *options]
-        environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+        command = [sys.executable, "-m", "shoal.cli", "run", profile, "-p", "Simulation", *words, *quiet, *options]
+        environment = {**os.environ, "PYTHONPATH": os.environ.get("VEHICLE_TREE", str(REPOSITORY))}
         with self.log.open("w") as output:
             self.popen = subprocess.Popen(
                 command, cwd=folder, stdout=output, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, env=environment
@@ -55,8 +77,11 @@ class Running:
 
 @contextlib.contextmanager
 def running(folder: Path, *options: str, **named: object) -> Iterator[Running]:
+    before = {name: os.environ.get(name) for name in ("SHOAL_CONNECT", "SHOAL_DISCOVERY")}
     vehicle = Running(folder, *options, **named)
     try:
         yield vehicle
     finally:
         vehicle.end()
+        for name, value in before.items():
+            os.environ.pop(name, None) if value is None else os.environ.update({name: value})

@@ -1,43 +1,48 @@
 """A hand on a running vehicle, as a library: a real vehicle in a process of its own."""
 
 import asyncio
+import os
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
 import imc
 import shoal
+from runtime.vehicle import find_task
 from shoal.network import AsyncRemoteVehicle, NoAnswer, Refused, RemoteVehicle, VehicleLost
 from tests.shoal.network.running import Running, running
 
 NAME = "lauv-noptilus-1"
+NETWORKS = ["zenoh", *(["udp"] if find_task("Transports.UDP") or "VEHICLE_TREE" in os.environ else [])]
 SERVICE = imc.VehicleState.OpMode.SERVICE
 
 
-def idle(name: str, seconds: int, second: str = "") -> imc.PlanSpecification:
-    steps = [imc.PlanManeuver(maneuver_id="wait", data=imc.IdleManeuver(duration=seconds))]
-    return imc.PlanSpecification(plan_id=name, start_man_id="wait", maneuvers=tuple(steps), description=second)
+def idle(name: str, seconds: int) -> imc.PlanSpecification:
+    step = imc.PlanManeuver(maneuver_id="wait", data=imc.IdleManeuver(duration=seconds))
+    return imc.PlanSpecification(plan_id=name, start_man_id="wait", maneuvers=(step,))
 
 
-@pytest.fixture(scope="module")
-def process(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    with running(tmp_path_factory.mktemp("vehicle")) as found:
+@pytest.fixture(scope="module", params=NETWORKS)
+def process(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    with running(tmp_path_factory.mktemp("vehicle"), network=request.param) as found:
         yield found
 
 
 @pytest.fixture
 def vehicle(process: Running) -> Iterator[RemoteVehicle]:
-    with shoal.connect(NAME, endpoints=[process.endpoint]) as found:
+    with shoal.connect(NAME) as found:
         ready(found)
         yield found
 
 
 def ready(vehicle: RemoteVehicle) -> None:
+    """Wait until it boots, and stop what a failed test has left."""
     for state in vehicle.messages(imc.VehicleState):
         if state.op_mode == SERVICE:
             return
+        if state.op_mode == imc.VehicleState.OpMode.MANEUVER:
+            vehicle.plan.stop()
 
 
 def test_what_it_says(vehicle: RemoteVehicle) -> None:
@@ -72,12 +77,12 @@ def test_a_plan_from_the_file_to_its_end(vehicle: RemoteVehicle) -> None:
 
 def test_a_plan_that_somebody_stops_ends_with_the_reason(vehicle: RemoteVehicle, process: Running) -> None:
     async def act() -> object:
-        async with shoal.connect(NAME, endpoints=[process.endpoint]) as there:
+        async with shoal.connect(NAME) as there:
             flight = asyncio.create_task(there.plan.start(idle("stopped", 600)))
             async for state in there.messages(imc.PlanControlState, where="state == EXECUTING"):
                 assert state.plan_id == "stopped"
                 break
-            async with shoal.connect(NAME, endpoints=[process.endpoint]) as other:
+            async with shoal.connect(NAME) as other:
                 await other.plan.stop()
             return await flight
 
@@ -116,7 +121,7 @@ def test_parameters(vehicle: RemoteVehicle) -> None:
 def test_requests_of_any_kind(vehicle: RemoteVehicle) -> None:
     query = imc.EntityList(op=imc.EntityList.Op.QUERY)
     assert "Daemon=0" in vehicle.request(query, imc.EntityList).list
-    with pytest.raises(NoAnswer, match="does not answer Sms within 0.5 s"):
+    with pytest.raises(NoAnswer, match="does not answer Sms"):
         vehicle.request(imc.Sms(number="1"), imc.SmsStatus, timeout=0.5)
     with pytest.raises(ValueError, match="has no field 'deth'"):
         next(vehicle.messages(imc.EstimatedState, where="deth > 2"))
@@ -125,7 +130,6 @@ def test_requests_of_any_kind(vehicle: RemoteVehicle) -> None:
 def test_an_abort_is_confirmed(vehicle: RemoteVehicle) -> None:
     vehicle.plan.start(idle("aborted", 600), wait=False)
     vehicle.abort()
-    assert vehicle.latest(imc.Aborted).src == vehicle.id
     for state in vehicle.messages(imc.PlanControlState, where="plan_id == 'aborted' and state != EXECUTING"):
         assert state.last_outcome == imc.PlanControlState.LastOutcome.FAILURE
         break
@@ -141,7 +145,7 @@ def test_an_abort_is_confirmed(vehicle: RemoteVehicle) -> None:
 )
 def test_who_is_not_there(process: Running, name: str, reason: str) -> None:
     began = time.monotonic()
-    with pytest.raises(shoal.NetworkError, match=reason), shoal.connect(name, endpoints=[process.endpoint]):
+    with pytest.raises(shoal.NetworkError, match=reason), shoal.connect(name):
         pass
     assert time.monotonic() - began < 5.0
 
@@ -155,7 +159,7 @@ def test_a_vehicle_that_dies_in_the_middle(process: Running) -> None:
             break
 
     async def both() -> None:
-        async with shoal.connect(NAME, endpoints=[process.endpoint]) as there:
+        async with shoal.connect(NAME) as there:
             async for _ in there.messages(imc.VehicleState, where="op_mode == SERVICE"):
                 break
             flight = asyncio.create_task(there.plan.start(idle("last", 600)))
@@ -165,4 +169,4 @@ def test_a_vehicle_that_dies_in_the_middle(process: Running) -> None:
 
     asyncio.run(both())
     with pytest.raises(shoal.NetworkError, match="no vehicle is on the network"):
-        shoal.connect(NAME, endpoints=[process.endpoint]).__enter__()
+        shoal.connect(NAME).__enter__()
