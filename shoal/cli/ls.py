@@ -138,10 +138,7 @@ def state_text(system: System) -> str:
 
 def troubles(system: System) -> list[str]:
     """What an operator must know: two vehicles of one name."""
-    if not system.others:
-        return []
-    ids = ", ".join(f"0x{number:04X}" for number in sorted([system.id or 0, *system.others]))
-    return [f"several vehicles have this name, with the ids {ids}; end all but one"]
+    return [f"{system.clash}; end all but one"] if system.clash else []
 
 
 def _table(systems: list[System]) -> Table:
@@ -156,7 +153,7 @@ def _table(systems: list[System]) -> Table:
         progress = f" {plan.plan_progress:.0f} %" if values["progress"] is not None and plan is not None else ""
         fuel = system.last_of(imc.FuelLevel)
         table.add_row(
-            printable(system.name) + ("!" if system.others else ""),
+            printable(system.name) + ("!" if system.clash else ""),
             "" if system.id is None else f"0x{system.id:04X}",
             state_text(system) + progress,
             "" if state is None else _degrees(*position(state)),

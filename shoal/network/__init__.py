@@ -2,11 +2,13 @@
 
 from shoal.network.blocking import Connection, RemoteParameters, RemotePlans, RemoteVehicle
 from shoal.network.connecting import connect, make_network
+from shoal.network.doctor import Contact, Diagnosis, Finding, diagnose
 from shoal.network.link import Arrival, Console, Ear, Link, NetworkError
 from shoal.network.network import Listener, Network, NoAnswer, VehicleLost
 from shoal.network.parameters import Parameters
 from shoal.network.plans import Outcome, Plans, Refused, StoredPlan
 from shoal.network.systems import System
+from shoal.network.udp_link import UDPLink
 from shoal.network.vehicle import AsyncRemoteVehicle
 from shoal.network.where import field_of, parse_where
 from shoal.network.zenoh_link import ZenohLink
@@ -16,7 +18,10 @@ __all__ = [
     "AsyncRemoteVehicle",
     "Connection",
     "Console",
+    "Contact",
+    "Diagnosis",
     "Ear",
+    "Finding",
     "Link",
     "Listener",
     "Network",
@@ -31,9 +36,11 @@ __all__ = [
     "RemoteVehicle",
     "StoredPlan",
     "System",
+    "UDPLink",
     "VehicleLost",
     "ZenohLink",
     "connect",
+    "diagnose",
     "field_of",
     "make_network",
     "parse_where",

@@ -236,7 +236,7 @@ class Network:
         while (left := deadline - time.monotonic()) > 0.0:
             system = self.systems.get(name)
             if system is not None and system.id is not None and system.is_there:
-                if system.others:
+                if system.clash:
                     break
                 self.send(system, imc.EntityList(op=imc.EntityList.Op.QUERY))  # for the labels of entities
                 return system
@@ -285,8 +285,9 @@ class Network:
         answer: Callable[[imc.Message], A | None],
         *,
         timeout: float = PATIENCE,
+        repeat: float = REPEAT,
     ) -> A:
-        """Send a request until `answer` finds what it needs in a message of these types.
+        """Send a request, and again every `repeat` s, until `answer` finds what it needs in a message of these types.
 
         Copies are equal to the last byte, so that a vehicle can know them. Raises NoAnswer, VehicleLost, and what
         `answer` raises.
@@ -297,8 +298,8 @@ class Network:
         try:
             while (left := deadline - time.monotonic()) > 0.0:
                 self._send(system, request, packet)
-                repeat = time.monotonic() + min(REPEAT, left)
-                while (wait := repeat - time.monotonic()) > 0.0:
+                again = time.monotonic() + min(repeat, left)
+                while (wait := again - time.monotonic()) > 0.0:
                     try:
                         _, message = await listener.next(wait)
                     except TimeoutError:
@@ -324,10 +325,8 @@ class Network:
 
     def _why_not(self, name: str) -> str:
         system = self.systems.get(name)
-        if system is not None and system.others:
-            ids = sorted([system.id or 0, *system.others])
-            where = f" ({'; '.join(system.places)})" if system.places else ""
-            return f"{len(ids)} vehicles are called {name}: ids {', '.join(f'0x{n:04X}' for n in ids)}{where}; end one"
+        if system is not None and system.clash:
+            return f"{name}: {system.clash}; end one of them"
         if system is not None and system.is_there:
             return f"{name} is there, but says nothing"
         there = [system.name for system in self.vehicles()]

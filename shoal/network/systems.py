@@ -55,6 +55,18 @@ class System:
         return self.id is None or self.id not in OPERATORS
 
     @property
+    def clash(self) -> str:
+        """That several vehicles use this name; empty if it is one. One vehicle may have several processes on zenoh."""
+        if self.others:
+            ids = ", ".join(f"0x{number:04X}" for number in sorted([self.id or 0, *self.others]))
+            words = f"several vehicles have this name, with the ids {ids}"
+        elif sum(link == "udp" for link, _ in self.parts) > 1:  # integers
+            words = "several vehicles have this name and id"
+        else:
+            return ""
+        return f"{words} ({'; '.join(self.places)})" if self.places else words
+
+    @property
     def places(self) -> list[str]:
         return sorted({place for place in self.parts.values() if place})
 
