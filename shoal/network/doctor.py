@@ -11,7 +11,8 @@ from shoal.network.network import Network, NoAnswer, VehicleLost
 from shoal.network.systems import System
 
 PROBES = 5
-PATIENCE = 0.6  # s for the answer to a probe
+ENOUGH = 2  # probes without any answer
+PATIENCE = 0.5  # s for the answer to a probe
 APART = 2.0  # s between two clocks
 LOSSY = 0.02  # part of the packets
 CARRIERS = ("in contact", "dropped", "within range", "packets taken")
@@ -71,8 +72,8 @@ class Diagnosis:
     findings: list[Finding] = field(default_factory=list[Finding])
 
 
-async def diagnose(network: Network, name: str = "", seconds: float = 2.5) -> Diagnosis:
-    """Listen for some seconds, ask each vehicle (or the one that is named), and judge."""
+async def diagnose(network: Network, name: str = "", seconds: float = 2.5, patience: float = PATIENCE) -> Diagnosis:
+    """Listen for some seconds, ask each vehicle (or the one that is named), and judge; an answer may take `patience` s."""
     network.want(None, (imc.Heartbeat, imc.EntityState))
     if name:
         network.want(None, (imc.EstimatedState, imc.VehicleState))
@@ -84,7 +85,7 @@ async def diagnose(network: Network, name: str = "", seconds: float = 2.5) -> Di
     chosen = [s for s in network.systems.values() if name in ("", s.name) and (s.last or s.parts or name)]
     contacts = [_contact(system, before.get(system.name, Counter()), past) for system in chosen]
     vehicles = [(s, c) for s, c in zip(chosen, contacts, strict=True) if s.is_vehicle and s.id is not None]
-    await asyncio.gather(*(_probe(network, system, contact) for system, contact in vehicles))
+    await asyncio.gather(*(_probe(network, system, contact, patience) for system, contact in vehicles))
     found.contacts = contacts
     for system, contact in zip(chosen, contacts, strict=True):
         found.findings += _judge(network, system, contact)
@@ -97,7 +98,7 @@ def _contact(system: System, before: Counter[str], past: float) -> Contact:
     return Contact(system.name, system.id, rates, system.age, clock=system.clock, is_vehicle=system.is_vehicle)
 
 
-async def _probe(network: Network, system: System, contact: Contact) -> None:
+async def _probe(network: Network, system: System, contact: Contact, patience: float) -> None:
     """Questions that every vehicle answers, one after the other, each sent once."""
     times: list[float] = []
     for _ in range(PROBES):
@@ -110,8 +111,10 @@ async def _probe(network: Network, system: System, contact: Contact) -> None:
 
         query = imc.EntityList(op=imc.EntityList.Op.QUERY)
         try:
-            await network.ask(system, query, (imc.EntityList,), answer, timeout=PATIENCE, repeat=PATIENCE)
+            await network.ask(system, query, (imc.EntityList,), answer, timeout=patience, repeat=patience)
         except NoAnswer:
+            if contact.asked == ENOUGH and not contact.answered:
+                break
             continue
         except VehicleLost:
             break

@@ -244,6 +244,8 @@ class UDPLink:
         for packet, sender in self._read(self._data):
             source = int.from_bytes(packet[14:16], "little" if packet[:1] == b"\x54" else "big")
             peer = self._peers.get(source)
+            if peer is None:  # damaged in the header, or another protocol
+                peer = next((one for one in self._peers.values() if one.endpoint == sender), None)
             if peer is None and self._is_asked(sender):
                 now = time.monotonic()
                 name = f"0x{source:04X}"
