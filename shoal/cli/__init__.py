@@ -23,7 +23,7 @@ COMMANDS = {
     "param": ("shoal.cli.param", "Show, set and save the parameters of a running vehicle."),
     "link": ("shoal.cli.link", "Find out why a vehicle is not heard, or does not hear us."),
     "abort": ("shoal.cli.abort", "Stop everything that a running vehicle does."),
-    "log": ("shoal.cli.log", "Show, cut, merge, compare, repair and export logs."),
+    "log": ("shoal.cli.log", "Show, fetch, cut, merge, compare, repair and export logs."),
     "check": ("shoal.cli.check", "Check profiles for mistakes."),
     "explain": ("shoal.cli.explain", "Show the values of a profile and where they are set."),
     "tasks": ("shoal.cli.tasks", "List tasks, or the parameters of one."),

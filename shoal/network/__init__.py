@@ -1,9 +1,10 @@
 """Running vehicles: who is there, what they say, their plans and parameters."""
 
-from shoal.network.blocking import Connection, RemoteParameters, RemotePlans, RemoteVehicle
+from shoal.network.blocking import Connection, RemoteLogs, RemoteParameters, RemotePlans, RemoteVehicle
 from shoal.network.connecting import connect, make_network
 from shoal.network.doctor import Contact, Diagnosis, Finding, diagnose
 from shoal.network.link import Arrival, Console, Ear, Link, NetworkError
+from shoal.network.logs import Logs, RemoteLog
 from shoal.network.network import Listener, Network, NoAnswer, VehicleLost
 from shoal.network.parameters import Parameters
 from shoal.network.plans import Outcome, Plans, Refused, StoredPlan
@@ -24,6 +25,7 @@ __all__ = [
     "Finding",
     "Link",
     "Listener",
+    "Logs",
     "Network",
     "NetworkError",
     "NoAnswer",
@@ -31,6 +33,8 @@ __all__ = [
     "Parameters",
     "Plans",
     "Refused",
+    "RemoteLog",
+    "RemoteLogs",
     "RemoteParameters",
     "RemotePlans",
     "RemoteVehicle",

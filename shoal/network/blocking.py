@@ -3,10 +3,12 @@
 import asyncio
 import threading
 from collections.abc import AsyncGenerator, Callable, Coroutine, Generator, Mapping
+from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeVar, overload
 
 import imc
+from shoal.network.logs import RemoteLog
 from shoal.network.network import PATIENCE, Network
 from shoal.network.plans import Outcome, StoredPlan
 from shoal.network.vehicle import AsyncRemoteVehicle
@@ -111,6 +113,22 @@ class RemoteParameters:
         self._call(self._parameters.save(entity))
 
 
+class RemoteLogs:
+    """The logs of a vehicle."""
+
+    def __init__(self, portal: Portal, vehicle: AsyncRemoteVehicle) -> None:
+        self._call = portal.call
+        self._logs = vehicle.log
+
+    def list(self) -> list[RemoteLog]:
+        """All logs, the oldest first."""
+        return self._call(self._logs.list())
+
+    def fetch(self, log: RemoteLog, folder: Path) -> Path:
+        """Copy a log into a folder; returns where it is."""
+        return self._call(self._logs.fetch(log, folder))
+
+
 class RemoteVehicle:
     """A vehicle on the network, for programs without asyncio; `shoal.connect` makes it."""
 
@@ -119,6 +137,7 @@ class RemoteVehicle:
         self._vehicle = vehicle
         self.plan = RemotePlans(portal, vehicle)
         self.param = RemoteParameters(portal, vehicle)
+        self.log = RemoteLogs(portal, vehicle)
 
     @property
     def name(self) -> str:

@@ -73,7 +73,7 @@ class Diagnosis:
 
 
 async def diagnose(network: Network, name: str = "", seconds: float = 2.5, patience: float = PATIENCE) -> Diagnosis:
-    """Listen for some seconds, ask each vehicle (or the one that is named), and judge; an answer may take `patience` s."""
+    """Listen for some seconds, ask each vehicle or the one that is named, and judge; answers may take `patience` s."""
     network.want(None, (imc.Heartbeat, imc.EntityState))
     if name:
         network.want(None, (imc.EstimatedState, imc.VehicleState))

@@ -5,6 +5,7 @@ from typing import TypeVar, overload
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
+from shoal.network.logs import Logs
 from shoal.network.network import PATIENCE, Network
 from shoal.network.parameters import Parameters
 from shoal.network.plans import Plans
@@ -17,7 +18,7 @@ M = TypeVar("M", bound=imc.Message)
 class AsyncRemoteVehicle:
     """A vehicle on the network, for programs with asyncio; `shoal.connect` makes it.
 
-    plan: its plans. param: its parameters. network: all else that is heard.
+    plan: its plans. param: its parameters. log: its logs. network: all else that is heard.
     """
 
     def __init__(self, network: Network, system: System) -> None:
@@ -25,6 +26,7 @@ class AsyncRemoteVehicle:
         self.system = system
         self.plan = Plans(network, system)
         self.param = Parameters(network, system)
+        self.log = Logs(network, system)
 
     @property
     def name(self) -> str:
