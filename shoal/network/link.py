@@ -26,12 +26,16 @@ class Console(NamedTuple):
 
 
 class Arrival(NamedTuple):
-    """A packet, and what the link knows about its source: names may be empty, `place` is for people."""
+    """A packet, and what the link knows about its source: names may be empty, `place` is for people.
+
+    `is_old`: not new, but the last one of its kind, which was kept for us.
+    """
 
     packet: bytes
     system: str = ""
     entity: str = ""
     place: str = ""
+    is_old: bool = False
 
 
 class Ear(Protocol):

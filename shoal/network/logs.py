@@ -3,6 +3,7 @@
 import asyncio
 import ftplib
 import re
+import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from pathlib import Path
 import imc
 from imc.discovery import PERIOD, Endpoint, Services
 from shoal.network.link import NetworkError
-from shoal.network.network import Network
+from shoal.network.network import Network, NoAnswer
 from shoal.network.systems import System
 
 PATIENCE = 10.0  # s of silence of the server
@@ -59,13 +60,17 @@ class Logs:
     async def _place(self) -> Endpoint:
         """Where the vehicle serves its logs: it says so in its Announce, every 10 s."""
         self._network.want(self._system, (imc.Announce,))
-        announce = self._system.last_of(imc.Announce)
-        if announce is None or not Services.parse(announce.services).endpoints("ftp"):
-            announce = await self._network.next(self._system, imc.Announce, 1.5 * PERIOD)
-        found = Services.parse(announce.services).endpoints("ftp")
-        if not found:
-            raise NetworkError(f"{self._system.name} serves no logs: it announces no ftp service")
-        return found[0]
+        deadline = time.monotonic() + 1.2 * PERIOD
+        while (left := deadline - time.monotonic()) > 0.0:
+            # Of several entities: the log begins with an Announce of the vehicle, too.
+            texts = [announce.services for announce in self._system.all_of(imc.Announce)]
+            for place in (place for text in texts for place in Services.parse(text).endpoints("ftp")):
+                return place
+            try:
+                await self._network.next(self._system, imc.Announce, left, takes_old=True)
+            except NoAnswer:
+                break
+        raise NetworkError(f"{self._system.name} serves no logs: it announces no ftp service")
 
 
 @contextmanager

@@ -36,11 +36,12 @@ class NoAnswer(NetworkError):
 class Listener:
     """Messages from a system, or to it, of some types, in the order of arrival; of all systems and types without.
 
-    `lost` is how many were too many for the reader.
+    `lost` is how many were too many for the reader. `takes_old`: also the last ones before, if they were kept.
     """
 
-    def __init__(self, system: System | None, kinds: Collection[type[imc.Message]]) -> None:
+    def __init__(self, system: System | None, kinds: Collection[type[imc.Message]], *, takes_old: bool = False) -> None:
         self.lost = 0
+        self.takes_old = takes_old
         self._system = system
         self._kinds = tuple(kinds)
         self._waiting: deque[tuple[System, imc.Message]] = deque()
@@ -103,6 +104,12 @@ class Network:
         system = self._system_of(arrival, message)
         if system is None:
             self.dropped(link, arrival.place or arrival.system or f"0x{message.src:04X}", "not announced")
+            return
+        if arrival.is_old:
+            system.keep(message)
+            for listener in tuple(self._listeners):
+                if listener.takes_old:
+                    listener.offer(system, message)
             return
         system.heard[link.name] += 1
         if isinstance(message, imc.Unknown):
@@ -176,11 +183,13 @@ class Network:
 
     # Questions
 
-    def listen(self, system: System | None = None, kinds: Collection[type[imc.Message]] = ()) -> Listener:
+    def listen(
+        self, system: System | None = None, kinds: Collection[type[imc.Message]] = (), *, takes_old: bool = False
+    ) -> Listener:
         """What a system says and what is said to it, or all systems say. To be ended with `end`."""
-        self.want(system, kinds)
-        listener = Listener(system, kinds)
+        listener = Listener(system, kinds, takes_old=takes_old)
         self._listeners.append(listener)
+        self.want(system, kinds)
         return listener
 
     def want(self, system: System | None, kinds: Collection[type[imc.Message]] = ()) -> None:
@@ -208,9 +217,11 @@ class Network:
         finally:
             self.end(listener)
 
-    async def next(self, system: System, kind: type[M], timeout: float = PATIENCE, entity: str = "") -> M:
+    async def next(
+        self, system: System, kind: type[M], timeout: float = PATIENCE, entity: str = "", *, takes_old: bool = False
+    ) -> M:
         """The next message of a type, of one entity (label) if it is named. Raises NoAnswer, VehicleLost."""
-        listener = self.listen(system, (kind,))
+        listener = self.listen(system, (kind,), takes_old=takes_old)
         deadline = time.monotonic() + timeout
         try:
             while (left := deadline - time.monotonic()) > 0.0:

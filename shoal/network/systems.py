@@ -15,6 +15,7 @@ MOST_SYSTEMS = 256
 MOST_KEPT = 2048  # messages of one system
 MOST_LABELS = 255
 SILENCE = 5.0  # s; a system sends Heartbeat at 1 Hz
+STEP = 60.0  # s; a time stamp that is older than this before the last one means that the clock was set
 FRESH = 3.0  # s; a packet that also comes over another network counts only if the first was silent for so long
 
 
@@ -78,6 +79,9 @@ class System:
 
     def keep(self, message: imc.Message) -> None:
         place = type(message).__name__, message.src_ent
+        known = self.latest.get(place)
+        if known is not None and known.timestamp > message.timestamp > known.timestamp - STEP:
+            return
         if place in self.latest or len(self.latest) < MOST_KEPT:
             self.latest[place] = message
 

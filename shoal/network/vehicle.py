@@ -44,7 +44,9 @@ class AsyncRemoteVehicle:
         """
         self.network.want(self.system, (kind,))
         found = self.system.last_of(kind, entity)
-        return found if found is not None else await self.network.next(self.system, kind, timeout, entity)
+        if found is not None:
+            return found
+        return await self.network.next(self.system, kind, timeout, entity, takes_old=True)
 
     @overload
     def messages(self, kind: type[M], /, *, where: str = "") -> AsyncGenerator[M]: ...

@@ -31,6 +31,7 @@ class _Sample(NamedTuple):
     key: str
     packet: bytes
     source: "zenoh.SourceInfo | None"
+    is_old: bool = False
 
 
 class ZenohLink:
@@ -49,6 +50,7 @@ class ZenohLink:
             mode="client", local_port=0, listen=(), connect=self._connect, scouting="none", config_file=config_file
         )
         self._wanted: dict[str, Callable[[], object] | None] = {}  # key expression: its end
+        self._asked: dict[str, None] = {}
         self._waiting: deque[_Sample] = deque()
         self._tokens: deque[tuple[str, bool]] = deque()
         self._numbers: dict[tuple[object, int], int] = {}
@@ -79,12 +81,17 @@ class ZenohLink:
     def want(self, system: str, messages: Collection[str]) -> None:
         system = EVERYBODY if system == EVERYBODY else chunk(system)
         wanted = [f"imc/{system}/{way}{chunk(message)}/*" for message in messages for way in ("", "@cmd/")]
+        if "Announce" in messages:
+            wanted.append(f"imc/*/@cmd/Announce/{system}")  # addressed to system 0, as in DUNE
         if not messages:
             wanted = [f"imc/{system}/**", f"imc/{system}/@cmd/**"]
         for expression in wanted:
             if not any(_covers(other, expression) for other in self._wanted):
                 self._wanted[expression] = None
                 self._subscribe(expression)
+        for message in messages:
+            self._asked[f"imc/{system}/@q/{chunk(message)}/*"] = None
+        self._ask()
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
         if self._session is None:
@@ -135,6 +142,7 @@ class ZenohLink:
             self._liveliness = listen("imc/*/@run/**", callback, history=True)
             for expression in self._wanted:
                 self._subscribe(expression)
+            self._ask()
             opened.set()
 
     def _subscribe(self, expression: str) -> None:
@@ -146,6 +154,27 @@ class ZenohLink:
         callback: Any = zenoh.handlers.Callback(self._put_aside, indirect=False)
         declare: Any = self._session.declare_subscriber
         self._wanted[expression] = declare(expression, callback).undeclare
+
+    def _ask(self) -> None:
+        """Ask for the last messages that vehicles have kept, of what is wanted from now on."""
+        while self._session is not None and self._asked:
+            expression = next(iter(self._asked))
+            del self._asked[expression]
+            import zenoh
+
+            callback: Any = zenoh.handlers.Callback(self._put_answer_aside, indirect=False)
+            get: Any = self._session.get
+            get(expression, callback, timeout=FIRST_TRY)
+
+    def _put_answer_aside(self, reply: "zenoh.Reply") -> None:
+        sample = reply.ok
+        if sample is not None and len(self._waiting) < MOST_WAITING:
+            # imc/<system>/@q/<Message>/<entity>
+            chunks = str(sample.key_expr).split("/")
+            if len(chunks) == 5:
+                place = f"imc/{chunks[1]}/{chunks[3]}/{chunks[4]}"
+                self._waiting.append(_Sample(place, sample.payload.to_bytes(), None, True))
+                self._wake()
 
     def _leave(self, session: "zenoh.Session") -> None:
         """Subscribers first: a session that closes before them may wait for them."""
@@ -210,7 +239,7 @@ class ZenohLink:
             system, entity = unquote(chunks[1]), unquote(chunks[3])
         if system == self._console.name or not self._is_new(sample, system):
             return
-        self._ear.arrived(self, Arrival(sample.packet, system, entity))
+        self._ear.arrived(self, Arrival(sample.packet, system, entity, "", sample.is_old))
 
     def _is_new(self, sample: _Sample, system: str) -> bool:
         """Whether a packet did not come before by another way; counts those that are missing before it."""
