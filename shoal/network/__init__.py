@@ -4,8 +4,9 @@ from shoal.network.blocking import Connection, RemoteLogs, RemoteParameters, Rem
 from shoal.network.connecting import connect, make_network
 from shoal.network.doctor import Contact, Diagnosis, Finding, diagnose
 from shoal.network.link import Arrival, Console, Ear, Link, NetworkError
+from shoal.network.listener import Listener
 from shoal.network.logs import Logs, RemoteLog
-from shoal.network.network import Listener, Network, NoAnswer, VehicleLost
+from shoal.network.network import Network, NoAnswer, VehicleLost
 from shoal.network.parameters import Parameters
 from shoal.network.plans import Outcome, Plans, Refused, StoredPlan
 from shoal.network.systems import System

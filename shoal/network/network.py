@@ -3,7 +3,6 @@
 import asyncio
 import random
 import time
-from collections import deque
 from collections.abc import AsyncGenerator, Callable, Collection, Sequence
 from contextlib import suppress
 from typing import Self, TypeVar
@@ -12,15 +11,16 @@ import imc
 from imc.addresses import OPERATORS
 from runtime.problem import printable, suggestion
 from shoal.network.link import EVERYBODY, EVERYTHING, Arrival, Console, Link, NetworkError
+from shoal.network.listener import Listener, kind_of_damage
 from shoal.network.systems import MOST_LABELS, MOST_SYSTEMS, System
 
 M = TypeVar("M", bound=imc.Message)
 A = TypeVar("A")
-MOST_WAITING = 8192  # messages in front of a slow reader
 REPEAT = 0.4  # s between copies of a request that is not answered
 GRACE = 1.0  # s in which a system that vanished may come back by another way
 PATIENCE = 3.0  # s for an answer
 MEETING = 1.5  # s for a system to show up
+LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
 BASIC = ("Heartbeat",)
 """What is asked of a system that we talk to, so that its silence is noticed."""
 
@@ -31,41 +31,6 @@ class VehicleLost(NetworkError):
 
 class NoAnswer(NetworkError):
     """The vehicle is there, but does not answer."""
-
-
-class Listener:
-    """Messages from a system, or to it, of some types, in the order of arrival; of all systems and types without.
-
-    `lost` is how many were too many for the reader. `takes_old`: also the last ones before, if they were kept.
-    """
-
-    def __init__(self, system: System | None, kinds: Collection[type[imc.Message]], *, takes_old: bool = False) -> None:
-        self.lost = 0
-        self.takes_old = takes_old
-        self._system = system
-        self._kinds = tuple(kinds)
-        self._waiting: deque[tuple[System, imc.Message]] = deque()
-        self._news = asyncio.Event()
-
-    def offer(self, system: System, message: imc.Message) -> None:
-        mine = self._system
-        if (mine is not None and mine is not system and message.dst != mine.id) or (
-            self._kinds and not isinstance(message, self._kinds)
-        ):
-            return
-        if len(self._waiting) >= MOST_WAITING:
-            self._waiting.popleft()
-            self.lost += 1
-        self._waiting.append((system, message))
-        self._news.set()
-
-    async def next(self, timeout: float | None = None) -> tuple[System, imc.Message]:
-        """The next message and who sent it. Raises TimeoutError."""
-        while not self._waiting:
-            self._news.clear()
-            async with asyncio.timeout(timeout):  # wait_for of Python 3.11 loses a cancellation now and then
-                await self._news.wait()
-        return self._waiting.popleft()
 
 
 class Network:
@@ -97,7 +62,7 @@ class Network:
         try:
             message = imc.decode(arrival.packet)
         except imc.DecodeError as error:
-            self.dropped(link, arrival.system or arrival.place, _kind_of_damage(str(error)))
+            self.dropped(link, arrival.system or arrival.place, kind_of_damage(str(error)))
             return
         if message.src == self.console.id:
             return
@@ -127,6 +92,8 @@ class Network:
             system.learn_labels(message)
         elif isinstance(message, imc.EntityInfo) and message.label:
             system.labels[message.src_ent] = message.label
+        if (message.dst, message.dst_ent) == (self.console.id, LABELS):
+            return
         system.keep(message)
         for listener in tuple(self._listeners):
             listener.offer(system, message)
@@ -249,7 +216,8 @@ class Network:
             if system is not None and system.id is not None and system.is_there:
                 if system.clash:
                     break
-                self.send(system, imc.EntityList(op=imc.EntityList.Op.QUERY))  # for the labels of entities
+                query = self.address(system, imc.EntityList(op=imc.EntityList.Op.QUERY)).replace(src_ent=LABELS)
+                self._send(system, query, imc.encode(query))
                 return system
             await self.news(min(left, 0.1))
         raise NetworkError(self._why_not(name))
@@ -344,12 +312,3 @@ class Network:
         if there:
             return f"no vehicle {printable(name)!r} on the network; {suggestion(name, there)}"
         return self.nobody()
-
-
-def _kind_of_damage(reason: str) -> str:
-    """The kind of an error in a packet, without its numbers: there must not be a count for each."""
-    if "CRC" in reason:
-        return "wrong CRC"
-    if "too short" in reason or "inside a message" in reason:
-        return f"schema mismatch: {reason.partition(':')[0]}"
-    return reason.partition(":")[0].partition(" 0x")[0]

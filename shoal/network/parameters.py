@@ -6,7 +6,8 @@ from contextlib import suppress
 
 import imc
 from runtime.problem import suggestion
-from shoal.network.network import Listener, Network, NoAnswer
+from shoal.network.listener import Listener
+from shoal.network.network import Network, NoAnswer
 from shoal.network.plans import Refused
 from shoal.network.systems import System
 

@@ -9,11 +9,11 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from runtime.vehicle import find_task
 from tests.runtime.zenoh.processes import local_port
 
 REPOSITORY = Path(__file__).parents[3]
 PATIENCE = 30.0
+IMC = ("UDP", "Announce", "Discovery")
 
 
 class Running:
@@ -38,9 +38,7 @@ class Running:
         if network == "zenoh":
             words = ["--bus", "zenoh", "--set", f"Zenoh:Local Port={self.port}"]
             words += ["--set", f"Zenoh:Scouting Address=224.0.0.224:{self.port + 1}"]
-            if find_task("Transports.UDP") is not None:
-                words += ["--set", "Transports.UDP:Enabled=Never", "--set", "Transports.Announce:Enabled=Never"]
-                words += ["--set", "Transports.Discovery:Enabled=Never"]
+            words += [word for name in IMC for word in ("--set", f"Transports.{name}:Enabled=Never")]
         else:
             listed = ",".join(map(str, ports))
             words = [f"Transports.{name}:Ports={listed}" for name in ("Announce", "Discovery")]
@@ -50,7 +48,7 @@ class Running:
         quiet = [word for section in off for word in ("--set", f"{section}:Enabled=Never")]
         quiet += ["--clock", "4x"]  # it boots sooner
         command = [sys.executable, "-m", "shoal.cli", "run", profile, "-p", "Simulation", *words, *quiet, *options]
-        environment = {**os.environ, "PYTHONPATH": os.environ.get("VEHICLE_TREE", str(REPOSITORY))}
+        environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
         with self.log.open("w") as output:
             self.popen = subprocess.Popen(
                 command, cwd=folder, stdout=output, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, env=environment

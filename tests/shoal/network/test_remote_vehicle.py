@@ -1,20 +1,20 @@
 """A hand on a running vehicle, as a library: a real vehicle in a process of its own."""
 
 import asyncio
-import os
 import time
+from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 
 import imc
 import shoal
-from runtime.vehicle import find_task
-from shoal.network import AsyncRemoteVehicle, NoAnswer, Refused, RemoteVehicle, VehicleLost
+from shoal.network import AsyncRemoteVehicle, Link, NoAnswer, Refused, RemoteVehicle, VehicleLost, make_network
 from tests.shoal.network.running import Running, running
 
 NAME = "lauv-noptilus-1"
-NETWORKS = ["zenoh", *(["udp"] if find_task("Transports.UDP") or "VEHICLE_TREE" in os.environ else [])]
+NETWORKS = ["udp", pytest.param("zenoh", marks=pytest.mark.heavy)]  # tests of the command line use zenoh
 SERVICE = imc.VehicleState.OpMode.SERVICE
 
 
@@ -133,6 +133,46 @@ def test_an_abort_is_confirmed(vehicle: RemoteVehicle) -> None:
     for state in vehicle.messages(imc.PlanControlState, where="plan_id == 'aborted' and state != EXECUTING"):
         assert state.last_outcome == imc.PlanControlState.LastOutcome.FAILURE
         break
+
+
+def spoil(link: Link) -> None:
+    """Let a link lose the first copy of every packet, and send the second one three times, the last a second later."""
+    sent: Counter[bytes] = Counter()
+    carry = link.send
+
+    def send(system: str, message: imc.Message, packet: bytes) -> None:
+        sent[packet] += 1
+        if sent[packet] == 2:
+            for delay in (0.0, 0.05, 1.0):
+                asyncio.get_running_loop().call_later(delay, carry, system, message, packet)
+
+    link.send = send
+
+
+def test_commands_over_a_network_that_loses_and_repeats_packets(process: Running) -> None:
+    async def act() -> None:
+        network = make_network()
+        for link in network.links:
+            spoil(link)
+        async with network:
+            vehicle = AsyncRemoteVehicle(network, await network.find(NAME, 5.0))
+            async for _ in vehicle.messages(imc.VehicleState, where="op_mode == SERVICE"):
+                break
+            book = network.listen(vehicle.system, (imc.LogBookEntry,))
+            outcome = await vehicle.plan.start(idle("once", 2))
+            assert outcome is not None
+            assert outcome.completed, outcome.reason
+            await asyncio.sleep(1.2)  # the last copy comes after the plan has ended
+            assert (await vehicle.plan.status()).state == imc.PlanControlState.State.READY
+            await vehicle.plan.delete("once")  # a second deletion would fail
+            texts: list[str] = []
+            with suppress(TimeoutError):
+                while True:
+                    _, entry = await book.next(0.1)
+                    texts.append(getattr(entry, "text", ""))
+            assert texts.count("wait: executing maneuver") == 1
+
+    asyncio.run(act())
 
 
 @pytest.mark.parametrize(
