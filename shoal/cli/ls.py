@@ -71,7 +71,8 @@ async def _gather(network: Network, duration: float | None) -> None:
 async def _draw(network: Network, duration: float | None) -> None:
     """A table that follows."""
     began = time.monotonic()
-    with Live(_table([]), refresh_per_second=10, screen=False) as live:
+    console = Console(highlight=False, markup=False, emoji=False)
+    with Live(_table([]), console=console, refresh_per_second=10) as live:
         while duration is None or time.monotonic() - began < duration:
             live.update(_table(network.vehicles()))
             await network.news(REFRESH)

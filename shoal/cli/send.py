@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 import imc
-from runtime.problem import suggestion
+from runtime.problem import printable, suggestion
 from shoal.cli.hand import (
     clock_text,
     complete_message,
@@ -65,7 +65,7 @@ def send(
             if as_json:
                 print_line(json.loads(reply.to_json()))
             else:
-                entity = there.system.label(reply.src_ent)
+                entity = printable(there.system.label(reply.src_ent))
                 click.echo(f"{clock_text(reply.timestamp)} {type(reply).__name__} {entity}: {fields_text(reply)}")
         return replies
 

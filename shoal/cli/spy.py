@@ -12,6 +12,7 @@ from rich.live import Live
 from rich.table import Table
 
 import imc
+from runtime.problem import printable
 from shoal.cli.hand import (
     clock_text,
     complete_message,
@@ -100,7 +101,7 @@ def _check_fields(names: tuple[str, ...], kinds: list[type[imc.Message]]) -> Non
 
 
 def _show(vehicle: AsyncRemoteVehicle, message: imc.Message, names: tuple[str, ...], as_json: bool) -> None:
-    entity = vehicle.system.label(message.src_ent)
+    entity = printable(vehicle.system.label(message.src_ent))
     if not as_json:
         name = type(message).__name__
         click.echo(f"{clock_text(message.timestamp)} {name} {entity}: {fields_text(message, names)}")
@@ -136,7 +137,8 @@ async def _measure(
     """Rates of all types at once: at the end, and meanwhile on a terminal."""
     counts: Counter[tuple[str, str]] = Counter()
     sizes: Counter[tuple[str, str]] = Counter()
-    live = Live(Table(), refresh_per_second=4) if Console().is_terminal and not as_json else None
+    console = Console(highlight=False, markup=False, emoji=False, width=None if Console().is_terminal else 120)
+    live = Live(Table(), console=console, refresh_per_second=4) if console.is_terminal and not as_json else None
     began = drawn = time.monotonic()
     gone: VehicleLost | None = None
     if live is not None:
@@ -146,7 +148,7 @@ async def _measure(
         async with asyncio.timeout(limit), aclosing(vehicle.messages(*kinds)) as stream:
             async for message in stream:
                 if wanted(message):
-                    place = type(message).__name__, vehicle.system.label(message.src_ent)
+                    place = type(message).__name__, printable(vehicle.system.label(message.src_ent))
                     counts[place] += 1
                     sizes[place] += len(imc.encode(message))
                 now = time.monotonic()
@@ -174,7 +176,7 @@ async def _measure(
         ]
         print_line(rows)
     elif live is None:
-        Console(highlight=False, width=120).print(_rates(counts, sizes, past))
+        console.print(_rates(counts, sizes, past))
     if gone is not None:
         raise gone
     if not counts:

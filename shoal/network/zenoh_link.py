@@ -1,7 +1,7 @@
 """Systems on a zenoh bus: a client of the processes of this computer, or of an endpoint elsewhere."""
 
 import asyncio
-import logging
+import threading
 from collections import deque
 from collections.abc import Callable, Collection
 from contextlib import suppress
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 LOCAL = f"tcp/127.0.0.1:{LOCAL_PORT}"
 RETRY = 0.5  # s
-FIRST_TRY = 1.0  # s that a first connection may take
+FIRST_TRY = 0.5  # s that a first connection may take
+ANSWER = 1.0  # s for the last messages that vehicles keep
+BRIDGE = 1.0  # s in which another process takes over for one that has ended, and we connect to it
 MOST_WAITING = 1 << 16  # packets between zenoh's threads and ours
 AT_ONCE = 512
 MOST_PUBLISHERS = 4096
 CLOSING = 1.0  # s
-
-logger = logging.getLogger("shoal.network")
 
 
 class _Sample(NamedTuple):
@@ -53,6 +53,7 @@ class ZenohLink:
         self._asked: dict[str, None] = {}
         self._waiting: deque[_Sample] = deque()
         self._tokens: deque[tuple[str, bool]] = deque()
+        self._present: set[str] = set()
         self._numbers: dict[tuple[object, int], int] = {}
         self._overflow = 0
         self._is_awake = False
@@ -128,7 +129,7 @@ class ZenohLink:
 
         while self._session is None:
             try:
-                session = await asyncio.to_thread(zenoh.open, self._config.build().config)
+                session = await self._join()
             except zenoh.ZError as error:
                 self.trouble = f"nobody listens at {', '.join(self._connect)}"
                 if "connect" not in str(error).lower():
@@ -144,6 +145,34 @@ class ZenohLink:
                 self._subscribe(expression)
             self._ask()
             opened.set()
+
+    async def _join(self) -> "zenoh.Session":
+        """A session, opened in a thread that nobody waits for: an endpoint that does not answer takes long."""
+        import zenoh
+
+        opened: asyncio.Future[zenoh.Session] = self._loop.create_future()
+
+        def tell(session: "zenoh.Session | None", error: "zenoh.ZError | None") -> None:
+            if opened.done():  # too late: the link is closed
+                if session is not None:
+                    cast(Any, session).close()
+            elif session is not None:
+                opened.set_result(session)
+            else:
+                opened.set_exception(error or ConnectionError())
+
+        def work() -> None:
+            session: zenoh.Session | None = None
+            error: zenoh.ZError | None = None
+            try:
+                session = zenoh.open(self._config.build().config)
+            except zenoh.ZError as trouble:
+                error = trouble
+            with suppress(RuntimeError):  # the loop has ended
+                self._loop.call_soon_threadsafe(tell, session, error)
+
+        threading.Thread(target=work, name="zenoh open", daemon=True).start()
+        return await opened
 
     def _subscribe(self, expression: str) -> None:
         if self._session is None:
@@ -164,7 +193,7 @@ class ZenohLink:
 
             callback: Any = zenoh.handlers.Callback(self._put_answer_aside, indirect=False)
             get: Any = self._session.get
-            get(expression, callback, timeout=FIRST_TRY)
+            get(expression, callback, timeout=ANSWER)
 
     def _put_answer_aside(self, reply: "zenoh.Reply") -> None:
         sample = reply.ok
@@ -223,10 +252,21 @@ class ZenohLink:
         other = parse_token(expression)
         if other is None or other.phase != "running":
             return
-        system, part = unquote(expression.split("/")[1]), other.zid
+        system = unquote(expression.split("/")[1])
         if is_there:
-            self._ear.appeared(self, system, part, f"on {other.host}, process {other.process}")
+            self._present.add(expression)
+            self._ear.appeared(self, system, other.zid, f"on {other.host}, process {other.process}")
+            return
+        self._present.discard(expression)
+        # The process that we are connected to has ended, and with it the way to all others.
+        is_cut = self._session is not None and not self._session.info.links()
+        if is_cut:
+            self._loop.call_later(BRIDGE, self._lose, expression, system, other.zid)
         else:
+            self._lose(expression, system, other.zid)
+
+    def _lose(self, expression: str, system: str, part: str) -> None:
+        if expression not in self._present and self._session is not None:
             self._ear.vanished(self, system, part)
 
     def _arrive(self, sample: _Sample) -> None:
