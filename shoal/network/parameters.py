@@ -83,12 +83,18 @@ class Parameters:
                 raise Refused(f"{entity} has no parameter {name!r}; {suggestion(name, known)}")
         params = tuple(imc.EntityParameter(name=name, value=value) for name, value in values.items())
         request = imc.SetEntityParameters(name=entity, params=params)
+
+        def answer(message: imc.Message) -> dict[str, str] | None:
+            """What was accepted; a late answer to the question above has the others, too."""
+            found = _of(message, entity)
+            return found if found is not None and set(found) <= set(values) else None
+
         log = self._network.listen(self._system, (imc.LogBookEntry,))
         try:
             ask = self._network.ask
             kinds = (imc.EntityParameters,)
             try:
-                accepted = await ask(self._system, request, kinds, lambda m: _of(m, entity), timeout=1.2)
+                accepted = await ask(self._system, request, kinds, answer, timeout=1.2)
             except NoAnswer:
                 accepted = {}
             if missing := [name for name in values if name not in accepted]:
