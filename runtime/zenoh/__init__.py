@@ -1,7 +1,7 @@
 """A transport that joins the buses of several processes."""
 
 from runtime.zenoh.config import LOCAL_PORT, ZenohConfig, explain
-from runtime.zenoh.keys import chunk, key, query_key
+from runtime.zenoh.keys import chunk, key
 from runtime.zenoh.meeting import MeetingPoint
 from runtime.zenoh.presence import Part
 from runtime.zenoh.presence import parse as parse_token
@@ -17,5 +17,4 @@ __all__ = [
     "explain",
     "key",
     "parse_token",
-    "query_key",
 ]

@@ -91,16 +91,16 @@ def _session(place: Endpoint) -> Generator[ftplib.FTP]:
 def _list(place: Endpoint) -> list[RemoteLog]:
     found: list[RemoteLog] = []
     with _session(place) as session:
-        for day in _names(session, "", "dir"):
-            for log in _names(session, f"/{day}", "dir"):
-                files = _names(session, f"/{day}/{log}", "file")
+        for day in names_in(session, "", "dir"):
+            for log in names_in(session, f"/{day}", "dir"):
+                files = names_in(session, f"/{day}/{log}", "file")
                 found.append(RemoteLog(f"{day}/{log}", files))
                 if len(found) >= MOST_LOGS:
                     return found
     return sorted(found, key=lambda log: log.name)
 
 
-def _names(session: ftplib.FTP, folder: str, kind: str) -> dict[str, int]:
+def names_in(session: ftplib.FTP, folder: str, kind: str) -> dict[str, int]:
     """Names and sizes in a folder. A server may say anything: a name must not lead elsewhere on this computer."""
     found: dict[str, int] = {}
     for name, facts in session.mlsd(folder or "/"):

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import zenoh
 
 LOCAL = f"tcp/127.0.0.1:{LOCAL_PORT}"
+TOKENS = ("@run", "@alive")  # of processes: where they are, and the id of their vehicle
 RETRY = 0.5  # s
 FIRST_TRY = 0.5  # s that a first connection may take
 ANSWER = 1.0  # s for the last messages that vehicles keep
@@ -59,7 +60,7 @@ class ZenohLink:
         self._is_awake = False
         self._session: zenoh.Session | None = None
         self._retrying: asyncio.Task[None] | None = None
-        self._liveliness: Any = None
+        self._liveliness: list[Any] = []
 
     async def open(self, ear: Ear, console: Console) -> None:
         self._ear, self._console = ear, console
@@ -140,7 +141,7 @@ class ZenohLink:
             self._session, self.trouble = session, ""
             callback: Any = zenoh.handlers.Callback(self._note, indirect=False)
             listen: Any = session.liveliness().declare_subscriber
-            self._liveliness = listen("imc/*/@run/**", callback, history=True)
+            self._liveliness = [listen(f"imc/*/{kind}/**", callback, history=True) for kind in TOKENS]
             for expression in self._wanted:
                 self._subscribe(expression)
             self._ask()
@@ -207,8 +208,8 @@ class ZenohLink:
 
     def _leave(self, session: "zenoh.Session") -> None:
         """Subscribers first: a session that closes before them may wait for them."""
-        if self._liveliness is not None:
-            self._liveliness.undeclare()
+        for subscriber in self._liveliness:
+            subscriber.undeclare()
         for undeclare in self._wanted.values():
             if undeclare is not None:
                 undeclare()
@@ -249,21 +250,27 @@ class ZenohLink:
             self._wake()
 
     def _tell_token(self, expression: str, is_there: bool) -> None:
-        other = parse_token(expression)
-        if other is None or other.phase != "running":
+        chunks, other = expression.split("/"), parse_token(expression)
+        system, part, place, number = unquote(chunks[1]), "", "", None
+        if chunks[2] == "@alive" and len(chunks) == 5:  # imc/<system>/@alive/<id>/<process>
+            part = chunks[4]
+            with suppress(ValueError):
+                number = int(chunks[3], 16)
+        elif other is not None and other.phase == "running":
+            part, place = other.zid, f"on {other.host}, process {other.process}"
+        if not part:
             return
-        system = unquote(expression.split("/")[1])
         if is_there:
             self._present.add(expression)
-            self._ear.appeared(self, system, other.zid, f"on {other.host}, process {other.process}")
+            self._ear.appeared(self, system, part, place, number)
             return
         self._present.discard(expression)
         # The process that we are connected to has ended, and with it the way to all others.
         is_cut = self._session is not None and not self._session.info.links()
         if is_cut:
-            self._loop.call_later(BRIDGE, self._lose, expression, system, other.zid)
+            self._loop.call_later(BRIDGE, self._lose, expression, system, part)
         else:
-            self._lose(expression, system, other.zid)
+            self._lose(expression, system, part)
 
     def _lose(self, expression: str, system: str, part: str) -> None:
         if expression not in self._present and self._session is not None:

@@ -13,7 +13,6 @@ from tests.runtime.zenoh.processes import local_port
 
 REPOSITORY = Path(__file__).parents[3]
 PATIENCE = 30.0
-IMC = ("UDP", "Announce", "Discovery")
 
 
 class Running:
@@ -38,12 +37,11 @@ class Running:
         if network == "zenoh":
             words = ["--bus", "zenoh", "--set", f"Zenoh:Local Port={self.port}"]
             words += ["--set", f"Zenoh:Scouting Address=224.0.0.224:{self.port + 1}"]
-            words += [word for name in IMC for word in ("--set", f"Transports.{name}:Enabled=Never")]
+            words += ["--set", "Transports.UDP:Enabled=Never"]
         else:
-            listed = ",".join(map(str, ports))
-            words = [f"Transports.{name}:Ports={listed}" for name in ("Announce", "Discovery")]
-            words = [word for setting in words for word in ("--set", setting)]
-            words += ["--set", "Transports.UDP:Local Port=0"]
+            words = ["--set", "Transports.UDP:Local Port=0"]
+        for name in ("Announce", "Discovery"):
+            words += ["--set", f"Transports.{name}:Ports={','.join(map(str, ports))}"]
         off = ("Transports.MAVLink", "Simulators.MUGDetectionCamera", "Plan.Autostart")
         quiet = [word for section in off for word in ("--set", f"{section}:Enabled=Never")]
         quiet += ["--clock", "4x"]  # it boots sooner

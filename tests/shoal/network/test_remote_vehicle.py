@@ -5,6 +5,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
@@ -125,6 +126,21 @@ def test_requests_of_any_kind(vehicle: RemoteVehicle) -> None:
         vehicle.request(imc.Sms(number="1"), imc.SmsStatus, timeout=0.5)
     with pytest.raises(ValueError, match="has no field 'deth'"):
         next(vehicle.messages(imc.EstimatedState, where="deth > 2"))
+
+
+def test_logs_are_copied_and_the_rest_of_a_broken_copy_too(vehicle: RemoteVehicle, tmp_path: Path) -> None:
+    logs = vehicle.log.list()
+    assert [log.name for log in logs] == sorted(log.name for log in logs)
+    copy = vehicle.log.fetch(logs[0], tmp_path)
+    assert copy == tmp_path / NAME / logs[0].name
+    data = copy / "Data.lsf.gz"
+    whole = data.read_bytes()
+    assert len(whole) >= logs[0].files["Data.lsf.gz"] > 0
+    assert imc.Log(data).counts()["LoggingControl"] >= 1
+    data.unlink()
+    (copy / "Data.lsf.gz.part").write_bytes(whole[: len(whole) // 2])
+    vehicle.log.fetch(logs[0], tmp_path)
+    assert data.read_bytes()[: len(whole)] == whole
 
 
 def test_an_abort_is_confirmed(vehicle: RemoteVehicle) -> None:
