@@ -2,10 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray  # slow to import, and most programs have no pictures
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,11 +21,11 @@ class Frame:
     time: float
     camera: str
     index: int
-    image: NDArray[np.uint8]
+    image: "NDArray[np.uint8]"
     info: dict[str, float] = field(default_factory=dict[str, float])
 
     def __post_init__(self) -> None:
-        if self.image.dtype != np.uint8 or self.image.ndim != 3 or self.image.shape[2] != 4:
+        if self.image.dtype != "uint8" or self.image.ndim != 3 or self.image.shape[2] != 4:
             raise ValueError(f"a frame is uint8 (height, width, 4), not {self.image.dtype} {self.image.shape}")
         self.image.setflags(write=False)
 

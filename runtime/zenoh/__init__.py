@@ -1,15 +1,20 @@
 """A transport that joins the buses of several processes."""
 
-from runtime.zenoh.config import ZenohConfig
-from runtime.zenoh.keys import chunk
+from runtime.zenoh.config import LOCAL_PORT, ZenohConfig, explain
+from runtime.zenoh.keys import chunk, key
 from runtime.zenoh.meeting import MeetingPoint
 from runtime.zenoh.presence import Part
+from runtime.zenoh.presence import parse as parse_token
 from runtime.zenoh.transport import ZenohTransport
 
 __all__ = [
+    "LOCAL_PORT",
     "MeetingPoint",
     "Part",
     "ZenohConfig",
     "ZenohTransport",
     "chunk",
+    "explain",
+    "key",
+    "parse_token",
 ]

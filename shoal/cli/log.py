@@ -9,6 +9,7 @@ from shoal.cli import LazyGroup
 COMMANDS = {
     "info": ("shoal.cli.log_info", "Show what is in a log: systems, times, messages, rates, damage."),
     "ls": ("shoal.cli.log_info", "List the logs below a folder."),
+    "fetch": ("shoal.cli.log_fetch", "Copy logs of a running vehicle."),
     "cut": ("shoal.cli.log_change", "Copy a part of a log to a new one: by time, message, system or entity."),
     "merge": ("shoal.cli.log_change", "Merge several logs into one, ordered by time."),
     "diff": ("shoal.cli.log_diff", "Show where two logs differ."),
@@ -27,4 +28,4 @@ class LogGroup(LazyGroup):
 
 @click.group(cls=LogGroup)
 def log() -> None:
-    """Show, cut, merge, compare, repair and export logs."""
+    """Show, fetch, cut, merge, compare, repair and export logs."""

@@ -7,6 +7,7 @@ from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param
 from runtime.problem import of_file
 from runtime.snapshot import SnapshotError
+from tasks.plan.copies import Copies
 from tasks.plan.replies import shortened
 from tasks.plan.store import Change, PlanStore, Stored
 
@@ -35,6 +36,7 @@ class DB(Task):
     def start(self) -> None:
         self._tell_boot(Type.IN_PROGRESS, "initializing")
         trouble = ""
+        self._copies = Copies(self.system)
         try:
             self._store = self._open()
         except (sqlite3.Error, OSError) as error:
@@ -62,6 +64,11 @@ class DB(Task):
     def serve(self, request: imc.PlanDB) -> None:
         """Answer a request; one that fails changes nothing."""
         if request.type != Type.REQUEST or request.dst not in (self.system, UNKNOWN_SYSTEM, BROADCAST):
+            return
+        if self._copies.knows(request):
+            answer = self._copies.answer(request)
+            if answer is not None:
+                self.reply(request, answer)
             return
         try:
             self._serve(request)
@@ -163,17 +170,16 @@ class DB(Task):
     def _answer(self, request: imc.PlanDB, kind: Type, info: str, arg: imc.Message | None = None) -> None:
         if kind is Type.FAILURE:
             self.log.warning(f"{self.vehicle.systems.name(request.src)}: {info}: {request.plan_id!r}")
-        self.reply(
-            request,
-            imc.PlanDB(
-                type=kind,
-                op=request.op,
-                request_id=request.request_id,
-                plan_id=shortened(request.plan_id),
-                arg=arg,
-                info=info,
-            ),
+        answer = imc.PlanDB(
+            type=kind,
+            op=request.op,
+            request_id=request.request_id,
+            plan_id=shortened(request.plan_id),
+            arg=arg,
+            info=info,
         )
+        self.reply(request, answer)
+        self._copies.note(request, answer)
 
     def _change(self, request: imc.Message) -> Change:
         return Change(self.now, request.src, self.vehicle.systems.name(request.src))

@@ -2,6 +2,7 @@
 
 import imc
 from runtime import Task
+from tasks.plan.copies import Copies
 
 Type = imc.PlanControl.Type
 LONGEST = 1023  # bytes of a text in a reply
@@ -10,11 +11,21 @@ LONGEST = 1023  # bytes of a text in a reply
 class Replies:
     """Answers PlanControl requests for a task; a reply has the number, operation and flags of its request.
 
-    An `arg` that cannot be encoded is dropped.
+    An `arg` that cannot be encoded is dropped. A copy of a request is not carried out, but gets the last answer again.
     """
 
     def __init__(self, task: Task):
         self._task = task
+        self._copies = Copies(task.system)
+
+    def is_copy(self, request: imc.PlanControl) -> bool:
+        """Whether a request came before; if it is, it is answered here."""
+        if not self._copies.knows(request):
+            return False
+        answer = self._copies.answer(request)
+        if answer is not None:
+            self._task.reply(request, answer)
+        return True
 
     def succeed(self, request: imc.PlanControl, info: str, arg: imc.Message | None = None, plan_id: str = "") -> None:
         """SUCCESS; an empty `plan_id` is replaced by that of the request."""
@@ -45,7 +56,9 @@ class Replies:
         try:
             self._task.reply(request, answer)
         except imc.EncodeError:
-            self._task.reply(request, answer.replace(arg=None))
+            answer = answer.replace(arg=None)
+            self._task.reply(request, answer)
+        self._copies.note(request, answer)
 
 
 def shortened(text: str) -> str:

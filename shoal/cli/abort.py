@@ -1,0 +1,28 @@
+"""`shoal abort`: stops everything that a running vehicle does."""
+
+from typing import Any
+
+import click
+
+from shoal.cli.hand import json_option, print_line, reach_options, vehicle_argument, with_vehicle
+from shoal.network import AsyncRemoteVehicle
+
+
+@click.command()
+@vehicle_argument
+@reach_options
+@json_option
+def abort(vehicle: str, reach: dict[str, Any], as_json: bool) -> None:
+    """Have VEHICLE stop everything at once, and wait until it says that it has.
+
+    Exit status 1 if it does not confirm it: then act as if it went on.
+    """
+
+    async def act(there: AsyncRemoteVehicle) -> None:
+        await there.abort()
+
+    with_vehicle(vehicle, reach, act)
+    if as_json:
+        print_line({"aborted": True})
+    else:
+        click.echo(f"{vehicle} has aborted")

@@ -1,0 +1,217 @@
+"""Shared by the commands for running vehicles: options, the way to a vehicle, completion, exit status."""
+
+import asyncio
+import functools
+import json
+import math
+from collections.abc import Callable, Coroutine, Mapping
+from datetime import UTC, datetime
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, NoReturn, TypeVar, cast
+
+import click
+from click.shell_completion import CompletionItem
+
+import imc
+from runtime.durations import parse_duration
+from runtime.problem import printable
+from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, make_network
+
+F = TypeVar("F", bound=Callable[..., Any])
+T = TypeVar("T")
+LOOK = 0.6  # s to look for vehicles for a completion
+TEXTS = 1000  # longest text shown
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
+
+
+def reach_options(function: F) -> F:
+    """Adds --connect and --zenoh-config, which become one argument `reach`: the keywords of `connect`."""
+
+    @click.option(
+        "--connect",
+        "endpoints",
+        multiple=True,
+        metavar="ENDPOINT",
+        help="Where to look, such as tcp/10.0.0.7:7447 [default: SHOAL_CONNECT, else this computer].",
+    )
+    @click.option(
+        "--zenoh-config",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        help="zenoh's own configuration, for TLS and passwords.",
+    )
+    @functools.wraps(function)
+    def inner(*args: Any, endpoints: tuple[str, ...], zenoh_config: Path | None, **kwargs: Any) -> Any:
+        return function(*args, reach={"endpoints": endpoints, "zenoh_config": zenoh_config}, **kwargs)
+
+    return cast(F, inner)
+
+
+def seconds(_: click.Context, __: click.Parameter, text: str | None) -> float | None:
+    """Click callback: seconds of a duration."""
+    try:
+        return None if text is None else parse_duration(text)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from None
+
+
+def no(reason: object) -> NoReturn:
+    """End with a sentence and the exit status of the answer *no*."""
+    click.echo(f"Error: {printable(str(reason))}", err=True)
+    raise click.exceptions.Exit(1)
+
+
+def on_network(reach: Mapping[str, Any], act: Callable[[Network], Coroutine[Any, Any, T]]) -> T:
+    """Run `act` with all networks."""
+
+    async def run() -> T:
+        async with make_network(**reach) as network:
+            return await act(network)
+
+    return _finish(run())
+
+
+def with_vehicle(name: str, reach: Mapping[str, Any], act: Callable[[AsyncRemoteVehicle], Coroutine[Any, Any, T]]) -> T:
+    """Run `act` with a vehicle; what the vehicle or the network refuses ends the command with status 1."""
+
+    async def run() -> T:
+        async with connect(name, **reach) as vehicle:
+            return await act(vehicle)
+
+    return _finish(run())
+
+
+def _finish(task: Coroutine[Any, Any, T]) -> T:
+    try:
+        return asyncio.run(task)
+    except NetworkError as error:
+        no(error)
+    except (imc.EncodeError, ValueError) as error:
+        raise click.UsageError(printable(str(error))) from None
+    except KeyboardInterrupt:
+        raise click.exceptions.Exit(130) from None
+
+
+def message_type(name: str) -> type[imc.Message]:
+    """The type of a message, whatever the case of its name. Raises UsageError that names the nearest."""
+    schema = imc.builtin()
+    names = {known.lower(): known for known in schema.types}
+    if name.lower() not in names:
+        close = [names[word] for word in get_close_matches(name.lower(), names, 3, 0.5)]
+        hint = f"; did you mean {', '.join(close)}?" if close else ""
+        raise click.UsageError(f"there is no message {printable(name)!r}{hint}")
+    return schema[names[name.lower()]]
+
+
+def value_text(message: imc.Message, name: str, value: Any) -> str:
+    """A value as people read it: names of enumerated values, short numbers."""
+    if isinstance(value, imc.Message):
+        return f"{type(value).__name__}({fields_text(value)})"
+    if isinstance(value, tuple):
+        items = cast(tuple[Any, ...], value)
+        return f"[{', '.join(value_text(message, '', item) for item in items)}]"
+    if isinstance(value, bytes):
+        return f"{len(value)} bytes"
+    if isinstance(value, float):
+        return f"{value:.7g}"
+    info = next((field for field in imc.fields(type(message)) if field.name == name), None)
+    if isinstance(value, int) and info is not None and info.enum is not None:
+        return str(getattr(info.enum(value), "name", None) or value) if value in set(info.enum) else str(value)
+    return repr(printable(str(value))[:TEXTS]) if isinstance(value, str) else str(value)
+
+
+def fields_text(message: imc.Message, names: tuple[str, ...] = ()) -> str:
+    """The fields of a message, or some of them, on one line."""
+    from shoal.network import field_of
+
+    wanted = names or tuple(field.name for field in imc.fields(type(message)))
+    shown: list[str] = []
+    for name in wanted:
+        try:
+            shown.append(f"{name}={value_text(message, name, field_of(message, name))}")
+        except AttributeError:
+            continue
+    return " ".join(shown)
+
+
+def clock_text(timestamp: float) -> str:
+    """A time stamp (s since 1970) as the time of the day in UTC."""
+    try:
+        return datetime.fromtimestamp(timestamp, UTC).strftime("%H:%M:%S.%f")[:-3]
+    except (OverflowError, ValueError, OSError):
+        return "--:--:--.---"
+
+
+def print_line(value: object) -> None:
+    """Print as JSON on one line."""
+    click.echo(json.dumps(finite(value), ensure_ascii=True))
+
+
+def finite(value: Any) -> Any:
+    """The same with null for numbers that JSON does not have."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {str(key): finite(item) for key, item in cast(dict[object, object], value).items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(item) for item in cast(list[object], value)]
+    return value
+
+
+def complete_vehicle(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The names of the vehicles on the network."""
+
+    async def look(network: Network) -> list[str]:
+        await asyncio.sleep(LOOK)
+        return [system.name for system in network.vehicles()]
+
+    return _items(_quietly(lambda: on_network(_reach(context), look)), incomplete)
+
+
+def complete_message(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The names of all messages."""
+    return _items(list(imc.builtin().types), incomplete)
+
+
+def complete_plan(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The plans of the vehicle, and plan files."""
+    name = context.params.get("vehicle") or ""
+
+    async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
+        return [plan.name for plan in await vehicle.plan.list()]
+
+    items = _items(_quietly(lambda: with_vehicle(name, _reach(context), look)), incomplete)
+    return [*items, CompletionItem(incomplete, type="file")]
+
+
+def complete_parameter(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Entities, and after the colon the parameters of one."""
+    name = context.params.get("vehicle") or ""
+    entity, colon, _rest = incomplete.partition(":")
+
+    async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
+        if not colon:
+            return sorted(await vehicle.param.entities())
+        return [f"{entity}:{parameter}" for parameter in await vehicle.param.get(entity)]
+
+    return _items(_quietly(lambda: with_vehicle(name, _reach(context), look)), incomplete)
+
+
+def _reach(context: click.Context) -> dict[str, Any]:
+    return {key: context.params.get(key) or empty for key, empty in (("endpoints", ()), ("zenoh_config", None))}
+
+
+def _quietly(look: Callable[[], list[str]]) -> list[str]:
+    """Nothing that goes wrong belongs between the words that a shell completes."""
+    try:
+        return look()
+    except (click.ClickException, click.exceptions.Exit):
+        return []
+
+
+def _items(words: list[str], incomplete: str) -> list[CompletionItem]:
+    return [CompletionItem(word) for word in words if word.lower().startswith(incomplete.lower())]
+
+
+vehicle_argument = click.argument("vehicle", shell_complete=complete_vehicle)

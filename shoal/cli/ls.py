@@ -1,0 +1,180 @@
+"""`shoal ls`: the vehicles on the network."""
+
+import asyncio
+import math
+import time
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+import imc
+from runtime.problem import printable
+from shoal.cli.hand import json_option, no, on_network, print_line, reach_options, seconds
+from shoal.network import Network, System
+
+KINDS = (imc.VehicleState, imc.EstimatedState, imc.PlanControlState, imc.FuelLevel, imc.Heartbeat)
+SHOWN = (imc.VehicleState, imc.EstimatedState)
+FIRST, LONGEST = 0.2, 0.75  # s to hear who is there, and what they say
+NOBODY = 1.0  # s until nobody is there
+REFRESH = 0.25  # s
+
+
+@click.command()
+@click.option("--watch", is_flag=True, help="Keep watching; Ctrl-C ends.")
+@click.option("--for", "duration", callback=seconds, metavar="TIME", help="Listen or watch for this time.")
+@reach_options
+@json_option
+def ls(watch: bool, duration: float | None, reach: dict[str, Any], as_json: bool) -> None:
+    """List all vehicles on the network: state, position, battery, errors, age of the last message.
+
+    Exit status 1 if there is none. With --watch, and without a terminal or with --json, a line for each change.
+    """
+
+    async def act(network: Network) -> None:
+        network.listen(None, KINDS)
+        if watch:
+            await (
+                _draw(network, duration) if Console().is_terminal and not as_json else _tell(network, duration, as_json)
+            )
+            return
+        await _gather(network, duration)
+        found = network.vehicles()
+        if as_json:
+            print_line([as_values(system) for system in found])
+        elif found:
+            console = Console(highlight=False, markup=False, emoji=False, width=None if Console().is_terminal else 200)
+            console.print(_table(found))
+            for system in found:
+                for text in troubles(system):
+                    click.echo(f"{system.name}: {text}", err=True)
+        if not found:
+            no(network.nobody())
+
+    on_network(reach, act)
+
+
+async def _gather(network: Network, duration: float | None) -> None:
+    """Wait until every vehicle that is there has said what is shown, but not long."""
+    began = time.monotonic()
+    while (past := time.monotonic() - began) < (NOBODY if duration is None else duration):
+        await asyncio.sleep(0.02)
+        there = network.vehicles()
+        if duration is not None or not there or past < FIRST:
+            continue
+        if past > LONGEST or all(system.last_of(kind) is not None for system in there for kind in SHOWN):
+            return
+
+
+async def _draw(network: Network, duration: float | None) -> None:
+    """A table that follows."""
+    began = time.monotonic()
+    console = Console(highlight=False, markup=False, emoji=False)
+    with Live(_table([]), console=console, refresh_per_second=10) as live:
+        while duration is None or time.monotonic() - began < duration:
+            live.update(_table(network.vehicles()))
+            await network.news(REFRESH)
+
+
+async def _tell(network: Network, duration: float | None, as_json: bool) -> None:
+    """A line when a vehicle appears, changes its state, or is gone."""
+    before: dict[str, str] = {}
+    began = time.monotonic()
+    while duration is None or time.monotonic() - began < duration:
+        now = {system.name: state_text(system) for system in network.vehicles()}
+        for name in sorted({*before, *now}):
+            if before.get(name) == now.get(name):
+                continue
+            event = "appeared" if name not in before else "gone" if name not in now else "changed"
+            if as_json:
+                print_line({"time": time.time(), "event": event, **as_values(network.systems[name])})
+            else:
+                click.echo(f"{time.strftime('%H:%M:%S')} {printable(name)} {now.get(name) or event}")
+        before = now
+        await network.news(REFRESH)
+
+
+def as_values(system: System) -> dict[str, object]:
+    """What is known of a vehicle; angles in rad, depth in m, battery in %, age in s."""
+    vehicle, state = system.last_of(imc.VehicleState), system.last_of(imc.EstimatedState)
+    plan, fuel = system.last_of(imc.PlanControlState), system.last_of(imc.FuelLevel)
+    lat, lon = position(state) if state is not None else (math.nan, math.nan)
+    return {
+        "name": system.name,
+        "id": system.id,
+        "mode": _name(imc.VehicleState.OpMode, vehicle.op_mode) if vehicle is not None else None,
+        "plan": plan.plan_id if plan is not None else None,
+        "plan_state": _name(imc.PlanControlState.State, plan.state) if plan is not None else None,
+        "progress": plan.plan_progress if plan is not None and plan.plan_progress >= 0.0 else None,
+        "lat": lat,
+        "lon": lon,
+        "depth": state.depth if state is not None else None,
+        "battery": fuel.value if fuel is not None else None,
+        "errors": [name for name in _errors(system).split(",") if name],
+        "age": system.age,
+        "network": sorted(system.links),
+        "places": system.places,
+        "other_ids": sorted(system.others),
+    }
+
+
+def position(state: imc.EstimatedState) -> tuple[float, float]:
+    """Latitude and longitude (rad)."""
+    return imc.coordinates.absolute(state)[:2]
+
+
+def state_text(system: System) -> str:
+    """Mode and plan."""
+    vehicle, plan = system.last_of(imc.VehicleState), system.last_of(imc.PlanControlState)
+    mode = _name(imc.VehicleState.OpMode, vehicle.op_mode) if vehicle is not None else "here"
+    if plan is None or plan.state not in (
+        imc.PlanControlState.State.EXECUTING,
+        imc.PlanControlState.State.INITIALIZING,
+    ):
+        return mode
+    return f"{mode} {printable(plan.plan_id)}"
+
+
+def troubles(system: System) -> list[str]:
+    """What an operator must know: two vehicles of one name."""
+    return [f"{system.clash}; end all but one"] if system.clash else []
+
+
+def _table(systems: list[System]) -> Table:
+    table = Table(box=None, header_style="dim", pad_edge=False)
+    for column in ("vehicle", "id", "state", "position", "depth", "battery", "errors", "heard", "by"):
+        table.add_column(
+            column, no_wrap=column != "errors", justify="right" if column in ("depth", "battery") else "left"
+        )
+    for system in systems:
+        values, state = as_values(system), system.last_of(imc.EstimatedState)
+        plan = system.last_of(imc.PlanControlState)
+        progress = f" {plan.plan_progress:.0f} %" if values["progress"] is not None and plan is not None else ""
+        fuel = system.last_of(imc.FuelLevel)
+        table.add_row(
+            printable(system.name) + ("!" if system.clash else ""),
+            "" if system.id is None else f"0x{system.id:04X}",
+            state_text(system) + progress,
+            "" if state is None else _degrees(*position(state)),
+            "" if state is None else f"{state.depth:.1f} m",
+            "" if fuel is None else f"{fuel.value:.0f} %",
+            printable(_errors(system)),
+            f"{system.age:.1f} s",
+            ", ".join(sorted(system.links)),
+        )
+    return table
+
+
+def _errors(system: System) -> str:
+    vehicle = system.last_of(imc.VehicleState)
+    return vehicle.error_ents if vehicle is not None else ""
+
+
+def _degrees(lat: float, lon: float) -> str:
+    return f"{math.degrees(lat):.5f}° {math.degrees(lon):.5f}°"
+
+
+def _name(names: Any, value: int) -> str:
+    return names(value).name if value in set(names) else str(value)

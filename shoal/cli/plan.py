@@ -1,0 +1,171 @@
+"""`shoal plan`: the plans of a running vehicle."""
+
+import sys
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import click
+
+import imc
+from runtime.problem import printable
+from shoal.cli.hand import complete_plan, json_option, print_line, reach_options, vehicle_argument, with_vehicle
+from shoal.network import AsyncRemoteVehicle, Outcome
+
+ACTIONS = ("list", "put", "get", "delete", "start", "stop", "status")
+ALONE = ("list", "stop", "status")
+STEP = 10.0  # %; progress between two lines without a terminal
+PLAN_FILES = (".yaml", ".yml", ".json")
+
+
+@click.command()
+@vehicle_argument
+@click.argument("action", type=click.Choice(ACTIONS))
+@click.argument("plan", required=False, shell_complete=complete_plan)
+@click.option("--no-wait", is_flag=True, help="start: do not wait for the end of the plan.")
+@click.option("--calibrate", is_flag=True, help="start: calibrate first.")
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="get: write to this file.")
+@reach_options
+@json_option
+def plan(
+    vehicle: str,
+    action: str,
+    plan: str | None,
+    no_wait: bool,
+    calibrate: bool,
+    output: Path | None,
+    reach: dict[str, Any],
+    as_json: bool,
+) -> None:
+    """List, transfer, start and stop plans of VEHICLE; PLAN is a file (YAML or JSON) or the name of a stored plan.
+
+    \b
+    shoal plan lauv-noptilus-1 put survey.yaml
+    shoal plan lauv-noptilus-1 start survey
+
+    start shows the progress and ends with the plan: exit status 0 if it was completed, 1 if the vehicle refused it or
+    it failed. Ctrl-C ends only this command; the plan goes on.
+    """
+    if (plan is None) != (action in ALONE):
+        raise click.UsageError(f"{action} takes no plan" if plan else f"name the plan to {action}")
+    what = _load(plan) if plan and action in ("put", "start") else plan or ""
+    if action == "put" and isinstance(what, str):
+        raise click.UsageError(f"{plan}: there is no such file")
+
+    async def act(there: AsyncRemoteVehicle) -> Any:
+        if action == "list":
+            return await there.plan.list()
+        if action == "status":
+            return await there.plan.status()
+        if action == "stop":
+            return await there.plan.stop()
+        if action == "get":
+            return await there.plan.get(str(what))
+        if action == "delete":
+            return await there.plan.delete(str(what))
+        if action == "put" and not isinstance(what, str):
+            return await there.plan.put(what)
+        follow = None if no_wait or as_json else Progress(what if isinstance(what, str) else what.plan_id)
+        return await there.plan.start(what, wait=not no_wait, calibrate=calibrate, progress=follow)
+
+    _print(action, with_vehicle(vehicle, reach, act), output, as_json)
+
+
+def _load(plan: str) -> str | imc.PlanSpecification:
+    """The plan in a file, else its name. Raises ClickException for a wrong file."""
+    path = Path(plan)
+    if not path.is_file() and path.suffix.lower() not in PLAN_FILES:
+        return plan
+    from shoal.missions import PlanFileError, load_plan  # slow to import, and rarely needed
+
+    try:
+        return load_plan(path)
+    except PlanFileError as error:
+        raise click.ClickException(str(error)) from None
+
+
+def _print(action: str, found: Any, output: Path | None, as_json: bool) -> None:
+    if isinstance(found, Outcome):
+        if as_json:
+            print_line(asdict(found))
+        else:
+            click.echo(printable(f"{found.plan}: {found.reason}, after {found.seconds:.0f} s"))
+        raise click.exceptions.Exit(0 if found.completed else 1)
+    if isinstance(found, imc.PlanControlState):
+        values = state_values(found)
+        print_line(values) if as_json else click.echo(state_text(found))
+    elif isinstance(found, imc.PlanSpecification):
+        _print_plan(found, output, as_json)
+    elif action == "list":
+        if as_json:
+            print_line([asdict(plan) for plan in found])
+        else:
+            for stored in found:
+                when = datetime.fromtimestamp(stored.changed, UTC).strftime("%Y-%m-%d %H:%M:%S")
+                click.echo(printable(f"{stored.name:24} {stored.size:6} B  {when}  by {stored.by}"))
+    elif as_json:
+        print_line({"done": True})
+    else:
+        words = {"put": "stored", "delete": "deleted", "start": "started", "stop": "stopped"}
+        click.echo(words[action])
+
+
+def _print_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool) -> None:
+    from shoal.missions import PlanFileError, plan_text
+
+    try:
+        text = plan.to_json() + "\n" if as_json else plan_text(plan)
+    except PlanFileError as error:
+        raise click.ClickException(f"{error}; use --json") from None
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        output.write_text(text, encoding="utf-8")
+
+
+def state_values(state: imc.PlanControlState) -> dict[str, object]:
+    """The state of the plan engine; progress in %, times in s, None if unknown."""
+    states, outcomes = imc.PlanControlState.State, imc.PlanControlState.LastOutcome
+    return {
+        "state": states(state.state).name if state.state in set(states) else str(state.state),
+        "plan": state.plan_id,
+        "maneuver": state.man_id,
+        "progress": state.plan_progress if state.plan_progress >= 0.0 else None,
+        "eta": state.plan_eta if state.plan_eta >= 0 else None,
+        "last_outcome": outcomes(state.last_outcome).name if state.last_outcome in set(outcomes) else None,
+    }
+
+
+def state_text(state: imc.PlanControlState) -> str:
+    """The state of the plan engine on one line."""
+    values = state_values(state)
+    words = [str(values["state"])]
+    if state.state in (imc.PlanControlState.State.EXECUTING, imc.PlanControlState.State.INITIALIZING):
+        words += [state.plan_id, state.man_id]
+        words += [f"{state.plan_progress:.0f} %"] if values["progress"] is not None else []
+        words += [f"{state.plan_eta} s left"] if values["eta"] is not None else []
+    elif state.plan_id:
+        words += [f"last: {state.plan_id}, {values['last_outcome']}"]
+    return printable("  ".join(word for word in words if word))
+
+
+class Progress:
+    """Shows reports of a plan: on a terminal one line that changes, else a line for each maneuver and each STEP."""
+
+    def __init__(self, plan: str) -> None:
+        self._plan = plan
+        self._last: tuple[object, ...] = ()
+        self._on_terminal = sys.stderr.isatty()
+
+    def __call__(self, state: imc.PlanControlState) -> None:
+        phases = imc.PlanControlState.State
+        if state.state not in (phases.EXECUTING, phases.INITIALIZING) or state.plan_id != self._plan:
+            return
+        if self._on_terminal:
+            click.echo(f"\r\x1b[K{state_text(state)}", nl=False, err=True)
+            return
+        now = state.state, state.man_id, int(max(state.plan_progress, 0.0) // STEP)
+        if now != self._last:
+            self._last = now
+            click.echo(state_text(state), err=True)

@@ -1,0 +1,120 @@
+"""`shoal send`: sends a message to a running vehicle."""
+
+import asyncio
+import json
+import math
+import time
+from typing import Any
+
+import click
+
+import imc
+from runtime.problem import printable, suggestion
+from shoal.cli.hand import (
+    clock_text,
+    complete_message,
+    fields_text,
+    json_option,
+    message_type,
+    print_line,
+    reach_options,
+    seconds,
+    vehicle_argument,
+    with_vehicle,
+)
+from shoal.network import AsyncRemoteVehicle
+
+
+@click.command()
+@vehicle_argument
+@click.argument("name", metavar="MESSAGE", shell_complete=complete_message)
+@click.argument("assignments", metavar="[FIELD=VALUE]...", nargs=-1)
+@click.option("--wait", callback=seconds, metavar="TIME", help="Show for this time what the vehicle replies to us.")
+@reach_options
+@json_option
+def send(
+    vehicle: str,
+    name: str,
+    assignments: tuple[str, ...],
+    wait: float | None,
+    reach: dict[str, Any],
+    as_json: bool,
+) -> None:
+    """Send MESSAGE to VEHICLE, for example: shoal send lauv-noptilus-1 QueryEntityState --wait 1s
+
+    A value is a number, an angle such as 15deg, the name of an enumerated value, a text, or JSON for a message inside:
+    maneuver='{"abbrev": "IdleManeuver", "duration": 10}'. With --wait the exit status is 1 if no reply comes.
+    """
+    message = message_of(name, assignments)
+
+    async def act(there: AsyncRemoteVehicle) -> int:
+        listener = there.network.listen(there.system, () if wait is not None else (type(message),))
+        await there.send(message)
+        if not as_json:
+            click.echo(f"sent {name} to {there.name}")
+        await asyncio.sleep(0.05)  # until the packet is out
+        until, replies = time.monotonic() + (wait or 0.0), 0
+        while (left := until - time.monotonic()) > 0.0:
+            try:
+                _, reply = await listener.next(left)
+            except TimeoutError:
+                break
+            if reply.src != there.id or reply.dst != there.network.console.id:
+                continue
+            replies += 1
+            if as_json:
+                print_line(json.loads(reply.to_json()))
+            else:
+                entity = printable(there.system.label(reply.src_ent))
+                click.echo(f"{clock_text(reply.timestamp)} {type(reply).__name__} {entity}: {fields_text(reply)}")
+        return replies
+
+    replies = with_vehicle(vehicle, reach, act)
+    if wait is not None and not replies:
+        click.echo(f"{vehicle} sent no reply within {wait:g} s", err=True)
+        raise click.exceptions.Exit(1)
+
+
+def message_of(name: str, assignments: tuple[str, ...]) -> imc.Message:
+    """The message of a name and texts such as depth=2. Raises UsageError that names field and mistake."""
+    kind = message_type(name)
+    infos = {field.name: field for field in imc.fields(kind)}
+    values: dict[str, Any] = {"abbrev": kind.__name__}
+    for assignment in assignments:
+        field, equals, text = assignment.partition("=")
+        field = field.strip()
+        if not equals:
+            raise click.UsageError(f"{assignment!r} is not FIELD=VALUE")
+        if field not in infos:
+            raise click.UsageError(f"{kind.__name__} has no field {field!r}; {suggestion(field, infos)}")
+        values[field] = _value(infos[field], text)
+    try:
+        message = imc.from_json(json.dumps(values))
+        imc.encode(message)
+    except (imc.DecodeError, imc.EncodeError, ValueError) as error:
+        raise click.UsageError(str(error)) from None
+    return message
+
+
+def _value(field: imc.FieldInfo, text: str) -> Any:
+    if field.type == "plaintext":
+        return text
+    if field.unit == "rad" and text.rstrip().endswith(("deg", "°")):
+        try:
+            return math.radians(float(text.strip().removesuffix("deg").removesuffix("°")))
+        except ValueError:
+            raise click.UsageError(f"{field.name}: {text!r} is not an angle") from None
+    if field.enum is not None and "|" in text:
+        members = field.enum.__members__
+        words = [word.strip() for word in text.split("|")]
+        wrong = [word for word in words if word not in members]
+        if wrong:
+            raise click.UsageError(f"{field.name}: {wrong[0]!r} is not one of {', '.join(members)}")
+        total = 0
+        for word in words:
+            total |= int(members[word])
+        return total
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text

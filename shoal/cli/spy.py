@@ -1,0 +1,194 @@
+"""`shoal spy`: the messages of a running vehicle, or their rates."""
+
+import asyncio
+import time
+from collections import Counter
+from contextlib import aclosing
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+import imc
+from runtime.problem import printable
+from shoal.cli.hand import (
+    clock_text,
+    complete_message,
+    fields_text,
+    json_option,
+    message_type,
+    no,
+    print_line,
+    reach_options,
+    seconds,
+    vehicle_argument,
+    with_vehicle,
+)
+from shoal.network import AsyncRemoteVehicle, VehicleLost, field_of, parse_where
+
+REFRESH = 0.5  # s
+WINDOW = 3.0  # s over which a live rate is taken
+
+
+@click.command()
+@vehicle_argument
+@click.argument("messages", metavar="[MESSAGE]...", nargs=-1, shell_complete=complete_message)
+@click.option("--where", default="", help='Only messages that match, such as "depth > 2 and u < 0.5".')
+@click.option("--fields", default="", help="Only these fields, separated by commas: x,y,depth.")
+@click.option("--entity", default="", help="Only of this entity.")
+@click.option("--hz", is_flag=True, help="Rates of all types, instead of the messages.")
+@click.option("--for", "duration", callback=seconds, metavar="TIME", help="End after this time: 3s, 1min.")
+@click.option("--count", type=click.IntRange(1), help="End after this many messages.")
+@reach_options
+@json_option
+def spy(
+    vehicle: str,
+    messages: tuple[str, ...],
+    where: str,
+    fields: str,
+    entity: str,
+    hz: bool,
+    duration: float | None,
+    count: int | None,
+    reach: dict[str, Any],
+    as_json: bool,
+) -> None:
+    """Show the messages of VEHICLE as they come: all, or those of the types named.
+
+    --json prints an object on each line. Exit status 1 if nothing came, or the vehicle is gone.
+    """
+    kinds = [message_type(name) for name in messages]
+    try:
+        test = parse_where(where, kinds)
+    except ValueError as error:
+        raise click.BadParameter(str(error), param_hint="--where") from None
+    names = tuple(name.strip() for name in fields.split(",") if name.strip())
+    _check_fields(names, kinds)
+
+    async def act(there: AsyncRemoteVehicle) -> None:
+        def wanted(message: imc.Message) -> bool:
+            return test(message) and there.system.is_labelled(message.src_ent, entity)
+
+        if hz:
+            await _measure(there, kinds, wanted, duration, as_json)
+            return
+        shown = 0
+        try:
+            async with asyncio.timeout(duration), aclosing(there.messages(*kinds)) as stream:
+                async for message in stream:
+                    if not wanted(message):
+                        continue
+                    shown += 1
+                    _show(there, message, names, as_json)
+                    if shown == count:
+                        return
+        except TimeoutError:
+            if not shown:
+                no(f"{there.name}: nothing came within {duration:g} s")
+
+    with_vehicle(vehicle, reach, act)
+
+
+def _check_fields(names: tuple[str, ...], kinds: list[type[imc.Message]]) -> None:
+    known = {field.name for kind in kinds for field in imc.fields(kind)}
+    for name in names:
+        if kinds and name.partition(".")[0] not in known | {"src", "src_ent", "dst", "dst_ent", "timestamp"}:
+            raise click.BadParameter(
+                f"no field {name!r} in {', '.join(k.__name__ for k in kinds)}", param_hint="--fields"
+            )
+
+
+def _show(vehicle: AsyncRemoteVehicle, message: imc.Message, names: tuple[str, ...], as_json: bool) -> None:
+    entity = printable(vehicle.system.label(message.src_ent))
+    if not as_json:
+        name = type(message).__name__
+        click.echo(f"{clock_text(message.timestamp)} {name} {entity}: {fields_text(message, names)}")
+        return
+    if not names:
+        print_line(
+            {"entity": entity, **message.to_dict()} if _is_plain(message) else {"entity": entity, **_json(message)}
+        )
+        return
+    values: dict[str, object] = {"abbrev": type(message).__name__, "timestamp": message.timestamp, "entity": entity}
+    for name in names:
+        try:
+            value = field_of(message, name)
+        except AttributeError:
+            continue
+        values[name] = _json(value) if isinstance(value, imc.Message) else value
+    print_line(values)
+
+
+def _is_plain(message: imc.Message) -> bool:
+    return not any(field.type == "rawdata" or field.messages for field in imc.fields(type(message)))
+
+
+def _json(message: imc.Message) -> dict[str, Any]:
+    import json
+
+    return json.loads(message.to_json())
+
+
+async def _measure(
+    vehicle: AsyncRemoteVehicle, kinds: list[type[imc.Message]], wanted: Any, duration: float | None, as_json: bool
+) -> None:
+    """Rates of all types at once: at the end, and meanwhile on a terminal."""
+    counts: Counter[tuple[str, str]] = Counter()
+    sizes: Counter[tuple[str, str]] = Counter()
+    console = Console(highlight=False, markup=False, emoji=False, width=None if Console().is_terminal else 120)
+    live = Live(Table(), console=console, refresh_per_second=4) if console.is_terminal and not as_json else None
+    began = drawn = time.monotonic()
+    gone: VehicleLost | None = None
+    if live is not None:
+        live.start()
+    try:
+        limit = WINDOW if duration is None and live is None else duration
+        async with asyncio.timeout(limit), aclosing(vehicle.messages(*kinds)) as stream:
+            async for message in stream:
+                if wanted(message):
+                    place = type(message).__name__, printable(vehicle.system.label(message.src_ent))
+                    counts[place] += 1
+                    sizes[place] += len(imc.encode(message))
+                now = time.monotonic()
+                if live is not None and now - drawn > REFRESH:
+                    live.update(_rates(counts, sizes, now - began))
+                    drawn = now
+    except TimeoutError:
+        pass
+    except VehicleLost as error:
+        gone = error
+    finally:
+        if live is not None:
+            live.stop()
+    past = time.monotonic() - began
+    if as_json:
+        rows = [
+            {
+                "message": name,
+                "entity": entity,
+                "count": number,
+                "hz": number / past,
+                "bytes_per_s": sizes[name, entity] / past,
+            }
+            for (name, entity), number in sorted(counts.items())
+        ]
+        print_line(rows)
+    elif live is None:
+        console.print(_rates(counts, sizes, past))
+    if gone is not None:
+        raise gone
+    if not counts:
+        no(f"{vehicle.name}: nothing came within {past:.1f} s")
+
+
+def _rates(counts: Counter[tuple[str, str]], sizes: Counter[tuple[str, str]], past: float) -> Table:
+    table = Table(box=None, header_style="dim", pad_edge=False)
+    for column in ("message", "entity", "Hz", "B/s"):
+        table.add_column(column, justify="right" if column in ("Hz", "B/s") else "left")
+    for (name, entity), number in sorted(counts.items()):
+        table.add_row(name, entity, f"{number / past:.2f}", f"{sizes[name, entity] / past:.0f}")
+    total = sum(counts.values())  # integers
+    table.add_row("all", "", f"{total / past:.1f}", f"{sum(sizes.values()) / past:.0f}")  # integers
+    return table

@@ -1,0 +1,52 @@
+"""Running vehicles: who is there, what they say, their plans and parameters."""
+
+from shoal.network.blocking import Connection, RemoteLogs, RemoteParameters, RemotePlans, RemoteVehicle
+from shoal.network.connecting import connect, make_network
+from shoal.network.doctor import Contact, Diagnosis, Finding, diagnose
+from shoal.network.link import Arrival, Console, Ear, Link, NetworkError
+from shoal.network.listener import Listener
+from shoal.network.logs import Logs, RemoteLog
+from shoal.network.network import Network, NoAnswer, VehicleLost
+from shoal.network.parameters import Parameters
+from shoal.network.plans import Outcome, Plans, Refused, StoredPlan
+from shoal.network.systems import System
+from shoal.network.udp_link import UDPLink
+from shoal.network.vehicle import AsyncRemoteVehicle
+from shoal.network.where import field_of, parse_where
+from shoal.network.zenoh_link import ZenohLink
+
+__all__ = [
+    "Arrival",
+    "AsyncRemoteVehicle",
+    "Connection",
+    "Console",
+    "Contact",
+    "Diagnosis",
+    "Ear",
+    "Finding",
+    "Link",
+    "Listener",
+    "Logs",
+    "Network",
+    "NetworkError",
+    "NoAnswer",
+    "Outcome",
+    "Parameters",
+    "Plans",
+    "Refused",
+    "RemoteLog",
+    "RemoteLogs",
+    "RemoteParameters",
+    "RemotePlans",
+    "RemoteVehicle",
+    "StoredPlan",
+    "System",
+    "UDPLink",
+    "VehicleLost",
+    "ZenohLink",
+    "connect",
+    "diagnose",
+    "field_of",
+    "make_network",
+    "parse_where",
+]

@@ -1,0 +1,83 @@
+"""From where a user wants to look to the links that do it."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from imc.discovery import LOOPBACK, PORTS, Endpoint, Service
+from shoal.network.blocking import Connection
+from shoal.network.link import Link
+from shoal.network.network import MEETING, Network
+from shoal.network.udp_link import EVERYWHERE, UDPLink
+from shoal.network.zenoh_link import LOCAL, ZenohLink
+
+ENDPOINTS = "SHOAL_CONNECT"
+CONFIG_FILE = "SHOAL_ZENOH_CONFIG"
+DISCOVERY = "SHOAL_DISCOVERY"
+"""Environment variables: endpoints with commas; a configuration file of zenoh; ports of discovery, such as 30100-30104.
+"""
+EXAMPLES = "zenoh, udp, tcp/10.0.0.7:7447 or imc+udp://10.0.0.7:6002/"
+
+
+def make_network(endpoints: Sequence[str] = (), zenoh_config: Path | None = None) -> Network:
+    """A network of the links to some endpoints; without any, to all of this computer.
+
+    An endpoint is `zenoh` or `udp` (of this computer), one of zenoh such as tcp/10.0.0.7:7447, or an address for IMC:
+    imc+udp://10.0.0.7:6002/, or imc+udp://0.0.0.0/ for all networks of this computer. Without endpoints those in the
+    environment are used. Raises ValueError for a wrong one.
+    """
+    given = list(endpoints) or [word.strip() for word in os.environ.get(ENDPOINTS, "").split(",") if word.strip()]
+    if zenoh_config is None and os.environ.get(CONFIG_FILE):
+        zenoh_config = Path(os.environ[CONFIG_FILE])
+    of_zenoh: list[str] = []
+    of_udp: list[Endpoint] = []
+    for endpoint in given or ["zenoh", "udp"]:
+        if endpoint in ("zenoh", "udp"):
+            of_zenoh += [LOCAL] if endpoint == "zenoh" else []
+            of_udp += [Endpoint(LOOPBACK, 0)] if endpoint == "udp" else []
+        elif endpoint.startswith("imc"):
+            of_udp.append(_place(endpoint))
+        elif "/" in endpoint and ":" in endpoint:
+            of_zenoh.append(endpoint)
+        else:
+            raise ValueError(f"{endpoint!r} is not an endpoint such as {EXAMPLES}")
+    links: list[Link] = []
+    links += [ZenohLink(of_zenoh, zenoh_config)] if of_zenoh else []
+    links += [UDPLink(of_udp, _ports())] if of_udp else []
+    return Network(links)
+
+
+def connect(
+    name: str, *, endpoints: Sequence[str] = (), zenoh_config: Path | None = None, timeout: float = MEETING
+) -> Connection:
+    """A running vehicle, by its name; over zenoh or IMC, whichever answers. See `make_network` for endpoints.
+
+    Use it in `with` (then it is a `RemoteVehicle`) or in `async with` (an `AsyncRemoteVehicle`):
+
+        with shoal.connect("lauv-noptilus-1") as vehicle:
+            print(vehicle.plan.start("survey"))
+
+    Entering raises NetworkError if it is not found within `timeout` seconds, and ValueError for a wrong endpoint.
+    """
+    return Connection(name, lambda: make_network(endpoints, zenoh_config), timeout)
+
+
+def _place(text: str) -> Endpoint:
+    try:
+        service = Service.parse(text)
+    except ValueError as error:
+        raise ValueError(str(error)) from None
+    place = Endpoint(EVERYWHERE, 0) if service.address == EVERYWHERE else Endpoint(service.address, service.port)
+    if place.address != EVERYWHERE and Service("imc+udp", place.address, place.port or 1).endpoint is None:
+        raise ValueError(f"{text!r}: {service.address!r} is not the IPv4 address of a computer")
+    return place
+
+
+def _ports() -> Sequence[int]:
+    text = os.environ.get(DISCOVERY, "")
+    if not text:
+        return PORTS
+    first, _, last = text.partition("-")
+    if not (first.isdecimal() and last.isdecimal() and 0 < int(first) <= int(last) < 65536):
+        raise ValueError(f"{DISCOVERY}: {text!r} is not a range of ports such as 30100-30104")
+    return range(int(first), int(last) + 1)

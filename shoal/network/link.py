@@ -1,0 +1,81 @@
+"""The contract between a network and what stands on it.
+
+A link finds the systems of one network, brings their packets, and carries packets to them. It starts without raising:
+`trouble` is a sentence for people while it cannot work, and it keeps trying. All calls in both directions are made in
+the thread of the event loop.
+"""
+
+from collections.abc import Collection
+from typing import NamedTuple, Protocol
+
+import imc
+
+EVERYBODY = "*"
+EVERYTHING: frozenset[str] = frozenset()
+
+
+class NetworkError(Exception):
+    """A sentence for people: nobody there, no answer, a refusal."""
+
+
+class Console(NamedTuple):
+    """Who we are: a system id of operators, and the name in keys and announcements."""
+
+    id: int
+    name: str
+
+
+class Arrival(NamedTuple):
+    """A packet, and what the link knows about its source: names may be empty, `place` is for people.
+
+    `is_old`: not new, but the last one of its kind, which was kept for us.
+    """
+
+    packet: bytes
+    system: str = ""
+    entity: str = ""
+    place: str = ""
+    is_old: bool = False
+
+
+class Ear(Protocol):
+    """What a link tells."""
+
+    def arrived(self, link: "Link", arrival: Arrival) -> None:
+        """A packet, as it came; it may be damaged."""
+        ...
+
+    def appeared(self, link: "Link", system: str, part: str, place: str, number: int | None = None) -> None:
+        """A system, or another process of it (`part`), is there, at a place; `number` is its id, if that is known."""
+        ...
+
+    def vanished(self, link: "Link", system: str, part: str) -> None:
+        """A part of a system has ended, or the way to it."""
+        ...
+
+    def dropped(self, link: "Link", peer: str, reason: str, number: int = 1) -> None:
+        """Packets that did not arrive here, or could not be taken."""
+        ...
+
+
+class Link(Protocol):
+    """One network."""
+
+    name: str
+    trouble: str
+
+    async def open(self, ear: Ear, console: Console) -> None:
+        """Start; returns as soon as packets can come, or `trouble` says why not."""
+        ...
+
+    def want(self, system: str, messages: Collection[str]) -> None:
+        """Ask for messages of a system, from now on; EVERYBODY and EVERYTHING are possible. Links may bring more."""
+        ...
+
+    def send(self, system: str, message: imc.Message, packet: bytes) -> None:
+        """Send a packet to a system, which has appeared here. One that cannot be sent is dropped."""
+        ...
+
+    async def close(self) -> None:
+        """Leave. Nothing arrives afterwards."""
+        ...

@@ -1,0 +1,54 @@
+"""A reader of messages, which may be slow, and the kinds of damage to packets."""
+
+import asyncio
+from collections import deque
+from collections.abc import Collection
+
+import imc
+from shoal.network.systems import System
+
+MOST_WAITING = 8192  # messages in front of a slow reader
+
+
+class Listener:
+    """Messages from a system, or to it, of some types, in the order of arrival; of all systems and types without.
+
+    `lost` is how many were too many for the reader. `takes_old`: also the last ones before, if they were kept.
+    """
+
+    def __init__(self, system: System | None, kinds: Collection[type[imc.Message]], *, takes_old: bool = False) -> None:
+        self.lost = 0
+        self.takes_old = takes_old
+        self._system = system
+        self._kinds = tuple(kinds)
+        self._waiting: deque[tuple[System, imc.Message]] = deque()
+        self._news = asyncio.Event()
+
+    def offer(self, system: System, message: imc.Message) -> None:
+        mine = self._system
+        if (mine is not None and mine is not system and message.dst != mine.id) or (
+            self._kinds and not isinstance(message, self._kinds)
+        ):
+            return
+        if len(self._waiting) >= MOST_WAITING:
+            self._waiting.popleft()
+            self.lost += 1
+        self._waiting.append((system, message))
+        self._news.set()
+
+    async def next(self, timeout: float | None = None) -> tuple[System, imc.Message]:
+        """The next message and who sent it. Raises TimeoutError."""
+        while not self._waiting:
+            self._news.clear()
+            async with asyncio.timeout(timeout):  # wait_for of Python 3.11 loses a cancellation now and then
+                await self._news.wait()
+        return self._waiting.popleft()
+
+
+def kind_of_damage(reason: str) -> str:
+    """The kind of an error in a packet, without its numbers: there must not be a count for each."""
+    if "CRC" in reason:
+        return "wrong CRC"
+    if "too short" in reason or "inside a message" in reason:
+        return f"schema mismatch: {reason.partition(':')[0]}"
+    return reason.partition(":")[0].partition(" 0x")[0]

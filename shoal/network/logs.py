@@ -1,0 +1,135 @@
+"""The logs of a vehicle, over the FTP server that it announces."""
+
+import asyncio
+import ftplib
+import re
+import time
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import imc
+from imc.discovery import PERIOD, Endpoint, Services
+from shoal.network.link import NetworkError
+from shoal.network.network import Network, NoAnswer
+from shoal.network.systems import System
+
+PATIENCE = 10.0  # s of silence of the server
+BLOCK = 1 << 16  # bytes
+MOST_LOGS = 10000
+PART = ".part"
+_NAME = re.compile(r"[^/\\\0]{1,200}")
+
+
+@dataclass(frozen=True)
+class RemoteLog:
+    """A log on the vehicle: its name is date and time, such as 20260101/120000_survey; sizes in bytes by file."""
+
+    name: str
+    files: dict[str, int]
+
+    @property
+    def size(self) -> int:
+        return sum(self.files.values())  # integers
+
+
+class Logs:
+    """The logs of one vehicle."""
+
+    def __init__(self, network: Network, system: System) -> None:
+        self._network = network
+        self._system = system
+
+    async def list(self) -> list[RemoteLog]:
+        """All logs, the oldest first. Raises NetworkError if the vehicle serves none."""
+        place = await self._place()
+        return await asyncio.to_thread(_list, place)
+
+    async def fetch(self, log: RemoteLog, folder: Path, progress: Callable[[int], object] = lambda _: None) -> Path:
+        """Copy a log into a folder, below the name of the vehicle; returns where it is.
+
+        What is there already is not transferred again, also a part of a file. `progress` gets the number of bytes of
+        each step, in another thread. Raises NetworkError, and OSError for the folder.
+        """
+        place = await self._place()
+        target = folder / self._system.name / log.name
+        await asyncio.to_thread(_fetch, place, log, target, progress)
+        return target
+
+    async def _place(self) -> Endpoint:
+        """Where the vehicle serves its logs: it says so in its Announce, every 10 s."""
+        self._network.want(self._system, (imc.Announce,))
+        deadline = time.monotonic() + 1.2 * PERIOD
+        while (left := deadline - time.monotonic()) > 0.0:
+            # Of several entities: the log begins with an Announce of the vehicle, too.
+            texts = [announce.services for announce in self._system.all_of(imc.Announce)]
+            for place in (place for text in texts for place in Services.parse(text).endpoints("ftp")):
+                return place
+            try:
+                await self._network.next(self._system, imc.Announce, left, takes_old=True)
+            except NoAnswer:
+                break
+        raise NetworkError(f"{self._system.name} serves no logs: it announces no ftp service")
+
+
+@contextmanager
+def _session(place: Endpoint) -> Generator[ftplib.FTP]:
+    """A session with a server; what goes wrong in it is a NetworkError."""
+    try:
+        with ftplib.FTP(timeout=PATIENCE) as session:
+            session.connect(place.address, place.port)
+            session.login()
+            session.voidcmd("TYPE I")
+            yield session
+    except (*ftplib.all_errors, EOFError) as error:
+        if isinstance(error, OSError) and error.filename is not None:
+            raise  # of our own disk
+        raise NetworkError(f"the server of logs at {place}: {error}") from None
+
+
+def _list(place: Endpoint) -> list[RemoteLog]:
+    found: list[RemoteLog] = []
+    with _session(place) as session:
+        for day in names_in(session, "", "dir"):
+            for log in names_in(session, f"/{day}", "dir"):
+                files = names_in(session, f"/{day}/{log}", "file")
+                found.append(RemoteLog(f"{day}/{log}", files))
+                if len(found) >= MOST_LOGS:
+                    return found
+    return sorted(found, key=lambda log: log.name)
+
+
+def names_in(session: ftplib.FTP, folder: str, kind: str) -> dict[str, int]:
+    """Names and sizes in a folder. A server may say anything: a name must not lead elsewhere on this computer."""
+    found: dict[str, int] = {}
+    for name, facts in session.mlsd(folder or "/"):
+        if facts.get("type") == kind and _NAME.fullmatch(name) and name not in (".", ".."):
+            size = facts.get("size", "0")
+            found[name] = int(size) if size.isdecimal() else 0
+    return dict(sorted(found.items()))
+
+
+def _fetch(place: Endpoint, log: RemoteLog, target: Path, progress: Callable[[int], object]) -> None:
+    target.mkdir(parents=True, exist_ok=True)
+    with _session(place) as session:
+        for name, size in log.files.items():
+            final, part = target / name, target / (name + PART)
+            if final.exists():
+                if final.stat().st_size >= size:
+                    progress(size)
+                    continue
+                final.rename(part)  # a log that was being written: what is there is its beginning
+            done = part.stat().st_size if part.exists() else 0
+            if done > size:
+                part.unlink()
+                done = 0
+            progress(done)
+            with part.open("ab") as out:
+
+                def write(block: bytes) -> None:
+                    out.write(block)
+                    progress(len(block))
+
+                session.retrbinary(f"RETR /{log.name}/{name}", write, BLOCK, rest=done or None)
+            part.rename(final)

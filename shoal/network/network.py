@@ -1,0 +1,314 @@
+"""All networks at once: who is there, what they say, and requests to them."""
+
+import asyncio
+import random
+import time
+from collections.abc import AsyncGenerator, Callable, Collection, Sequence
+from contextlib import suppress
+from typing import Self, TypeVar
+
+import imc
+from imc.addresses import OPERATORS
+from runtime.problem import printable, suggestion
+from shoal.network.link import EVERYBODY, EVERYTHING, Arrival, Console, Link, NetworkError
+from shoal.network.listener import Listener, kind_of_damage
+from shoal.network.systems import MOST_LABELS, MOST_SYSTEMS, System
+
+M = TypeVar("M", bound=imc.Message)
+A = TypeVar("A")
+REPEAT = 0.4  # s between copies of a request that is not answered
+GRACE = 1.0  # s in which a system that vanished may come back by another way
+PATIENCE = 3.0  # s for an answer
+MEETING = 1.5  # s for a system to show up
+LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
+BASIC = ("Heartbeat",)
+"""What is asked of a system that we talk to, so that its silence is noticed."""
+
+
+class VehicleLost(NetworkError):
+    """The vehicle has ended or has fallen silent."""
+
+
+class NoAnswer(NetworkError):
+    """The vehicle is there, but does not answer."""
+
+
+class Network:
+    """Hears all links; `systems` by name. An asynchronous context manager.
+
+    Systems with one name and several ids are two vehicles: neither is commanded, see `System.others`.
+    """
+
+    def __init__(self, links: Sequence[Link], console: Console | None = None) -> None:
+        number = random.SystemRandom().choice(range(OPERATORS.start + 0x1000, OPERATORS.stop - 1))
+        self.console = console or Console(number, f"0x{number:04X}")
+        self.links = tuple(links)
+        self.systems: dict[str, System] = {}
+        self.strangers: dict[tuple[str, str], int] = {}
+        self.changed = asyncio.Event()
+        self._listeners: list[Listener] = []
+        self._request = random.SystemRandom().randrange(1, 0xFFFF)
+
+    async def __aenter__(self) -> Self:
+        await asyncio.gather(*(link.open(self, self.console) for link in self.links))
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await asyncio.gather(*(link.close() for link in self.links))
+
+    # What links tell
+
+    def arrived(self, link: Link, arrival: Arrival) -> None:
+        try:
+            message = imc.decode(arrival.packet)
+        except imc.DecodeError as error:
+            self.dropped(link, arrival.system or arrival.place, kind_of_damage(str(error)))
+            return
+        if message.src == self.console.id:
+            return
+        system = self._system_of(arrival, message)
+        if system is None:
+            self.dropped(link, arrival.place or arrival.system or f"0x{message.src:04X}", "not announced")
+            return
+        if arrival.is_old:
+            system.keep(message)
+            for listener in tuple(self._listeners):
+                if listener.takes_old:
+                    listener.offer(system, message)
+            return
+        system.heard[link.name] += 1
+        if isinstance(message, imc.Unknown):
+            system.missed[f"unknown message id {message.id}"] += 1
+        elif message.surplus:
+            system.missed[f"schema mismatch: {type(message).__name__} is longer than ours"] += 1
+        if not system.takes(link):
+            return
+        system.last[link.name] = time.monotonic()
+        system.links.setdefault(link.name, link)
+        system.note_clock(message.timestamp)
+        if arrival.entity and message.src_ent <= MOST_LABELS:
+            system.labels.setdefault(message.src_ent, arrival.entity)
+        if isinstance(message, imc.EntityList) and message.op == imc.EntityList.Op.REPORT:
+            system.learn_labels(message)
+        elif isinstance(message, imc.EntityInfo) and message.label:
+            system.labels[message.src_ent] = message.label
+        if (message.dst, message.dst_ent) == (self.console.id, LABELS):
+            return
+        system.keep(message)
+        for listener in tuple(self._listeners):
+            listener.offer(system, message)
+
+    def appeared(self, link: Link, system: str, part: str, place: str, number: int | None = None) -> None:
+        found = self._known(system)
+        if found is None:
+            return
+        if number is not None:
+            self._identify(found, number, place)
+        found.links[link.name] = link
+        found.parts[link.name, part] = place or found.parts.get((link.name, part), "")
+        self.changed.set()
+
+    def vanished(self, link: Link, system: str, part: str) -> None:
+        found = self.systems.get(system)
+        if found is None:
+            return
+        found.parts.pop((link.name, part), None)
+        if not any(name == link.name for name, _ in found.parts):
+            found.links.pop(link.name, None)
+            found.last.pop(link.name, None)
+        self.changed.set()
+
+    def dropped(self, link: Link, peer: str, reason: str, number: int = 1) -> None:
+        known = self.systems.get(peer)
+        if known is not None:
+            known.missed[reason] += number
+        elif len(self.strangers) < MOST_SYSTEMS or (peer, reason) in self.strangers:
+            place = peer or link.name, reason
+            self.strangers[place] = self.strangers.get(place, 0) + number
+
+    def _known(self, name: str) -> System | None:
+        found = self.systems.get(name)
+        if found is None and name and len(self.systems) < MOST_SYSTEMS:
+            found = self.systems[name] = System(name)
+        return found
+
+    def _system_of(self, arrival: Arrival, message: imc.Message) -> System | None:
+        """Who sent a message: by the name that came with it, else by its id."""
+        if not arrival.system:
+            return next((system for system in self.systems.values() if system.id == message.src), None)
+        system = self._known(arrival.system)
+        if system is not None:
+            self._identify(system, message.src, arrival.place)
+        return system
+
+    def _identify(self, system: System, number: int, place: str) -> None:
+        if system.id is None:
+            system.id = number
+            self.changed.set()
+        elif system.id != number and len(system.others) < MOST_SYSTEMS:
+            system.others[number] = place
+
+    # Questions
+
+    def listen(
+        self, system: System | None = None, kinds: Collection[type[imc.Message]] = (), *, takes_old: bool = False
+    ) -> Listener:
+        """What a system says and what is said to it, or all systems say. To be ended with `end`."""
+        listener = Listener(system, kinds, takes_old=takes_old)
+        self._listeners.append(listener)
+        self.want(system, kinds)
+        return listener
+
+    def want(self, system: System | None, kinds: Collection[type[imc.Message]] = ()) -> None:
+        """Have `System.latest` follow messages of some types, or all."""
+        wanted = frozenset(kind.__name__ for kind in kinds) or EVERYTHING
+        for link in self.links:
+            link.want(EVERYBODY if system is None else system.name, wanted)
+
+    def end(self, listener: Listener) -> None:
+        with suppress(ValueError):
+            self._listeners.remove(listener)
+
+    async def stream(self, system: System, kinds: Collection[type[imc.Message]] = ()) -> AsyncGenerator[imc.Message]:
+        """Messages of a system for ever. Raises VehicleLost when it ends or falls silent."""
+        listener = self.listen(system, kinds)
+        try:
+            while True:
+                try:
+                    _, message = await listener.next(GRACE)
+                except TimeoutError:
+                    self.check(system)
+                    continue
+                if message.src == system.id:
+                    yield message
+        finally:
+            self.end(listener)
+
+    async def next(
+        self, system: System, kind: type[M], timeout: float = PATIENCE, entity: str = "", *, takes_old: bool = False
+    ) -> M:
+        """The next message of a type, of one entity (label) if it is named. Raises NoAnswer, VehicleLost."""
+        listener = self.listen(system, (kind,), takes_old=takes_old)
+        deadline = time.monotonic() + timeout
+        try:
+            while (left := deadline - time.monotonic()) > 0.0:
+                with suppress(TimeoutError):
+                    _, message = await listener.next(min(left, GRACE))
+                    ours = message.src == system.id and system.is_labelled(message.src_ent, entity)
+                    if isinstance(message, kind) and ours:
+                        return message
+                self.check(system)
+        finally:
+            self.end(listener)
+        raise NoAnswer(f"no {kind.__name__} from {system.name}{entity and f' ({entity})'} within {timeout:g} s")
+
+    async def find(self, name: str, timeout: float = MEETING) -> System:
+        """The system of a name, as soon as its id is known. Raises NetworkError that says who is there instead."""
+        if not name.strip() or any(sign in name for sign in "*?$#/"):
+            raise NetworkError(f"{printable(name)!r} is not the name of one vehicle")
+        name = "_".join(name.split())
+        for link in self.links:
+            link.want(name, BASIC)
+            link.want(name, ("VehicleState", "PlanControlState"))
+        deadline = time.monotonic() + timeout
+        while (left := deadline - time.monotonic()) > 0.0:
+            system = self.systems.get(name)
+            if system is not None and system.id is not None and system.is_there:
+                if system.clash:
+                    break
+                query = self.address(system, imc.EntityList(op=imc.EntityList.Op.QUERY)).replace(src_ent=LABELS)
+                self._send(system, query, imc.encode(query))
+                return system
+            await self.news(min(left, 0.1))
+        raise NetworkError(self._why_not(name))
+
+    async def news(self, timeout: float) -> None:
+        """Wait until a system appears, vanishes, or gets known, but not longer than `timeout` s."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(timeout):
+                await self.changed.wait()
+        self.changed.clear()
+
+    def vehicles(self) -> list[System]:
+        """All systems that are no consoles and are there, by name."""
+        there = (system for system in self.systems.values() if system.is_there and system.is_vehicle)
+        return sorted(there, key=lambda system: system.name)
+
+    def check(self, system: System) -> None:
+        """Raise VehicleLost if a system is not there any more."""
+        if not system.is_there:
+            last = f"last heard {system.age:.0f} s ago" if system.last else "it has ended"
+            raise VehicleLost(f"{system.name} is gone; {last}")
+
+    def number(self) -> int:
+        """The number of the next request."""
+        self._request = self._request % 0xFFFE + 1
+        return self._request
+
+    def send(self, system: System, message: imc.Message) -> bytes:
+        """Send a message to a system in the name of this console; returns the packet."""
+        packet = imc.encode(self.address(system, message))
+        self._send(system, message, packet)
+        return packet
+
+    def address(self, system: System, message: imc.Message) -> imc.Message:
+        """The message with our header; raises EncodeError if it does not fit a packet."""
+        header = {"src": self.console.id, "src_ent": 0, "dst": system.id, "timestamp": time.time()}
+        return message.replace(**header)
+
+    async def ask(
+        self,
+        system: System,
+        request: imc.Message,
+        kinds: Collection[type[imc.Message]],
+        answer: Callable[[imc.Message], A | None],
+        *,
+        timeout: float = PATIENCE,
+        repeat: float = REPEAT,
+    ) -> A:
+        """Send a request, and again every `repeat` s, until `answer` finds what it needs in a message of these types.
+
+        Copies are equal to the last byte, so that a vehicle can know them. Raises NoAnswer, VehicleLost, and what
+        `answer` raises.
+        """
+        listener = self.listen(system, kinds)
+        packet = imc.encode(self.address(system, request))
+        deadline = time.monotonic() + timeout
+        try:
+            while (left := deadline - time.monotonic()) > 0.0:
+                self._send(system, request, packet)
+                again = time.monotonic() + min(repeat, left)
+                while (wait := again - time.monotonic()) > 0.0:
+                    try:
+                        _, message = await listener.next(wait)
+                    except TimeoutError:
+                        break
+                    found = answer(message) if message.src == system.id else None
+                    if found is not None:
+                        return found
+                self.check(system)
+        finally:
+            self.end(listener)
+        raise NoAnswer(f"{system.name} does not answer {type(request).__name__} within {timeout:g} s")
+
+    def _send(self, system: System, message: imc.Message, packet: bytes) -> None:
+        """By the way that was heard last."""
+        links = sorted(system.links.values(), key=lambda link: -system.last.get(link.name, 0.0))
+        if links:
+            links[0].send(system.name, message, packet)
+
+    def nobody(self) -> str:
+        """The sentence for a network without vehicles."""
+        troubles = "; ".join(link.trouble for link in self.links if link.trouble)
+        return f"no vehicle is on the network{f' ({troubles})' if troubles else ''}"
+
+    def _why_not(self, name: str) -> str:
+        system = self.systems.get(name)
+        if system is not None and system.clash:
+            return f"{name}: {system.clash}; end one of them"
+        if system is not None and system.is_there:
+            return f"{name} is there, but says nothing"
+        there = [system.name for system in self.vehicles()]
+        if there:
+            return f"no vehicle {printable(name)!r} on the network; {suggestion(name, there)}"
+        return self.nobody()

@@ -1,0 +1,140 @@
+"""The parameters of a vehicle's tasks, by the label of the entity."""
+
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+
+import imc
+from runtime.problem import suggestion
+from shoal.network.listener import Listener
+from shoal.network.network import Network, NoAnswer
+from shoal.network.plans import Refused
+from shoal.network.systems import System
+
+QUIET = 0.5  # s without an answer: there are no more
+AT_ONCE = 50  # questions; a vehicle gives a console 200 answers a second
+
+
+class Parameters:
+    """Reads and sets parameters. Values are texts, as in a profile."""
+
+    def __init__(self, network: Network, system: System) -> None:
+        self._network = network
+        self._system = system
+
+    async def entities(self) -> dict[str, int]:
+        """The ids of all entities of the vehicle, by label."""
+        query = imc.EntityList(op=imc.EntityList.Op.QUERY)
+
+        def answer(message: imc.Message) -> dict[str, int] | None:
+            if not isinstance(message, imc.EntityList) or message.op != imc.EntityList.Op.REPORT:
+                return None
+            pairs = (entry.rpartition("=") for entry in message.list.split(";"))
+            return {label: int(number) for label, _, number in pairs if label and number.isdecimal()}
+
+        return await self._network.ask(self._system, query, (imc.EntityList,), answer)
+
+    async def list(self) -> dict[str, dict[str, str]]:
+        """The parameters of all entities that have any, by label and name."""
+        labels = await self.entities()
+        found: dict[str, dict[str, str]] = {}
+        waiting = list(labels)
+        listener = self._network.listen(self._system, (imc.EntityParameters,))
+        try:
+            for _ in range(2):  # an entity without parameters does not answer, and answers can get lost
+                for start in range(0, len(waiting), AT_ONCE):
+                    for label in waiting[start : start + AT_ONCE]:
+                        self._network.send(self._system, _query(label))
+                    last = time.monotonic()
+                    while time.monotonic() - last < QUIET:
+                        try:
+                            _, message = await listener.next(QUIET)
+                        except TimeoutError:
+                            break
+                        if isinstance(message, imc.EntityParameters) and message.name not in found:
+                            found[message.name] = _values(message)
+                            last = time.monotonic()
+                    self._network.check(self._system)
+                waiting = [label for label in waiting if label not in found]
+        finally:
+            self._network.end(listener)
+        return dict(sorted(found.items()))
+
+    async def get(self, entity: str) -> dict[str, str]:
+        """The parameters of one entity by name. Raises Refused if there is no such entity or it has none."""
+        ask = self._network.ask
+        kinds = (imc.EntityParameters,)
+        try:
+            return await ask(self._system, _query(entity), kinds, lambda m: _of(m, entity), timeout=1.2)
+        except NoAnswer:
+            labels = await self.entities()
+            if entity in labels:
+                raise Refused(f"{entity} has no parameters") from None
+            raise Refused(f"no entity {entity!r}; {suggestion(entity, labels)}") from None
+
+    async def set(self, entity: str, values: Mapping[str, str]) -> dict[str, str]:
+        """Set parameters of one entity; returns those that were accepted. Raises Refused with the vehicle's reasons.
+
+        What was accepted before a refusal stays.
+        """
+        known = await self.get(entity)
+        for name in values:
+            if name not in known:
+                raise Refused(f"{entity} has no parameter {name!r}; {suggestion(name, known)}")
+        params = tuple(imc.EntityParameter(name=name, value=value) for name, value in values.items())
+        request = imc.SetEntityParameters(name=entity, params=params)
+
+        def answer(message: imc.Message) -> dict[str, str] | None:
+            """What was accepted; a late answer to the question above has the others, too."""
+            found = _of(message, entity)
+            return found if found is not None and set(found) <= set(values) else None
+
+        log = self._network.listen(self._system, (imc.LogBookEntry,))
+        try:
+            ask = self._network.ask
+            kinds = (imc.EntityParameters,)
+            try:
+                accepted = await ask(self._system, request, kinds, answer, timeout=1.2)
+            except NoAnswer:
+                accepted = {}
+            if missing := [name for name in values if name not in accepted]:
+                raise Refused("; ".join([await self._reason(log, entity, name, values[name]) for name in missing]))
+            return accepted
+        finally:
+            self._network.end(log)
+
+    async def save(self, entity: str) -> None:
+        """Have the vehicle keep the values of an entity for its next start. Raises Refused if it cannot."""
+        label = entity
+
+        def answer(message: imc.Message) -> imc.LogBookEntry | None:
+            ours = isinstance(message, imc.LogBookEntry) and message.text.startswith(f"parameters of {label} ")
+            return message if isinstance(message, imc.LogBookEntry) and ours else None
+
+        await self.get(entity)
+        reply = await self._network.ask(
+            self._system, imc.SaveEntityParameters(name=entity), (imc.LogBookEntry,), answer
+        )
+        if reply.type >= imc.LogBookEntry.Type.ERROR:
+            raise Refused(reply.text)
+
+    async def _reason(self, log: Listener, entity: str, name: str, value: str) -> str:
+        """Why a value was refused: the vehicle says so in its log book."""
+        with suppress(TimeoutError):
+            while True:
+                _, entry = await log.next(QUIET)
+                if isinstance(entry, imc.LogBookEntry) and entry.text.startswith(f"{name} = "):
+                    return f"{entity}: {entry.text}"
+        return f"{entity}: {name} = {value!r} was not accepted"
+
+
+def _query(entity: str) -> imc.QueryEntityParameters:
+    return imc.QueryEntityParameters(name=entity, visibility="developer", scope="global")
+
+
+def _of(message: imc.Message, entity: str) -> dict[str, str] | None:
+    return _values(message) if isinstance(message, imc.EntityParameters) and message.name == entity else None
+
+
+def _values(message: imc.EntityParameters) -> dict[str, str]:
+    return {entry.name: entry.value for entry in message.params if isinstance(entry, imc.EntityParameter)}

@@ -1,0 +1,169 @@
+"""The plans of a vehicle: its database, and the start, progress and end of one."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import imc
+from shoal.network.link import NetworkError
+from shoal.network.network import GRACE, PATIENCE, Network
+from shoal.network.systems import System
+
+Op = imc.PlanControl.Op
+Type = imc.PlanControl.Type
+Phase = imc.PlanControlState.State
+OVER = (Phase.READY, Phase.BLOCKED)
+LAST_WORDS = 1.5  # s from the end of a plan to the reason, which is a message of its own
+
+
+class Refused(NetworkError):
+    """The vehicle says no; the text is its reason."""
+
+
+@dataclass(frozen=True)
+class StoredPlan:
+    """A plan in the vehicle's database; `changed` is in s since 1970 UTC, `by` the system that changed it."""
+
+    name: str
+    size: int
+    changed: float
+    by: str
+    md5: str
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The end of a plan: whether it was completed, and the vehicle's words."""
+
+    plan: str
+    completed: bool
+    reason: str
+    seconds: float
+
+
+class Plans:
+    """The plans of one vehicle."""
+
+    def __init__(self, network: Network, system: System) -> None:
+        self._network = network
+        self._system = system
+        self._has_changed = False
+
+    async def list(self) -> list[StoredPlan]:
+        """All plans that are stored, by name. Raises Refused if they are too many to be listed at once."""
+        state = await self._database(imc.PlanDB.Op.GET_STATE)
+        if not isinstance(state, imc.PlanDBState):
+            return []
+        found = [info for info in state.plans_info if isinstance(info, imc.PlanDBInformation)]
+        if len(found) < state.plan_count:
+            raise Refused(f"{self._system.name} has {state.plan_count} plans, too many for one message")
+        plans = [StoredPlan(i.plan_id, i.plan_size, i.change_time, i.change_sname, i.md5.hex()) for i in found]
+        return sorted(plans, key=lambda plan: plan.name)
+
+    async def get(self, name: str) -> imc.PlanSpecification:
+        """A stored plan. Raises Refused if there is none of this name."""
+        plan = await self._database(imc.PlanDB.Op.GET, name)
+        if not isinstance(plan, imc.PlanSpecification):
+            raise Refused(f"{self._system.name} sent no plan")
+        return plan
+
+    async def put(self, plan: imc.PlanSpecification) -> None:
+        """Store a plan under its own name; one that is there is replaced. Raises EncodeError if it is too large."""
+        await self._database(imc.PlanDB.Op.SET, plan.plan_id, plan)
+
+    async def delete(self, name: str) -> None:
+        """Delete a stored plan. Raises Refused if there is none of this name."""
+        await self._database(imc.PlanDB.Op.DEL, name)
+
+    async def status(self, timeout: float = PATIENCE) -> imc.PlanControlState:
+        """What the plan engine does: its last report, or the next one if we have asked for a change meanwhile."""
+        self._network.check(self._system)
+        state = self._system.last_of(imc.PlanControlState)
+        if state is not None and self._system.age < 1.0 and not self._has_changed:
+            return state
+        return await self._network.next(self._system, imc.PlanControlState, timeout)
+
+    async def start(
+        self,
+        plan: str | imc.PlanSpecification,
+        *,
+        wait: bool = True,
+        calibrate: bool = False,
+        ignore_errors: bool = False,
+        progress: Callable[[imc.PlanControlState], object] | None = None,
+    ) -> Outcome | None:
+        """Start a stored plan, or one that goes with the request, which the vehicle then also stores.
+
+        Waits for the end, unless `wait` is False; `progress` gets each report until then. Raises Refused if the vehicle
+        does not start it.
+        """
+        flags = (imc.PlanControl.Flags.CALIBRATE if calibrate else 0) | (
+            imc.PlanControl.Flags.IGNORE_ERRORS if ignore_errors else 0
+        )
+        is_name = isinstance(plan, str)
+        name = plan if is_name else plan.plan_id
+        request = imc.PlanControl(op=Op.START, plan_id=name, flags=flags, arg=None if is_name else plan)
+        request = request.replace(request_id=self._network.number())
+        network, system = self._network, self._system
+        self._has_changed = True
+        listener = network.listen(system, (imc.PlanControl, imc.PlanControlState))
+        try:
+            answer = await network.ask(system, request, (imc.PlanControl,), lambda m: self._answer(m, request))
+            if answer.type == Type.FAILURE:
+                raise Refused(answer.info)
+            if not wait:
+                return None
+            began, over, words, flown = time.monotonic(), 0.0, "", False
+            while True:
+                try:
+                    _, message = await listener.next(GRACE)
+                except TimeoutError:
+                    network.check(system)
+                    message = None
+                if isinstance(message, imc.PlanControlState) and message.src == system.id:
+                    flown = flown or message.state in (Phase.INITIALIZING, Phase.EXECUTING)
+                    if flown and message.state in OVER:
+                        over = over or time.monotonic()
+                        done = message.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
+                        if over and time.monotonic() - over > LAST_WORDS:
+                            return Outcome(name, done, words if done else "plan has failed", time.monotonic() - began)
+                    elif progress is not None:
+                        progress(message)
+                elif message is not None and (reply := self._answer(message, request)) is not None:
+                    words = reply.info
+                    if reply.type == Type.FAILURE or words.startswith("plan completed"):
+                        return Outcome(name, reply.type == Type.SUCCESS, words, time.monotonic() - began)
+        finally:
+            network.end(listener)
+
+    async def stop(self) -> None:
+        """Stop the plan that is running. Raises Refused if none is."""
+        request = imc.PlanControl(op=Op.STOP, request_id=self._network.number())
+        ask, self._has_changed = self._network.ask, True
+        answer = await ask(self._system, request, (imc.PlanControl,), lambda message: self._answer(message, request))
+        if answer.type == Type.FAILURE:
+            raise Refused(answer.info)
+
+    def _answer(self, message: imc.Message, request: imc.PlanControl) -> imc.PlanControl | None:
+        """A final reply to a request of ours."""
+        if not isinstance(message, imc.PlanControl) or message.type not in (Type.SUCCESS, Type.FAILURE):
+            return None
+        ours = (message.dst, message.op, message.request_id, message.src)
+        wanted = (self._network.console.id, request.op, request.request_id, self._system.id)
+        return message if ours == wanted else None
+
+    async def _database(
+        self, op: imc.PlanDB.Op, name: str = "", plan: imc.PlanSpecification | None = None
+    ) -> imc.Message | None:
+        request = imc.PlanDB(op=op, plan_id=name, arg=plan, request_id=self._network.number())
+
+        def answer(message: imc.Message) -> imc.PlanDB | None:
+            if not isinstance(message, imc.PlanDB) or message.dst != self._network.console.id:
+                return None
+            ours = (message.op, message.request_id) == (request.op, request.request_id)
+            return message if ours and message.type in (imc.PlanDB.Type.SUCCESS, imc.PlanDB.Type.FAILURE) else None
+
+        reply = await self._network.ask(self._system, request, (imc.PlanDB,), answer)
+        if reply.type == imc.PlanDB.Type.FAILURE:
+            raise Refused(f"{name}: {reply.info}" if name else reply.info)
+        return reply.arg

@@ -1,0 +1,119 @@
+"""What is known of the systems on the networks: names, ids, where they are, what they said last, what went wrong."""
+
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import imc
+from imc.addresses import OPERATORS
+from shoal.network.link import Link
+
+M = TypeVar("M", bound=imc.Message)
+MOST_SYSTEMS = 256
+MOST_KEPT = 2048  # messages of one system
+MOST_LABELS = 255
+SILENCE = 5.0  # s; a system sends Heartbeat at 1 Hz
+STEP = 60.0  # s; a time stamp that is older than this before the last one means that the clock was set
+FRESH = 3.0  # s; a packet that also comes over another network counts only if the first was silent for so long
+
+
+@dataclass(eq=False)
+class System:
+    """A system, by its name. Times are of `time.monotonic`, in s; NaN or 0 before the first.
+
+    parts: where its processes are, by link and process. heard: packets by link. missed: what did not arrive, or could
+    not be read, by reason. clock: its time stamps less our time (s), the smallest difference of the last packets.
+    """
+
+    name: str
+    id: int | None = None
+    parts: dict[tuple[str, str], str] = field(default_factory=dict[tuple[str, str], str])
+    links: dict[str, Link] = field(default_factory=dict[str, Link])
+    heard: Counter[str] = field(default_factory=Counter[str])
+    last: dict[str, float] = field(default_factory=dict[str, float])
+    missed: Counter[str] = field(default_factory=Counter[str])
+    others: dict[int, str] = field(default_factory=dict[int, str])
+    labels: dict[int, str] = field(default_factory=dict[int, str])
+    clock: float = float("nan")
+    began: float = field(default_factory=time.monotonic)
+    latest: dict[tuple[str, int], imc.Message] = field(default_factory=dict[tuple[str, int], imc.Message])
+
+    @property
+    def age(self) -> float:
+        """Time since its last packet (s)."""
+        return time.monotonic() - max(self.last.values(), default=self.began)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether one of its processes is known to run, or it was heard a short time ago."""
+        return bool(self.parts) or (bool(self.last) and self.age < SILENCE)
+
+    @property
+    def is_vehicle(self) -> bool:
+        """Whether it is no console: its id, once known, is not one of an operator."""
+        return self.id is None or self.id not in OPERATORS
+
+    @property
+    def clash(self) -> str:
+        """That several vehicles use this name; empty if it is one. One vehicle may have several processes on zenoh."""
+        if self.others:
+            ids = ", ".join(f"0x{number:04X}" for number in sorted([self.id or 0, *self.others]))
+            words = f"several vehicles have this name, with the ids {ids}"
+        elif sum(link == "udp" for link, _ in self.parts) > 1:  # integers
+            words = "several vehicles have this name and id"
+        else:
+            return ""
+        return f"{words} ({'; '.join(self.places)})" if self.places else words
+
+    @property
+    def places(self) -> list[str]:
+        return sorted({place for place in self.parts.values() if place})
+
+    def takes(self, link: Link) -> bool:
+        """Whether packets that come by this link count: those of the first one that brings any, until it is silent."""
+        now = time.monotonic()
+        first = next((name for name, at in self.last.items() if now - at < FRESH), link.name)
+        return first == link.name
+
+    def keep(self, message: imc.Message) -> None:
+        place = type(message).__name__, message.src_ent
+        known = self.latest.get(place)
+        if known is not None and known.timestamp > message.timestamp > known.timestamp - STEP:
+            return
+        if place in self.latest or len(self.latest) < MOST_KEPT:
+            self.latest[place] = message
+
+    def last_of(self, kind: type[M], entity: str = "") -> M | None:
+        """The newest message of a type, of one entity (label) if it is named."""
+        found: M | None = None
+        for (name, source), message in self.latest.items():
+            if name == kind.__name__ and isinstance(message, kind) and self.is_labelled(source, entity):
+                found = message if found is None or message.timestamp >= found.timestamp else found
+        return found
+
+    def all_of(self, kind: type[M]) -> Iterator[M]:
+        """The last message of a type from each entity."""
+        return (message for message in list(self.latest.values()) if isinstance(message, kind))
+
+    def label(self, entity: int) -> str:
+        """The label of an entity, its number if it is unknown."""
+        return self.labels.get(entity, str(entity))
+
+    def is_labelled(self, entity: int, label: str) -> bool:
+        """Whether an entity has a label; keys of zenoh have _ for blanks. Any has the empty one."""
+        return not label or "_".join(self.label(entity).split()) == "_".join(label.split())
+
+    def learn_labels(self, entities: imc.EntityList) -> None:
+        for entry in entities.list.split(";"):
+            label, _, number = entry.rpartition("=")
+            if label and number.isascii() and number.isdecimal() and int(number) <= MOST_LABELS:
+                self.labels[int(number)] = label
+
+    def note_clock(self, timestamp: float) -> None:
+        difference = timestamp - time.time()
+        if self.clock != self.clock or abs(difference) < abs(self.clock):
+            self.clock = difference
+        else:
+            self.clock += 0.01 * (difference - self.clock)

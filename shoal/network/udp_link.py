@@ -1,0 +1,288 @@
+"""Systems that announce themselves over IMC, and their packets over UDP; we announce ourselves as a console does."""
+
+import asyncio
+import errno
+import socket
+import struct
+import time
+from collections.abc import Collection, Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+import imc
+from imc.discovery import (
+    BROADCAST,
+    LOOPBACK,
+    MULTICAST,
+    PERIOD,
+    PORTS,
+    Endpoint,
+    Service,
+    Services,
+    readable_name,
+    targets,
+)
+from imc.layout import LARGEST_PACKET
+from shoal.network.link import EVERYBODY, Arrival, Console, Ear
+
+EVERYWHERE = "0.0.0.0"
+USUAL_PORTS = range(6002, 6007)  # where vehicles listen; asked if no announcement can be heard
+BEAT = 1.0  # s
+AGAIN = (1.1, PERIOD)  # s from the first Announce to the second, and between the others; imcjava ignores faster ones
+SILENCE = 4.0  # s; a system that we send Heartbeat sends its own at 1 Hz
+UNSEEN = 2.5 * PERIOD  # s without Announce
+MOST_PEERS = 256
+AT_ONCE = 256  # datagrams read before the rest of the program comes to its turn
+BUFFER = 4 << 20  # bytes
+RECEIVE_ERRORS, ERROR_QUEUE = 11, 0x2000  # IP_RECVERR, MSG_ERRQUEUE of Linux: who refused a packet
+
+
+@dataclass
+class _Peer:
+    """A system that has announced itself; times in s of `time.monotonic`."""
+
+    id: int
+    name: str
+    uid: str
+    endpoint: Endpoint
+    announced: float
+    heard: float = 0.0
+    greeted: bool = field(default=False)
+
+
+class UDPLink:
+    """The systems that announce themselves to this computer, or to its networks.
+
+    `places` are addresses to announce to, and perhaps ports to talk to: by default the loopback address; 0.0.0.0 stands
+    for all networks. `ports` are those of discovery.
+    """
+
+    name = "udp"
+
+    def __init__(self, places: Collection[Endpoint] = (Endpoint(LOOPBACK, 0),), ports: Sequence[int] = PORTS) -> None:
+        self.trouble = "not open yet"
+        self._places = tuple(places)
+        self._ports = ports
+        self._peers: dict[int, _Peer] = {}
+        self._sockets: list[socket.socket] = []
+        self._beating: asyncio.Task[None] | None = None
+        self._uid = str(time.time_ns())
+        self.deaf = False
+
+    async def open(self, ear: Ear, console: Console) -> None:
+        self._ear, self._console = ear, console
+        local = all(place.address.startswith("127.") for place in self._places)
+        self._address = LOOPBACK if local else EVERYWHERE
+        try:
+            self._data = self._open(self._address, 0)
+        except OSError as error:
+            self.trouble = f"no UDP socket: {error.strerror}"
+            return
+        with suppress(OSError):
+            self._data.setsockopt(socket.IPPROTO_IP, RECEIVE_ERRORS, 1)
+        asyncio.get_running_loop().add_reader(self._data, self._read_data)
+        self._open_discovery()
+        self.trouble = ""
+        self._beating = asyncio.create_task(self._beat())
+
+    def want(self, system: str, messages: Collection[str]) -> None:
+        """The vehicle's profile decides what it sends."""
+
+    def send(self, system: str, message: imc.Message, packet: bytes) -> None:
+        for peer in self._peers.values():
+            if system in (peer.name, EVERYBODY):
+                self._send(packet, peer.endpoint)
+
+    async def close(self) -> None:
+        if self._beating is not None:
+            self._beating.cancel()
+            with suppress(asyncio.CancelledError):
+                await self._beating
+        for one in self._sockets:
+            asyncio.get_running_loop().remove_reader(one)
+            one.close()
+        self._sockets.clear()
+
+    def _open(self, address: str, port: int) -> socket.socket:
+        one = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            one.setblocking(False)
+            with suppress(OSError):
+                one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
+            if self._address == EVERYWHERE:
+                one.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+                one.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
+            one.bind((address, port))
+        except OSError:
+            one.close()
+            raise
+        self._sockets.append(one)
+        return one
+
+    def _open_discovery(self) -> None:
+        """Listen at the first free port of discovery; others of this computer need theirs, too."""
+        for port in self._ports:
+            try:
+                self._discovery = self._open(self._address, port)
+            except OSError:
+                continue
+            if self._address == EVERYWHERE:
+                group = socket.inet_aton(MULTICAST) + struct.pack("=I", socket.INADDR_ANY)
+                with suppress(OSError):  # no network
+                    self._discovery.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group)
+            asyncio.get_running_loop().add_reader(self._discovery, self._read_announcements)
+            return
+        self.deaf = True
+
+    async def _beat(self) -> None:
+        """Announce, send Heartbeat to all that announce themselves, and notice who is silent."""
+        wait = iter(AGAIN)
+        next_announce = 0.0
+        while True:
+            now = time.monotonic()
+            if now >= next_announce:
+                self._announce()
+                next_announce = now + next(wait, PERIOD)
+            for peer in list(self._peers.values()):
+                if now - peer.announced > UNSEEN or (peer.heard and now - peer.heard > SILENCE):
+                    self._lose(peer)
+                else:
+                    self._send(self._packet(imc.Heartbeat(), peer.id), peer.endpoint)
+            await asyncio.sleep(BEAT)
+
+    def _announce(self) -> None:
+        addresses = [place.address for place in self._places]
+        if EVERYWHERE in addresses:
+            addresses = [LOOPBACK, MULTICAST, BROADCAST, *(a for a in addresses if a != EVERYWHERE)]
+        given = [place for place in self._places if place.port]
+        if self.deaf:
+            given += [Endpoint(LOOPBACK, port) for port in USUAL_PORTS]
+        for place in targets(addresses, self._ports):
+            self._send(self._announcement(place), place)
+        for place in given:
+            self._send(self._announcement(place), place)
+            self._send(self._packet(imc.Heartbeat(), 0xFFFF), place)
+
+    def _announcement(self, place: Endpoint) -> bytes:
+        """Our Announce as the program at a place has to read it: with the address that it can reach."""
+        own = _own_address(place)
+        port = self._data.getsockname()[1]
+        services = Services.of([Service("imc+udp", own, port)], uid=self._uid, imc=imc.builtin().version)
+        kind = imc.Announce(
+            sys_name=self._console.name, sys_type=imc.SystemType.CCU, owner=0xFFFF, services=str(services)
+        )
+        return self._packet(kind, 0)
+
+    def _packet(self, message: imc.Message, destination: int) -> bytes:
+        return imc.encode_as(message, time.time(), self._console.id, 0, destination, 0xFF)
+
+    def _send(self, packet: bytes, place: Endpoint) -> None:
+        try:
+            self._data.sendto(packet, place)
+        except OSError as error:
+            self._look_for_refusals()
+            if error.errno == errno.ECONNREFUSED:  # of an earlier packet; this one was not sent
+                with suppress(OSError):
+                    self._data.sendto(packet, place)
+            elif error.errno == errno.EMSGSIZE:
+                self._ear.dropped(self, str(place), "too long for a datagram")
+
+    def _look_for_refusals(self) -> None:
+        """Systems whose computer says that nobody listens any more have ended."""
+        for _ in range(MOST_PEERS):
+            try:
+                _, _, _, address = self._data.recvmsg(0, 0, ERROR_QUEUE)
+            except OSError:
+                return
+            for peer in list(self._peers.values()):
+                if address[:2] == tuple(peer.endpoint):
+                    self._lose(peer)
+
+    def _lose(self, peer: _Peer) -> None:
+        self._peers.pop(peer.id, None)
+        self._ear.vanished(self, peer.name, peer.uid)
+
+    def _read_announcements(self) -> None:
+        for packet, sender in self._read(self._discovery):
+            try:
+                message = imc.decode(packet)
+            except imc.DecodeError as error:
+                self._ear.dropped(self, sender.address, f"announcement: {error.reason}")
+                continue
+            if isinstance(message, imc.Announce) and message.src != self._console.id:
+                self._meet(message, sender)
+
+    def _meet(self, announce: imc.Announce, sender: Endpoint) -> None:
+        services = Services.parse(announce.services)
+        name, places = readable_name(announce.sys_name), services.endpoints("imc+udp", sender.address)
+        if not places or not name:
+            self._ear.dropped(self, name or sender.address, "announced without an address for packets")
+            return
+        known = self._peers.get(announce.src)
+        uid = services.uid or str(announce.src)
+        now = time.monotonic()
+        if known is not None and known.uid != uid and known.endpoint != places[0] and now - known.heard < SILENCE:
+            self._ear.appeared(self, name, uid, f"at {places[0]}", announce.src)  # a second one with the same id
+            return
+        if known is not None and (known.uid, known.name) != (uid, name):
+            self._lose(known)
+            known = None
+        if known is None:
+            if len(self._peers) >= MOST_PEERS:
+                return
+            known = self._peers[announce.src] = _Peer(announce.src, name, uid, places[0], now)
+        known.endpoint, known.announced = places[0], now
+        self._ear.appeared(self, name, uid, f"at {places[0]}", announce.src)
+        self._ear.arrived(self, Arrival(imc.encode(announce), name, "", f"at {places[0]}"))
+        if not known.greeted:
+            # Its own search for announcements may be deaf; and it sends only to who has sent it something.
+            known.greeted = True
+            self._send(self._announcement(known.endpoint), known.endpoint)
+            self._send(self._packet(imc.Heartbeat(), known.id), known.endpoint)
+
+    def _read_data(self) -> None:
+        for packet, sender in self._read(self._data):
+            source = int.from_bytes(packet[14:16], "little" if packet[:1] == b"\x54" else "big")
+            peer = self._peers.get(source)
+            if peer is None:  # damaged in the header, or another protocol
+                peer = next((one for one in self._peers.values() if one.endpoint == sender), None)
+            if peer is None and self._is_asked(sender):
+                now = time.monotonic()
+                name = f"0x{source:04X}"
+                peer = self._peers[source] = _Peer(source, name, name, sender, now + 1e9)
+                self._ear.appeared(self, name, name, f"at {sender}", source)
+            if peer is None:
+                self._ear.dropped(self, f"0x{source:04X} at {sender.address}", "not announced")
+            elif peer.endpoint.address != sender.address:
+                self._ear.dropped(self, peer.name, f"from {sender.address}, not from {peer.endpoint.address}")
+            else:
+                peer.heard = time.monotonic()
+                self._ear.arrived(self, Arrival(packet, peer.name, "", f"at {sender}"))
+
+    def _is_asked(self, sender: Endpoint) -> bool:
+        """Whether a system without a name answers where we asked, since no announcement can be heard."""
+        if len(self._peers) >= MOST_PEERS:
+            return False
+        return sender in self._places or (self.deaf and sender.address == LOOPBACK and sender.port in USUAL_PORTS)
+
+    def _read(self, one: socket.socket) -> Iterable[tuple[bytes, Endpoint]]:
+        for _ in range(AT_ONCE):
+            try:
+                packet, sender = one.recvfrom(LARGEST_PACKET)
+            except BlockingIOError:
+                return
+            except OSError:
+                self._look_for_refusals()
+                return
+            yield packet, Endpoint(*sender[:2])
+
+
+def _own_address(place: Endpoint) -> str:
+    """The address of this computer on the way to a place."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+            probe.connect((place.address, place.port or 9))
+        except OSError:
+            return LOOPBACK
+        return probe.getsockname()[0]

@@ -1,0 +1,97 @@
+"""A vehicle that runs elsewhere: its messages, plans, parameters; requests to it."""
+
+from collections.abc import AsyncGenerator
+from typing import TypeVar, overload
+
+import imc
+from imc.addresses import UNKNOWN_SYSTEM
+from shoal.network.logs import Logs
+from shoal.network.network import PATIENCE, Network
+from shoal.network.parameters import Parameters
+from shoal.network.plans import Plans
+from shoal.network.systems import System
+from shoal.network.where import parse_where
+
+M = TypeVar("M", bound=imc.Message)
+
+
+class AsyncRemoteVehicle:
+    """A vehicle on the network, for programs with asyncio; `shoal.connect` makes it.
+
+    plan: its plans. param: its parameters. log: its logs. network: all else that is heard.
+    """
+
+    def __init__(self, network: Network, system: System) -> None:
+        self.network = network
+        self.system = system
+        self.plan = Plans(network, system)
+        self.param = Parameters(network, system)
+        self.log = Logs(network, system)
+
+    @property
+    def name(self) -> str:
+        return self.system.name
+
+    @property
+    def id(self) -> int:
+        """Its IMC id."""
+        return UNKNOWN_SYSTEM if self.system.id is None else self.system.id
+
+    async def latest(self, kind: type[M], *, entity: str = "", timeout: float = PATIENCE) -> M:
+        """The last message of a type, of one entity (label) if it is named; waits for the first one.
+
+        Raises NoAnswer if none comes in time.
+        """
+        self.network.want(self.system, (kind,))
+        found = self.system.last_of(kind, entity)
+        if found is not None:
+            return found
+        return await self.network.next(self.system, kind, timeout, entity, takes_old=True)
+
+    @overload
+    def messages(self, kind: type[M], /, *, where: str = "") -> AsyncGenerator[M]: ...
+    @overload
+    def messages(self, *kinds: type[imc.Message], where: str = "") -> AsyncGenerator[imc.Message]: ...
+
+    async def messages(self, *kinds: type[imc.Message], where: str = "") -> AsyncGenerator[imc.Message]:
+        """What the vehicle says from now on: messages of some types, of all without any, that match an expression.
+
+        Raises ValueError for a wrong expression, VehicleLost when the vehicle ends or falls silent.
+        """
+        test = parse_where(where, kinds)
+        stream = self.network.stream(self.system, kinds)
+        try:
+            async for message in stream:
+                if test(message):
+                    yield message
+        finally:
+            await stream.aclose()
+
+    async def send(self, message: imc.Message) -> None:
+        """Send a message once; whether it arrives is not known. Raises EncodeError if it does not fit a packet."""
+        self.network.check(self.system)
+        self.network.send(self.system, message)
+
+    async def request(self, message: imc.Message, answer: type[M], *, timeout: float = PATIENCE) -> M:
+        """Send a message, again and again, until a message of a type comes to us or to all. Raises NoAnswer.
+
+        If both have a field `request_id`, that of the answer is the one of the request.
+        """
+        number = getattr(message, "request_id", None)
+
+        def fits(reply: imc.Message) -> M | None:
+            if not isinstance(reply, answer) or reply.dst not in (UNKNOWN_SYSTEM, self.network.console.id):
+                return None
+            return reply if getattr(reply, "request_id", number) == number else None
+
+        return await self.network.ask(self.system, message, (answer,), fits, timeout=timeout)
+
+    async def abort(self) -> None:
+        """Stop everything at once. Raises NoAnswer if the vehicle does not confirm it."""
+
+        def confirms(message: imc.Message) -> bool | None:
+            """Aborted, or where a transport does not carry that, the mode that follows."""
+            in_error = isinstance(message, imc.VehicleState) and message.op_mode == imc.VehicleState.OpMode.ERROR
+            return True if isinstance(message, imc.Aborted) or in_error else None
+
+        await self.network.ask(self.system, imc.Abort(), (imc.Aborted, imc.VehicleState), confirms)

@@ -1,0 +1,315 @@
+"""Systems on a zenoh bus: a client of the processes of this computer, or of an endpoint elsewhere."""
+
+import asyncio
+import threading
+from collections import deque
+from collections.abc import Callable, Collection
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from urllib.parse import unquote
+
+import imc
+from runtime.zenoh import LOCAL_PORT, ZenohConfig, chunk, explain, key, parse_token
+from shoal.network.link import EVERYBODY, Arrival, Console, Ear
+
+if TYPE_CHECKING:
+    import zenoh
+
+LOCAL = f"tcp/127.0.0.1:{LOCAL_PORT}"
+TOKENS = ("@run", "@alive")  # of processes: where they are, and the id of their vehicle
+RETRY = 0.5  # s
+FIRST_TRY = 0.5  # s that a first connection may take
+ANSWER = 1.0  # s for the last messages that vehicles keep
+BRIDGE = 0.9  # s in which another process takes over for one that has ended, and we connect to it
+MOST_WAITING = 1 << 16  # packets between zenoh's threads and ours
+AT_ONCE = 512
+MOST_PUBLISHERS = 4096
+CLOSING = 1.0  # s
+
+
+class _Sample(NamedTuple):
+    key: str
+    packet: bytes
+    source: "zenoh.SourceInfo | None"
+    is_old: bool = False
+
+
+class ZenohLink:
+    """The systems that publish below imc/ on a zenoh bus.
+
+    `connect` are the endpoints to connect to; `config_file` is zenoh's own configuration, for TLS and passwords.
+    Each packet is taken once, however many ways lead here; the numbers in packets of Shoal show which were lost.
+    """
+
+    name = "zenoh"
+
+    def __init__(self, connect: Collection[str] = (LOCAL,), config_file: Path | None = None) -> None:
+        self.trouble = "not open yet"
+        self._connect = tuple(connect)
+        self._config = ZenohConfig(
+            mode="client", local_port=0, listen=(), connect=self._connect, scouting="none", config_file=config_file
+        )
+        self._wanted: dict[str, Callable[[], object] | None] = {}  # key expression: its end
+        self._asked: dict[str, None] = {}
+        self._waiting: deque[_Sample] = deque()
+        self._tokens: deque[tuple[str, bool]] = deque()
+        self._present: set[str] = set()
+        self._numbers: dict[tuple[object, int], int] = {}
+        self._overflow = 0
+        self._is_awake = False
+        self._session: zenoh.Session | None = None
+        self._retrying: asyncio.Task[None] | None = None
+        self._liveliness: list[Any] = []
+
+    async def open(self, ear: Ear, console: Console) -> None:
+        self._ear, self._console = ear, console
+        self._loop = asyncio.get_running_loop()
+        self._wanted.setdefault(f"imc/{chunk(console.name)}/@cmd/**", None)
+        try:
+            self._config.build()
+        except ModuleNotFoundError:
+            self.trouble = "zenoh is not installed: pip install 'shoal[zenoh]'"
+            return
+        except ValueError as error:
+            self.trouble = f"zenoh: {error}"
+            return
+        opened = asyncio.Event()
+        self._retrying = asyncio.create_task(self._keep_trying(opened))
+        with suppress(TimeoutError):
+            async with asyncio.timeout(FIRST_TRY):
+                await opened.wait()
+
+    def want(self, system: str, messages: Collection[str]) -> None:
+        system = EVERYBODY if system == EVERYBODY else chunk(system)
+        wanted = [f"imc/{system}/{way}{chunk(message)}/*" for message in messages for way in ("", "@cmd/")]
+        if "Announce" in messages:
+            wanted.append(f"imc/*/@cmd/Announce/{system}")  # addressed to system 0, as in DUNE
+        if not messages:
+            wanted = [f"imc/{system}/**", f"imc/{system}/@cmd/**"]
+        for expression in wanted:
+            if not any(_covers(other, expression) for other in self._wanted):
+                self._wanted[expression] = None
+                self._subscribe(expression)
+        for message in messages:
+            self._asked[f"imc/{system}/@q/{chunk(message)}/*"] = None
+        self._ask()
+
+    def send(self, system: str, message: imc.Message, packet: bytes) -> None:
+        if self._session is None:
+            return
+        import zenoh
+
+        name = type(message).__name__ if not isinstance(message, imc.Unknown) else str(message.id)
+        put: Callable[..., object] = cast(Any, self._session).put
+        try:
+            put(
+                key(name, self._console.name, self._console.name, "" if system == EVERYBODY else system),
+                packet,
+                encoding="application/octet-stream;imc/5.4.31",
+                congestion_control=zenoh.CongestionControl.DROP,
+                priority=zenoh.Priority.REAL_TIME,
+            )
+        except Exception as error:
+            self._ear.dropped(self, system, f"zenoh did not send it: {explain(error)}")
+
+    async def close(self) -> None:
+        if self._retrying is not None:
+            self._retrying.cancel()
+            with suppress(asyncio.CancelledError):
+                await self._retrying
+        session, self._session = self._session, None
+        if session is not None:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(CLOSING):
+                    await asyncio.to_thread(self._leave, session)
+
+    async def _keep_trying(self, opened: asyncio.Event) -> None:
+        """Join as soon as somebody listens; from then on zenoh reconnects by itself."""
+        import zenoh
+
+        while self._session is None:
+            try:
+                session = await self._join()
+            except zenoh.ZError as error:
+                self.trouble = f"nobody listens at {', '.join(self._connect)}"
+                if "connect" not in str(error).lower():
+                    self.trouble = f"zenoh: {explain(error)}"
+                opened.set()
+                await asyncio.sleep(RETRY)
+                continue
+            self._session, self.trouble = session, ""
+            callback: Any = zenoh.handlers.Callback(self._note, indirect=False)
+            listen: Any = session.liveliness().declare_subscriber
+            self._liveliness = [listen(f"imc/*/{kind}/**", callback, history=True) for kind in TOKENS]
+            for expression in self._wanted:
+                self._subscribe(expression)
+            self._ask()
+            opened.set()
+
+    async def _join(self) -> "zenoh.Session":
+        """A session, opened in a thread that nobody waits for: an endpoint that does not answer takes long."""
+        import zenoh
+
+        opened: asyncio.Future[zenoh.Session] = self._loop.create_future()
+
+        def tell(session: "zenoh.Session | None", error: "zenoh.ZError | None") -> None:
+            if opened.done():  # too late: the link is closed
+                if session is not None:
+                    cast(Any, session).close()
+            elif session is not None:
+                opened.set_result(session)
+            else:
+                opened.set_exception(error or ConnectionError())
+
+        def work() -> None:
+            session: zenoh.Session | None = None
+            error: zenoh.ZError | None = None
+            try:
+                session = zenoh.open(self._config.build().config)
+            except zenoh.ZError as trouble:
+                error = trouble
+            with suppress(RuntimeError):  # the loop has ended
+                self._loop.call_soon_threadsafe(tell, session, error)
+
+        threading.Thread(target=work, name="zenoh open", daemon=True).start()
+        return await opened
+
+    def _subscribe(self, expression: str) -> None:
+        if self._session is None:
+            return
+        import zenoh
+
+        # Called in a thread of zenoh: it only puts aside. A thread of Python per subscriber would cost more.
+        callback: Any = zenoh.handlers.Callback(self._put_aside, indirect=False)
+        declare: Any = self._session.declare_subscriber
+        self._wanted[expression] = declare(expression, callback).undeclare
+
+    def _ask(self) -> None:
+        """Ask for the last messages that vehicles have kept, of what is wanted from now on."""
+        while self._session is not None and self._asked:
+            expression = next(iter(self._asked))
+            del self._asked[expression]
+            import zenoh
+
+            callback: Any = zenoh.handlers.Callback(self._put_answer_aside, indirect=False)
+            get: Any = self._session.get
+            get(expression, callback, timeout=ANSWER)
+
+    def _put_answer_aside(self, reply: "zenoh.Reply") -> None:
+        sample = reply.ok
+        if sample is not None and len(self._waiting) < MOST_WAITING:
+            # imc/<system>/@q/<Message>/<entity>
+            chunks = str(sample.key_expr).split("/")
+            if len(chunks) == 5:
+                place = f"imc/{chunks[1]}/{chunks[3]}/{chunks[4]}"
+                self._waiting.append(_Sample(place, sample.payload.to_bytes(), None, True))
+                self._wake()
+
+    def _leave(self, session: "zenoh.Session") -> None:
+        """Subscribers first: a session that closes before them may wait for them."""
+        for subscriber in self._liveliness:
+            subscriber.undeclare()
+        for undeclare in self._wanted.values():
+            if undeclare is not None:
+                undeclare()
+        cast(Any, session).close()
+
+    def _put_aside(self, sample: "zenoh.Sample") -> None:
+        if len(self._waiting) >= MOST_WAITING:
+            self._overflow += 1
+            return
+        self._waiting.append(_Sample(str(sample.key_expr), sample.payload.to_bytes(), sample.source_info))
+        self._wake()
+
+    def _note(self, sample: "zenoh.Sample") -> None:
+        import zenoh
+
+        self._tokens.append((str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT))
+        self._wake()
+
+    def _wake(self) -> None:
+        if not self._is_awake:
+            self._is_awake = True
+            with suppress(RuntimeError):  # the loop has ended
+                self._loop.call_soon_threadsafe(self._take)
+
+    def _take(self) -> None:
+        """Pass on what waits, a part at a time, so that the rest of the program comes to its turn."""
+        self._is_awake = False
+        if self._session is None:
+            return
+        while self._tokens:
+            self._tell_token(*self._tokens.popleft())
+        for _ in range(min(AT_ONCE, len(self._waiting))):
+            self._arrive(self._waiting.popleft())
+        if self._overflow:
+            number, self._overflow = self._overflow, 0
+            self._ear.dropped(self, "", "this program is too slow for what it asked for", number)
+        if self._waiting:
+            self._wake()
+
+    def _tell_token(self, expression: str, is_there: bool) -> None:
+        chunks, other = expression.split("/"), parse_token(expression)
+        system, part, place, number = unquote(chunks[1]), "", "", None
+        if chunks[2] == "@alive" and len(chunks) == 5:  # imc/<system>/@alive/<id>/<process>
+            part = chunks[4]
+            with suppress(ValueError):
+                number = int(chunks[3], 16)
+        elif other is not None and other.phase == "running":
+            part, place = other.zid, f"on {other.host}, process {other.process}"
+        if not part:
+            return
+        if is_there:
+            self._present.add(expression)
+            self._ear.appeared(self, system, part, place, number)
+            return
+        self._present.discard(expression)
+        # The process that we are connected to has ended, and with it the way to all others.
+        is_cut = self._session is not None and not self._session.info.links()
+        if is_cut:
+            self._loop.call_later(BRIDGE, self._lose, expression, system, part)
+        else:
+            self._lose(expression, system, part)
+
+    def _lose(self, expression: str, system: str, part: str) -> None:
+        if expression not in self._present and self._session is not None:
+            self._ear.vanished(self, system, part)
+
+    def _arrive(self, sample: _Sample) -> None:
+        chunks = sample.key.split("/")
+        if len(chunks) < 4 or (chunks[2] == "@cmd" and len(chunks) < 5):
+            return
+        if chunks[2] == "@cmd":
+            system, entity = unquote(chunks[4]), ""
+        else:
+            system, entity = unquote(chunks[1]), unquote(chunks[3])
+        if system == self._console.name or not self._is_new(sample, system):
+            return
+        self._ear.arrived(self, Arrival(sample.packet, system, entity, "", sample.is_old))
+
+    def _is_new(self, sample: _Sample, system: str) -> bool:
+        """Whether a packet did not come before by another way; counts those that are missing before it."""
+        if sample.source is None:
+            return True
+        publisher = sample.source.source_id.zid, sample.source.source_id.eid
+        number, last = sample.source.source_sn, self._numbers.get(publisher)
+        ahead = 1 if last is None else (number - last) & 0xFFFFFFFF
+        if not 0 < ahead < 0x80000000:
+            return False
+        if ahead > 1:
+            self._ear.dropped(self, system, "lost on the way", ahead - 1)
+        if last is None and len(self._numbers) >= MOST_PUBLISHERS:
+            self._numbers.clear()
+        self._numbers[publisher] = number
+        return True
+
+
+def _covers(wide: str, narrow: str) -> bool:
+    """Whether a key expression of ours includes another."""
+    if wide == narrow:
+        return True
+    of_wide, of_narrow = wide.split("/"), narrow.split("/")
+    if of_wide[1] not in (EVERYBODY, of_narrow[1]):
+        return False
+    return (of_wide[2:] == ["**"] and of_narrow[2] != "@cmd") or of_wide[2:] == of_narrow[2:]

@@ -1,0 +1,192 @@
+"""The commands for running vehicles, on one vehicle in a process of its own."""
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.shell_completion import ShellComplete
+from click.testing import CliRunner, Result
+
+from shoal.cli import main
+from tests.shoal.network.running import Running, running
+
+NAME = "lauv-noptilus-1"
+PLAN = "plan: pause\nmaneuvers:\n- idle: {duration: %d}\n"
+
+
+@pytest.fixture(scope="module")
+def process(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    with running(tmp_path_factory.mktemp("vehicle")) as found:
+        deadline = time.monotonic() + 30.0
+        while json_of("plan", NAME, "status", "--json")["state"] != "READY":
+            assert time.monotonic() < deadline
+        yield found
+
+
+def shoal(*words: object) -> Result:
+    return CliRunner().invoke(main, [str(word) for word in words])
+
+
+def json_of(*words: object, status: int = 0) -> Any:
+    result = shoal(*words)
+    assert result.exit_code == status, result.output
+    return json.loads(result.stdout)
+
+
+def lines_of(*words: object) -> list[Any]:
+    result = shoal(*words)
+    assert result.exit_code == 0, result.output
+    return [json.loads(line) for line in result.stdout.splitlines()]
+
+
+def test_ls(process: Running) -> None:
+    (found,) = json_of("ls", "--json")
+    assert (found["name"], found["id"], found["mode"], found["network"]) == (NAME, 26, "SERVICE", ["zenoh"])
+    assert found["lat"] == pytest.approx(0.7188, abs=1e-3)
+    assert found["errors"] == []
+    assert found["age"] < 5.0
+    words = shoal("ls").output
+    assert NAME in words
+    assert "41.185" in words
+
+
+def test_spy(process: Running) -> None:
+    shown = lines_of(
+        "spy", NAME, "EstimatedState", "--fields", "depth,x", "--where", "depth < 5", "--count", 3, "--json"
+    )
+    assert [set(line) for line in shown] == [{"abbrev", "timestamp", "entity", "depth", "x"}] * 3
+    (state,) = lines_of("spy", NAME, "vehiclestate", "--where", "op_mode == SERVICE", "--count", 1, "--json")
+    assert (state["abbrev"], state["op_mode"]) == ("VehicleState", 0)
+    rates = {
+        (row["message"], row["entity"]): row["hz"] for row in json_of("spy", NAME, "--hz", "--for", "1s", "--json")
+    }
+    assert rates["EstimatedState", "Navigation"] > 10.0
+    words = shoal("spy", NAME, "VehicleState", "--count", 1).output
+    assert "op_mode=SERVICE" in words
+    nothing = shoal("spy", NAME, "EstimatedState", "--where", "depth > 500", "--for", "0.3s")
+    assert (nothing.exit_code, nothing.output) == (1, f"Error: {NAME}: nothing came within 0.3 s\n")
+
+
+def test_plans(process: Running, tmp_path: Path) -> None:
+    path = tmp_path / "pause.yaml"
+    path.write_text(PLAN % 1)
+    assert shoal("plan", NAME, "put", path).output == "stored\n"
+    assert [plan["name"] for plan in json_of("plan", NAME, "list", "--json")] == ["pause"]
+    assert "pause" in shoal("plan", NAME, "list").output
+    copy = tmp_path / "copy.yaml"
+    assert shoal("plan", NAME, "get", "pause", "-o", copy).exit_code == 0
+    assert "plan: pause" in copy.read_text()
+    flown = shoal("plan", NAME, "start", "pause")
+    assert flown.exit_code == 0
+    assert "pause: plan completed" in flown.stdout
+    assert "EXECUTING  pause" in flown.stderr
+    path.write_text(PLAN % 600)
+    assert json_of("plan", NAME, "start", path, "--no-wait", "--json") == {"done": True}
+    status = json_of("plan", NAME, "status", "--json")
+    assert (status["state"], status["plan"]) == ("EXECUTING", "pause")
+    assert shoal("plan", NAME, "stop").output == "stopped\n"
+    assert shoal("plan", NAME, "delete", "pause").output == "deleted\n"
+    for words in (("start", "pause"), ("get", "pause"), ("delete", "pause"), ("stop",)):
+        result = shoal("plan", NAME, *words)
+        assert result.exit_code == 1
+        assert "undefined plan" in result.output or "no plan is running" in result.output
+
+
+def test_parameters(process: Running) -> None:
+    place = "Path Control:Corridor -- Width"
+    assert json_of("param", NAME, "get", place, "--json") == {"Path Control": {"Corridor -- Width": "1.5"}}
+    assert shoal("param", NAME, "set", f"{place}=2.5").output == f"{place} = 2.5\n"
+    assert shoal("param", NAME, "save", "Path Control").output == "Path Control saved\n"
+    refused = shoal("param", NAME, "set", f"{place}=wide")
+    assert refused.exit_code == 1
+    assert "'wide' is not a number" in refused.output
+
+
+def test_send_and_abort(process: Running) -> None:
+    (reply,) = lines_of("send", NAME, "EntityList", "op=QUERY", "--wait", "1s", "--json")
+    assert reply["abbrev"] == "EntityList"
+    silent = shoal("send", NAME, "Sms", "number=1", "--wait", "0.2s")
+    assert (silent.exit_code, silent.stderr) == (1, f"{NAME} sent no reply within 0.2 s\n")
+    assert shoal("abort", NAME).output == f"{NAME} has aborted\n"
+
+
+def test_link(process: Running) -> None:
+    found = json_of("link", NAME, "--for", "1s", "--json", status=1)
+    (contact,) = [contact for contact in found["contacts"] if contact["name"] == NAME]
+    assert contact["answered"] == contact["asked"] == 5
+    texts = [finding["text"] for finding in found["findings"]]
+    assert len(texts) == 1, texts
+    assert texts[0].startswith("its clock is"), "this vehicle runs four times as fast as ours"
+    assert "docs" not in found["findings"][0]["advice"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("spy", NAME, "EstimatedStat"),
+        ("spy", NAME, "EstimatedState", "--where", "deth > 2"),
+        ("spy", NAME, "EstimatedState", "--fields", "deth"),
+        ("spy", NAME, "--for", "soon"),
+        ("send", NAME, "Goto", "latt=3"),
+        ("send", NAME, "Goto", "lat"),
+        ("send", NAME, "Goto", "lat=north"),
+        ("plan", NAME, "start"),
+        ("plan", NAME, "stop", "x"),
+        ("plan", NAME, "fly", "x"),
+        ("plan", NAME, "put", "missing.yaml"),
+        ("param", NAME, "set", "GPS:Rate"),
+        ("param", NAME, "get"),
+        ("ls", "--connect", "here"),
+        ("ls", "--connect", "imc+udp://224.0.0.1:6002/"),
+    ],
+)
+def test_wrong_use_is_status_2(words: tuple[str, ...]) -> None:
+    result = shoal(*words)
+    assert result.exit_code == 2, result.output
+    assert "Error:" in result.output
+    assert "Traceback" not in result.output
+
+
+@pytest.mark.parametrize("words", [("ls",), ("abort", NAME)])
+def test_nobody_there_is_status_1(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SHOAL_CONNECT", "tcp/127.0.0.1:9")
+    result = shoal(*words)
+    expected = "Error: no vehicle is on the network (nobody listens at tcp/127.0.0.1:9)\n"
+    assert (result.exit_code, result.output) == (1, expected)
+
+
+def completed(*words: str) -> list[str]:
+    complete = ShellComplete(main, {}, "shoal", "_SHOAL_COMPLETE")
+    return [item.value for item in complete.get_completions(list(words[:-1]), words[-1])]
+
+
+def test_the_shell_completes_vehicles_messages_and_plans(process: Running, tmp_path: Path) -> None:
+    path = tmp_path / "pause.yaml"
+    path.write_text(PLAN % 1)
+    shoal("plan", NAME, "put", path)
+    assert completed("spy", "lauv") == [NAME]
+    assert completed("spy", NAME, "EstimatedS") == ["EstimatedState", "EstimatedStreamVelocity"]
+    assert completed("plan", NAME, "st") == ["start", "stop", "status"]
+    assert completed("plan", NAME, "start", "pau")[0] == "pause"
+    assert completed("param", NAME, "get", "Path") == ["Path Control"]
+    assert "Path Control:Corridor -- Width" in completed("param", NAME, "get", "Path Control:Cor")
+
+
+@pytest.mark.heavy
+def test_birth_and_death_are_seen(process: Running, tmp_path: Path) -> None:
+    """The last test of this module: it kills the vehicle."""
+    with running(tmp_path, "-V", "second", port=process.port) as second:
+        command = [sys.executable, "-u", "-m", "shoal.cli", "ls", "--watch", "--json"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as watch:
+            assert watch.stdout is not None
+            events = (json.loads(line) for line in watch.stdout)
+            seen = [next(events)["name"], next(events)["name"]]
+            assert {NAME, "second"} >= set(seen)
+            second.kill()
+            assert any(event["event"] == "gone" and event["name"] == "second" for event in events)
+            watch.terminate()

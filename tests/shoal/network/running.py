@@ -1,0 +1,83 @@
+"""Vehicles that run in processes of their own, on a bus of their own."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from tests.runtime.zenoh.processes import local_port
+
+REPOSITORY = Path(__file__).parents[3]
+PATIENCE = 30.0
+
+
+class Running:
+    """`shoal run` of a shipped vehicle; `SHOAL_CONNECT` and `SHOAL_DISCOVERY` lead to it, and to no other.
+
+    `network` is zenoh or udp. Vehicles with the same `port` are on one network.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        *options: str,
+        network: str = "zenoh",
+        profile: str = "lauv-noptilus-1",
+        port: int | None = None,
+    ):
+        self.port = local_port() if port is None else port
+        self.log = folder / f"output-{profile}-{time.monotonic_ns()}.txt"
+        ports = range(self.port + 2, self.port + 7)
+        os.environ["SHOAL_DISCOVERY"] = f"{ports[0]}-{ports[-1]}"
+        os.environ["SHOAL_CONNECT"] = f"tcp/127.0.0.1:{self.port}" if network == "zenoh" else "udp"
+        if network == "zenoh":
+            words = ["--bus", "zenoh", "--set", f"Zenoh:Local Port={self.port}"]
+            words += ["--set", f"Zenoh:Scouting Address=224.0.0.224:{self.port + 1}"]
+            words += ["--set", "Transports.UDP:Enabled=Never"]
+        else:
+            words = ["--set", "Transports.UDP:Local Port=0"]
+        for name in ("Announce", "Discovery"):
+            words += ["--set", f"Transports.{name}:Ports={','.join(map(str, ports))}"]
+        off = ("Transports.MAVLink", "Simulators.MUGDetectionCamera", "Plan.Autostart")
+        quiet = [word for section in off for word in ("--set", f"{section}:Enabled=Never")]
+        quiet += ["--clock", "4x"]  # it boots sooner
+        command = [sys.executable, "-m", "shoal.cli", "run", profile, "-p", "Simulation", *words, *quiet, *options]
+        environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+        with self.log.open("w") as output:
+            self.popen = subprocess.Popen(
+                command, cwd=folder, stdout=output, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, env=environment
+            )
+        self.until("LOG")
+
+    def until(self, text: str) -> None:
+        """Wait until the vehicle has printed a text."""
+        deadline = time.monotonic() + PATIENCE
+        while text not in (printed := self.log.read_text()):
+            assert self.popen.poll() is None, printed
+            assert time.monotonic() < deadline, f"no {text!r} in {printed}"
+            time.sleep(0.05)
+
+    def kill(self) -> None:
+        self.popen.send_signal(signal.SIGKILL)
+        self.popen.wait()
+
+    def end(self) -> None:
+        with contextlib.suppress(OSError):
+            self.popen.kill()
+        self.popen.wait()
+
+
+@contextlib.contextmanager
+def running(folder: Path, *options: str, **named: object) -> Iterator[Running]:
+    before = {name: os.environ.get(name) for name in ("SHOAL_CONNECT", "SHOAL_DISCOVERY")}
+    vehicle = Running(folder, *options, **named)
+    try:
+        yield vehicle
+    finally:
+        vehicle.end()
+        for name, value in before.items():
+            os.environ.pop(name, None) if value is None else os.environ.update({name: value})

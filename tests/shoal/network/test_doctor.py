@@ -1,0 +1,144 @@
+"""The link doctor: each way not to hear each other is named, with what to do."""
+
+import asyncio
+import contextlib
+import socket
+import time
+
+import pytest
+
+import imc
+from shoal.network import Diagnosis, Network, NetworkError, UDPLink, diagnose
+from tests.shoal.network.station import OWN, Station, discovery_ports, living
+
+LISTEN = 0.5
+STATE = imc.EstimatedState(depth=2.0)
+
+
+def examine(*, also=lambda station: (), twin=False, **how):
+    """The diagnosis of a network with one station."""
+
+    async def act() -> Diagnosis:
+        ports = discovery_ports()
+        station = Station(ports)
+        async with contextlib.AsyncExitStack() as stack:
+            if twin:
+                await stack.enter_async_context(living(Station(ports[:-1])))
+            await stack.enter_async_context(living(station, also=also(station), **how))
+            async with Network([UDPLink(ports=ports)]) as network:
+                return await diagnose(network, seconds=LISTEN, patience=0.2)
+
+    return asyncio.run(act())
+
+
+def texts(diagnosis):
+    return [f"{finding.about}: {finding.text}" for finding in diagnosis.findings]
+
+
+def test_a_system_that_is_heard_but_does_not_hear_us():
+    found = examine()
+    assert texts(found) == ["station: is heard, but does not answer: here to vehicle is silent"]
+    (contact,) = found.contacts
+    assert (contact.name, contact.id, contact.answered) == ("station", OWN, 0)
+    assert contact.rates["udp"] > 2.0
+    assert found.links == {"udp": ""}
+
+
+def test_a_system_that_only_announces_itself():
+    (text,) = texts(examine(beats=False, also=lambda s: ()))
+    assert "vehicle to here is silent" in text or "does not answer" in text
+
+
+def test_a_system_that_does_not_announce_itself():
+    found = examine(announces=False)
+    assert any(text.endswith("packets: not announced") and "0x0B01 at 127.0.0.1" in text for text in texts(found))
+    assert any("30100-30104" in finding.advice for finding in found.findings)
+
+
+def test_packets_that_cannot_be_read():
+    def spoiled(station):
+        good = station.packet(STATE)
+        short = station.packet(imc.Unknown(id=imc.EstimatedState.ID, payload=b"abc"))
+        strange = station.packet(imc.Unknown(id=65000, payload=b"abc"))
+        web = b"GET / HTTP/1.1 and more of it, to be long enough"
+        long = station.packet(imc.EstimatedState(depth=1.0, surplus=b"more"))
+        return good[:-1] + bytes([good[-1] ^ 1]), good[:40], short, strange, web, long
+
+    found = examine(also=spoiled)
+    reasons = {text.partition("packets: ")[2] for text in texts(found)}
+    assert reasons - {""} == {
+        "wrong CRC",
+        "truncated",
+        "schema mismatch: EstimatedState",
+        "unknown message id 65000",
+        "synchronization number",
+        "schema mismatch: EstimatedState is longer than ours",
+    }
+    assert not [finding for finding in found.findings if finding.advice == "see docs/hand.md"]
+
+
+def test_clocks_that_are_apart():
+    async def act() -> Diagnosis:
+        ports = discovery_ports()
+        async with living(Station(ports, clock=-100.0)), Network([UDPLink(ports=ports)]) as network:
+            return await diagnose(network, seconds=LISTEN, patience=0.2)
+
+    clock = next(text for text in texts(asyncio.run(act())) if "clock" in text)
+    assert clock.startswith("station: its clock is 100.") or clock.startswith("station: its clock is 99.")
+    assert clock.endswith("s behind ours")
+
+
+def test_two_systems_of_one_name_are_not_commanded():
+    assert any("several vehicles have this name and id" in text for text in texts(examine(twin=True)))
+
+    async def act() -> None:
+        ports = discovery_ports()
+        first, second = Station(ports), Station(ports[:-1], system=OWN + 1)
+        async with living(first), living(second), Network([UDPLink(ports=ports)]) as network:
+            await asyncio.sleep(0.3)
+            with pytest.raises(NetworkError, match="several vehicles have this name, with the ids 0x0B01, 0x0B02"):
+                await network.find("station")
+
+    asyncio.run(act())
+
+
+def test_no_port_to_hear_announcements():
+    async def act() -> Diagnosis:
+        ports = discovery_ports()
+        with contextlib.ExitStack() as stack:
+            for port in ports:
+                stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)).bind(("127.0.0.1", port))
+            async with Network([UDPLink(ports=ports)]) as network:
+                return await diagnose(network, seconds=0.1)
+
+    assert any("all ports of discovery are taken" in text for text in texts(asyncio.run(act())))
+
+
+def test_a_system_that_ends_is_gone_within_a_second():
+    async def act() -> None:
+        ports = discovery_ports()
+        async with Network([UDPLink(ports=ports)]) as network:
+            async with living(Station(ports)):
+                await network.find("station")
+                assert [system.name for system in network.vehicles()] == ["station"]
+            began = time.monotonic()
+            while network.vehicles():
+                await asyncio.sleep(0.02)
+                assert time.monotonic() - began < 3.0
+            with pytest.raises(NetworkError, match="no vehicle is on the network"):
+                await network.find("station", 0.1)
+
+    asyncio.run(act())
+
+
+def test_without_zenoh_and_without_anybody(monkeypatch):
+    from shoal.network import ZenohLink
+
+    monkeypatch.setitem(__import__("sys").modules, "zenoh", None)
+
+    async def act() -> None:
+        async with Network([ZenohLink()]) as network:
+            with pytest.raises(NetworkError, match=r"zenoh is not installed: pip install 'shoal\[zenoh\]'"):
+                await network.find("station", 0.1)
+
+    asyncio.run(act())

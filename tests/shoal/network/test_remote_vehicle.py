@@ -1,0 +1,228 @@
+"""A hand on a running vehicle, as a library: a real vehicle in a process of its own."""
+
+import asyncio
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+import imc
+import shoal
+from shoal.network import AsyncRemoteVehicle, Link, NoAnswer, Refused, RemoteVehicle, VehicleLost, make_network
+from tests.shoal.network.running import Running, running
+
+NAME = "lauv-noptilus-1"
+NETWORKS = ["udp", pytest.param("zenoh", marks=pytest.mark.heavy)]  # tests of the command line use zenoh
+SERVICE = imc.VehicleState.OpMode.SERVICE
+
+
+def idle(name: str, seconds: int) -> imc.PlanSpecification:
+    step = imc.PlanManeuver(maneuver_id="wait", data=imc.IdleManeuver(duration=seconds))
+    return imc.PlanSpecification(plan_id=name, start_man_id="wait", maneuvers=(step,))
+
+
+@pytest.fixture(scope="module", params=NETWORKS)
+def process(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    with running(tmp_path_factory.mktemp("vehicle"), network=request.param) as found:
+        yield found
+
+
+@pytest.fixture
+def vehicle(process: Running) -> Iterator[RemoteVehicle]:
+    with shoal.connect(NAME) as found:
+        ready(found)
+        yield found
+
+
+def ready(vehicle: RemoteVehicle) -> None:
+    """Wait until it boots, and stop what a failed test has left."""
+    for state in vehicle.messages(imc.VehicleState):
+        if state.op_mode == SERVICE:
+            return
+        if state.op_mode == imc.VehicleState.OpMode.MANEUVER:
+            vehicle.plan.stop()
+
+
+def test_what_it_says(vehicle: RemoteVehicle) -> None:
+    assert (vehicle.name, vehicle.id) == (NAME, 0x001A)
+    assert vehicle.latest(imc.EstimatedState).lat == pytest.approx(0.7188, abs=1e-3)
+    heading = vehicle.latest(imc.EntityState, entity="Path Control")
+    assert heading.state == imc.EntityState.State.NORMAL
+    times = [state.timestamp for _, state in zip(range(5), vehicle.messages(imc.EstimatedState), strict=False)]
+    assert times == sorted(set(times))
+    for found in vehicle.messages(imc.EntityState, imc.Heartbeat, where="Heartbeat.src == 26 or state == BOOT"):
+        assert isinstance(found, imc.Heartbeat)
+        break
+
+
+def test_a_plan_from_the_file_to_its_end(vehicle: RemoteVehicle) -> None:
+    plan = idle("short", 2)
+    vehicle.plan.put(plan)
+    assert "short" in [stored.name for stored in vehicle.plan.list()]
+    assert vehicle.plan.get("short") == plan
+    seen: list[str] = []
+    outcome = vehicle.plan.start("short", progress=lambda state: seen.append(state.plan_id))
+    assert outcome is not None
+    assert (outcome.completed, outcome.reason) == (True, "plan completed")
+    assert "short" in seen
+    assert vehicle.plan.start(idle("long", 600), wait=False) is None
+    assert vehicle.plan.status().plan_id == "long"
+    vehicle.plan.stop()
+    for name in ("short", "long"):
+        vehicle.plan.delete(name)
+    assert vehicle.plan.list() == []
+
+
+def test_a_plan_that_somebody_stops_ends_with_the_reason(vehicle: RemoteVehicle, process: Running) -> None:
+    async def act() -> object:
+        async with shoal.connect(NAME) as there:
+            flight = asyncio.create_task(there.plan.start(idle("stopped", 600)))
+            async for state in there.messages(imc.PlanControlState, where="state == EXECUTING"):
+                assert state.plan_id == "stopped"
+                break
+            async with shoal.connect(NAME) as other:
+                await other.plan.stop()
+            return await flight
+
+    outcome = asyncio.run(act())
+    assert (getattr(outcome, "completed", None), getattr(outcome, "reason", "")) == (False, "plan was stopped")
+
+
+@pytest.mark.parametrize(
+    ("act", "reason"),
+    [
+        (lambda v: v.plan.start("nope"), "undefined plan"),
+        (lambda v: v.plan.get("nope"), "nope: undefined plan"),
+        (lambda v: v.plan.delete("nope"), "nope: undefined plan"),
+        (lambda v: v.plan.stop(), "no plan is running, request ignored"),
+        (lambda v: v.param.get("Path Contrl"), "no entity 'Path Contrl'; did you mean 'Path Control'?"),
+        (lambda v: v.param.set("Path Control", {"Corridor -- Widt": "2"}), "has no parameter 'Corridor -- Widt'"),
+        (lambda v: v.param.set("Path Control", {"Corridor -- Width": "abc"}), "'abc' is not a number"),
+    ],
+)
+def test_a_vehicle_that_says_no_says_why(vehicle: RemoteVehicle, act: object, reason: str) -> None:
+    assert callable(act)
+    with pytest.raises(Refused) as refusal:
+        act(vehicle)
+    assert reason in str(refusal.value)
+
+
+def test_parameters(vehicle: RemoteVehicle) -> None:
+    assert vehicle.param.entities()["Daemon"] == 0
+    before = vehicle.param.get("Path Control")["Corridor -- Width"]
+    assert vehicle.param.set("Path Control", {"Corridor -- Width": "3.5"}) == {"Corridor -- Width": "3.5"}
+    assert vehicle.param.list()["Path Control"]["Corridor -- Width"] == "3.5"
+    vehicle.param.save("Path Control")
+    vehicle.param.set("Path Control", {"Corridor -- Width": before})
+
+
+def test_requests_of_any_kind(vehicle: RemoteVehicle) -> None:
+    query = imc.EntityList(op=imc.EntityList.Op.QUERY)
+    assert "Daemon=0" in vehicle.request(query, imc.EntityList).list
+    with pytest.raises(NoAnswer, match="does not answer Sms"):
+        vehicle.request(imc.Sms(number="1"), imc.SmsStatus, timeout=0.5)
+    with pytest.raises(ValueError, match="has no field 'deth'"):
+        next(vehicle.messages(imc.EstimatedState, where="deth > 2"))
+
+
+def test_logs_are_copied_and_the_rest_of_a_broken_copy_too(vehicle: RemoteVehicle, tmp_path: Path) -> None:
+    logs = vehicle.log.list()
+    assert [log.name for log in logs] == sorted(log.name for log in logs)
+    copy = vehicle.log.fetch(logs[0], tmp_path)
+    assert copy == tmp_path / NAME / logs[0].name
+    data = copy / "Data.lsf.gz"
+    whole = data.read_bytes()
+    assert len(whole) >= logs[0].files["Data.lsf.gz"] > 0
+    assert imc.Log(data).counts()["LoggingControl"] >= 1
+    data.unlink()
+    (copy / "Data.lsf.gz.part").write_bytes(whole[: len(whole) // 2])
+    vehicle.log.fetch(logs[0], tmp_path)
+    assert data.read_bytes()[: len(whole)] == whole
+
+
+def test_an_abort_is_confirmed(vehicle: RemoteVehicle) -> None:
+    vehicle.plan.start(idle("aborted", 600), wait=False)
+    vehicle.abort()
+    for state in vehicle.messages(imc.PlanControlState, where="plan_id == 'aborted' and state != EXECUTING"):
+        assert state.last_outcome == imc.PlanControlState.LastOutcome.FAILURE
+        break
+
+
+def spoil(link: Link) -> None:
+    """Let a link lose the first copy of every packet, and send the second one three times, the last a second later."""
+    sent: Counter[bytes] = Counter()
+    carry = link.send
+
+    def send(system: str, message: imc.Message, packet: bytes) -> None:
+        sent[packet] += 1
+        if sent[packet] == 2:
+            for delay in (0.0, 0.05, 1.0):
+                asyncio.get_running_loop().call_later(delay, carry, system, message, packet)
+
+    link.send = send
+
+
+def test_commands_over_a_network_that_loses_and_repeats_packets(process: Running) -> None:
+    async def act() -> None:
+        network = make_network()
+        for link in network.links:
+            spoil(link)
+        async with network:
+            vehicle = AsyncRemoteVehicle(network, await network.find(NAME, 5.0))
+            async for _ in vehicle.messages(imc.VehicleState, where="op_mode == SERVICE"):
+                break
+            book = network.listen(vehicle.system, (imc.LogBookEntry,))
+            outcome = await vehicle.plan.start(idle("once", 2))
+            assert outcome is not None
+            assert outcome.completed, outcome.reason
+            await asyncio.sleep(1.2)  # the last copy comes after the plan has ended
+            assert (await vehicle.plan.status()).state == imc.PlanControlState.State.READY
+            await vehicle.plan.delete("once")  # a second deletion would fail
+            texts: list[str] = []
+            with suppress(TimeoutError):
+                while True:
+                    _, entry = await book.next(0.1)
+                    texts.append(getattr(entry, "text", ""))
+            assert texts.count("wait: executing maneuver") == 1
+
+    asyncio.run(act())
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("lauv-noptilus-2", "no vehicle 'lauv-noptilus-2' on the network; did you mean 'lauv-noptilus-1'?"),
+        ("lauv*", "'lauv\\*' is not the name of one vehicle"),
+        ("", "'' is not the name of one vehicle"),
+    ],
+)
+def test_who_is_not_there(process: Running, name: str, reason: str) -> None:
+    began = time.monotonic()
+    with pytest.raises(shoal.NetworkError, match=reason), shoal.connect(name):
+        pass
+    assert time.monotonic() - began < 5.0
+
+
+def test_a_vehicle_that_dies_in_the_middle(process: Running) -> None:
+    """The last test of this module: it kills the vehicle."""
+
+    async def act(there: AsyncRemoteVehicle) -> None:
+        async for _ in there.messages(imc.PlanControlState, where="state == EXECUTING"):
+            process.kill()
+            break
+
+    async def both() -> None:
+        async with shoal.connect(NAME) as there:
+            async for _ in there.messages(imc.VehicleState, where="op_mode == SERVICE"):
+                break
+            flight = asyncio.create_task(there.plan.start(idle("last", 600)))
+            await act(there)
+            with pytest.raises(VehicleLost, match="lauv-noptilus-1 is gone"):
+                await flight
+
+    asyncio.run(both())
+    with pytest.raises(shoal.NetworkError, match="no vehicle is on the network"):
+        shoal.connect(NAME).__enter__()

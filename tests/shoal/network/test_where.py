@@ -1,0 +1,65 @@
+"""Expressions on the fields of messages."""
+
+import pytest
+
+import imc
+from shoal.network import parse_where
+
+STATE = imc.EstimatedState(depth=3.0, u=1.0, psi=0.5, src=26)
+PLAN = imc.PlanControlState(state=imc.PlanControlState.State.EXECUTING, plan_id="survey-1")
+BOOK = imc.LogBookEntry(text="plan loaded", type=imc.LogBookEntry.Type.ERROR)
+OUTER = imc.PlanDB(arg=imc.PlanSpecification(plan_id="inner"))
+VEHICLE = imc.VehicleState(flags=imc.VehicleState.Flags.MANEUVER_DONE)
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "expected"),
+    [
+        ("", STATE, True),
+        ("depth > 2", STATE, True),
+        ("depth > 2 and u > 1", STATE, False),
+        ("not depth > 2 or src == 26", STATE, True),
+        ("(depth<2||u>=1)&&!psi==0", STATE, True),
+        ("psi > 20deg", STATE, True),
+        ("psi > 30 °", STATE, False),
+        ("EstimatedState.depth > 2", STATE, True),
+        ("EstimatedState.depth > 2", imc.Depth(value=3.0), False),
+        ("depth > 2", imc.Depth(value=3.0), False),
+        ("state == EXECUTING", PLAN, True),
+        ("state == BOOT", imc.EntityState(state=imc.EntityState.State.BOOT), True),
+        ("state == BOOT", PLAN, False),
+        ("plan_id == 'survey-1'", PLAN, True),
+        ('plan_id ~ "SURVEY"', PLAN, True),
+        ("plan_id > 3", PLAN, False),
+        ("text ~ 'loaded' and type == ERROR", BOOK, True),
+        ("arg.plan_id == 'inner'", OUTER, True),
+        ("PlanDB.arg.plan_id == 'inner'", imc.PlanDB(), False),
+        ("flags ~ MANEUVER_DONE", VEHICLE, True),
+        ("flags ~ 1", imc.VehicleState(), False),
+    ],
+)
+def test_expressions(text, message, expected):
+    assert parse_where(text)(message) is expected
+
+
+@pytest.mark.parametrize(
+    ("text", "kinds", "reason"),
+    [
+        ("deth > 2", [imc.EstimatedState], "EstimatedState has no field 'deth'; did you mean 'depth'?"),
+        ("blub > 2", [], "none of these messages has a field 'blub'"),
+        ("Depth.value > 2", [imc.EstimatedState], "Depth is not among the messages asked for"),
+        ("depth >", [imc.EstimatedState], "a value is missing"),
+        ("depth", [imc.EstimatedState], "a comparison is missing"),
+        ("depth > two", [imc.EstimatedState], "'two' is not a value of it; write a number, or a text in quotes"),
+        ("state == FLYING", [imc.PlanControlState], "'FLYING' is not a value of it; known: BLOCKED"),
+        ("depth > 2 3", [], "'3' is not expected"),
+        ("__import__('os')", [], "has a field '__import__'"),
+        ("depth > 2; import os", [], "';' is not understood"),
+        ("(" * 400, [], "is nested more than 50 times"),
+        ("depth > 2 and " * 100, [], "has more than 1000 characters"),
+    ],
+)
+def test_mistakes_are_named(text, kinds, reason):
+    with pytest.raises(ValueError) as mistake:
+        parse_where(text, kinds)
+    assert reason in str(mistake.value)
