@@ -88,11 +88,11 @@ def test_an_error_of_a_task_under_new_values_is_its_own(values):
     assert run.vehicle.daemon.entity.state is State.NORMAL
 
 
-@pytest.mark.parametrize("rate", ["1e999", "1e9"])
-def test_a_rate_that_no_clock_can_keep_is_refused(rate):
+@pytest.mark.parametrize(("rate", "words"), [("1e999", "inf is not a value"), ("1e9", "Hz (expects at most")])
+def test_a_rate_that_no_clock_can_keep_is_refused(rate, words):
     run = simulate(Valve, [setting(1.0, Rate=rate)], seconds=3.0)
     assert (run.task.rate, run.task.ticks) == (10.0, 30)
-    assert any("Hz (expects at most" in text for text in run.log)
+    assert any(words in text for text in run.log)
     with pytest.raises(ParameterError, match="Rate"):
         simulate(Valve, rate=float(rate))
 
