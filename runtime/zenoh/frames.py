@@ -10,7 +10,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
 import msgspec
-import numpy as np
 
 from runtime.bus import Frame
 from runtime.zenoh.faults import FaultCounter
@@ -160,6 +159,8 @@ class Frames:
             if source is None or sample.attachment is None or not self._is_sibling(str(source.source_id.zid)):
                 raise ValueError("not of a process of the vehicle")
             head = msgspec.msgpack.decode(sample.attachment.to_bytes(), type=Head)
+            import numpy as np  # slow to import, and most sessions carry no frames
+
             pixels = np.frombuffer(sample.payload.to_bytes(), np.uint8)
             image = pixels.reshape(head.height, head.width, 4)
             return Frame(head.time, head.camera, head.index, image, head.info)

@@ -1,19 +1,22 @@
 """The logs of a vehicle, over the FTP server that it announces."""
 
 import asyncio
-import ftplib
 import re
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import imc
 from imc.discovery import PERIOD, Endpoint, Services
 from shoal.network.link import NetworkError
 from shoal.network.network import Network, NoAnswer
 from shoal.network.systems import System
+
+if TYPE_CHECKING:
+    from ftplib import FTP
 
 PATIENCE = 10.0  # s of silence of the server
 BLOCK = 1 << 16  # bytes
@@ -74,8 +77,10 @@ class Logs:
 
 
 @contextmanager
-def _session(place: Endpoint) -> Generator[ftplib.FTP]:
+def _session(place: Endpoint) -> Generator["FTP"]:
     """A session with a server; what goes wrong in it is a NetworkError."""
+    import ftplib  # slow to import, and few need it
+
     try:
         with ftplib.FTP(timeout=PATIENCE) as session:
             session.connect(place.address, place.port)
@@ -100,7 +105,7 @@ def _list(place: Endpoint) -> list[RemoteLog]:
     return sorted(found, key=lambda log: log.name)
 
 
-def names_in(session: ftplib.FTP, folder: str, kind: str) -> dict[str, int]:
+def names_in(session: "FTP", folder: str, kind: str) -> dict[str, int]:
     """Names and sizes in a folder. A server may say anything: a name must not lead elsewhere on this computer."""
     found: dict[str, int] = {}
     for name, facts in session.mlsd(folder or "/"):
