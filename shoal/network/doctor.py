@@ -4,6 +4,7 @@ import asyncio
 import math
 import time
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import imc
@@ -13,6 +14,8 @@ from shoal.network.systems import System
 PROBES = 5
 ENOUGH = 2  # probes without any answer
 PATIENCE = 0.5  # s for the answer to a probe
+LAST_WORDS = 0.3  # s for a word in its log book
+WELL = ("in contact", "within range", "new system")
 APART = 2.0  # s between two clocks
 LOSSY = 0.02  # part of the packets
 CARRIERS = ("in contact", "dropped", "within range", "packets taken")
@@ -101,6 +104,7 @@ def _contact(system: System, before: Counter[str], past: float) -> Contact:
 async def _probe(network: Network, system: System, contact: Contact, patience: float) -> None:
     """Questions that every vehicle answers, one after the other, each sent once."""
     times: list[float] = []
+    book = network.listen(system, (imc.LogBookEntry,))
     for _ in range(PROBES):
         began = time.monotonic()
         contact.asked += 1
@@ -123,6 +127,12 @@ async def _probe(network: Network, system: System, contact: Contact, patience: f
     if times:
         contact.round_trip = sorted(times)[len(times) // 2]
     contact.missed = dict(system.missed)
+    with suppress(TimeoutError):
+        while not contact.answered:  # its log book may say why
+            _, entry = await book.next(LAST_WORDS)
+            if isinstance(entry, imc.LogBookEntry) and f"0x{network.console.id:04X}" in entry.text:
+                contact.says["log book"] = entry.text
+    network.end(book)
     for state in system.all_of(imc.EntityState):
         if any(words in state.description for words in CARRIERS):
             contact.says[system.label(state.src_ent)] = state.description
@@ -148,7 +158,7 @@ def _judge(network: Network, system: System, contact: Contact) -> list[Finding]:
     elif contact.asked and not contact.answered:
         tell(
             "is heard, but does not answer: here to vehicle is silent",
-            "a firewall closes its port; or it takes packets only of systems whose Announce it has heard",
+            "a firewall closes its port; or its Consoles do not list us; or it has not heard our Announce",
         )
     elif contact.answered < contact.asked:
         lost = 100.0 * (1.0 - contact.answered / contact.asked)
@@ -166,7 +176,7 @@ def _judge(network: Network, system: System, contact: Contact) -> list[Finding]:
     for entity, words in contact.says.items():
         ours = f"0x{network.console.id:04X}"
         for part in words.split(";"):
-            if ours in part and "in contact" not in part and "within range" not in part:
+            if ours in part and not any(good in part for good in WELL):
                 tell(f"{entity} there says of us: {part.strip()}", "see what it says, and docs/hand.md")
     return found
 

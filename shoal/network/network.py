@@ -3,6 +3,7 @@
 import asyncio
 import random
 import time
+from collections import deque
 from collections.abc import AsyncGenerator, Callable, Collection, Sequence
 from contextlib import suppress
 from typing import Self, TypeVar
@@ -16,6 +17,7 @@ from shoal.network.systems import MOST_LABELS, MOST_SYSTEMS, System
 
 M = TypeVar("M", bound=imc.Message)
 A = TypeVar("A")
+MOST_REPLIES = 64  # remembered, since they may come by several ways
 REPEAT = 0.4  # s between copies of a request that is not answered
 GRACE = 1.0  # s in which a system that vanished may come back by another way
 PATIENCE = 3.0  # s for an answer
@@ -47,6 +49,7 @@ class Network:
         self.strangers: dict[tuple[str, str], int] = {}
         self.changed = asyncio.Event()
         self._listeners: list[Listener] = []
+        self._replies: deque[imc.Message] = deque(maxlen=MOST_REPLIES)
         self._request = random.SystemRandom().randrange(1, 0xFFFF)
 
     async def __aenter__(self) -> Self:
@@ -81,9 +84,14 @@ class Network:
             system.missed[f"unknown message id {message.id}"] += 1
         elif message.surplus:
             system.missed[f"schema mismatch: {type(message).__name__} is longer than ours"] += 1
-        if not system.takes(link):
+        if message.dst == self.console.id:  # by whatever way it comes, but once
+            if message in self._replies:
+                return
+            self._replies.append(message)
+        elif not system.takes(link):
             return
-        system.last[link.name] = time.monotonic()
+        if system.takes(link):
+            system.last[link.name] = time.monotonic()
         system.links.setdefault(link.name, link)
         system.note_clock(message.timestamp)
         if arrival.entity and message.src_ent <= MOST_LABELS:
@@ -273,10 +281,11 @@ class Network:
         """
         listener = self.listen(system, kinds)
         packet = imc.encode(self.address(system, request))
-        deadline = time.monotonic() + timeout
+        deadline, attempt = time.monotonic() + timeout, 0
         try:
             while (left := deadline - time.monotonic()) > 0.0:
-                self._send(system, request, packet)
+                self._send(system, request, packet, attempt)
+                attempt += 1
                 again = time.monotonic() + min(repeat, left)
                 while (wait := again - time.monotonic()) > 0.0:
                     try:
@@ -291,11 +300,11 @@ class Network:
             self.end(listener)
         raise NoAnswer(f"{system.name} does not answer {type(request).__name__} within {timeout:g} s")
 
-    def _send(self, system: System, message: imc.Message, packet: bytes) -> None:
-        """By the way that was heard last."""
+    def _send(self, system: System, message: imc.Message, packet: bytes, attempt: int = 0) -> None:
+        """By the way that was heard last; further attempts take the others, too."""
         links = sorted(system.links.values(), key=lambda link: -system.last.get(link.name, 0.0))
         if links:
-            links[0].send(system.name, message, packet)
+            links[attempt % len(links)].send(system.name, message, packet)
 
     def nobody(self) -> str:
         """The sentence for a network without vehicles."""

@@ -18,7 +18,7 @@ PATIENCE = 30.0
 class Running:
     """`shoal run` of a shipped vehicle; `SHOAL_CONNECT` and `SHOAL_DISCOVERY` lead to it, and to no other.
 
-    `network` is zenoh or udp. Vehicles with the same `port` are on one network.
+    `network` is zenoh, udp or both. Vehicles with the same `port` are on one network.
     """
 
     def __init__(
@@ -33,13 +33,12 @@ class Running:
         self.log = folder / f"output-{profile}-{time.monotonic_ns()}.txt"
         ports = range(self.port + 2, self.port + 7)
         os.environ["SHOAL_DISCOVERY"] = f"{ports[0]}-{ports[-1]}"
-        os.environ["SHOAL_CONNECT"] = f"tcp/127.0.0.1:{self.port}" if network == "zenoh" else "udp"
-        if network == "zenoh":
-            words = ["--bus", "zenoh", "--set", f"Zenoh:Local Port={self.port}"]
+        over_zenoh = f"tcp/127.0.0.1:{self.port}"
+        os.environ["SHOAL_CONNECT"] = {"zenoh": over_zenoh, "udp": "udp", "both": f"udp,{over_zenoh}"}[network]
+        words = ["--set", f"Transports.UDP:{'Enabled=Never' if network == 'zenoh' else 'Local Port=0'}"]
+        if network != "udp":
+            words += ["--bus", "zenoh", "--set", f"Zenoh:Local Port={self.port}"]
             words += ["--set", f"Zenoh:Scouting Address=224.0.0.224:{self.port + 1}"]
-            words += ["--set", "Transports.UDP:Enabled=Never"]
-        else:
-            words = ["--set", "Transports.UDP:Local Port=0"]
         for name in ("Announce", "Discovery"):
             words += ["--set", f"Transports.{name}:Ports={','.join(map(str, ports))}"]
         off = ("Transports.MAVLink", "Simulators.MUGDetectionCamera", "Plan.Autostart")

@@ -21,9 +21,16 @@ def discovery_ports() -> range:
 class Station:
     """Hears announcements at the last of the discovery ports; `consoles` is where those who announce take packets."""
 
-    def __init__(self, ports: Sequence[int], name: str = "station", system: int = OWN, clock: float = 0.0) -> None:
+    def __init__(
+        self,
+        ports: Sequence[int],
+        name: str = "station",
+        system: int = OWN,
+        clock: float = 0.0,
+        complaint: str = "",
+    ) -> None:
         self.ports, self.name, self.system, self.uid = ports, name, system, str(time.time_ns())
-        self.clock = clock
+        self.clock, self.complaint = clock, complaint
         self.consoles: set[tuple[str, int]] = set()
         self.heard: list[imc.Message] = []
         self.discovery = self._socket(ports[-1])
@@ -58,6 +65,8 @@ class Station:
                     if message.src == self.system:
                         continue
                     self.heard.append(message)
+                    if self.complaint and isinstance(message, imc.EntityList):
+                        self.send(self.packet(imc.LogBookEntry(text=self.complaint.format(message.src))))
                     if isinstance(message, imc.Announce):
                         self.consoles |= set(Services.parse(message.services).endpoints("imc+udp"))
 

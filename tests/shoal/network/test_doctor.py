@@ -44,6 +44,19 @@ def test_a_system_that_is_heard_but_does_not_hear_us():
     assert found.links == {"udp": ""}
 
 
+def test_the_log_book_of_a_vehicle_says_why_it_does_not_hear_us():
+    async def act() -> Diagnosis:
+        ports = discovery_ports()
+        station = Station(ports, complaint="packet from 0x{:04X} dropped: command of a console that is not listed")
+        async with living(station), Network([UDPLink(ports=ports)]) as network:
+            return await diagnose(network, seconds=LISTEN, patience=0.2)
+
+    silent, why = texts(asyncio.run(act()))
+    assert "here to vehicle is silent" in silent
+    assert why.startswith("station: log book there says of us: packet from 0x")
+    assert why.endswith("dropped: command of a console that is not listed")
+
+
 def test_a_system_that_only_announces_itself():
     (text,) = texts(examine(beats=False, also=lambda s: ()))
     assert "vehicle to here is silent" in text or "does not answer" in text

@@ -15,7 +15,7 @@ from shoal.network import AsyncRemoteVehicle, Link, NoAnswer, Refused, RemoteVeh
 from tests.shoal.network.running import Running, running
 
 NAME = "lauv-noptilus-1"
-NETWORKS = ["udp", pytest.param("zenoh", marks=pytest.mark.heavy)]  # tests of the command line use zenoh
+NETWORKS = ["udp", *(pytest.param(name, marks=pytest.mark.heavy) for name in ("zenoh", "both"))]
 SERVICE = imc.VehicleState.OpMode.SERVICE
 
 
