@@ -7,7 +7,7 @@ import contextlib
 import queue
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import msgspec
 
@@ -24,14 +24,17 @@ POOL = 6  # frames in shared memory: those that wait on both sides, and those on
 ENDING = 0.5  # s
 
 
+Pixels = Annotated[int, msgspec.Meta(ge=1, le=65535)]
+
+
 class Head(msgspec.Struct):
     """A frame without its pixels."""
 
     time: float
     camera: str
     index: int
-    height: int
-    width: int
+    height: Pixels
+    width: Pixels
     info: dict[str, float]
 
 

@@ -56,6 +56,28 @@ def test_what_another_vehicle_sets_for_nobody_in_particular_is_its_own(src, turn
     assert run.task.turns == turns
 
 
+def test_parameters_are_told_to_all_at_the_start_and_when_they_change():
+    vehicle = Vehicle("v", 0x1A, clock=VirtualClock(), profile=NoProfile())
+    vehicle.daemon.tells_all = True
+    vehicle.add(Valve, "Valve")
+    told = []
+    vehicle.tap(imc.EntityParameters, told.append)
+    vehicle.start()
+    vehicle.run(1.5)
+    assert {message.name for message in told} == {"Daemon", "Valve"}
+    change = setting(1.0, Turns="3", Flow="-1")
+    vehicle.bus.publish(change, imc.encode(change), None)
+    vehicle.run(0.5)
+    vehicle.close()
+    for_all = [
+        {p.name: p.value for p in message.params}
+        for message in told
+        if message.name == "Valve" and message.dst == 0xFFFF
+    ]
+    assert [values["Turns"] for values in for_all] == ["2", "3"]
+    assert for_all[0].keys() == for_all[1].keys() == Valve.parameters().keys()
+
+
 names = st.sampled_from([*Valve.parameters(), "", "No Such", "Entity Label"])
 values = st.one_of(
     st.sampled_from(["true", "false", "1e999", "-inf", "nan", "9" * 5000, "-" + "9" * 400, "0x" + "f" * 40, "13", ""]),

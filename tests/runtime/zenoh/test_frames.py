@@ -1,0 +1,65 @@
+"""What is no frame of the vehicle is counted and dropped."""
+
+import logging
+from types import SimpleNamespace
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+import zenoh
+
+from runtime.zenoh.frames import Frames, Head
+from runtime.zenoh.keys import heard
+
+SIBLING = "5b"
+HEAD = msgspec.msgpack.encode(Head(12.5, "Front", 7, 2, 3, {"fov": 1.5}))
+PIXELS = bytes(range(24))
+
+
+def sample(pixels: bytes = PIXELS, head: bytes | None = HEAD, zid: str | None = SIBLING) -> Any:
+    source = None if zid is None else SimpleNamespace(source_id=SimpleNamespace(zid=zid))
+    attachment = None if head is None else zenoh.ZBytes(head)
+    return SimpleNamespace(
+        source_info=source, attachment=attachment, payload=zenoh.ZBytes(pixels), key_expr="imc/v/@frame/Front"
+    )
+
+
+@pytest.fixture
+def frames() -> Frames:
+    return Frames("v", lambda zid: zid == SIBLING, logging.getLogger("shoal.zenoh").warning)
+
+
+def test_a_frame_arrives_as_it_was(frames: Frames) -> None:
+    frame = frames._taken(sample())
+    assert frame is not None
+    assert (frame.time, frame.camera, frame.index, frame.info) == (12.5, "Front", 7, {"fov": 1.5})
+    assert np.array_equal(frame.image, np.frombuffer(PIXELS, np.uint8).reshape(2, 3, 4))
+    assert not frame.image.flags.writeable
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        sample(zid=None),
+        sample(zid="ff"),
+        sample(head=None),
+        sample(head=b"nonsense"),
+        sample(head=msgspec.msgpack.encode({"time": "now"})),
+        sample(pixels=PIXELS[:-1]),
+        sample(pixels=b""),
+        sample(head=msgspec.msgpack.encode(Head(1.0, "Front", 1, -1, 3, {}))),
+        sample(head=msgspec.msgpack.encode(Head(1.0, "Front", 1, 1 << 40, 1 << 40, {}))),
+    ],
+)
+def test_strangers_and_rubbish_are_counted(frames: Frames, wrong: Any, caplog: pytest.LogCaptureFixture) -> None:
+    assert frames._taken(wrong) is None
+    assert frames.strange.total == 1
+    assert "imc/v/@frame/Front" in caplog.text
+
+
+def test_a_vehicle_hears_of_others_only_what_it_wants() -> None:
+    assert heard("v", None) == (["imc/**"], ["imc/*/@cmd/**"])
+    of_all, commands = heard("v", ("Announce",))
+    assert of_all == ["imc/v/**", "imc/*/Announce/*"]
+    assert commands == ["imc/v/@cmd/**", "imc/0xFFF0/@cmd/**"]
