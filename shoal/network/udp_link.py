@@ -3,7 +3,6 @@
 import asyncio
 import errno
 import socket
-import struct
 import time
 from collections.abc import Collection, Iterable, Sequence
 from contextlib import suppress
@@ -23,9 +22,9 @@ from imc.discovery import (
     targets,
 )
 from imc.layout import LARGEST_PACKET
+from runtime.interfaces import EVERYWHERE, interfaces
 from shoal.network.link import EVERYBODY, Arrival, Console, Ear
 
-EVERYWHERE = "0.0.0.0"
 USUAL_PORTS = range(6002, 6007)  # where vehicles listen; asked if no announcement can be heard
 BEAT = 1.0  # s
 AGAIN = (1.1, PERIOD)  # s from the first Announce to the second, and between the others; imcjava ignores faster ones
@@ -126,9 +125,9 @@ class UDPLink:
                 self._discovery = self._open(self._address, port)
             except OSError:
                 continue
-            if self._address == EVERYWHERE:
-                group = socket.inet_aton(MULTICAST) + struct.pack("=I", socket.INADDR_ANY)
-                with suppress(OSError):  # no network
+            for interface in interfaces() if self._address == EVERYWHERE else ():
+                group = socket.inet_aton(MULTICAST) + socket.inet_aton(interface.address)
+                with suppress(OSError):  # it has no multicast
                     self._discovery.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group)
             asyncio.get_running_loop().add_reader(self._discovery, self._read_announcements)
             return
@@ -153,7 +152,8 @@ class UDPLink:
     def _announce(self) -> None:
         addresses = [place.address for place in self._places]
         if EVERYWHERE in addresses:
-            addresses = [LOOPBACK, MULTICAST, BROADCAST, *(a for a in addresses if a != EVERYWHERE)]
+            addresses = [LOOPBACK, BROADCAST, *(a for a in addresses if a != EVERYWHERE)]
+            self._announce_on_interfaces()
         given = [place for place in self._places if place.port]
         if self.deaf:
             given += [Endpoint(LOOPBACK, port) for port in USUAL_PORTS]
@@ -163,9 +163,16 @@ class UDPLink:
             self._send(self._announcement(place), place)
             self._send(self._packet(imc.Heartbeat(), 0xFFFF), place)
 
-    def _announcement(self, place: Endpoint) -> bytes:
+    def _announce_on_interfaces(self) -> None:
+        """Announce on each network of this computer: a radio's is seldom the one with the default route."""
+        for interface in interfaces():
+            self._data.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface.address))
+            for place in targets(filter(None, (MULTICAST, interface.broadcast)), self._ports):
+                self._send(self._announcement(place, interface.address), place)
+
+    def _announcement(self, place: Endpoint, own: str = "") -> bytes:
         """Our Announce as the program at a place has to read it: with the address that it can reach."""
-        own = _own_address(place)
+        own = own or _own_address(place)
         port = self._data.getsockname()[1]
         services = Services.of([Service("imc+udp", own, port)], uid=self._uid, imc=imc.builtin().version)
         kind = imc.Announce(

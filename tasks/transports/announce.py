@@ -5,21 +5,14 @@ from collections.abc import Iterable, Sequence
 import imc
 from imc.discovery import BROADCAST, LOOPBACK, MULTICAST, PERIOD, PORTS, Endpoint, Service, Services, targets
 from runtime import State, Task, consume, param, periodic
+from runtime.interfaces import EVERYWHERE, Interface, interfaces, is_local
 from tasks.transports.imc_links.announcement import (
     SYSTEM_TYPES,
     announcement,
     external_services,
     local_services,
 )
-from tasks.transports.imc_links.sockets import (
-    EVERYWHERE,
-    Interface,
-    announcer,
-    interfaces,
-    is_local,
-    network_address,
-    network_time,
-)
+from tasks.transports.imc_links.sockets import announcer, network_address, network_time
 
 SHORTEST = 1.2  # s between two announcements; imcjava ignores one that comes within a second
 SOON = 0.2  # s, for several services that begin together

@@ -5,9 +5,10 @@ from pathlib import Path
 import imc
 from imc.discovery import Service
 from runtime import State, Task, param, periodic
+from runtime.interfaces import is_local
 from tasks.transports.ftp_server import FTPServer
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
-from tasks.transports.imc_links.sockets import is_local, network_address
+from tasks.transports.imc_links.sockets import network_address
 
 RETRY = 5.0  # s
 TELL_PERIOD = 10.0  # s between two entries about refusals

@@ -8,6 +8,7 @@ import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
 from runtime import State, consume, param, periodic
+from runtime.interfaces import is_local
 from runtime.task import ParameterError
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
 from tasks.transports.imc_links.consoles import Consoles
@@ -18,7 +19,7 @@ from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, UNKNOWN, Dro
 from tasks.transports.imc_links.reader import Reader
 from tasks.transports.imc_links.recent import Recent
 from tasks.transports.imc_links.sending import Carrier
-from tasks.transports.imc_links.sockets import bound, is_local, network_address, network_time
+from tasks.transports.imc_links.sockets import bound, network_address, network_time
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
 REPEATS = 1024  # forwarded packets that are remembered

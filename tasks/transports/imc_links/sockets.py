@@ -1,33 +1,18 @@
 """UDP sockets for packets and announcements, and the addresses of this computer."""
 
 import socket
-import struct
 from collections.abc import Iterable
 from ipaddress import IPv4Address
-from typing import NamedTuple
 
 from imc.discovery import BROADCAST, LOOPBACK, MULTICAST
 from runtime import Task
+from runtime.interfaces import EVERYWHERE, interfaces, is_local
 from runtime.problem import quoted
 from runtime.task import ParameterError
 
 BUFFER = 1 << 20  # bytes that the system may keep for us
 HOPS = 1  # of multicast packets, as in DUNE
-EVERYWHERE = "0.0.0.0"
 IP_MULTICAST_ALL = 49  # of Linux: 0 gives a socket only the groups that it has joined itself
-SIOCGIFADDR, SIOCGIFBRDADDR = 0x8915, 0x8919  # of Linux: an interface's address, and that of all in its network
-
-
-class Interface(NamedTuple):
-    """A network of this computer: its name, the address here, and the one that reaches all in it (may be empty)."""
-
-    name: str
-    address: str
-    broadcast: str
-
-    @property
-    def is_local(self) -> bool:
-        return is_local(self.address)
 
 
 def network_address(task: Task, own: str) -> str:
@@ -54,34 +39,6 @@ def check_address(text: str) -> None:
         IPv4Address(text)
     except ValueError:
         raise ValueError(f"{quoted(text)} is not an IPv4 address") from None
-
-
-def is_local(address: str) -> bool:
-    """Whether an address is of the loopback interface, which only this computer reaches."""
-    return address.startswith("127.")
-
-
-def interfaces() -> list[Interface]:
-    """The interfaces of this computer that have an IPv4 address; on other systems than Linux, only loopback."""
-    try:
-        from fcntl import ioctl
-    except ImportError:
-        return [Interface("lo", LOOPBACK, "")]
-    found: list[Interface] = []
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
-
-        def ask(question: int, name: str) -> str:
-            try:
-                answer = ioctl(any_socket.fileno(), question, struct.pack("256s", name.encode()[:15]))
-            except OSError:
-                return ""
-            return socket.inet_ntoa(answer[20:24])
-
-        for _, name in socket.if_nameindex():
-            if address := ask(SIOCGIFADDR, name):
-                broadcast = "" if is_local(address) else ask(SIOCGIFBRDADDR, name)
-                found.append(Interface(name, address, "" if broadcast == EVERYWHERE else broadcast))
-    return found or [Interface("lo", LOOPBACK, "")]
 
 
 def bound(address: str, port: int) -> socket.socket:

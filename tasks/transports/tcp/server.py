@@ -5,8 +5,9 @@ import socket
 import imc
 from imc.discovery import Service
 from runtime import State, param
+from runtime.interfaces import is_local
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
-from tasks.transports.imc_links.sockets import is_local, network_address
+from tasks.transports.imc_links.sockets import network_address
 from tasks.transports.imc_links.streams import Stream, StreamCarrier
 
 PORTS_TRIED = 6  # from Port on, as in DUNE

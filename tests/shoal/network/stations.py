@@ -57,7 +57,7 @@ def stations(count: int) -> Iterator[Stations]:
             enter = ["nsenter", "-t", str(sleeper.pid), "-n"]
             environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
             subprocess.run([*enter, sys.executable, __file__], check=True, env=environment)
-            for words in (*UP, f"addr add 10.98.0.{number}/24 brd + dev radio0", "route add default dev radio0"):
+            for words in (*UP, f"addr add 10.98.0.{number}/24 brd + dev radio0"):
                 subprocess.run([*enter, "ip", *words.split()], check=True)
             namespaces.append(sleeper.pid)
             names.append(name)

@@ -1,0 +1,48 @@
+"""The networks of this computer."""
+
+import socket
+import struct
+from typing import NamedTuple
+
+LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
+SIOCGIFADDR, SIOCGIFBRDADDR = 0x8915, 0x8919  # of Linux: an interface's address, and that of all in its network
+
+
+class Interface(NamedTuple):
+    """A network of this computer: its name, the address here, and the one that reaches all in it (may be empty)."""
+
+    name: str
+    address: str
+    broadcast: str
+
+    @property
+    def is_local(self) -> bool:
+        return is_local(self.address)
+
+
+def is_local(address: str) -> bool:
+    """Whether an address is of the loopback interface, which only this computer reaches."""
+    return address.startswith("127.")
+
+
+def interfaces() -> list[Interface]:
+    """The interfaces of this computer that have an IPv4 address; on other systems than Linux, only loopback."""
+    try:
+        from fcntl import ioctl
+    except ImportError:
+        return [Interface("lo", LOOPBACK, "")]
+    found: list[Interface] = []
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+
+        def ask(question: int, name: str) -> str:
+            try:
+                answer = ioctl(any_socket.fileno(), question, struct.pack("256s", name.encode()[:15]))
+            except OSError:
+                return ""
+            return socket.inet_ntoa(answer[20:24])
+
+        for _, name in socket.if_nameindex():
+            if address := ask(SIOCGIFADDR, name):
+                broadcast = "" if is_local(address) else ask(SIOCGIFBRDADDR, name)
+                found.append(Interface(name, address, "" if broadcast == EVERYWHERE else broadcast))
+    return found or [Interface("lo", LOOPBACK, "")]
