@@ -32,6 +32,7 @@ OPEN = {  # modules that are imported as they are
         "imc.tuples",
         "runtime.problem",
         "runtime.durations",
+        "runtime.networks",
     ),
     "runtime.testing",
     *("imc.coordinates.arrays", "imc.schema.yamltree"),  # need NumPy and PyYAML, which are slow to import

@@ -22,7 +22,7 @@ from imc.discovery import (
     targets,
 )
 from imc.layout import LARGEST_PACKET
-from runtime.interfaces import EVERYWHERE, interfaces
+from runtime.networks import EVERYWHERE, interfaces
 from shoal.network.link import EVERYBODY, Arrival, Console, Ear
 
 USUAL_PORTS = range(6002, 6007)  # where vehicles listen; asked if no announcement can be heard

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import imc
 from imc.discovery import BROADCAST, LOOPBACK, MULTICAST, PERIOD, PORTS, Endpoint, Service, Services, targets
 from runtime import State, Task, consume, param, periodic
-from runtime.interfaces import EVERYWHERE, Interface, interfaces, is_local
+from runtime.networks import EVERYWHERE, Interface, interfaces, is_local
 from tasks.transports.imc_links.announcement import (
     SYSTEM_TYPES,
     announcement,

@@ -5,7 +5,7 @@ from pathlib import Path
 import imc
 from imc.discovery import Service
 from runtime import State, Task, param, periodic
-from runtime.interfaces import is_local
+from runtime.networks import is_local
 from tasks.transports.ftp_server import FTPServer
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
 from tasks.transports.imc_links.sockets import network_address

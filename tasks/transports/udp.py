@@ -8,7 +8,7 @@ import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
 from runtime import State, consume, param, periodic
-from runtime.interfaces import is_local
+from runtime.networks import is_local
 from runtime.task import ParameterError
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
 from tasks.transports.imc_links.consoles import Consoles

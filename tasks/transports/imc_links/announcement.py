@@ -6,7 +6,7 @@ import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.coordinates import absolute
 from imc.discovery import LOOPBACK, Service
-from runtime.interfaces import EVERYWHERE, is_local
+from runtime.networks import EVERYWHERE, is_local
 
 LOCAL, EXTERNAL = imc.AnnounceService.ServiceType.LOCAL, imc.AnnounceService.ServiceType.EXTERNAL
 SYSTEM_TYPES = tuple(kind.name.lower() for kind in imc.SystemType)

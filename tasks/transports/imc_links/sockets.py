@@ -6,7 +6,7 @@ from ipaddress import IPv4Address
 
 from imc.discovery import BROADCAST, LOOPBACK, MULTICAST
 from runtime import Task
-from runtime.interfaces import EVERYWHERE, interfaces, is_local
+from runtime.networks import EVERYWHERE, interfaces, is_local
 from runtime.problem import quoted
 from runtime.task import ParameterError
 

@@ -5,7 +5,7 @@ import socket
 import imc
 from imc.discovery import Service
 from runtime import State, param
-from runtime.interfaces import is_local
+from runtime.networks import is_local
 from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
 from tasks.transports.imc_links.sockets import network_address
 from tasks.transports.imc_links.streams import Stream, StreamCarrier
