@@ -40,25 +40,25 @@ def killed(folder: Path, after: float) -> float:
     return moment
 
 
-def lacks(folder: Path, moment: float) -> str:
-    """What is wrong with the log of a run that was killed at `moment`; empty if nothing is."""
+def lacks(folder: Path, moment: float) -> tuple[str, float]:
+    """What is wrong with the log of a run that was killed at `moment`, empty if nothing is; and the s that it lacks."""
     first = next(iter(sorted(folder.glob("log/*/*/*"))), None)
     if first is None:
-        return "no log"
+        return "no log", 0.0
     run = logs_of_run(first)
     if missing_logs(run) or len(run) != len(list(folder.glob("log/*/*/*"))):
-        return "a log of the run is missing"
+        return "a log of the run is missing", 0.0
     logs = [imc.Log(log, keep_index=False) for log in run]
     times = [state.timestamp for log in logs for state in log.messages(imc.SimulatedState)]
     began = next((message.timestamp for message in logs[0].messages()), moment)
     if moment - began < FLUSH + SLACK and not times:
-        return ""
+        return "", moment - began
     missing = moment - max(times, default=began)
     if missing > FLUSH + SLACK:
-        return f"the last {missing:.2f} s are missing"
+        return f"the last {missing:.2f} s are missing", missing
     # A late tick on a wall clock is no loss: what counts is that no stretch of a flush interval is missing.
     gap = float(np.diff(times).max(initial=0.0))
-    return f"a gap of {gap:.2f} s" if gap > 0.9 * FLUSH else ""
+    return f"a gap of {gap:.2f} s" if gap > 0.9 * FLUSH else "", missing
 
 
 def main() -> int:
@@ -66,16 +66,17 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    dice, bad = random.Random(options.seed), 0
+    dice, bad, longest = random.Random(options.seed), 0, 0.0
     for number in range(options.count):
         after = dice.uniform(0.0, 3.5)
         with tempfile.TemporaryDirectory() as place:
             moment = killed(Path(place), after)
-            trouble = lacks(Path(place), moment)
+            trouble, missing = lacks(Path(place), moment)
+        longest = max(longest, missing)
         if trouble:
             bad += 1
             print(f"kill {number}, {after:.3f} s after the log began: {trouble}")
-    print(f"{options.count} kills, {bad} logs with losses beyond the flush interval")
+    print(f"{options.count} kills, {bad} logs with losses beyond the flush interval; at most {longest:.2f} s missing")
     return 1 if bad else 0
 
 

@@ -115,7 +115,7 @@ def test_a_home_is_not_hidden_if_python_is_there(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(sys, "prefix", "/opt/shoal")
     monkeypatch.setattr(sys, "executable", "/opt/shoal/bin/python")
     monkeypatch.setattr("shoal.cli.service.__file__", "/opt/shoal/lib/shoal/cli/service.py")
-    for base, wanted in (("/usr", "yes"), ("/root/.local/share/uv/python", "read-only")):
+    for base, wanted in (("/usr", "yes"), ("/home/pilot/.local/share/uv/python", "read-only")):
         monkeypatch.setattr(sys, "base_prefix", base)
         done = shoal("otter", "-p", "Simulation", "-o", "-")
         assert options(done.stdout)["ProtectHome"] == wanted

@@ -15,7 +15,7 @@ NEW_NAMESPACE = ["unshare", "-n"] if os.name == "posix" and os.geteuid() == 0 el
 
 
 @pytest.mark.heavy
-def test_commands_over_a_bad_radio_work_or_say_why_not_and_a_cut_is_forgotten(tmp_path: Path) -> None:
+def test_commands_over_a_bad_radio_work_or_say_why_not_and_a_cut_is_forgotten_in_5_s(tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(REPOSITORY), *sys.path])}
     done = subprocess.run(
         [*NEW_NAMESPACE, sys.executable, str(SCENE), str(tmp_path)],
@@ -32,6 +32,6 @@ def test_commands_over_a_bad_radio_work_or_say_why_not_and_a_cut_is_forgotten(tm
     assert sum(result["status"] == 0 for result in commands) >= len(commands) / 2
     assert seen["cut"]["status"] == 1
     assert "no vehicle" in seen["cut"]["err"] or "does not answer" in seen["cut"]["err"]
-    assert seen["again"] < 20.0  # 1 s on an idle machine
+    assert seen["again"] < 5.0
     for result in seen["stop"]:
         assert result["status"] == 0 or "no plan is running" in result["err"], result
