@@ -1,6 +1,8 @@
 """What all tests share: signals, hypothesis without a deadline, and fixtures that write logs."""
 
+import os
 import signal
+import subprocess
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -12,6 +14,8 @@ from imc.lsf import LsfWriter, gzip_member
 
 DEFINITIONS = gzip_member(imc.dump(imc.builtin()))
 
+NEW_NAMESPACE = ["unshare", "-n"] if os.name == "posix" and os.geteuid() == 0 else ["unshare", "-rn"]
+
 settings.register_profile("shoal", deadline=None)
 settings.load_profile("shoal")
 
@@ -21,6 +25,23 @@ def pytest_configure() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+@pytest.fixture(scope="session")
+def namespace() -> list[str]:
+    """The command that runs another one in a network namespace of its own, in which it may create cables."""
+    try:
+        probe = [*NEW_NAMESPACE, "sh", "-c", "ip link add cable0 type veth peer name cable1 && unshare -n true"]
+        done = subprocess.run(probe, capture_output=True, text=True)
+        trouble = done.stderr
+    except OSError as error:
+        done, trouble = None, str(error)
+    if done is None or done.returncode:
+        words = f"no network namespaces on this machine: {trouble.strip()}"
+        if os.environ.get("CI"):
+            pytest.fail(words)
+        pytest.skip(words)
+    return NEW_NAMESPACE
 
 
 @pytest.fixture

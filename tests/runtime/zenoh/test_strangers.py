@@ -14,24 +14,6 @@ import imc
 
 SCENE = Path(__file__).parent / "namespaces.py"
 REPOSITORY = Path(__file__).parents[3]
-NEW_NAMESPACE = ["unshare", "-n"] if os.name == "posix" and os.geteuid() == 0 else ["unshare", "-rn"]
-
-
-@pytest.fixture
-def namespace() -> list[str]:
-    """The command that runs another one in a network namespace of its own, in which it may create cables."""
-    try:
-        probe = [*NEW_NAMESPACE, "sh", "-c", "ip link add cable0 type veth peer name cable1 && unshare -n true"]
-        done = subprocess.run(probe, capture_output=True, text=True)
-        trouble = done.stderr
-    except OSError as error:
-        done, trouble = None, str(error)
-    if done is None or done.returncode:
-        words = f"no network namespaces on this machine: {trouble.strip()}"
-        if os.environ.get("CI"):
-            pytest.fail(words)
-        pytest.skip(words)
-    return NEW_NAMESPACE
 
 
 def played(namespace: list[str], *arguments: str) -> Any:

@@ -11,14 +11,15 @@ import pytest
 
 SCENE = Path(__file__).parent / "bad_radio.py"
 REPOSITORY = Path(__file__).parents[3]
-NEW_NAMESPACE = ["unshare", "-n"] if os.name == "posix" and os.geteuid() == 0 else ["unshare", "-rn"]
 
 
 @pytest.mark.heavy
-def test_commands_over_a_bad_radio_work_or_say_why_not_and_a_cut_is_forgotten_in_5_s(tmp_path: Path) -> None:
+def test_commands_over_a_bad_radio_work_or_say_why_not_and_a_cut_is_forgotten_in_5_s(
+    namespace: list[str], tmp_path: Path
+) -> None:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(REPOSITORY), *sys.path])}
     done = subprocess.run(
-        [*NEW_NAMESPACE, sys.executable, str(SCENE), str(tmp_path)],
+        [*namespace, sys.executable, str(SCENE), str(tmp_path)],
         capture_output=True, text=True, timeout=280, cwd=REPOSITORY, env=environment,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

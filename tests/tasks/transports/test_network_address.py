@@ -13,28 +13,26 @@ ROOT = Path(__file__).parents[3]
 HERE = [["10.99.0.1", 6002]]
 
 
-def scene(folder, address):
-    command = ["unshare", "-n" if os.geteuid() == 0 else "-rn", sys.executable, str(SCENE), str(folder), address, "12"]
+def scene(namespace, folder, address):
+    command = [*namespace, sys.executable, str(SCENE), str(folder), address, "12"]
     done = subprocess.run(
         command, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, timeout=120
     )
-    if done.returncode and not done.stdout and not os.environ.get("CI"):
-        pytest.skip(f"no network namespaces on this machine: {done.stderr.strip()[-200:]}")
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout), (folder / "out.txt").read_text()
 
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("address", ["0.0.0.0", "10.99.0.1"])
-def test_an_opened_vehicle_is_found_by_every_way_and_says_so(tmp_path, address):
-    found, log = scene(tmp_path, address)
+def test_an_opened_vehicle_is_found_by_every_way_and_says_so(namespace, tmp_path, address):
+    found, log = scene(namespace, tmp_path, address)
     assert found["multicast"] == found["broadcast"] == found["unicast"] == HERE
     assert found["states"] >= 3
     assert f"listens at {address}:6002 without passwords: whoever reaches it can command the vehicle" in log
 
 
 @pytest.mark.heavy
-def test_by_default_nothing_leaves_the_computer_and_nobody_is_heard(tmp_path):
-    found, log = scene(tmp_path, "127.0.0.1")
+def test_by_default_nothing_leaves_the_computer_and_nobody_is_heard(namespace, tmp_path):
+    found, log = scene(namespace, tmp_path, "127.0.0.1")
     assert found == {"multicast": [], "broadcast": [], "unicast": [], "states": 0}
     assert "console" not in log
