@@ -5,12 +5,12 @@ from threading import Lock
 
 from imc import Abort
 from imc.addresses import UNKNOWN_SYSTEM
+from runtime.bus.excess import Excess
 
 MOST_OF_ONE = 1024  # packets of one source
 MOST_SOURCES = 64  # with packets waiting; all further ones share a queue
 MOST_BYTES = 1 << 24  # of all
 MOST_BYTES_OF_ONE = 1 << 20
-MOST_NAMED = 256  # sources whose drops are counted by name
 
 LITTLE_ENDIAN = 0x54  # first byte of a packet
 ABORT = Abort.ID
@@ -20,11 +20,11 @@ class Inbox:
     """Takes packets from any thread; a source that sends too much loses its own packets only.
 
     A source is a system as its packets name it; what it sends to one system, and Abort, waits apart from what it sends
-    to all. Counted: `dropped`, by source (IMC id), UNKNOWN_SYSTEM for those beyond MOST_NAMED.
+    to all. Counted: `dropped`.
     """
 
     def __init__(self) -> None:
-        self.dropped: Counter[int] = Counter()
+        self.dropped = Excess()
         self._queues: OrderedDict[tuple[int, bool], deque[bytes]] = OrderedDict()
         self._bytes: Counter[tuple[int, bool]] = Counter()
         self._all_bytes = 0
@@ -51,8 +51,7 @@ class Inbox:
                 or self._bytes[place] + size > MOST_BYTES_OF_ONE
                 or self._all_bytes + size > MOST_BYTES
             ):
-                known = source in self.dropped or len(self.dropped) < MOST_NAMED
-                self.dropped[source if known else UNKNOWN_SYSTEM] += 1
+                self.dropped.count(source)
                 return False
             queue.append(packet)
             self._bytes[place] += size

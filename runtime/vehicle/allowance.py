@@ -1,8 +1,7 @@
 """How many replies each asker gets, so that nobody keeps a vehicle busy with questions."""
 
-from collections import Counter
-
 from imc.addresses import UNKNOWN_SYSTEM
+from runtime.bus import Excess
 
 RATE, BURST = 200.0, 400.0  # replies to one asker: per second, at once
 RATE_OF_ALL, BURST_OF_ALL = 400.0, 1200.0
@@ -11,13 +10,13 @@ ALL = UNKNOWN_SYSTEM  # all askers together
 
 
 class Allowance:
-    """Counts replies by asker (IMC id); `refused` are the requests that got none.
+    """Counts replies by asker (IMC id); `refused` counts the requests that got none.
 
     Askers share an allowance (ALL), too, because anybody can ask in many names.
     """
 
     def __init__(self) -> None:
-        self.refused: Counter[int] = Counter()
+        self.refused = Excess()
         self._left: dict[int, tuple[float, float]] = {}
 
     def spend(self, asker: int, replies: int, now: float) -> bool:
@@ -29,7 +28,7 @@ class Allowance:
             taken = min(replies, BURST)
             own, everybody = own - taken, everybody - taken
         else:
-            self.refused[asker if asker in self.refused or len(self.refused) < MOST_ASKERS else ALL] += 1
+            self.refused.count(asker)
         if asker not in self._left and len(self._left) > MOST_ASKERS:
             del self._left[next(name for name in self._left if name != ALL)]
         self._left[asker], self._left[ALL] = (own, now), (everybody, now)

@@ -1,5 +1,7 @@
 """The vehicle's own task: publishes its heartbeat, its entities and their states."""
 
+from collections import Counter
+
 import imc
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.task import Entity, consume, periodic
@@ -15,7 +17,7 @@ class Daemon(ParameterService):
 
     def configure(self) -> None:
         super().configure()
-        self._told: dict[str, int] = {}
+        self._told = 0
         self._tell_next = 0.0
         self._has_told_all = False
 
@@ -71,18 +73,19 @@ class Daemon(ParameterService):
 
     def _report_excess(self) -> None:
         """Log who sends or asks too much, at most once in REPORT_PERIOD."""
-        name = self.vehicle.systems.name
-        counts = {
-            f"{kind} from {name(source) if source != UNKNOWN_SYSTEM else 'further systems'}": number
-            for kind, found in (("packets", self.vehicle.bus.inbox.dropped), ("requests", self.allowance.refused))
-            for source, number in found.copy().items()
-        }
-        if counts == self._told or self.now < self._tell_next:
+        excess = (("packets", self.vehicle.bus.inbox.dropped), ("requests", self.allowance.refused))
+        total = sum(counter.total for _, counter in excess)
+        if total == self._told or self.now < self._tell_next:
             return
-        news = {source: number - self._told.get(source, 0) for source, number in counts.items()}
-        worst = sorted((source for source in news if news[source]), key=lambda source: -news[source])
-        self._told, self._tell_next = counts, self.now + REPORT_PERIOD
-        listed = ", ".join(f"{news[source]} {source}" for source in worst[:MOST_NAMED])
+        self._told, self._tell_next = total, self.now + REPORT_PERIOD
+        name = self.vehicle.systems.name
+        counts = Counter({
+            f"{kind} from {name(source) if source != UNKNOWN_SYSTEM else 'further systems'}": number
+            for kind, counter in excess
+            for source, number in counter.drain().items()
+        })  # fmt: skip
+        worst = counts.most_common()
+        listed = ", ".join(f"{number} {source}" for source, number in worst[:MOST_NAMED])
         rest = f" and from {len(worst) - MOST_NAMED} more" if len(worst) > MOST_NAMED else ""
         self.log.warning(f"dropped because too many arrive: {listed}{rest}")
 

@@ -145,7 +145,7 @@ class Status:
         )
 
     def _messages(self) -> str:
-        dropped = self.vehicle.bus.inbox.dropped.total()
+        dropped = self.vehicle.bus.inbox.dropped.total
         count = self.vehicle.bus.delivered
         return f"{count} message{'s' * (count != 1)}" + (f", {dropped} of others dropped" if dropped else "")
 
