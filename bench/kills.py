@@ -21,7 +21,7 @@ from runtime.logs import logs_of_run, missing_logs
 COMMAND = [sys.executable, "-m", "shoal.cli", "run", "otter", "-p", "Simulation", "--for", "60s", "--bus", "inprocess"]
 FLUSH = 1.0  # s
 PATIENCE = 60.0  # s until the log begins
-SLACK = 2.0  # s, for a flush that comes late on a loaded machine
+SLACK = 0.5  # s, for a flush that comes late
 
 
 def killed(folder: Path, after: float) -> float:
