@@ -1,21 +1,32 @@
-"""Draws the picture of a run in the README: `python bench/pictures.py docs/images`."""
+"""Draws the pictures of the README, of a run and of the fisheye camera: `python bench/pictures.py docs/images`."""
 
 import io
+import math
 import os
 import re
 import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
+from PIL import Image
 from rich.console import Console
 
 from runtime.kernel import ScaledClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli.status import Status
+from world.optics import Projection, preset_lens
+from world.pictures import Camera, Pose
 
 COMMAND = "shoal run lauv-noptilus-1 -p Simulation --clock 20x"
 SECONDS = 300.0  # of the vehicle
+SIZE, GAP = 396, 28  # px
+MUGS = ((2.5, 1.0), (0.5, -0.5), (-1.5, 2.0))
+FISHEYES = (
+    ("Seabed", Pose(0.0, 0.0, 3.0, depth=8.0, roll=math.radians(38), yaw=math.radians(20))),
+    ("Sea Surface", Pose(0.0, 0.0, 7.0, roll=math.radians(-28), pitch=math.radians(8))),
+)
 
 
 def draw_run(path: Path) -> None:
@@ -38,5 +49,18 @@ def draw_run(path: Path) -> None:
     path.write_text(picture.replace("Fira Code", "DejaVu Sans Mono"))
 
 
+def draw_fisheye(path: Path) -> None:
+    """What the camera of a tilted vehicle sees under water and above it, beside each other."""
+    projection = Projection(preset_lens("equidistant", math.pi), 2 * SIZE)
+    sheet = Image.new("RGBA", (2 * SIZE + GAP, SIZE))
+    for place, (scene, pose) in enumerate(FISHEYES):
+        camera = Camera(projection, 1024, interpolation="bilinear", scene=scene, mugs=MUGS)
+        picture = Image.fromarray(np.ascontiguousarray(camera.picture(pose)))
+        sheet.paste(picture.resize((SIZE, SIZE), Image.Resampling.LANCZOS), (place * (SIZE + GAP), 0))
+    sheet.save(path, optimize=True)
+
+
 if __name__ == "__main__":
-    draw_run(Path(sys.argv[1]).resolve() / "run.svg")
+    folder = Path(sys.argv[1]).resolve()
+    draw_fisheye(folder / "fisheye.png")
+    draw_run(folder / "run.svg")
