@@ -1,10 +1,12 @@
 """What all tests share: signals, hypothesis without a deadline, and fixtures that write logs."""
 
 import os
+import shutil
 import signal
 import subprocess
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 from hypothesis import settings
@@ -30,6 +32,25 @@ def pytest_configure() -> None:
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
+def lacking(words: str) -> NoReturn:
+    """Skip a test, since this machine lacks something; CI has all, so there it fails."""
+    if os.environ.get("CI"):
+        pytest.fail(words)
+    pytest.skip(words)
+
+
+@pytest.fixture
+def openssl() -> str:
+    """The path of openssl, which makes certificates."""
+    return shutil.which("openssl") or lacking("openssl is not installed")
+
+
+@pytest.fixture
+def systemd_analyze() -> str:
+    """The path of systemd's program that judges units."""
+    return shutil.which("systemd-analyze") or lacking("systemd is not installed")
+
+
 @pytest.fixture(scope="session")
 def namespace() -> list[str]:
     """The command that runs another one in a network namespace of its own, in which it may create cables."""
@@ -40,10 +61,7 @@ def namespace() -> list[str]:
     except OSError as error:
         done, trouble = None, str(error)
     if done is None or done.returncode:
-        words = f"no network namespaces on this machine: {trouble.strip()}"
-        if os.environ.get("CI"):
-            pytest.fail(words)
-        pytest.skip(words)
+        lacking(f"no network namespaces on this machine: {trouble.strip()}")
     return NEW_NAMESPACE
 
 

@@ -1,7 +1,6 @@
 """Who may hear and command a vehicle whose [Zenoh] section names certificates, passwords and lists."""
 
 import json
-import shutil
 import subprocess
 import time
 from pathlib import Path
@@ -12,8 +11,6 @@ import pytest
 from runtime.zenoh import ZenohConfig
 from runtime.zenoh.meeting import is_held
 from tests.runtime.zenoh.processes import PATIENCE, Network, Process, local_port
-
-needs_openssl = pytest.mark.skipif(shutil.which("openssl") is None, reason="makes its certificates with openssl")
 
 ALICE, BOB = 0x4001, 0x4002
 SYSTEM = 1
@@ -70,29 +67,28 @@ def check_lists(bus: Process, commander: Process, listener: Process) -> None:
     assert "SetEntityParameters" not in bus.ask("status")["names"]
 
 
-def openssl(folder: Path, *words: str) -> None:
-    subprocess.run(["openssl", *words], cwd=folder, check=True, capture_output=True)
-
-
-def certificates(folder: Path, *names: str) -> None:
+def certificates(openssl: str, folder: Path, *names: str) -> None:
     """An authority, and certificates that it has signed for these names, at 127.0.0.1."""
+
+    def make(*words: str) -> None:
+        subprocess.run([openssl, *words], cwd=folder, check=True, capture_output=True)
+
     key = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes")
-    openssl(folder, "req", "-x509", "-days", "2", *key, "-subj", "/CN=authority", "-keyout", "ca.key", "-out", "ca.pem")
+    make("req", "-x509", "-days", "2", *key, "-subj", "/CN=authority", "-keyout", "ca.key", "-out", "ca.pem")
     for name in names:
-        openssl(
-            folder, "req", *key[:4], "-nodes", "-subj", f"/CN={name}", "-keyout", f"{name}.key", "-out", f"{name}.csr"
-        )
+        make("req", *key, "-subj", f"/CN={name}", "-keyout", f"{name}.key", "-out", f"{name}.csr")
         (folder / f"{name}.ext").write_text("subjectAltName=IP:127.0.0.1\n")
-        openssl(
-            folder, "x509", "-req", "-in", f"{name}.csr", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial",
+        make(
+            "x509", "-req", "-in", f"{name}.csr", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial",
             "-days", "2", "-extfile", f"{name}.ext", "-out", f"{name}.pem",
         )  # fmt: skip
 
 
 @pytest.mark.heavy
-@needs_openssl
-def test_users_log_in_with_a_password_and_may_do_what_their_list_allows(network: Network, tmp_path: Path) -> None:
-    certificates(tmp_path, "vehicle")
+def test_users_log_in_with_a_password_and_may_do_what_their_list_allows(
+    network: Network, openssl: str, tmp_path: Path
+) -> None:
+    certificates(openssl, tmp_path, "vehicle")
     (tmp_path / "password").write_text("deep\n")
     (tmp_path / "users").write_text("vehicle:deep\nalice:a1\nbob:b2\ncarol:c3\n")
     own = {"User": "vehicle", "Password_File": str(tmp_path / "password")}
@@ -133,12 +129,11 @@ def test_users_log_in_with_a_password_and_may_do_what_their_list_allows(network:
 
 
 @pytest.mark.heavy
-@needs_openssl
-def test_certificates_say_who_may_hear_and_who_may_command(network: Network, tmp_path: Path) -> None:
-    certificates(tmp_path, "vehicle", "alice", "bob", "carol")
+def test_certificates_say_who_may_hear_and_who_may_command(network: Network, openssl: str, tmp_path: Path) -> None:
+    certificates(openssl, tmp_path, "vehicle", "alice", "bob", "carol")
     other = tmp_path / "other"
     other.mkdir()
-    certificates(other, "alice")
+    certificates(openssl, other, "alice")
     port = local_port()
     endpoint = f"tls/127.0.0.1:{port}"
     bus = vehicle(

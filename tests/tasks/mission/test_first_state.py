@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import imc
 from imc.coordinates import absolute, displacement
@@ -80,11 +81,10 @@ def test_a_lost_fix_does_not_put_the_simulated_vehicle_back_to_its_start(tmp_pat
 
 
 def test_the_first_pictures_show_the_glider_and_the_camera_detects_it(tmp_path):
-    image = pytest.importorskip("PIL.Image")
     _, heard = start(tmp_path, mode="Simulation,Camera", seconds=8.0, kinds=[imc.EstimatedMugState])
     assert len(heard[imc.EstimatedMugState]) > 40
     photos = sorted(tmp_path.glob("log/**/*.png"), key=lambda path: path.name.rpartition("_")[2])
     assert len(photos) >= 6
     for photo in photos:
-        red, green, blue = np.moveaxis(np.asarray(image.open(photo).convert("RGB")), 2, 0)
+        red, green, blue = np.moveaxis(np.asarray(Image.open(photo).convert("RGB")), 2, 0)
         assert np.count_nonzero((red > 200) & (green > 200) & (blue < 100)) > 20, photo.name
