@@ -6,7 +6,7 @@ from imc.errors import DecodeError, EncodeError, SchemaError
 from imc.limits import validate
 from imc.lsf import Log
 from imc.message import Header, Message, Unknown
-from imc.messages import *  # noqa: F403  (the names are in messages.__all__)
+from imc.messages import *
 from imc.plain import from_dict, from_json
 from imc.schema import Enumeration, Field, FieldInfo, Group, MessageType, Schema, Value, builtin, dump, fields, load
 from imc.stream import Loss, StreamParser

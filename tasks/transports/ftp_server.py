@@ -175,14 +175,14 @@ def _session(server: FTPServer, timeout: float) -> Any:
                 arg = arg.partition(" ")[2]
             handlers.FTPHandler.pre_process_command(self, line, cmd, arg)
 
-        def ftp_USPC(self, _: str) -> None:  # noqa: N802
+        def ftp_USPC(self, _: str) -> None:
             usage = shutil.disk_usage(server.folder)
             self.respond(f"258 {usage.free} {usage.total}")
 
-        def ftp_SYST(self, _: str) -> None:  # noqa: N802
+        def ftp_SYST(self, _: str) -> None:
             self.respond("215 UNIX Type: L8")
 
-        def ftp_DELE(self, path: str) -> None:  # noqa: N802
+        def ftp_DELE(self, path: str) -> None:
             """Remove a file, or a folder with all that is in it, as DUNE does; never what is being written."""
             name = self.fs.fs2ftp(path)
             real = Path(path).parent.resolve() / Path(path).name
@@ -198,7 +198,7 @@ def _session(server: FTPServer, timeout: float) -> Any:
                 server.tell(f"{self.remote_ip} removed {name}")
                 self.respond("250 Removed.")
 
-        ftp_RMD = ftp_XRMD = ftp_DELE  # noqa: N815
+        ftp_RMD = ftp_XRMD = ftp_DELE
 
         def log_cmd(self, cmd: str, arg: str, respcode: int, respstr: str) -> None:
             if respcode == 550:

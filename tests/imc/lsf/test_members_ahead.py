@@ -125,7 +125,7 @@ def test_whole_members_go_through_spread_a_few_at_a_time() -> None:
         def results() -> Iterator[list[Piece] | None]:
             nonlocal running
             running -= 1
-            yield members_ahead._unpack_stretch(parts[0])  # pyright: ignore[reportPrivateUsage]
+            yield function(parts[0])
 
         return results()
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+from typing import Any
 
 import pytest
 from click.testing import CliRunner
@@ -163,14 +164,17 @@ def test_json_has_stable_names(folder):
 class Careless(Task):
     """Publishes a number, and waits for texts."""
 
+    number: Any = 5
+    text: Any = "GpsFix"
+
     async def listen(self, script: Script) -> None:
-        with pytest.raises(TypeError, match=r"expected the class of a message, such as imc.GpsFix, not 'Depth'"):
-            script.listen("Depth")  # type: ignore[arg-type]
-        await script.hear("GpsFix")  # type: ignore[arg-type]
+        with pytest.raises(TypeError, match=r"expected the class of a message, such as imc.GpsFix, not 'GpsFix'"):
+            script.listen(self.text)
+        await script.hear(self.text)
 
     def start(self) -> None:
         with pytest.raises(TypeError, match=r"publish takes a message, such as imc.Depth\(value=1.0\), not 5"):
-            self.publish(5)  # type: ignore[arg-type]
+            self.publish(self.number)
         self.run(self.listen)
 
 
