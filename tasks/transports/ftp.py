@@ -2,12 +2,10 @@
 
 from pathlib import Path
 
-import imc
 from imc.discovery import Service
 from runtime import State, Task, param, periodic
-from runtime.networks import is_local
 from tasks.transports.ftp_server import FTPServer
-from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
+from tasks.transports.imc_links.listening import tell_opened
 from tasks.transports.imc_links.sockets import network_address
 
 RETRY = 5.0  # s
@@ -96,11 +94,8 @@ class FTP(Task):
             return
         self._trouble = ""
         self.accompany(self._server.run)
-        local = is_local(self.place)
-        service = str(Service("ftp", self.place, self.port))
-        self.publish(imc.AnnounceService(service=service, service_type=LOCAL if local else LOCAL | EXTERNAL))
-        if not local:
-            self.log.warning(f"whoever reaches {self.place}:{self.port} can read the logs")
+        service = Service("ftp", self.place, self.port)
+        tell_opened(self, service, self.control_port, "whoever reaches it can read the logs")
         self.report()
 
     def _note(self, text: str) -> None:

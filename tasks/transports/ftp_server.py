@@ -11,12 +11,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from tasks.transports.imc_links.listening import listener
+
 MOST_SESSIONS, MOST_OF_ONE = 12, 8  # in all, and from one address
 MOST_ANSWERS, UNREAD = 256, 1 << 14  # answers, and bytes of them in the socket, that a client leaves unread
 READ_SIZE = 128  # bytes of commands taken from a session at a time
 PAUSE = 0.002  # s between two looks at the sockets: the vehicle's tasks come first
 PATIENCE = 0.25  # s that a look waits; `stop` takes so long
-TRIES = 5  # ports
+TRIES = 5  # ports, from the wanted one on
 
 READ, DELETE = "elr", "elrd"  # pyftpdlib's letters: change folder, list, retrieve; delete
 
@@ -46,10 +48,10 @@ class FTPServer:
         self.in_use, self.tell = in_use, tell
         self._stop, self._stopped = socket.socketpair()
         self._loop: Any = import_module("pyftpdlib.ioloop").IOLoop()
-        listener = _listener(address, port)
-        self.port: int = listener.getsockname()[1]
+        opened = listener(address, port, TRIES)
+        self.port: int = opened.getsockname()[1]
         self._acceptor: Any = import_module("pyftpdlib.servers").FTPServer(
-            listener, _session(self, timeout), ioloop=self._loop
+            opened, _session(self, timeout), ioloop=self._loop
         )
         self._acceptor.max_cons, self._acceptor.max_cons_per_ip = MOST_SESSIONS, MOST_OF_ONE
 
@@ -74,22 +76,6 @@ class FTPServer:
             self._stop.send(b"\0")
         except OSError:
             pass  # it has ended already
-
-
-def _listener(address: str, first: int) -> socket.socket:
-    """A socket that listens on the first free of TRIES ports, else on any; port 0 is any. Raises OSError."""
-    for port in [*range(first, min(first + TRIES, 65536)), 0] if first else [0]:
-        listener = socket.socket()
-        try:
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            listener.bind((address, port))
-            listener.listen()
-            return listener
-        except OSError as error:
-            listener.close()
-            if port == 0:
-                raise OSError(error.errno, error.strerror, f"{address}:{first}") from None
-    raise AssertionError("port 0 is tried last")
 
 
 class _Anybody:

@@ -26,7 +26,10 @@ class Consoles:
 
     def __init__(self, items: Iterable[str], id_of: Callable[[str], int | None]):
         self.listed: dict[int, set[str]] = {}
-        for item in filter(None, map(str.strip, items)):
+        items = list(filter(None, map(str.strip, items)))
+        who = f"only {', '.join(items)} may" if items else "whoever reaches it can"
+        self.risk = f"{who} command the vehicle"
+        for item in items:
             name, at, address = (part.strip() for part in item.partition("@"))
             if at:
                 check_address(address)

@@ -2,11 +2,9 @@
 
 import socket
 
-import imc
 from imc.discovery import Service
 from runtime import State, param
-from runtime.networks import is_local
-from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
+from tasks.transports.imc_links.listening import listener, tell_opened
 from tasks.transports.imc_links.sockets import network_address
 from tasks.transports.imc_links.streams import Stream, StreamCarrier
 
@@ -61,37 +59,18 @@ class Server(StreamCarrier):
 
     def open(self) -> None:
         """Listen, at the first port that is free; if that fails, the reason is logged once."""
-        trouble = ""
-        first = self.port
-        for port in [*range(first, min(first + PORTS_TRIED, 65536)), 0] if first else [0]:
-            opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-            try:
-                opened.setblocking(False)
-                opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # connections of an earlier run may linger
-                opened.bind((self.place, port))
-                opened.listen()
-            except OSError as error:
-                opened.close()
-                trouble = f"cannot listen at {self.place}: {error.strerror}"
-                continue
-            self.listener, self.trouble, self.open_port = opened, "", opened.getsockname()[1]
-            self.watch(opened, self.accept)
-            self.tell_opened()
+        try:
+            self.listener = listener(self.place, self.port, PORTS_TRIED)
+        except OSError as error:
+            trouble = f"cannot listen at {self.place}: {error.strerror}"
+            if trouble != self.trouble:
+                self.log.error(trouble)
+            self.trouble = trouble
             return
-        if trouble != self.trouble:
-            self.log.error(trouble)
-        self.trouble = trouble
-
-    def tell_opened(self) -> None:
-        local = is_local(self.place)
-        if not local:
-            who = f"only {', '.join(self.consoles)} may" if self.commanders.listed else "whoever reaches it can"
-            self.log.warning(f"listens at {self.place}:{self.open_port} without passwords: {who} command the vehicle")
-        if self.port not in (0, self.open_port):
-            self.log.info(f"port {self.port} is taken: listens at {self.open_port}")
-        if self.announce_service:
-            service = str(Service("imc+tcp", self.place, self.open_port))
-            self.publish(imc.AnnounceService(service=service, service_type=LOCAL if local else LOCAL | EXTERNAL))
+        self.trouble, self.open_port = "", self.listener.getsockname()[1]
+        self.watch(self.listener, self.accept)
+        service = Service("imc+tcp", self.place, self.open_port)
+        tell_opened(self, service, self.port, self.commanders.risk, announced=self.announce_service)
 
     def accept(self) -> None:
         """Take some connections; if there are more, after a pause."""

@@ -1,0 +1,43 @@
+"""What tasks that listen on the network have in common: the first port that is free, and what they tell of it."""
+
+import socket
+
+import imc
+from imc.discovery import Service
+from runtime import Task
+from runtime.networks import is_local
+from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
+
+
+def ports_from(first: int, tries: int) -> list[int]:
+    """The ports to try, in order: some from the first on, then 0, which is any. A first one of 0 is any at once."""
+    return [*range(first, min(first + tries, 65536)), 0] if first else [0]
+
+
+def listener(address: str, first: int, tries: int) -> socket.socket:
+    """A TCP socket that listens at the first free one of `ports_from`. Raises OSError."""
+    for port in ports_from(first, tries):
+        opened = socket.socket()
+        try:
+            opened.setblocking(False)
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # connections of an earlier run may linger
+            opened.bind((address, port))
+            opened.listen()
+            return opened
+        except OSError as error:
+            opened.close()
+            if port == 0:
+                raise OSError(error.errno, error.strerror, f"{address}:{first}") from None
+    raise AssertionError("port 0 is tried last")
+
+
+def tell_opened(task: Task, service: Service, wanted: int, risk: str, *, announced: bool = True) -> None:
+    """Tell where a task listens: a port other than the wanted one, and the risk if others reach it. Announce it."""
+    local = is_local(service.address)
+    if not local:
+        task.log.warning(f"listens at {service.address}:{service.port} without passwords: {risk}")
+    if wanted not in (0, service.port):
+        task.log.info(f"port {wanted} is taken: listens at {service.port}")
+    if announced:
+        where = LOCAL if local else LOCAL | EXTERNAL
+        task.publish(imc.AnnounceService(service=str(service), service_type=where))
