@@ -2,17 +2,19 @@
 
 import asyncio
 import threading
-from collections.abc import AsyncGenerator, Callable, Coroutine, Generator, Mapping
-from pathlib import Path
+from collections.abc import AsyncGenerator, Callable, Coroutine, Generator
+from functools import wraps
 from types import TracebackType
-from typing import Any, TypeVar, overload
+from typing import Any, Concatenate, ParamSpec, TypeVar, overload
 
 import imc
-from shoal.network.logs import RemoteLog
-from shoal.network.network import PATIENCE, Network
-from shoal.network.plans import Outcome, StoredPlan
+from shoal.network.logs import Logs
+from shoal.network.network import Network
+from shoal.network.parameters import Parameters
+from shoal.network.plans import Plans
 from shoal.network.vehicle import AsyncRemoteVehicle
 
+P = ParamSpec("P")
 T = TypeVar("T")
 M = TypeVar("M", bound=imc.Message)
 
@@ -39,105 +41,61 @@ class Portal:
         self._loop.close()
 
 
-class RemotePlans:
-    """The plans of a vehicle; see `AsyncRemoteVehicle.plan` for what can go wrong."""
+class _Face:
+    """The face of an asyncio object for programs without asyncio."""
 
-    def __init__(self, portal: Portal, vehicle: AsyncRemoteVehicle) -> None:
-        self._call = portal.call
-        self._plans = vehicle.plan
+    def __init__(self, portal: Portal, target: object) -> None:
+        self._portal, self._target = portal, target
 
-    def list(self) -> list[StoredPlan]:
-        """All plans that are stored, by name."""
-        return self._call(self._plans.list())
+    @staticmethod
+    def waiting(method: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Callable[Concatenate[Any, P], T]:
+        """The same method, but it waits for the result."""
 
-    def get(self, name: str) -> imc.PlanSpecification:
-        """A stored plan."""
-        return self._call(self._plans.get(name))
+        @wraps(method)
+        def wait(face: _Face, *args: P.args, **named: P.kwargs) -> T:
+            return face._portal.call(method(face._target, *args, **named))
 
-    def put(self, plan: imc.PlanSpecification) -> None:
-        """Store a plan under its own name."""
-        self._call(self._plans.put(plan))
-
-    def delete(self, name: str) -> None:
-        """Delete a stored plan."""
-        self._call(self._plans.delete(name))
-
-    def status(self) -> imc.PlanControlState:
-        """What the plan engine does."""
-        return self._call(self._plans.status())
-
-    def start(
-        self,
-        plan: str | imc.PlanSpecification,
-        *,
-        wait: bool = True,
-        calibrate: bool = False,
-        ignore_errors: bool = False,
-        progress: Callable[[imc.PlanControlState], object] | None = None,
-    ) -> Outcome | None:
-        """Start a plan and wait for its end; None without `wait`. `progress` is called in the thread of the network."""
-        return self._call(
-            self._plans.start(plan, wait=wait, calibrate=calibrate, ignore_errors=ignore_errors, progress=progress)
-        )
-
-    def stop(self) -> None:
-        """Stop the plan that is running."""
-        self._call(self._plans.stop())
+        return wait
 
 
-class RemoteParameters:
+class RemotePlans(_Face):
+    """The plans of a vehicle; `progress` is called in the thread of the network."""
+
+    list = _Face.waiting(Plans.list)
+    get = _Face.waiting(Plans.get)
+    put = _Face.waiting(Plans.put)
+    delete = _Face.waiting(Plans.delete)
+    status = _Face.waiting(Plans.status)
+    start = _Face.waiting(Plans.start)
+    stop = _Face.waiting(Plans.stop)
+
+
+class RemoteParameters(_Face):
     """The parameters of a vehicle, by the label of the entity; values are texts."""
 
-    def __init__(self, portal: Portal, vehicle: AsyncRemoteVehicle) -> None:
-        self._call = portal.call
-        self._parameters = vehicle.param
-
-    def entities(self) -> dict[str, int]:
-        """The ids of all entities, by label."""
-        return self._call(self._parameters.entities())
-
-    def list(self) -> dict[str, dict[str, str]]:
-        """The parameters of all entities that have any."""
-        return self._call(self._parameters.list())
-
-    def get(self, entity: str) -> dict[str, str]:
-        """The parameters of one entity."""
-        return self._call(self._parameters.get(entity))
-
-    def set(self, entity: str, values: Mapping[str, str]) -> dict[str, str]:
-        """Set parameters of one entity; returns those that were accepted."""
-        return self._call(self._parameters.set(entity, values))
-
-    def save(self, entity: str) -> None:
-        """Have the vehicle keep the values of an entity for its next start."""
-        self._call(self._parameters.save(entity))
+    entities = _Face.waiting(Parameters.entities)
+    list = _Face.waiting(Parameters.list)
+    get = _Face.waiting(Parameters.get)
+    set = _Face.waiting(Parameters.set)
+    save = _Face.waiting(Parameters.save)
 
 
-class RemoteLogs:
+class RemoteLogs(_Face):
     """The logs of a vehicle."""
 
-    def __init__(self, portal: Portal, vehicle: AsyncRemoteVehicle) -> None:
-        self._call = portal.call
-        self._logs = vehicle.log
-
-    def list(self) -> list[RemoteLog]:
-        """All logs, the oldest first."""
-        return self._call(self._logs.list())
-
-    def fetch(self, log: RemoteLog, folder: Path) -> Path:
-        """Copy a log into a folder; returns where it is."""
-        return self._call(self._logs.fetch(log, folder))
+    list = _Face.waiting(Logs.list)
+    fetch = _Face.waiting(Logs.fetch)
 
 
-class RemoteVehicle:
+class RemoteVehicle(_Face):
     """A vehicle on the network, for programs without asyncio; `shoal.connect` makes it."""
 
     def __init__(self, portal: Portal, vehicle: AsyncRemoteVehicle) -> None:
-        self._portal = portal
+        super().__init__(portal, vehicle)
         self._vehicle = vehicle
-        self.plan = RemotePlans(portal, vehicle)
-        self.param = RemoteParameters(portal, vehicle)
-        self.log = RemoteLogs(portal, vehicle)
+        self.plan = RemotePlans(portal, vehicle.plan)
+        self.param = RemoteParameters(portal, vehicle.param)
+        self.log = RemoteLogs(portal, vehicle.log)
 
     @property
     def name(self) -> str:
@@ -148,9 +106,10 @@ class RemoteVehicle:
         """Its IMC id."""
         return self._vehicle.id
 
-    def latest(self, kind: type[M], *, entity: str = "", timeout: float = PATIENCE) -> M:
-        """The last message of a type, of one entity (label) if it is named; waits for the first one."""
-        return self._portal.call(self._vehicle.latest(kind, entity=entity, timeout=timeout))
+    latest = _Face.waiting(AsyncRemoteVehicle.latest)
+    send = _Face.waiting(AsyncRemoteVehicle.send)
+    request = _Face.waiting(AsyncRemoteVehicle.request)
+    abort = _Face.waiting(AsyncRemoteVehicle.abort)
 
     @overload
     def messages(self, kind: type[M], /, *, where: str = "") -> Generator[M]: ...
@@ -165,18 +124,6 @@ class RemoteVehicle:
                 yield self._portal.call(_next(stream))
         finally:
             self._portal.call(_close(stream))
-
-    def send(self, message: imc.Message) -> None:
-        """Send a message once; whether it arrives is not known."""
-        self._portal.call(self._vehicle.send(message))
-
-    def request(self, message: imc.Message, answer: type[M], *, timeout: float = PATIENCE) -> M:
-        """Send a message until a message of a type comes to us or to all."""
-        return self._portal.call(self._vehicle.request(message, answer, timeout=timeout))
-
-    def abort(self) -> None:
-        """Stop everything at once, and wait until the vehicle confirms it."""
-        self._portal.call(self._vehicle.abort())
 
 
 async def _next(stream: AsyncGenerator[M]) -> M:
