@@ -12,9 +12,9 @@ import pytest
 from hypothesis import settings
 
 import imc
-from imc.lsf import LsfWriter, gzip_member
+from imc.lsf import LsfWriter, packed_schema
 
-DEFINITIONS = gzip_member(imc.dump(imc.builtin()))
+DEFINITIONS = packed_schema(imc.builtin())
 
 NEW_NAMESPACE = ["unshare", "-n"] if os.name == "posix" and os.geteuid() == 0 else ["unshare", "-rn"]
 

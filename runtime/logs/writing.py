@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import imc
-from imc.lsf import LsfWriter, gzip_member
+from imc.lsf import LsfWriter, gzip_member, packed_schema
 
 SCHEMA = "IMC.xml.gz"
 DATA = "Data.lsf.gz"
@@ -36,6 +36,6 @@ def new_log(folder: Path, source: imc.Log | None = None) -> Generator[LsfWriter]
 def schema_bytes(source: imc.Log | None) -> bytes:
     """The definitions of a log as IMC.xml.gz; those of its own file, if it has one."""
     if source is None or source.schema_source is None:
-        return gzip_member(imc.dump(source.schema if source else imc.builtin()), level=9)
+        return packed_schema(source.schema if source else imc.builtin())
     data = source.schema_source.read_bytes()
     return data if data.startswith(b"\x1f\x8b") else gzip_member(data, level=9)

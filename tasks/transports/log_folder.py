@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import imc
-from imc.lsf import COMPRESSIONS, LsfWriter, gzip_member
+from imc.lsf import COMPRESSIONS, LsfWriter
 from runtime.logs import RUN_FILE, place_bytes
 
 LONGEST_LABEL = 100  # bytes
@@ -77,11 +77,6 @@ class LogFolder:
         """Close both files without a flush."""
         self.data.abandon()
         self.text.abandon()
-
-
-def definitions(schema: imc.Schema) -> bytes:
-    """IMC.xml.gz with all messages of a vehicle."""
-    return gzip_member(imc.dump(schema), level=9)
 
 
 def _new_folder(path: Path) -> Path:

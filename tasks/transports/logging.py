@@ -5,13 +5,13 @@ from datetime import UTC, datetime
 
 import imc
 from imc.discovery import Services
-from imc.lsf import COMPRESSIONS
+from imc.lsf import COMPRESSIONS, packed_schema
 from runtime import Entity, State, Task, consume, param
 from runtime.problem import of_file
 from runtime.snapshot import SnapshotError
 from tasks.transports.imc_links.announcement import SYSTEM_TYPES, announcement
 from tasks.transports.imc_links.message_list import message_named
-from tasks.transports.log_folder import LogFolder, clean_label, definitions, line_of, synchronize, utc
+from tasks.transports.log_folder import LogFolder, clean_label, line_of, synchronize, utc
 from tasks.transports.log_series import LogSeries
 
 MIB = 1 << 20
@@ -47,7 +47,7 @@ class Logging(Task):
     system_type: str = param("uuv", "", "Kind of system in Announce.", choices=SYSTEM_TYPES)
     loopback_internal_messages: bool = param(True, "", "Record the messages of this task itself.", editable=False)
 
-    transient = ("_logs", "_schema")
+    transient = ("_logs",)
     lost = ""
     """What the log lacks, for people; empty if it is complete."""
 
@@ -71,7 +71,6 @@ class Logging(Task):
         self._flying = False
         self._state: imc.EstimatedState | None = None
         self._recording, self._full, self._syncing, self._lost, self._lost_since = True, False, 0, 0, 0.0
-        self._schema = definitions(self.vehicle.bus.messages)
         if self._unknown:
             self.log.warning(f"Transports: no such message: {', '.join(self._unknown)}")
         self._open()
@@ -79,7 +78,7 @@ class Logging(Task):
 
     def restored(self) -> None:
         """Continue in a new log, with the usual first packets, but publish nothing."""
-        name, self._schema = self._name, definitions(self.vehicle.bus.messages)
+        name = self._name
         if not self._recording:
             return
         folder = self._new_log()
@@ -214,7 +213,7 @@ class Logging(Task):
 
     def _new_log(self) -> LogFolder:
         configuration = self.vehicle.profile.dump().encode(errors="surrogateescape")
-        files = {"IMC.xml.gz": self._schema, "Config.ini": configuration}
+        files = {"IMC.xml.gz": packed_schema(self.vehicle.bus.messages), "Config.ini": configuration}
         return self._logs.begin(self._begin(), self.lsf_compression_method, files)
 
     def _packet(self, message: imc.Message, entity: Entity) -> bytes:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import imc
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
-from imc.lsf import LsfWriter, gzip_member
+from imc.lsf import LsfWriter, packed_schema
 from mavlink import AUTOPILOT_NONE, ENTITIES, GROUND_STATION, AutopilotTranslator, Dialect, Tlog, load_dialect
 from runtime.profile import derived_id, load_profile, own_etc
 from shoal.logs.export import ReportBytes
@@ -48,7 +48,7 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportByte
         nothing = f"neither an MCAP file nor a .tlog: no autopilot in its {tlog.size} bytes"
         why = nothing if tlog.size else "the file is empty"
         raise BadTlog(f"{path}: {why}")
-    (folder / "IMC.xml.gz").write_bytes(gzip_member(imc.dump(imc.builtin()), level=9))
+    (folder / "IMC.xml.gz").write_bytes(packed_schema(imc.builtin()))
     writer = LsfWriter(folder / "Data.lsf.gz")
     last = 0.0
     try:

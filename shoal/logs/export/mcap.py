@@ -9,7 +9,7 @@ import numpy as np
 
 import imc
 from imc.layout import ADDRESS_FIELDS
-from imc.lsf import gzip_member
+from imc.lsf import packed_schema
 from runtime.logs import Array
 from shoal.logs.export import ros_standard
 from shoal.logs.export.batches import ExportBatch, MessageBatch, ReportBytes, Source, nanoseconds
@@ -58,7 +58,7 @@ def export_mcap(
 def _attach(file: McapFile, source: Source) -> None:
     schema = source.log.schema_source
     if schema is None:
-        file.add_attachment("IMC.xml.gz", "application/gzip", 0, gzip_member(imc.dump(source.schema)))
+        file.add_attachment("IMC.xml.gz", "application/gzip", 0, packed_schema(source.schema))
     for name in BESIDE:
         path = source.log.path.parent / name
         if (path == schema or (name == "Config.ini" and path.is_file())) and path.stat().st_size <= LARGEST_BESIDE:
