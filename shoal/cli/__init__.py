@@ -1,6 +1,7 @@
 """The command `shoal`."""
 
 import errno
+import gc
 import sys
 from difflib import get_close_matches
 from importlib import import_module
@@ -37,6 +38,10 @@ WRONG_USE = 2
 """Exit status after a bad option, a missing or damaged file, a wrong profile; that of the answer *no* is 1."""
 
 
+GARBAGE = 20_000
+"""New objects after which Python looks for garbage among them. By default 700, which takes a seventh of a start."""
+
+
 class WrongUse(click.ClickException):
     """A mistake of the user that click does not know by itself."""
 
@@ -62,6 +67,7 @@ class LazyGroup(click.Group):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; a mistake of the user, also a file that cannot be read or written, ends it with one line."""
+        gc.set_threshold(GARBAGE)
         try:
             return super().invoke(ctx)
         except click.UsageError:
