@@ -3,12 +3,12 @@
 import re
 import signal
 import subprocess
-import sys
 import time
 
 import pytest
 
 import imc
+from tests.shoal.cli.installed import SHOAL
 
 HANGING = '''"""Hanging: does what no task may."""
 
@@ -52,7 +52,7 @@ class Hanging(Task):
     def nothing(self) -> None:
         pass
 '''
-COMMAND = [sys.executable, "-m", "shoal.cli", "run", "lauv-noptilus-1", "-p", "Kinematic", "--log-dir", "log"]
+COMMAND = [*SHOAL, "run", "lauv-noptilus-1", "-p", "Kinematic", "--log-dir", "log"]
 COMMAND += ["--set", "Transports.MAVLink:Enabled=Never", "--set", "hanging.Hanging:Enabled=Always"]
 
 
@@ -125,7 +125,7 @@ def test_sys_exit_in_a_handler_is_its_tasks_error(tmp_path, how):
 def test_a_signal_ends_a_mission_with_a_report(tmp_path, how, number):
     (tmp_path / "hanging.py").write_text(HANGING)
     (tmp_path / "long.yaml").write_text("plan: long\nmaneuvers:\n  - idle: {duration: 10h}\n")
-    command = [sys.executable, "-m", "shoal.cli", "mission", "lauv-noptilus-1", "long.yaml"]
+    command = [*SHOAL, "mission", "lauv-noptilus-1", "long.yaml"]
     command += ["--set", "hanging.Hanging:Enabled=Always", "--set", f"hanging.Hanging:How={how}"]
     pipe = subprocess.PIPE
     process = subprocess.Popen(command, cwd=tmp_path, stdout=pipe, stderr=subprocess.STDOUT, text=True)

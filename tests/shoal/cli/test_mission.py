@@ -4,7 +4,6 @@ import json
 import re
 import resource
 import subprocess
-import sys
 from functools import partial
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import pytest
 
 from shoal import fly
 from shoal.missions import load_plan, parse_plan
+from tests.shoal.cli.installed import SHOAL, shoal
 
 RECORDED = Path(__file__).parents[2] / "data" / "plans" / "three_gotos.json"
 SHORT = """
@@ -26,15 +26,12 @@ DUNE_SECONDS = (58.8, 46.4, 69.6, 57.9)  # of the same plan in its original log
 
 
 def mission(*arguments, cwd):
-    """Exit status, stdout and stderr of the command."""
-    command = [sys.executable, "-m", "shoal.cli", "mission", *map(str, arguments)]
-    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=60)
-    return done.returncode, done.stdout, done.stderr
+    return shoal("mission", *arguments, cwd=cwd)
 
 
 def test_a_log_that_does_not_fit_on_the_disk_is_said_and_is_no_success(tmp_path):
     (tmp_path / "plan.yaml").write_text(SHORT)
-    command = [sys.executable, "-m", "shoal.cli", "mission", "lauv-noptilus-1", "plan.yaml", "--json"]
+    command = [*SHOAL, "mission", "lauv-noptilus-1", "plan.yaml", "--json"]
     full = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (20_000, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, preexec_fn=full)
     assert (done.returncode, json.loads(done.stdout)["outcome"]) == (1, "SUCCESS")

@@ -1,15 +1,13 @@
 """`shoal rewind` of a mission: its logs, its snapshots, and the request for its plan."""
 
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import imc
+from tests.shoal.cli.installed import shoal
 
-SHOAL = [sys.executable, "-m", "shoal.cli"]
 PLAN = """
 plan: {name}
 origin: 41.185°, -8.7062°
@@ -21,10 +19,6 @@ maneuvers:
 
 
 HEAD = (imc.Announce.ID, imc.EntityInfo.ID, imc.PlanSpecification.ID)
-
-
-def shoal(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([*SHOAL, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=60)
 
 
 def packets(folder: Path) -> list[bytes]:
@@ -44,7 +38,7 @@ def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
     others = ("--set", "Plan.Engine:State Report Frequency=4")
     for name, north, options in (("one", 12, ()), ("two", 16, ()), ("one", 12, others)):
         (root / "plan.yaml").write_text(PLAN.format(name=name, north=north))
-        done = shoal(root, "mission", "lauv-noptilus-1", "plan.yaml", "--snapshot-every", "3s", *options)
+        done = shoal("mission", "lauv-noptilus-1", "plan.yaml", "--snapshot-every", "3s", *options, cwd=root)
         assert done.returncode == 0, done.stdout + done.stderr
     (found,) = root.glob("log/*/*")
     names = sorted(path.name for path in found.iterdir())
@@ -59,7 +53,7 @@ def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_mission_is_repeated_from_any_time(day: Path, tmp_path: Path, plan: str, at: float, states: bool) -> None:
     copy = tmp_path / day.parent.name / day.name
     shutil.copytree(day, copy, ignore=None if states else shutil.ignore_patterns("State-*"))
-    done = shoal(tmp_path, "rewind", copy / f"000005_{plan}", "--at", f"{at}s", "--log-dir", "again")
+    done = shoal("rewind", copy / f"000005_{plan}", "--at", f"{at}s", "--log-dir", "again", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     first, *rest = sorted((tmp_path / "again").glob("*/*/*"))
     old = packets(day / (f"000005_{plan}" if at > 5.0 else {"one": "000000", "two": "000000_2"}[plan]))
@@ -72,7 +66,7 @@ def test_a_mission_is_repeated_from_any_time(day: Path, tmp_path: Path, plan: st
 
 def test_a_mission_is_changed_on_its_way(day: Path, tmp_path: Path) -> None:
     change = "Plan.Engine:State Report Frequency=20"
-    done = shoal(tmp_path, "rewind", day / "000005_one", "--at", "9s", "--for", "5s", "--set", change)
+    done = shoal("rewind", day / "000005_one", "--at", "9s", "--for", "5s", "--set", change, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     (log,) = tmp_path.glob("log/*/*/*")
     assert imc.Log(log).counts()["PlanControlState"] == pytest.approx(100, abs=4)
@@ -84,7 +78,7 @@ def test_a_log_that_is_not_of_its_configuration_is_refused(day: Path, tmp_path: 
     for path in copy.glob("*/Config.ini"):
         path.write_text(path.read_text().replace("State Report Frequency", "State Report Frequency = 5\n#"))
         path.write_text(path.read_text() + "\n[Plan.Engine]\nState Report Frequency = 5\n")
-    done = shoal(tmp_path, "rewind", copy / "000005_one", "--at", "9s")
+    done = shoal("rewind", copy / "000005_one", "--at", "9s", cwd=tmp_path)
     assert done.returncode == 2
     assert "cannot be repeated from the start of its run" in done.stderr
 
@@ -96,13 +90,13 @@ def test_a_state_that_is_damaged_is_named(day: Path, tmp_path: Path) -> None:
     data = bytearray(state.read_bytes())
     data[len(data) // 2] ^= 1
     state.write_bytes(data)
-    done = shoal(tmp_path, "rewind", copy, "--at", "8s")
+    done = shoal("rewind", copy, "--at", "8s", cwd=tmp_path)
     assert done.returncode == 2
     assert "State-6.msgpack: this snapshot is damaged" in done.stderr
 
 
 def test_a_mission_goes_on_from_a_saved_state(day: Path, tmp_path: Path) -> None:
-    done = shoal(tmp_path, "run", "--from-snapshot", day / "000005_one" / "State-6.msgpack", "--for", "2s")
+    done = shoal("run", "--from-snapshot", day / "000005_one" / "State-6.msgpack", "--for", "2s", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     (log,) = tmp_path.glob("log/*/*/*")
     after, whole = without_head(packets(log)), packets(day / "000005_one")
@@ -112,10 +106,10 @@ def test_a_mission_goes_on_from_a_saved_state(day: Path, tmp_path: Path) -> None
 
 def test_a_run_that_begins_a_plan_by_itself_is_repeated(tmp_path: Path) -> None:
     options = ("-p", "Simulation", "--clock", "virtual", "--for", "12s", "--snapshot-every", "8s")
-    done = shoal(tmp_path, "run", "lauv-noptilus-1", *options)
+    done = shoal("run", "lauv-noptilus-1", *options, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     (state,) = tmp_path.glob("log/*/*/*/State-8.msgpack")
-    done = shoal(tmp_path, "rewind", state.parent, "--at", "10s", "--log-dir", "again")
+    done = shoal("rewind", state.parent, "--at", "10s", "--log-dir", "again", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     (log,) = tmp_path.glob("again/*/*/*")
     tail, whole = without_head(packets(log)), packets(state.parent)

@@ -6,7 +6,6 @@ import pty
 import select
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -14,8 +13,8 @@ import pyte
 import pytest
 
 import imc
+from tests.shoal.cli.installed import SHOAL, shoal
 
-SHOAL = [sys.executable, "-m", "shoal.cli"]
 VIRTUAL = ["run", "lauv-noptilus-1", "-p", "Kinematic", "--clock", "virtual"]
 QUIET = ["--set", "Transports.MAVLink:Enabled=Never"]
 
@@ -35,17 +34,6 @@ class Faulty(Task):
 '''
 
 SILENT = FAULTY.replace("Faulty", "Silent").replace("> 1.0", "> 1000.0")
-
-
-def shoal(*arguments, cwd, **environment):
-    return subprocess.run(
-        [*SHOAL, *map(str, arguments)],
-        cwd=cwd,
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
 
 
 def data(folder):
