@@ -322,5 +322,7 @@ class Network:
             return f"{name} is there, but says nothing"
         there = [system.name for system in self.vehicles()]
         if there:
-            return f"no vehicle {printable(name)!r} on the network; {suggestion(name, there)}"
+            return (
+                f"no vehicle {printable(name)!r} on the network; {suggestion(name, there) or '`shoal ls` lists them'}"
+            )
         return self.nobody()
