@@ -182,7 +182,7 @@ def complete_plan(context: click.Context, _: click.Parameter, incomplete: str) -
         return [plan.name for plan in await vehicle.plan.list()]
 
     items = _items(_quietly(lambda: with_vehicle(name, _reach(context), look)), incomplete)
-    return [*items, CompletionItem(incomplete, type="file")]
+    return [CompletionItem(incomplete, type="file"), *items]  # bash forgets what comes before it
 
 
 def complete_parameter(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:

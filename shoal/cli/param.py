@@ -4,9 +4,9 @@ from typing import Any
 
 import click
 
-from runtime.problem import printable, suggestion
+from runtime.problem import printable
 from shoal.cli.hand import complete_parameter, json_option, print_line, reach_options, vehicle_argument, with_vehicle
-from shoal.network import AsyncRemoteVehicle, Refused
+from shoal.network import AsyncRemoteVehicle, check_parameter
 
 ACTIONS = ("list", "get", "set", "save")
 
@@ -46,8 +46,8 @@ def param(vehicle: str, action: str, words: tuple[str, ...], reach: dict[str, An
                 found.setdefault(entity, {}).update(await there.param.set(entity, {parameter: value}))
             else:
                 values = await there.param.get(entity)
-                if parameter and parameter not in values:
-                    raise Refused(f"{entity} has no parameter {parameter!r}; {suggestion(parameter, values)}")
+                if parameter:
+                    check_parameter(entity, parameter, values)
                 chosen = {parameter: values[parameter]} if parameter else values
                 found.setdefault(entity, {}).update(chosen)
         return found

@@ -86,7 +86,8 @@ def message_of(name: str, assignments: tuple[str, ...]) -> imc.Message:
         if not equals:
             raise click.UsageError(f"{assignment!r} is not FIELD=VALUE")
         if field not in infos:
-            raise click.UsageError(f"{kind.__name__} has no field {field!r}; {suggestion(field, infos)}")
+            hint = suggestion(field, infos) or f"`shoal message {kind.__name__}` lists them"
+            raise click.UsageError(f"{kind.__name__} has no field {field!r}; {hint}")
         values[field] = _value(infos[field], text)
     try:
         message = imc.from_json(json.dumps(values))
@@ -117,4 +118,7 @@ def _value(field: imc.FieldInfo, text: str) -> Any:
     try:
         return json.loads(text)
     except ValueError:
+        if field.enum is not None and text not in field.enum.__members__:
+            known = ", ".join(field.enum.__members__)
+            raise click.UsageError(f"{field.name}: {text!r} is not one of {known}, and no number") from None
         return text

@@ -3,6 +3,7 @@
 import asyncio
 import time
 from collections import Counter
+from collections.abc import Callable
 from contextlib import aclosing
 from typing import Any
 
@@ -29,6 +30,7 @@ from shoal.cli.hand import (
 from shoal.network import AsyncRemoteVehicle, VehicleLost, field_of, parse_where
 
 REFRESH = 0.5  # s
+QUIET = 5.0  # s without a message to show, after which the reason is told
 WINDOW = 3.0  # s over which a live rate is taken
 
 
@@ -68,27 +70,50 @@ def spy(
     _check_fields(names, kinds)
 
     async def act(there: AsyncRemoteVehicle) -> None:
-        def wanted(message: imc.Message) -> bool:
-            return test(message) and there.system.is_labelled(message.src_ent, entity)
-
+        sieve = Sieve(there, test, where, entity)
         if hz:
-            await _measure(there, kinds, wanted, duration, as_json)
+            await _measure(there, kinds, sieve, duration, as_json)
             return
-        shown = 0
+        asyncio.get_running_loop().call_later(QUIET, sieve.explain)
         try:
             async with asyncio.timeout(duration), aclosing(there.messages(*kinds)) as stream:
                 async for message in stream:
-                    if not wanted(message):
-                        continue
-                    shown += 1
-                    _show(there, message, names, as_json)
-                    if shown == count:
-                        return
+                    if sieve.passes(message):
+                        _show(there, message, names, as_json)
+                        if sieve.passed == count:
+                            return
         except TimeoutError:
-            if not shown:
-                no(f"{there.name}: nothing came within {duration:g} s")
+            if not sieve.passed:
+                no(sieve.nothing(duration or 0.0))
 
     with_vehicle(vehicle, reach, act)
+
+
+class Sieve:
+    """Which messages are wanted, and why none was."""
+
+    def __init__(self, vehicle: AsyncRemoteVehicle, test: Callable[[imc.Message], bool], where: str, entity: str):
+        self._vehicle, self._test, self._entity = vehicle, test, entity
+        given = {"where": where, "entity": entity}
+        self._words = " ".join(f"--{name} {value!r}" for name, value in given.items() if value)
+        self.heard = self.passed = 0
+
+    def passes(self, message: imc.Message) -> bool:
+        self.heard += 1
+        wanted = self._test(message) and self._vehicle.system.is_labelled(message.src_ent, self._entity)
+        self.passed += wanted
+        return wanted
+
+    def nothing(self, seconds: float) -> str:
+        """The reason for that no message passed."""
+        if not self.heard:
+            return f"{self._vehicle.name}: nothing came within {seconds:g} s"
+        return f"{self._vehicle.name}: none of {self.heard} messages within {seconds:g} s matched {self._words}"
+
+    def explain(self) -> None:
+        """Tell a person who waits for messages."""
+        if not self.passed:
+            click.echo(printable(f"{self.nothing(QUIET)}; waiting, Ctrl-C ends"), err=True)
 
 
 def _check_fields(names: tuple[str, ...], kinds: list[type[imc.Message]]) -> None:
@@ -132,7 +157,11 @@ def _json(message: imc.Message) -> dict[str, Any]:
 
 
 async def _measure(
-    vehicle: AsyncRemoteVehicle, kinds: list[type[imc.Message]], wanted: Any, duration: float | None, as_json: bool
+    vehicle: AsyncRemoteVehicle,
+    kinds: list[type[imc.Message]],
+    sieve: Sieve,
+    duration: float | None,
+    as_json: bool,
 ) -> None:
     """Rates of all types at once: at the end, and meanwhile on a terminal."""
     counts: Counter[tuple[str, str]] = Counter()
@@ -147,7 +176,7 @@ async def _measure(
         limit = WINDOW if duration is None and live is None else duration
         async with asyncio.timeout(limit), aclosing(vehicle.messages(*kinds)) as stream:
             async for message in stream:
-                if wanted(message):
+                if sieve.passes(message):
                     place = type(message).__name__, printable(vehicle.system.label(message.src_ent))
                     counts[place] += 1
                     sizes[place] += len(imc.encode(message))
@@ -180,7 +209,7 @@ async def _measure(
     if gone is not None:
         raise gone
     if not counts:
-        no(f"{vehicle.name}: nothing came within {past:.1f} s")
+        no(sieve.nothing(round(past, 1)))
 
 
 def _rates(counts: Counter[tuple[str, str]], sizes: Counter[tuple[str, str]], past: float) -> Table:

@@ -7,7 +7,7 @@ from shoal.network.link import Arrival, Console, Ear, Link, NetworkError
 from shoal.network.listener import Listener
 from shoal.network.logs import Logs, RemoteLog
 from shoal.network.network import Network, NoAnswer, VehicleLost
-from shoal.network.parameters import Parameters
+from shoal.network.parameters import Parameters, check_parameter
 from shoal.network.plans import Outcome, Plans, Refused, StoredPlan
 from shoal.network.systems import System
 from shoal.network.udp_link import UDPLink
@@ -44,6 +44,7 @@ __all__ = [
     "UDPLink",
     "VehicleLost",
     "ZenohLink",
+    "check_parameter",
     "connect",
     "diagnose",
     "field_of",

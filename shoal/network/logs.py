@@ -22,6 +22,7 @@ PATIENCE = 10.0  # s of silence of the server
 BLOCK = 1 << 16  # bytes
 MOST_LOGS = 10000
 PART = ".part"
+CURE = "pip install 'shoal[ftp]' on its computer, and start it again"
 _NAME = re.compile(r"[^/\\\0]{1,200}")
 
 
@@ -73,7 +74,7 @@ class Logs:
                 await self._network.next(self._system, imc.Announce, left, takes_old=True)
             except NoAnswer:
                 break
-        raise NetworkError(f"{self._system.name} serves no logs: it announces no ftp service")
+        raise NetworkError(f"{self._system.name} serves no logs: Transports.FTP does not run there; {CURE}")
 
 
 @contextmanager

@@ -22,6 +22,7 @@ REPEAT = 0.4  # s between copies of a request that is not answered
 GRACE = 1.0  # s in which a system that vanished may come back by another way
 PATIENCE = 3.0  # s for an answer
 MEETING = 1.5  # s for a system to show up
+COMPANY = 0.15  # s in which a second vehicle of the same name answers our first Announce, too
 LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
 BASIC = ("Heartbeat",)
 """What is asked of a system that we talk to, so that its silence is noticed."""
@@ -50,6 +51,7 @@ class Network:
         self.changed = asyncio.Event()
         self._listeners: list[Listener] = []
         self._replies: deque[imc.Message] = deque(maxlen=MOST_REPLIES)
+        self._began = time.monotonic()
         self._request = random.SystemRandom().randrange(1, 0xFFFF)
 
     async def __aenter__(self) -> Self:
@@ -221,13 +223,14 @@ class Network:
         deadline = time.monotonic() + timeout
         while (left := deadline - time.monotonic()) > 0.0:
             system = self.systems.get(name)
-            if system is not None and system.id is not None and system.is_there:
+            alone = time.monotonic() > self._began + COMPANY
+            if system is not None and system.id is not None and system.is_there and (alone or system.clash):
                 if system.clash:
                     break
                 query = self.address(system, imc.EntityList(op=imc.EntityList.Op.QUERY)).replace(src_ent=LABELS)
                 self._send(system, query, imc.encode(query))
                 return system
-            await self.news(min(left, 0.1))
+            await self.news(min(left, 0.05))
         raise NetworkError(self._why_not(name))
 
     async def news(self, timeout: float) -> None:
@@ -319,5 +322,7 @@ class Network:
             return f"{name} is there, but says nothing"
         there = [system.name for system in self.vehicles()]
         if there:
-            return f"no vehicle {printable(name)!r} on the network; {suggestion(name, there)}"
+            return (
+                f"no vehicle {printable(name)!r} on the network; {suggestion(name, there) or '`shoal ls` lists them'}"
+            )
         return self.nobody()

@@ -1,7 +1,7 @@
 """The parameters of a vehicle's tasks, by the label of the entity."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 
 import imc
@@ -70,7 +70,9 @@ class Parameters:
             labels = await self.entities()
             if entity in labels:
                 raise Refused(f"{entity} has no parameters") from None
-            raise Refused(f"no entity {entity!r}; {suggestion(entity, labels)}") from None
+            raise Refused(
+                f"no entity {entity!r}; {suggestion(entity, labels) or '`shoal param VEHICLE list` lists them'}"
+            ) from None
 
     async def set(self, entity: str, values: Mapping[str, str]) -> dict[str, str]:
         """Set parameters of one entity; returns those that were accepted. Raises Refused with the vehicle's reasons.
@@ -79,8 +81,7 @@ class Parameters:
         """
         known = await self.get(entity)
         for name in values:
-            if name not in known:
-                raise Refused(f"{entity} has no parameter {name!r}; {suggestion(name, known)}")
+            check_parameter(entity, name, known)
         params = tuple(imc.EntityParameter(name=name, value=value) for name, value in values.items())
         request = imc.SetEntityParameters(name=entity, params=params)
 
@@ -126,6 +127,13 @@ class Parameters:
                 if isinstance(entry, imc.LogBookEntry) and entry.text.startswith(f"{name} = "):
                     return f"{entity}: {entry.text}"
         return f"{entity}: {name} = {value!r} was not accepted"
+
+
+def check_parameter(entity: str, name: str, known: Collection[str]) -> None:
+    """Raises Refused if an entity has no parameter of this name."""
+    if name not in known:
+        hint = suggestion(name, known) or f"`shoal param VEHICLE get {entity!r}` lists them"
+        raise Refused(f"{entity} has no parameter {name!r}; {hint}")
 
 
 def _query(entity: str) -> imc.QueryEntityParameters:

@@ -2,9 +2,11 @@
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import imc
+from runtime.problem import suggestion
 from shoal.network.link import NetworkError
 from shoal.network.network import GRACE, PATIENCE, Network
 from shoal.network.systems import System
@@ -13,6 +15,7 @@ Op = imc.PlanControl.Op
 Type = imc.PlanControl.Type
 Phase = imc.PlanControlState.State
 OVER = (Phase.READY, Phase.BLOCKED)
+UNDEFINED = "undefined plan"  # DUNE says so, too
 LAST_WORDS = 1.5  # s from the end of a plan to the reason, which is a message of its own
 
 
@@ -110,7 +113,7 @@ class Plans:
         try:
             answer = await network.ask(system, request, (imc.PlanControl,), lambda m: self._answer(m, request))
             if answer.type == Type.FAILURE:
-                raise Refused(answer.info)
+                raise await self._refused(name, answer.info)
             if not wait:
                 return None
             began, over, words, flown = time.monotonic(), 0.0, "", False
@@ -165,5 +168,14 @@ class Plans:
 
         reply = await self._network.ask(self._system, request, (imc.PlanDB,), answer)
         if reply.type == imc.PlanDB.Type.FAILURE:
-            raise Refused(f"{name}: {reply.info}" if name else reply.info)
+            raise await self._refused(name, reply.info)
         return reply.arg
+
+    async def _refused(self, name: str, reason: str) -> Refused:
+        """What the vehicle says of a plan, and what it has if it does not know it."""
+        hint = ""
+        if reason == UNDEFINED:
+            with suppress(NetworkError):
+                hint = suggestion(name, [plan.name for plan in await self.list()])
+            hint = f"; {hint or '`shoal plan VEHICLE list` lists what it has'}"
+        return Refused(f"{name and f'{name}: '}{reason}{hint}")

@@ -48,6 +48,10 @@ class _Peer:
     heard: float = 0.0
     greeted: bool = field(default=False)
 
+    @property
+    def seen(self) -> float:
+        return max(self.announced, self.heard)
+
 
 class UDPLink:
     """The systems that announce themselves to this computer, or to its networks.
@@ -63,6 +67,7 @@ class UDPLink:
         self._places = tuple(places)
         self._ports = ports
         self._peers: dict[int, _Peer] = {}
+        self._twins: dict[str, _Peer] = {}  # further systems with the id of a peer, by their run
         self._sockets: list[socket.socket] = []
         self._beating: asyncio.Task[None] | None = None
         self._uid = str(time.time_ns())
@@ -142,7 +147,7 @@ class UDPLink:
             if now >= next_announce:
                 self._announce()
                 next_announce = now + next(wait, PERIOD)
-            for peer in list(self._peers.values()):
+            for peer in self._everybody():
                 if now - peer.announced > UNSEEN or (peer.heard and now - peer.heard > SILENCE):
                     self._lose(peer)
                 else:
@@ -201,12 +206,16 @@ class UDPLink:
                 _, _, _, address = self._data.recvmsg(0, 0, ERROR_QUEUE)
             except OSError:
                 return
-            for peer in list(self._peers.values()):
+            for peer in self._everybody():
                 if address[:2] == tuple(peer.endpoint):
                     self._lose(peer)
 
+    def _everybody(self) -> list[_Peer]:
+        return [*self._peers.values(), *self._twins.values()]
+
     def _lose(self, peer: _Peer) -> None:
-        self._peers.pop(peer.id, None)
+        if self._twins.pop(peer.uid, None) is None:
+            self._peers.pop(peer.id, None)
         self._ear.vanished(self, peer.name, peer.uid)
 
     def _read_announcements(self) -> None:
@@ -228,8 +237,10 @@ class UDPLink:
         known = self._peers.get(announce.src)
         uid = services.uid or str(announce.src)
         now = time.monotonic()
-        if known is not None and known.uid != uid and known.endpoint != places[0] and now - known.heard < SILENCE:
-            self._ear.appeared(self, name, uid, f"at {places[0]}", announce.src)  # a second one with the same id
+        if known is not None and known.uid != uid and known.endpoint != places[0] and now - known.seen < SILENCE:
+            if len(self._twins) < MOST_PEERS:
+                self._twins[uid] = _Peer(announce.src, name, uid, places[0], now)
+                self._ear.appeared(self, name, uid, f"at {places[0]}", announce.src)
             return
         if known is not None and (known.uid, known.name) != (uid, name):
             self._lose(known)
@@ -237,6 +248,7 @@ class UDPLink:
         if known is None:
             if len(self._peers) >= MOST_PEERS:
                 return
+            self._twins.pop(uid, None)
             known = self._peers[announce.src] = _Peer(announce.src, name, uid, places[0], now)
         known.endpoint, known.announced = places[0], now
         self._ear.appeared(self, name, uid, f"at {places[0]}", announce.src)

@@ -19,6 +19,7 @@ Test = Callable[[imc.Message], bool]
 Named = Mapping[type[imc.Message], int]
 HEADER = ("src", "src_ent", "dst", "dst_ent", "timestamp")
 DEGREES = ("deg", "°")
+MESSAGES = "`shoal message NAME` lists them"
 _WORD = re.compile(rf"\s*(?:{NUMBER}|[A-Za-z_]\w*(?:\.\w+)*|\"[^\"]*\"|'[^']*'|°|~|{SIGN})")
 
 
@@ -82,7 +83,7 @@ def _split(word: str, kinds: list[type[imc.Message]]) -> tuple[str, list[type[im
     if name not in names and name not in HEADER:
         of = kinds[0].__name__ if len(kinds) == 1 else "none of these messages"
         has = "has no field" if len(kinds) == 1 else "has a field"
-        raise ValueError(f"{of} {has} {name!r}; {suggestion(name, names)}")
+        raise ValueError(f"{of} {has} {name!r}; {suggestion(name, names) or MESSAGES}")
     return word, kinds
 
 
@@ -101,8 +102,8 @@ def _value(logic: "Logic[[imc.Message]]", word: str, infos: Mapping[type[imc.Mes
     found = {kind: int(names[text]) for kind, names in members.items() if text in names}
     if not found:
         names = sorted({name for mapping in members.values() for name in mapping})
-        hint = f"; {suggestion(text, names)}" if names else "; write a number, or a text in quotes"
-        raise ValueError(f"{word}: {text!r} is not a value of it{hint}")
+        hint = (suggestion(text, names) or MESSAGES) if names else "write a number, or a text in quotes"
+        raise ValueError(f"{word}: {text!r} is not a value of it; {hint}")
     return _Wanted(0.0, found)
 
 

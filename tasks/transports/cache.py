@@ -66,8 +66,11 @@ class Cache(Task):
             self._clear()
             self.log.info(f"cleared by {name}")
         elif request.op in (Op.STORE, Op.COPY):
-            what = type(request.message).__name__ if request.op == Op.STORE else "copy"
-            self.log.warning(f"{what} refused, as {name} has asked: only {', '.join(self.messages)} are kept, and here")
+            if request.op == Op.COPY:
+                what = "no copies are made"
+            else:
+                what = f"{'nothing' if request.message is None else type(request.message).__name__} cannot be kept"
+            self.log.warning(f"CacheControl from {name} refused: {what}, only {', '.join(self.messages)} are kept, and here")
 
     @property
     def _folder(self) -> Path:

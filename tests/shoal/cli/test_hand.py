@@ -1,6 +1,7 @@
 """The commands for running vehicles, on one vehicle in a process of its own."""
 
 import json
+import shlex
 import subprocess
 import sys
 import time
@@ -69,7 +70,11 @@ def test_spy(process: Running) -> None:
     words = shoal("spy", NAME, "VehicleState", "--count", 1).output
     assert "op_mode=SERVICE" in words
     nothing = shoal("spy", NAME, "EstimatedState", "--where", "depth > 500", "--for", "0.3s")
-    assert (nothing.exit_code, nothing.output) == (1, f"Error: {NAME}: nothing came within 0.3 s\n")
+    assert nothing.exit_code == 1
+    assert nothing.output.startswith(f"Error: {NAME}: none of ")
+    assert nothing.output.endswith(" messages within 0.3 s matched --where 'depth > 500'\n")
+    silent = shoal("spy", NAME, "Sms", "--for", "0.3s")
+    assert (silent.exit_code, silent.output) == (1, f"Error: {NAME}: nothing came within 0.3 s\n")
 
 
 def test_plans(process: Running, tmp_path: Path) -> None:
@@ -95,6 +100,11 @@ def test_plans(process: Running, tmp_path: Path) -> None:
         result = shoal("plan", NAME, *words)
         assert result.exit_code == 1
         assert "undefined plan" in result.output or "no plan is running" in result.output
+    assert shoal("plan", NAME, "put", path).exit_code == 0
+    result = shoal("plan", NAME, "start", "pase")
+    assert result.output == "Error: pase: undefined plan; did you mean 'pause'?\n"
+    result = shoal("plan", NAME, "get", "Zzz")
+    assert result.output == "Error: Zzz: undefined plan; known: pause\n"
 
 
 def test_parameters(process: Running) -> None:
@@ -105,6 +115,10 @@ def test_parameters(process: Running) -> None:
     refused = shoal("param", NAME, "set", f"{place}=wide")
     assert refused.exit_code == 1
     assert "'wide' is not a number" in refused.output
+    for words in (("get", "Path Control:Zzz"), ("set", "Path Control:Zzz=3"), ("get", "Zzz")):
+        result = shoal("param", NAME, *words)
+        assert result.exit_code == 1
+        assert "lists them" in result.output, "all are too many to name"
 
 
 def test_send_and_abort(process: Running) -> None:
@@ -135,6 +149,7 @@ def test_link(process: Running) -> None:
         ("send", NAME, "Goto", "latt=3"),
         ("send", NAME, "Goto", "lat"),
         ("send", NAME, "Goto", "lat=north"),
+        ("send", NAME, "EntityList", "op=QUER"),
         ("plan", NAME, "start"),
         ("plan", NAME, "stop", "x"),
         ("plan", NAME, "fly", "x"),
@@ -165,6 +180,19 @@ def completed(*words: str) -> list[str]:
     return [item.value for item in complete.get_completions(list(words[:-1]), words[-1])]
 
 
+def pressed_tab(*words: str) -> list[str]:
+    """What bash offers for the last word."""
+    program = shlex.quote(str(Path(sys.executable).with_name("shoal")))
+    script = f"""
+        compopt() {{ :; }}  # it works only while a key is handled
+        eval "$(_SHOAL_COMPLETE=bash_source {program})"
+        COMP_WORDS=(shoal {shlex.join(words)}) COMP_CWORD={len(words)}
+        _shoal_completion {program}
+        printf '%s\\n' "${{COMPREPLY[@]}}"
+    """
+    return subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True).stdout.splitlines()
+
+
 def test_the_shell_completes_vehicles_messages_and_plans(process: Running, tmp_path: Path) -> None:
     path = tmp_path / "pause.yaml"
     path.write_text(PLAN % 1)
@@ -172,7 +200,8 @@ def test_the_shell_completes_vehicles_messages_and_plans(process: Running, tmp_p
     assert completed("spy", "lauv") == [NAME]
     assert completed("spy", NAME, "EstimatedS") == ["EstimatedState", "EstimatedStreamVelocity"]
     assert completed("plan", NAME, "st") == ["start", "stop", "status"]
-    assert completed("plan", NAME, "start", "pau")[0] == "pause"
+    assert "pause" in completed("plan", NAME, "start", "pau")
+    assert pressed_tab("plan", NAME, "start", "pau") == ["pause"]
     assert completed("param", NAME, "get", "Path") == ["Path Control"]
     assert "Path Control:Corridor -- Width" in completed("param", NAME, "get", "Path Control:Cor")
 

@@ -115,6 +115,31 @@ def test_two_systems_of_one_name_are_not_commanded():
     asyncio.run(act())
 
 
+def test_two_that_have_only_announced_themselves_are_not_commanded():
+    """Two vehicles with one name and id answer our first Announce at the same moment, before either sends anything."""
+
+    async def act() -> None:
+        ports = discovery_ports()
+        first, second = Station(ports), Station(ports[:-1])
+        async with Network([UDPLink(ports=ports)]) as network:
+            first.announce()
+            seeking = asyncio.create_task(network.find("station"))
+            await asyncio.sleep(0.02)
+            second.announce()
+            with pytest.raises(NetworkError, match="several vehicles have this name and id"):
+                await seeking
+            first.listen()  # it greets who greets it, as a vehicle does
+            first.send(first.packet(imc.Heartbeat()))
+            second.close()
+            deadline = time.monotonic() + 5.0
+            while network.systems["station"].clash:
+                assert time.monotonic() < deadline
+                await asyncio.sleep(0.05)
+        first.close()
+
+    asyncio.run(act())
+
+
 def test_no_port_to_hear_announcements():
     async def act() -> Diagnosis:
         ports = discovery_ports()

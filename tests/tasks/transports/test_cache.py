@@ -86,9 +86,14 @@ def test_damaged_files_are_named_and_do_no_harm(tmp_path, content):
 
 def test_only_listed_messages_are_stored_and_nothing_is_copied_elsewhere(tmp_path):
     kind = imc.CacheControl
-    wishes = [kind(op=kind.Op.STORE, message=imc.GpsFix()), kind(op=kind.Op.COPY, snapshot="/tmp/x")]
+    wishes = [
+        kind(op=kind.Op.STORE, message=imc.GpsFix()),
+        kind(op=kind.Op.STORE),
+        kind(op=kind.Op.COPY, snapshot="/tmp/x"),
+    ]
     _, log = live(tmp_path, *wishes, kind(op=kind.Op.STORE, message=LIMITS))
-    assert sum("refused" in line for line in log) == 2
+    assert sum("refused" in line for line in log) == 3
+    assert not any("NoneType" in line for line in log)
     assert [path.name for path in tmp_path.rglob("*.imc")] == ["OperationalLimits.imc"]
 
 
