@@ -3,7 +3,7 @@
 from runtime.devices.addresses import Address, Connection, SerialPort, TcpServer, UdpSocket
 from runtime.devices.device import Device, Owner
 from runtime.devices.recording import Piece, Recording, Recordings
-from runtime.devices.splitters import Frames, Lines, Splitter, Whole, lines_of
+from runtime.devices.splitters import Frames, Lines, Splitter, Whole, lines_of, number
 
 __all__ = [
     "Address",
@@ -21,4 +21,5 @@ __all__ = [
     "UdpSocket",
     "Whole",
     "lines_of",
+    "number",
 ]

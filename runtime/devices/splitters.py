@@ -1,5 +1,6 @@
 """Cuts what a device sends into lines and frames: no input or output, and bounded memory."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
@@ -8,6 +9,14 @@ LONGEST_FRAME = 4096  # bytes
 
 Size = Callable[[bytes], int | None]
 """The size of the frame at the beginning of some bytes; None if more bytes are needed to say, 0 if it is no frame."""
+
+
+def number(text: str) -> float:
+    """A number that a device has written. Raises ValueError for what float() takes, too: nan, inf, 1e999 and 1_5."""
+    value = float(text)
+    if not math.isfinite(value) or "_" in text:
+        raise ValueError(f"not a number: {text!r}")
+    return value
 
 
 class Splitter(Protocol):

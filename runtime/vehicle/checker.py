@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterable, Mapping
 
+import imc
 from runtime.problem import Origin, Problem, ProfileError, Severity, misspelled, nearest, quoted, suggestion
 from runtime.profile import ALWAYS, NEVER, Option, Profile, Section, default_label, dune, items, parse_address
 from runtime.task import Parameter, Task, find_parameter
@@ -80,9 +81,14 @@ class _Checker:
     def _check_zenoh(self) -> None:
         for option in self._config.options("Zenoh"):
             try:
-                ZenohConfig.from_options({option.name: option.value}, self._profile.path.parent)
+                config = ZenohConfig.from_options({option.name: option.value}, self._profile.path.parent)
             except ValueError as error:
                 self._say("error", option.origin, str(error))
+                continue
+            known = [kind.abbrev for kind in (self._profile.messages or imc.builtin()).types_by_id.values()]
+            for name in [name for name in config.hear or () if name not in known]:
+                hint = f"did you mean {quoted(near)}?" if (near := misspelled(name, known)) else ""
+                self._say("warning", option.origin, f"[Zenoh] Hear: there is no message {quoted(name)}", hint)
 
     def _check_addresses(self) -> None:
         known: dict[int, Option] = {}

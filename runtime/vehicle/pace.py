@@ -94,7 +94,7 @@ class Pace:
         if abs(step) > STEP:
             self._vehicle.daemon.log.warning(
                 f"the system time was set {'forward' if step > 0.0 else 'back'} by {abs(step):.3f} s, or the computer "
-                f"slept; the vehicle keeps its own time, which is {abs(offset) / SECOND:.3f} s "
+                f"slept; the vehicle keeps its own time until the run is started again: {abs(offset) / SECOND:.3f} s "
                 f"{'behind' if offset > 0 else 'ahead of'} the system time"
             )
 

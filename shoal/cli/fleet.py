@@ -1,6 +1,5 @@
 """`shoal fleet`: starts and watches the vehicles of a fleet file."""
 
-import os
 import signal
 import sys
 import time
@@ -14,7 +13,8 @@ from rich.text import Text
 
 from runtime.problem import ProfileError, printable
 from runtime.zenoh import chunk
-from shoal.cli.options import parse_time
+from shoal.cli.options import parse_time, use_code
+from shoal.cli.processes import command
 from shoal.cli.tables import plain_table
 from shoal.fleet import Child, Keeper, Roster, View, Watch, end, load_roster, noted, run_crew, running
 
@@ -40,16 +40,21 @@ def fleet(
         return
     if name is not None:
         raise click.UsageError(f"what is {name!r}? A fleet file has its own name in it")
+    use_code(())
     try:
         roster = load_roster(Path(file), log_dir)
         if crew is not None and parent is not None:
             run_crew(roster.crews[crew], roster.path.parent, roster.log_dir, parent)
             return
+        for warning in roster.warnings:
+            click.echo(warning, err=True)
         with noted(roster.name):
             sys.exit(_run(roster, duration))
     except ModuleNotFoundError as error:
         raise click.ClickException(f"{error}; a fleet needs pip install 'shoal[zenoh]'") from None
-    except (ProfileError, ConnectionError, ValueError) as error:
+    except ProfileError as error:
+        raise click.ClickException(str(error)) from None
+    except (ConnectionError, ValueError) as error:
         raise click.ClickException(printable(str(error))) from None
 
 
@@ -67,14 +72,12 @@ def _stop(name: str | None) -> None:
 
 def _commands(roster: Roster) -> list[Child]:
     """A process for each vehicle, or for each crew of several."""
-    own = [sys.executable, "-m", "shoal.cli"]
-    parent = ["--parent", str(os.getpid())]
     logs = ["--log-dir", str(roster.log_dir)]
     if roster.per_process > 1:
         return [
             Child(
                 crew[0].name if len(crew) == 1 else f"{crew[0].name} to {crew[-1].name}",
-                [*own, "fleet", str(roster.path), *logs, "--crew", str(number), *parent],
+                command("fleet", str(roster.path), *logs, "--crew", str(number)),
             )
             for number, crew in enumerate(roster.crews)
         ]
@@ -84,9 +87,7 @@ def _commands(roster: Roster) -> list[Child]:
         seed = ["--seed", str(member.seed), "-V", member.name, "--bus", "zenoh", "--keep-going"]
         folder = ["-d", str(roster.path.parent)]
         settings = [word for override in member.overrides for word in ("--set", override)]
-        children.append(
-            Child(member.name, [*own, "run", member.profile, *modes, *seed, *folder, *logs, *parent, *settings])
-        )
+        children.append(Child(member.name, command("run", member.profile, *modes, *seed, *folder, *logs, *settings)))
     return children
 
 
@@ -139,7 +140,7 @@ class _Display:
             self._live.stop()
 
     def tell(self, words: str) -> None:
-        self._console.print(Text(printable(f"{time.strftime('%H:%M:%S', time.gmtime())} {words}")))
+        self._console.print(Text(printable(f"{time.strftime('%H:%M:%S', time.gmtime())} {words}")), soft_wrap=True)
 
     def show(self, alive: set[str], views: dict[str, View], keeper: Keeper) -> None:
         if self._live is not None:

@@ -12,7 +12,6 @@ from runtime.task import State
 from runtime.vehicle import Vehicle
 
 LONGEST_PERIOD = 1.0  # s of real time between two looks
-STEP = 2.0  # s; a clock that moves so far against the run's was set
 TOLERATED = 60.0  # s that a file may be newer than the present
 TROUBLE = (State.ERROR, State.FAILURE)
 LONGEST_STATUS = 200  # characters
@@ -33,7 +32,6 @@ class Host:
         self._watchdog = watchdog.isdecimal() and int(watchdog) > 0
         limit = int(watchdog) / 1e6 if self._watchdog else 2.0 * LONGEST_PERIOD
         self._period = min(LONGEST_PERIOD, limit / 3.0) * min(vehicle.kernel.clock.speed, 1e6)
-        self._lag = 0.0
         if self._address:
             with contextlib.suppress(OSError):
                 self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
@@ -45,7 +43,6 @@ class Host:
         if self._watchdog:  # systemd ends a run that hangs with SIGABRT: have the lines written where it hangs
             with contextlib.suppress(ValueError, OSError, RuntimeError):
                 faulthandler.enable(sys.__stderr__ or sys.stderr)
-        self._lag = self._clock_lag()
         self._tell("READY=1", f"MAINPID={os.getpid()}")
         self._look()
 
@@ -55,13 +52,6 @@ class Host:
 
     def _look(self) -> None:
         self._tell(*(["WATCHDOG=1"] if self._watchdog else []), f"STATUS={self._status()}")
-        lag = self._clock_lag()
-        if self._vehicle.kernel.clock.speed == 1.0 and abs(lag - self._lag) > STEP:
-            moved = (
-                f"the computer's clock was set {abs(lag - self._lag):.0f} s {'ahead' if lag > self._lag else 'back'}"
-            )
-            self._vehicle.daemon.log.warning(f"{moved}: times of this run stay as they are until it is started again")
-            self._lag = lag
         self._vehicle.kernel.after(self._period, self._look)
 
     def _status(self) -> str:
@@ -76,10 +66,6 @@ class Host:
         address = f"\0{self._address[1:]}" if self._address.startswith("@") else self._address
         with contextlib.suppress(OSError):  # nobody listens, or does not read
             self._socket.sendto("\n".join(lines).encode(errors="replace"), address)
-
-    def _clock_lag(self) -> float:
-        """How much the computer's clock is ahead of that of the run (s)."""
-        return time.time() - self._vehicle.kernel.clock.read() / 1e9
 
     def _doubt_clock(self) -> None:
         """Warn of a clock that is behind what this computer has already seen."""

@@ -50,7 +50,7 @@ def _facts(summary: Summary, logs: list[Path]) -> list[tuple[str, str]]:
     others = [summary.names.system(src) for src in summary.clocks if src != summary.owner]
     heard = f", also messages from {', '.join(others)}" if others else ""
     packed = f", {size(summary.unpacked)} unpacked" if summary.path.suffix != ".lsf" else ""
-    source = logs[0] / summary.schema_source.name if summary.schema_source else "built-in, none beside the log"
+    source = summary.schema_source or "built-in, none beside the log"
     place = place_of(logs[0])
     if len(logs) > 1:
         facts = [("log", str(logs[0])), *(("", str(log)) for log in logs[1:])]

@@ -50,6 +50,7 @@ DRIVER = '''"""{title}: a sensor of depth at a serial port."""
 
 import imc
 from runtime import Task, expect, param
+from runtime.devices import number
 
 
 class {cls}(Task):
@@ -66,7 +67,7 @@ class {cls}(Task):
 
     @expect(every=2.0)
     def measure(self, line: str) -> None:
-        self.publish(imc.Depth(value=float(line)))
+        self.publish(imc.Depth(value=number(line)))
 '''
 
 DRIVER_TEST = '''"""{cls} publishes what its sensor sends."""
@@ -78,9 +79,9 @@ from runtime.testing import simulate
 
 
 def test_each_line_is_a_depth():
-    run = simulate({cls}, stream="1.5\\r\\nrubbish\\r\\n2.5\\r\\n")
+    run = simulate({cls}, stream="1.5\\r\\nrubbish\\r\\nnan\\r\\n2.5\\r\\n")
     assert [depth.value for depth in run.of(imc.Depth)] == [1.5, 2.5]
-    assert run.task.sensor.bad == 1
+    assert run.task.sensor.bad == 2
 
 
 def test_silence_is_an_error():

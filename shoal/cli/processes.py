@@ -30,11 +30,17 @@ def part_of(process: str | None, others: list[str], over_zenoh: bool) -> str | N
     return process
 
 
+def command(*words: str) -> list[str]:
+    """The command `shoal` for a process of ours, which ends with this one.
+
+    -P keeps the current folder off the search path: modules there, perhaps in a log, must not replace others.
+    """
+    return [sys.executable, "-P", "-m", "shoal.cli", *words, "--parent", str(os.getpid())]
+
+
 def own_process(name: str) -> Child:
     """This command for another process of the vehicle."""
-    return Child(
-        name, [sys.executable, "-m", "shoal.cli", *sys.argv[1:], "--process", name, "--parent", str(os.getpid())]
-    )
+    return Child(name, command(*sys.argv[1:], "--process", name))
 
 
 def watch(vehicle: Vehicle, keeper: Keeper) -> None:

@@ -1,6 +1,7 @@
 """Several processes that belong together: those of one vehicle, or of a fleet."""
 
 from shoal.fleet.crew import run_crew
+from shoal.fleet.file import FleetFileError
 from shoal.fleet.keeper import Child, Keeper
 from shoal.fleet.notes import end, noted, running
 from shoal.fleet.roster import Member, Roster, load_roster
@@ -8,6 +9,7 @@ from shoal.fleet.watch import View, Watch
 
 __all__ = [
     "Child",
+    "FleetFileError",
     "Keeper",
     "Member",
     "Roster",

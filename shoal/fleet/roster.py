@@ -2,73 +2,43 @@
 
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
-
-import msgspec
-import yaml
 
 from imc.coordinates import displace
 from runtime.durations import parse_duration
-from runtime.problem import Problem, ProfileError, misspelled, quoted
+from runtime.problem import COMMAND_LINE, Problem, ProfileError, quoted
 from runtime.profile import Profile, derived_id, load_profile
+from runtime.vehicle import check, find_task
+from runtime.zenoh import ZenohConfig
+from shoal.fleet.file import FleetFile, Group, Source, read
 from shoal.fleet.ports import own_ports
 
-Count = Annotated[int, msgspec.Meta(ge=1, le=1000)]
-HEARD = ("Abort", "Announce", "Heartbeat")
 RESTART = ("on-failure", "never")
 COLUMNS = 10  # vehicles side by side, from west to east
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._~-]*")
-
-
-class Group(msgspec.Struct, forbid_unknown_fields=True):
-    """Vehicles of one profile. `{number}` in `name` counts them from 1."""
-
-    name: str
-    count: Count = 1
-    profile: str | None = None
-    modes: str | None = None
-    start: tuple[float, float] | None = None
-    set: list[str] = []
-
-
-class FleetFile(msgspec.Struct, forbid_unknown_fields=True):
-    """A fleet file, as it is written; `Roster` says what it means."""
-
-    vehicles: Annotated[list[Group], msgspec.Meta(min_length=1)]
-    name: str = "fleet"
-    profile: str = "lauv-noptilus-1"
-    modes: str = "Simulation"
-    per_process: Count = 1
-    start: tuple[float, float] | None = None  # degrees
-    spacing: Annotated[float, msgspec.Meta(gt=0)] = 20.0  # m
-    seed: Annotated[int, msgspec.Meta(ge=0)] = 1
-    stagger: str = "0.2 s"
-    restart: str = "on-failure"
-    hear: list[str] = msgspec.field(default_factory=lambda: list(HEARD))
-    set: list[str] = []
-    zenoh: dict[str, str] = {}
-    log_dir: str = "log"
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._~-]{0,63}")
+FIXED = ("Mode", "Scouting")  # of the process to which all connect
 
 
 @dataclass(frozen=True)
 class Member:
-    """One vehicle: how `shoal run` starts it."""
+    """One vehicle: how `shoal run` starts it. `group` is the number of its group in the file."""
 
     name: str
     profile: str
     modes: str
     system: int
     seed: int
-    overrides: tuple[str, ...] = field(default=())
+    group: int
+    overrides: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Roster:
     """What a fleet file says.
 
-    `zenoh` are the options of the process that all vehicles connect to, `stagger` is the time between two starts (s).
+    `zenoh` are the options of the process that all vehicles connect to, `stagger` is the time between two starts (s),
+    `warnings` are those about the profiles of its vehicles.
     """
 
     path: Path
@@ -79,6 +49,7 @@ class Roster:
     restart: bool
     zenoh: dict[str, str]
     log_dir: Path
+    warnings: tuple[Problem, ...] = ()
 
     @property
     def crews(self) -> list[tuple[Member, ...]]:
@@ -88,52 +59,52 @@ class Roster:
 
 
 def load_roster(path: Path, log_dir: Path | None = None) -> Roster:
-    """Read a fleet file. Raises ProfileError naming it and what is wrong, OSError if it cannot be read."""
+    """Read a fleet file, and check the profiles of its vehicles.
 
-    def wrong(text: str, hint: str = "") -> ProfileError:
-        return ProfileError([Problem("error", str(path), 0, text, hint)])
-
-    try:
-        plain: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
-        file = msgspec.convert(plain, FleetFile)
-    except yaml.YAMLError as error:
-        raise wrong(f"no YAML: {error}") from None
-    except (msgspec.ValidationError, UnicodeDecodeError) as error:
-        found = re.search(r"unknown field `(.*?)`", str(error))
-        near = misspelled(found[1], [*FleetFile.__struct_fields__, *Group.__struct_fields__]) if found else ""
-        raise wrong(str(error), f"did you mean {quoted(near)}?" if near else "") from None
-    if file.restart not in RESTART:
-        raise wrong(f"restart: {quoted(file.restart)} is not one of {', '.join(RESTART)}")
+    Raises FleetFileError and ProfileError, which name the file and what is wrong, OSError if it cannot be read.
+    """
+    file, source = read(path)
     try:
         stagger = parse_duration(file.stagger)
     except ValueError as error:
-        raise wrong(f"stagger: {error}") from None
+        source.fail("stagger", f"stagger: {error}")
     if not NAME.fullmatch(file.name):
-        raise wrong(f"name: {quoted(file.name)} is not a name")
-    members = _members(file, path, wrong)
+        source.fail("name", f"name: {quoted(file.name)} is not a name")
+    if file.restart not in RESTART:
+        source.fail("restart", f"restart: {quoted(file.restart)} is not one of {', '.join(RESTART)}")
+    for option in FIXED:
+        if option in file.zenoh:
+            source.fail(f"zenoh.{option}", f"zenoh: {option} cannot be set, since all vehicles connect to this process")
+    try:
+        ZenohConfig.from_options(file.zenoh)
+    except ValueError as error:
+        source.fail("zenoh", str(error))
+    members = _members(file, path, source)
     folder = log_dir if log_dir is not None else Path(file.log_dir)
     restart = file.restart == "on-failure"
-    return Roster(path, file.name, members, file.per_process, stagger, restart, file.zenoh, folder)
+    warnings = _check(members, path)
+    return Roster(path, file.name, members, file.per_process, stagger, restart, file.zenoh, folder, warnings)
 
 
-def _members(file: FleetFile, path: Path, wrong: Any) -> tuple[Member, ...]:
-    named: dict[str, Group] = {}
-    for group in file.vehicles:
+def _members(file: FleetFile, path: Path, source: Source) -> tuple[Member, ...]:
+    named: dict[str, tuple[int, Group]] = {}
+    for place, group in enumerate(file.vehicles):
         for number in range(1, group.count + 1):
             name = group.name.replace("{number}", str(number))
             if group.count > 1 and "{number}" not in group.name:
                 name = f"{group.name}-{number}"
             if not NAME.fullmatch(name):
-                raise wrong(f"{quoted(name)} is not a name of a vehicle")
+                source.fail(f"vehicles[{place}].name", f"{quoted(name)} is not a name of a vehicle")
             if name in named:
-                raise wrong(f"two vehicles are called {quoted(name)}", "write {number} into the name of a group")
-            named[name] = group
+                words = f"two vehicles are called {quoted(name)} (write {{number}} into the name of a group)"
+                source.fail(f"vehicles[{place}].name", words)
+            named[name] = place, group
     folders = [path.parent]
     profiles = {name: load_profile(name, folders) for name in {g.profile or file.profile for g in file.vehicles}}
-    ids = _ids(named, {name: profiles[group.profile or file.profile] for name, group in named.items()})
+    ids = _ids({name: profiles[group.profile or file.profile] for name, (_, group) in named.items()})
     addresses = [f"IMC Addresses:{name}={number:#06x}" for name, number in ids.items()]
     members: list[Member] = []
-    for place, (name, group) in enumerate(named.items()):
+    for place, (name, (number, group)) in enumerate(named.items()):
         profile = profiles[group.profile or file.profile]
         start = group.start or file.start
         overrides = [
@@ -149,15 +120,32 @@ def _members(file: FleetFile, path: Path, wrong: Any) -> tuple[Member, ...]:
         ]
         modes = file.modes if group.modes is None else group.modes
         wanted = group.profile or file.profile
-        members.append(Member(name, wanted, modes, ids[name], file.seed + place, tuple(overrides)))
+        members.append(Member(name, wanted, modes, ids[name], file.seed + place, number, tuple(overrides)))
     return tuple(members)
 
 
-def _ids(named: dict[str, Group], profiles: dict[str, Profile]) -> dict[str, int]:
+def _check(members: tuple[Member, ...], path: Path) -> tuple[Problem, ...]:
+    """The warnings about the profiles of all members that differ in more than name, place and numbers.
+
+    Raises ProfileError: a process that cannot run would be started again and again.
+    """
+    found: list[Problem] = []
+    for member in {(m.profile, m.modes, m.group): m for m in reversed(members)}.values():
+        try:
+            profile = load_profile(member.profile, [path.parent], vehicle=member.name, overrides=member.overrides)
+            found += check(profile, {}, profile.select(member.modes), find_task)
+        except ProfileError as error:
+            found += error.problems
+    said = dict.fromkeys(replace(p, file=str(path)) if p.file == COMMAND_LINE.file else p for p in found)
+    if errors := [problem for problem in said if problem.severity == "error"]:
+        raise ProfileError(errors)
+    return tuple(problem for problem in said if problem.severity == "warning")
+
+
+def _ids(profiles: dict[str, Profile]) -> dict[str, int]:
     """The IMC id of each vehicle: that of its name; if another one has it, the next one that nobody has."""
     ids: dict[str, int] = {}
-    for name in named:
-        profile = profiles[name]
+    for name, profile in profiles.items():
         number = profile.systems.get(name) or derived_id(name)
         taken = {*ids.values(), *(other for whose, other in profile.systems.items() if whose != name)}
         while number in taken:

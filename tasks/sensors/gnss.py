@@ -113,8 +113,8 @@ def read(kind: str, sentence: Any) -> dict[str, Any]:
         found["validity"] |= Valid.VALID_TIME
     if isinstance(day := getattr(sentence, "date", ""), date):
         _date(found, day)
-    elif kind.endswith("ZDA") and sentence.year and sentence.month and sentence.day:
-        _date(found, date(sentence.year, sentence.month, sentence.day))
+    elif kind.endswith("ZDA") and all(numbers := [_text(sentence, name) for name in ("year", "month", "day")]):
+        _date(found, _day(*numbers))
     _position(found, kind, sentence)
 
     def number(name: str, factor: float = 1.0) -> float | None:
@@ -144,14 +144,16 @@ def _position(found: dict[str, Any], kind: str, sentence: Any) -> None:
     """Latitude, longitude and height, if the sentence says that they are valid."""
     valid = Type.STANDALONE
     if kind.endswith("GGA"):
-        ok, valid = bool(sentence.quality), BY_QUALITY.get(sentence.quality, Type.DIFFERENTIAL)
+        quality = _text(sentence, "quality")
+        ok, valid = bool(quality), BY_QUALITY.get(quality, Type.DIFFERENTIAL)
     elif kind == "PUBX00":
-        status = sentence.navStat
+        status = _text(sentence, "navStat")
         ok, valid = status not in ("", "NF", "TT"), BY_STATUS.get(status, Type.DIFFERENTIAL)
     elif kind.endswith("RMC"):
-        ok, valid = sentence.status == "A", BY_MODE.get(sentence.posMode or "A", Type.DIFFERENTIAL)
+        mode = _text(sentence, "posMode") or "A"  # not before NMEA 2.3
+        ok, valid = _text(sentence, "status") == "A", BY_MODE.get(mode, Type.DIFFERENTIAL)
     elif kind.endswith("GNS"):
-        modes = str(sentence.posMode).strip("N")
+        modes = str(_text(sentence, "posMode")).strip("N")
         ok, valid = bool(modes), BY_MODE.get(modes[:1], Type.DIFFERENTIAL)
     else:
         return
@@ -167,6 +169,18 @@ def _position(found: dict[str, Any], kind: str, sentence: Any) -> None:
         height += _number(sentence, "sep") or 0.0  # above the ellipsoid, as IMC has it
     if height is not None:
         found["height"] = height
+
+
+def _text(sentence: Any, name: str) -> Any:
+    """A field of a sentence; a short one does not have all of them."""
+    return getattr(sentence, name, "")
+
+
+def _day(year: int, month: int, day: int) -> date:
+    try:
+        return date(year, month, day)
+    except OverflowError:
+        raise ValueError(f"no date: {year}-{month}-{day}") from None
 
 
 def _date(found: dict[str, Any], day: date) -> None:
@@ -195,6 +209,8 @@ def _course(degrees: float | None) -> float | None:
 
 def fix_of(pvt: Any, dop: Any | None) -> imc.GpsFix:
     """The fix of a UBX NAV-PVT, parsed by pyubx2, and of the last NAV-DOP. Raises ValueError for impossible values."""
+    if not hasattr(pvt, "numSV"):
+        raise ValueError("a question for a fix, not a fix")
     found: dict[str, Any] = {"validity": 0, "satellites": pvt.numSV}
     if pvt.validDate:
         _date(found, date(pvt.year, pvt.month, pvt.day))

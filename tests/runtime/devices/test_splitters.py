@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.devices import Frames, Lines, Splitter, Whole, lines_of
+from runtime.devices import Frames, Lines, Splitter, Whole, lines_of, number
 
 portions = st.lists(st.integers(0, 40), max_size=30)
 noise = st.binary(max_size=60)
@@ -118,3 +118,10 @@ def test_a_frame_has_a_beginning() -> None:
 
 def test_datagrams_stay_as_they_are() -> None:
     assert Whole().feed(b"\n\n") == [b"\n\n"]
+
+
+@pytest.mark.parametrize("text", ["nan", "-inf", "1e999", "1_5", "1,5", ""])
+def test_what_is_no_number_of_a_device_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match=r"number|float"):
+        number(text)
+    assert number(" -1.5e1 ") == -15.0

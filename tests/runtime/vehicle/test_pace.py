@@ -47,6 +47,6 @@ def test_a_system_time_that_is_set_is_told_and_does_not_reach_the_vehicle(monkey
     vehicle, said = run(WallClock(), 3.5, tmp_path)
     told = [text for text in said if text.startswith("the system time was set forward by 3600.")]
     assert len(told) == 1
-    assert "which is 3600." in told[0]
+    assert "keeps its own time until the run is started again: 3600." in told[0]
     assert "behind the system time" in told[0]
     assert vehicle.kernel.now_ns / 1e9 - vehicle.start_time < 100.0

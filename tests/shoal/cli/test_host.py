@@ -181,12 +181,3 @@ def test_a_clock_behind_the_last_log_is_named(tmp_path: Path) -> None:
     (text,) = told(vehicle, Host(vehicle))
     assert text.startswith("the computer's clock is not set: it says 20")
     assert "but the last log: 2099-01-01 00:00" in text
-
-
-def test_a_clock_that_is_set_during_a_run_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    vehicle, made = host(None)
-    real = time.time
-    began = real()
-    monkeypatch.setattr("shoal.cli.host.time.time", lambda: real() + (3600.0 if real() > began + 0.5 else 0.0))
-    (text,) = told(vehicle, made, seconds=2.2)
-    assert text.startswith("the computer's clock was set 3600 s ahead: times of this run stay")

@@ -42,6 +42,7 @@ def test_info(shoal, recorded):
     rows = {line.split()[0]: line.split() for line in result.output.splitlines() if line}
     assert rows["system"][1:] == ["lauv-noptilus-1"]
     assert rows["damage"][1:] == ["none"]
+    assert "000000/IMC.xml.gz" in shoal("info", recorded / "Data.lsf.gz").output
     assert rows["schema"][1:3] == ["IMC", "5.4.31:"]
     assert rows["EulerAngles"][1:4] == [str(imc.Log(recorded).counts()["EulerAngles"]), "100", "Hz"]
     assert rows["GPS"][2] == "lauv-noptilus-1"

@@ -2,10 +2,12 @@
 
 import os
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
 
+from shoal.cli.processes import command
 from tests.shoal.cli.installed import shoal
 
 TASK = '''"""A task of a user's own."""
@@ -65,6 +67,24 @@ def test_tasks_in_an_own_folder_are_found_by_path(project):
     assert status == 0
     assert "tasks/simulators/gps.py: Shoal has a task in tasks/simulators/gps.py; rename yours" in err
     assert "imc: 'imc' is a package of Shoal" in err
+
+
+@pytest.mark.parametrize("words", [["run", "./my.ini", "-p", "Kinematic"], ["fleet", "fleet.yaml", "--crew", "0"]])
+def test_a_process_that_shoal_starts_has_own_tasks_but_no_other_module_of_the_folder(project, words):
+    (project / "msgspec.py").write_text("raise SystemExit('a module of this folder runs')\n")
+    (project / "fleet.yaml").write_text("vehicles: [{name: a, profile: my}]\nmodes: Kinematic\nrestart: soon\n")
+    added = ["--clock", "virtual", "--for", "2s"] if words[0] == "run" else []
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
+    environment["PYTHONPATH"] = str(ROOT)
+    done = subprocess.run(
+        [*command(*words), *added], cwd=project, env=environment, capture_output=True, text=True, timeout=60
+    )
+    if words[0] == "run":
+        assert done.returncode == 0, done.stderr
+        log = next(project.glob("log/*/*/*"))
+        assert "Whistle" in shoal("log", "info", str(log), cwd=project)[1]
+    else:
+        assert "restart: 'soon' is not one of" in done.stderr
 
 
 def test_a_clone_of_shoal_beside_the_installed_one_is_no_clash(project):

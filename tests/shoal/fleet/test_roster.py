@@ -1,6 +1,7 @@
 """What a fleet file says: names, ids, ports, start positions and seeds, none of them twice."""
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from runtime.problem import ProfileError
 from runtime.profile import load_profile
 from runtime.vehicle import check, find_task
-from shoal.fleet import Roster, load_roster
+from shoal.fleet import FleetFileError, Roster, load_roster
 from shoal.fleet.ports import own_ports
 from tests.shoal.fleet.settings import option, setting
 
@@ -85,23 +86,58 @@ def test_only_ports_at_which_a_vehicle_listens_are_moved() -> None:
     assert "udpout:127.0.0.1:14550:ardupilot" in links, "the ground station stays where it is"
 
 
+def test_numbers_may_be_words_and_words_numbers(tmp_path: Path) -> None:
+    text = "vehicles: [{name: 12}]\nzenoh: {Local Port: 17447}\nspacing: 1e3\nstagger: 0.5\nstart: null"
+    made = roster(tmp_path, text)
+    assert [member.name for member in made.members] == ["12"]
+    assert (made.zenoh, made.stagger) == ({"Local Port": "17447"}, 0.5)
+
+
+def test_what_a_profile_warns_of_is_passed_on_once(tmp_path: Path) -> None:
+    made = roster(
+        tmp_path,
+        """
+hear: [Abort, Announcee]
+vehicles:
+  - {name: "a-{number}", count: 3, set: ["Simulators.GPS:Number of Satelites=7"]}
+""",
+    )
+    assert [warning.text.partition(" ")[0] for warning in made.warnings] == ["[Zenoh]", "[Simulators.GPS]"]
+    assert "did you mean 'Announce'?" in str(made.warnings[0])
+    assert all("fleet.yaml: warning" in str(warning) for warning in made.warnings)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("vehicles: []", "length >= 1"),
-        ("vehicels: [{name: a}]", "did you mean 'vehicles'"),
-        ("vehicles: [{name: a, cuont: 2}]", "did you mean 'count'"),
+        ("", "fleet.yaml:1: the file is empty"),
+        ("vehicles: []", "fleet.yaml:1: vehicles: expected a list that is not empty"),
+        ("vehicels: [{name: a}]", "fleet.yaml:1: unknown key 'vehicels' (did you mean 'vehicles'?)"),
+        ("name: m\nvehicles:\n  - name: a\n    cuont: 2", "unknown key 'cuont' (did you mean 'count'?)"),
+        ("name: m", "'vehicles' is missing"),
         ("vehicles: [{name: a}, {name: a}]", "two vehicles are called 'a'"),
+        ("vehicles: [{name: a}]\nname: x\nname: y", "fleet.yaml:3: 'name' occurs twice"),
         ("vehicles: [{name: 'a b'}]", "'a b' is not a name"),
-        ("vehicles: [{name: a}]\nper_process: 0", "per_process"),
+        (f"vehicles: [{{name: {'a' * 65}}}]", "is not a name"),
+        ("vehicles:\n  - name: a\n    count: no", "fleet.yaml:3: vehicles[0].count: expected a whole number, not text"),
+        ("vehicles: [{name: a}]\nper_process: 0", "fleet.yaml:2: per_process: expected a whole number not below 1"),
         ("vehicles: [{name: a}]\nrestart: always", "'always' is not one of on-failure, never"),
-        ("vehicles: [{name: a}]\nstagger: soon", "stagger: 'soon' is not a duration"),
-        ("vehicles: [{name: a, profile: submarine}]", "submarine"),
-        ("vehicles: [", "no YAML"),
-        ("- a", "Expected `object`"),
+        ("vehicles: [{name: a}]\nstagger: soon", "fleet.yaml:2: stagger: 'soon' is not a duration"),
+        ("vehicles: [{name: a}]\nspacing: inf", "spacing: expected a number not above"),
+        ("vehicles: [{name: a}]\nstart: [nan, 3]", "start[0]: expected a number not below -90"),
+        ("vehicles: [{name: a}]\nstart: [41, 500]", "start[1]: expected a number not above 180"),
+        ("vehicles: [{name: a, profile: submarine}]", "there is no profile 'submarine'"),
+        ("vehicles: [{name: a, modes: Simulaton}]", "did you mean 'Simulation'?"),
+        ("vehicles: [{name: a, set: nonsense}]", "set: expected a list, not text"),
+        ("vehicles: [{name: a, set: [nonsense]}]", "fleet.yaml: error: 'nonsense': it must be Section:Option=value"),
+        ("vehicles: [{name: a, set: ['Foo:Bar=1']}]", "fleet.yaml: error: there is no section [Foo]"),
+        ("vehicles: [{name: a, set: ['nowhere.Task:Enabled=Always']}]", "[nowhere.Task] is not a task"),
+        ("vehicles: [{name: a}]\nzenoh: {Mode: peer}", "fleet.yaml:2: zenoh: Mode cannot be set"),
+        ("vehicles: [{name: a}]\nzenoh: {Lisen: x}", "fleet.yaml:2: [Zenoh] Lisen: unknown option"),
+        ("vehicles: [", "not YAML"),
+        ("- a", "fleet.yaml:1: expected a mapping, not a list"),
     ],
 )
-def test_a_mistake_is_named_with_the_file(tmp_path: Path, text: str, words: str) -> None:
-    with pytest.raises(ProfileError, match=words) as caught:
+def test_a_mistake_is_named_with_file_and_line(tmp_path: Path, text: str, words: str) -> None:
+    with pytest.raises((FleetFileError, ProfileError), match=re.escape(words)):
         roster(tmp_path, text)
-    assert "fleet.yaml" in str(caught.value) or "submarine" in words

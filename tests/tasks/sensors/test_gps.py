@@ -158,6 +158,27 @@ def test_impossible_values_are_bad_sentences() -> None:
     assert run.task.receiver.bad == 2
 
 
+def test_a_receiver_of_before_nmea_2_3_has_no_mode_in_its_sentences() -> None:
+    (fix,) = of("GPRMC,092725.00,A,4717.1,N,00833.9,E,2.0,90.0,040326,,", sentence_order=["GPRMC"])
+    assert (Valid(fix.validity) & Valid.VALID_POS, fix.type) == (Valid.VALID_POS, Type.STANDALONE)
+
+
+def test_a_short_sentence_or_message_is_no_mistake_of_the_driver() -> None:
+    kinds = [line.split(b"*")[0][1:].decode() for line in LINES[:40]]
+    kinds += [
+        *MOMENT,
+        "GPGST,092725.00,1,1,1,1,1,1,1",
+        "PUBX,00,092725.00,4717.1,N,00833.9,E,60,G3,1,2,3,4,5,,1,1,1,8,0,0",
+    ]
+    short = [",".join(kind.split(",")[:count]) for kind in kinds for count in range(1, kind.count(",") + 1)]
+    short.append(f"GPZDA,092725.00,{'9' * 30},11,2026,00,00")
+    nothing = pvt()[:4] + b"\0\0\x08\x19"  # a question for NAV-PVT
+    run = simulate(GPS, stream=b"".join(map(sentence, short)) + nothing + sentence(MOMENT[0]) + sentence(MOMENT[1]))
+    assert "restarting" not in run.log
+    assert run.task.receiver.bad >= 1
+    assert fixes(run)[-1].satellites == 8
+
+
 def pvt(**fields: object) -> bytes:
     usual = {
         **{"year": 2026, "month": 4, "day": 7, "hour": 10, "min": 30, "second": 5, "nano": -500_000_000},
