@@ -70,7 +70,9 @@ class Cache(Task):
                 what = "no copies are made"
             else:
                 what = f"{'nothing' if request.message is None else type(request.message).__name__} cannot be kept"
-            self.log.warning(f"CacheControl from {name} refused: {what}, only {', '.join(self.messages)} are kept, and here")
+            self.log.warning(
+                f"CacheControl from {name} refused: {what}, only {', '.join(self.messages)} are kept, and here"
+            )
 
     @property
     def _folder(self) -> Path:
