@@ -21,6 +21,7 @@ UNKNOWN_ETA = 0xFFFF
 DONE = "done"
 SILENCE = 1.5  # s after which a maneuver repeats its report
 SHORT = 0.5  # m; a depth or altitude that is missed by more is said
+MISSED_SCOPES = 1000  # more than others begin while a task restarts
 VERTICAL: Mapping[int, str] = {imc.ZUnits.DEPTH: "depth", imc.ZUnits.ALTITUDE: "altitude"}
 
 
@@ -82,8 +83,12 @@ class Maneuver(Task):
         self._bus.subscribe(Subscription(self.kind(), self._begin, self))
 
     def start(self) -> None:
+        if hasattr(self, "_scope"):  # restarted: others may have enabled loops, in scopes that it has not heard of
+            self._scope, self._enabled = self._scope + MISSED_SCOPES, None
+        else:
+            self._scope = self._path_ref = 0
+            self._enabled: int | None = 0
         self._script: Script | None = None
-        self._scope = self._path_ref = self._enabled = 0
         self._said, self._said_at = imc.ManeuverControlState(state=Phase.STOPPED), self.now
         self._missed: list[str] = []
         self.publish(imc.RegisterManeuver(mid=self.kind().ID))

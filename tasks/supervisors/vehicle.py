@@ -214,7 +214,7 @@ class Vehicle(Task):
     def _reset(self, mode: Mode) -> None:
         """Stop the maneuver and idle."""
         self._clear()
-        self._loops = 0
+        self._loops_since = self.now
         self._starter.start(imc.IdleManeuver())
         self._enter(mode)
 

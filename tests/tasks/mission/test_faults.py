@@ -4,13 +4,14 @@ import re
 from pathlib import Path
 
 import pytest
-from flying import CCU, OWN, control, goto, plan_of
+from flying import CCU, DEPTH, OWN, control, goto, place, plan_of
 
 import imc
 from shoal.missions import prepare
 
 FAULT, END = 25.0, 36.0  # s
 PLAN = plan_of(goto(60, 0, 2.0))
+STATION = plan_of(imc.StationKeeping(**place(5, 0), z=2.0, z_units=DEPTH, radius=15.0, speed=1.2, duration=25))
 Mode = imc.VehicleState.OpMode
 LIGHT = ("Simulators.MUGDetectionCamera:Enabled=Never", "Transports.Logging:Transports=EstimatedState")
 
@@ -69,9 +70,12 @@ GOES_ON = {
 
 
 class Flight:
-    """The result of a plan with a fault: when (s after it) the plan failed, modes after it, errors, descriptions."""
+    """The result of a plan with a fault: when (s after it) the plan failed, modes after it, errors, descriptions.
 
-    def __init__(self, folder, inject, end):
+    `loops` are the control loops that are enabled at the end.
+    """
+
+    def __init__(self, folder, inject, end, plan=PLAN):
         made = prepare("lauv-noptilus-1", overrides=LIGHT, log_root=folder / "log", state_folder=folder / "db")
         self.vehicle = vehicle = made.vehicle
         vehicle.keep_going = True
@@ -82,7 +86,7 @@ class Flight:
 
         async def happen(script):
             await script.sleep(10.0)
-            start = control(imc.PlanControl.Op.START, -1.0, PLAN.plan_id, 1, arg=PLAN)
+            start = control(imc.PlanControl.Op.START, -1.0, plan.plan_id, 1, arg=plan)
             packet = imc.encode_as(start, script.now, CCU, 3, OWN, 0xFF)
             vehicle.bus.publish(imc.decode(packet), packet, None)
             await script.sleep(FAULT - 10.0)
@@ -92,6 +96,7 @@ class Flight:
         vehicle.kernel.soon(vehicle.daemon.run, happen)
         vehicle.run(end)
         self.descriptions = {entity.label: entity.description for entity in vehicle.entities}
+        self.loops = vehicle.task("Control.Path.VectorField")._loops.mask
         vehicle.close()
 
     def _after(self, message):
@@ -127,6 +132,14 @@ def test_a_maneuver_whose_task_fails_ends_the_plan_at_once(tmp_path):
     assert flight.failed[0] < 0.1
     assert set(flight.modes) <= {Mode.MANEUVER, Mode.SERVICE}
     assert flight.errors[-1] == "Goto maneuver error: its task has failed: RuntimeError: broken"
+
+
+@pytest.mark.parametrize("fault", [broken("Maneuver.Idle"), silent("Maneuver.Idle")])
+def test_no_loop_stays_enabled_after_a_plan_whose_last_maneuver_was_steering(fault, tmp_path):
+    """A restarted task does not know of the loops; one that is silent does not disable them."""
+    flight = Flight(tmp_path, fault, 60.0, STATION)
+    assert flight.modes[-1] == Mode.SERVICE
+    assert flight.loops == 0
 
 
 @pytest.mark.parametrize("fault", GOES_ON)
