@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from mavlink import SYSTEMS, system_of
 from runtime.problem import ProfileError
 from runtime.profile import load_profile
 from runtime.vehicle import check, find_task
@@ -105,6 +106,16 @@ vehicles:
     assert [warning.text.partition(" ")[0] for warning in made.warnings] == ["[Zenoh]", "[Simulators.GPS]"]
     assert "did you mean 'Announce'?" in str(made.warnings[0])
     assert all("fleet.yaml: warning" in str(warning) for warning in made.warnings)
+
+
+def test_no_two_vehicles_have_one_mavlink_id(tmp_path: Path) -> None:
+    """The ids that follow from the names of ten vehicles are eight MAVLink ids."""
+    members = roster(tmp_path, "vehicles: [{name: 'lauv-{number}', count: 240}, {name: lauv-noptilus-1}]").members
+    assert len({system_of(member.system) for member in members[:10]}) == 8
+    given = [setting(member, "Transports.MAVLink", "System Id") for member in members]
+    ids = [int(text or 0) or system_of(member.system) for text, member in zip(given, members, strict=True)]
+    assert len(set(ids)) == len(members)
+    assert set(ids) <= set(range(1, SYSTEMS + 1))
 
 
 @pytest.mark.parametrize(
