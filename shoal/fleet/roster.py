@@ -76,9 +76,11 @@ def load_roster(path: Path, log_dir: Path | None = None) -> Roster:
         if option in file.zenoh:
             source.fail(f"zenoh.{option}", f"zenoh: {option} cannot be set, since all vehicles connect to this process")
     try:
-        ZenohConfig.from_options(file.zenoh)
+        port = ZenohConfig.from_options(file.zenoh).local_port
     except ValueError as error:
         source.fail("zenoh", str(error))
+    if not port:
+        source.fail("zenoh", "zenoh: Local Port cannot be 0, since all vehicles connect there")
     members = _members(file, path, source)
     folder = log_dir if log_dir is not None else Path(file.log_dir)
     restart = file.restart == "on-failure"

@@ -144,6 +144,7 @@ def test_no_two_vehicles_have_one_mavlink_id(tmp_path: Path) -> None:
         ("vehicles: [{name: a, set: ['Foo:Bar=1']}]", "fleet.yaml: error: there is no section [Foo]"),
         ("vehicles: [{name: a, set: ['nowhere.Task:Enabled=Always']}]", "[nowhere.Task] is not a task"),
         ("vehicles: [{name: a}]\nzenoh: {Mode: peer}", "fleet.yaml:2: zenoh: Mode cannot be set"),
+        ("vehicles: [{name: a}]\nzenoh: {Local Port: 0}", "fleet.yaml:2: zenoh: Local Port cannot be 0"),
         ("vehicles: [{name: a}]\nzenoh: {Lisen: x}", "fleet.yaml:2: [Zenoh] Lisen: unknown option"),
         ("vehicles: [", "not YAML"),
         ("- a", "fleet.yaml:1: expected a mapping, not a list"),
