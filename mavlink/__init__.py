@@ -3,6 +3,7 @@
 from mavlink import from_imc, text
 from mavlink.dialect import Dialect, Fields, load_dialect
 from mavlink.frames import LONGEST_DATAGRAM, Received, encode, split
+from mavlink.from_imc import SYSTEMS, system_of
 from mavlink.modes import (
     ARMED,
     CRITICAL,
@@ -35,6 +36,7 @@ __all__ = [
     "STANDARD_MODES",
     "STANDBY",
     "STATUS",
+    "SYSTEMS",
     "AutopilotTranslator",
     "Dialect",
     "Fields",
@@ -51,5 +53,6 @@ __all__ = [
     "mode_of",
     "moving",
     "split",
+    "system_of",
     "text",
 ]

@@ -10,6 +10,7 @@ from mavlink.dialect import Fields
 
 State = imc.EntityState.State
 UNKNOWN_16 = 0xFFFF
+SYSTEMS = 250  # ids of vehicles; the higher ones are those of ground stations
 FARTHEST = 1e7  # m from the reference point
 HIGHEST = 2e6  # m, what an int32 holds in mm
 FASTEST = 327.0  # m/s, what an int16 holds in cm/s
@@ -260,3 +261,8 @@ def _slow(*speeds: float) -> bool:
 
 def _all_finite(*values: float) -> bool:
     return all(map(math.isfinite, values))
+
+
+def system_of(system: int) -> int:
+    """The MAVLink id (1 to SYSTEMS) of an IMC system."""
+    return ((system & 0xFF) - 1) % SYSTEMS + 1

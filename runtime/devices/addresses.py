@@ -17,6 +17,7 @@ IN_PROGRESS = (errno.EINPROGRESS, errno.EWOULDBLOCK, errno.EALREADY)
 HINTS = {
     errno.EACCES: "permission denied: is the user in the group of the device, such as dialout?",
     errno.EAGAIN: "another program has it open",
+    errno.ENOTTY: "is not a serial port",
 }
 
 
@@ -149,6 +150,8 @@ class TcpServer:
 
     def open(self, number: str) -> "TcpConnection":
         host = number or self._host
+        if not 0 < self._port < 65536:
+            raise OSError("its port is not a number from 1 to 65535")
         made = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
         try:
             made.setblocking(False)
@@ -275,6 +278,9 @@ class UdpConnection:
 def plain(error: Exception) -> OSError:
     """An error of opening, with a text for people instead of a library's."""
     number = error.errno if isinstance(error, OSError) else None
+    within = error.__context__  # pyserial puts the error of the system into words
+    if number is None and within is not None and within.args and isinstance(within.args[0], int):
+        number = within.args[0]
     if number is None:
         return OSError(str(error))
     return OSError(number, HINTS.get(number, os.strerror(number)))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from runtime.zenoh.certificates import open_to_all, refusal
 from runtime.zenoh.keys import ALL_SYSTEMS, PREFIX, chunk
 
 LOOPBACK_INTERFACES = ["lo", "lo0"]
@@ -61,6 +62,18 @@ class Security:
             if twice := next((name for name in named if named.count(name) > 1), ""):
                 raise ValueError(f"{twice} is in Commanders, Listeners and Vehicles twice")
             put("access_control", self._access(vehicle))
+
+    def doubts(self) -> list[str]:
+        """What is likely to go wrong, or is not as secret as it should be."""
+        found: list[str] = []
+        root, own, key = self.root_certificate, self.certificate, self.private_key
+        if root and own and key and (why := refusal(root, own, key)):
+            found.append(f"Certificate: others will not accept {own}: {why}")
+        secrets = {"Private Key": self.private_key, "Password File": self.password_file, "Users File": self.users_file}
+        for option, path in secrets.items():
+            if path is not None and open_to_all(path):
+                found.append(f"{option}: every user of this computer can read or change {path}; chmod o-rw {path}")
+        return found
 
     def _certify(self, put: Put) -> None:
         tls = "transport/link/tls"

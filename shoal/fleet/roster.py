@@ -12,7 +12,7 @@ from runtime.profile import Profile, derived_id, load_profile
 from runtime.vehicle import check, find_task
 from runtime.zenoh import ZenohConfig
 from shoal.fleet.file import FleetFile, Group, Source, read
-from shoal.fleet.ports import own_ports
+from shoal.fleet.ports import own_mavlink_id, own_ports
 
 RESTART = ("on-failure", "never")
 COLUMNS = 10  # vehicles side by side, from west to east
@@ -76,9 +76,11 @@ def load_roster(path: Path, log_dir: Path | None = None) -> Roster:
         if option in file.zenoh:
             source.fail(f"zenoh.{option}", f"zenoh: {option} cannot be set, since all vehicles connect to this process")
     try:
-        ZenohConfig.from_options(file.zenoh)
+        port = ZenohConfig.from_options(file.zenoh).local_port
     except ValueError as error:
         source.fail("zenoh", str(error))
+    if not port:
+        source.fail("zenoh", "zenoh: Local Port cannot be 0, since all vehicles connect there")
     members = _members(file, path, source)
     folder = log_dir if log_dir is not None else Path(file.log_dir)
     restart = file.restart == "on-failure"
@@ -104,12 +106,14 @@ def _members(file: FleetFile, path: Path, source: Source) -> tuple[Member, ...]:
     ids = _ids({name: profiles[group.profile or file.profile] for name, (_, group) in named.items()})
     addresses = [f"IMC Addresses:{name}={number:#06x}" for name, number in ids.items()]
     members: list[Member] = []
+    taken: set[int] = set()
     for place, (name, (number, group)) in enumerate(named.items()):
         profile = profiles[group.profile or file.profile]
         start = group.start or file.start
         overrides = [
             *addresses,
             *own_ports(profile, place),
+            *own_mavlink_id(profile, ids[name], taken),
             *_start(profile, start, place if start is file.start else 0, file.spacing),
             "Zenoh:Mode=client",
             "Zenoh:Scouting=none",

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import imc
-from runtime.zenoh import MeetingPoint, ZenohConfig
+from runtime.zenoh import MeetingPoint, ZenohConfig, explain
 
 ANSWERS = (imc.VehicleState, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState)
 PATIENCE = 1.0  # s for the answers of all vehicles
+OPENING = 3000  # ms for the session to open
 
 
 @dataclass
@@ -37,11 +38,15 @@ class Watch:
         self._meeting = MeetingPoint(config)
         self._meeting.open()
         client = ZenohConfig.from_options({**_own(options), "Mode": "client", "Scouting": "none"})
+        joined: Any = client.build().config
+        joined.insert_json5("transport/unicast/open_timeout", str(OPENING))
         try:
-            self._session: Any = zenoh.open(client.build().config)
+            self._session: Any = zenoh.open(joined)
         except zenoh.ZError as error:
             self._meeting.close()
-            raise ConnectionError(f"zenoh: {error}") from None
+            words = f"no zenoh at port {client.local_port} of this computer: {explain(error)}"
+            hint = "another program may have it, or wants a password: see Local Port and User below zenoh: in the file"
+            raise ConnectionError(f"{words} ({hint})") from None
 
     def alive(self) -> set[str]:
         """The names (as in keys) of the vehicles that run."""

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 
 import imc
-from mavlink import KINDS, Flavour, Received, load_dialect, split, text
+from mavlink import KINDS, SYSTEMS, Flavour, Received, load_dialect, split, system_of, text
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
 from runtime.task import ParameterError
@@ -15,7 +15,6 @@ from tasks.transports.mavlink_protocol.session import DATAGRAMS_PER_SECOND, HEAR
 from tasks.transports.mavlink_protocol.system import HOLD_PLAN, MavlinkSystem
 
 LINKS = ["udpout:127.0.0.1:14550:ardupilot", "udpout:127.0.0.1:14540:px4", "udpin:127.0.0.1:14551:ardupilot"]
-SYSTEMS = 250
 SET_TIMEOUT = 0.25
 EXCESS_PERIOD = 10.0  # s
 DETECTION_PERIOD = 5.0
@@ -79,7 +78,7 @@ class MAVLink(Task):
         self.autopilot = MavlinkSystem(
             load_dialect(),
             name=self.system_name,
-            system=self.system_id or _folded(self.system),
+            system=self.system_id or system_of(self.system),
             kind=KINDS[self.vehicle_kind],
             boot=self.vehicle.start_time,
             undulation=self.geoid_undulation,
@@ -254,7 +253,7 @@ class MAVLink(Task):
     def meet_vehicle(self, other: imc.Announce) -> None:
         """Name another vehicle that has the same MAVLink id by default."""
         moves = other.sys_type in (imc.SystemType.UUV, imc.SystemType.USV, imc.SystemType.UAV, imc.SystemType.UGV)
-        if moves and other.src != self.system and _folded(other.src) == self.autopilot.system:
+        if moves and other.src != self.system and system_of(other.src) == self.autopilot.system:
             self.name_twin(f"{other.sys_name} ({other.src:#06x})")
 
     def name_twin(self, twin: str) -> None:
@@ -295,8 +294,3 @@ class MAVLink(Task):
         self.autopilot.remember(severity, words)
         for session in self.sessions():
             session.say(severity, words, self.now)
-
-
-def _folded(system: int) -> int:
-    """The MAVLink id (1 to 250) of an IMC system."""
-    return ((system & 0xFF) - 1) % SYSTEMS + 1

@@ -1,10 +1,12 @@
 """Lists the logs below a folder; reads only the beginning and the end of each file."""
 
+import contextlib
 import math
 import os
 import zlib
 from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
+from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +14,7 @@ import numpy as np
 
 import imc
 from imc.layout import SYNC
-from imc.lsf import COMPRESSIONS, SUFFIXES, Compression, Losses, scan
+from imc.lsf import COMPRESSIONS, SUFFIXES, Batch, Compression, Losses, scan
 from runtime.logs import Array, Names, headers, without_strays
 
 TAIL = 1 << 19  # bytes
@@ -56,10 +58,12 @@ def glance(path: Path, names: Names) -> Glance:
         if (seen := _quick_glance(path, size, names)) is not None:
             return seen
         log = imc.Log(path, schema=imc.builtin())
-        first = _headers(packet for _, packet in islice(log.packets(), GLANCE)) if size else None
+        packets = [packet for _, packet in islice(log.packets(), GLANCE)] if size else []
+        first = _headers(packets)
         if first is None and size:
             log = imc.Log(path)  # another IMC version has another sync number
-            first = _headers((packet for _, packet in islice(log.packets(), GLANCE)), log.schema.sync)
+            packets = [packet for _, packet in islice(log.packets(), GLANCE)]
+            first = _headers(packets, log.schema.sync)
         if first is None:
             return Glance(path, "", math.nan, math.nan, size, "no message in it" if size else "empty")
         last = _headers(_last_packets(path, log.schema), log.schema.sync)
@@ -71,7 +75,8 @@ def glance(path: Path, names: Names) -> Glance:
         return Glance(path, "", math.nan, math.nan, size, str(error))
     owners, counts = np.unique(first["src"], return_counts=True)
     owner = int(owners[counts.argmax()])
-    return Glance(path, names.system(owner), _bound(first, owner, np.min), _bound(last, owner, np.max), size, "")
+    system = _announced(packets, owner) or names.system(owner)
+    return Glance(path, system, _bound(first, owner, np.min), _bound(last, owner, np.max), size, "")
 
 
 def _quick_glance(path: Path, size: int, names: Names) -> Glance | None:
@@ -82,18 +87,23 @@ def _quick_glance(path: Path, size: int, names: Names) -> Glance | None:
         file.seek(max(0, size - (NEAR_TAIL if form else NEAR)))
         tail = file.read(NEAR_TAIL)
     try:
-        first = _seen(form.unpacker().decompress(head, NEAR) if form else head)
+        batch = _first_batch(form.unpacker().decompress(head, NEAR) if form else head)
     except (OSError, zlib.error):
         return None
-    if first is None:
+    if batch is None:
         return None
+    first = _seen(batch)
     owners, counts = np.unique(first["src"][:GLANCE], return_counts=True)
     owner = int(owners[counts.argmax()])
     begin = _bound(first[:GLANCE], owner, np.min)
     for ending in _last_members(tail, form) if form else (tail,):
-        end = _bound(_seen(ending), owner, np.max)
+        last = _first_batch(ending)
+        end = math.nan if last is None else _bound(_seen(last), owner, np.max)
         if not math.isnan(begin) and not math.isnan(end):
-            return Glance(path, names.system(owner), begin, end, size, "")
+            announced = batch.having((batch.heads & 0xFFFF) == imc.Announce.ID).packets()
+            return Glance(
+                path, _announced(map(itemgetter(1), announced), owner) or names.system(owner), begin, end, size, ""
+            )
     return None
 
 
@@ -106,13 +116,26 @@ def _last_members(tail: bytes, form: Compression) -> Iterator[bytes]:
             continue
 
 
-def _seen(data: bytes) -> Array | None:
-    """System and time of the packets in a part of a log."""
-    for batch in scan([data], SYNC, Losses()):
-        found = np.empty(batch.starts.size, [("src", "u2"), ("timestamp", "f8")])
-        found["src"], found["timestamp"] = batch.header_values("src"), batch.times()
-        return found  # scan puts at least this much into one batch
-    return None
+def _first_batch(data: bytes) -> Batch | None:
+    """The packets in a part of a log: scan puts at least this much into one batch."""
+    return next(scan([data], SYNC, Losses()), None)
+
+
+def _seen(batch: Batch) -> Array:
+    """System and time of packets."""
+    found = np.empty(batch.starts.size, [("src", "u2"), ("timestamp", "f8")])
+    found["src"], found["timestamp"] = batch.header_values("src"), batch.times()
+    return found
+
+
+def _announced(packets: Iterable[bytes], owner: int) -> str:
+    """The name with which a system announces itself among the first packets of its log; "" if it does not."""
+    for packet in packets:
+        with contextlib.suppress(imc.DecodeError):
+            message = imc.decode(packet)
+            if isinstance(message, imc.Announce) and message.src == owner and message.sys_name:
+                return message.sys_name
+    return ""
 
 
 def _headers(packets: Iterable[bytes], sync: int = SYNC) -> Array | None:

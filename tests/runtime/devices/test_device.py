@@ -251,10 +251,10 @@ def test_a_port_that_another_program_has_is_named(cable: Cable) -> None:
     ("port", "reason"),
     [
         ("", "serial port: its device is not set"),
-        ("/dev/null", "/dev/null: "),
-        ("/etc/passwd", "/etc/passwd: "),
-        ("tcp://127.0.0.1:99999", "tcp://127.0.0.1:99999: "),
-        ("tcp://127.0.0.1:x", "tcp://127.0.0.1:-1: "),
+        ("/dev/null", "/dev/null: is not a serial port"),
+        ("/etc/passwd", "/etc/passwd: is not a serial port"),
+        ("tcp://127.0.0.1:99999", "tcp://127.0.0.1:99999: its port is not a number from 1 to 65535"),
+        ("tcp://127.0.0.1:x", "tcp://127.0.0.1:-1: its port is not a number"),
     ],
 )
 def test_what_is_no_port_is_an_error_and_no_crash(port: str, reason: str) -> None:

@@ -122,6 +122,17 @@ def test_logs_below_a_folder(make_log, tmp_path):
     assert [glance.problem for glance in found] == ["", "", "", "", "empty", "no message in it"]
 
 
+@pytest.mark.parametrize("compression", ["none", "gzip"])
+@pytest.mark.parametrize("count", [0, 1000])
+def test_a_log_says_at_a_glance_whose_it_is(make_log, tmp_path, compression, count):
+    announces = [
+        imc.Announce(timestamp=START, src=src, sys_name=name) for src, name in ((0x4001, "ccu"), (26, "squid"))
+    ]
+    make_log([at(0), *announces, *(at(n) for n in range(count))], compression=compression, block=5000)
+    (glance,) = logs_below(tmp_path)
+    assert glance.system == "squid"
+
+
 def test_a_cut_file_at_a_glance(make_log, tmp_path):
     path = make_log([at(n) for n in range(100_000)], block=20_000) / "Data.lsf.gz"
     path.write_bytes(path.read_bytes()[:-1000])

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from runtime.zenoh import ZenohConfig
+from runtime.zenoh.certificates import refusal
 from runtime.zenoh.meeting import is_held
 from tests.runtime.zenoh.processes import PATIENCE, Network, Process, local_port
 
@@ -67,8 +68,8 @@ def check_lists(bus: Process, commander: Process, listener: Process) -> None:
     assert "SetEntityParameters" not in bus.ask("status")["names"]
 
 
-def certificates(openssl: str, folder: Path, *names: str) -> None:
-    """An authority, and certificates that it has signed for these names, at 127.0.0.1."""
+def certificates(openssl: str, folder: Path, *names: str, days: int = 2) -> None:
+    """An authority, and certificates that it has signed for these names, at 127.0.0.1; they end in so many days."""
 
     def make(*words: str) -> None:
         subprocess.run([openssl, *words], cwd=folder, check=True, capture_output=True)
@@ -80,7 +81,7 @@ def certificates(openssl: str, folder: Path, *names: str) -> None:
         (folder / f"{name}.ext").write_text("subjectAltName=IP:127.0.0.1\n")
         make(
             "x509", "-req", "-in", f"{name}.csr", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial",
-            "-days", "2", "-extfile", f"{name}.ext", "-out", f"{name}.pem",
+            "-days", str(days), "-extfile", f"{name}.ext", "-out", f"{name}.pem",
         )  # fmt: skip
 
 
@@ -189,3 +190,31 @@ def test_options_that_cannot_protect_are_refused(tmp_path: Path, options: dict[s
         (tmp_path / name).write_text("")
     with pytest.raises(ValueError, match=words):
         ZenohConfig.from_options(options, tmp_path).build()
+
+
+def test_a_vehicle_says_which_of_its_files_others_will_not_accept_or_can_read(
+    network: Network, openssl: str, tmp_path: Path
+) -> None:
+    certificates(openssl, tmp_path, "vehicle", days=-1)
+    (tmp_path / "vehicle.key").chmod(0o604)
+    bus = vehicle(
+        network,
+        Listen=f"tls/127.0.0.1:{local_port()}",
+        Root_Certificate=str(tmp_path / "ca.pem"),
+        Certificate=str(tmp_path / "vehicle.pem"),
+        Private_Key=str(tmp_path / "vehicle.key"),
+    )
+    for words in ("vehicle.pem: certificate has expired", "every user of this computer can read or change"):
+        assert any(words in line for line in bus.errors)
+
+
+def test_whether_a_certificate_will_be_accepted_is_known_before(openssl: str, tmp_path: Path) -> None:
+    for folder in (tmp_path / "ours", tmp_path / "theirs"):
+        folder.mkdir()
+        certificates(openssl, folder, "vehicle")
+    ours, theirs = tmp_path / "ours", tmp_path / "theirs"
+    own = ours / "vehicle.pem", ours / "vehicle.key"
+    assert refusal(ours / "ca.pem", *own) == ""
+    assert "issuer" in refusal(theirs / "ca.pem", *own)
+    assert "MISMATCH" in refusal(ours / "ca.pem", ours / "vehicle.pem", theirs / "vehicle.key")
+    assert "No such file" in refusal(ours / "ca.pem", ours / "nothing.pem", ours / "vehicle.key")

@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -15,7 +16,7 @@ import pytest
 import zenoh
 
 import imc
-from shoal.fleet import Child, Keeper
+from shoal.fleet import Child, Keeper, Watch
 from tests.runtime.zenoh.processes import PATIENCE, REPOSITORY, Network, Process
 
 FLEET = """
@@ -155,3 +156,12 @@ def test_all_processes_end_together_even_one_that_ignores_it() -> None:
     assert 2.9 < time.monotonic() - began < PATIENCE
     assert all(popen is not None and popen.poll() is not None for popen in processes)
     assert keeper.look() == []
+
+
+def test_a_port_that_another_program_has_is_named() -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(ConnectionError, match=rf"no zenoh at port {port} .*another program may have it"):
+            Watch({"Local Port": str(port)})

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from mavlink import SYSTEMS, system_of
 from runtime.problem import ProfileError
 from runtime.profile import load_profile
 from runtime.vehicle import check, find_task
@@ -107,6 +108,16 @@ vehicles:
     assert all("fleet.yaml: warning" in str(warning) for warning in made.warnings)
 
 
+def test_no_two_vehicles_have_one_mavlink_id(tmp_path: Path) -> None:
+    """The ids that follow from the names of ten vehicles are eight MAVLink ids."""
+    members = roster(tmp_path, "vehicles: [{name: 'lauv-{number}', count: 240}, {name: lauv-noptilus-1}]").members
+    assert len({system_of(member.system) for member in members[:10]}) == 8
+    given = [setting(member, "Transports.MAVLink", "System Id") for member in members]
+    ids = [int(text or 0) or system_of(member.system) for text, member in zip(given, members, strict=True)]
+    assert len(set(ids)) == len(members)
+    assert set(ids) <= set(range(1, SYSTEMS + 1))
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -133,6 +144,7 @@ vehicles:
         ("vehicles: [{name: a, set: ['Foo:Bar=1']}]", "fleet.yaml: error: there is no section [Foo]"),
         ("vehicles: [{name: a, set: ['nowhere.Task:Enabled=Always']}]", "[nowhere.Task] is not a task"),
         ("vehicles: [{name: a}]\nzenoh: {Mode: peer}", "fleet.yaml:2: zenoh: Mode cannot be set"),
+        ("vehicles: [{name: a}]\nzenoh: {Local Port: 0}", "fleet.yaml:2: zenoh: Local Port cannot be 0"),
         ("vehicles: [{name: a}]\nzenoh: {Lisen: x}", "fleet.yaml:2: [Zenoh] Lisen: unknown option"),
         ("vehicles: [", "not YAML"),
         ("- a", "fleet.yaml:1: expected a mapping, not a list"),
