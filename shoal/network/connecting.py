@@ -19,14 +19,15 @@ DISCOVERY = "SHOAL_DISCOVERY"
 EXAMPLES = "zenoh, udp, tcp/10.0.0.7:7447 or imc+udp://10.0.0.7:6002/"
 
 
-def make_network(endpoints: Sequence[str] = (), zenoh_config: Path | None = None) -> Network:
+def make_network(endpoints: str | Sequence[str] = (), zenoh_config: Path | None = None) -> Network:
     """A network of the links to some endpoints; without any, to all of this computer.
 
     An endpoint is `zenoh` or `udp` (of this computer), one of zenoh such as tcp/10.0.0.7:7447, or an address for IMC:
     imc+udp://10.0.0.7:6002/, or imc+udp://0.0.0.0/ for all networks of this computer. Without endpoints those in the
     environment are used. Raises ValueError for a wrong one.
     """
-    given = list(endpoints) or [word.strip() for word in os.environ.get(ENDPOINTS, "").split(",") if word.strip()]
+    texts = [endpoints] if isinstance(endpoints, str) else list(endpoints) or [os.environ.get(ENDPOINTS, "")]
+    given = [word.strip() for text in texts for word in text.split(",") if word.strip()]
     if zenoh_config is None and os.environ.get(CONFIG_FILE):
         zenoh_config = Path(os.environ[CONFIG_FILE])
     of_zenoh: list[str] = []
@@ -48,7 +49,7 @@ def make_network(endpoints: Sequence[str] = (), zenoh_config: Path | None = None
 
 
 def connect(
-    name: str, *, endpoints: Sequence[str] = (), zenoh_config: Path | None = None, timeout: float = MEETING
+    name: str, *, endpoints: str | Sequence[str] = (), zenoh_config: Path | None = None, timeout: float = MEETING
 ) -> Connection:
     """A running vehicle, by its name; over zenoh or IMC, whichever answers. See `make_network` for endpoints.
 
@@ -56,6 +57,8 @@ def connect(
 
         with shoal.connect("lauv-noptilus-1") as vehicle:
             print(vehicle.plan.start("survey"))
+
+    or, in a notebook, `open` it in one cell and `close` it in another.
 
     Entering raises NetworkError if it is not found within `timeout` seconds, and ValueError for a wrong endpoint.
     """

@@ -1,6 +1,7 @@
 """A hand on a running vehicle, as a library: a real vehicle in a process of its own."""
 
 import asyncio
+import os
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -117,6 +118,38 @@ def test_parameters(vehicle: RemoteVehicle) -> None:
     assert vehicle.param.list()["Path Control"]["Corridor -- Width"] == "3.5"
     vehicle.param.save("Path Control")
     vehicle.param.set("Path Control", {"Corridor -- Width": before})
+
+
+def test_numbers_are_values_of_parameters(vehicle: RemoteVehicle) -> None:
+    accepted = vehicle.param.set("Path Control", {"Corridor -- Width": 2, "Course Control": False})
+    assert accepted == {"Corridor -- Width": "2.0", "Course Control": "false"}
+
+
+def test_a_notebook_opens_in_one_cell_and_closes_in_another(process: Running) -> None:
+    connection = shoal.connect(NAME, endpoints=os.environ["SHOAL_CONNECT"])
+    vehicle = connection.open()
+    ready(vehicle)
+    states = vehicle.messages(imc.EstimatedState)
+    next(states)
+    connection.close()
+    connection.close()
+    for ask in (vehicle.plan.list, vehicle.abort, lambda: next(vehicle.messages(imc.EstimatedState))):
+        with pytest.raises(shoal.NetworkError, match="has been closed"):
+            ask()
+    states.close()
+
+
+def test_a_question_in_the_middle_of_progress_is_refused_instead_of_waiting_for_ever(vehicle: RemoteVehicle) -> None:
+    with pytest.raises(shoal.NetworkError, match="`progress` cannot ask the vehicle"):
+        vehicle.plan.start(idle("asking", 1), progress=lambda _: vehicle.plan.list())
+
+
+def test_sentences_show_names_without_control_characters(vehicle: RemoteVehicle) -> None:
+    vehicle.plan.put(idle("a\x1b[2J", 1))
+    with pytest.raises(Refused) as refusal:
+        vehicle.plan.get("zzz")
+    assert str(refusal.value).isprintable()
+    vehicle.plan.delete("a\x1b[2J")
 
 
 def test_requests_of_any_kind(vehicle: RemoteVehicle) -> None:
