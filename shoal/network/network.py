@@ -154,6 +154,10 @@ class Network:
     def _identify(self, system: System, number: int, place: str) -> None:
         if system.id is None:
             system.id = number
+            for rival in [other for other in self.systems.values() if other.id == number and other is not system]:
+                if f"0x{number:04X}" not in (system.name, rival.name):  # its own number stands for a name not yet heard
+                    rival.rivals.append(system)
+                    system.rivals.append(rival)
             self.changed.set()
         elif system.id != number and len(system.others) < MOST_SYSTEMS:
             system.others[number] = place
