@@ -224,6 +224,27 @@ def test_commands_over_a_network_that_loses_and_repeats_packets(process: Running
     asyncio.run(act())
 
 
+@pytest.mark.heavy
+def test_a_vehicle_that_lists_its_consoles_is_commanded_with_the_id_of_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with running(tmp_path, "--set", "Transports.UDP:Consoles=0x4101", network="udp"):
+        with shoal.connect(NAME) as stranger, pytest.raises(NoAnswer) as silence:
+            stranger.plan.stop()
+        assert "; its log book: packet from 0x" in str(silence.value)
+        assert "command of a console that is not listed (see Consoles)" in str(silence.value)
+        monkeypatch.setenv("SHOAL_CONSOLE", "0x4101")
+        with shoal.connect(NAME) as console, pytest.raises(Refused, match="no plan is running"):
+            console.plan.stop()
+
+
+@pytest.mark.parametrize("text", ["26", "0x6000", "ground"])
+def test_a_console_has_the_id_of_an_operator(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SHOAL_CONSOLE", text)
+    with pytest.raises(ValueError, match=f"SHOAL_CONSOLE: '{text}' is not the id of a console: 0x4000 to 0x5FFF"):
+        make_network()
+
+
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
