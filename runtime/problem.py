@@ -108,7 +108,7 @@ def suggestion(word: str, words: Iterable[str]) -> str:
     words = list(words)
     if near := nearest(word, words):
         return f"did you mean {quoted(near)}?"
-    return f"known: {', '.join(words)}" if 0 < len(words) <= 12 else ""
+    return f"known: {', '.join(map(printable, words))}" if 0 < len(words) <= 12 else ""
 
 
 def hinted(reason: str, word: str, words: Iterable[str]) -> str:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime.kernel import as_error
+from runtime.problem import of_file
 from runtime.profile import statement
 from runtime.task import Parameter, ParameterError, Task, consume
 from runtime.vehicle.allowance import Allowance
@@ -96,7 +97,8 @@ class ParameterService(Task):
         try:
             path = self.vehicle.save_parameters(task)
         except (OSError, ValueError) as error:
-            self.log.error(f"parameters of {task.entity.label} not saved: {error}")
+            reason = of_file(error, self.vehicle.state_folder) if isinstance(error, OSError) else error
+            self.log.error(f"parameters of {task.entity.label} not saved: {reason}")
         else:
             self.log.info(f"parameters of {task.entity.label} saved to {path.name}")
 

@@ -21,6 +21,7 @@ from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, ma
 F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
 LOOK = 0.6  # s to look for vehicles for a completion
+INTERRUPTED = 130  # exit status after Ctrl-C
 TEXTS = 1000  # longest text shown
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
@@ -90,7 +91,7 @@ def _finish(task: Coroutine[Any, Any, T]) -> T:
     except (imc.EncodeError, ValueError) as error:
         raise click.UsageError(printable(str(error))) from None
     except KeyboardInterrupt:
-        raise click.exceptions.Exit(130) from None
+        raise click.exceptions.Exit(INTERRUPTED) from None
 
 
 def message_type(name: str) -> type[imc.Message]:

@@ -10,7 +10,15 @@ import click
 
 import imc
 from runtime.problem import printable
-from shoal.cli.hand import complete_plan, json_option, print_line, reach_options, vehicle_argument, with_vehicle
+from shoal.cli.hand import (
+    INTERRUPTED,
+    complete_plan,
+    json_option,
+    print_line,
+    reach_options,
+    vehicle_argument,
+    with_vehicle,
+)
 from shoal.network import AsyncRemoteVehicle, Outcome
 
 ACTIONS = ("list", "put", "get", "delete", "start", "stop", "status")
@@ -69,7 +77,13 @@ def plan(
         follow = None if no_wait or as_json else Progress(what if isinstance(what, str) else what.plan_id)
         return await there.plan.start(what, wait=not no_wait, calibrate=calibrate, progress=follow)
 
-    _print(action, with_vehicle(vehicle, reach, act), output, as_json)
+    try:
+        found = with_vehicle(vehicle, reach, act)
+    except click.exceptions.Exit as ending:
+        if ending.exit_code == INTERRUPTED and action == "start":
+            click.echo(f"\nwhat has started goes on; `shoal plan {vehicle} stop` stops it", err=True)
+        raise
+    _print(action, found, output, as_json)
 
 
 def _load(plan: str) -> str | imc.PlanSpecification:

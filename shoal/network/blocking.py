@@ -3,11 +3,12 @@
 import asyncio
 import threading
 from collections.abc import AsyncGenerator, Callable, Coroutine, Generator
+from contextlib import suppress
 from functools import wraps
-from types import TracebackType
 from typing import Any, Concatenate, ParamSpec, TypeVar, overload
 
 import imc
+from shoal.network.link import NetworkError
 from shoal.network.logs import Logs
 from shoal.network.network import Network
 from shoal.network.parameters import Parameters
@@ -17,6 +18,8 @@ from shoal.network.vehicle import AsyncRemoteVehicle
 P = ParamSpec("P")
 T = TypeVar("T")
 M = TypeVar("M", bound=imc.Message)
+ENDED = "the connection to the vehicle has been closed"
+IN_PROGRESS = "`progress` cannot ask the vehicle: keep what it gets, and ask after `start`, or with asyncio"
 
 
 class Portal:
@@ -28,6 +31,10 @@ class Portal:
         self._thread.start()
 
     def call(self, coroutine: Coroutine[Any, Any, T]) -> T:
+        if threading.current_thread() is self._thread or not self._thread.is_alive():
+            coroutine.close()
+            here = self._thread.is_alive()  # to wait here would be to wait for ever
+            raise NetworkError(IN_PROGRESS if here else ENDED)
         future = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
         try:
             return future.result()
@@ -123,7 +130,8 @@ class RemoteVehicle(_Face):
             while True:
                 yield self._portal.call(_next(stream))
         finally:
-            self._portal.call(_close(stream))
+            with suppress(NetworkError):  # the connection has been closed before
+                self._portal.call(_close(stream))
 
 
 async def _next(stream: AsyncGenerator[M]) -> M:
@@ -135,7 +143,7 @@ async def _close(stream: AsyncGenerator[M]) -> None:
 
 
 class Connection:
-    """A vehicle by its name, as a context manager of both kinds: `with` and `async with`."""
+    """A vehicle by its name, as a context manager of both kinds: `with` and `async with`; or `open` and `close`."""
 
     def __init__(self, name: str, network: Callable[[], Network], timeout: float) -> None:
         self._name = name
@@ -158,20 +166,29 @@ class Connection:
         if network is not None:
             await network.__aexit__()
 
-    def __enter__(self) -> RemoteVehicle:
-        self._portal = portal = Portal()
+    def open(self) -> RemoteVehicle:
+        """The vehicle until `close`, for the cells of a notebook."""
+        self.close()
+        portal = Portal()
         try:
-            return RemoteVehicle(portal, portal.call(self.__aenter__()))
+            vehicle = RemoteVehicle(portal, portal.call(self.__aenter__()))
         except BaseException:
             portal.close()
             raise
+        self._portal = portal
+        return vehicle
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def close(self) -> None:
+        """End the connection, if it is open."""
         portal, self._portal = self._portal, None
         if portal is not None:
             try:
                 portal.call(self.__aexit__())
             finally:
                 portal.close()
+
+    def __enter__(self) -> RemoteVehicle:
+        return self.open()
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

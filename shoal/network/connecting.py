@@ -4,9 +4,10 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from imc.addresses import OPERATORS
 from imc.discovery import LOOPBACK, PORTS, Endpoint, Service
 from shoal.network.blocking import Connection
-from shoal.network.link import Link
+from shoal.network.link import Console, Link
 from shoal.network.network import MEETING, Network
 from shoal.network.udp_link import EVERYWHERE, UDPLink
 from shoal.network.zenoh_link import LOCAL, ZenohLink
@@ -14,19 +15,21 @@ from shoal.network.zenoh_link import LOCAL, ZenohLink
 ENDPOINTS = "SHOAL_CONNECT"
 CONFIG_FILE = "SHOAL_ZENOH_CONFIG"
 DISCOVERY = "SHOAL_DISCOVERY"
-"""Environment variables: endpoints with commas; a configuration file of zenoh; ports of discovery, such as 30100-30104.
-"""
+CONSOLE = "SHOAL_CONSOLE"
+"""Environment variables: endpoints with commas; a configuration file of zenoh; ports of discovery, such as 30100-30104;
+our system id, such as 0x4101, for vehicles that list the consoles that may command them."""
 EXAMPLES = "zenoh, udp, tcp/10.0.0.7:7447 or imc+udp://10.0.0.7:6002/"
 
 
-def make_network(endpoints: Sequence[str] = (), zenoh_config: Path | None = None) -> Network:
+def make_network(endpoints: str | Sequence[str] = (), zenoh_config: Path | None = None) -> Network:
     """A network of the links to some endpoints; without any, to all of this computer.
 
     An endpoint is `zenoh` or `udp` (of this computer), one of zenoh such as tcp/10.0.0.7:7447, or an address for IMC:
     imc+udp://10.0.0.7:6002/, or imc+udp://0.0.0.0/ for all networks of this computer. Without endpoints those in the
     environment are used. Raises ValueError for a wrong one.
     """
-    given = list(endpoints) or [word.strip() for word in os.environ.get(ENDPOINTS, "").split(",") if word.strip()]
+    texts = [endpoints] if isinstance(endpoints, str) else list(endpoints) or [os.environ.get(ENDPOINTS, "")]
+    given = [word.strip() for text in texts for word in text.split(",") if word.strip()]
     if zenoh_config is None and os.environ.get(CONFIG_FILE):
         zenoh_config = Path(os.environ[CONFIG_FILE])
     of_zenoh: list[str] = []
@@ -44,11 +47,11 @@ def make_network(endpoints: Sequence[str] = (), zenoh_config: Path | None = None
     links: list[Link] = []
     links += [ZenohLink(of_zenoh, zenoh_config)] if of_zenoh else []
     links += [UDPLink(of_udp, _ports())] if of_udp else []
-    return Network(links)
+    return Network(links, _console())
 
 
 def connect(
-    name: str, *, endpoints: Sequence[str] = (), zenoh_config: Path | None = None, timeout: float = MEETING
+    name: str, *, endpoints: str | Sequence[str] = (), zenoh_config: Path | None = None, timeout: float = MEETING
 ) -> Connection:
     """A running vehicle, by its name; over zenoh or IMC, whichever answers. See `make_network` for endpoints.
 
@@ -56,6 +59,8 @@ def connect(
 
         with shoal.connect("lauv-noptilus-1") as vehicle:
             print(vehicle.plan.start("survey"))
+
+    or, in a notebook, `open` it in one cell and `close` it in another.
 
     Entering raises NetworkError if it is not found within `timeout` seconds, and ValueError for a wrong endpoint.
     """
@@ -71,6 +76,21 @@ def _place(text: str) -> Endpoint:
     if place.address != EVERYWHERE and Service("imc+udp", place.address, place.port or 1).endpoint is None:
         raise ValueError(f"{text!r}: {service.address!r} is not the IPv4 address of a computer")
     return place
+
+
+def _console() -> Console | None:
+    text = os.environ.get(CONSOLE, "")
+    if not text:
+        return None
+    try:
+        number = int(text, 0)
+    except ValueError:
+        number = 0
+    if number not in OPERATORS:
+        raise ValueError(
+            f"{CONSOLE}: {text!r} is not the id of a console: 0x{OPERATORS[0]:04X} to 0x{OPERATORS[-1]:04X}"
+        )
+    return Console(number, f"0x{number:04X}")
 
 
 def _ports() -> Sequence[int]:

@@ -154,6 +154,10 @@ class Network:
     def _identify(self, system: System, number: int, place: str) -> None:
         if system.id is None:
             system.id = number
+            for rival in [other for other in self.systems.values() if other.id == number and other is not system]:
+                if f"0x{number:04X}" not in (system.name, rival.name):  # its own number stands for a name not yet heard
+                    rival.rivals.append(system)
+                    system.rivals.append(rival)
             self.changed.set()
         elif system.id != number and len(system.others) < MOST_SYSTEMS:
             system.others[number] = place
@@ -301,7 +305,14 @@ class Network:
                 self.check(system)
         finally:
             self.end(listener)
-        raise NoAnswer(f"{system.name} does not answer {type(request).__name__} within {timeout:g} s")
+        what = f"{system.name} does not answer {type(request).__name__} within {timeout:g} s"
+        raise NoAnswer(f"{what}; {self._complaint(system)}")
+
+    def _complaint(self, system: System) -> str:
+        """What the log book of a system says of our packets, as far as we have it."""
+        ours = f"packet from 0x{self.console.id:04X} "
+        texts = [entry.text for entry in system.all_of(imc.LogBookEntry) if ours in entry.text]
+        return printable(f"its log book: {texts[-1]}" if texts else f"`shoal link {system.name}` tells why")
 
     def _send(self, system: System, message: imc.Message, packet: bytes, attempt: int = 0) -> None:
         """By the way that was heard last; further attempts take the others, too."""

@@ -74,15 +74,18 @@ class Parameters:
                 f"no entity {entity!r}; {suggestion(entity, labels) or '`shoal param VEHICLE list` lists them'}"
             ) from None
 
-    async def set(self, entity: str, values: Mapping[str, str]) -> dict[str, str]:
+    async def set(self, entity: str, values: Mapping[str, str | float]) -> dict[str, str]:
         """Set parameters of one entity; returns those that were accepted. Raises Refused with the vehicle's reasons.
+
+        A value may be a number, True or False, too.
 
         What was accepted before a refusal stays.
         """
         known = await self.get(entity)
         for name in values:
             check_parameter(entity, name, known)
-        params = tuple(imc.EntityParameter(name=name, value=value) for name, value in values.items())
+        texts = {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in values.items()}
+        params = tuple(imc.EntityParameter(name=name, value=text) for name, text in texts.items())
         request = imc.SetEntityParameters(name=entity, params=params)
 
         def answer(message: imc.Message) -> dict[str, str] | None:
@@ -99,7 +102,7 @@ class Parameters:
             except NoAnswer:
                 accepted = {}
             if missing := [name for name in values if name not in accepted]:
-                raise Refused("; ".join([await self._reason(log, entity, name, values[name]) for name in missing]))
+                raise Refused("; ".join([await self._reason(log, entity, name, texts[name]) for name in missing]))
             return accepted
         finally:
             self._network.end(log)

@@ -24,7 +24,8 @@ class System:
     """A system, by its name. Times are of `time.monotonic`, in s; NaN or 0 before the first.
 
     parts: where its processes are, by link and process. heard: packets by link. missed: what did not arrive, or could
-    not be read, by reason. clock: its time stamps less our time (s), the smallest difference of the last packets.
+    not be read, by reason. others: further ids that use its name. rivals: further systems that use its id. clock: its
+    time stamps less our time (s), the smallest difference of the last packets.
     """
 
     name: str
@@ -35,6 +36,7 @@ class System:
     last: dict[str, float] = field(default_factory=dict[str, float])
     missed: Counter[str] = field(default_factory=Counter[str])
     others: dict[int, str] = field(default_factory=dict[int, str])
+    rivals: "list[System]" = field(default_factory=list["System"])
     labels: dict[int, str] = field(default_factory=dict[int, str])
     clock: float = float("nan")
     began: float = field(default_factory=time.monotonic)
@@ -57,12 +59,15 @@ class System:
 
     @property
     def clash(self) -> str:
-        """That several vehicles use this name; empty if it is one. One vehicle may have several processes on zenoh."""
+        """That several vehicles use this name or id; empty if it is one. One may have several processes on zenoh."""
         if self.others:
             ids = ", ".join(f"0x{number:04X}" for number in sorted([self.id or 0, *self.others]))
             words = f"several vehicles have this name, with the ids {ids}"
         elif sum(link == "udp" for link, _ in self.parts) > 1:  # integers
             words = "several vehicles have this name and id"
+        elif rivals := [rival for rival in self.rivals if rival.is_there]:
+            where = "; ".join(" ".join((rival.name, *rival.places)) for rival in rivals)
+            words = f"its id 0x{self.id or 0:04X} is also that of {where}"
         else:
             return ""
         return f"{words} ({'; '.join(self.places)})" if self.places else words

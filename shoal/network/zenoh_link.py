@@ -26,6 +26,7 @@ MOST_WAITING = 1 << 16  # packets between zenoh's threads and ours
 AT_ONCE = 512
 MOST_PUBLISHERS = 4096
 CLOSING = 1.0  # s
+LAST_TRY = 0.3  # s to wait for a connection that is being tried: most are made or refused at once
 
 
 class _Sample(NamedTuple):
@@ -60,6 +61,7 @@ class ZenohLink:
         self._is_awake = False
         self._session: zenoh.Session | None = None
         self._retrying: asyncio.Task[None] | None = None
+        self._opening: threading.Thread | None = None
         self._liveliness: list[Any] = []
 
     async def open(self, ear: Ear, console: Console) -> None:
@@ -118,6 +120,8 @@ class ZenohLink:
             self._retrying.cancel()
             with suppress(asyncio.CancelledError):
                 await self._retrying
+        if self._opening is not None:  # Python would abort if it ended while this thread comes back from zenoh
+            await asyncio.to_thread(self._opening.join, LAST_TRY)
         session, self._session = self._session, None
         if session is not None:
             with suppress(TimeoutError):
@@ -172,7 +176,8 @@ class ZenohLink:
             with suppress(RuntimeError):  # the loop has ended
                 self._loop.call_soon_threadsafe(tell, session, error)
 
-        threading.Thread(target=work, name="zenoh open", daemon=True).start()
+        self._opening = threading.Thread(target=work, name="zenoh open", daemon=True)
+        self._opening.start()
         return await opened
 
     def _subscribe(self, expression: str) -> None:

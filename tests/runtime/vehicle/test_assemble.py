@@ -142,6 +142,20 @@ def test_saved_parameters_are_read_back_by_the_next_run(tmp_path):
     assert again.options("Simulators.GPS")["HDOP"] == "2.5"
 
 
+def test_what_prevents_that_parameters_are_saved_is_told_without_numbers_of_errors(tmp_path):
+    (tmp_path / "db").write_text("a file where the folder should be")
+    vehicle = made(
+        tmp_path, "[Simulators.GPS]\nEnabled=Always\nEntity Label=GPS\n", state_folder=tmp_path / "db"
+    ).vehicle
+    told = []
+    vehicle.tap(imc.LogBookEntry, lambda entry: told.append(entry.text))
+    vehicle.start()
+    vehicle.kernel.after(1.0, vehicle.task("Simulators.GPS").publish, imc.SaveEntityParameters(name="GPS"))
+    vehicle.run(2.0)
+    vehicle.close()
+    assert f"parameters of GPS not saved: {tmp_path / 'db'}: File exists" in told
+
+
 @pytest.mark.parametrize("value", ["a;b", "a\nb", "x" * 70_000, "a#b", "a|b"])
 def test_texts_that_an_ini_cannot_carry_are_refused_over_the_bus(tmp_path, value):
     vehicle = made(tmp_path, "[Transports.Replay]\nEnabled=Always\nEntity Label=Replay\n").vehicle

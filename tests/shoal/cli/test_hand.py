@@ -2,6 +2,7 @@
 
 import json
 import shlex
+import signal
 import subprocess
 import sys
 import time
@@ -105,6 +106,20 @@ def test_plans(process: Running, tmp_path: Path) -> None:
     assert result.output == "Error: pase: undefined plan; did you mean 'pause'?\n"
     result = shoal("plan", NAME, "get", "Zzz")
     assert result.output == "Error: Zzz: undefined plan; known: pause\n"
+
+
+def test_ctrl_c_ends_the_command_and_not_the_plan(process: Running, tmp_path: Path) -> None:
+    path = tmp_path / "long.yaml"
+    path.write_text(PLAN % 600)
+    command = [sys.executable, "-m", "shoal.cli", "plan", NAME, "start", str(path)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as start:
+        assert start.stderr is not None
+        assert "pause" in start.stderr.readline()
+        start.send_signal(signal.SIGINT)
+        assert f"`shoal plan {NAME} stop` stops it" in start.stderr.read()
+    assert start.returncode == 130
+    assert json_of("plan", NAME, "status", "--json")["state"] == "EXECUTING"
+    assert shoal("plan", NAME, "stop").output == "stopped\n"
 
 
 def test_parameters(process: Running) -> None:

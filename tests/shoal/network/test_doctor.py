@@ -115,6 +115,19 @@ def test_two_systems_of_one_name_are_not_commanded():
     asyncio.run(act())
 
 
+def test_two_systems_of_one_id_are_not_commanded():
+    async def act() -> None:
+        ports = discovery_ports()
+        first, second = Station(ports), Station(ports[:-1], name="other")
+        async with living(first), living(second), Network([UDPLink(ports=ports)]) as network:
+            await asyncio.sleep(0.3)
+            for name, rival in (("station", "other"), ("other", "station")):
+                with pytest.raises(NetworkError, match=f"{name}: its id 0x0B01 is also that of {rival} at 127.0.0.1"):
+                    await network.find(name)
+
+    asyncio.run(act())
+
+
 def test_two_that_have_only_announced_themselves_are_not_commanded():
     """Two vehicles with one name and id answer our first Announce at the same moment, before either sends anything."""
 

@@ -1,6 +1,7 @@
 """A hand on a running vehicle, as a library: a real vehicle in a process of its own."""
 
 import asyncio
+import os
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -119,6 +120,38 @@ def test_parameters(vehicle: RemoteVehicle) -> None:
     vehicle.param.set("Path Control", {"Corridor -- Width": before})
 
 
+def test_numbers_are_values_of_parameters(vehicle: RemoteVehicle) -> None:
+    accepted = vehicle.param.set("Path Control", {"Corridor -- Width": 2, "Course Control": False})
+    assert accepted == {"Corridor -- Width": "2.0", "Course Control": "false"}
+
+
+def test_a_notebook_opens_in_one_cell_and_closes_in_another(process: Running) -> None:
+    connection = shoal.connect(NAME, endpoints=os.environ["SHOAL_CONNECT"])
+    vehicle = connection.open()
+    ready(vehicle)
+    states = vehicle.messages(imc.EstimatedState)
+    next(states)
+    connection.close()
+    connection.close()
+    for ask in (vehicle.plan.list, vehicle.abort, lambda: next(vehicle.messages(imc.EstimatedState))):
+        with pytest.raises(shoal.NetworkError, match="has been closed"):
+            ask()
+    states.close()
+
+
+def test_a_question_in_the_middle_of_progress_is_refused_instead_of_waiting_for_ever(vehicle: RemoteVehicle) -> None:
+    with pytest.raises(shoal.NetworkError, match="`progress` cannot ask the vehicle"):
+        vehicle.plan.start(idle("asking", 1), progress=lambda _: vehicle.plan.list())
+
+
+def test_sentences_show_names_without_control_characters(vehicle: RemoteVehicle) -> None:
+    vehicle.plan.put(idle("a\x1b[2J", 1))
+    with pytest.raises(Refused) as refusal:
+        vehicle.plan.get("zzz")
+    assert str(refusal.value).isprintable()
+    vehicle.plan.delete("a\x1b[2J")
+
+
 def test_requests_of_any_kind(vehicle: RemoteVehicle) -> None:
     query = imc.EntityList(op=imc.EntityList.Op.QUERY)
     assert "Daemon=0" in vehicle.request(query, imc.EntityList).list
@@ -189,6 +222,27 @@ def test_commands_over_a_network_that_loses_and_repeats_packets(process: Running
             assert texts.count("wait: executing maneuver") == 1
 
     asyncio.run(act())
+
+
+@pytest.mark.heavy
+def test_a_vehicle_that_lists_its_consoles_is_commanded_with_the_id_of_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with running(tmp_path, "--set", "Transports.UDP:Consoles=0x4101", network="udp"):
+        with shoal.connect(NAME) as stranger, pytest.raises(NoAnswer) as silence:
+            stranger.plan.stop()
+        assert "; its log book: packet from 0x" in str(silence.value)
+        assert "command of a console that is not listed (see Consoles)" in str(silence.value)
+        monkeypatch.setenv("SHOAL_CONSOLE", "0x4101")
+        with shoal.connect(NAME) as console, pytest.raises(Refused, match="no plan is running"):
+            console.plan.stop()
+
+
+@pytest.mark.parametrize("text", ["26", "0x6000", "ground"])
+def test_a_console_has_the_id_of_an_operator(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SHOAL_CONSOLE", text)
+    with pytest.raises(ValueError, match=f"SHOAL_CONSOLE: '{text}' is not the id of a console: 0x4000 to 0x5FFF"):
+        make_network()
 
 
 @pytest.mark.parametrize(
