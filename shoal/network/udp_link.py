@@ -220,13 +220,16 @@ class UDPLink:
 
     def _read_announcements(self) -> None:
         for packet, sender in self._read(self._discovery):
-            try:
-                message = imc.decode(packet)
-            except imc.DecodeError as error:
-                self._ear.dropped(self, sender.address, f"announcement: {error.reason}")
-                continue
-            if isinstance(message, imc.Announce) and message.src != self._console.id:
-                self._meet(message, sender)
+            self._hear(packet, sender)
+
+    def _hear(self, packet: bytes, sender: Endpoint) -> None:
+        try:
+            message = imc.decode(packet)
+        except imc.DecodeError as error:
+            self._ear.dropped(self, sender.address, f"announcement: {error.reason}")
+            return
+        if isinstance(message, imc.Announce) and message.src != self._console.id:
+            self._meet(message, sender)
 
     def _meet(self, announce: imc.Announce, sender: Endpoint) -> None:
         services = Services.parse(announce.services)
@@ -261,7 +264,11 @@ class UDPLink:
 
     def _read_data(self) -> None:
         for packet, sender in self._read(self._data):
-            source = int.from_bytes(packet[14:16], "little" if packet[:1] == b"\x54" else "big")
+            order = "little" if packet[:1] == b"\x54" else "big"
+            if int.from_bytes(packet[2:4], order) == imc.Announce.ID:  # the answer to ours
+                self._hear(packet, sender)
+                continue
+            source = int.from_bytes(packet[14:16], order)
             peer = self._peers.get(source)
             if peer is None:  # damaged in the header, or another protocol
                 peer = next((one for one in self._peers.values() if one.endpoint == sender), None)

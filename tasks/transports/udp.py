@@ -215,8 +215,15 @@ class UDP(Carrier):
                 peer.sees = address
                 self.refresh()
                 self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
+                self.greet(peer)
             if not self.local_messages_only:
                 self.carry(message, imc.first_packet(packet))
+
+    def greet(self, peer: Peer) -> None:
+        """Tell a system that has come the last states, which it would have to wait for."""
+        if self.dynamic_nodes and peer.endpoint is not None:
+            for packet in self.last_states(self.lists.get(peer.system, self.messages)):
+                self.post(packet, peer.endpoint)
 
     def turn_away(self, packet: bytes, address: str, port: int, reason: str) -> Peer | None:
         """Drop a packet, unless it is the Announce that makes its system a peer."""
@@ -248,17 +255,18 @@ class UDP(Carrier):
             if not messages.passes(message, now):
                 continue
             for system, endpoint in places:
-                if system == source:
-                    continue
-                try:
-                    self.socket.sendto(packet, endpoint)
-                except OSError as error:
-                    self.fail(endpoint, error.strerror or str(error))
+                if system != source:
+                    self.post(packet, endpoint)
 
-    def fail(self, endpoint: Endpoint, why: str) -> None:
-        """Count a packet that could not be sent, and name the first of each place and reason."""
-        if self.unsent.add(f"not sent ({why})", str(endpoint)):
-            self.log.warning(f"packets cannot be sent to {endpoint}: {why}")
+    def post(self, packet: bytes, endpoint: Endpoint) -> None:
+        """Send a packet; one that cannot be sent is counted, and the first of each place and reason named."""
+        assert self.socket is not None
+        try:
+            self.socket.sendto(packet, endpoint)
+        except OSError as error:
+            why = error.strerror or str(error)
+            if self.unsent.add(f"not sent ({why})", str(endpoint)):
+                self.log.warning(f"packets cannot be sent to {endpoint}: {why}")
 
     @periodic(1.0)
     def look_after_peers(self) -> None:

@@ -80,6 +80,11 @@ class MessageList:
         }
         self._filters = {kind: filters.get(kind) for kind in self.types}
 
+    def concerns(self, message: imc.Message) -> bool:
+        """Whether a message would pass if its rate allowed."""
+        found = self._filters.get(type(message))
+        return type(message) in self._filters and (found is None or found.concerns(message))
+
     def passes(self, message: imc.Message, now: float) -> bool:
         """Whether to send a message at the time `now` (s)."""
         try:
@@ -98,15 +103,19 @@ class _Filter:
         self._label = label
         self._due: dict[tuple[int, int], float] = {}
 
+    def concerns(self, message: imc.Message) -> bool:
+        wanted = self._labels is None or self._label(message.src, message.src_ent) in self._labels
+        return wanted and self._period != math.inf
+
     def passes(self, message: imc.Message, now: float) -> bool:
-        source = (message.src, message.src_ent)
-        if self._labels is not None and self._label(*source) not in self._labels:
+        if not self.concerns(message):
             return False
+        source = (message.src, message.src_ent)
         period, due = self._period, self._due.get(source, now)
         if due > now + 2.0 * period:  # the clock was set back
             due = now
         slack = EARLY * period
-        if now < due - slack or period == math.inf:
+        if now < due - slack:
             return False
         if len(self._due) >= MOST_SOURCES and source not in self._due:
             self._due.clear()

@@ -1,6 +1,6 @@
 """A task that sends the messages of a list to peers: the options that all of them have, and the subscriptions."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import imc
 from runtime import Task, param
@@ -8,12 +8,15 @@ from runtime.bus import Subscription
 from runtime.task import ParameterError
 from tasks.transports.imc_links.message_list import MessageList, known_entities, known_rate, message_named
 
+STATES = (imc.Announce, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState, imc.VehicleState)
+"""What somebody who has just come is told at once, if it is listed; some come only every 10 s."""
+
 
 class Carrier(Task):
     """Sends listed messages of the bus to peers. Subclasses say how in `carry`, and when with `listen`.
 
-    While nobody listens it subscribes to nothing, and costs nothing. What a subclass puts on the bus with `relay` does
-    not come back to it.
+    While nobody listens it only keeps the last states. What a subclass puts on the bus with `relay` does not come back
+    to it.
     """
 
     external = True
@@ -56,8 +59,18 @@ class Carrier(Task):
 
     def start(self) -> None:
         self.subscriptions: list[Subscription] = []
+        self.states: dict[tuple[type, int], tuple[imc.Message, bytes]] = {}
+        for kind in STATES:
+            self.vehicle.bus.subscribe(Subscription(kind, self.keep, self, packets=True))
         if self.messages.unknown:
             self.log.warning(f"no such message: {', '.join(self.messages.unknown)}")
+
+    def keep(self, state: imc.Message, packet: bytes) -> None:
+        self.states[type(state), state.src_ent] = state, packet
+
+    def last_states(self, messages: MessageList) -> Iterator[bytes]:
+        """The packets with the last states, as far as they are listed."""
+        return (packet for state, packet in self.states.values() if messages.concerns(state))
 
     def listen(self, wanted: bool) -> None:
         """Have the bus call `carry` with each message of the list, or no longer."""

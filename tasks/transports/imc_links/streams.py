@@ -108,6 +108,8 @@ class StreamCarrier(Carrier):
         self.streams.append(stream)
         self.watch(stream.socket, lambda: self.receive(stream))
         self.refresh()
+        stream.waiting += b"".join(self.last_states(self.messages))
+        self.flush_soon()
 
     def lose(self, stream: Stream, why: str, *, warn: bool = True) -> None:
         """End a connection, and say why."""
@@ -191,6 +193,9 @@ class StreamCarrier(Carrier):
             if len(stream.waiting) > LONGEST_WAIT:
                 self.drops.add("connections ended, since they were not read", stream.address)
                 self.lose(stream, f"it leaves {LONGEST_WAIT >> 20} MiB unread")
+        self.flush_soon()
+
+    def flush_soon(self) -> None:
         if self.flushing is None:
             self.flushing = self.after(0.0, self.flush)
 
