@@ -43,6 +43,18 @@ def test_the_state_comes_at_the_rate_of_the_profile_and_other_types_at_theirs(ve
     assert not [m for m in messages if isinstance(m, imc.Distance) and m.src_ent not in labels(vessel, "Altimeter")]
 
 
+def test_who_comes_is_answered_at_once_and_told_the_last_states(vessel):
+    vessel.until(lambda: imc.FuelLevel in {type(state) for state, _ in vessel.udp.states.values()})
+    for system in (0x4500, 0x4501):  # FuelLevel comes every 10 s
+        console = Station(vessel, system)
+        console.announce()
+        announce = console.get(imc.Announce)
+        assert Services.parse(announce.services).endpoints("imc+udp") == (("127.0.0.1", vessel.udp.port),)
+        console.send(imc.Heartbeat())
+        assert 0.0 < console.get(imc.FuelLevel, patience=4.0).value <= 100.0
+        time.sleep(0.06)
+
+
 def labels(vessel, *names):
     return [e.id for e in vessel.vehicle.entities if e.label in (*names, "Echo Sounder")]
 
