@@ -63,6 +63,8 @@ class Link(Protocol):
 
     name: str
     trouble: str
+    is_far: bool
+    """Whether it leaves this computer."""
 
     async def open(self, ear: Ear, console: Console) -> None:
         """Start; returns as soon as packets can come, or `trouble` says why not."""

@@ -21,8 +21,10 @@ MOST_REPLIES = 64  # remembered, since they may come by several ways
 REPEAT = 0.4  # s between copies of a request that is not answered
 GRACE = 1.0  # s in which a system that vanished may come back by another way
 PATIENCE = 3.0  # s for an answer
-MEETING = 1.5  # s for a system to show up
 COMPANY = 0.15  # s in which a second vehicle of the same name answers our first Announce, too
+MEETING = 1.5  # s for a system to show up, on this computer
+FAR = 3.0  # s over a radio, where packets are late or lost
+LONGEST = 8.0  # s if the system is there, but has not said its id, or somebody answers over the radio
 LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
 BASIC = ("Heartbeat",)
 """What is asked of a system that we talk to, so that its silence is noticed."""
@@ -220,8 +222,8 @@ class Network:
         for link in self.links:
             link.want(name, BASIC)
             link.want(name, ("VehicleState", "PlanControlState"))
-        deadline = time.monotonic() + timeout
-        while (left := deadline - time.monotonic()) > 0.0:
+        began = time.monotonic()
+        while (left := began + self._patience(name, timeout) - time.monotonic()) > 0.0:
             system = self.systems.get(name)
             alone = time.monotonic() > self._began + COMPANY
             if system is not None and system.id is not None and system.is_there and (alone or system.clash):
@@ -232,6 +234,15 @@ class Network:
                 return system
             await self.news(min(left, 0.05))
         raise NetworkError(self._why_not(name))
+
+    def _patience(self, name: str, timeout: float) -> float:
+        """How long to look for a system (s): longer where there is hope."""
+        far = {link.name for link in self.links if link.is_far}
+        heard = {link for system in self.systems.values() for link in (*system.heard, *system.links)}
+        known = self.systems.get(name)
+        if (known is not None and known.is_there) or far & heard or (far and self.strangers):
+            return max(timeout, LONGEST)
+        return max(timeout, FAR) if far else timeout
 
     async def news(self, timeout: float) -> None:
         """Wait until a system appears, vanishes, or gets known, but not longer than `timeout` s."""

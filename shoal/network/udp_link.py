@@ -6,7 +6,7 @@ import socket
 import time
 from collections.abc import Collection, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import imc
 from imc.discovery import (
@@ -27,7 +27,7 @@ from shoal.network.link import EVERYBODY, Arrival, Console, Ear
 
 USUAL_PORTS = range(6002, 6007)  # where vehicles listen; asked if no announcement can be heard
 BEAT = 1.0  # s
-AGAIN = (1.1, PERIOD)  # s from the first Announce to the second, and between the others; imcjava ignores faster ones
+AGAIN = (0.5, 0.6, 1.5, 2.5)  # s between the first Announces, of which a radio may lose some; then PERIOD
 SILENCE = 4.0  # s; a system that we send Heartbeat sends its own at 1 Hz
 UNSEEN = 2.5 * PERIOD  # s without Announce
 MOST_PEERS = 256
@@ -46,7 +46,6 @@ class _Peer:
     endpoint: Endpoint
     announced: float
     heard: float = 0.0
-    greeted: bool = field(default=False)
 
     @property
     def seen(self) -> float:
@@ -72,11 +71,11 @@ class UDPLink:
         self._beating: asyncio.Task[None] | None = None
         self._uid = str(time.time_ns())
         self.deaf = False
+        self.is_far = not all(place.address.startswith("127.") for place in self._places)
 
     async def open(self, ear: Ear, console: Console) -> None:
         self._ear, self._console = ear, console
-        local = all(place.address.startswith("127.") for place in self._places)
-        self._address = LOOPBACK if local else EVERYWHERE
+        self._address = EVERYWHERE if self.is_far else LOOPBACK
         try:
             self._data = self._open(self._address, 0)
         except OSError as error:
@@ -150,9 +149,11 @@ class UDPLink:
             for peer in self._everybody():
                 if now - peer.announced > UNSEEN or (peer.heard and now - peer.heard > SILENCE):
                     self._lose(peer)
-                else:
+                elif peer.heard:
                     self._send(self._packet(imc.Heartbeat(), peer.id), peer.endpoint)
-            await asyncio.sleep(BEAT)
+                else:
+                    self._greet(peer)
+            await asyncio.sleep(min(BEAT, next_announce - now))
 
     def _announce(self) -> None:
         addresses = [place.address for place in self._places]
@@ -256,11 +257,13 @@ class UDPLink:
         known.endpoint, known.announced = places[0], now
         self._ear.appeared(self, name, uid, f"at {places[0]}", announce.src)
         self._ear.arrived(self, Arrival(imc.encode(announce), name, "", f"at {places[0]}"))
-        if not known.greeted:
-            # Its own search for announcements may be deaf; and it sends only to who has sent it something.
-            known.greeted = True
-            self._send(self._announcement(known.endpoint), known.endpoint)
-            self._send(self._packet(imc.Heartbeat(), known.id), known.endpoint)
+        if not known.heard:
+            self._greet(known)
+
+    def _greet(self, peer: _Peer) -> None:
+        """Its own search for announcements may be deaf; and it sends only to who has sent it something."""
+        self._send(self._announcement(peer.endpoint), peer.endpoint)
+        self._send(self._packet(imc.Heartbeat(), peer.id), peer.endpoint)
 
     def _read_data(self) -> None:
         for packet, sender in self._read(self._data):
