@@ -23,7 +23,7 @@ from imc.discovery import (
 )
 from imc.layout import LARGEST_PACKET
 from runtime.networks import EVERYWHERE, interfaces
-from shoal.network.link import EVERYBODY, Arrival, Console, Ear
+from shoal.network.link import EVERYBODY, FAR, NEAR, Arrival, Console, Ear
 
 USUAL_PORTS = range(6002, 6007)  # where vehicles listen; asked if no announcement can be heard
 BEAT = 1.0  # s
@@ -70,8 +70,24 @@ class UDPLink:
         self._sockets: list[socket.socket] = []
         self._beating: asyncio.Task[None] | None = None
         self._uid = str(time.time_ns())
+        self._refused: set[Endpoint] = set()
+        self._own_place: Endpoint | None = None
+        self._has_heard = False
         self.deaf = False
         self.is_far = not all(place.address.startswith("127.") for place in self._places)
+
+    @property
+    def patience(self) -> float:
+        if self._somebody_is_silent or (self.is_far and self._has_heard):
+            return PERIOD + 1.0
+        return FAR if self.is_far else NEAR
+
+    @property
+    def _somebody_is_silent(self) -> bool:
+        """Whether a program hears our announcements but has not answered: DUNE announces itself only now and then."""
+        here = {Endpoint(LOOPBACK, port) for port in self._ports} - {self._own_place}
+        asked = here | {place for place in self._places if place.port}
+        return len(asked - self._refused) > len(self._everybody())
 
     async def open(self, ear: Ear, console: Console) -> None:
         self._ear, self._console = ear, console
@@ -129,6 +145,7 @@ class UDPLink:
                 self._discovery = self._open(self._address, port)
             except OSError:
                 continue
+            self._own_place = Endpoint(LOOPBACK, port)
             for interface in interfaces() if self._address == EVERYWHERE else ():
                 group = socket.inet_aton(MULTICAST) + socket.inet_aton(interface.address)
                 with suppress(OSError):  # it has no multicast
@@ -156,6 +173,7 @@ class UDPLink:
             await asyncio.sleep(min(BEAT, next_announce - now))
 
     def _announce(self) -> None:
+        self._refused.clear()
         addresses = [place.address for place in self._places]
         if EVERYWHERE in addresses:
             addresses = [LOOPBACK, BROADCAST, *(a for a in addresses if a != EVERYWHERE)]
@@ -207,6 +225,7 @@ class UDPLink:
                 _, _, _, address = self._data.recvmsg(0, 0, ERROR_QUEUE)
             except OSError:
                 return
+            self._refused.add(Endpoint(*address[:2]))
             for peer in self._everybody():
                 if address[:2] == tuple(peer.endpoint):
                     self._lose(peer)
@@ -230,6 +249,7 @@ class UDPLink:
             self._ear.dropped(self, sender.address, f"announcement: {error.reason}")
             return
         if isinstance(message, imc.Announce) and message.src != self._console.id:
+            self._has_heard = True
             self._meet(message, sender)
 
     def _meet(self, announce: imc.Announce, sender: Endpoint) -> None:
@@ -272,6 +292,7 @@ class UDPLink:
                 self._hear(packet, sender)
                 continue
             source = int.from_bytes(packet[14:16], order)
+            self._has_heard = self._has_heard or source != self._console.id
             peer = self._peers.get(source)
             if peer is None:  # damaged in the header, or another protocol
                 peer = next((one for one in self._peers.values() if one.endpoint == sender), None)

@@ -11,7 +11,7 @@ from urllib.parse import unquote
 
 import imc
 from runtime.zenoh import LOCAL_PORT, ZenohConfig, chunk, explain, key, parse_token
-from shoal.network.link import EVERYBODY, Arrival, Console, Ear
+from shoal.network.link import EVERYBODY, FAR, NEAR, Arrival, Console, Ear
 
 if TYPE_CHECKING:
     import zenoh
@@ -62,6 +62,10 @@ class ZenohLink:
         self._session: zenoh.Session | None = None
         self._retrying: asyncio.Task[None] | None = None
         self._liveliness: list[Any] = []
+
+    @property
+    def patience(self) -> float:
+        return FAR if self.is_far else NEAR
 
     async def open(self, ear: Ear, console: Console) -> None:
         self._ear, self._console = ear, console

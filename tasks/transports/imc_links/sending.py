@@ -69,8 +69,9 @@ class Carrier(Task):
         self.states[type(state), state.src_ent] = state, packet
 
     def last_states(self, messages: MessageList) -> Iterator[bytes]:
-        """The packets with the last states, as far as they are listed."""
-        return (packet for state, packet in self.states.values() if messages.concerns(state))
+        """The packets with the last states, as far as they are listed; first the name of the vehicle."""
+        kept = sorted(self.states.values(), key=lambda kept: kept[0].ID != imc.Announce.ID)
+        return (packet for state, packet in kept if messages.concerns(state))
 
     def listen(self, wanted: bool) -> None:
         """Have the bus call `carry` with each message of the list, or no longer."""
