@@ -128,7 +128,7 @@ class TCPLink:
 
     def _take(self, line: _Line, packet: bytes) -> None:
         source = imc.header(packet).src
-        if int.from_bytes(packet[2:4], "little" if packet[0] == 0x54 else "big") == imc.Announce.ID:
+        if imc.packet_id(packet) == imc.Announce.ID:
             with suppress(imc.DecodeError):
                 announce = imc.decode(packet)
                 if isinstance(announce, imc.Announce):

@@ -11,6 +11,7 @@ from tasks.transports.imc_links.announcement import (
     announcement,
     external_services,
     local_services,
+    spread,
 )
 from tasks.transports.imc_links.sockets import announcer, network_address, network_time
 
@@ -149,7 +150,7 @@ class Announce(Task):
 
     def message(self, services: Iterable[Service]) -> imc.Announce:
         uid = round(self.vehicle.start_time * 1e9)
-        text = str(Services.of(services, uid=uid, version="shoal", imc=self.vehicle.bus.messages.version))
+        text = str(Services.of(spread(services), uid=uid, version="shoal", imc=self.vehicle.bus.messages.version))
         return announcement(self.system_name, self.system_type, self.state, text).replace(dst=0)
 
     def send(self, by: str, message: imc.Announce, places: Sequence[Endpoint]) -> set[str]:

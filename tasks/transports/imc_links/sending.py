@@ -6,6 +6,7 @@ import imc
 from runtime import Task, param
 from runtime.bus import Subscription
 from runtime.task import ParameterError
+from tasks.transports.imc_links.custom_filters import parse_custom
 from tasks.transports.imc_links.message_list import MessageList, known_entities, known_rate, message_named
 
 STATES = (imc.Announce, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState, imc.VehicleState)
@@ -28,6 +29,13 @@ class Carrier(Task):
     filtered_entities: list[str] = param(
         [], "", "Entities that a message is sent of, MESSAGE:LABEL+LABEL.", usable=known_entities
     )
+    custom_filters: list[str] = param(
+        [],
+        "",
+        "EntityStateChangeFilter:LABEL+LABEL sends only changed states, of these entities or all; "
+        "LogBookEntryFilter:ERROR+WARNING only these types.",
+        usable=parse_custom,
+    )
     local_messages_only: bool = param(
         True, "", "Send only what this vehicle says, not what it has heard of other systems."
     )
@@ -49,13 +57,14 @@ class Carrier(Task):
                 names,
                 rates,
                 self.filtered_entities,
+                self.custom_filters,
                 schema=self.vehicle.bus.messages,
                 label=self.vehicle.entities.label,
             )
         except ValueError as error:
-            raise ParameterError(
-                "Rate Limiters" if "its rate in Hz" in str(error) else "Filtered Entities", str(error)
-            ) from None
+            options = {"its rate in Hz": "Rate Limiters", "its entities": "Filtered Entities"}
+            option = next((option for words, option in options.items() if words in str(error)), "Custom Filters")
+            raise ParameterError(option, str(error)) from None
 
     def start(self) -> None:
         self.subscriptions: list[Subscription] = []

@@ -162,7 +162,7 @@ class StreamCarrier(Carrier):
     def take(self, stream: Stream, packet: bytes) -> None:
         """Put a packet on the bus, if it may come from there."""
         head = imc.header(packet)
-        kind = int.from_bytes(packet[2:4], "little" if packet[0] == 0x54 else "big")
+        kind = imc.packet_id(packet)
         reason = SPOOFED if head.src == self.system else ""
         reason = reason or ("" if self.commanders.allow(head.src, stream.address, kind) else NOT_LISTED)
         if reason:

@@ -270,6 +270,23 @@ def test_the_network_keeps_its_own_time_on_a_scaled_clock(tmp_path):
         assert not [text for text in vessel.log if "lost contact" in text]
 
 
+def test_a_simulated_radio_reaches_so_far(tmp_path):
+    with afloat(tmp_path, "Transports.UDP:Communication Range=1000", "Transports.UDP:Transports+=Abort") as vessel:
+        here = vessel.until(lambda: [s for s, _ in vessel.udp.states.values() if isinstance(s, imc.EstimatedState)])[0]
+        near, far = Station(vessel, system=0x4501), Station(vessel, system=0x4502)
+        texts, aborts = vessel.hears(imc.TextMessage), vessel.hears(imc.Abort)
+        for station, lat in ((far, 0.5), (near, here.lat)):
+            station.announce(lat=lat, lon=here.lon)
+            vessel.until(lambda station=station: vessel.udp.peers.find(station.system))
+            station.send(imc.TextMessage(origin=station.name))
+            station.send(imc.Abort())
+        near.get(imc.EulerAngles)
+        vessel.until(lambda: len(aborts) == 2)
+        assert [text.src for text in texts] == [near.system]
+        assert not [m for m in far.messages() if not isinstance(m, (imc.SimulatedState, imc.Announce))]
+        assert vessel.udp.drops["out of range"]["ccu-test"] >= 1
+
+
 def test_a_taken_port_gives_the_next_and_opened_networks_are_told(tmp_path):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("", 0))
