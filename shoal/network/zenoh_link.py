@@ -88,8 +88,6 @@ class ZenohLink:
     def want(self, system: str, messages: Collection[str]) -> None:
         system = EVERYBODY if system == EVERYBODY else chunk(system)
         wanted = [f"imc/{system}/{way}{chunk(message)}/*" for message in messages for way in ("", "@cmd/")]
-        if "Announce" in messages:
-            wanted.append(f"imc/*/@cmd/Announce/{system}")  # addressed to system 0, as in DUNE
         if not messages:
             wanted = [f"imc/{system}/**", f"imc/{system}/@cmd/**"]
         for expression in wanted:

@@ -55,6 +55,10 @@ def test_plain_subscribers_get_packets_that_imcpy_decodes(network: Network) -> N
         "x": 1.5,
         "label": None,
     }
+    told = first_answer(peer, publish("Announce", dst=0))  # as in DUNE
+    if told["abbrev"] != "Announce":
+        told = peer.line_where(abbrev="Announce")
+    assert (told["key"], told["priority"]) == ("imc/system-30/Announce/Navigation", "DATA")
     told = first_answer(client, publish("SetEntityParameters", dst=31, name="Navigation"))
     assert (told["key"], told["priority"]) == ("imc/system-31/@cmd/SetEntityParameters/system-30", "REAL_TIME")
     told = first_answer(peer, publish("Abort"))
