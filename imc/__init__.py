@@ -1,7 +1,7 @@
 """The IMC protocol: messages, codec, schema, logs."""
 
 from imc import coordinates, messages
-from imc.codec import Codec, decode, decode_datagram, encode, encode_as, first_packet, header, with_header
+from imc.codec import Codec, decode, decode_datagram, encode, encode_as, first_packet, header, packet_id, with_header
 from imc.errors import DecodeError, EncodeError, SchemaError
 from imc.limits import validate
 from imc.lsf import Log
@@ -44,6 +44,7 @@ __all__ = [
     "from_json",
     "header",
     "load",
+    "packet_id",
     "validate",
     "with_header",
 ]

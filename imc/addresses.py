@@ -2,6 +2,8 @@
 
 UNKNOWN_SYSTEM = 0xFFFF
 UNKNOWN_ENTITY = 0xFF
+ANNOUNCED = 0
+"""The system id that an Announce is addressed to, which is for everybody."""
 BROADCAST = 0xFFF0
 """The system id that addresses all systems."""
 

@@ -38,6 +38,11 @@ def encode_as(message: Message, timestamp: float, src: int, src_ent: int, dst: i
         raise _explained(with_it, error) from error
 
 
+def packet_id(packet: bytes) -> int:
+    """The message id of a packet in either byte order."""
+    return int.from_bytes(packet[2:4], "little" if packet[0] == 0x54 else "big")
+
+
 def header(packet: bytes) -> Header:
     """The header of a packet; the rest is not checked. Raises DecodeError."""
     return Header._make(_HEADERS[byte_order(packet)].unpack_from(packet)[1:])

@@ -8,7 +8,7 @@ from imc.lsf.losses import Losses
 from imc.lsf.members import COMPRESSIONS, Compression, gzip_member
 from imc.lsf.members_ahead import Spread
 from imc.lsf.neptus_index import read_neptus_index, write_neptus_index
-from imc.lsf.scanner import Batch, at_each, packet_id, scan
+from imc.lsf.scanner import Batch, at_each, scan
 from imc.lsf.tracks import positions
 from imc.lsf.writer import LsfWriter
 
@@ -27,7 +27,6 @@ __all__ = [
     "find_log",
     "gzip_member",
     "packed_schema",
-    "packet_id",
     "positions",
     "read_neptus_index",
     "scan",

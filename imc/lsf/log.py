@@ -16,7 +16,7 @@ from imc.lsf.index import LogIndex, Places
 from imc.lsf.losses import Losses
 from imc.lsf.members_ahead import Spread
 from imc.lsf.packet_reader import PacketReader, StaleIndex
-from imc.lsf.scanner import Batch, packet_id, scan
+from imc.lsf.scanner import Batch, scan
 from imc.lsf.selection import Conditions, Objects, Where, entity_labels, having, select
 from imc.lsf.tracks import positions
 from imc.lsf.writer import BLOCK, LsfWriter
@@ -35,7 +35,7 @@ Kind = type[Message] | str
 
 T = TypeVar("T")
 
-__all__ = ["BLOCK", "Log", "LsfWriter", "packet_id"]
+__all__ = ["BLOCK", "Log", "LsfWriter"]
 
 
 class Log:

@@ -66,11 +66,6 @@ class Batch(NamedTuple):
         return found
 
 
-def packet_id(packet: bytes) -> int:
-    """The message id of a packet in either byte order."""
-    return int.from_bytes(packet[2:4], "little" if packet[0] == 0x54 else "big")
-
-
 def at_each(data: Any, offsets: "NDArray[np.int64]", dtype: Any) -> "NDArray[Any]":
     """The values at the offsets in a buffer, as an array of `dtype`. Raises IndexError beyond its end."""
     import numpy as np

@@ -89,5 +89,5 @@ def place_of(packet: bytes) -> tuple[int, bool]:
         return UNKNOWN_SYSTEM, False
     order = "little" if packet[0] == LITTLE_ENDIAN else "big"
     source = int.from_bytes(packet[14:16], order)
-    for_one = packet[17:19] != b"\xff\xff" or int.from_bytes(packet[2:4], order) == ABORT
+    for_one = packet[17:19] not in (b"\xff\xff", b"\0\0") or int.from_bytes(packet[2:4], order) == ABORT
     return source, for_one

@@ -116,15 +116,18 @@ class Profile:
         """The built-in messages with those of the files in `[General] Messages`; None without any.
 
         The files are searched for beside the ini file that names them, and in the working folder; the profile of a log
-        falls back to the definitions in the log. Raises ProfileError.
+        takes the definitions in the log. Raises ProfileError.
         """
         option = self.config.option("General", "Messages")
         if option is None or not option.value:
             return None
         schema = imc.builtin()
         for name in items(option.value):
-            places = [Path(option.origin.file).parent / name, Path(name)]
-            path = next((place for place in places if place.is_file()), self.path.parent / "IMC.xml.gz")
+            source = Path(option.origin.file)
+            places = [source.parent / name, Path(name)]
+            if source.name == "Config.ini":  # of a log
+                places.insert(0, source.with_name("IMC.xml.gz"))
+            path = next((place for place in places if place.is_file()), Path(name))
             try:
                 schema = imc.load(path, over=schema)
             except FileNotFoundError:

@@ -147,10 +147,10 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
     Raises ProfileError for the section, ConnectionError if zenoh cannot be joined or a vehicle of this name is already
     on the network, ModuleNotFoundError without zenoh.
     """
-    from runtime.zenoh import Part, ZenohConfig, ZenohTransport
+    from runtime.zenoh import DAEMON, Part, ZenohConfig, ZenohTransport
 
     own = [e for e in vehicle.entities if e is not vehicle.daemon.entity and not e.process]
-    here = sum(1 << entity.id for entity in own)
+    here = sum(1 << entity.id for entity in own) | (0 if vehicle.process else DAEMON)
     others = Processes(vehicle) if any(entity.process for entity in vehicle.entities) else None
     try:
         config = ZenohConfig.from_options(profile.options("Zenoh"), profile.path.parent)

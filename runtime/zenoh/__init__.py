@@ -3,11 +3,12 @@
 from runtime.zenoh.config import LOCAL_PORT, ZenohConfig, explain
 from runtime.zenoh.keys import chunk, key
 from runtime.zenoh.meeting import MeetingPoint
-from runtime.zenoh.presence import Part
+from runtime.zenoh.presence import DAEMON, Part
 from runtime.zenoh.presence import parse as parse_token
 from runtime.zenoh.transport import ZenohTransport
 
 __all__ = [
+    "DAEMON",
     "LOCAL_PORT",
     "MeetingPoint",
     "Part",

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import zenoh
 
 PATIENCE = 0.5  # s to hear of others after the session is open
+DAEMON = 1  # the bit of entity 0
 STARTING, RUNNING = "starting", "running"
 MOST_OTHERS = 256
 GET_ADDRESS = 0x8915  # SIOCGIFADDR
@@ -29,9 +30,10 @@ ELSEWHERE = "192.0.2.1", 9  # an address that nobody has (RFC 5737)
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """What a process runs of a vehicle: its entities as the bits of a number, without the Daemon's, which each has.
+    """What a process runs of a vehicle: its entities as the bits of a number.
 
-    `process` names the process: "main", or the one of a section's `Process`.
+    `process` names the process: "main", or the one of a section's `Process`. Each has a Daemon, but the main one speaks
+    for the vehicle: only its number has the bit DAEMON.
     """
 
     vehicle: str
@@ -139,9 +141,12 @@ class Presence:
             elder = self._elder()
             self._accepted = elder is None
         if elder is not None:
+            advice = "end one, or give it another name (-V)"
+            if elder.entities & self._part.entities == DAEMON:
+                advice = "tasks beside it need a Process in their sections, and --process"
             raise ConnectionError(
                 f"{self._part.vehicle} already runs on this network: {_where(elder)}; "
-                f"this is {_computer(chunk(host_here()))}: end one, or give it another name (-V)"
+                f"this is {_computer(chunk(host_here()))}: {advice}"
             )
         starting = self._token
         liveliness = self._session.liveliness()

@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import imc
-from imc.addresses import UNKNOWN_SYSTEM
+from imc.addresses import ANNOUNCED, UNKNOWN_SYSTEM
 from runtime.zenoh.answers import Answers
 from runtime.zenoh.arrivals import Arrivals
 from runtime.zenoh.config import SESSIONS, Layout, ZenohConfig, explain
@@ -134,7 +134,7 @@ class ZenohTransport:
         assert self._publishers is not None
         name = type(message).__name__ if not isinstance(message, imc.Unknown) else str(message.id)
         source = self._system_name(message.src)
-        if message.dst != UNKNOWN_SYSTEM:
+        if message.dst not in (UNKNOWN_SYSTEM, ANNOUNCED):
             return self._publishers.get((name, source, "", self._system_name(message.dst)))
         label = self._entity_label(message.src, message.src_ent)
         publisher = self._publishers.get((name, source, label or str(message.src_ent)))

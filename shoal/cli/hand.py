@@ -22,6 +22,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
 LOOK = 0.6  # s to look for vehicles for a completion
 INTERRUPTED = 130  # exit status after Ctrl-C
+PATIENCE = 1.5  # s to look for one vehicle, for what it completes
 TEXTS = 1000  # longest text shown
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
@@ -182,7 +183,7 @@ def complete_plan(context: click.Context, _: click.Parameter, incomplete: str) -
     async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
         return [plan.name for plan in await vehicle.plan.list()]
 
-    items = _items(_quietly(lambda: with_vehicle(name, _reach(context), look)), incomplete)
+    items = _items(_quietly(lambda: with_vehicle(name, {**_reach(context), "timeout": PATIENCE}, look)), incomplete)
     return [CompletionItem(incomplete, type="file"), *items]  # bash forgets what comes before it
 
 
@@ -196,7 +197,7 @@ def complete_parameter(context: click.Context, _: click.Parameter, incomplete: s
             return sorted(await vehicle.param.entities())
         return [f"{entity}:{parameter}" for parameter in await vehicle.param.get(entity)]
 
-    return _items(_quietly(lambda: with_vehicle(name, _reach(context), look)), incomplete)
+    return _items(_quietly(lambda: with_vehicle(name, {**_reach(context), "timeout": PATIENCE}, look)), incomplete)
 
 
 def _reach(context: click.Context) -> dict[str, Any]:

@@ -18,7 +18,6 @@ from shoal.network import Network, System
 KINDS = (imc.VehicleState, imc.EstimatedState, imc.PlanControlState, imc.FuelLevel, imc.Heartbeat)
 SHOWN = (imc.VehicleState, imc.EstimatedState)
 FIRST, LONGEST = 0.2, 0.75  # s to hear who is there, and what they say
-NOBODY = 1.0  # s until nobody is there
 REFRESH = 0.25  # s
 
 
@@ -59,7 +58,7 @@ def ls(watch: bool, duration: float | None, reach: dict[str, Any], as_json: bool
 async def _gather(network: Network, duration: float | None) -> None:
     """Wait until every vehicle that is there has said what is shown, but not long."""
     began = time.monotonic()
-    while (past := time.monotonic() - began) < (NOBODY if duration is None else duration):
+    while (past := time.monotonic() - began) < (network.patience if duration is None else duration):
         await asyncio.sleep(0.02)
         there = network.vehicles()
         if duration is not None or not there or past < FIRST:

@@ -12,6 +12,7 @@ from runtime.problem import ProfileError
 from runtime.profile import load_profile
 from runtime.vehicle import check, find_task, missing_extra
 from shoal.cli.options import code_option, config_dir_option, modes_option, not_empty, overrides_option, use_code
+from shoal.cli.processes import part_of
 
 STATE = Path("/var/lib/shoal")
 WATCHDOG = 15  # s; the run itself breaks a handler after 5 s
@@ -90,6 +91,8 @@ ExecStartPre=-/bin/sh -c 'test -e /run/shoal-{vehicle}/waited || timeout {second
 @click.option("-V", "--vehicle", callback=not_empty, help="Name of the vehicle, instead of the profile's.")
 @overrides_option
 @code_option
+@click.option("--process", metavar="NAME", help="Run only the sections that have this Process; main for the others.")
+@click.option("--alone", is_flag=True, help="Do not start the other processes: they run on other computers.")
 @click.option("--user", default="shoal", show_default=True, help="User that runs the vehicle.")
 @click.option(
     "--group", "groups", multiple=True, default=("dialout",), show_default=True, help="Group whose devices it may use."
@@ -109,7 +112,7 @@ ExecStartPre=-/bin/sh -c 'test -e /run/shoal-{vehicle}/waited || timeout {second
     metavar="SECONDS",
     help="Longest wait at boot until the clock is set; 0 is none.",
 )
-@click.option("-o", "--output", help="File to write, - for the terminal  [default: shoal-VEHICLE.service]")
+@click.option("-o", "--output", help="File to write, - for the terminal  [default: shoal-VEHICLE[-PROCESS].service]")
 def service(
     profile: str,
     config_dir: tuple[Path, ...],
@@ -117,6 +120,8 @@ def service(
     vehicle: str,
     overrides: tuple[str, ...],
     code: tuple[Path, ...],
+    process: str | None,
+    alone: bool,
     user: str,
     groups: tuple[str, ...],
     log_dir: Path,
@@ -141,9 +146,12 @@ def service(
         problems = check(loaded, {}, selected, find_task)
         if errors := [problem for problem in problems if problem.severity == "error"]:
             raise ProfileError(errors)
+        part = part_of(process, loaded.processes(selected), loaded.bus == "zenoh")
     except (ProfileError, ValueError) as error:
         raise click.ClickException(str(error)) from None
-    enabled = [section.name for section in loaded.config.sorted_sections() if loaded.enabled(section.name, selected)]
+    sections = [section.name for section in loaded.config.sorted_sections() if loaded.enabled(section.name, selected)]
+    apart = part is not None and (alone or process is not None)
+    enabled = [section for section in sections if not apart or loaded.process(section) == part]
     if not enabled:
         modes = ", ".join(sorted(loaded.modes))
         raise click.ClickException(f"{loaded.name} has nothing to run without a mode; select one with -p: {modes}")
@@ -156,6 +164,8 @@ def service(
     options += [word for folder in config_dir for word in ("-d", str(folder.resolve()))]
     options += [word for folder in code for word in ("--code", str(folder.resolve()))]
     options += [word for override in overrides for word in ("--set", override)]
+    options += ["--process", process] if process is not None else []
+    options += ["--alone"] if alone else []
     options += ["--log-dir", str(log_dir)]
     source = str(Path(profile).resolve()) if Path(profile).is_file() else profile
     # An environment may have its Python elsewhere, and Shoal its sources.
@@ -164,11 +174,12 @@ def service(
     if hidden := [folder for folder in folders if any(folder.absolute().is_relative_to(place) for place in HIDDEN)]:
         words = ", ".join(map(str, hidden))
         click.echo(f"warning: the service or its user {user} may not see {words}: use /opt or /etc instead", err=True)
+    name = f"{loaded.vehicle}-{part}" if part else loaded.vehicle
     text = UNIT.format(
-        vehicle=loaded.vehicle,
+        vehicle=name,
         command=" ".join(map(shlex.quote, ["shoal", "service", profile, *options])).replace("\n", " "),
         working=_escaped(str(Path.cwd())),
-        wait=WAIT.format(vehicle=loaded.vehicle, seconds=wait_for_clock) if wait_for_clock else "",
+        wait=WAIT.format(vehicle=name, seconds=wait_for_clock) if wait_for_clock else "",
         start=" ".join(map(quoted, [*_program(), "run", source, *options])),
         watchdog=WATCHDOG,
         user=user,
@@ -179,14 +190,14 @@ def service(
     if output == "-":
         click.echo(text, nl=False)
         return
-    path = Path(output or f"shoal-{loaded.vehicle}.service")
+    path = Path(output or f"shoal-{name}.service")
     path.write_text(text, encoding="utf-8")
     click.echo(f"wrote {path}\n")
     click.echo("Install it, as root:")
     click.echo(f"  useradd --system --home-dir {STATE} --shell /usr/sbin/nologin {user}    (once)")
     click.echo(f"  cp {shlex.quote(str(path))} /etc/systemd/system/ && systemctl daemon-reload")
-    click.echo(f"  systemctl enable --now shoal-{loaded.vehicle}")
-    click.echo(f"Look at it:  systemctl status shoal-{loaded.vehicle}    journalctl -fu shoal-{loaded.vehicle}")
+    click.echo(f"  systemctl enable --now shoal-{name}")
+    click.echo(f"Look at it:  systemctl status shoal-{name}    journalctl -fu shoal-{name}")
 
 
 def quoted(word: str) -> str:

@@ -10,6 +10,7 @@ from shoal.network.network import Network, NoAnswer, VehicleLost
 from shoal.network.parameters import Parameters, check_parameter
 from shoal.network.plans import Outcome, Plans, Refused, StoredPlan
 from shoal.network.systems import System
+from shoal.network.tcp_link import TCPLink
 from shoal.network.udp_link import UDPLink
 from shoal.network.vehicle import AsyncRemoteVehicle
 from shoal.network.where import field_of, parse_where
@@ -41,6 +42,7 @@ __all__ = [
     "RemoteVehicle",
     "StoredPlan",
     "System",
+    "TCPLink",
     "UDPLink",
     "VehicleLost",
     "ZenohLink",

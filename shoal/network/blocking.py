@@ -145,7 +145,7 @@ async def _close(stream: AsyncGenerator[M]) -> None:
 class Connection:
     """A vehicle by its name, as a context manager of both kinds: `with` and `async with`; or `open` and `close`."""
 
-    def __init__(self, name: str, network: Callable[[], Network], timeout: float) -> None:
+    def __init__(self, name: str, network: Callable[[], Network], timeout: float | None) -> None:
         self._name = name
         self._make = network
         self._timeout = timeout

@@ -8,7 +8,8 @@ from imc.addresses import OPERATORS
 from imc.discovery import LOOPBACK, PORTS, Endpoint, Service
 from shoal.network.blocking import Connection
 from shoal.network.link import Console, Link
-from shoal.network.network import MEETING, Network
+from shoal.network.network import Network
+from shoal.network.tcp_link import USUAL_PORT, TCPLink
 from shoal.network.udp_link import EVERYWHERE, UDPLink
 from shoal.network.zenoh_link import LOCAL, ZenohLink
 
@@ -18,15 +19,15 @@ DISCOVERY = "SHOAL_DISCOVERY"
 CONSOLE = "SHOAL_CONSOLE"
 """Environment variables: endpoints with commas; a configuration file of zenoh; ports of discovery, such as 30100-30104;
 our system id, such as 0x4101, for vehicles that list the consoles that may command them."""
-EXAMPLES = "zenoh, udp, tcp/10.0.0.7:7447 or imc+udp://10.0.0.7:6002/"
+EXAMPLES = "zenoh, udp, tcp/10.0.0.7:7447, imc+udp://10.0.0.7:6002/ or imc+tcp://10.0.0.7:7001/"
 
 
 def make_network(endpoints: str | Sequence[str] = (), zenoh_config: Path | None = None) -> Network:
     """A network of the links to some endpoints; without any, to all of this computer.
 
     An endpoint is `zenoh` or `udp` (of this computer), one of zenoh such as tcp/10.0.0.7:7447, or an address for IMC:
-    imc+udp://10.0.0.7:6002/, or imc+udp://0.0.0.0/ for all networks of this computer. Without endpoints those in the
-    environment are used. Raises ValueError for a wrong one.
+    imc+udp://10.0.0.7:6002/, imc+tcp://10.0.0.7:7001/, or imc+udp://0.0.0.0/ for all networks of this computer. Without
+    endpoints those in the environment are used. Raises ValueError for a wrong one.
     """
     texts = [endpoints] if isinstance(endpoints, str) else list(endpoints) or [os.environ.get(ENDPOINTS, "")]
     given = [word.strip() for text in texts for word in text.split(",") if word.strip()]
@@ -34,24 +35,28 @@ def make_network(endpoints: str | Sequence[str] = (), zenoh_config: Path | None 
         zenoh_config = Path(os.environ[CONFIG_FILE])
     of_zenoh: list[str] = []
     of_udp: list[Endpoint] = []
+    of_tcp: list[Endpoint] = []
     for endpoint in given or ["zenoh", "udp"]:
         if endpoint in ("zenoh", "udp"):
             of_zenoh += [LOCAL] if endpoint == "zenoh" else []
             of_udp += [Endpoint(LOOPBACK, 0)] if endpoint == "udp" else []
-        elif endpoint.startswith("imc"):
+        elif endpoint.startswith("imc+tcp:"):
+            of_tcp.append(_server(endpoint))
+        elif endpoint.startswith("imc+udp:"):
             of_udp.append(_place(endpoint))
-        elif "/" in endpoint and ":" in endpoint:
+        elif "/" in endpoint and ":" in endpoint and "://" not in endpoint:
             of_zenoh.append(endpoint)
         else:
             raise ValueError(f"{endpoint!r} is not an endpoint such as {EXAMPLES}")
     links: list[Link] = []
     links += [ZenohLink(of_zenoh, zenoh_config)] if of_zenoh else []
     links += [UDPLink(of_udp, _ports())] if of_udp else []
+    links += [TCPLink(of_tcp)] if of_tcp else []
     return Network(links, _console())
 
 
 def connect(
-    name: str, *, endpoints: str | Sequence[str] = (), zenoh_config: Path | None = None, timeout: float = MEETING
+    name: str, *, endpoints: str | Sequence[str] = (), zenoh_config: Path | None = None, timeout: float | None = None
 ) -> Connection:
     """A running vehicle, by its name; over zenoh or IMC, whichever answers. See `make_network` for endpoints.
 
@@ -62,16 +67,21 @@ def connect(
 
     or, in a notebook, `open` it in one cell and `close` it in another.
 
-    Entering raises NetworkError if it is not found within `timeout` seconds, and ValueError for a wrong endpoint.
+    Entering raises NetworkError if it is not found within `timeout` seconds, by default as long as there is hope, and
+    ValueError for a wrong endpoint.
     """
     return Connection(name, lambda: make_network(endpoints, zenoh_config), timeout)
 
 
+def _server(text: str) -> Endpoint:
+    service = Service.parse(text)
+    if service.address in ("", EVERYWHERE):
+        raise ValueError(f"{text!r} is not the address of one computer")
+    return Endpoint(service.address, service.port or USUAL_PORT)
+
+
 def _place(text: str) -> Endpoint:
-    try:
-        service = Service.parse(text)
-    except ValueError as error:
-        raise ValueError(str(error)) from None
+    service = Service.parse(text)
     place = Endpoint(EVERYWHERE, 0) if service.address == EVERYWHERE else Endpoint(service.address, service.port)
     if place.address != EVERYWHERE and Service("imc+udp", place.address, place.port or 1).endpoint is None:
         raise ValueError(f"{text!r}: {service.address!r} is not the IPv4 address of a computer")

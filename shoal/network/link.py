@@ -12,6 +12,8 @@ import imc
 
 EVERYBODY = "*"
 EVERYTHING: frozenset[str] = frozenset()
+NEAR = 1.5  # s for a system of this computer to appear
+FAR = 3.0  # s over a radio
 
 
 class NetworkError(Exception):
@@ -63,6 +65,11 @@ class Link(Protocol):
 
     name: str
     trouble: str
+
+    @property
+    def patience(self) -> float:
+        """How long it makes sense to wait for a system that has not appeared (s)."""
+        ...
 
     async def open(self, ear: Ear, console: Console) -> None:
         """Start; returns as soon as packets can come, or `trouble` says why not."""

@@ -21,8 +21,9 @@ MOST_REPLIES = 64  # remembered, since they may come by several ways
 REPEAT = 0.4  # s between copies of a request that is not answered
 GRACE = 1.0  # s in which a system that vanished may come back by another way
 PATIENCE = 3.0  # s for an answer
-MEETING = 1.5  # s for a system to show up
 COMPANY = 0.15  # s in which a second vehicle of the same name answers our first Announce, too
+LONGEST = 8.0  # s for a system to say its id
+LATE = 6.0  # s more for the first answer: DUNE sends nothing for 5 s
 LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
 BASIC = ("Heartbeat",)
 """What is asked of a system that we talk to, so that its silence is noticed."""
@@ -199,9 +200,10 @@ class Network:
             self.end(listener)
 
     async def next(
-        self, system: System, kind: type[M], timeout: float = PATIENCE, entity: str = "", *, takes_old: bool = False
+        self, system: System, kind: type[M], timeout: float | None = None, entity: str = "", *, takes_old: bool = False
     ) -> M:
         """The next message of a type, of one entity (label) if it is named. Raises NoAnswer, VehicleLost."""
+        timeout = _time_for(system) if timeout is None else timeout
         listener = self.listen(system, (kind,), takes_old=takes_old)
         deadline = time.monotonic() + timeout
         try:
@@ -216,16 +218,19 @@ class Network:
             self.end(listener)
         raise NoAnswer(f"no {kind.__name__} from {system.name}{entity and f' ({entity})'} within {timeout:g} s")
 
-    async def find(self, name: str, timeout: float = MEETING) -> System:
-        """The system of a name, as soon as its id is known. Raises NetworkError that says who is there instead."""
+    async def find(self, name: str, timeout: float | None = None) -> System:
+        """The system of a name, as soon as its id is known; without a time-out, as long as there is hope.
+
+        Raises NetworkError that says who is there instead.
+        """
         if not name.strip() or any(sign in name for sign in "*?$#/"):
             raise NetworkError(f"{printable(name)!r} is not the name of one vehicle")
         name = "_".join(name.split())
         for link in self.links:
             link.want(name, BASIC)
             link.want(name, ("VehicleState", "PlanControlState"))
-        deadline = time.monotonic() + timeout
-        while (left := deadline - time.monotonic()) > 0.0:
+        began = time.monotonic()
+        while (left := began + (self._patience(name) if timeout is None else timeout) - time.monotonic()) > 0.0:
             system = self.systems.get(name)
             alone = time.monotonic() > self._began + COMPANY
             if system is not None and system.id is not None and system.is_there and (alone or system.clash):
@@ -236,6 +241,15 @@ class Network:
                 return system
             await self.news(min(left, 0.05))
         raise NetworkError(self._why_not(name))
+
+    @property
+    def patience(self) -> float:
+        """How long it makes sense to wait for somebody to appear (s)."""
+        return max((link.patience for link in self.links), default=0.0)
+
+    def _patience(self, name: str) -> float:
+        known = self.systems.get(name)
+        return max(self.patience, LONGEST) if known is not None and known.is_there else self.patience
 
     async def news(self, timeout: float) -> None:
         """Wait until a system appears, vanishes, or gets known, but not longer than `timeout` s."""
@@ -278,7 +292,7 @@ class Network:
         kinds: Collection[type[imc.Message]],
         answer: Callable[[imc.Message], A | None],
         *,
-        timeout: float = PATIENCE,
+        timeout: float | None = None,
         repeat: float = REPEAT,
     ) -> A:
         """Send a request, and again every `repeat` s, until `answer` finds what it needs in a message of these types.
@@ -286,6 +300,7 @@ class Network:
         Copies are equal to the last byte, so that a vehicle can know them. Raises NoAnswer, VehicleLost, and what
         `answer` raises.
         """
+        timeout = _time_for(system) if timeout is None else timeout
         listener = self.listen(system, kinds)
         packet = imc.encode(self.address(system, request))
         deadline, attempt = time.monotonic() + timeout, 0
@@ -337,3 +352,8 @@ class Network:
                 f"no vehicle {printable(name)!r} on the network; {suggestion(name, there) or '`shoal ls` lists them'}"
             )
         return self.nobody()
+
+
+def _time_for(system: System) -> float:
+    """For an answer (s)."""
+    return PATIENCE + (LATE if system.is_mute else 0.0)

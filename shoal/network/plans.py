@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import imc
 from runtime.problem import suggestion
 from shoal.network.link import NetworkError
-from shoal.network.network import GRACE, PATIENCE, Network
+from shoal.network.network import GRACE, Network
 from shoal.network.systems import System
 
 Op = imc.PlanControl.Op
@@ -78,7 +78,7 @@ class Plans:
         """Delete a stored plan. Raises Refused if there is none of this name."""
         await self._database(imc.PlanDB.Op.DEL, name)
 
-    async def status(self, timeout: float = PATIENCE) -> imc.PlanControlState:
+    async def status(self, timeout: float | None = None) -> imc.PlanControlState:
         """What the plan engine does: its last report, or the next one if we have asked for a change meanwhile."""
         self._network.check(self._system)
         state = self._system.last_of(imc.PlanControlState)

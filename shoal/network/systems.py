@@ -53,6 +53,11 @@ class System:
         return bool(self.parts) or (bool(self.last) and self.age < SILENCE)
 
     @property
+    def is_mute(self) -> bool:
+        """Whether it has announced itself, but said nothing yet."""
+        return all(name == imc.Announce.__name__ for name, _ in self.latest)
+
+    @property
     def is_vehicle(self) -> bool:
         """Whether it is no console: its id, once known, is not one of an operator."""
         return self.id is None or self.id not in OPERATORS

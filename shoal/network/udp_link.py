@@ -6,7 +6,7 @@ import socket
 import time
 from collections.abc import Collection, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import imc
 from imc.discovery import (
@@ -23,11 +23,11 @@ from imc.discovery import (
 )
 from imc.layout import LARGEST_PACKET
 from runtime.networks import EVERYWHERE, interfaces
-from shoal.network.link import EVERYBODY, Arrival, Console, Ear
+from shoal.network.link import EVERYBODY, FAR, NEAR, Arrival, Console, Ear
 
 USUAL_PORTS = range(6002, 6007)  # where vehicles listen; asked if no announcement can be heard
 BEAT = 1.0  # s
-AGAIN = (1.1, PERIOD)  # s from the first Announce to the second, and between the others; imcjava ignores faster ones
+AGAIN = (0.5, 0.6, 1.5, 2.5)  # s between the first Announces, of which a radio may lose some; then PERIOD
 SILENCE = 4.0  # s; a system that we send Heartbeat sends its own at 1 Hz
 UNSEEN = 2.5 * PERIOD  # s without Announce
 MOST_PEERS = 256
@@ -46,7 +46,6 @@ class _Peer:
     endpoint: Endpoint
     announced: float
     heard: float = 0.0
-    greeted: bool = field(default=False)
 
     @property
     def seen(self) -> float:
@@ -71,12 +70,28 @@ class UDPLink:
         self._sockets: list[socket.socket] = []
         self._beating: asyncio.Task[None] | None = None
         self._uid = str(time.time_ns())
+        self._refused: set[Endpoint] = set()
+        self._own_place: Endpoint | None = None
+        self._has_heard = False
         self.deaf = False
+        self.is_far = not all(place.address.startswith("127.") for place in self._places)
+
+    @property
+    def patience(self) -> float:
+        if self._somebody_is_silent or (self.is_far and self._has_heard):
+            return PERIOD + 1.0
+        return FAR if self.is_far else NEAR
+
+    @property
+    def _somebody_is_silent(self) -> bool:
+        """Whether a program hears our announcements but has not answered: DUNE announces itself only now and then."""
+        here = {Endpoint(LOOPBACK, port) for port in self._ports} - {self._own_place}
+        asked = here | {place for place in self._places if place.port}
+        return len(asked - self._refused) > len(self._everybody())
 
     async def open(self, ear: Ear, console: Console) -> None:
         self._ear, self._console = ear, console
-        local = all(place.address.startswith("127.") for place in self._places)
-        self._address = LOOPBACK if local else EVERYWHERE
+        self._address = EVERYWHERE if self.is_far else LOOPBACK
         try:
             self._data = self._open(self._address, 0)
         except OSError as error:
@@ -130,6 +145,7 @@ class UDPLink:
                 self._discovery = self._open(self._address, port)
             except OSError:
                 continue
+            self._own_place = Endpoint(LOOPBACK, port)
             for interface in interfaces() if self._address == EVERYWHERE else ():
                 group = socket.inet_aton(MULTICAST) + socket.inet_aton(interface.address)
                 with suppress(OSError):  # it has no multicast
@@ -150,11 +166,14 @@ class UDPLink:
             for peer in self._everybody():
                 if now - peer.announced > UNSEEN or (peer.heard and now - peer.heard > SILENCE):
                     self._lose(peer)
-                else:
+                elif peer.heard:
                     self._send(self._packet(imc.Heartbeat(), peer.id), peer.endpoint)
-            await asyncio.sleep(BEAT)
+                else:
+                    self._greet(peer)
+            await asyncio.sleep(min(BEAT, next_announce - now))
 
     def _announce(self) -> None:
+        self._refused.clear()
         addresses = [place.address for place in self._places]
         if EVERYWHERE in addresses:
             addresses = [LOOPBACK, BROADCAST, *(a for a in addresses if a != EVERYWHERE)]
@@ -206,6 +225,7 @@ class UDPLink:
                 _, _, _, address = self._data.recvmsg(0, 0, ERROR_QUEUE)
             except OSError:
                 return
+            self._refused.add(Endpoint(*address[:2]))
             for peer in self._everybody():
                 if address[:2] == tuple(peer.endpoint):
                     self._lose(peer)
@@ -220,13 +240,17 @@ class UDPLink:
 
     def _read_announcements(self) -> None:
         for packet, sender in self._read(self._discovery):
-            try:
-                message = imc.decode(packet)
-            except imc.DecodeError as error:
-                self._ear.dropped(self, sender.address, f"announcement: {error.reason}")
-                continue
-            if isinstance(message, imc.Announce) and message.src != self._console.id:
-                self._meet(message, sender)
+            self._hear(packet, sender)
+
+    def _hear(self, packet: bytes, sender: Endpoint) -> None:
+        try:
+            message = imc.decode(packet)
+        except imc.DecodeError as error:
+            self._ear.dropped(self, sender.address, f"announcement: {error.reason}")
+            return
+        if isinstance(message, imc.Announce) and message.src != self._console.id:
+            self._has_heard = True
+            self._meet(message, sender)
 
     def _meet(self, announce: imc.Announce, sender: Endpoint) -> None:
         services = Services.parse(announce.services)
@@ -253,15 +277,22 @@ class UDPLink:
         known.endpoint, known.announced = places[0], now
         self._ear.appeared(self, name, uid, f"at {places[0]}", announce.src)
         self._ear.arrived(self, Arrival(imc.encode(announce), name, "", f"at {places[0]}"))
-        if not known.greeted:
-            # Its own search for announcements may be deaf; and it sends only to who has sent it something.
-            known.greeted = True
-            self._send(self._announcement(known.endpoint), known.endpoint)
-            self._send(self._packet(imc.Heartbeat(), known.id), known.endpoint)
+        if not known.heard:
+            self._greet(known)
+
+    def _greet(self, peer: _Peer) -> None:
+        """Its own search for announcements may be deaf; and it sends only to who has sent it something."""
+        self._send(self._announcement(peer.endpoint), peer.endpoint)
+        self._send(self._packet(imc.Heartbeat(), peer.id), peer.endpoint)
 
     def _read_data(self) -> None:
         for packet, sender in self._read(self._data):
-            source = int.from_bytes(packet[14:16], "little" if packet[:1] == b"\x54" else "big")
+            order = "little" if packet[:1] == b"\x54" else "big"
+            if int.from_bytes(packet[2:4], order) == imc.Announce.ID:  # the answer to ours
+                self._hear(packet, sender)
+                continue
+            source = int.from_bytes(packet[14:16], order)
+            self._has_heard = self._has_heard or source != self._console.id
             peer = self._peers.get(source)
             if peer is None:  # damaged in the header, or another protocol
                 peer = next((one for one in self._peers.values() if one.endpoint == sender), None)

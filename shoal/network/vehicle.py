@@ -6,7 +6,7 @@ from typing import TypeVar, overload
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from shoal.network.logs import Logs
-from shoal.network.network import PATIENCE, Network
+from shoal.network.network import Network
 from shoal.network.parameters import Parameters
 from shoal.network.plans import Plans
 from shoal.network.systems import System
@@ -37,7 +37,7 @@ class AsyncRemoteVehicle:
         """Its IMC id."""
         return UNKNOWN_SYSTEM if self.system.id is None else self.system.id
 
-    async def latest(self, kind: type[M], *, entity: str = "", timeout: float = PATIENCE) -> M:
+    async def latest(self, kind: type[M], *, entity: str = "", timeout: float | None = None) -> M:
         """The last message of a type, of one entity (label) if it is named; waits for the first one.
 
         Raises NoAnswer if none comes in time.
@@ -72,7 +72,7 @@ class AsyncRemoteVehicle:
         self.network.check(self.system)
         self.network.send(self.system, message)
 
-    async def request(self, message: imc.Message, answer: type[M], *, timeout: float = PATIENCE) -> M:
+    async def request(self, message: imc.Message, answer: type[M], *, timeout: float | None = None) -> M:
         """Send a message, again and again, until a message of a type comes to us or to all. Raises NoAnswer.
 
         If both have a field `request_id`, that of the answer is the one of the request.

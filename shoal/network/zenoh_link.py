@@ -11,7 +11,7 @@ from urllib.parse import unquote
 
 import imc
 from runtime.zenoh import LOCAL_PORT, ZenohConfig, chunk, explain, key, parse_token
-from shoal.network.link import EVERYBODY, Arrival, Console, Ear
+from shoal.network.link import EVERYBODY, FAR, NEAR, Arrival, Console, Ear
 
 if TYPE_CHECKING:
     import zenoh
@@ -48,6 +48,7 @@ class ZenohLink:
     def __init__(self, connect: Collection[str] = (LOCAL,), config_file: Path | None = None) -> None:
         self.trouble = "not open yet"
         self._connect = tuple(connect)
+        self.is_far = not all("/127." in endpoint or "/localhost:" in endpoint for endpoint in connect)
         self._config = ZenohConfig(
             mode="client", local_port=0, listen=(), connect=self._connect, scouting="none", config_file=config_file
         )
@@ -63,6 +64,10 @@ class ZenohLink:
         self._retrying: asyncio.Task[None] | None = None
         self._opening: threading.Thread | None = None
         self._liveliness: list[Any] = []
+
+    @property
+    def patience(self) -> float:
+        return FAR if self.is_far else NEAR
 
     async def open(self, ear: Ear, console: Console) -> None:
         self._ear, self._console = ear, console
@@ -85,8 +90,6 @@ class ZenohLink:
     def want(self, system: str, messages: Collection[str]) -> None:
         system = EVERYBODY if system == EVERYBODY else chunk(system)
         wanted = [f"imc/{system}/{way}{chunk(message)}/*" for message in messages for way in ("", "@cmd/")]
-        if "Announce" in messages:
-            wanted.append(f"imc/*/@cmd/Announce/{system}")  # addressed to system 0, as in DUNE
         if not messages:
             wanted = [f"imc/{system}/**", f"imc/{system}/@cmd/**"]
         for expression in wanted:

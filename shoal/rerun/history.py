@@ -168,6 +168,6 @@ class History:
         self._timed.append(last._replace(time=following))
 
 
-def spoken_by(owner: int, entities: Collection[int]) -> Callable[[imc.Header], bool]:
-    """A function that tells whether a packet comes from one of these entities of the owner."""
-    return lambda header: header.src == owner and header.src_ent in entities
+def spoken_by(owner: int, entities: Collection[int], since: float = -math.inf) -> Callable[[imc.Header], bool]:
+    """A function that tells whether a packet comes from one of these entities of the owner, not before a time (s)."""
+    return lambda header: header.src == owner and header.src_ent in entities and not header.timestamp < since

@@ -1,6 +1,7 @@
 """Re-runs tasks on the logged messages of all others, and compares what they publish with the log."""
 
 import contextlib
+import math
 import tempfile
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -8,6 +9,7 @@ from pathlib import Path
 from typing import cast
 
 import imc
+from runtime.bus import known_here
 from runtime.kernel import SECOND, VirtualClock, nanoseconds
 from runtime.logs import new_log
 from runtime.problem import quoted, suggestion
@@ -17,9 +19,10 @@ from runtime.vehicle import TaskImportError, all_tasks, build, find_task, why_mi
 from shoal.rerun.comparison import Comparison, LastMoment
 from shoal.rerun.history import History, Instants, spoken_by
 from shoal.rerun.logged_bus import LoggedBus
-from shoal.rerun.outlines import Outline, outline
+from shoal.rerun.outlines import GAP, Outline, outline
 from shoal.rerun.run import CONFIGURATION, LoggedRun, run_of
 
+ENOUGH = 10  # messages at a rate; so many periods without one are a silence
 TOLERANCE = 0.5  # s, between the two messages of a pair, for a log made on a wall clock
 
 
@@ -98,7 +101,7 @@ def resimulate(
             raise ResimulationError(f"{', '.join(skipped)}: {reason}")
         again = [vehicle.task(section) for section in sections]
         chosen = {entity.id: entity.label for entity in vehicle.entities if entity.component in sections}
-        own = spoken_by(about.owner, chosen.keys())
+        own = spoken_by(about.owner, chosen.keys(), since=about.begin if about.begin > about.opened else -math.inf)
         comparison = Comparison(log.schema, 0.0 if virtual else TOLERANCE)
         bus = vehicle.bus
         assert isinstance(bus, LoggedBus)
@@ -127,6 +130,8 @@ def resimulate(
     for task in again:
         own_ids = {entity.id for entity in vehicle.entities if entity.component == task.name}
         stopped = any(t.logged and not t.said for (entity, _), t in comparison.tallies.items() if entity in own_ids)
+        if any(t.only_logged for (entity, _), t in comparison.tallies.items() if entity in own_ids):
+            notes += _ending(run, about, task)
         if lacking := list(_lacking(run, about, loaded, task, stopped=stopped)):
             missing |= dict.fromkeys(own_ids, lacking)
     return Resimulation(log, sections, comparison, virtual and not overrides, start / SECOND, notes, chosen, missing)
@@ -216,10 +221,11 @@ def _reservations(
 ) -> Iterator[str]:
     """What cannot be reproduced, and why."""
     if not virtual:
-        late = about.begin - profile.start_time
-        if about.marked and 0.0 < late < 1e6:
-            yield f"the log begins {late:.1f} s after the vehicle: the state of the tasks at that time is unknown"
-        else:
+        since = profile.start_time if 0.0 <= about.opened - profile.start_time < 1e6 else about.opened
+        if about.marked and (late := about.begin - since) > 0.0:
+            whom = "the vehicle" if since == profile.start_time else "the run"
+            yield f"the log begins {late:.1f} s after {whom}: the state of the tasks at that time is unknown"
+        if not about.marked or since != profile.start_time:
             yield "made on a wall clock: the log does not record when tasks ticked and in which order things happened"
     if not about.closed:
         yield "the log does not end cleanly: its last messages may be missing"
@@ -232,17 +238,45 @@ def _reservations(
     schema = run.schema
     present = {number: schema.by_id(number) for number in about.counts if number in schema.types_by_id}
     for task in tasks:
-        for consumer in consumers(type(task)):
-            wanted = cast(type[object], consumer.type)
-            number = getattr(wanted, "ID", -1)
-            if not issubclass(wanted, imc.Message):
-                yield f"{task.name} subscribes to {wanted.__name__}, which logs never have: re-run its source, too"
-            elif not any(issubclass(kind, wanted) for kind in present.values()):
-                reason = f"uses id {number} for another message" if number in present else f"has no {wanted.__name__}"
+        for wanted in _beside_messages(task):
+            yield f"{task.name} subscribes to {wanted.__name__}, which logs never have: re-run its source, too"
+        for wanted in _inputs(run, task):
+            if not any(issubclass(kind, wanted) for kind in present.values()):
+                known = wanted.ID in present
+                reason = f"uses id {wanted.ID} for another message" if known else f"has no {wanted.__name__}"
                 yield f"{task.name} subscribes to {wanted.__name__}, but the log {reason}"
     for entity, label in chosen.items():
         if not any(speaker == entity for _, speaker in about.speakers):
             yield f"the log has no messages of the entity {quoted(label)}" + _others(about, label)
+
+
+def _ending(run: LoggedRun, about: Outline, task: Task) -> Iterator[str]:
+    """The inputs of a task that end long before the log does."""
+    for wanted in _inputs(run, task):
+        count, last = about.counts[wanted.ID], about.last.get(wanted.ID, math.nan)
+        silence = about.end - last
+        if count >= ENOUGH and silence > max(GAP, ENOUGH * (last - about.begin) / count):
+            yield (
+                f"{task.name} subscribes to {wanted.__name__}, which ends {silence:.1f} s before the log: "
+                "what the task publishes later cannot be compared"
+            )
+
+
+def _beside_messages(task: Task) -> list[type]:
+    """What a task subscribes to besides messages, such as frames."""
+    kinds = [cast(type[object], consumer.type) for consumer in consumers(type(task))]
+    return [kind for kind in kinds if not issubclass(kind, imc.Message)]
+
+
+def _inputs(run: LoggedRun, task: Task) -> Iterator[type[imc.Message]]:
+    """The messages that a task subscribes to, as the log has them; those that it defines otherwise are its own."""
+    for consumer in consumers(type(task)):
+        wanted = cast(type[object], consumer.type)
+        if issubclass(wanted, imc.Message):
+            try:
+                yield known_here(wanted, run.schema) if wanted.SCHEMA is not None else wanted
+            except imc.SchemaError:
+                yield wanted
 
 
 def _lacking(run: LoggedRun, about: Outline, profile: Profile, task: Task, *, stopped: bool) -> Iterator[str]:
@@ -255,12 +289,9 @@ def _lacking(run: LoggedRun, about: Outline, profile: Profile, task: Task, *, st
     # log was made from it, without some messages.
     whole = about.marked and imc.Heartbeat.ID in about.counts and not stopped
     present = [run.schema.by_id(number) for number in about.counts if number in run.schema.types_by_id]
-    for consumer in consumers(type(task)):
-        wanted = cast(type[object], consumer.type)
-        if not issubclass(wanted, imc.Message):
-            if stopped:
-                yield wanted.__name__
-            continue
+    if stopped:
+        yield from (wanted.__name__ for wanted in _beside_messages(task))
+    for wanted in _inputs(run, task):
         recorded = whole and (not chosen or wanted.__name__ in chosen)
         if not recorded and not any(issubclass(kind, wanted) for kind in present):
             yield wanted.__name__

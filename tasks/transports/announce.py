@@ -11,6 +11,7 @@ from tasks.transports.imc_links.announcement import (
     announcement,
     external_services,
     local_services,
+    spread,
 )
 from tasks.transports.imc_links.sockets import announcer, network_address, network_time
 
@@ -18,6 +19,7 @@ SHORTEST = 1.2  # s between two announcements; imcjava ignores one that comes wi
 SOON = 0.2  # s, for several services that begin together
 MOST_SERVICES = 64
 MOST_SYSTEMS = 64
+BREAK = 0.05  # s between two answers to newcomers, who may claim any address
 
 
 class Announce(Task):
@@ -53,6 +55,7 @@ class Announce(Task):
         self.state: imc.EstimatedState | None = None
         self.offered: dict[tuple[int, str, str], tuple[Service, int]] = {}
         self.systems: dict[int, tuple[str, tuple[str, ...]]] = {}  # uid or name, and addresses, by id
+        self.answered = 0.0
         self.sent, self.due, self.asked = 0.0, network_time(self) + SHORTEST, False  # first come the services
 
     @consume
@@ -73,11 +76,12 @@ class Announce(Task):
 
     @consume(others=True)
     def answer(self, other: imc.Announce) -> None:
-        """Announce to a system that has just appeared, which need not wait for the next time."""
+        """Announce to a system that has just appeared: at once where it takes packets, and soon to all."""
         if other.src == self.system:
             return
         services = Services.parse(other.services)
-        addresses = tuple(dict.fromkeys(end.address for end in services.endpoints("imc+udp")))
+        places = services.endpoints("imc+udp")
+        addresses = tuple(dict.fromkeys(end.address for end in places))
         who = services.uid or other.sys_name
         before = self.systems.pop(other.src, None)
         if len(self.systems) >= MOST_SYSTEMS:
@@ -85,6 +89,15 @@ class Announce(Task):
         self.systems[other.src] = (who, addresses)
         if before is None or before[0] != who:
             self.announce_soon()
+            if places and self.offered and network_time(self) - self.answered >= BREAK:
+                self.answered = network_time(self)
+                self.answer_at(places[0])
+
+    def answer_at(self, place: Endpoint) -> None:
+        """Announce to one system."""
+        offered, own = self.offered.values(), [network.address for network in self.networks()]
+        services = local_services(offered) if is_local(place.address) else external_services(offered, own)
+        self.send("", self.message(services), [place])
 
     def announce_soon(self) -> None:
         if not self.asked:
@@ -137,7 +150,7 @@ class Announce(Task):
 
     def message(self, services: Iterable[Service]) -> imc.Announce:
         uid = round(self.vehicle.start_time * 1e9)
-        text = str(Services.of(services, uid=uid, version="shoal", imc=self.vehicle.bus.messages.version))
+        text = str(Services.of(spread(services), uid=uid, version="shoal", imc=self.vehicle.bus.messages.version))
         return announcement(self.system_name, self.system_type, self.state, text).replace(dst=0)
 
     def send(self, by: str, message: imc.Announce, places: Sequence[Endpoint]) -> set[str]:

@@ -12,7 +12,7 @@ import msgspec
 
 import imc
 from imc.addresses import BROADCAST, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
-from imc.lsf import Log, packet_id
+from imc.lsf import Log
 from runtime.durations import parse_duration
 from runtime.logs import summarize, types_called
 from runtime.problem import of_file
@@ -122,7 +122,7 @@ class Recording:
         self._verdicts: dict[int, str] = {}
         first = next((packet for _, packet in log.packets()), None)
         self.owner = imc.header(first).src if first is not None else None
-        self._led = first is not None and packet_id(first) == imc.LoggingControl.ID
+        self._led = first is not None and imc.packet_id(first) == imc.LoggingControl.ID
         self.entities = self._find_entities(entities)
         self.missing = [label for label, here in entities.items() if here not in self.entities.values()]
         self._translating = bool(entities)

@@ -14,14 +14,16 @@ from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.datagrams import Datagram
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate, sender
-from tasks.transports.imc_links.message_list import MessageList, parse_rate
+from tasks.transports.imc_links.message_list import MessageList, message_named, parse_rate
 from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, UNKNOWN, Drops, Peer, Peers
+from tasks.transports.imc_links.reach import Reach
 from tasks.transports.imc_links.reader import Reader
 from tasks.transports.imc_links.recent import Recent
 from tasks.transports.imc_links.sending import Carrier
 from tasks.transports.imc_links.sockets import bound, network_address, network_time
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
+OUT_OF_RANGE = "out of range"
 REPEATS = 1024  # forwarded packets that are remembered
 WHY = {
     UNKNOWN: "it has to send an Announce first",
@@ -88,6 +90,13 @@ class UDP(Carrier):
     ignore_filter: bool = param(False, "", "Take packets of systems that have not announced themselves.")
     contact_timeout: float = param(30.0, "s", "Silence after which a system gets no more packets.", minimum=1)
     maximum_rate: float = param(2000.0, "Hz", "Most packets per second that a system may send.", minimum=1)
+    communication_range: float = param(
+        0.0, "m", "Simulate a radio that reaches so far, in mode Simulation; 0 reaches everybody.", minimum=0
+    )
+    underwater_communications: bool = param(False, "", "Let the simulated radio also reach others under water.")
+    always_transmitted_messages: list[str] = param(
+        ["Abort", "SimulatedState"], "", "Messages that are not subject to the simulated radio.", usable=message_named
+    )
     consoles: list[str] = param(
         [], "", "Systems that may command, NAME or NAME@ADDRESS; others then only report. Empty lets all command."
     )
@@ -120,6 +129,11 @@ class UDP(Carrier):
             ignore_filter=self.ignore_filter,
             rate=self.maximum_rate,
         )
+        self.reach = None
+        if self.communication_range and "Simulation" in self.vehicle.profile.value("General", "Selected", ""):
+            schema = self.vehicle.bus.messages
+            always = [schema[name].ID for name in self.always_transmitted_messages if name in schema]
+            self.reach = Reach(self.communication_range, self.underwater_communications, always)
         super().configure()
 
     def start(self) -> None:
@@ -188,6 +202,8 @@ class UDP(Carrier):
         if other.src in (self.system, 0, BROADCAST, UNKNOWN_SYSTEM):
             return
         peer = self.peers.announce(other.src, other.sys_name, Services.parse(other.services), network_time(self))
+        if self.reach is not None:
+            self.reach.sight(other)
         if peer is None:
             if self.drops.add("announced beyond the systems in contact", f"0x{other.src:04X}"):
                 self.log.warning(f"{MOST_PEERS} systems are in contact: there is no room for 0x{other.src:04X}")
@@ -204,6 +220,9 @@ class UDP(Carrier):
                     peer = self.turn_away(packet, address, port, peer)
                     if peer is None:
                         continue
+                if self.reach is not None and not self.reach.has(peer.system, imc.packet_id(packet)):
+                    self.drops.add(OUT_OF_RANGE, peer.name)
+                    continue
                 message = relay(packet)
             except imc.DecodeError as error:
                 self.drop(MALFORMED, sender(packet, address), error.reason)
@@ -215,8 +234,21 @@ class UDP(Carrier):
                 peer.sees = address
                 self.refresh()
                 self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
+                self.greet(peer)
             if not self.local_messages_only:
                 self.carry(message, imc.first_packet(packet))
+
+    def greet(self, peer: Peer) -> None:
+        """Tell a system that has come the last states, which it would have to wait for."""
+        if self.dynamic_nodes and peer.endpoint is not None:
+            for packet in self.last_states(self.lists.get(peer.system, self.messages)):
+                if self.reach is None or self.reach.has(peer.system, imc.packet_id(packet)):
+                    self.post(packet, peer.endpoint)
+
+    def keep(self, state: imc.Message, packet: bytes) -> None:
+        super().keep(state, packet)
+        if self.reach is not None and isinstance(state, imc.EstimatedState):
+            self.reach.locate(state)
 
     def turn_away(self, packet: bytes, address: str, port: int, reason: str) -> Peer | None:
         """Drop a packet, unless it is the Announce that makes its system a peer."""
@@ -248,17 +280,18 @@ class UDP(Carrier):
             if not messages.passes(message, now):
                 continue
             for system, endpoint in places:
-                if system == source:
-                    continue
-                try:
-                    self.socket.sendto(packet, endpoint)
-                except OSError as error:
-                    self.fail(endpoint, error.strerror or str(error))
+                if system != source and (self.reach is None or self.reach.has(system, message.ID)):
+                    self.post(packet, endpoint)
 
-    def fail(self, endpoint: Endpoint, why: str) -> None:
-        """Count a packet that could not be sent, and name the first of each place and reason."""
-        if self.unsent.add(f"not sent ({why})", str(endpoint)):
-            self.log.warning(f"packets cannot be sent to {endpoint}: {why}")
+    def post(self, packet: bytes, endpoint: Endpoint) -> None:
+        """Send a packet; one that cannot be sent is counted, and the first of each place and reason named."""
+        assert self.socket is not None
+        try:
+            self.socket.sendto(packet, endpoint)
+        except OSError as error:
+            why = error.strerror or str(error)
+            if self.unsent.add(f"not sent ({why})", str(endpoint)):
+                self.log.warning(f"packets cannot be sent to {endpoint}: {why}")
 
     @periodic(1.0)
     def look_after_peers(self) -> None:

@@ -9,6 +9,7 @@ from imc.discovery import LOOPBACK, Service
 from runtime.networks import EVERYWHERE, is_local
 
 LOCAL, EXTERNAL = imc.AnnounceService.ServiceType.LOCAL, imc.AnnounceService.ServiceType.EXTERNAL
+ANY = "imc+any"
 SYSTEM_TYPES = tuple(kind.name.lower() for kind in imc.SystemType)
 
 
@@ -24,6 +25,17 @@ def announcement(name: str, system_type: str, state: imc.EstimatedState | None, 
         height=height,
         services=services,
     )
+
+
+def spread(services: Iterable[Service]) -> list[Service]:
+    """With each imc+any://NAME, as it is said for all transports, at each of them: imc+udp://127.0.0.1:6002/NAME."""
+    each = list(services)
+    transports = [service for service in each if service.scheme in ("imc+udp", "imc+tcp")]
+    for everywhere in [service for service in each if service.scheme == ANY]:
+        each.remove(everywhere)
+        path = f"/{everywhere.address}{everywhere.path}".rstrip("/")
+        each += [transport._replace(path=path) for transport in transports]
+    return each
 
 
 def local_services(offered: Iterable[tuple[Service, int]]) -> list[Service]:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 
 import imc
 from runtime.problem import nearest, quoted
+from tasks.transports.imc_links.custom_filters import Custom, parse_custom
 
 MOST_SOURCES = 1024  # whose rate is measured, per type of message
 EARLY = 0.1  # of a period: how much sooner or later a message may come, so that a source at just the rate loses none
@@ -54,8 +55,9 @@ class MessageList:
     """The messages that a transport sends: their types, and which of them pass.
 
     `names` are those of messages; a message of `rates` passes so often per second and entity, one of `entities` only if
-    an entity with one of these labels sent it. If a message is listed twice, the last item counts. `label(system,
-    entity)` is the label of an entity. `unknown` are the names that `schema` does not have.
+    an entity with one of these labels sent it; what passes that also has to pass the filters of `custom`. If a message
+    is listed twice, the last item counts. `label(system, entity)` is the label of an entity. `unknown` are the names
+    that `schema` does not have.
     Raises ValueError for an item that is not in the syntax.
     """
 
@@ -64,6 +66,7 @@ class MessageList:
         names: Iterable[str],
         rates: Iterable[str] = (),
         entities: Iterable[str] = (),
+        custom: Iterable[str] = (),
         *,
         schema: imc.Schema,
         label: Callable[[int, int], str],
@@ -71,14 +74,21 @@ class MessageList:
         wanted = dict.fromkeys(name.strip() for name in names if name.strip())
         periods = dict(parse_rate(item) for item in rates if item.strip())
         labels = dict(parse_entities(item) for item in entities if item.strip())
+        made = (parse_custom(item) for item in custom if item.strip())
+        further: dict[str, Custom] = {kind.message: kind(words, label) for kind, words in made}
         self.unknown = sorted(name for name in {*wanted, *periods, *labels} if name not in schema)
         self.types = tuple(schema[name] for name in wanted if name in schema)
         filters = {
-            schema[name]: _Filter(periods.get(name, math.inf), labels.get(name), label)
-            for name in {*periods, *labels}
+            schema[name]: _Filter(periods.get(name, math.inf), labels.get(name), label, further.get(name))
+            for name in {*periods, *labels, *further}
             if name in schema
         }
         self._filters = {kind: filters.get(kind) for kind in self.types}
+
+    def concerns(self, message: imc.Message) -> bool:
+        """Whether a message would pass if its rate allowed."""
+        found = self._filters.get(type(message))
+        return type(message) in self._filters and (found is None or found.concerns(message))
 
     def passes(self, message: imc.Message, now: float) -> bool:
         """Whether to send a message at the time `now` (s)."""
@@ -92,23 +102,34 @@ class MessageList:
 class _Filter:
     """Lets messages of some entities through, of each at most so often per second, on average."""
 
-    def __init__(self, hertz: float, labels: frozenset[str] | None, label: Callable[[int, int], str]):
+    def __init__(
+        self,
+        hertz: float,
+        labels: frozenset[str] | None,
+        label: Callable[[int, int], str],
+        custom: Custom | None,
+    ):
+        self._custom = custom
         self._period = 1.0 / hertz if hertz else math.inf
         self._labels = labels
         self._label = label
         self._due: dict[tuple[int, int], float] = {}
 
+    def concerns(self, message: imc.Message) -> bool:
+        wanted = self._labels is None or self._label(message.src, message.src_ent) in self._labels
+        return wanted and self._period != math.inf
+
     def passes(self, message: imc.Message, now: float) -> bool:
-        source = (message.src, message.src_ent)
-        if self._labels is not None and self._label(*source) not in self._labels:
+        if not self.concerns(message):
             return False
+        source = (message.src, message.src_ent)
         period, due = self._period, self._due.get(source, now)
         if due > now + 2.0 * period:  # the clock was set back
             due = now
         slack = EARLY * period
-        if now < due - slack or period == math.inf:
+        if now < due - slack:
             return False
         if len(self._due) >= MOST_SOURCES and source not in self._due:
             self._due.clear()
         self._due[source] = max(due, now - slack) + period
-        return True
+        return self._custom is None or self._custom(message)

@@ -1,19 +1,23 @@
 """A task that sends the messages of a list to peers: the options that all of them have, and the subscriptions."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import imc
 from runtime import Task, param
 from runtime.bus import Subscription
 from runtime.task import ParameterError
+from tasks.transports.imc_links.custom_filters import parse_custom
 from tasks.transports.imc_links.message_list import MessageList, known_entities, known_rate, message_named
+
+STATES = (imc.Announce, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState, imc.VehicleState)
+"""What somebody who has just come is told at once, if it is listed; some come only every 10 s."""
 
 
 class Carrier(Task):
     """Sends listed messages of the bus to peers. Subclasses say how in `carry`, and when with `listen`.
 
-    While nobody listens it subscribes to nothing, and costs nothing. What a subclass puts on the bus with `relay` does
-    not come back to it.
+    While nobody listens it only keeps the last states. What a subclass puts on the bus with `relay` does not come back
+    to it.
     """
 
     external = True
@@ -24,6 +28,13 @@ class Carrier(Task):
     )
     filtered_entities: list[str] = param(
         [], "", "Entities that a message is sent of, MESSAGE:LABEL+LABEL.", usable=known_entities
+    )
+    custom_filters: list[str] = param(
+        [],
+        "",
+        "EntityStateChangeFilter:LABEL+LABEL sends only changed states, of these entities or all; "
+        "LogBookEntryFilter:ERROR+WARNING only these types.",
+        usable=parse_custom,
     )
     local_messages_only: bool = param(
         True, "", "Send only what this vehicle says, not what it has heard of other systems."
@@ -46,18 +57,30 @@ class Carrier(Task):
                 names,
                 rates,
                 self.filtered_entities,
+                self.custom_filters,
                 schema=self.vehicle.bus.messages,
                 label=self.vehicle.entities.label,
             )
         except ValueError as error:
-            raise ParameterError(
-                "Rate Limiters" if "its rate in Hz" in str(error) else "Filtered Entities", str(error)
-            ) from None
+            options = {"its rate in Hz": "Rate Limiters", "its entities": "Filtered Entities"}
+            option = next((option for words, option in options.items() if words in str(error)), "Custom Filters")
+            raise ParameterError(option, str(error)) from None
 
     def start(self) -> None:
         self.subscriptions: list[Subscription] = []
+        self.states: dict[tuple[type, int], tuple[imc.Message, bytes]] = {}
+        for kind in STATES:
+            self.vehicle.bus.subscribe(Subscription(kind, self.keep, self, packets=True))
         if self.messages.unknown:
             self.log.warning(f"no such message: {', '.join(self.messages.unknown)}")
+
+    def keep(self, state: imc.Message, packet: bytes) -> None:
+        self.states[type(state), state.src_ent] = state, packet
+
+    def last_states(self, messages: MessageList) -> Iterator[bytes]:
+        """The packets with the last states, as far as they are listed; first the name of the vehicle."""
+        kept = sorted(self.states.values(), key=lambda kept: kept[0].ID != imc.Announce.ID)
+        return (packet for state, packet in kept if messages.concerns(state))
 
     def listen(self, wanted: bool) -> None:
         """Have the bus call `carry` with each message of the list, or no longer."""

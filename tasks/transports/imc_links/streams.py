@@ -108,6 +108,8 @@ class StreamCarrier(Carrier):
         self.streams.append(stream)
         self.watch(stream.socket, lambda: self.receive(stream))
         self.refresh()
+        stream.waiting += b"".join(self.last_states(self.messages))
+        self.flush_soon()
 
     def lose(self, stream: Stream, why: str, *, warn: bool = True) -> None:
         """End a connection, and say why."""
@@ -160,7 +162,7 @@ class StreamCarrier(Carrier):
     def take(self, stream: Stream, packet: bytes) -> None:
         """Put a packet on the bus, if it may come from there."""
         head = imc.header(packet)
-        kind = int.from_bytes(packet[2:4], "little" if packet[0] == 0x54 else "big")
+        kind = imc.packet_id(packet)
         reason = SPOOFED if head.src == self.system else ""
         reason = reason or ("" if self.commanders.allow(head.src, stream.address, kind) else NOT_LISTED)
         if reason:
@@ -191,6 +193,9 @@ class StreamCarrier(Carrier):
             if len(stream.waiting) > LONGEST_WAIT:
                 self.drops.add("connections ended, since they were not read", stream.address)
                 self.lose(stream, f"it leaves {LONGEST_WAIT >> 20} MiB unread")
+        self.flush_soon()
+
+    def flush_soon(self) -> None:
         if self.flushing is None:
             self.flushing = self.after(0.0, self.flush)
 

@@ -345,7 +345,7 @@ def test_index_of_neptus_of_a_real_log(tmp_path: Path) -> None:
     assert path.stat().st_size == 12 + 14 * 6647
     _, found = read_neptus_index(path)
     assert list(zip(found["offset"].tolist(), found["id"].tolist(), strict=True)) == [
-        (offset, lsf.packet_id(packet)) for offset, packet in log.packets()
+        (offset, imc.packet_id(packet)) for offset, packet in log.packets()
     ]
     assert np.bincount(found["id"])[imc.Rpm.ID] == 101
     path.write_bytes(path.read_bytes()[:-1])

@@ -22,6 +22,7 @@ def all_of(box: Inbox) -> list[bytes]:
     [
         (imc.Temperature(src=CONSOLE), False),
         (imc.Temperature(src=CONSOLE, dst=VEHICLE), True),
+        (imc.Announce(src=CONSOLE, dst=0), False),
         (imc.Abort(src=CONSOLE), True),
     ],
 )

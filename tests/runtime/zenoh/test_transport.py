@@ -55,6 +55,10 @@ def test_plain_subscribers_get_packets_that_imcpy_decodes(network: Network) -> N
         "x": 1.5,
         "label": None,
     }
+    told = first_answer(peer, publish("Announce", dst=0))  # as in DUNE
+    if told["abbrev"] != "Announce":
+        told = peer.line_where(abbrev="Announce")
+    assert (told["key"], told["priority"]) == ("imc/system-30/Announce/Navigation", "DATA")
     told = first_answer(client, publish("SetEntityParameters", dst=31, name="Navigation"))
     assert (told["key"], told["priority"]) == ("imc/system-31/@cmd/SetEntityParameters/system-30", "REAL_TIME")
     told = first_answer(peer, publish("Abort"))
@@ -160,9 +164,6 @@ def accepts(port: int) -> bool:
 
 
 PROFILE = """
-[Profiles]
-Payload = The camera in a process of its own
-
 [General]
 Vehicle = lauv-test-1
 Bus = zenoh
@@ -183,7 +184,8 @@ Bottom Depth = 13
 Enabled = Simulation
 
 [Simulators.MUGDetectionCamera]
-Enabled = Payload
+Enabled = Simulation
+Process = camera
 Entity Label = MUG Camera
 MUGs = 0 0
 """
@@ -195,19 +197,19 @@ def test_a_vehicle_in_two_processes_is_one_vehicle(network: Network, tmp_path: P
     ground_station = network.plain("imc/lauv-test-1/**", "peer")
     inside = network.plain("imc/lauv-test-1/@cmd/**", "peer")
 
-    def run(mode: str) -> Process:
-        return network.add("-m", "shoal.cli", "run", profile, "-p", mode, "--log-dir", tmp_path / mode)
+    def run(*words: str) -> Process:
+        return network.add("-m", "shoal.cli", "run", profile, "-p", "Simulation", "--log-dir", tmp_path / "log", *words)
 
     assert ground_station.line() == inside.line() == {"opened": True}
-    camera = run("Payload")
-    vehicle = run("Simulation")
+    camera = run("--process", "camera")
+    vehicle = run("--alone")
     key = "imc/lauv-test-1/EstimatedMugState/MUG_Camera"
     assert ground_station.line_where(key=key)["src"] == 0x001F
     inside.line_where(abbrev="EntityInfo", label="MUG Camera")
 
     camera.popen.send_signal(signal.SIGKILL)
     camera.popen.wait()
-    camera = run("Payload")
+    camera = run("--process", "camera")
     ground_station.lines.queue.clear()
     for _ in range(5):
         ground_station.line_where(key=key)
@@ -215,7 +217,7 @@ def test_a_vehicle_in_two_processes_is_one_vehicle(network: Network, tmp_path: P
     for process in (vehicle, camera):
         process.popen.terminate()
         assert process.wait() == 0, process.errors
-    (log,) = (tmp_path / "Simulation").rglob("Data.lsf*")
+    (log,) = (tmp_path / "log").rglob("Data.lsf*")
     logged = list(imc.Log(log.parent))
     assert {"EstimatedMugState", "EstimatedState"} <= {type(message).__name__ for message in logged}
     assert "MUG Camera" in {message.label for message in logged if isinstance(message, imc.EntityInfo)}

@@ -107,6 +107,12 @@ def test_a_name_that_is_on_the_network_is_refused_until_its_vehicle_has_gone(net
         assert f"process {first.popen.pid}, since " in refused.errors[-1]
         assert not refused.swims()
 
+    port = f"Zenoh:Local Port={network.local_port}"
+    beside = network.add("-m", "shoal.cli", "run", NAME, "-p", "Camera", "--bus", "zenoh", "--set", port)
+    assert beside.popen.wait(PATIENCE) == 2, "other entities, but a second main process"
+    beside.threads[1].join()
+    assert beside.errors[-1].rstrip().endswith("tasks beside it need a Process in their sections, and --process")
+
     first.popen.kill()
     first.popen.wait()
     heir = Vehicle(network, tmp_path / "heir")

@@ -93,6 +93,16 @@ def test_a_run_with_own_messages_can_be_rewound_elsewhere(project):
     assert [call.level for call in again if type(call).__name__ == "WhaleCall"] == [120.0]
 
 
+def test_the_messages_of_a_log_are_those_in_it_whatever_is_in_the_present_folder(project):
+    assert run(project)[0] == 0
+    elsewhere = project / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "own.yaml").write_text(DEFINITIONS.replace("WhaleCall", "SealCall"))
+    log = str(next(project.glob("log/*/*/*")))
+    status, out, err = shoal("resim", log, "--task", "whales.Counter", "--code", "..", cwd=elsewhere)
+    assert (status, "0 bytes of difference" in out, err) == (0, True, "")
+
+
 def test_a_message_that_the_vehicle_does_not_have_is_an_error(project):
     (project / "my.ini").write_text(PROFILE.replace("Messages = own.yaml\n", "").replace("[General]\n", ""))
     status, _, err = run(project)

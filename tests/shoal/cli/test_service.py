@@ -90,6 +90,26 @@ def test_what_a_profile_of_ones_own_needs_is_named_absolutely(folder: Path) -> N
     assert "may not see" in done.stderr, "tests run below /tmp"
 
 
+VISION = ["--set", "General:Bus=zenoh", "--set", "Vision.FisheyeCamera:Process=vision"]
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        (["--process", "vision"], "lauv-noptilus-1-vision"),
+        (["--process", "main"], "lauv-noptilus-1"),
+        (["--alone"], "lauv-noptilus-1"),
+    ],
+)
+def test_each_computer_of_a_vehicle_has_a_unit_for_its_process(folder: Path, words: list[str], name: str) -> None:
+    done = shoal("lauv-noptilus-1", "-p", "Simulation,Camera", *VISION, *words)
+    assert done.exit_code == 0, done.output
+    assert f"systemctl enable --now shoal-{name}\n" in done.output
+    unit = options((folder / f"shoal-{name}.service").read_text())
+    assert unit["ExecStart"].endswith(f" {' '.join(words)} --log-dir /var/lib/shoal/log")
+    assert unit["RuntimeDirectory"] == f"shoal-{name}"
+
+
 def test_it_waits_for_the_clock_once_a_boot(folder: Path) -> None:
     unit = options(shoal("otter", "-p", "Simulation", "--wait-for-clock", "1", "-o", "-").stdout)
     assert (unit["RuntimeDirectory"], unit["RuntimeDirectoryPreserve"]) == ("shoal-otter", "restart")
@@ -128,6 +148,11 @@ def test_logs_elsewhere_are_writable(folder: Path) -> None:
     ("words", "said"),
     [
         (["nemo"], "there is no profile 'nemo'"),
+        (
+            ["lauv-noptilus-1", "-p", "Camera", *VISION, "--process", "visoin"],
+            "no enabled section has Process = visoin",
+        ),
+        (["lauv-noptilus-1", "-p", "Camera", *VISION[2:], "--process", "vision"], "needs a zenoh bus"),
         (["otter"], "has nothing to run without a mode; select one with -p: Camera, Hardware"),
         (["otter", "-p", "Simlation"], "did you mean 'Simulation'"),
         (["otter", "-p", "Simulation", "--set", "Simulators.GPS:HACC=high"], "'high' is not a number"),

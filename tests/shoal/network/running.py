@@ -18,7 +18,7 @@ PATIENCE = 30.0
 class Running:
     """`shoal run` of a shipped vehicle; `SHOAL_CONNECT` and `SHOAL_DISCOVERY` lead to it, and to no other.
 
-    `network` is zenoh, udp or both. Vehicles with the same `port` are on one network.
+    `network` is zenoh, udp, tcp, or both of the first. Vehicles with the same `port` are on one network.
     """
 
     def __init__(
@@ -34,9 +34,15 @@ class Running:
         ports = range(self.port + 2, self.port + 7)
         os.environ["SHOAL_DISCOVERY"] = f"{ports[0]}-{ports[-1]}"
         over_zenoh = f"tcp/127.0.0.1:{self.port}"
-        os.environ["SHOAL_CONNECT"] = {"zenoh": over_zenoh, "udp": "udp", "both": f"udp,{over_zenoh}"}[network]
-        words = ["--set", f"Transports.UDP:{'Enabled=Never' if network == 'zenoh' else 'Local Port=0'}"]
-        if network != "udp":
+        os.environ["SHOAL_CONNECT"] = {
+            "zenoh": over_zenoh,
+            "udp": "udp",
+            "tcp": f"imc+tcp://127.0.0.1:{self.port}",
+            "both": f"udp,{over_zenoh}",
+        }[network]
+        words = ["--set", f"Transports.UDP:{'Local Port=0' if network in ('udp', 'both') else 'Enabled=Never'}"]
+        words += ["--set", f"Transports.TCP.Server:Port={self.port if network == 'tcp' else 0}"]
+        if network in ("zenoh", "both"):
             words += ["--bus", "zenoh", "--set", f"Zenoh:Local Port={self.port}"]
             words += ["--set", f"Zenoh:Scouting Address=224.0.0.224:{self.port + 1}"]
         for name in ("Announce", "Discovery"):

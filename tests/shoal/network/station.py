@@ -33,7 +33,7 @@ class Station:
         self.clock, self.complaint = clock, complaint
         self.consoles: set[tuple[str, int]] = set()
         self.heard: list[imc.Message] = []
-        self.discovery = self._socket(ports[-1])
+        self.discovery = self._socket(ports[-1] if ports else 0)
         self.data = self._socket(0)
 
     def _socket(self, port: int) -> socket.socket:

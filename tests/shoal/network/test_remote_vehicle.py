@@ -16,7 +16,7 @@ from shoal.network import AsyncRemoteVehicle, Link, NoAnswer, Refused, RemoteVeh
 from tests.shoal.network.running import Running, running
 
 NAME = "lauv-noptilus-1"
-NETWORKS = ["udp", *(pytest.param(name, marks=pytest.mark.heavy) for name in ("zenoh", "both"))]
+NETWORKS = ["udp", *(pytest.param(name, marks=pytest.mark.heavy) for name in ("zenoh", "tcp", "both"))]
 SERVICE = imc.VehicleState.OpMode.SERVICE
 
 

@@ -277,6 +277,31 @@ def test_task_without_its_input_is_not_compared(log: imc.Log, tmp_path: Path) ->
     assert resimulate(log, ["GPS"]).missing == {}
 
 
+def test_an_input_that_ends_in_the_middle_is_named(log: imc.Log, tmp_path: Path) -> None:
+    half = imc.header(next(log.packets())[1]).timestamp + 7.0
+    kept = (p for _, p in log.packets() if imc.header(p).id != imc.SimulatedState.ID or imc.header(p).timestamp < half)
+    part = cut(log, tmp_path / "part", imc.Unknown).path
+    part.write_bytes(b"".join(kept))
+    done = resimulate(imc.Log(part), ["IMU", "GPS"])
+    (note,) = done.notes
+    assert note.startswith("Simulators.IMU/AHRS subscribes to SimulatedState, which ends 8.0 s before the log")
+
+
+def test_the_part_of_a_log_begins_so_long_after_the_vehicle(log: imc.Log, tmp_path: Path) -> None:
+    for number, (source, words, begin, end) in enumerate(
+        [(log.path.parent, ["--from", "5s"], 5.0, 15.0), (tmp_path / "0", ["--from", "3s", "--to", "8s"], 8.0, 13.0)]
+    ):
+        part = tmp_path / str(number)
+        said = CliRunner().invoke(main, ["log", "cut", str(source), str(part), *words])
+        assert said.exit_code == 0, said.output
+        done = resimulate(imc.Log(part), ["IMU"])
+        assert not done.exact
+        assert done.notes[0].startswith(f"the log begins {begin:.1f} s after the vehicle: the state of the tasks")
+        (tally,) = [t for (_, kind), t in done.comparison.tallies.items() if kind == imc.EulerAngles.ID]
+        assert tally.said == pytest.approx(100 * (end - begin), abs=2)
+        assert tally.only_said == 0
+
+
 def test_misspelled_option_is_an_error(log: imc.Log) -> None:
     for colon in (":", " : "):
         with pytest.raises(ResimulationError, match="no option 'HAC': did you mean 'HACC'"):

@@ -62,11 +62,12 @@ def test_a_service_of_another_task_is_announced_and_a_wrong_one_is_named(vessel)
     task = vessel.vehicle.task("Transports.Announce")
     kind = imc.AnnounceService.ServiceType
     both = kind.LOCAL | kind.EXTERNAL
-    for service in ("http://0.0.0.0:8080/dune", "no service", "ftp://127.0.0.1:30021/"):
+    for service in ("http://0.0.0.0:8080/dune", "no service", "ftp://127.0.0.1:30021/", "imc+any://acoustic/modem%20a"):
         message = imc.AnnounceService(service=service, service_type=both)
         vessel.vehicle.kernel.post(vessel.udp.publish, message)
     announced = vessel.hears(imc.Announce)
     wanted = {"http://127.0.0.1:8080/dune", "ftp://127.0.0.1:30021/"}
+    wanted.add(f"imc+udp://127.0.0.1:{vessel.udp.port}/acoustic/modem%20a")
     vessel.until(lambda: [m for m in announced if m.src == OWN and wanted <= set(m.services.split(";"))])
     vessel.logged("not announced: 'no service' is not a service such as imc+udp://10.0.0.7:6002/")
     assert Service.parse("http://127.0.0.1:8080/dune").path == "/dune"

@@ -43,6 +43,18 @@ def test_the_state_comes_at_the_rate_of_the_profile_and_other_types_at_theirs(ve
     assert not [m for m in messages if isinstance(m, imc.Distance) and m.src_ent not in labels(vessel, "Altimeter")]
 
 
+def test_who_comes_is_answered_at_once_and_told_the_last_states(vessel):
+    vessel.until(lambda: imc.FuelLevel in {type(state) for state, _ in vessel.udp.states.values()})
+    for system in (0x4500, 0x4501):  # FuelLevel comes every 10 s
+        console = Station(vessel, system)
+        console.announce()
+        announce = console.get(imc.Announce)
+        assert Services.parse(announce.services).endpoints("imc+udp") == (("127.0.0.1", vessel.udp.port),)
+        console.send(imc.Heartbeat())
+        assert 0.0 < console.get(imc.FuelLevel, patience=4.0).value <= 100.0
+        time.sleep(0.06)
+
+
 def labels(vessel, *names):
     return [e.id for e in vessel.vehicle.entities if e.label in (*names, "Echo Sounder")]
 
@@ -256,6 +268,23 @@ def test_the_network_keeps_its_own_time_on_a_scaled_clock(tmp_path):
         states = console.during(1.5, imc.EstimatedState)
         assert 1 <= len(states) <= 5, "2 Hz of the console's time"
         assert not [text for text in vessel.log if "lost contact" in text]
+
+
+def test_a_simulated_radio_reaches_so_far(tmp_path):
+    with afloat(tmp_path, "Transports.UDP:Communication Range=1000", "Transports.UDP:Transports+=Abort") as vessel:
+        here = vessel.until(lambda: [s for s, _ in vessel.udp.states.values() if isinstance(s, imc.EstimatedState)])[0]
+        near, far = Station(vessel, system=0x4501), Station(vessel, system=0x4502)
+        texts, aborts = vessel.hears(imc.TextMessage), vessel.hears(imc.Abort)
+        for station, lat in ((far, 0.5), (near, here.lat)):
+            station.announce(lat=lat, lon=here.lon)
+            vessel.until(lambda station=station: vessel.udp.peers.find(station.system))
+            station.send(imc.TextMessage(origin=station.name))
+            station.send(imc.Abort())
+        near.get(imc.EulerAngles)
+        vessel.until(lambda: len(aborts) == 2)
+        assert [text.src for text in texts] == [near.system]
+        assert not [m for m in far.messages() if not isinstance(m, (imc.SimulatedState, imc.Announce))]
+        assert vessel.udp.drops["out of range"]["ccu-test"] >= 1
 
 
 def test_a_taken_port_gives_the_next_and_opened_networks_are_told(tmp_path):

@@ -15,9 +15,9 @@ from tasks.transports.imc_links.message_list import (
 LABELS = {(26, 1): "Batteries", (26, 2): "GPS", (26, 3): "Echo Sounder"}
 
 
-def listed(names="EstimatedState, Voltage", rates=(), entities=()):
+def listed(names="EstimatedState, Voltage", rates=(), entities=(), custom=()):
     return MessageList(
-        names.split(","), rates, entities, schema=imc.builtin(), label=lambda *place: LABELS.get(place, "")
+        names.split(","), rates, entities, custom, schema=imc.builtin(), label=lambda *place: LABELS.get(place, "")
     )
 
 
@@ -91,6 +91,35 @@ def test_a_wrong_rate_is_an_error_that_shows_it(item):
 def test_wrong_entities_are_an_error_that_shows_them(item):
     with pytest.raises(ValueError, match="is not a message and its entities"):
         parse_entities(item)
+
+
+def test_only_changed_states_of_some_entities_pass():
+    messages = listed("EntityState", custom=["EntityStateChangeFilter:GPS"])
+    gps, batteries = ([imc.EntityState(src=26, src_ent=e, state=state) for state in (0, 1, 1, 1, 0)] for e in (2, 1))
+    assert [messages.passes(state, i) for i, state in enumerate(gps)] == [True, True, False, False, True]
+    assert all(messages.passes(state, i) for i, state in enumerate(batteries))
+    messages = listed("EntityState", custom=["EntityStateChangeFilter"])
+    assert sum(messages.passes(state, i) for i, state in enumerate([*gps, *batteries])) == 6
+
+
+def test_only_entries_of_some_types_pass():
+    messages = listed("LogBookEntry, Voltage", custom=["LogBookEntryFilter:ERROR+WARNING"])
+    passed = [kind.name for kind in imc.LogBookEntry.Type if messages.passes(imc.LogBookEntry(type=kind), 0.0)]
+    assert passed == ["WARNING", "ERROR"]
+    assert messages.passes(imc.Voltage(), 0.0)
+    assert messages.types == (imc.LogBookEntry, imc.Voltage)
+
+
+@pytest.mark.parametrize(
+    ("item", "reason"),
+    [
+        ("LogBookEntry:ERROR", "'LogBookEntry:ERROR' is not one of EntityStateChangeFilter, LogBookEntryFilter"),
+        ("LogBookEntryFilter:ERROR+BAD", "'BAD' is none of INFO, WARNING, ERROR, CRITICAL, DEBUG"),
+    ],
+)
+def test_a_wrong_custom_filter_is_an_error_that_shows_it(item, reason):
+    with pytest.raises(ValueError, match=reason):
+        listed("LogBookEntry", custom=[item])
 
 
 def test_an_item_of_an_unknown_message_is_named_with_the_nearest():

@@ -122,6 +122,16 @@ def test_each_client_gets_what_the_vehicle_says_and_is_heard_without_an_announce
     assert service.service.endswith("/")
 
 
+def test_who_connects_is_told_the_last_state():
+    async def test(script, server, depths):
+        depths.publish(imc.FuelLevel(value=70.0))
+        await script.sleep(0.05)
+        peer = Peer.of(server.open_port)
+        await until(script, lambda: [message.value for message in peer.of_type(imc.FuelLevel)] == [70.0])
+
+    run(test, transports=["FuelLevel", "Depth"])
+
+
 def test_a_connection_for_one_packet_is_enough():
     """imcjava's sendReliably connects, writes one packet, and closes."""
 

@@ -1,0 +1,153 @@
+"""Systems that serve IMC over TCP, at places that are known."""
+
+import asyncio
+import time
+from collections.abc import Collection
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+import imc
+from imc.discovery import Endpoint, readable_name
+from imc.layout import LARGEST_PACKET
+from runtime.networks import is_local
+from shoal.network.link import EVERYBODY, FAR, NEAR, Arrival, Console, Ear
+
+USUAL_PORT = 7001
+FIRST_TRY = 0.5  # s that the first connections may take
+PATIENCE = 5.0  # s for a connection
+RETRY = 1.0  # s
+BEAT = 1.0  # s
+SILENCE = 5.0  # s after which a system, whose Heartbeat comes at 1 Hz, is gone
+NAMELESS = 0.6  # s until a system that does not announce itself is called by its id
+MOST_SYSTEMS = 64  # of one connection
+MOST_WAITING = 1 << 20  # bytes that the other side leaves unread
+
+
+@dataclass(eq=False)
+class _Line:
+    """A connection: the systems behind it by id, and why there is none."""
+
+    place: Endpoint
+    trouble: str = "not connected yet"
+    names: dict[int, str] = field(default_factory=dict[int, str])
+    writer: asyncio.StreamWriter | None = None
+    began: float = 0.0
+
+
+class TCPLink:
+    """The systems behind the servers at some places; a connection that ends is made again."""
+
+    name = "tcp"
+
+    def __init__(self, places: Collection[Endpoint]) -> None:
+        self.trouble = "not open yet"
+        self.is_far = not all(is_local(place.address) or place.address == "localhost" for place in places)
+        self._lines = [_Line(place) for place in dict.fromkeys(places)]
+        self._tasks: list[asyncio.Task[None]] = []
+
+    @property
+    def patience(self) -> float:
+        return FAR if self.is_far else NEAR
+
+    async def open(self, ear: Ear, console: Console) -> None:
+        self._ear, self._console = ear, console
+        tried = [asyncio.Event() for _ in self._lines]
+        self._tasks = [asyncio.create_task(self._keep(*each)) for each in zip(self._lines, tried, strict=True)]
+        with suppress(TimeoutError):
+            async with asyncio.timeout(FIRST_TRY):
+                await asyncio.gather(*(each.wait() for each in tried))
+
+    def want(self, system: str, messages: Collection[str]) -> None:
+        """The vehicle's profile decides what it sends."""
+
+    def send(self, system: str, message: imc.Message, packet: bytes) -> None:
+        for line in self._lines:
+            if system == EVERYBODY or system in line.names.values():
+                self._write(line, packet)
+
+    async def close(self) -> None:
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    def _write(self, line: _Line, packet: bytes) -> None:
+        if line.writer is None:
+            return
+        if line.writer.transport.get_write_buffer_size() > MOST_WAITING:
+            self._ear.dropped(self, str(line.place), "the other side does not read")
+        else:
+            line.writer.write(packet)
+
+    async def _keep(self, line: _Line, tried: asyncio.Event) -> None:
+        """Connect, again and again, and take what comes."""
+        while True:
+            try:
+                async with asyncio.timeout(PATIENCE):
+                    reader, line.writer = await asyncio.open_connection(*line.place, limit=LARGEST_PACKET)
+            except (OSError, UnicodeError):
+                self._tell(line, f"nobody listens at {line.place}")
+                tried.set()
+            else:
+                self._tell(line, "")
+                tried.set()
+                line.began = time.monotonic()
+                beating = asyncio.create_task(self._beat(line))
+                try:
+                    await self._read(line, reader)
+                finally:
+                    beating.cancel()
+                    line.writer.close()
+                    line.writer = None
+                    self._lose(line)
+                self._tell(line, f"{line.place} has closed the connection")
+            await asyncio.sleep(RETRY)
+
+    def _tell(self, line: _Line, trouble: str) -> None:
+        line.trouble = trouble
+        self.trouble = "; ".join(each.trouble for each in self._lines if each.trouble)
+
+    async def _beat(self, line: _Line) -> None:
+        while True:
+            self._write(line, imc.encode_as(imc.Heartbeat(), time.time(), self._console.id, 0, 0xFFFF, 0xFF))
+            await asyncio.sleep(BEAT)
+
+    async def _read(self, line: _Line, reader: asyncio.StreamReader) -> None:
+        """Take packets until the connection ends, or is silent."""
+        parser = imc.StreamParser()
+        with suppress(OSError):  # also a time-out
+            while True:
+                async with asyncio.timeout(SILENCE):
+                    data = await reader.read(LARGEST_PACKET)
+                before = parser.lost
+                for packet in parser.feed_packets(data) if data else parser.close_packets():
+                    self._take(line, packet)
+                if parser.lost > before:
+                    self._ear.dropped(self, str(line.place), f"between packets: {parser.losses[-1].reason}")
+                if not data:
+                    return
+
+    def _take(self, line: _Line, packet: bytes) -> None:
+        source = imc.header(packet).src
+        if imc.packet_id(packet) == imc.Announce.ID:
+            with suppress(imc.DecodeError):
+                announce = imc.decode(packet)
+                if isinstance(announce, imc.Announce):
+                    self._name(line, source, readable_name(announce.sys_name))
+        elif source not in line.names and time.monotonic() - line.began > NAMELESS:
+            self._name(line, source, f"0x{source:04X}")
+        if source in line.names:
+            self._ear.arrived(self, Arrival(packet, line.names[source], "", f"at {line.place}"))
+
+    def _name(self, line: _Line, source: int, name: str) -> None:
+        known = line.names.get(source)
+        if not name or name == known or (known is None and len(line.names) >= MOST_SYSTEMS):
+            return
+        if known is not None:
+            self._ear.vanished(self, known, f"{line.place} {source}")
+        line.names[source] = name
+        self._ear.appeared(self, name, f"{line.place} {source}", f"at {line.place}", source)
+
+    def _lose(self, line: _Line) -> None:
+        names, line.names = line.names, {}
+        for source, name in names.items():
+            self._ear.vanished(self, name, f"{line.place} {source}")

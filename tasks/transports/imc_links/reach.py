@@ -1,0 +1,48 @@
+"""Whom a simulated radio reaches: DUNE's `Communication Range`."""
+
+import math
+from collections.abc import Collection
+
+import imc
+from imc.addresses import UNKNOWN_SYSTEM
+from imc.coordinates import absolute, displacement
+
+UNDER_WATER = 0.5  # m of depth from which no radio wave gets out
+MOST_SYSTEMS = 256
+
+
+class Reach:
+    """Who is near enough, by the position of the vehicle and those that others announce; who announces none is not.
+
+    Messages with an id of `always` reach everybody, and so do all to places without a system.
+    """
+
+    def __init__(self, distance: float, under_water: bool, always: Collection[int]):
+        self._distance, self._under_water, self._always = distance, under_water, frozenset(always)
+        self._own: imc.EstimatedState | None = None
+        self._others: dict[int, imc.Announce] = {}
+        self._near: dict[int, bool] = {}
+
+    def locate(self, state: imc.EstimatedState) -> None:
+        self._own = state
+        self._near.clear()
+
+    def sight(self, other: imc.Announce) -> None:
+        if len(self._others) >= MOST_SYSTEMS and other.src not in self._others:
+            del self._others[next(iter(self._others))]
+        self._others[other.src] = other
+        self._near.pop(other.src, None)
+
+    def has(self, system: int, message: int) -> bool:
+        """Whether a message with this id gets to a system, or from there."""
+        if message in self._always or system == UNKNOWN_SYSTEM:
+            return True
+        if system not in self._near:
+            self._near[system] = self._is_near(system)
+        return self._near[system]
+
+    def _is_near(self, system: int) -> bool:
+        own, other = self._own, self._others.get(system)
+        if own is None or other is None or (own.depth > UNDER_WATER and not self._under_water):
+            return False
+        return math.hypot(*displacement(*absolute(own), other.lat, other.lon, other.height)) <= self._distance
