@@ -68,6 +68,7 @@ class Kernel:
         self._sweep_at = FEW_TIMERS
         self._arrivals = 0
         self._posted: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
+        self._put_off: deque[tuple[int, Callable[[], object]]] = deque()
         self._stopping = False
         self._sources = Sources()
         self._poll_next = 0
@@ -107,6 +108,7 @@ class Kernel:
         """Drop all pending calls."""
         self._due.clear()
         self._later.clear()
+        self._put_off.clear()
 
     def soon(self, function: Callable[..., object], *args: Any) -> None:
         self._due.append((function, args))
@@ -124,6 +126,10 @@ class Kernel:
 
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
         return self.at(self.now_ns + round(seconds * SECOND), function, *args)
+
+    def put_off(self, seconds: float, function: Callable[[], object]) -> None:
+        """Call `function` after so many seconds, or as soon as there is nothing else to do. Not on a virtual clock."""
+        self._put_off.append((self.now_ns + round(seconds * SECOND), function))
 
     def post(self, function: Callable[..., object], *args: Any) -> None:
         """Request a call from any thread."""
@@ -224,7 +230,9 @@ class Kernel:
         spent = time.perf_counter_ns() - started
         if spent > self.slow_ns:
             self.on_slow(self._owner(function, args), spent / SECOND, handler_of(function, args))
-        self.now_ns = max(self.now_ns, self.clock.read())
+        now = self.clock.read()
+        if now > self.now_ns:
+            self.now_ns = now
         self.events += 1
         self._busy += 1
         return function, args
@@ -283,8 +291,7 @@ class Kernel:
             raise LivelockError(self.livelock_events, self.clock)
 
     def _advance_wall(self, until: int | None) -> bool:
-        clock = self.clock
-        now = clock.read()
+        clock, now = self.clock, self.now_ns
         if until is not None and now >= until:
             return False
         wake = self._later[0][0] if self._later else None
@@ -294,14 +301,26 @@ class Kernel:
             self._look()
             if self._later and time.monotonic_ns() - self._emptied > LONGEST_MOMENT:
                 clock.advance(wake, lambda _: None)
+            reached = clock.read()
         else:
             self._busy, self._idle_at = 0, now
-            if clock.advance(wake, self._poll) is None:
+            reached = clock.advance(wake, self._wait)
+            if reached is None:
                 return False
             self._emptied = time.monotonic_ns()
-        self.now_ns = max(self.now_ns, clock.read())
+            self._poll_next = self._emptied + POLL_PERIOD
+        if reached > now:
+            self.now_ns = reached
         self._gather()
         return True
+
+    def _wait(self, timeout: float) -> None:
+        """Poll the sockets; rather than wait, make the calls that were put off."""
+        if timeout > 0.0 and self._put_off:
+            self._due.extend((function, ()) for _, function in self._put_off)
+            self._put_off.clear()
+            timeout = 0.0
+        self._poll(timeout)
 
     def _look(self) -> None:
         """Poll the sockets without waiting, since other calls are due."""
@@ -312,13 +331,16 @@ class Kernel:
 
     def _gather(self) -> None:
         """Move the timers that are due to the queue."""
-        later, now = self._later, self.now_ns
+        later, put_off, now = self._later, self._put_off, self.now_ns
+        while put_off and put_off[0][0] <= now:
+            self._due.append((put_off.popleft()[1], ()))
         while later and later[0][0] <= now:
             timer = heapq.heappop(later)[2]
             self._due.append((self._fire, (timer,)))
 
     def _poll(self, timeout: float) -> None:
-        self._due.extend((self._fire, (timer,)) for timer in self._sources.wait(timeout))
+        for timer in self._sources.wait(timeout):
+            self._due.append((self._fire, (timer,)))
 
     def _sweep(self) -> None:
         """Drop cancelled timers, so that watchdogs that are restarted all the time do not pile up."""
