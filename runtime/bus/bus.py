@@ -121,7 +121,8 @@ class Bus:
     def speak(self, schema: imc.Schema) -> None:
         """Carry the messages of this schema, instead of the built-in one."""
         self.messages = schema
-        self.decode, self.reread = schema.codec.decode, schema.codec.reread
+        codec = schema.codec
+        self.decode, self.decode_first, self.reread = codec.decode, codec.decode_first, codec.reread
 
     def resume(self) -> None:
         """Deliver what has been kept, and from now on everything immediately."""
@@ -254,8 +255,7 @@ class Bus:
         if not self._transports:
             return
         try:
-            packet = imc.first_packet(packet)
-            message = self.decode(packet)
+            message, packet = self.decode_first(packet)
         except imc.DecodeError as error:
             self.malformed += 1
             if self.malformed == 1:

@@ -212,30 +212,34 @@ class Kernel:
             self.events += busy - before
 
     def _run_batch(self) -> None:
-        for _ in range(len(self._due)):
-            if self._stopping or not self._due:
-                return
-            self._call_next()
+        self._make_calls(len(self._due))
         if self._busy > self.livelock_events and self.now_ns - self._idle_at > LIVELOCK_PATIENCE:
             self._look_for_livelock()
 
-    def _call_next(self) -> tuple[Callable[..., object], tuple[Any, ...]]:
-        """Make the next call, and report it if it was slow."""
-        function, args = self._due.popleft()
-        started = time.perf_counter_ns()
+    def _make_calls(self, most: int) -> object:
+        """Make the next calls, so many at most, and report those that were slow; the owner of the last one."""
+        due, read, slow, busy = self._due, self.clock.read, self.slow_ns, 0
+        call = None
+        began = time.perf_counter_ns()
         try:
-            function(*args)
-        except BaseException as error:
-            self.on_error(self._owner(function, args), as_error(error))
-        spent = time.perf_counter_ns() - started
-        if spent > self.slow_ns:
-            self.on_slow(self._owner(function, args), spent / SECOND, handler_of(function, args))
-        now = self.clock.read()
-        if now > self.now_ns:
-            self.now_ns = now
-        self.events += 1
-        self._busy += 1
-        return function, args
+            while busy < most and due and not self._stopping:
+                function, args = call = due.popleft()
+                busy += 1
+                try:
+                    function(*args)
+                except BaseException as error:
+                    self.on_error(self._owner(function, args), as_error(error))
+                ended = time.perf_counter_ns()
+                if ended - began > slow:
+                    self.on_slow(self._owner(function, args), (ended - began) / SECOND, handler_of(function, args))
+                    ended = time.perf_counter_ns()
+                began, now = ended, read()
+                if now > self.now_ns:
+                    self.now_ns = now
+        finally:
+            self.events += busy
+            self._busy += busy
+        return call and self._owner(*call)
 
     def _look_for_livelock(self) -> None:
         """Tell a livelock from a busy machine.
@@ -243,14 +247,11 @@ class Kernel:
         A queue that stays full for seconds may be either. Timers that are overdue are held back for a while: on a busy
         machine the queue then empties, because only they filled it; in a livelock the calls cause each other.
         """
-        calls, owner = 0, None
-        self._holding = True
-        while self._due and not self._stopping and calls < self.livelock_events:
-            owner = self._owner(*self._call_next())
-            calls += 1
+        before, self._holding = self.events, True
+        owner = self._make_calls(self.livelock_events)
         self._holding, self._busy, self._idle_at = False, 0, self.now_ns
-        if calls == self.livelock_events:
-            self.on_error(owner, LivelockError(calls, owner))
+        if self.events - before == self.livelock_events:
+            self.on_error(owner, LivelockError(self.livelock_events, owner))
 
     def _advance(self, until: int | None) -> bool:
         """Let time pass until something is due, and queue it; False at the end of the run."""
