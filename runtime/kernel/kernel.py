@@ -176,7 +176,9 @@ class Kernel:
             if self.virtual:
                 self._run_moment()
             else:
-                self._run_batch()
+                self._make_calls(len(self._due))
+                if self._busy > self.livelock_events and self.now_ns - self._idle_at > LIVELOCK_PATIENCE:
+                    self._look_for_livelock()
             if self._stopping or not self._advance(until):
                 break
 
@@ -210,11 +212,6 @@ class Kernel:
         finally:
             self._busy = busy
             self.events += busy - before
-
-    def _run_batch(self) -> None:
-        self._make_calls(len(self._due))
-        if self._busy > self.livelock_events and self.now_ns - self._idle_at > LIVELOCK_PATIENCE:
-            self._look_for_livelock()
 
     def _make_calls(self, most: int) -> object:
         """Make the next calls, so many at most, and report those that were slow; the owner of the last one."""

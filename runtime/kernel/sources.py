@@ -5,6 +5,7 @@ import selectors
 import socket
 import sys
 from collections.abc import Callable
+from functools import partial
 from io import FileIO
 
 from runtime.kernel.timer import Readable, Timer
@@ -18,14 +19,9 @@ class Bell:
     if sys.platform == "linux":
 
         def __init__(self) -> None:
-            self._file = FileIO(os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC), "r+")
-            self.fileno, self.close = self._file.fileno, self._file.close
-
-        def ring(self) -> None:
-            self._file.write(ONCE)
-
-        def silence(self) -> None:
-            self._file.read(len(ONCE))
+            file = FileIO(os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC), "r+")
+            self.ring, self.silence = partial(file.write, ONCE), partial(file.read, len(ONCE))
+            self.fileno, self.close = file.fileno, file.close
 
     else:
 
@@ -84,7 +80,7 @@ class Sources:
         try:
             self._bell.ring()
         except (OSError, ValueError):
-            pass  # a full pipe wakes the kernel anyway; after `close` there is no kernel to wake
+            pass  # it rings already, or there is no kernel any more
 
     def wait(self, timeout: float) -> list[Timer]:
         """Wait at most `timeout` seconds; the calls of sources that can be read, except those already queued."""
