@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 RING = 4096
 MOST_PUBLISHERS = 65536
 AT_ONCE = 256  # packets taken at a time, then as long a pause: the other threads of this process come to their turn
+LONGEST_PAUSE = 0.005  # s; a process that was halted goes on at once
 SETTLING = 0.05  # s in which a present state arrives by itself, in order; what is missing then is taken from the past
 ENDING = 0.5  # s
 LITTLE_ENDIAN = 0x54  # first byte of a packet
@@ -149,7 +150,7 @@ class Arrivals:
                     self.arrive(sample)
                     taken += 1
                     if taken % AT_ONCE == 0:
-                        time.sleep(time.perf_counter() - began)
+                        time.sleep(min(LONGEST_PAUSE, time.perf_counter() - began))
                         began = time.perf_counter()
                     sample = ring.try_recv()
 
