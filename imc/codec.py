@@ -111,6 +111,15 @@ class Codec:
                 return cls(*unpack(packet, 6))
         return self._decode(bytes(packet))
 
+    def decode_first(self, data: bytes) -> tuple[Message, bytes]:
+        """The message at the start of a datagram, and its packet: without the bytes after it. Raises DecodeError."""
+        fixed = self._fixed.get(data[:6])
+        if fixed is not None:
+            size, cls, unpack = fixed
+            if len(data) == size and not arc(data):
+                return cls(*unpack(data, 6)), data
+        return self._decode(data), first_packet(data)
+
     def reread(self, packet: bytes) -> Message:
         """Like `decode`, for a packet that `encode` has just made: its CRC is not checked again."""
         fixed = self._fixed.get(packet[:6])

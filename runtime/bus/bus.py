@@ -12,7 +12,7 @@ from runtime.bus.inbox import Inbox
 from runtime.kernel import Kernel, owner_of
 
 AT_ONCE = 64  # packets from other processes taken at a time; then the vehicle's own timers come first
-LONGEST_TURN = 0.0005  # s, after which they come first even if there were fewer packets
+MOST_BYTES = 1 << 14  # of them, after which the timers come first even if there were fewer packets
 
 Route = tuple[tuple[Callable[..., object], object, bool], ...]  # handler, owner, whether it takes the packet, too
 
@@ -93,7 +93,8 @@ class Bus:
     All that is delivered has been through the codec: a receiver here gets the same values as one elsewhere.
     Frames are not messages: they are shared between the tasks of this process, and `frames`, if there is one, carries
     them to other processes of the vehicle.
-    What other processes send waits in `inbox`, and gets at most half of the time of a wall clock.
+    What other processes send waits in `inbox`, and gets at most half of the time of a wall clock while the vehicle has
+    work to do.
     `admit` says of each message of this vehicle that another process has sent whether to take it.
     Counted: `delivered`; of the packets from other processes `malformed`, `refused` by `admit`, and `inbox.dropped` if
     they arrive too fast.
@@ -120,7 +121,8 @@ class Bus:
     def speak(self, schema: imc.Schema) -> None:
         """Carry the messages of this schema, instead of the built-in one."""
         self.messages = schema
-        self.decode, self.reread = schema.codec.decode, schema.codec.reread
+        codec = schema.codec
+        self.decode, self.decode_first, self.reread = codec.decode, codec.decode_first, codec.reread
 
     def resume(self) -> None:
         """Deliver what has been kept, and from now on everything immediately."""
@@ -234,16 +236,11 @@ class Bus:
             self.kernel.post(self._serve)
 
     def _serve(self) -> None:
-        """Take some packets; take more after what they cause, the vehicle's timers, and as long a pause."""
-        virtual = self.kernel.virtual
+        """Take some packets; take more after what they cause and, if the vehicle has work to do, as long a pause."""
         began = time.perf_counter()
-        for _ in range(len(self.inbox) if virtual else AT_ONCE):
-            packet = self.inbox.take()
-            if packet is None:
-                break
+        packets = self.inbox.take(len(self.inbox)) if self.kernel.virtual else self.inbox.take(AT_ONCE, MOST_BYTES)
+        for packet in packets:
             self._receive(packet)
-            if time.perf_counter() - began > LONGEST_TURN and not virtual:
-                break
         self.kernel.soon(self._go_on, began)
 
     def _go_on(self, began: float) -> None:
@@ -252,14 +249,13 @@ class Bus:
         if self.kernel.virtual:
             self.kernel.post(self._serve)
         else:
-            self.kernel.after((time.perf_counter() - began) * self.kernel.clock.speed, self._serve)
+            self.kernel.put_off((time.perf_counter() - began) * self.kernel.clock.speed, self._serve)
 
     def _receive(self, packet: bytes) -> None:
         if not self._transports:
             return
         try:
-            packet = imc.first_packet(packet)
-            message = self.decode(packet)
+            message, packet = self.decode_first(packet)
         except imc.DecodeError as error:
             self.malformed += 1
             if self.malformed == 1:

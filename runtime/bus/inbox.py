@@ -1,10 +1,12 @@
 """Packets from other processes that wait for the kernel: bounded for each source, and served in turn."""
 
-from collections import Counter, OrderedDict, deque
+import struct
+from collections import deque
 from threading import Lock
 
 from imc import Abort
-from imc.addresses import UNKNOWN_SYSTEM
+from imc.addresses import ANNOUNCED, UNKNOWN_SYSTEM
+from imc.layout import SMALLEST_PACKET
 from runtime.bus.excess import Excess
 
 MOST_OF_ONE = 1024  # packets of one source
@@ -13,7 +15,21 @@ MOST_BYTES = 1 << 24  # of all
 MOST_BYTES_OF_ONE = 1 << 20
 
 LITTLE_ENDIAN = 0x54  # first byte of a packet
+LITTLE, BIG = (struct.Struct(order + "2xH10xHxH").unpack_from for order in "<>")  # id, source, destination
 ABORT = Abort.ID
+TO_ALL = (UNKNOWN_SYSTEM, ANNOUNCED)
+
+Place = tuple[int, bool]
+
+
+class _Queue:
+    """The packets of one source that wait, and how many bytes they have."""
+
+    __slots__ = ("packets", "size")
+
+    def __init__(self) -> None:
+        self.packets: deque[bytes] = deque()
+        self.size = 0
 
 
 class Inbox:
@@ -25,69 +41,67 @@ class Inbox:
 
     def __init__(self) -> None:
         self.dropped = Excess()
-        self._queues: OrderedDict[tuple[int, bool], deque[bytes]] = OrderedDict()
-        self._bytes: Counter[tuple[int, bool]] = Counter()
-        self._all_bytes = 0
-        self._length = 0
+        self._queues: dict[Place, _Queue] = {}
+        self._turns: deque[_Queue] = deque()  # those that are not empty, in the order in which they are served
+        self._size = 0
         self._asked = False
         self._lock = Lock()
 
     def __len__(self) -> int:
-        return self._length
+        with self._lock:
+            return sum(len(queue.packets) for queue in self._turns)
 
     def put(self, packet: bytes) -> bool:
         """Keep a packet, or drop and count it; whether somebody has to come and take."""
-        source, apart = place_of(packet)
+        place, size = place_of(packet), len(packet)
         with self._lock:
-            place = source, apart
-            queue = self._queues.get(place)
-            if queue is None:
-                if len(self._queues) >= MOST_SOURCES:
-                    place = UNKNOWN_SYSTEM, apart
-                queue = self._queues.setdefault(place, deque())
-            size = len(packet)
-            if (
-                len(queue) >= MOST_OF_ONE
-                or self._bytes[place] + size > MOST_BYTES_OF_ONE
-                or self._all_bytes + size > MOST_BYTES
-            ):
-                self.dropped.count(source)
+            queue = self._queues.get(place) or self._begin(place)
+            packets = queue.packets
+            if len(packets) >= MOST_OF_ONE or queue.size + size > MOST_BYTES_OF_ONE or self._size + size > MOST_BYTES:
+                self.dropped.count(place[0])
                 return False
-            queue.append(packet)
-            self._bytes[place] += size
-            self._all_bytes += size
-            self._length += 1
+            if not packets:
+                self._turns.append(queue)
+            packets.append(packet)
+            queue.size += size
+            self._size += size
             asked, self._asked = self._asked, True
             return not asked
 
-    def take(self) -> bytes | None:
-        """The next packet; the sources take turns."""
+    def take(self, most: int, size: int = MOST_BYTES) -> list[bytes]:
+        """The next packets, at most so many, and no further one after so many bytes; the sources take turns."""
+        taken: list[bytes] = []
+        turns = self._turns
         with self._lock:
-            if not self._queues:
-                return None
-            place, queue = self._queues.popitem(last=False)
-            packet = queue.popleft()
-            if queue:
-                self._queues[place] = queue
-                self._bytes[place] -= len(packet)
-            else:
-                del self._bytes[place]
-            self._all_bytes -= len(packet)
-            self._length -= 1
-            return packet
+            enough = self._size - size
+            while turns and len(taken) < most and self._size > enough:
+                queue = turns.popleft()
+                packet = queue.packets.popleft()
+                queue.size -= len(packet)
+                self._size -= len(packet)
+                taken.append(packet)
+                if queue.packets:
+                    turns.append(queue)
+        return taken
 
     def rest(self) -> bool:
         """Whether there is more; if not, the next `put` says that somebody has to come."""
         with self._lock:
-            self._asked = bool(self._queues)
+            self._asked = bool(self._turns)
             return self._asked
 
+    def _begin(self, place: Place) -> _Queue:
+        """The queue for a further source; those of sources of which nothing waits make room for it."""
+        if len(self._queues) >= MOST_SOURCES > len(self._turns):
+            self._queues = {source: queue for source, queue in self._queues.items() if queue.packets}
+        if len(self._queues) >= MOST_SOURCES:
+            place = UNKNOWN_SYSTEM, place[1]
+        return self._queues.setdefault(place, _Queue())
 
-def place_of(packet: bytes) -> tuple[int, bool]:
+
+def place_of(packet: bytes) -> Place:
     """Whose packet it is, and whether it is for one system, or an Abort; what is no packet has no source."""
-    if len(packet) < 20:
+    if len(packet) < SMALLEST_PACKET:
         return UNKNOWN_SYSTEM, False
-    order = "little" if packet[0] == LITTLE_ENDIAN else "big"
-    source = int.from_bytes(packet[14:16], order)
-    for_one = packet[17:19] not in (b"\xff\xff", b"\0\0") or int.from_bytes(packet[2:4], order) == ABORT
-    return source, for_one
+    kind, source, destination = (LITTLE if packet[0] == LITTLE_ENDIAN else BIG)(packet)
+    return source, destination not in TO_ALL or kind == ABORT

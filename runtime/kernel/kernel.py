@@ -68,6 +68,7 @@ class Kernel:
         self._sweep_at = FEW_TIMERS
         self._arrivals = 0
         self._posted: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
+        self._put_off: deque[tuple[int, Callable[[], object]]] = deque()
         self._stopping = False
         self._sources = Sources()
         self._poll_next = 0
@@ -107,6 +108,7 @@ class Kernel:
         """Drop all pending calls."""
         self._due.clear()
         self._later.clear()
+        self._put_off.clear()
 
     def soon(self, function: Callable[..., object], *args: Any) -> None:
         self._due.append((function, args))
@@ -124,6 +126,10 @@ class Kernel:
 
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
         return self.at(self.now_ns + round(seconds * SECOND), function, *args)
+
+    def put_off(self, seconds: float, function: Callable[[], object]) -> None:
+        """Call `function` after so many seconds, or as soon as there is nothing else to do. Not on a virtual clock."""
+        self._put_off.append((self.now_ns + round(seconds * SECOND), function))
 
     def post(self, function: Callable[..., object], *args: Any) -> None:
         """Request a call from any thread."""
@@ -170,7 +176,9 @@ class Kernel:
             if self.virtual:
                 self._run_moment()
             else:
-                self._run_batch()
+                self._make_calls(len(self._due))
+                if self._busy > self.livelock_events and self.now_ns - self._idle_at > LIVELOCK_PATIENCE:
+                    self._look_for_livelock()
             if self._stopping or not self._advance(until):
                 break
 
@@ -205,29 +213,30 @@ class Kernel:
             self._busy = busy
             self.events += busy - before
 
-    def _run_batch(self) -> None:
-        for _ in range(len(self._due)):
-            if self._stopping or not self._due:
-                return
-            self._call_next()
-        if self._busy > self.livelock_events and self.now_ns - self._idle_at > LIVELOCK_PATIENCE:
-            self._look_for_livelock()
-
-    def _call_next(self) -> tuple[Callable[..., object], tuple[Any, ...]]:
-        """Make the next call, and report it if it was slow."""
-        function, args = self._due.popleft()
-        started = time.perf_counter_ns()
+    def _make_calls(self, most: int) -> object:
+        """Make the next calls, so many at most, and report those that were slow; the owner of the last one."""
+        due, read, slow, busy = self._due, self.clock.read, self.slow_ns, 0
+        call = None
+        began = time.perf_counter_ns()
         try:
-            function(*args)
-        except BaseException as error:
-            self.on_error(self._owner(function, args), as_error(error))
-        spent = time.perf_counter_ns() - started
-        if spent > self.slow_ns:
-            self.on_slow(self._owner(function, args), spent / SECOND, handler_of(function, args))
-        self.now_ns = max(self.now_ns, self.clock.read())
-        self.events += 1
-        self._busy += 1
-        return function, args
+            while busy < most and due and not self._stopping:
+                function, args = call = due.popleft()
+                busy += 1
+                try:
+                    function(*args)
+                except BaseException as error:
+                    self.on_error(self._owner(function, args), as_error(error))
+                ended = time.perf_counter_ns()
+                if ended - began > slow:
+                    self.on_slow(self._owner(function, args), (ended - began) / SECOND, handler_of(function, args))
+                    ended = time.perf_counter_ns()
+                began, now = ended, read()
+                if now > self.now_ns:
+                    self.now_ns = now
+        finally:
+            self.events += busy
+            self._busy += busy
+        return call and self._owner(*call)
 
     def _look_for_livelock(self) -> None:
         """Tell a livelock from a busy machine.
@@ -235,14 +244,11 @@ class Kernel:
         A queue that stays full for seconds may be either. Timers that are overdue are held back for a while: on a busy
         machine the queue then empties, because only they filled it; in a livelock the calls cause each other.
         """
-        calls, owner = 0, None
-        self._holding = True
-        while self._due and not self._stopping and calls < self.livelock_events:
-            owner = self._owner(*self._call_next())
-            calls += 1
+        before, self._holding = self.events, True
+        owner = self._make_calls(self.livelock_events)
         self._holding, self._busy, self._idle_at = False, 0, self.now_ns
-        if calls == self.livelock_events:
-            self.on_error(owner, LivelockError(calls, owner))
+        if self.events - before == self.livelock_events:
+            self.on_error(owner, LivelockError(self.livelock_events, owner))
 
     def _advance(self, until: int | None) -> bool:
         """Let time pass until something is due, and queue it; False at the end of the run."""
@@ -283,8 +289,7 @@ class Kernel:
             raise LivelockError(self.livelock_events, self.clock)
 
     def _advance_wall(self, until: int | None) -> bool:
-        clock = self.clock
-        now = clock.read()
+        clock, now = self.clock, self.now_ns
         if until is not None and now >= until:
             return False
         wake = self._later[0][0] if self._later else None
@@ -294,14 +299,26 @@ class Kernel:
             self._look()
             if self._later and time.monotonic_ns() - self._emptied > LONGEST_MOMENT:
                 clock.advance(wake, lambda _: None)
+            reached = clock.read()
         else:
             self._busy, self._idle_at = 0, now
-            if clock.advance(wake, self._poll) is None:
+            reached = clock.advance(wake, self._wait)
+            if reached is None:
                 return False
             self._emptied = time.monotonic_ns()
-        self.now_ns = max(self.now_ns, clock.read())
+            self._poll_next = self._emptied + POLL_PERIOD
+        if reached > now:
+            self.now_ns = reached
         self._gather()
         return True
+
+    def _wait(self, timeout: float) -> None:
+        """Poll the sockets; rather than wait, make the calls that were put off."""
+        if timeout > 0.0 and self._put_off:
+            self._due.extend((function, ()) for _, function in self._put_off)
+            self._put_off.clear()
+            timeout = 0.0
+        self._poll(timeout)
 
     def _look(self) -> None:
         """Poll the sockets without waiting, since other calls are due."""
@@ -312,13 +329,16 @@ class Kernel:
 
     def _gather(self) -> None:
         """Move the timers that are due to the queue."""
-        later, now = self._later, self.now_ns
+        later, put_off, now = self._later, self._put_off, self.now_ns
+        while put_off and put_off[0][0] <= now:
+            self._due.append((put_off.popleft()[1], ()))
         while later and later[0][0] <= now:
             timer = heapq.heappop(later)[2]
             self._due.append((self._fire, (timer,)))
 
     def _poll(self, timeout: float) -> None:
-        self._due.extend((self._fire, (timer,)) for timer in self._sources.wait(timeout))
+        for timer in self._sources.wait(timeout):
+            self._due.append((self._fire, (timer,)))
 
     def _sweep(self) -> None:
         """Drop cancelled timers, so that watchdogs that are restarted all the time do not pile up."""

@@ -1,22 +1,55 @@
 """Wakes a waiting kernel: sockets that can be read, and other threads."""
 
+import os
 import selectors
 import socket
+import sys
 from collections.abc import Callable
+from functools import partial
+from io import FileIO
 
 from runtime.kernel.timer import Readable, Timer
 
+ONCE = (1).to_bytes(8, sys.byteorder)
+
+
+class Bell:
+    """Rings from any thread, and can be watched for that: Linux's eventfd(2), elsewhere a pair of sockets."""
+
+    if sys.platform == "linux":
+
+        def __init__(self) -> None:
+            file = FileIO(os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC), "r+")
+            self.ring, self.silence = partial(file.write, ONCE), partial(file.read, len(ONCE))
+            self.fileno, self.close = file.fileno, file.close
+
+    else:
+
+        def __init__(self) -> None:
+            self._out, self._in = socket.socketpair()
+            for end in (self._out, self._in):
+                end.setblocking(False)
+            self.fileno = self._out.fileno
+
+        def ring(self) -> None:
+            self._in.send(b"\0")
+
+        def silence(self) -> None:
+            self._out.recv(4096)  # what is left rings once more
+
+        def close(self) -> None:
+            self._out.close()
+            self._in.close()
+
 
 class Sources:
-    """Watched sockets, each with the call that it causes, and a pipe through which any thread may `wake` the kernel."""
+    """Watched sockets, each with the call that it causes, and a bell by which any thread may `wake` the kernel."""
 
     def __init__(self):
         self.count = 0
         self._selector = selectors.DefaultSelector()
-        self._wake_in, self._wake_out = socket.socketpair()
-        for end in (self._wake_in, self._wake_out):
-            end.setblocking(False)
-        self._selector.register(self._wake_in, selectors.EVENT_READ, None)
+        self._bell = Bell()
+        self._selector.register(self._bell, selectors.EVENT_READ, None)
 
     def watch(self, source: Readable, function: Callable[[], object]) -> Timer:
         """The call for when `source` has something to read. Raises KeyError if it is watched already."""
@@ -45,16 +78,16 @@ class Sources:
     def wake(self) -> None:
         """End a wait, from any thread."""
         try:
-            self._wake_out.send(b"\0")
-        except OSError:
-            pass  # a full pipe wakes the kernel anyway; after `close` there is no kernel to wake
+            self._bell.ring()
+        except (OSError, ValueError):
+            pass  # it rings already, or there is no kernel any more
 
     def wait(self, timeout: float) -> list[Timer]:
         """Wait at most `timeout` seconds; the calls of sources that can be read, except those already queued."""
         found: list[Timer] = []
         for key, _ in self._selector.select(timeout):
             if key.data is None:
-                self._drain()
+                self._bell.silence()
             elif not key.data.queued:
                 key.data.queued = True
                 found.append(key.data)
@@ -62,12 +95,4 @@ class Sources:
 
     def close(self) -> None:
         self._selector.close()
-        self._wake_in.close()
-        self._wake_out.close()
-
-    def _drain(self) -> None:
-        try:
-            while self._wake_in.recv(4096):
-                pass
-        except BlockingIOError:
-            pass
+        self._bell.close()

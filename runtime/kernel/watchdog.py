@@ -23,7 +23,7 @@ HOPELESS_AFTER = 30.0  # s
 HASTE = 0.4  # s, in the place of `BROKEN_AFTER` once the end is expected
 LONGEST_SLEEP = 1.0  # s between two looks, of which more does not count
 STANDSTILL = 5.0  # s without an event on a virtual clock
-CALLS = {f.__code__ for f in (Kernel._call_next, Kernel._run_moment, Kernel.drain)}  # pyright: ignore[reportPrivateUsage]
+CALLS = {f.__code__ for f in (Kernel._make_calls, Kernel._run_moment, Kernel.drain)}  # pyright: ignore[reportPrivateUsage]
 RUNTIME = str(Path(__file__).parents[1])
 DEBUGGERS = ("bdb", "pdb", "pydevd", "_pydevd_bundle.pydevd")
 
@@ -87,7 +87,7 @@ class Watchdog:
                 continue
             stack = self._stack()
             call = next((frame for frame in stack if frame.f_code in CALLS), None)
-            # A moment of a virtual clock adds its calls to the events only at its end.
+            # A kernel adds the calls of a moment to its events only at the end of them.
             made = call.f_locals.get("busy", 0) if call is not None else calls
             if made != calls:
                 stuck, told, broken, calls = 0.0, False, 0.0, made

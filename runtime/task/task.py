@@ -165,8 +165,8 @@ class Task(Attached):
 
     def relay(self, packet: bytes) -> imc.Message:
         """Put another system's packet on the bus unchanged, without bytes after it. Raises imc.DecodeError."""
-        message = self._bus.decode(packet)
-        self._bus.publish(message, imc.first_packet(packet), self)
+        message, packet = self._bus.decode_first(packet)
+        self._bus.publish(message, packet, self)
         return message
 
     def share(self, frame: "Frame") -> None:

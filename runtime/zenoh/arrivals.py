@@ -5,9 +5,11 @@ import queue
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from imc.layout import LARGEST_PACKET
+from imc.addresses import UNKNOWN_SYSTEM
+from imc.layout import LARGEST_PACKET, SMALLEST_PACKET
 from runtime.zenoh.faults import FaultCounter
 from runtime.zenoh.keys import PREFIX, chunk, heard
 from runtime.zenoh.publishers import LATCHED
@@ -16,24 +18,33 @@ if TYPE_CHECKING:
     import zenoh
 
 RING = 4096
-MOST_NUMBERS = 65536
-AT_ONCE = 256  # packets taken at a time, then a pause: the other threads of this process come to their turn
-PAUSE = 0.002  # s
+MOST_PUBLISHERS = 65536
+AT_ONCE = 256  # packets taken at a time, then as long a pause: the other threads of this process come to their turn
+LONGEST_PAUSE = 0.005  # s; a process that was halted goes on at once
 SETTLING = 0.05  # s in which a present state arrives by itself, in order; what is missing then is taken from the past
 ENDING = 0.5  # s
+LITTLE_ENDIAN = 0x54  # first byte of a packet
+
+
+@dataclass(slots=True)
+class _Last:
+    """The number of a publisher's last packet, and the zenoh id of its session."""
+
+    number: int
+    session: str
 
 
 class Arrivals:
     """The subscribers of a session, and the threads that read them.
 
-    `receive` gets the packets. `is_own` says of a system id whether it is the vehicle's, `is_sibling` of a session
+    `receive` gets the packets. `own` is the system id of the vehicle, if this is one; `is_sibling` says of a session
     (zenoh id) whether it runs another part of it.
     """
 
     def __init__(
         self,
         receive: Callable[[bytes], None],
-        is_own: Callable[[int], bool],
+        own: int | None,
         is_sibling: Callable[[str], bool],
         tell: Callable[[str], None],
     ) -> None:
@@ -41,9 +52,9 @@ class Arrivals:
         self.oversize = FaultCounter("were too large for a packet and were dropped", tell)
         self.strange = FaultCounter("in the name of this vehicle, but from other processes, were dropped", tell)
         self._receive = receive
-        self._is_own = is_own
+        self._own = own
         self._is_sibling = is_sibling
-        self._numbers: dict[tuple[zenoh.ZenohId, int], int] = {}
+        self._last: dict[tuple[zenoh.ZenohId, int], _Last] = {}
         self._lock = threading.Lock()
         self._closed = threading.Event()
         self._states: queue.Queue[zenoh.Sample | None] = queue.Queue(RING)
@@ -91,19 +102,18 @@ class Arrivals:
 
     def arrive(self, sample: "zenoh.Sample") -> None:
         """Pass on the packet of a sample, unless it has arrived before, is too large, or a stranger's."""
-        source = sample.source_info
+        source, name = sample.source_info, ""
         if source is not None:
-            whose = source.source_id
+            whose, number = source.source_id, source.source_sn
             publisher = whose.zid, whose.eid
-            number = source.source_sn
             with self._lock:
-                last = self._numbers.get(publisher)
-                ahead = 1 if last is None else (number - last) & 0xFFFFFFFF
+                last = self._last.get(publisher)
+                if last is None:
+                    last = self._meet(publisher, number)
+                ahead = (number - last.number) & 0xFFFFFFFF
                 if not 0 < ahead < 0x80000000:
                     return  # a duplicate: of a state, or two routers that both reach this process have forwarded it
-                if last is None and len(self._numbers) >= MOST_NUMBERS:
-                    self._numbers.clear()
-                self._numbers[publisher] = number
+                last.number, name = number, last.session
             if ahead > 1:
                 self.lost.count(f"last at {sample.key_expr}", ahead - 1)
         payload = sample.payload
@@ -111,10 +121,16 @@ class Arrivals:
             self.oversize.count(f"last: {len(payload)} bytes at {sample.key_expr}")
             return
         packet = payload.to_bytes()
-        if self._is_own(source_of(packet)) and (source is None or not self._is_sibling(str(source.source_id.zid))):
+        if source_of(packet) == self._own and not self._is_sibling(name):
             self.strange.count(f"last at {sample.key_expr}")
             return
         self._receive(packet)
+
+    def _meet(self, publisher: "tuple[zenoh.ZenohId, int]", number: int) -> "_Last":
+        if len(self._last) >= MOST_PUBLISHERS:
+            self._last.clear()
+        last = self._last[publisher] = _Last((number - 1) & 0xFFFFFFFF, str(publisher[0]))
+        return last
 
     def _begin(self, name: str, function: Callable[..., None], *arguments: object) -> None:
         thread = threading.Thread(target=function, args=arguments, name=name, daemon=True)
@@ -127,14 +143,15 @@ class Arrivals:
 
         with contextlib.suppress(zenoh.ZError):
             while True:
-                sample, taken = ring.recv(), 0
+                sample, taken, began = ring.recv(), 0, time.perf_counter()
                 while sample is not None:
                     if self._closed.is_set():
                         return
                     self.arrive(sample)
                     taken += 1
                     if taken % AT_ONCE == 0:
-                        time.sleep(PAUSE)
+                        time.sleep(min(LONGEST_PAUSE, time.perf_counter() - began))
+                        began = time.perf_counter()
                     sample = ring.try_recv()
 
     def _note_state(self, sample: "zenoh.Sample") -> None:
@@ -154,4 +171,6 @@ class Arrivals:
 
 def source_of(packet: bytes) -> int:
     """The system in the header of a packet."""
-    return int.from_bytes(packet[14:16], "little" if packet[:1] == b"\x54" else "big")
+    if len(packet) < SMALLEST_PACKET:
+        return UNKNOWN_SYSTEM
+    return packet[14] | packet[15] << 8 if packet[0] == LITTLE_ENDIAN else packet[14] << 8 | packet[15]

@@ -53,7 +53,7 @@ class ZenohTransport:
         tell: Callable[[str], None] = logger.warning,
     ) -> None:
         self.config = config
-        self.arrivals = Arrivals(self._take, self._is_own, self._is_sibling, tell)
+        self.arrivals = Arrivals(self._take, None if part is None else part.system, self._is_sibling, tell)
         self.unsent = FaultCounter("could not be sent", tell)
         self._part = part
         self._concerns = concerns

@@ -212,21 +212,23 @@ class UDP(Carrier):
 
     def take(self, datagrams: list[Datagram]) -> None:
         """Put packets on the bus, if they may come from where they come."""
-        now, judge, relay = network_time(self), self.gate.judge, self.relay
-        for packet, address, port in datagrams:
-            peer = judge(packet, address, port, now)
+        bus, judge, now = self.vehicle.bus, self.gate.judge, network_time(self)
+        decode, publish, forwards = bus.decode_first, bus.publish, not self.local_messages_only
+        for datagram, address, port in datagrams:
+            peer = judge(datagram, address, port, now)
             try:
                 if isinstance(peer, str):
-                    peer = self.turn_away(packet, address, port, peer)
+                    peer = self.turn_away(datagram, address, port, peer)
                     if peer is None:
                         continue
-                if self.reach is not None and not self.reach.has(peer.system, imc.packet_id(packet)):
+                if self.reach is not None and not self.reach.has(peer.system, imc.packet_id(datagram)):
                     self.drops.add(OUT_OF_RANGE, peer.name)
                     continue
-                message = relay(packet)
+                message, packet = decode(datagram)
             except imc.DecodeError as error:
-                self.drop(MALFORMED, sender(packet, address), error.reason)
+                self.drop(MALFORMED, sender(datagram, address), error.reason)
                 continue
+            publish(message, packet, self)
             self.taken += 1
             peer.taken += 1
             peer.heard = now
@@ -235,8 +237,8 @@ class UDP(Carrier):
                 self.refresh()
                 self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
                 self.greet(peer)
-            if not self.local_messages_only:
-                self.carry(message, imc.first_packet(packet))
+            if forwards:
+                self.carry(message, packet)
 
     def greet(self, peer: Peer) -> None:
         """Tell a system that has come the last states, which it would have to wait for."""

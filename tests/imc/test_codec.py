@@ -157,3 +157,14 @@ def test_shared_names_do_not_collide() -> None:
     for cls in BY_ID.values():
         assert issubclass(cls, msgspec.Struct)
         assert getattr(imc, cls.__name__) is cls
+
+
+@pytest.mark.parametrize("byteorder", ["little", "big"])
+@pytest.mark.parametrize("message", [imc.Depth(value=2.0, src=7), imc.LogBookEntry(text="here", src=7)])
+def test_a_datagram_gives_its_first_message_and_that_packet_alone(message: imc.Message, byteorder: Any) -> None:
+    packet, codec = imc.encode(message, byteorder), imc.builtin().codec
+    for rest in (b"", b"more", packet):
+        assert codec.decode_first(packet + rest) == (message, packet)
+    for damaged in (packet[:-1], packet[:-1] + b"\0\0", b""):
+        with pytest.raises(imc.DecodeError):
+            codec.decode_first(damaged)

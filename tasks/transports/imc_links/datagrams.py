@@ -66,8 +66,8 @@ class Batch:
         names, view, at, name = bytes(self._names[: count * NAME]), self._view, 0, 2
         for length in self._lengths[:count].tolist():
             place = names[name : name + 6]
-            sender = self._senders.get(place) or self._sender(place)
-            found.append((bytes(view[at : at + length]), *sender))
+            address, port = self._senders.get(place) or self._sender(place)
+            found.append((view[at : at + length].tobytes(), address, port))
             at += SLOT
             name += NAME
         return found

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from runtime import Task
 from tasks.transports.imc_links.datagrams import AT_ONCE, Datagram, best_way
 
-ROUNDS = 4  # of AT_ONCE datagrams that are read at a time, of one socket
-PAUSE = 0.002  # s, after so many, for the other tasks
+ROUNDS = 4  # of AT_ONCE datagrams, with handlers and timers between them
+PAUSE = 0.002  # s, after so many rounds, for the other tasks
 SO_MEMINFO, MEMINFO = 55, struct.Struct("9I")  # of Linux; the last number counts what found no room in the buffer
 
 
@@ -19,6 +19,7 @@ class Reader:
         self._task = task
         self._take = take
         self._datagrams = best_way()
+        self._full = dict.fromkeys(sockets, 0)  # readings in a row that found as many as they could
         self._readings = {each: lambda each=each: self._read(each) for each in sockets}
         for each, reading in self._readings.items():
             task.watch(each, reading)
@@ -42,17 +43,16 @@ class Reader:
             each.close()
 
     def _read(self, readable: socket.socket) -> None:
-        take = self._take
-        for _ in range(ROUNDS):
-            try:
-                datagrams = self._datagrams(readable)
-            except OSError:
-                continue  # an earlier packet was refused: nobody listens there
-            take(datagrams)
-            if len(datagrams) < AT_ONCE or readable not in self._readings:
-                return
-        self._task.unwatch(readable)
-        self._task.after(PAUSE * self._task.vehicle.kernel.clock.speed, self._go_on, readable)
+        try:
+            datagrams = self._datagrams(readable)
+        except OSError:
+            return  # an earlier packet was refused: nobody listens there
+        self._take(datagrams)
+        self._full[readable] = full = self._full[readable] + 1 if len(datagrams) == AT_ONCE else 0
+        if full >= ROUNDS and readable in self._readings:
+            self._full[readable] = 0
+            self._task.unwatch(readable)
+            self._task.after(PAUSE * self._task.vehicle.kernel.clock.speed, self._go_on, readable)
 
     def _go_on(self, readable: socket.socket) -> None:
         if readable in self._readings:

@@ -1,5 +1,7 @@
 """The bus: messages from and to other processes."""
 
+import threading
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -257,3 +259,45 @@ def test_all_transports_of_a_shipped_vehicle_carry_the_same_packets(tmp_path):
     assert len(wires[0].sent) > 2000
     assert wires[0].sent == wires[1].sent, "what comes in on one is not sent on"
     assert (vehicle.bus.malformed, [wire.closed for wire in wires]) == (1, [1, 1])
+
+
+class StandingClock:
+    """A wall clock that has stopped: no pause ends on it."""
+
+    virtual = False
+    speed = 1.0
+
+    def read(self):
+        return 0
+
+    def advance(self, target, wait):
+        wait(0.001 if target is None or target > 0 else 0.0)
+        return 0
+
+
+def test_strangers_wait_for_the_vehicle_only_while_it_has_something_to_do():
+    kernel = Kernel(StandingClock())
+    bus, wire, heard, own = Bus(kernel, OWN), Wire(), [], []
+    bus.resume()
+    bus.attach(wire)
+    bus.subscribe(Subscription(imc.Depth, lambda message: heard.append(message.value), others=True))
+    for number in range(1000):
+        wire.receive(depth(number, src=OTHER)[1])
+
+    def work():
+        own.append(len(heard))
+        if len(own) < 2000:
+            kernel.soon(work)
+        elif len(heard) < 1000:
+            kernel.post(work)  # looks again when there is nothing else to do
+        else:
+            kernel.stop()
+
+    kernel.soon(work)
+    watchdog = threading.Timer(10.0, kernel.post, [kernel.stop])
+    watchdog.start()
+    kernel.run()
+    watchdog.cancel()
+    kernel.close()
+    assert heard == list(range(1000))
+    assert own[10] == own[1999] == 64, "one turn, and then a pause"

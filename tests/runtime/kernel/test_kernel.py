@@ -357,3 +357,24 @@ def test_every_instrument_sees_every_call_before_it_is_made(kernel):
     kernel.at(5, seen.append, "later")
     kernel.run()
     assert seen == [("a", ("now",)), ("b", ("now",)), "now", ("a", ("later",)), ("b", ("later",)), "later"]
+
+
+def test_what_is_put_off_is_called_when_there_is_nothing_else_to_do(wall):
+    began = time.monotonic()
+    wall.put_off(60.0, wall.stop)
+    wall.after(70.0, print)
+    wall.run()
+    assert time.monotonic() - began < 30.0
+
+
+def test_what_is_put_off_is_called_after_its_time_even_if_there_is_always_something_to_do(wall):
+    began, called = wall.now_ns, []
+
+    def work():
+        if not called:
+            wall.soon(work)
+
+    wall.soon(work)
+    wall.put_off(0.05, lambda: called.append(wall.now_ns))
+    wall.run(until=began + SECOND)
+    assert 0.05 <= (called[0] - began) / SECOND < 0.9
