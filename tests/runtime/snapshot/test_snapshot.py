@@ -20,8 +20,6 @@ from shoal.rerun import continued
 from tests.runtime.snapshot.keeper import keeper, through
 
 LENGTH = 6.0
-
-
 MIXER = "tests.shoal.rerun.interplay.Mixer"
 
 

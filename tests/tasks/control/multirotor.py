@@ -5,17 +5,9 @@ import math
 import imc
 
 Loops, Flags, Units = imc.CLoopsMask, imc.DesiredPath.Flags, imc.ZUnits
-
-
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
-
-
 FIX = imc.GpsFix(type=imc.GpsFix.Type.MANUAL_INPUT, lat=LAT, lon=LON, timestamp=0.0)
-
-
 ARMED, DISARMED = imc.ArmingState.State.ARMED, imc.ArmingState.State.DISARMED
-
-
 OWN = 0x001A
 
 
