@@ -86,12 +86,6 @@ class Station:
         return self.take()
 
 
-def free_port():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind((HOST, 0))
-        return probe.getsockname()[1]
-
-
 def sail(script, *links, tasks=(), seconds=120.0, clock=None, **parameters):
     """Run the task with links and a script that must finish; in virtual time by default."""
     done = []

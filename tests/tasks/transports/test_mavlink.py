@@ -12,7 +12,8 @@ from runtime import State
 from runtime.kernel import WallClock
 from runtime.testing import simulate
 from tasks.transports.mavlink import MAVLink
-from tests.tasks.transports.mavlink_station import HOST, STATE, Station, Winch, free_port, mavlink, sail
+from tests.outside import free_port
+from tests.tasks.transports.mavlink_station import HOST, STATE, Station, Winch, mavlink, sail
 
 
 def test_bad_link_is_a_fault_and_the_others_go_on():
