@@ -4,15 +4,18 @@ import os
 import shutil
 import signal
 import subprocess
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import pytest
 from hypothesis import settings
 
 import imc
 from imc.lsf import LsfWriter, packed_schema
+
+if TYPE_CHECKING:
+    from tests.runtime.zenoh.processes import Network
 
 DEFINITIONS = packed_schema(imc.builtin())
 
@@ -63,6 +66,17 @@ def namespace() -> list[str]:
     if done is None or done.returncode:
         lacking(f"no network namespaces on this machine: {trouble.strip()}")
     return NEW_NAMESPACE
+
+
+@pytest.fixture
+def network() -> "Iterator[Network]":
+    """A zenoh network of its own; the processes that a test starts in it end with the test."""
+    from tests.runtime.zenoh.processes import Network  # imports zenoh
+
+    network = Network()
+    yield network
+    for process in network.processes:
+        process.end()
 
 
 @pytest.fixture

@@ -86,52 +86,62 @@ def build(
     made, problems = Build(vehicle), list[Problem]()
     for section in profile.config.sorted_sections():
         wanted = profile.enabled(section.name, selected) if only is None else section.name in only
-        if not wanted or section.name == dune.MULTIPLEXER:
-            continue
-        try:
-            cls = find_task(section.name)
-        except TaskImportError as error:
-            problems.append(Problem("error", *section.origin, str(error)))
-            continue
-        if cls is None:
-            near = misspelled_task(section.name)
-            if dune.may_have(section.name) and (not near or section.name in dune.TASKS):
-                made.skip(section.name, "not in Shoal")
-                continue
-            words, hint = f"[{section.name}] is not a task", f"did you mean [{near}]?" if near else ""
-            problems.append(Problem("error", *section.origin, words, hint or why_missing(section.name)))
-        elif vehicle.virtual and cls.external:
-            what = "a device" if cls.requires == "drivers" else "the network"
-            made.skip(section.name, f"needs {what}, which is off in virtual time")
-        elif extra := missing_extra(cls):
-            made.skip(section.name, f"needs pip install 'shoal[{extra}]'")
-        elif process is not None and (elsewhere := profile.process(section.name)) != process:
-            if not process:
-                label = section.value("Entity Label", default_label(section.name))
-                vehicle.entities.reserve(label, section.name).process = elsewhere
-        else:
-            try:
-                for consumer in consumers(cls):
-                    if issubclass(consumer.type, imc.Message) and consumer.type.SCHEMA is not None:
-                        known_here(consumer.type, vehicle.bus.messages)
-                task = vehicle.add(cls, section.name, profile.options(section.name))
-                for option in section.options.values():
-                    task.parameter_set.redeclare(option.name, option.attributes)
-                _warn_of_unknown(task, section)
-            except ParameterError as error:
-                origin = _named_in(profile, error.reason) or _origin(profile, section.name, error.name)
-                problems.append(Problem("error", *origin, f"{section.name}: {error}"))
-            except imc.SchemaError as error:
-                problems.append(Problem("error", *section.origin, f"{section.name}: {error}"))
-            except EntityError as error:
-                problems.append(Problem("error", *_origin(profile, section.name, "Entity Label"), str(error)))
-            except BaseException as error:
-                text = f"{section.name}: {with_place(as_error(error))}"
-                problems.append(Problem("error", *section.origin, text))
+        if wanted and section.name != dune.MULTIPLEXER:
+            problems += _build_task(made, profile, section, process)
     if problems:
         vehicle.close()
         raise ProfileError(problems)
     return made
+
+
+def _build_task(made: Build, profile: Profile, section: Section, process: str | None) -> list[Problem]:
+    """Add the task of a section, or skip it; returns the mistakes."""
+    vehicle = made.vehicle
+    try:
+        cls = find_task(section.name)
+    except TaskImportError as error:
+        return [Problem("error", *section.origin, str(error))]
+    if cls is None:
+        near = misspelled_task(section.name)
+        if dune.may_have(section.name) and (not near or section.name in dune.TASKS):
+            made.skip(section.name, "not in Shoal")
+            return []
+        words, hint = f"[{section.name}] is not a task", f"did you mean [{near}]?" if near else ""
+        return [Problem("error", *section.origin, words, hint or why_missing(section.name))]
+    if vehicle.virtual and cls.external:
+        what = "a device" if cls.requires == "drivers" else "the network"
+        made.skip(section.name, f"needs {what}, which is off in virtual time")
+    elif extra := missing_extra(cls):
+        made.skip(section.name, f"needs pip install 'shoal[{extra}]'")
+    elif process is not None and (elsewhere := profile.process(section.name)) != process:
+        if not process:
+            label = section.value("Entity Label", default_label(section.name))
+            vehicle.entities.reserve(label, section.name).process = elsewhere
+    else:
+        return _add_task(vehicle, profile, section, cls)
+    return []
+
+
+def _add_task(vehicle: Vehicle, profile: Profile, section: Section, cls: type[Task]) -> list[Problem]:
+    """Add a task of a class with the options of its section; returns the mistakes."""
+    try:
+        for consumer in consumers(cls):
+            if issubclass(consumer.type, imc.Message) and consumer.type.SCHEMA is not None:
+                known_here(consumer.type, vehicle.bus.messages)
+        task = vehicle.add(cls, section.name, profile.options(section.name))
+        for option in section.options.values():
+            task.parameter_set.redeclare(option.name, option.attributes)
+        _warn_of_unknown(task, section)
+    except ParameterError as error:
+        origin = _named_in(profile, error.reason) or _origin(profile, section.name, error.name)
+        return [Problem("error", *origin, f"{section.name}: {error}")]
+    except imc.SchemaError as error:
+        return [Problem("error", *section.origin, f"{section.name}: {error}")]
+    except EntityError as error:
+        return [Problem("error", *_origin(profile, section.name, "Entity Label"), str(error))]
+    except BaseException as error:
+        return [Problem("error", *section.origin, f"{section.name}: {with_place(as_error(error))}")]
+    return []
 
 
 def _labels(profile: Profile) -> Iterator[str]:

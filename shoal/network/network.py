@@ -13,7 +13,7 @@ from imc.addresses import OPERATORS
 from runtime.problem import printable, suggestion
 from shoal.network.link import EVERYBODY, EVERYTHING, Arrival, Console, Link, NetworkError
 from shoal.network.listener import Listener, kind_of_damage
-from shoal.network.systems import MOST_LABELS, MOST_SYSTEMS, System
+from shoal.network.systems import MOST_SYSTEMS, System
 
 M = TypeVar("M", bound=imc.Message)
 A = TypeVar("A")
@@ -76,38 +76,26 @@ class Network:
         if system is None:
             self.dropped(link, arrival.place or arrival.system or f"0x{message.src:04X}", "not announced")
             return
-        if arrival.is_old:
-            system.keep(message)
-            for listener in tuple(self._listeners):
-                if listener.takes_old:
-                    listener.offer(system, message)
-            return
-        system.heard[link.name] += 1
-        if isinstance(message, imc.Unknown):
-            system.missed[f"unknown message id {message.id}"] += 1
-        elif message.surplus:
-            system.missed[f"schema mismatch: {type(message).__name__} is longer than ours"] += 1
-        if message.dst == self.console.id:  # by whatever way it comes, but once
-            if message in self._replies:
+        if not arrival.is_old:
+            system.count(link, message)
+            if not self._is_first(link, system, message):
                 return
-            self._replies.append(message)
-        elif not system.takes(link):
-            return
-        if system.takes(link):
-            system.last[link.name] = time.monotonic()
-        system.links.setdefault(link.name, link)
-        system.note_clock(message.timestamp)
-        if arrival.entity and message.src_ent <= MOST_LABELS:
-            system.labels.setdefault(message.src_ent, arrival.entity)
-        if isinstance(message, imc.EntityList) and message.op == imc.EntityList.Op.REPORT:
-            system.learn_labels(message)
-        elif isinstance(message, imc.EntityInfo) and message.label:
-            system.labels[message.src_ent] = message.label
-        if (message.dst, message.dst_ent) == (self.console.id, LABELS):
-            return
+            system.note(link, message, arrival.entity)
+            if (message.dst, message.dst_ent) == (self.console.id, LABELS):
+                return
         system.keep(message)
         for listener in tuple(self._listeners):
-            listener.offer(system, message)
+            if listener.takes_old or not arrival.is_old:
+                listener.offer(system, message)
+
+    def _is_first(self, link: Link, system: System, message: imc.Message) -> bool:
+        """Whether a packet is no copy of one that came by another way; what is for us counts by any way, but once."""
+        if message.dst != self.console.id:
+            return system.takes(link)
+        if message in self._replies:
+            return False
+        self._replies.append(message)
+        return True
 
     def appeared(self, link: Link, system: str, part: str, place: str, number: int | None = None) -> None:
         found = self._known(system)

@@ -87,6 +87,27 @@ class System:
         first = next((name for name, at in self.last.items() if now - at < FRESH), link.name)
         return first == link.name
 
+    def count(self, link: Link, message: imc.Message) -> None:
+        """Count a packet, and what cannot be read of it."""
+        self.heard[link.name] += 1
+        if isinstance(message, imc.Unknown):
+            self.missed[f"unknown message id {message.id}"] += 1
+        elif message.surplus:
+            self.missed[f"schema mismatch: {type(message).__name__} is longer than ours"] += 1
+
+    def note(self, link: Link, message: imc.Message, entity: str) -> None:
+        """Note what a packet says of the system besides its content; `entity` is its label, if the link knows it."""
+        if self.takes(link):
+            self.last[link.name] = time.monotonic()
+        self.links.setdefault(link.name, link)
+        self.note_clock(message.timestamp)
+        if entity and message.src_ent <= MOST_LABELS:
+            self.labels.setdefault(message.src_ent, entity)
+        if isinstance(message, imc.EntityList) and message.op == imc.EntityList.Op.REPORT:
+            self.learn_labels(message)
+        elif isinstance(message, imc.EntityInfo) and message.label:
+            self.labels[message.src_ent] = message.label
+
     def keep(self, message: imc.Message) -> None:
         place = type(message).__name__, message.src_ent
         known = self.latest.get(place)

@@ -48,10 +48,10 @@ class FTPServer:
         self.in_use, self.tell = in_use, tell
         self._stop, self._stopped = socket.socketpair()
         self._loop: Any = import_module("pyftpdlib.ioloop").IOLoop()
-        opened = listener(address, port, TRIES)
-        self.port: int = opened.getsockname()[1]
+        self._listener = listener(address, port, TRIES)
+        self.port: int = self._listener.getsockname()[1]
         self._acceptor: Any = import_module("pyftpdlib.servers").FTPServer(
-            opened, _session(self, timeout), ioloop=self._loop
+            self._listener, _session(self, timeout), ioloop=self._loop
         )
         self._acceptor.max_cons, self._acceptor.max_cons_per_ip = MOST_SESSIONS, MOST_OF_ONE
 

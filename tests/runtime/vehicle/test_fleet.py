@@ -8,115 +8,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import imc
-from runtime import State, Task, consume, param, periodic
-from runtime.bus import Bus
-from runtime.kernel import SECOND, Kernel, LivelockError, ScaledClock, VirtualClock, WallClock
+from runtime import Task
+from runtime.kernel import SECOND, LivelockError, ScaledClock, VirtualClock, WallClock
 from runtime.profile import load_profile
 from runtime.snapshot import SnapshotError, save
 from runtime.testing import START, NoProfile
 from runtime.vehicle import Fleet, FleetError, Vehicle, build
-from runtime.vehicle.fleet import Neighbor
-from shoal.missions import Mission, parse_plan, prepare
-from tests.runtime.bus.transport_contract import FIRST, SECOND_, Link, TransportContract, Wire
-
-
-class Diver(Task):
-    """Publishes noisy depths at a rate, and answers messages with a script."""
-
-    rate: float = param(10.0, "Hz", "Rate.", minimum=0.0)
-    patience: float = param(0.3, "s", "Time between hearing and answering.")
-    leaves_after: float = param(0.0, "s", "When it stops the vehicle; 0 is never.")
-    stumbles_after: float = param(0.0, "s", "When it fails; 0 is never.")
-
-    def start(self) -> None:
-        self.set_entity_state(State.NORMAL, "active")
-        if self.leaves_after:
-            self.after(self.leaves_after, self.vehicle.stop)
-        if self.stumbles_after:
-            self.after(self.stumbles_after, self.stumble)
-
-    def stop(self) -> None:
-        self.publish(imc.Depth(value=-1.0))
-
-    def stumble(self) -> None:
-        raise ValueError("a stone")
-
-    @periodic("rate")
-    def tick(self) -> None:
-        self.publish(imc.Depth(value=self.random.normal()))
-
-    @consume
-    def answer(self, depth: imc.Depth) -> None:
-        self.run(self.wait, depth.value)
-
-    async def wait(self, script, value) -> None:
-        await script.sleep(self.patience)
-        script.publish(imc.Temperature(value=value))
-
-
-class Echo(Task):
-    """Answers immediately, and again a little later."""
-
-    def start(self) -> None:
-        self.set_entity_state(State.NORMAL, "active")
-
-    @consume
-    def hear(self, depth: imc.Depth) -> None:
-        self.publish(imc.Salinity(value=depth.value))
-        self.after(0.05, self.publish, imc.Pressure(value=depth.value))
-
-
-class Impatient:
-    """An instrument that stops a vehicle at some time, as a mission does."""
-
-    def __init__(self, vehicle):
-        self.vehicle = vehicle
-        self.lost = False
-
-    def lose_patience(self) -> None:
-        self.lost = True
-        self.vehicle.stop()
-
-
-def vehicle(name, *, seed=0, keep_going=False, clock=None, fleet=None, tasks=(Diver, Echo), **values):
-    if fleet is None and clock is None:
-        clock = VirtualClock(START * SECOND)
-    made = Vehicle(name, 1, clock=clock, fleet=fleet, profile=NoProfile(), seed=seed, keep_going=keep_going)
-    for task in tasks:
-        made.add(task, f"Test.{task.__name__}", **(values if task is Diver else {}))
-    return made
-
-
-def recorded(made):
-    packets = []
-    made.tap(imc.Message, lambda _, packet: packets.append(packet), packets=True)
-    return packets
-
-
-def alone(seconds, name, **how):
-    made = vehicle(name, **how)
-    packets = recorded(made)
-    made.start()
-    made.run(seconds)
-    made.close()
-    return packets
-
-
-def run(fleet, seconds):
-    with fleet:
-        fleet.start()
-        fleet.run(seconds)
-
-
-def together(seconds, members):
-    with Fleet(VirtualClock(START * SECOND)) as fleet:
-        packets = {name: recorded(vehicle(name, fleet=fleet, **how)) for name, how in members}
-        fleet.start()
-        fleet.run(seconds)
-    return packets
-
+from tests.runtime.vehicle.members import Diver, Echo, Impatient, alone, recorded, run, together, vehicle
 
 times = st.sampled_from([0.0, 0.5, 1.0, 1.7])
+
+
 members = st.fixed_dictionaries(
     {
         "seed": st.integers(0, 3),
@@ -371,109 +273,6 @@ def test_more_vehicles_change_nothing_for_the_others():
         assert fewer == {name: more[name] for name in fewer}
 
 
-class Gossip(Task):
-    """Publishes numbers, and remembers those of others."""
-
-    rate: float = param(10.0, "Hz", "Rate.")
-
-    def configure(self) -> None:
-        self.told = 0
-        self.heard = []
-
-    def start(self) -> None:
-        self.tick()
-
-    @periodic("rate")
-    def tick(self) -> None:
-        self.told += 1
-        self.publish(imc.Depth(value=self.told))
-
-    @consume(others=True)
-    def hear(self, depth: imc.Depth) -> None:
-        self.heard.append((depth.src, depth.value))
-        if depth.value % 3 == 0:
-            self.publish(imc.Temperature(value=depth.value))
-
-
-def gossips(rates, *kinds, seconds=1.0):
-    with Fleet(VirtualClock(0)) as fleet:
-        tasks = []
-        for number, rate in enumerate(rates):
-            made = Vehicle(f"v{number}", number, fleet=fleet, profile=NoProfile())
-            tasks.append(made.add(Gossip, "Test.Gossip", rate=rate))
-        fleet.connect(*kinds)
-        packets = [recorded(one) for one in fleet.vehicles]
-        fleet.start()
-        fleet.run(seconds)
-    return tasks, packets
-
-
-@settings(max_examples=30)
-@given(st.lists(st.sampled_from([1.0, 3.0, 7.0, 50.0]), min_size=2, max_size=5), st.booleans())
-def test_connected_vehicles_lose_nothing_and_keep_the_order(rates, everything):
-    kinds = () if everything else (imc.Depth,)
-    tasks, packets = gossips(rates, *kinds)
-    for task in tasks:
-        assert {source for source, _ in task.heard} == {other.system for other in tasks if other is not task}
-        for other in tasks:
-            if other is not task:
-                assert [value for source, value in task.heard if source == other.system] == list(
-                    range(1, other.told + 1)
-                )
-    strangers = {
-        type(m) for system, mine in enumerate(packets) for m in map(imc.decode, mine) if m.src not in (system, 0xFFFF)
-    }
-    assert strangers >= {imc.Depth, imc.Heartbeat} if everything else strangers == {imc.Depth}
-    assert gossips(rates, *kinds)[1] == packets
-
-
-def test_one_that_joins_or_leaves_a_connected_fleet():
-    with Fleet(VirtualClock(0)) as fleet:
-        fleet.connect(imc.Depth)
-        with pytest.raises(FleetError, match="already connected"):
-            fleet.connect()
-        first = Vehicle("first", 1, fleet=fleet, profile=NoProfile())
-        task = first.add(Gossip, "Test.Gossip")
-        with pytest.raises(FleetError, match=r"second and first have the same IMC id, 0x0001: .*\[IMC Addresses\]"):
-            Vehicle("second", 1, fleet=fleet, profile=NoProfile())
-        first.start()
-        fleet.run(1.0)
-        assert task.heard == []
-        late = Vehicle("late", 2, fleet=fleet, profile=NoProfile())
-        other = late.add(Gossip, "Test.Gossip", rate=0.0)
-        late.start()
-        fleet.run(0.05)
-        late.stop()
-        fleet.run(1.0)
-    assert task.heard == [(2, 1.0)]
-    assert [value for _, value in other.heard] == [12.0]
-
-
-def test_whole_vehicles_that_hear_everything_of_each_other_do_their_own_plans(tmp_path):
-    with Fleet(VirtualClock(START * SECOND)) as fleet:
-        missions = []
-        for number, name in enumerate(("lauv-noptilus-1", "lauv-noptilus-2")):
-            made = prepare("lauv-noptilus-1", vehicle=name, seed=number, fleet=fleet, log_root=tmp_path)
-            goto = f"{{north: {15 + 10 * number}, depth: 1, speed: 1.2 m/s}}"
-            plan = parse_plan(f"plan: line {number}\norigin: 41.185°, -8.7062°\nmaneuvers: [goto: {goto}]")
-            missions.append(Mission(made.vehicle, plan))
-        fleet.connect()
-        for mission in missions:
-            mission.begin()
-        fleet.run(120.0)
-    first, second = (mission.report for mission in missions)
-    assert first.completed
-    assert second.completed
-    assert second.distance - first.distance == pytest.approx(10.0, abs=2.0)
-
-
-def test_a_fleet_is_not_connected_where_a_bus_reaches_further():
-    with Fleet(VirtualClock(0)) as fleet:
-        vehicle("far", fleet=fleet).bus.attach(Wire())
-        with pytest.raises(FleetError, match="bus of far is already connected to other processes"):
-            fleet.connect()
-
-
 def test_a_vehicle_of_a_fleet_cannot_be_saved():
     with Fleet(VirtualClock(START * SECOND)) as fleet:
         for name in "ab":
@@ -482,16 +281,3 @@ def test_a_vehicle_of_a_fleet_cannot_be_saved():
         fleet.run(1.0)
         with pytest.raises(SnapshotError, match="several vehicles on one kernel cannot be saved"):
             save(fleet.vehicles[0])
-
-
-class TestNeighbor(TransportContract):
-    @pytest.fixture
-    def link(self):
-        kernel, buses = Kernel(VirtualClock(0)), []
-        ends = [Bus(kernel, system) for system in (FIRST, SECOND_)]
-        transports = [Neighbor(bus, buses, (imc.Message,)) for bus in ends]
-        for bus, transport in zip(ends, transports, strict=True):
-            bus.resume()
-            bus.attach(transport)
-        yield Link(*ends, transports[0], kernel.run)
-        kernel.close()

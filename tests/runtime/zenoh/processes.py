@@ -14,10 +14,10 @@ from typing import Any
 
 from runtime.zenoh.config import SESSION_OFFSET, SESSIONS
 from runtime.zenoh.meeting import is_held
+from tests.outside import PATIENCE, until
 
 PEERS = Path(__file__).parent / "peers"
 REPOSITORY = Path(__file__).parents[3]
-PATIENCE = 20.0
 
 
 def local_port() -> int:
@@ -73,10 +73,14 @@ class Process:
         return self.line()
 
     def until(self, condition: Callable[[Any], bool], command: str = "status") -> Any:
-        deadline = time.monotonic() + PATIENCE
-        while not condition(status := self.ask(command)):
-            assert time.monotonic() < deadline, f"still {status}"
-            time.sleep(0.02)
+        status: Any = None
+
+        def holds() -> bool:
+            nonlocal status
+            status = self.ask(command)
+            return condition(status)
+
+        until(holds, told=lambda: f"still {status}")
         return status
 
     def hears(self, system: int, at_least: int = 1) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 
 import imc
 from tests.runtime.zenoh.processes import Network, Process
-from tests.runtime.zenoh.test_trouble import NAME, SYSTEM, Vehicle, slowness, wait_until
+from tests.runtime.zenoh.vehicles import NAME, SYSTEM, Vehicle, slowness, wait_until
 
 CONSOLE = 0x4123
 QUERY, DB = imc.EntityList.Op.QUERY, imc.PlanDB

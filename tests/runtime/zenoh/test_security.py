@@ -2,7 +2,6 @@
 
 import json
 import subprocess
-import time
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import pytest
 from runtime.zenoh import ZenohConfig
 from runtime.zenoh.certificates import refusal
 from runtime.zenoh.meeting import is_held
+from tests.outside import until
 from tests.runtime.zenoh.processes import PATIENCE, Network, Process, local_port
 
 ALICE, BOB = 0x4001, 0x4002
@@ -164,10 +164,7 @@ def test_certificates_say_who_may_hear_and_who_may_command(network: Network, ope
     assert not hears(asker(network, certified("carol")))
     for stranger in (certified(""), certified("alice", other)):
         process = network.asker("client", stranger)
-        deadline = time.monotonic() + PATIENCE
-        while process.popen.poll() is None and process.lines.empty():
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
+        until(lambda process=process: process.popen.poll() is not None or not process.lines.empty())
         assert process.popen.poll() is not None or not hears(process)
 
 

@@ -1,6 +1,5 @@
 """A shipped vehicle on a zenoh bus: flooded from outside, and started twice."""
 
-import os
 import re
 import signal
 import time
@@ -8,46 +7,13 @@ from itertools import pairwise
 from pathlib import Path
 
 import imc
-from tests.runtime.zenoh.processes import PATIENCE, PEERS, Network, Process
+from tests.runtime.zenoh.processes import PATIENCE, PEERS, Network
+from tests.runtime.zenoh.vehicles import NAME, SYSTEM, Vehicle, slowness, wait_until
 
-NAME = "lauv-noptilus-1"
-SYSTEM = 0x001A
 EXECUTING = imc.PlanControlState.State.EXECUTING
+
+
 KINDS = ("queries", "state in the vehicle's name", "states of many", "state of a console")
-
-
-class Vehicle(Process):
-    """`shoal run` of the shipped profile."""
-
-    def __init__(self, network: Network, folder: Path, *options: str) -> None:
-        self.folder = folder
-        port = f"Zenoh:Local Port={network.local_port}"
-        modes = ("-p", "Simulation", "--bus", "zenoh", "--set", port, "--set", "Transports.MAVLink:Enabled=Never")
-        super().__init__("-m", "shoal.cli", "run", NAME, *modes, *options, "--log-dir", folder)
-        network.processes.append(self)
-
-    def swims(self) -> bool:
-        """Whether it got so far that it logs."""
-        return any(self.folder.rglob("Data.lsf*"))
-
-    def ended(self) -> bool:
-        return self.popen.poll() is not None
-
-    def messages(self) -> list[imc.Message]:
-        return [m for file in sorted(self.folder.rglob("Data.lsf*")) for m in imc.Log(file.parent)]
-
-
-def wait_until(condition: object, *processes: Vehicle) -> None:
-    deadline = time.monotonic() + PATIENCE
-    assert callable(condition)
-    while not condition():
-        assert time.monotonic() < deadline, [process.errors for process in processes]
-        time.sleep(0.02)
-
-
-def slowness() -> float:
-    """How much slower than alone a process may be here; other work on the computer is not the vehicle's fault."""
-    return max(1.0, 2.0 * os.getloadavg()[0] / (os.cpu_count() or 1))
 
 
 def memory(process: int) -> int:

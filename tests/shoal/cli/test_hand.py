@@ -5,7 +5,6 @@ import shlex
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from click.shell_completion import ShellComplete
 from click.testing import CliRunner, Result
 
 from shoal.cli import main
+from tests.outside import until
 from tests.shoal.network.running import Running, running
 
 NAME = "lauv-noptilus-1"
@@ -24,9 +24,7 @@ PLAN = "plan: pause\nmaneuvers:\n- idle: {duration: %d}\n"
 @pytest.fixture(scope="module")
 def process(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     with running(tmp_path_factory.mktemp("vehicle")) as found:
-        deadline = time.monotonic() + 30.0
-        while json_of("plan", NAME, "status", "--json")["state"] != "READY":
-            assert time.monotonic() < deadline
+        until(lambda: json_of("plan", NAME, "status", "--json")["state"] == "READY", 30.0)
         yield found
 
 

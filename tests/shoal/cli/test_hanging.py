@@ -103,7 +103,7 @@ def test_a_signal_ends_it_in_a_second_whatever_hangs_and_the_log_can_be_read(tmp
 
 
 def test_an_endless_loop_is_named_and_its_task_restarts_on_a_vehicle(tmp_path):
-    process = begin(tmp_path, "loop", "--keep-going", "--for", "12s")
+    process = begin(tmp_path, "loop", "--keep-going", "--for", "8s")
     text = process.communicate(timeout=60)[0]
     assert process.returncode == 0, text
     assert re.search(r"hanging\.Hanging has not returned from Hanging\.hang for 2\.\d s: .*hanging\.py:\d+ \(", text)

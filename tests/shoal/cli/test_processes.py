@@ -4,7 +4,6 @@ import json
 import os
 import signal
 import time
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -15,20 +14,13 @@ import imc
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
+from tests.outside import children
 from tests.runtime.zenoh.processes import Network, Process
-from tests.runtime.zenoh.test_trouble import NAME, SYSTEM, Vehicle, slowness, wait_until
+from tests.runtime.zenoh.vehicles import NAME, SYSTEM, Vehicle, slowness, wait_until
 
 CAMERA = "MUG Camera"
 VISION = ("--set", "Simulators.MUGDetectionCamera:Process=vision")
 State = imc.EntityState.State
-
-
-@pytest.fixture
-def network() -> Iterator[Network]:
-    network = Network()
-    yield network
-    for process in network.processes:
-        process.end()
 
 
 def camera_id() -> int:
@@ -38,11 +30,6 @@ def camera_id() -> int:
     made.vehicle.close()
     assert entity is not None
     return entity.id
-
-
-def children(process: int) -> list[int]:
-    listed = Path(f"/proc/{process}/task/{process}/children").read_text()
-    return [int(word) for word in listed.split()]
 
 
 def token(process: str) -> str:

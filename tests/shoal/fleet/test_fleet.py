@@ -1,6 +1,5 @@
 """`shoal fleet` with real processes: started, killed, started again, stopped."""
 
-import contextlib
 import json
 import os
 import signal
@@ -8,7 +7,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ import zenoh
 
 import imc
 from shoal.fleet import Child, Keeper, Watch
+from tests.outside import children, until
 from tests.runtime.zenoh.processes import PATIENCE, REPOSITORY, Network, Process
 
 FLEET = """
@@ -32,25 +32,8 @@ vehicles:
 NAMES = {"lauv-1", "lauv-2", "otter-1"}
 
 
-@pytest.fixture
-def network() -> Iterator[Network]:
-    network = Network()
-    yield network
-    for process in network.processes:
-        process.end()
-
-
 def wait_until(condition: Callable[[], bool], process: Process) -> None:
-    deadline = time.monotonic() + 2 * PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline, process.errors
-        time.sleep(0.1)
-
-
-def children(process: int) -> list[int]:
-    with contextlib.suppress(OSError):
-        return [int(word) for word in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
-    return []
+    until(condition, 2 * PATIENCE, every=0.1, told=lambda: process.errors)
 
 
 def connected(port: int) -> Any:
@@ -130,11 +113,7 @@ def test_a_process_that_fails_starts_again_after_a_growing_pause_with_its_reason
 def test_a_process_that_ends_well_or_must_not_start_again_stays_ended() -> None:
     good, bad = Child("good", script("")), Child("bad", script("raise SystemExit(3)"))
     keeper = Keeper([good, bad], restart=False)
-    deadline = time.monotonic() + PATIENCE
-    while not keeper.done:
-        keeper.look()
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    until(lambda: (keeper.look(), keeper.done)[1])
     assert (good.failures, bad.failures) == (0, 1)
     assert keeper.look() == []
 
@@ -146,10 +125,7 @@ def test_all_processes_end_together_even_one_that_ignores_it() -> None:
         [Child("deaf", script(f"{deaf} time.sleep(60)")), Child("calm", script("import time; time.sleep(60)"))]
     )
     keeper.look()
-    deadline = time.monotonic() + PATIENCE
-    while not keeper.children[0].last:
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    until(lambda: keeper.children[0].last)
     processes = [child.popen for child in keeper.children]
     began = time.monotonic()
     keeper.stop()

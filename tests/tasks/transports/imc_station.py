@@ -10,18 +10,9 @@ from imc.discovery import Service, Services
 from runtime.kernel import WallClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
+from tests.outside import PATIENCE, free_ports, until
 
-PATIENCE = 20.0
 CONSOLE = 0x4042
-
-
-def free_ports(count, address="127.0.0.1"):
-    """UDP ports that nobody uses now."""
-    with contextlib.ExitStack() as stack:
-        probes = [stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(count)]
-        for probe in probes:
-            probe.bind((address, 0))
-        return [probe.getsockname()[1] for probe in probes]
 
 
 class Afloat:
@@ -65,11 +56,7 @@ class Afloat:
 
     def until(self, condition, patience=PATIENCE):
         """Wait for a condition; returns what made it true."""
-        end = time.monotonic() + patience
-        while not (found := condition()):
-            assert time.monotonic() < end, f"waited {patience} s; log: {self.log}"
-            time.sleep(0.01)
-        return found
+        return until(condition, patience, every=0.01, told=lambda: f"log: {self.log}")
 
     def logged(self, part):
         return self.until(lambda: [text for text in self.log if part in text])

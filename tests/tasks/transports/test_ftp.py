@@ -14,6 +14,7 @@ from runtime.kernel import WallClock
 from runtime.testing import simulate
 from tasks.transports.ftp import FTP
 from tasks.transports.ftp_server import MOST_OF_ONE, FTPServer
+from tests.outside import until
 
 HOST = "127.0.0.1"
 LOG = "20260101/000000_survey"
@@ -85,10 +86,7 @@ def refused(client, command):
 
 def soon(condition):
     """Whether the server's thread, which counts after it answers, meets a condition."""
-    end = time.monotonic() + 5
-    while not condition() and time.monotonic() < end:
-        time.sleep(0.005)
-    return condition()
+    return until(condition, 5.0)
 
 
 def test_a_console_finds_and_downloads_a_log(serve):

@@ -1,74 +1,29 @@
 """The logger: the contents of its folders, also after damage to them."""
 
 import gzip
-import resource
-import shutil
-import signal
-import subprocess
-import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import imcpy
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import imc
 from imc.lsf import Log
-from runtime import Script, State, Task, consume, periodic
+from runtime import Script
 from runtime.kernel import ScaledClock
 from runtime.testing import simulate
 from tasks.transports.log_folder import LONGEST_LABEL, clean_label
 from tasks.transports.logging import Logging
+from tests.tasks.transports.logs_of_tests import Listener, Whistle, logs, only_log, read_by_imcpy, unpacked
 
 Op = imc.LoggingControl.Op
 VEHICLE = 0x001A
 OPERATOR = 0x4001
 
 
-class Whistle(Task):
-    """Publishes ten times a second."""
-
-    @periodic(10.0)
-    def tick(self) -> None:
-        self.publish(imc.Temperature(value=20.0 + self.random.random()))
-
-
-class Listener(Task):
-    """Receives and publishes nothing."""
-
-    @consume
-    def hear(self, message: imc.Temperature) -> None:
-        self.random.random()
-
-
-def logs(root: Path) -> list[Path]:
-    return sorted(root.glob("lauv-noptilus-1/*/*"))
-
-
-def only_log(root: Path) -> Log:
-    (folder,) = logs(root)
-    return Log(folder)
-
-
-def unpacked(log: Log) -> bytes:
-    data = log.path.read_bytes()
-    return gzip.decompress(data) if log.path.suffix == ".gz" else data
-
-
 def ask(at: float, op: Op, name: str = "", **header: Any) -> imc.LoggingControl:
     return imc.LoggingControl(timestamp=at, op=op, name=name, **header)
-
-
-def read_by_imcpy(data: bytes) -> list[Any]:
-    found: list[Any] = []
-    while data:
-        size = int.from_bytes(data[4:6], "little") + 22
-        found.append(imcpy.Packet.deserialize(data[:size]))
-        data = data[size:]
-    return found
 
 
 def test_folder_has_what_a_reader_needs(tmp_path: Path) -> None:
@@ -237,78 +192,6 @@ def test_console_log(tmp_path: Path) -> None:
     ]
 
 
-def states(run: Any) -> list[tuple[State, str]]:
-    found = [(State(m.state), m.description) for m in run.of(imc.EntityState) if m.src_ent == run.task.entity.id]
-    return [state for index, state in enumerate(found) if index == 0 or state != found[index - 1]]
-
-
-def disturb(change: Callable[[], object], repair: Callable[[], object]) -> Callable[[Script], Any]:
-    async def disturbance(script: Script) -> None:
-        await script.sleep(5.5)
-        change()
-        await script.sleep(10.0)
-        repair()
-
-    return disturbance
-
-
-def test_full_disk_is_told_survived_and_forgotten(tmp_path: Path) -> None:
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-
-    def fill() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (only_log(tmp_path).path.stat().st_size + 50, hard))
-
-    def make_room() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-
-    try:
-        run = simulate(
-            [(Logging, {"flush_interval": 1.0}), Whistle],
-            seconds=20.0,
-            log_root=tmp_path,
-            script=disturb(fill, make_room),
-        )
-    finally:
-        make_room()
-    assert [state for state, _ in states(run)] == [State.NORMAL, State.FAILURE, State.NORMAL]
-    assert "too large" in states(run)[1][1]
-    log = only_log(tmp_path)
-    assert log.counts()["Temperature"] == 200
-    assert log.losses == []
-    assert any("recorded again; 0 were lost" in text for text in run.log)
-
-
-def test_no_folder_can_be_made(tmp_path: Path) -> None:
-    root = tmp_path / "root"
-    root.write_text("in the way")
-    run = simulate(
-        [(Logging, {"flush_interval": 1.0}), Whistle],
-        seconds=20.0,
-        log_root=root,
-        script=disturb(lambda: None, root.unlink),
-    )
-    assert [state for state, _ in states(run)] == [State.FAILURE, State.NORMAL]
-    assert str(root) in states(run)[0][1]
-    log = only_log(root)
-    assert log.path.parent.name == "000000"
-    assert log.counts()["Temperature"] == 200
-    assert any("recorded again; 0 were lost" in text for text in run.log)
-
-
-def test_folder_that_vanishes_is_followed_by_another(tmp_path: Path) -> None:
-    run = simulate(
-        [(Logging, {"flush_interval": 1.0}), Whistle],
-        seconds=20.0,
-        log_root=tmp_path,
-        script=disturb(lambda: shutil.rmtree(tmp_path / "lauv-noptilus-1"), lambda: None),
-    )
-    log = only_log(tmp_path)
-    assert log.path.parent.name == "000006"
-    assert next(log.messages()).timestamp == pytest.approx(run.vehicle.start_time + 6.0)
-    assert State.FAILURE in [state for state, _ in states(run)]
-    assert states(run)[-1][0] == State.NORMAL
-
-
 def test_on_a_wall_clock(tmp_path: Path) -> None:
     simulate(
         [(Logging, {"flush_interval": 0.5}), Whistle],
@@ -321,52 +204,3 @@ def test_on_a_wall_clock(tmp_path: Path) -> None:
     names = [message.name for message in log.messages(imc.LoggingControl)]
     assert names == [f"{log.path.parent.parent.name}/{log.path.parent.name}"] * 2
     assert log.counts()["Temperature"] > 0
-
-
-CHILD = """
-import sys
-from pathlib import Path
-import imc
-from runtime import Task, periodic
-from runtime.kernel import WallClock
-from runtime.testing import simulate
-from tasks.transports.logging import Logging
-
-class Counter(Task):
-    count = 0
-
-    @periodic(500.0)
-    def tick(self):
-        self.publish(imc.DevDataText(value=str(self.count)))
-        self.count += 1
-
-class Told(Logging):
-    def _tick(self):
-        flushed = counted.count
-        super()._tick()
-        print(flushed, flush=True)
-
-class Keeper(Counter):
-    def start(self):
-        global counted
-        counted = self
-
-simulate([(Told, {"flush_interval": 0.1}), Keeper], seconds=60.0, clock=WallClock(), log_root=Path(sys.argv[1]))
-"""
-
-
-def test_killed_process_leaves_a_log_that_others_read(tmp_path: Path) -> None:
-    child = subprocess.Popen([sys.executable, "-c", CHILD, tmp_path], stdout=subprocess.PIPE, text=True)
-    assert child.stdout is not None
-    flushed = 0
-    for _ in range(4):
-        flushed = int(child.stdout.readline())
-    child.send_signal(signal.SIGKILL)
-    rest = child.communicate()[0].split()
-    flushed = int(rest[-1]) if rest else flushed
-    messages = read_by_imcpy(unpacked(only_log(tmp_path)))
-    texts = [m.value for m in messages if type(m).__name__ == "DevDataText"]
-    assert flushed > 0
-    assert texts == [str(number) for number in range(len(texts))]
-    # Messages on their way to the logger during a flush are written with the next one.
-    assert len(texts) >= flushed - 2

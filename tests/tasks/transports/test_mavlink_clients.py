@@ -5,7 +5,6 @@ import json
 import math
 import os
 import re
-import socket
 import subprocess
 import sys
 import threading
@@ -20,6 +19,7 @@ from runtime.kernel import WallClock
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
 from tasks.transports.mavlink import MAVLink
+from tests.outside import free_port
 
 PATIENCE = 30.0
 STATE = imc.EstimatedState(
@@ -59,9 +59,7 @@ class Surveyor(Task):
 @contextlib.contextmanager
 def afloat(flavour):
     """A vehicle in its own thread, its task Surveyor, and the port that it sends to."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     vehicle = Vehicle("lauv-noptilus-1", 0x1A, clock=WallClock(), profile=NoProfile())
     surveyor = vehicle.add(Surveyor, "Surveyor")
     vehicle.add(MAVLink, "Transports.MAVLink", links=[f"udpout:127.0.0.1:{port}:{flavour}"])

@@ -1,7 +1,6 @@
 """A multirotor seen by ground stations; MAVSDK watches a flight of the profile hexa-00 at four times real time."""
 
 import json
-import socket
 import subprocess
 import sys
 import threading
@@ -11,6 +10,7 @@ import pytest
 
 import imc
 from shoal.missions import parse_plan, prepare
+from tests.outside import free_port
 
 PATIENCE = 60.0
 DENIED = 2
@@ -136,9 +136,7 @@ class Pilot:
 
 
 def test_mavsdk_watches_a_flight(tmp_path):
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     links = f"Transports.MAVLink:Links=udpout:127.0.0.1:{port}:px4"
     patient = [f"Control.UAV.Autopilot:{name} Timeout=10" for name in ("State", "Reference")]
     patient += ["Navigation.UAV.Navigation:Euler timeout=10", "Monitors.Entities:Report Timeout=60"]

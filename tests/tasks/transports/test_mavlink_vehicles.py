@@ -1,7 +1,6 @@
 """Shipped vehicles at the command of a ground station: they hold where they are, and their health is what it is."""
 
 import math
-import socket
 import subprocess
 import sys
 import threading
@@ -16,6 +15,7 @@ from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.missions import parse_plan, prepare
 from tasks.transports.mavlink import MAVLink
+from tests.outside import free_port
 
 PATIENCE = 60.0
 FAR = "origin: 41.185°, -8.7062°\nplan: far\nspeed: {speed} m/s\nmaneuvers:\n"
@@ -130,9 +130,7 @@ def test_another_vehicle_with_the_same_id_is_named(tmp_path):
 
 @pytest.mark.parametrize("profile", ["lauv-noptilus-1", "otter", "hexa-00"])
 def test_mavsdk_finds_a_shipped_vehicle_well(profile, tmp_path):
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     links = f"Transports.MAVLink:Links=udpout:127.0.0.1:{port}:px4"
     folders = {"log_root": tmp_path / "log", "state_folder": tmp_path / "db"}
     vehicle = prepare(profile, clock="4x", overrides=[links], **folders).vehicle

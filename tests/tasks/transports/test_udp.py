@@ -9,6 +9,7 @@ import pytest
 import imc
 from imc.discovery import Service, Services
 from runtime.kernel import ScaledClock
+from tests.outside import free_port
 from tests.tasks.transports.imc_station import Afloat, Station, afloat
 
 OWN = 0x001A
@@ -240,9 +241,7 @@ def test_silence_ends_the_contact_and_a_packet_begins_it_again(tmp_path):
 
 
 def test_a_static_destination_needs_no_announce_and_a_peer_may_have_its_own_rate(tmp_path):
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     settings = (
         f"Transports.UDP:Static Destinations=127.0.0.1:{port}",
         "Transports.UDP:Peer Rates=0x4003/EstimatedState:10",

@@ -7,98 +7,13 @@ import time
 import imcpy
 
 import imc
-from runtime import State, Task, consume, periodic
 from runtime.kernel import WallClock, parse_clock
 from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
 from tasks.transports.imc_links.streams import LONGEST_WAIT
-from tasks.transports.tcp.client import Client
 from tasks.transports.tcp.server import Server
-
-HOST, VEHICLE, CONSOLE = "127.0.0.1", 0x001A, 0x4000
-
-
-def packet(message, source=CONSOLE, order="little", target=VEHICLE):
-    return imc.encode(message.replace(src=source, src_ent=0, dst=target, timestamp=1.0), order)
-
-
-class Peer:
-    """One end of a connection, in the hands of a test."""
-
-    def __init__(self, opened):
-        self.socket = opened
-        self.socket.setblocking(False)
-        self.parser = imc.StreamParser()
-        self.heard, self.closed = [], False
-
-    @classmethod
-    def of(cls, port):
-        return cls(socket.create_connection((HOST, port)))
-
-    def send(self, data):
-        self.socket.setblocking(True)
-        self.socket.sendall(data)
-        self.socket.setblocking(False)
-
-    def take(self):
-        try:
-            while data := self.socket.recv(1 << 16):
-                self.heard += self.parser.feed(data)
-            self.closed = True
-        except BlockingIOError:
-            pass
-        except OSError:
-            self.closed = True
-        return self.heard
-
-    def of_type(self, kind):
-        return [message for message in self.take() if isinstance(message, kind)]
-
-
-class Depths(Task):
-    """Publishes its depth, and counts how late it is."""
-
-    def start(self):
-        self.count, self.times, self.heard = 0, [], []
-
-    @periodic(100.0)
-    def tell(self):
-        self.count += 1
-        self.times.append(time.monotonic())
-        self.publish(imc.Depth(value=float(self.count)))
-
-    @consume(others=True)
-    def hear(self, message: imc.Abort | imc.PlanControl | imc.Heartbeat):
-        if message.src != self.system:
-            self.heard.append(message)
-
-
-def run(test, seconds=10.0, **parameters):
-    """Run the server with Depths on a wall clock, until the coroutine `test(script, server, depths)` ends."""
-    errors = []
-
-    async def guarded(script):
-        vehicle = script.task.vehicle
-        try:
-            await test(script, vehicle.task("Transports.TCP.Server"), vehicle.tasks[1])
-        except BaseException as error:
-            errors.append(error)
-        vehicle.stop()
-
-    wanted = [Depths, (Server, {"port": 0, "transports": ["Depth"], **parameters})]
-    done = simulate(wanted, clock=WallClock(), seconds=seconds, script=guarded)
-    if errors:
-        raise errors[0]
-    return done
-
-
-async def until(script, condition, seconds=8.0):
-    end = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < end, "it does not happen"
-        await script.sleep(0.005)
-    return found
+from tests.tasks.transports.tcp.peers import CONSOLE, HOST, VEHICLE, Peer, packet, run, until
 
 
 def test_each_client_gets_what_the_vehicle_says_and_is_heard_without_an_announce():
@@ -294,63 +209,6 @@ def test_a_taken_port_is_left_to_its_owner():
     assert any(f"port {port} is taken" in line for line in done.log)
     done = simulate(Server, clock=WallClock(), seconds=0.1, address="203.0.113.9")
     assert any("cannot listen at 203.0.113.9" in line for line in done.log)
-
-
-def client(test, port, **parameters):
-    errors = []
-
-    async def guarded(script):
-        vehicle = script.task.vehicle
-        try:
-            await test(script, vehicle.task("Transports.TCP.Client"), vehicle.tasks[1])
-        except BaseException as error:
-            errors.append(error)
-        vehicle.stop()
-
-    wanted = [Depths, (Client, {"server_port": port, "transports": ["Depth"], **parameters})]
-    done = simulate(wanted, clock=WallClock(), seconds=10.0, script=guarded)
-    if errors:
-        raise errors[0]
-    return done
-
-
-def test_the_client_connects_exchanges_packets_and_connects_again():
-    listener = socket.create_server((HOST, 0))
-    listener.setblocking(False)
-
-    def accept():
-        try:
-            return Peer(listener.accept()[0])
-        except BlockingIOError:
-            return None
-
-    async def test(script, task, depths):
-        peer = await until(script, accept)
-        await until(script, lambda: len(peer.of_type(imc.Depth)) > 3)
-        peer.send(packet(imc.Heartbeat()))
-        await until(script, lambda: depths.heard)
-        await until(script, lambda: task.entity.state == State.NORMAL)
-        peer.socket.close()
-        await until(script, lambda: task.entity.state == State.FAULT)
-        peer = await until(script, accept)
-        await until(script, lambda: peer.of_type(imc.Depth))
-        assert not [m for m in peer.take() if m.src != VEHICLE]
-
-    with listener:
-        log = client(test, listener.getsockname()[1]).log
-    assert sum("connected with" in line for line in log) == 3  # connected, not connected, connected
-
-
-def test_the_client_waits_longer_each_time_and_says_so_once():
-    with socket.create_server((HOST, 0)) as gone:
-        port = gone.getsockname()[1]
-
-    async def test(script, task, depths):
-        await until(script, lambda: task.pause >= 4.0)
-        assert "Connection refused" in task.trouble
-
-    log = client(test, port).log
-    assert sum("not connected" in line for line in log) == 1
 
 
 def test_neptus_commands_the_otter_by_tcp(tmp_path):

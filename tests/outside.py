@@ -1,0 +1,44 @@
+"""What tests need of the world outside them: to wait for it, ports that nobody uses, the processes that run there."""
+
+import contextlib
+import socket
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+PATIENCE = 20.0  # s; what comes at all comes sooner, also on a busy machine
+
+T = TypeVar("T")
+
+
+def until(
+    condition: Callable[[], T], patience: float = PATIENCE, *, every: float = 0.02, told: Callable[[], object] = str
+) -> T:
+    """Wait until a condition holds; returns what made it true. If it does not come, `told` gives what to show."""
+    end = time.monotonic() + patience
+    while not (found := condition()):
+        assert time.monotonic() < end, f"waited {patience} s; {told()}"
+        time.sleep(every)
+    return found
+
+
+def free_ports(count: int, address: str = "127.0.0.1") -> list[int]:
+    """UDP ports that nobody uses now."""
+    with contextlib.ExitStack() as stack:
+        probes = [stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(count)]
+        for probe in probes:
+            probe.bind((address, 0))
+        return [probe.getsockname()[1] for probe in probes]
+
+
+def free_port() -> int:
+    (port,) = free_ports(1)
+    return port
+
+
+def children(process: int) -> list[int]:
+    """The processes that a process has started; none if it has ended."""
+    with contextlib.suppress(OSError):
+        return [int(word) for word in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+    return []

@@ -1,0 +1,43 @@
+"""A shipped vehicle in a process of its own, on a zenoh network of a test."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import imc
+from tests.outside import until
+from tests.runtime.zenoh.processes import Network, Process
+
+NAME = "lauv-noptilus-1"
+SYSTEM = 0x001A
+
+
+class Vehicle(Process):
+    """`shoal run` of the shipped profile."""
+
+    def __init__(self, network: Network, folder: Path, *options: str) -> None:
+        self.folder = folder
+        port = f"Zenoh:Local Port={network.local_port}"
+        modes = ("-p", "Simulation", "--bus", "zenoh", "--set", port, "--set", "Transports.MAVLink:Enabled=Never")
+        super().__init__("-m", "shoal.cli", "run", NAME, *modes, *options, "--log-dir", folder)
+        network.processes.append(self)
+
+    def swims(self) -> bool:
+        """Whether it got so far that it logs."""
+        return any(self.folder.rglob("Data.lsf*"))
+
+    def ended(self) -> bool:
+        return self.popen.poll() is not None
+
+    def messages(self) -> list[imc.Message]:
+        return [m for file in sorted(self.folder.rglob("Data.lsf*")) for m in imc.Log(file.parent)]
+
+
+def wait_until(condition: Callable[[], object], *processes: Process) -> None:
+    """Wait for a condition, for which these processes are needed."""
+    until(condition, told=lambda: [process.errors for process in processes])
+
+
+def slowness() -> float:
+    """How much slower than alone a process may be here; other work on the computer is not the vehicle's fault."""
+    return max(1.0, 2.0 * os.getloadavg()[0] / (os.cpu_count() or 1))

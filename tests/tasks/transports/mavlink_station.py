@@ -1,0 +1,105 @@
+"""A ground station by pymavlink, and vehicles with MAVLink to talk to."""
+
+import math
+import socket
+
+import imc
+from mavlink import encode, load_dialect, split
+from runtime import ParameterError, Task, param
+from runtime.testing import simulate
+from tasks.transports.mavlink import MAVLink
+
+DIALECT = load_dialect()
+HOST = "127.0.0.1"
+STATE = imc.EstimatedState(lat=math.radians(41.185), lon=math.radians(-8.706), depth=2.0, z=2.0)
+
+
+class Winch(Task):
+    """Has a parameter that depends on another."""
+
+    speed: float = param(1.0, "m/s", "Speed.", minimum=0, maximum=5)
+    limit: float = param(2.0, "m/s", "Limit of the speed.", minimum=0, maximum=5)
+
+    def configure(self) -> None:
+        if self.speed > self.limit:
+            raise ParameterError("Speed", f"is above the limit of {self.limit:g} m/s")
+
+
+class Station:
+    """The socket of a ground station."""
+
+    def __init__(self, script, port=0, system=255):
+        self.script = script
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind((HOST, port))
+        self.socket.setblocking(False)
+        self.port = self.socket.getsockname()[1]
+        self.system = system
+        self.vehicle = None
+        self.inbox = []
+        self.sequence = []
+
+    def send(self, name, **fields):
+        definition = DIALECT.by_name[name]
+        self.socket.sendto(encode(definition, definition.pack(fields), 0, self.system, 190), self.vehicle)
+
+    def order(self, command, *params, target=26):
+        named = {f"param{i}": value for i, value in enumerate(params, 1)}
+        self.send("COMMAND_LONG", target_system=target, target_component=1, command=command, **named)
+
+    def take(self):
+        """Read all received messages."""
+        while True:
+            try:
+                frame, self.vehicle = self.socket.recvfrom(2048)
+            except BlockingIOError:
+                return self.inbox
+            self.sequence.append(frame[4])
+            self.inbox += split(frame, DIALECT)[0]
+
+    async def expect(self, name, where=lambda values: True, seconds=20.0):
+        """The values of the next message of a name; earlier messages are dropped."""
+        end = self.script.now + seconds
+        while self.script.now < end:
+            self.take()
+            while self.inbox:
+                message = self.inbox.pop(0)
+                if message.name == name and where(message.values):
+                    return message.values
+            await self.script.sleep(0.01)
+        raise AssertionError(f"no {name}")
+
+    async def meet(self, vehicle=None):
+        """Wait for the vehicle, or contact it, until both know each other."""
+        self.vehicle = vehicle or self.vehicle
+        if self.vehicle is None:
+            await self.expect("HEARTBEAT")
+        self.send("HEARTBEAT", type=6)
+        await self.expect("HEARTBEAT")
+
+    async def quiet(self, seconds):
+        """The messages received within a time."""
+        self.take()
+        self.inbox.clear()
+        for _ in range(100):
+            await self.script.sleep(seconds / 100)
+        return self.take()
+
+
+def sail(script, *links, tasks=(), seconds=120.0, clock=None, **parameters):
+    """Run the task with links and a script that must finish; in virtual time by default."""
+    done = []
+
+    async def through(control):
+        await script(control)
+        done.append(True)
+        control.task.vehicle.stop()
+
+    fleet = [(MAVLink, {"links": list(links), **parameters}), *tasks]
+    run = simulate(fleet, seconds=seconds, script=through, clock=clock)
+    assert done, "the script did not get through"
+    return run
+
+
+def mavlink(script):
+    return script.task.vehicle.find("MAVLink")

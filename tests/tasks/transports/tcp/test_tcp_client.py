@@ -1,0 +1,47 @@
+"""IMC over TCP on real sockets: servers that the client connects to."""
+
+import socket
+
+import imc
+from runtime import State
+from tasks.transports.tcp.client import Client
+from tests.tasks.transports.tcp.peers import HOST, VEHICLE, Peer, packet, run, until
+
+
+def test_the_client_connects_exchanges_packets_and_connects_again():
+    listener = socket.create_server((HOST, 0))
+    listener.setblocking(False)
+
+    def accept():
+        try:
+            return Peer(listener.accept()[0])
+        except BlockingIOError:
+            return None
+
+    async def test(script, task, depths):
+        peer = await until(script, accept)
+        await until(script, lambda: len(peer.of_type(imc.Depth)) > 3)
+        peer.send(packet(imc.Heartbeat()))
+        await until(script, lambda: depths.heard)
+        await until(script, lambda: task.entity.state == State.NORMAL)
+        peer.socket.close()
+        await until(script, lambda: task.entity.state == State.FAULT)
+        peer = await until(script, accept)
+        await until(script, lambda: peer.of_type(imc.Depth))
+        assert not [m for m in peer.take() if m.src != VEHICLE]
+
+    with listener:
+        log = run(test, Client, server_port=listener.getsockname()[1]).log
+    assert sum("connected with" in line for line in log) == 3  # connected, not connected, connected
+
+
+def test_the_client_waits_longer_each_time_and_says_so_once():
+    with socket.create_server((HOST, 0)) as gone:
+        port = gone.getsockname()[1]
+
+    async def test(script, task, depths):
+        await until(script, lambda: task.pause >= 4.0)
+        assert "Connection refused" in task.trouble
+
+    log = run(test, Client, server_port=port).log
+    assert sum("not connected" in line for line in log) == 1

@@ -1,0 +1,139 @@
+"""Logs where disks, folders and processes fail."""
+
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import imc
+from runtime import Script, State
+from runtime.testing import simulate
+from tasks.transports.logging import Logging
+from tests.tasks.transports.logs_of_tests import Whistle, only_log, read_by_imcpy, unpacked
+
+
+def states(run: Any) -> list[tuple[State, str]]:
+    found = [(State(m.state), m.description) for m in run.of(imc.EntityState) if m.src_ent == run.task.entity.id]
+    return [state for index, state in enumerate(found) if index == 0 or state != found[index - 1]]
+
+
+def disturb(change: Callable[[], object], repair: Callable[[], object]) -> Callable[[Script], Any]:
+    async def disturbance(script: Script) -> None:
+        await script.sleep(5.5)
+        change()
+        await script.sleep(10.0)
+        repair()
+
+    return disturbance
+
+
+def test_full_disk_is_told_survived_and_forgotten(tmp_path: Path) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def fill() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (only_log(tmp_path).path.stat().st_size + 50, hard))
+
+    def make_room() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+    try:
+        run = simulate(
+            [(Logging, {"flush_interval": 1.0}), Whistle],
+            seconds=20.0,
+            log_root=tmp_path,
+            script=disturb(fill, make_room),
+        )
+    finally:
+        make_room()
+    assert [state for state, _ in states(run)] == [State.NORMAL, State.FAILURE, State.NORMAL]
+    assert "too large" in states(run)[1][1]
+    log = only_log(tmp_path)
+    assert log.counts()["Temperature"] == 200
+    assert log.losses == []
+    assert any("recorded again; 0 were lost" in text for text in run.log)
+
+
+def test_no_folder_can_be_made(tmp_path: Path) -> None:
+    root = tmp_path / "root"
+    root.write_text("in the way")
+    run = simulate(
+        [(Logging, {"flush_interval": 1.0}), Whistle],
+        seconds=20.0,
+        log_root=root,
+        script=disturb(lambda: None, root.unlink),
+    )
+    assert [state for state, _ in states(run)] == [State.FAILURE, State.NORMAL]
+    assert str(root) in states(run)[0][1]
+    log = only_log(root)
+    assert log.path.parent.name == "000000"
+    assert log.counts()["Temperature"] == 200
+    assert any("recorded again; 0 were lost" in text for text in run.log)
+
+
+def test_folder_that_vanishes_is_followed_by_another(tmp_path: Path) -> None:
+    run = simulate(
+        [(Logging, {"flush_interval": 1.0}), Whistle],
+        seconds=20.0,
+        log_root=tmp_path,
+        script=disturb(lambda: shutil.rmtree(tmp_path / "lauv-noptilus-1"), lambda: None),
+    )
+    log = only_log(tmp_path)
+    assert log.path.parent.name == "000006"
+    assert next(log.messages()).timestamp == pytest.approx(run.vehicle.start_time + 6.0)
+    assert State.FAILURE in [state for state, _ in states(run)]
+    assert states(run)[-1][0] == State.NORMAL
+
+
+CHILD = """
+import sys
+from pathlib import Path
+import imc
+from runtime import Task, periodic
+from runtime.kernel import WallClock
+from runtime.testing import simulate
+from tasks.transports.logging import Logging
+
+class Counter(Task):
+    count = 0
+
+    @periodic(500.0)
+    def tick(self):
+        self.publish(imc.DevDataText(value=str(self.count)))
+        self.count += 1
+
+class Told(Logging):
+    def _tick(self):
+        flushed = counted.count
+        super()._tick()
+        print(flushed, flush=True)
+
+class Keeper(Counter):
+    def start(self):
+        global counted
+        counted = self
+
+simulate([(Told, {"flush_interval": 0.1}), Keeper], seconds=60.0, clock=WallClock(), log_root=Path(sys.argv[1]))
+"""
+
+
+def test_killed_process_leaves_a_log_that_others_read(tmp_path: Path) -> None:
+    child = subprocess.Popen([sys.executable, "-c", CHILD, tmp_path], stdout=subprocess.PIPE, text=True)
+    assert child.stdout is not None
+    flushed = 0
+    for _ in range(4):
+        flushed = int(child.stdout.readline())
+    child.send_signal(signal.SIGKILL)
+    rest = child.communicate()[0].split()
+    flushed = int(rest[-1]) if rest else flushed
+    messages = read_by_imcpy(unpacked(only_log(tmp_path)))
+    texts = [m.value for m in messages if type(m).__name__ == "DevDataText"]
+    assert flushed > 0
+    assert texts == [str(number) for number in range(len(texts))]
+    # Messages on their way to the logger during a flush are written with the next one.
+    assert len(texts) >= flushed - 2
