@@ -102,3 +102,12 @@ def test_vehicles_of_a_computer_share_one_port_and_one_takes_the_place_of_anothe
         second.until(lambda: second.discovery.port == port)
         Station(second, 0x4311, "ccu-later").announce()
         second.logged("new system within range: ccu-later (0x4311) at 127.0.0.1")
+
+
+def test_a_fleet_of_this_computer_may_announce_itself_at_once(vessel):
+    station = Station(vessel, 0x4320)
+    before = str(vessel.discovery.drops)
+    for system in range(0x4400, 0x4400 + 60):
+        station.send_bytes(imc.encode(imc.Announce(src=system, sys_name=f"of-a-fleet-{system}")), vessel.discovery.port)
+    vessel.until(lambda: set(range(0x4400, 0x4400 + 60)) <= set(vessel.discovery.seen))
+    assert str(vessel.discovery.drops) == before
