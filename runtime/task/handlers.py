@@ -158,7 +158,7 @@ class Ticker:
 
     On a wall clock late ticks become one, and `missed` counts the others; on a virtual clock none is late. On a wall
     clock ticks start at multiples of GRID, as on a virtual one where all tasks start at once: they fall together, and
-    the process wakes up for many at a time. A wake-up costs more than a tick, since its code has left the caches.
+    the process wakes up for many at a time.
     """
 
     def __init__(self, task: "Task", ticking: Ticking):
