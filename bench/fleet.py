@@ -130,7 +130,8 @@ def main() -> None:
             hold = sum(share >= ENOUGH for share in shares)
             print(
                 f"{count} vehicles, {per_process} per process: {hold} hold real time, shares {min(shares):.2f} to "
-                f"{max(shares):.2f}, {100 * cpu:.0f} % of a core, {size:.0f} MB, load {os.getloadavg()[0]:.1f}",
+                f"{max(shares):.2f}, {100 * cpu:.0f} % of a core, {100 * cpu / count:.1f} % each, {size:.0f} MB, "
+                f"load {os.getloadavg()[0]:.1f}",
                 flush=True,
             )
 

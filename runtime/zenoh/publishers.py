@@ -1,5 +1,6 @@
 """Publishes packets: telemetry without waiting, commands reliably, states also for those who join later."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
@@ -24,6 +25,8 @@ LATCHED = (
 """States, of which a receiver wants the present one as soon as it joins."""
 HEARTBEAT = 1.0  # s after which a receiver notices that it has missed the last state
 
+SETTLING = 10.0  # s in which a new publisher learns who receives its packets, also over a slow link
+
 MOST_PUBLISHERS = 4096
 
 Names = tuple[str, ...]
@@ -40,19 +43,35 @@ class Publisher:
 
 
 class Numbered:
-    """Numbers the packets of a publisher, so that receivers can count those they missed."""
+    """Numbers the packets of a publisher, so that receivers can count those they missed.
 
-    __slots__ = ("_number", "_put", "_source", "_stamp")
+    Packets that nobody receives are numbered, but not put: each would hand the interpreter to other threads. A new
+    publisher puts all, since zenoh may not know its receivers yet. With `always` it does not ask who receives.
+    """
 
-    def __init__(self, publisher: "zenoh.Publisher", stamp: "type[zenoh.SourceInfo]") -> None:
+    __slots__ = ("_heard", "_listener", "_number", "_put", "_source", "_stamp", "_trusted")
+
+    def __init__(self, publisher: "zenoh.Publisher", *, always: bool = False) -> None:
+        import zenoh
+
         self._put: Callable[..., object] = cast(Any, publisher).put
         self._source = publisher.id
-        self._stamp = stamp
+        self._stamp = zenoh.SourceInfo
         self._number = 0
+        self._heard = always
+        self._trusted = time.monotonic() + SETTLING
+        if not always:
+            listen: Any = publisher.declare_matching_listener
+            self._listener = listen(zenoh.handlers.Callback(self._note, indirect=False))
 
     def put(self, packet: bytes) -> None:
         self._number = (self._number + 1) & 0xFFFFFFFF
-        self._put(packet, source_info=self._stamp(self._source, self._number))
+        if self._heard or time.monotonic() < self._trusted:
+            self._put(packet, source_info=self._stamp(self._source, self._number))
+
+    def _note(self, status: "zenoh.MatchingStatus") -> None:
+        """Somebody receives the packets now, or nobody any more; called from zenoh's thread."""
+        self._heard = status.matching
 
 
 class Publishers:
@@ -95,8 +114,9 @@ class Publishers:
             encoding=ENCODING,
             congestion_control=zenoh.CongestionControl.BLOCK if urgent else zenoh.CongestionControl.DROP,
             priority=zenoh.Priority.REAL_TIME if urgent else zenoh.Priority.DATA,
+            allowed_destination=zenoh.Locality.REMOTE,
         )
-        return Publisher(Numbered(publisher, zenoh.SourceInfo).put, cast(Any, publisher).undeclare, urgent)
+        return Publisher(Numbered(publisher, always=urgent).put, cast(Any, publisher).undeclare, urgent)
 
     def _latched(self, names: Names) -> Publisher:
         """Keeps its last packet for those who join later or have missed it; zenoh numbers the packets."""

@@ -11,7 +11,7 @@ from runtime.problem import misspelled, quoted
 
 Count = Annotated[int, msgspec.Meta(ge=1, le=1000)]
 Position = tuple[Annotated[float, msgspec.Meta(ge=-90, le=90)], Annotated[float, msgspec.Meta(ge=-180, le=180)]]  # °
-HEARD = ("Abort", "Announce", "Heartbeat")
+HEARD = ("Abort", "Announce")  # each vehicle hears it of each other one: twice as many send four times as much
 
 _WORDS = {
     " | null`": "`",

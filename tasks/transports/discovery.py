@@ -6,18 +6,21 @@ import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import MULTICAST, PERIOD, PORTS, Services, readable_name
 from runtime import State, Task, param, periodic
+from runtime.networks import is_local
 from tasks.transports.imc_links import peers
 from tasks.transports.imc_links.datagrams import Datagram
 from tasks.transports.imc_links.peers import Drops, Peer
 from tasks.transports.imc_links.reader import Reader
 from tasks.transports.imc_links.recent import Recent
+from tasks.transports.imc_links.sharing import Follower, Leader
 from tasks.transports.imc_links.sockets import announce_sockets, network_address, network_time
 
 FORGOTTEN = 4.5 * PERIOD  # s after which a system is no longer within range
 MOST_SYSTEMS = 256
 MOST_RUNS = 4  # of one id that are told apart
 MOST_SENDERS = 64
-RATE = 20.0  # Announces per second from one address
+RATE = 20.0  # Announces per second from one address of another computer
+LOCAL_RATE = 200.0  # from this one, where a fleet may run
 REMEMBERED = 256  # packets, since each comes by several ways
 NOT_AN_ANNOUNCE = "no Announce"
 
@@ -34,9 +37,10 @@ class Sighting:
 
 
 class Discovery(Task):
-    """Takes the Announces of other systems at the first free port, which it shares with nobody.
+    """Takes the Announces of other systems at the first free port.
 
-    It puts each on the bus once, and reports when two systems use one id.
+    Of the vehicles of one user on a computer only one has a port: it hands on what it hears to the others, and if it
+    ends, another takes its place. Each Announce is put on the bus once. Two systems that use one id are reported.
     """
 
     external = True
@@ -63,6 +67,8 @@ class Discovery(Task):
 
     def start(self) -> None:
         self.reader: Reader | None = None
+        self.leader: Leader | None = None
+        self.follower: Follower | None = None
         self.port = 0
         self.trouble = ""
         self.drops = Drops()
@@ -73,25 +79,53 @@ class Discovery(Task):
         self.open()
 
     def stop(self) -> None:
-        if self.reader is not None:
-            self.reader.close()
+        for each in (self.reader, self.leader, self.follower):
+            if each is not None:
+                each.close()
 
     def open(self) -> None:
-        """Listen; if that fails, the reason is logged once."""
+        """Listen, or follow the vehicle that does; if that fails, the reason is logged once."""
+        ports = ", ".join(map(str, self.ports))
+        name = f"{self.place}-{self.multicast_address}-{ports.replace(' ', '')}"
+        try:
+            self.leader = Leader(self, name)
+        except FileExistsError:
+            try:
+                self.follower = Follower(self, name, self.take_one, self.lose_leader)
+            except PermissionError:
+                self.leader = None  # somebody else's program: do not rely on it
+            except OSError:
+                return  # it has just ended
+            else:
+                self.trouble = ""
+                return
+        except OSError:
+            self.leader = None  # the system cannot do it: a port for each
+        if (reason := self.listen(ports)) and self.leader is not None:
+            self.leader.close()
+            self.leader = None
+        if reason not in ("", self.trouble):
+            self.log.warning(
+                f"hears no announcements, so systems have to announce themselves at its UDP port: {reason}"
+            )
+        self.trouble = reason
+
+    def listen(self, ports: str) -> str:
+        """Open the first free port; the reason if there is none."""
         reason = ""
         for port in self.ports:
             try:
                 sockets = announce_sockets(self.place, port, self.multicast_address)
             except OSError as error:
-                reason = f"{self.place}: {error.strerror}: ports {', '.join(map(str, self.ports))}"
+                reason = f"{self.place}: {error.strerror}: ports {ports}"
                 continue
-            self.port, self.trouble, self.reader = port, "", Reader(self, sockets, self.take)
-            return
-        if reason != self.trouble:
-            self.log.warning(
-                f"hears no announcements, so systems have to announce themselves at its UDP port: {reason}"
-            )
-        self.trouble = reason
+            self.port, self.reader = port, Reader(self, sockets, self.take)
+            return ""
+        return reason
+
+    def lose_leader(self) -> None:
+        self.follower = None
+        self.open()
 
     def take(self, datagrams: list[Datagram]) -> None:
         for packet, address, _ in datagrams:
@@ -112,6 +146,8 @@ class Discovery(Task):
         if not isinstance(message, imc.Announce) or message.src in (0, BROADCAST, UNKNOWN_SYSTEM):
             self.drop(NOT_AN_ANNOUNCE, address, type(message).__name__)
             return
+        if self.leader is not None:
+            self.leader.tell(address, packet)
         services = Services.parse(message.services)
         if message.src == self.system:
             if services.uid != str(round(self.vehicle.start_time * 1e9)):
@@ -127,7 +163,7 @@ class Discovery(Task):
             if len(self.senders) >= MOST_SENDERS:
                 del self.senders[next(iter(self.senders))]
             sender = self.senders[address] = Peer(UNKNOWN_SYSTEM, address)
-        return sender.admits(network_time(self), RATE)
+        return sender.admits(network_time(self), LOCAL_RATE if is_local(address) else RATE)
 
     def sight(self, system: int, name: str, uid: str, address: str) -> None:
         """Remember who uses an id; two that use it by turns are two systems, one after the other a restart."""
@@ -162,7 +198,7 @@ class Discovery(Task):
     @periodic(1.0)
     def report(self) -> None:
         """Forget who is out of range, and report who is within."""
-        if self.reader is None:
+        if self.reader is None and self.follower is None:
             self.open()
         since = network_time(self) - FORGOTTEN
         for system, runs in list(self.seen.items()):

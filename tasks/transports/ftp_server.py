@@ -63,12 +63,18 @@ class FTPServer:
     def run(self) -> None:
         """Serve until `stop`; for a thread of its own."""
         try:
-            while not select.select([self._stopped], [], [], PAUSE)[0]:
+            while not self._stops():
                 self._loop.loop(timeout=PATIENCE, blocking=False)
         finally:
             self._loop.close()
             self._stopped.close()
             self._stop.close()
+
+    def _stops(self) -> bool:
+        """Whether to stop; without clients it waits for one, since each look hinders the vehicle's tasks."""
+        if not self.sessions:
+            select.select([self._stopped, self._listener], [], [])
+        return bool(select.select([self._stopped], [], [], PAUSE)[0])
 
     def stop(self) -> None:
         """End `run`, and all sessions, from any thread."""

@@ -1,5 +1,6 @@
 """Finding the systems around a shipped vehicle by what they announce, and being found."""
 
+import contextlib
 import socket
 import time
 
@@ -84,3 +85,30 @@ def test_without_a_free_port_a_vehicle_says_so_and_takes_one_that_gets_free(tmp_
         taken.close()
         vessel.until(lambda: vessel.discovery.port == port)
         vessel.until(lambda: vessel.discovery.entity.state == imc.EntityState.State.NORMAL)
+
+
+def test_vehicles_of_a_computer_share_one_port_and_one_takes_the_place_of_another(tmp_path):
+    (port,) = free_ports(1)
+    setting = f"Transports.Discovery:Ports={port}"
+    with contextlib.ExitStack() as second_stack, contextlib.ExitStack() as first_stack:
+        first = first_stack.enter_context(afloat(tmp_path / "first", setting))
+        second = second_stack.enter_context(afloat(tmp_path / "second", setting, profile="otter", wait=False))
+        second.until(lambda: second.discovery.follower)
+        station = Station(first, 0x4310, "ccu-shared")
+        station.announce(port=port)
+        for vessel in (first, second):
+            vessel.logged("new system within range: ccu-shared (0x4310) at 127.0.0.1")
+        assert second.discovery.entity.state == imc.EntityState.State.NORMAL
+        first_stack.close()
+        second.until(lambda: second.discovery.port == port)
+        Station(second, 0x4311, "ccu-later").announce()
+        second.logged("new system within range: ccu-later (0x4311) at 127.0.0.1")
+
+
+def test_a_fleet_of_this_computer_may_announce_itself_at_once(vessel):
+    station = Station(vessel, 0x4320)
+    before = str(vessel.discovery.drops)
+    for system in range(0x4400, 0x4400 + 60):
+        station.send_bytes(imc.encode(imc.Announce(src=system, sys_name=f"of-a-fleet-{system}")), vessel.discovery.port)
+    vessel.until(lambda: set(range(0x4400, 0x4400 + 60)) <= set(vessel.discovery.seen))
+    assert str(vessel.discovery.drops) == before

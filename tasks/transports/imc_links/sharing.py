@@ -1,0 +1,116 @@
+"""One discovery port for all vehicles of a computer: one of them listens, and hands on what it hears to the others.
+
+There are five such ports, and consoles need some of them. Vehicles of one user that would listen at the same place meet
+at an abstract Unix socket, which the system removes with the process that leads. Other systems have no such sockets.
+"""
+
+import errno
+import os
+import socket
+import struct
+from collections.abc import Callable
+from contextlib import suppress
+
+from runtime import Task
+
+LONGEST = 65535
+MOST_FOLLOWERS = 512
+ROOT = 0
+CREDENTIALS = struct.Struct("3i")  # process, user, group
+
+
+class Leader:
+    """Hands on what it hears. Raises FileExistsError if another one leads, OSError where it is not possible."""
+
+    def __init__(self, task: Task, name: str):
+        self._task = task
+        self._followers: list[socket.socket] = []
+        self._listener = _opened()
+        try:
+            self._listener.bind(_place(name))
+            self._listener.listen(MOST_FOLLOWERS)
+        except OSError as error:
+            self._listener.close()
+            if error.errno == errno.EADDRINUSE:
+                raise FileExistsError(name) from None
+            raise
+        task.watch(self._listener, self._accept)
+
+    def tell(self, address: str, packet: bytes) -> None:
+        """Hand on a packet from an address; a follower that does not read misses it, one that is gone is forgotten."""
+        words = socket.inet_aton(address) + packet
+        for follower in list(self._followers):
+            try:
+                follower.send(words)
+            except BlockingIOError:
+                continue
+            except OSError:
+                self._followers.remove(follower)
+                follower.close()
+
+    def close(self) -> None:
+        self._task.unwatch(self._listener)
+        for each in (self._listener, *self._followers):
+            each.close()
+
+    def _accept(self) -> None:
+        with suppress(OSError):
+            follower, _ = self._listener.accept()
+            follower.setblocking(False)
+            if len(self._followers) < MOST_FOLLOWERS:
+                self._followers.append(follower)
+            else:
+                follower.close()
+
+
+class Follower:
+    """Calls `take` with packets and their addresses, until nobody leads any more: then `ended`, once.
+
+    Raises OSError if nobody leads, or a program of another user.
+    """
+
+    def __init__(self, task: Task, name: str, take: Callable[[bytes, str], object], ended: Callable[[], object]):
+        self._task = task
+        self._take, self._ended = take, ended
+        self._socket = _opened()
+        try:
+            self._socket.connect(_place(name))
+            _, user, _ = CREDENTIALS.unpack(
+                self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, CREDENTIALS.size)
+            )
+            if user not in (os.getuid(), ROOT):
+                raise PermissionError(name)
+        except OSError:
+            self._socket.close()
+            raise
+        task.watch(self._socket, self._read)
+
+    def close(self) -> None:
+        self._task.unwatch(self._socket)
+        self._socket.close()
+
+    def _read(self) -> None:
+        try:
+            words = self._socket.recv(LONGEST)
+        except BlockingIOError:
+            return
+        except OSError:
+            words = b""
+        if words:
+            self._take(words[4:], socket.inet_ntoa(words[:4]))
+        else:
+            self.close()
+            self._ended()
+
+
+def _opened() -> socket.socket:
+    try:
+        opened = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    except AttributeError:
+        raise OSError("no Unix sockets") from None
+    opened.setblocking(False)
+    return opened
+
+
+def _place(name: str) -> bytes:
+    return f"\0shoal-{os.getuid()}-{name}".encode()[:107]

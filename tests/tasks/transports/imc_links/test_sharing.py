@@ -1,0 +1,95 @@
+"""Who leads and who follows, where one listens for all."""
+
+import errno
+import os
+import socket
+
+import pytest
+
+from runtime import Task
+from runtime.kernel import WallClock
+from runtime.testing import NoProfile
+from runtime.vehicle import Vehicle
+from tasks.transports.imc_links import sharing
+from tasks.transports.imc_links.sharing import Follower, Leader
+
+
+class Listening(Task):
+    """Owns sockets."""
+
+
+@pytest.fixture
+def task():
+    vehicle = Vehicle("pole", 1, clock=WallClock(), profile=NoProfile())
+    found = vehicle.add(Listening, "Listening")
+    vehicle.start()
+    yield found
+    vehicle.close()
+
+
+@pytest.fixture
+def name():
+    return f"test-{os.getpid()}"
+
+
+def run(task):
+    task.vehicle.run(0.05)
+
+
+def test_all_followers_get_each_packet_and_one_that_goes_is_forgotten(task, name):
+    leader, heard, ended = Leader(task, name), [], []
+    followers = [Follower(task, name, lambda *words: heard.append(words), lambda: ended.append(1)) for _ in range(3)]
+    run(task)
+    leader.tell("10.0.0.7", b"packet")
+    run(task)
+    assert heard == [(b"packet", "10.0.0.7")] * 3
+    followers[0].close()
+    leader.tell("10.0.0.7", b"another")
+    run(task)
+    assert heard[3:] == [(b"another", "10.0.0.7")] * 2
+    leader.close()
+    run(task)
+    assert ended == [1, 1]
+
+
+def test_only_one_leads_and_without_one_nobody_follows(task, name):
+    with pytest.raises(ConnectionRefusedError):
+        Follower(task, name, print, print)
+    leader = Leader(task, name)
+    with pytest.raises(FileExistsError):
+        Leader(task, name)
+    leader.close()
+    Leader(task, name).close()
+
+
+def test_a_follower_that_does_not_read_stops_nobody(task, name):
+    leader, heard = Leader(task, name), []
+    deaf = Follower(task, name, print, print)
+    task.vehicle.kernel.unwatch(deaf._socket)
+    Follower(task, name, lambda packet, _: heard.append(packet), print)
+    run(task)
+    for number in range(200):
+        leader.tell("127.0.0.1", bytes(4000) + bytes([number]))
+        task.vehicle.run(0.001)
+    run(task)
+    assert [packet[-1] for packet in heard] == list(range(200))
+    deaf._socket.close()
+
+
+def test_a_program_of_another_user_is_not_followed(task, name, monkeypatch):
+    Leader(task, name)
+    place = sharing._place(name)
+    monkeypatch.setattr(sharing, "_place", lambda _: place)
+    monkeypatch.setattr(os, "getuid", lambda: 4711)
+    monkeypatch.setattr(sharing, "ROOT", 4712)
+    with pytest.raises(PermissionError):
+        Follower(task, name, print, print)
+
+
+def test_where_there_are_no_such_sockets_that_is_said(task, name, monkeypatch):
+    def refuse(*_):
+        raise OSError(errno.EPROTONOSUPPORT, "not supported")
+
+    monkeypatch.setattr(socket, "socket", refuse)
+    with pytest.raises(OSError, match="not supported"):
+        Leader(task, name)
