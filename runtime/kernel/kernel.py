@@ -56,7 +56,7 @@ class Kernel:
         self.clock = clock
         self.virtual = clock.virtual
         self.slow_ns = int(slow * SECOND)
-        self.began_ns = self.now_ns = clock.read()
+        self.now_ns = clock.read()
         self.events = 0
         self.livelock_events = LIVELOCK_EVENTS
         self.on_error: Callable[[object, Exception], None] = _raise

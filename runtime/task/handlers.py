@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from runtime.task.task import Task
 
 HIGHEST_RATE = 1e6  # Hz
-GRID = SECOND // 100  # on a wall clock, the ticks of all tasks start at multiples of this
 JUDGING_RATE = 4.0  # Hz; how often data that are expected are looked for
 
 F = TypeVar("F", bound=Callable[..., object])
@@ -156,9 +155,7 @@ def rate_of(task: "Task", rate: float | str) -> float:
 class Ticker:
     """Calls a periodic method of a task, at multiples of its period since the start, so it does not drift.
 
-    On a wall clock late ticks become one, and `missed` counts the others; on a virtual clock none is late. On a wall
-    clock ticks start at multiples of GRID, as on a virtual one where all tasks start at once: they fall together, and
-    the process wakes up for many at a time.
+    On a wall clock late ticks become one, and `missed` counts the others; on a virtual clock none is late.
     """
 
     def __init__(self, task: "Task", ticking: Ticking):
@@ -178,7 +175,7 @@ class Ticker:
         if hertz == self._hertz:
             return
         self.stop()
-        self._hertz, self._count, self._start = hertz, 0, self._next_start()
+        self._hertz, self._count, self._start = hertz, 0, self._kernel.now_ns
         if hertz > 0.0:
             self._schedule()
 
@@ -196,10 +193,6 @@ class Ticker:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-
-    def _next_start(self) -> int:
-        kernel = self._kernel
-        return kernel.now_ns if kernel.virtual else kernel.now_ns + (kernel.began_ns - kernel.now_ns) % GRID
 
     def _due(self, count: int) -> int:
         return self._start + round(count * SECOND / self._hertz)

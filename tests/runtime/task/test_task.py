@@ -12,10 +12,7 @@ import pytest
 import imc
 from runtime import Frame, ParameterError, State, Task, consume, periodic
 from runtime.kernel import WallClock
-from runtime.profile import load_profile
-from runtime.task.handlers import GRID
 from runtime.testing import START, simulate
-from runtime.vehicle import build
 from tests.runtime.task.clockwork import Clockwork
 
 OTHER = 0x4001
@@ -106,17 +103,6 @@ def test_late_ticks_become_one_on_a_wall_clock():
     assert len(run.task.ticks) <= 30
     assert run.task._tickers == []
     assert any("took" in text for text in run.log)
-
-
-def test_on_a_wall_clock_the_ticks_of_all_tasks_fall_together_whenever_they_began(tmp_path):
-    vehicle = build(load_profile("lauv-noptilus-1"), {"Simulation"}, clock=WallClock(), log_root=tmp_path).vehicle
-    vehicle.start()
-    vehicle.run(0.05)
-    starts = {ticker.state()[2] for task in vehicle.tasks for ticker in task.tickers}
-    began = vehicle.kernel.began_ns
-    vehicle.close()
-    assert len(starts) > 1, "tasks take their time to start"
-    assert {(start - began) % GRID for start in starts} == {0}
 
 
 class Listener(Task):
