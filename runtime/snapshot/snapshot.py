@@ -32,6 +32,7 @@ from runtime.vehicle import Vehicle
 
 FORMAT = "shoal snapshot 5"
 STATE, SUFFIX = "State-", ".msgpack"
+MOST_NAMED = 5  # tasks in one error
 LATEST = 1 << 62  # ns since 1970: the year 2116
 
 
@@ -147,7 +148,9 @@ def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     """
     tasks = {task.name: task for task in vehicle.tasks}
     if snapshot.sections != list(tasks):
-        raise SnapshotError(f"the vehicle has other tasks than the snapshot: {', '.join(tasks)}")
+        differ = sorted(tasks.keys() ^ set(snapshot.sections)) or list(tasks)
+        listed = ", ".join(map(shown, differ[:MOST_NAMED])) + (" ..." if len(differ) > MOST_NAMED else "")
+        raise SnapshotError(f"the vehicle has other tasks than the snapshot: {listed}")
     if sorted([*snapshot.tasks, *snapshot.pasts]) != sorted(tasks) or not tasks.keys() >= set(snapshot.running):
         raise SnapshotError("not a valid snapshot: it has not exactly one state of each task")
     vehicle.blame = _blame
