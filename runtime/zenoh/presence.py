@@ -19,7 +19,8 @@ from runtime.zenoh.keys import PREFIX, alive_key, chunk
 if TYPE_CHECKING:
     import zenoh
 
-PATIENCE = 0.5  # s to hear of others after the session is open
+PATIENCE = 0.5  # s to hear of others that start at the same moment
+MEETING = 5.0  # s to meet the processes of this computer, which takes longer where the computer is busy
 DAEMON = 1  # the bit of entity 0
 STARTING, RUNNING = "starting", "running"
 MOST_OTHERS = 256
@@ -129,13 +130,15 @@ class Presence:
         handler = zenoh.handlers.Callback(self._note, indirect=False)
         self._subscriber: Any = listen(expression(part.vehicle), handler, history=True)
 
-    def confirm(self) -> None:
+    def confirm(self, neighbours: int) -> None:
         """Raise ConnectionError if another process runs this part; else it is ours from now on.
 
-        Of two that start at the same moment the one that began first stays.
+        Of two that start at the same moment the one that began first stays. `neighbours` are the processes of this
+        computer that have to be asked.
         """
         import zenoh
 
+        self._ask(neighbours)
         with self._changed:
             self._changed.wait_for(lambda: self._elder() is not None, PATIENCE)
             elder = self._elder()
@@ -167,6 +170,15 @@ class Presence:
         if self._watching is not None:
             self._watching.undeclare()
         self._token.undeclare()
+
+    def _ask(self, neighbours: int) -> None:
+        """Take the tokens of those who are there, as soon as there are as many as expected."""
+        info, deadline = self._session.info, time.monotonic() + MEETING
+        while len(info.peers_zid()) + len(info.routers_zid()) < neighbours and time.monotonic() < deadline:
+            time.sleep(0.01)
+        for reply in self._session.liveliness().get(expression(self._part.vehicle), timeout=MEETING):
+            if reply.ok is not None:
+                self._note(reply.ok)
 
     def _elder(self) -> Other | None:
         mine = self._began, self._zid

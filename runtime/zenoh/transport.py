@@ -81,7 +81,7 @@ class ZenohTransport:
         self._receive = receive
         self._meeting_point.open()
         try:
-            self._session, layout = self._enter()
+            self._session, layout, neighbours = self._enter()
         except ConnectionError:
             self._meeting_point.close()
             raise
@@ -89,7 +89,7 @@ class ZenohTransport:
         try:
             if self._part is not None:
                 self._presence = Presence(session, self._part, self._tell, self._note)
-                self._presence.confirm()
+                self._presence.confirm(neighbours)
         except ConnectionError:
             self.close()
             raise
@@ -156,19 +156,20 @@ class ZenohTransport:
         for tally in (self.arrivals.lost, self.arrivals.oversize, self.arrivals.strange, self.unsent):
             tally.tell(report=logger.warning)  # the vehicle's log book has ended
 
-    def _enter(self) -> tuple["zenoh.Session", Layout]:
-        """A session at the first free of the ports where the sessions of this computer listen."""
+    def _enter(self) -> tuple["zenoh.Session", Layout, int]:
+        """A session at the first free of the ports where the sessions of this computer listen; how many it connects to."""
         import zenoh
 
+        neighbours = 0
         for place in range(SESSIONS):
             layout = self.config.build(place)
-            if layout.session and is_held(layout.session):
-                continue
             try:
-                return zenoh.open(layout.config), layout
+                if not (layout.session and is_held(layout.session)):
+                    return zenoh.open(layout.config), layout, neighbours
             except zenoh.ZError as error:
                 if not (layout.session and is_held(layout.session)):
                     raise ConnectionError(f"zenoh: {explain(error)}") from None
+            neighbours += 1
         raise ConnectionError(f"zenoh: all {SESSIONS} ports for the processes of this computer are in use")
 
     def _leave(self, session: "zenoh.Session") -> None:
