@@ -8,12 +8,11 @@ import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
 from runtime import State, consume, param, periodic
-from runtime.networks import is_local
 from runtime.task import ParameterError
-from tasks.transports.imc_links.announcement import EXTERNAL, LOCAL
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.datagrams import Datagram
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate, sender
+from tasks.transports.imc_links.listening import ports_from, tell_opened
 from tasks.transports.imc_links.message_list import MessageList, message_named, parse_rate
 from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, UNKNOWN, Drops, Peer, Peers
 from tasks.transports.imc_links.reach import Reach
@@ -169,8 +168,8 @@ class UDP(Carrier):
 
     def open(self) -> None:
         """Listen, at the first port that is free; if that fails, the reason is logged once."""
-        first, trouble = self.local_port, ""
-        for port in [*range(first, min(first + PORTS_TRIED, 65536)), 0] if first else [0]:
+        trouble = ""
+        for port in ports_from(self.local_port, PORTS_TRIED):
             try:
                 self.socket = bound(self.place, port)
             except OSError as error:
@@ -178,23 +177,13 @@ class UDP(Carrier):
                 continue
             self.trouble, self.port = "", self.socket.getsockname()[1]
             self.reader = Reader(self, [self.socket], self.take)
-            self.tell_opened()
+            service = Service("imc+udp", self.place, self.port)
+            tell_opened(self, service, self.local_port, self.commanders.risk, announced=self.announce_service)
             self.refresh()
             return
         if trouble != self.trouble:
             self.log.error(trouble)
         self.trouble = trouble
-
-    def tell_opened(self) -> None:
-        local = is_local(self.place)
-        if not local:
-            who = f"only {', '.join(self.consoles)} may" if self.commanders.listed else "whoever reaches it can"
-            self.log.warning(f"listens at {self.place}:{self.port} without passwords: {who} command the vehicle")
-        if self.local_port not in (0, self.port):
-            self.log.info(f"port {self.local_port} is taken: listens at {self.port}")
-        if self.announce_service:
-            service = str(Service("imc+udp", self.place, self.port))
-            self.publish(imc.AnnounceService(service=service, service_type=LOCAL if local else LOCAL | EXTERNAL))
 
     @consume(others=True)
     def meet(self, other: imc.Announce) -> None:
