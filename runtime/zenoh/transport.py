@@ -157,19 +157,18 @@ class ZenohTransport:
             tally.tell(report=logger.warning)  # the vehicle's log book has ended
 
     def _enter(self) -> tuple["zenoh.Session", Layout, int]:
-        """A session at the first free of the ports where the sessions of this computer listen; how many it connects to."""
+        """A session at the first free of the ports where the sessions of this computer listen, and how many do."""
         import zenoh
 
-        neighbours = 0
         for place in range(SESSIONS):
             layout = self.config.build(place)
+            if layout.session and is_held(layout.session):
+                continue
             try:
-                if not (layout.session and is_held(layout.session)):
-                    return zenoh.open(layout.config), layout, neighbours
+                return zenoh.open(layout.config), layout, place
             except zenoh.ZError as error:
                 if not (layout.session and is_held(layout.session)):
                     raise ConnectionError(f"zenoh: {explain(error)}") from None
-            neighbours += 1
         raise ConnectionError(f"zenoh: all {SESSIONS} ports for the processes of this computer are in use")
 
     def _leave(self, session: "zenoh.Session") -> None:
