@@ -44,7 +44,8 @@ def ready(vehicle: RemoteVehicle) -> None:
         if state.op_mode == SERVICE:
             return
         if state.op_mode == imc.VehicleState.OpMode.MANEUVER:
-            vehicle.plan.stop()
+            with suppress(Refused):  # it has just ended
+                vehicle.plan.stop()
 
 
 def test_what_it_says(vehicle: RemoteVehicle) -> None:
