@@ -50,3 +50,17 @@ def test_a_vehicle_answers_some_of_many_questions_and_says_who_asks_too_much() -
     told = [text for text in run.task.texts if text.startswith("dropped because too many arrive")]
     assert len(told) == 2, "at once, and ten seconds later"
     assert all("requests from 0x4001" in text for text in told)
+
+
+def test_a_vehicle_says_whose_packets_were_dropped_those_of_the_worst_first() -> None:
+    class Flood(Ear):
+        """Does what a bus does when more arrives than the vehicle can take."""
+
+        def start(self) -> None:
+            for number in range(300):
+                self.vehicle.bus.inbox.dropped.count(0x5000 + number)
+                self.vehicle.bus.inbox.dropped.count(CONSOLE)
+
+    run = simulate(Flood, seconds=20.0)
+    (told,) = [text for text in run.task.texts if text.startswith("dropped because too many arrive")]
+    assert told.startswith("dropped because too many arrive: 300 packets from 0x4001, ")
