@@ -1,8 +1,8 @@
 """One queue of events and the clock that it runs on."""
 
 from runtime.kernel.clock import SECOND, Clock, ScaledClock, VirtualClock, WallClock, nanoseconds, parse_clock
-from runtime.kernel.failure import Blocked, HandlerError, as_error
-from runtime.kernel.kernel import LIVELOCK_EVENTS, Kernel, KernelInstrument, LivelockError
+from runtime.kernel.failure import Blocked, HandlerError, LivelockError, as_error
+from runtime.kernel.kernel import LIVELOCK_EVENTS, Kernel, KernelInstrument
 from runtime.kernel.timer import Readable, Timer, handler_of, owner_of, title
 from runtime.kernel.watchdog import Watchdog
 

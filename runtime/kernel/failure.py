@@ -1,8 +1,22 @@
-"""What a handler raises that is no Exception, as the error that it is."""
+"""What may go wrong in a handler, and what is done about it where nobody has said more."""
+
+import logging
+
+from runtime.kernel.timer import title
+
+logger = logging.getLogger("shoal.kernel")
 
 
 class Blocked(BaseException):
     """Raised by a watchdog inside a handler that does not return; no `except Exception` of the handler stops it."""
+
+
+class LivelockError(RuntimeError):
+    """Events cause each other without time passing; `owner` handled the last of them."""
+
+    def __init__(self, events: int, owner: object):
+        super().__init__(f"{events} events without time passing, the last in {title(owner)}")
+        self.owner = owner
 
 
 class HandlerError(Exception):
@@ -24,3 +38,11 @@ def as_error(error: BaseException) -> Exception:
     made = HandlerError(text).with_traceback(error.__traceback__)
     made.__suppress_context__ = True
     return made
+
+
+def raise_error(_: object, error: Exception) -> None:
+    raise error
+
+
+def warn_slow(owner: object, seconds: float, handler: str) -> None:
+    logger.warning("%s took %.3f s in one handler, %s", title(owner), seconds, handler)

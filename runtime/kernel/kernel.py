@@ -1,16 +1,15 @@
 """One queue of events, ordered by time, then by arrival, and the clock that it runs on."""
 
 import heapq
-import logging
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
 from runtime.kernel.clock import SECOND, Clock
-from runtime.kernel.failure import as_error
+from runtime.kernel.failure import LivelockError, as_error, raise_error, warn_slow
 from runtime.kernel.sources import Sources
-from runtime.kernel.timer import Readable, Timer, handler_of, owner_of, title
+from runtime.kernel.timer import Readable, Timer, handler_of, owner_of
 
 LIVELOCK_EVENTS = 100_000
 LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock, a queue that has not been empty for this long may be a livelock
@@ -18,16 +17,6 @@ POLL_EVENTS = 64  # on a virtual clock, sockets are polled after this many event
 POLL_PERIOD = SECOND // 1000  # on a wall clock, sockets are polled this often even if the queue never empties
 LONGEST_MOMENT = SECOND // 5  # of real time; a clock that waits for an empty queue passes on then, as in a flood
 FEW_TIMERS = 1000  # fewer timers than this are not searched for cancelled ones
-
-logger = logging.getLogger("shoal.kernel")
-
-
-class LivelockError(RuntimeError):
-    """Events cause each other without time passing; `owner` handled the last of them."""
-
-    def __init__(self, events: int, owner: object):
-        super().__init__(f"{events} events without time passing, the last in {title(owner)}")
-        self.owner = owner
 
 
 class KernelInstrument(Protocol):
@@ -59,8 +48,8 @@ class Kernel:
         self.now_ns = clock.read()
         self.events = 0
         self.livelock_events = LIVELOCK_EVENTS
-        self.on_error: Callable[[object, Exception], None] = _raise
-        self.on_slow: Callable[[object, float, str], None] = _warn_slow
+        self.on_error: Callable[[object, Exception], None] = raise_error
+        self.on_slow: Callable[[object, float, str], None] = warn_slow
         self.instruments: list[KernelInstrument] = []
         self._due: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self.enqueue = self._due.append  # of (function, args): `soon` without a call, for the bus
@@ -357,11 +346,3 @@ class Kernel:
 
     def _owner(self, function: Callable[..., object], args: tuple[Any, ...]) -> object:
         return args[0].owner if args and isinstance(args[0], Timer) else owner_of(function)
-
-
-def _raise(_: object, error: Exception) -> None:
-    raise error
-
-
-def _warn_slow(owner: object, seconds: float, handler: str) -> None:
-    logger.warning("%s took %.3f s in one handler, %s", title(owner), seconds, handler)
