@@ -5,6 +5,7 @@ process ends or crashes, whatever state Python is in. The key is documented in d
 """
 
 import contextlib
+import logging
 import os
 import socket
 import threading
@@ -21,12 +22,15 @@ if TYPE_CHECKING:
 
 PATIENCE = 0.5  # s to hear of others that start at the same moment
 MEETING = 5.0  # s to meet the processes of this computer, which takes longer where the computer is busy
+SILENT = 1.0  # s after which we say what we wait for
 DAEMON = 1  # the bit of entity 0
 STARTING, RUNNING = "starting", "running"
 MOST_OTHERS = 256
 GET_ADDRESS = 0x8915  # SIOCGIFADDR
 LOOPBACK_NETWORK = 127
 ELSEWHERE = "192.0.2.1", 9  # an address that nobody has (RFC 5737)
+
+logger = logging.getLogger("shoal.zenoh")
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,8 +177,19 @@ class Presence:
 
     def _ask(self, neighbours: int) -> None:
         """Take the tokens of those who are there, as soon as there are as many as expected."""
-        info, deadline = self._session.info, time.monotonic() + MEETING
-        while len(info.peers_zid()) + len(info.routers_zid()) < neighbours and time.monotonic() < deadline:
+        info, began, told = self._session.info, time.monotonic(), False
+        while len(info.peers_zid()) + len(info.routers_zid()) < neighbours:
+            waited = time.monotonic() - began
+            if waited > MEETING:
+                break
+            if waited > SILENT and not told:
+                told = True
+                logger.warning(
+                    "zenoh: a process on this computer's bus does not answer (stopped, or very busy); "
+                    "waiting up to %g s for it, in case it already runs %s",
+                    MEETING,
+                    self._part.vehicle,
+                )
             time.sleep(0.01)
         for reply in self._session.liveliness().get(expression(self._part.vehicle), timeout=MEETING):
             if reply.ok is not None:

@@ -75,9 +75,10 @@ def test_a_vehicle_answers_queries_and_a_late_joiner_has_its_state_at_once(netwo
         if message == "EntityParameters":
             assert {"Navigation", "Daemon"} <= {one["name"] for one in heard}
 
-    # A change is in the state of the next one; it may be published just after the reply.
+    # A change is in the state of the next one, as soon as it is published: perhaps just after the reply.
     ask(process, imc.PlanDB(), type=DB.Type.REQUEST, op=DB.Op.DEL, plan_id="dive")
-    *_, state = process.ask(f"late imc/{NAME}/PlanDBState/* 0.4")["heard"]
+    process.until(lambda answer: "dive" not in answer["replies"][0]["text"], f"get imc/{NAME}/@q/PlanDBState")
+    (state,) = process.ask(f"late imc/{NAME}/PlanDBState/* 0.4")["heard"]
     assert "dive" not in state["text"]
 
 

@@ -13,6 +13,14 @@ from tests.runtime.zenoh.vehicles import NAME, SYSTEM, Vehicle, slowness, wait_u
 EXECUTING = imc.PlanControlState.State.EXECUTING
 
 
+BUSY = """from runtime import Task, periodic
+import time
+
+class Busy(Task):
+    @periodic(0.5)
+    def work(self) -> None:
+        time.sleep(0.4)
+"""
 KINDS = ("queries", "state in the vehicle's name", "states of many", "state of a console")
 
 
@@ -57,6 +65,24 @@ def test_a_flood_of_20000_messages_a_second_neither_ends_nor_delays_a_run(networ
     assert len(answers) < 2000, "of 20 000 requests for 50 entities each"
 
 
+def test_a_vehicle_that_is_too_busy_for_a_flood_says_whose_packets_it_dropped(network: Network, tmp_path: Path) -> None:
+    (tmp_path / "busy.py").write_text(BUSY)
+    vehicle = Vehicle(network, tmp_path, "--code", str(tmp_path), "--set", "busy.Busy:Enabled=Always")
+    wait_until(vehicle.swims, vehicle)
+    flood = network.add(PEERS / "flood.py", network.local_port, "state of a console", 20_000, 2.0)
+    assert flood.line()["began"]
+    sent = flood.line()["sent"]
+    assert sent > 4000
+    vehicle.popen.send_signal(signal.SIGTERM)
+    assert vehicle.popen.wait(PATIENCE) == 0, vehicle.errors
+    messages = vehicle.messages()
+    texts = "\n".join(m.text for m in messages if isinstance(m, imc.LogBookEntry) and m.src == SYSTEM)
+    dropped = sum(map(int, re.findall(r"dropped because too many arrive: (\d+) packets from 0x4001", texts)))
+    assert dropped > 1000, texts
+    taken = sum(isinstance(m, imc.EstimatedState) and m.src == 0x4001 for m in messages)
+    assert taken + dropped <= sent, "each packet is taken or dropped once"
+
+
 def test_a_name_that_is_on_the_network_is_refused_until_its_vehicle_has_gone(network: Network, tmp_path: Path) -> None:
     twins = [Vehicle(network, tmp_path / str(number)) for number in range(2)]
     wait_until(lambda: any(twin.ended() for twin in twins), *twins)
@@ -83,3 +109,15 @@ def test_a_name_that_is_on_the_network_is_refused_until_its_vehicle_has_gone(net
     heir = Vehicle(network, tmp_path / "heir")
     wait_until(lambda: heir.swims() or heir.ended(), heir)
     assert not heir.ended(), heir.errors
+
+
+def test_who_waits_for_a_process_that_does_not_answer_says_so(network: Network, tmp_path: Path) -> None:
+    stopped = Vehicle(network, tmp_path / "stopped", "-V", "stopped")
+    wait_until(stopped.swims, stopped)
+    stopped.popen.send_signal(signal.SIGSTOP)
+    vehicle = Vehicle(network, tmp_path / "waits")
+    wait_until(lambda: vehicle.errors, vehicle)
+    assert not vehicle.swims()
+    assert "does not answer (stopped, or very busy); waiting up to 5 s" in vehicle.errors[0]
+    wait_until(vehicle.swims, vehicle)
+    assert not vehicle.ended(), vehicle.errors
