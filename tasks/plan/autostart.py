@@ -30,8 +30,8 @@ class Autostart(Task):
 
     def start(self) -> None:
         self._calm = False
-        self._asked = False
-        self.set_entity_state(State.NORMAL, "waiting for the vehicle")
+        self._asked = getattr(self, "_asked", False)
+        self.set_entity_state(State.NORMAL, "restarted" if self._asked else "waiting for the vehicle")
 
     @consume
     def follow(self, vehicle: imc.VehicleState) -> None:

@@ -53,6 +53,7 @@ class Engine(Task):
         )
 
     def start(self) -> None:
+        lost: Flight | None = getattr(self, "_flight", None)
         self._phase, self._outcome = Phase.READY, Outcome.NONE
         self._plan_id = ""
         self._flight: Flight | None = None
@@ -65,6 +66,9 @@ class Engine(Task):
         self._vehicle: imc.VehicleState | None = None
         self._silence = 0
         self.set_entity_state(State.NORMAL, "active")
+        if lost is not None:  # nobody else would end its maneuver
+            self._plan_id = lost.request.plan_id
+            self._fail(lost, "the plan engine failed, and has restarted")
         self._tell()
 
     @consume

@@ -134,6 +134,14 @@ def test_a_maneuver_whose_task_fails_ends_the_plan_at_once(tmp_path):
     assert flight.errors[-1] == "Goto maneuver error: its task has failed: RuntimeError: broken"
 
 
+def test_a_plan_ends_whose_engine_fails_and_restarts(tmp_path):
+    flight = Flight(tmp_path, broken("Plan.Engine"), END)
+    assert 1.0 <= flight.failed[0] <= 1.1, "the console that started it hears of it after the restart"
+    assert flight.modes[-1] == Mode.SERVICE
+    assert flight.loops == 0
+    assert flight.depths[-1] < max(0.3, flight.depths[-200])
+
+
 @pytest.mark.parametrize("fault", [broken("Maneuver.Idle"), silent("Maneuver.Idle")])
 def test_no_loop_stays_enabled_after_a_plan_whose_last_maneuver_was_steering(fault, tmp_path):
     """A restarted task does not know of the loops; one that is silent does not disable them."""

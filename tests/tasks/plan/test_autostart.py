@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 import imc
-from runtime import ParameterError, State
+from runtime import ParameterError, State, consume
 from runtime.testing import Run, simulate
 from tasks.plan.autostart import Autostart
 from tasks.plan.templates import TEMPLATES
@@ -37,6 +37,23 @@ def test_it_asks_once_when_the_vehicle_is_ready() -> None:
     assert request.cmd == imc.PlanGeneration.Cmd.EXECUTE
     assert request.timestamp == pytest.approx(done.vehicle.start_time + 6.0)
     assert request.dst == done.vehicle.system
+
+
+class Restarting(Autostart):
+    """Restarts once it has asked, as a task does that fails then."""
+
+    @consume
+    def begin(self, plan: imc.PlanControlState) -> None:
+        super().begin(plan)
+        self.start()
+
+
+def test_it_does_not_ask_again_after_a_restart() -> None:
+    times = (1.0, 3.0, 5.0)
+    calm = [imc.VehicleState(op_mode=SERVICE, timestamp=t, src_ent=7) for t in times]
+    ready = [imc.PlanControlState(state=Phase.READY, timestamp=t + 1.0, src_ent=7) for t in times]
+    done = simulate(Restarting, feed=[*calm, *ready], seconds=10.0)
+    assert len(done.of(imc.PlanGeneration)) == 1
 
 
 @pytest.mark.parametrize("state", [Phase.INITIALIZING, Phase.EXECUTING])
