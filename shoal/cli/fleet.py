@@ -39,7 +39,7 @@ def fleet(
         _stop(name)
         return
     if name is not None:
-        raise click.UsageError(f"what is {name!r}? A fleet file has its own name in it")
+        raise click.UsageError(f"unexpected argument {name!r}: the name of a fleet is in its file")
     use_code(())
     try:
         roster = load_roster(Path(file), log_dir)

@@ -81,7 +81,7 @@ def plan(
         found = with_vehicle(vehicle, reach, act)
     except click.exceptions.Exit as ending:
         if ending.exit_code == INTERRUPTED and action == "start":
-            click.echo(f"\nwhat has started goes on; `shoal plan {vehicle} stop` stops it", err=True)
+            click.echo(f"\na plan that has started goes on; `shoal plan {vehicle} stop` stops it", err=True)
         raise
     _print(action, found, output, as_json)
 

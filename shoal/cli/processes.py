@@ -18,14 +18,14 @@ def part_of(process: str | None, others: list[str], over_zenoh: bool) -> str | N
         if process not in (None, MAIN):
             raise click.ClickException(f"--process {process} needs a zenoh bus and a clock that is not virtual")
         if others:
-            click.echo(
-                f"note: {', '.join(others)} run in this process; a process of their own needs Bus = zenoh", err=True
-            )
+            named = ", ".join(others)
+            why = "processes of their own need a zenoh bus and a clock that is not virtual"
+            click.echo(f"note: tasks with Process = {named} run in this process; {why}", err=True)
         return None
     if process in (None, MAIN):
         return ""
     if process not in others:
-        known = f"there are {', '.join(others)}" if others else "no enabled section has a Process"
+        known = f"known: {', '.join(others)}" if others else "no enabled section has a Process"
         raise click.ClickException(f"no enabled section has Process = {process}; {known}")
     return process
 

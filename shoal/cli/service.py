@@ -91,8 +91,10 @@ ExecStartPre=-/bin/sh -c 'test -e /run/shoal-{vehicle}/waited || timeout {second
 @click.option("-V", "--vehicle", callback=not_empty, help="Name of the vehicle, instead of the profile's.")
 @overrides_option
 @code_option
-@click.option("--process", metavar="NAME", help="Run only the sections that have this Process; main for the others.")
-@click.option("--alone", is_flag=True, help="Do not start the other processes: they run on other computers.")
+@click.option("--process", metavar="NAME", help="Run only the sections with this Process; main for those without one.")
+@click.option(
+    "--alone", is_flag=True, help="Do not start the other processes of the vehicle, which run on other computers."
+)
 @click.option("--user", default="shoal", show_default=True, help="User that runs the vehicle.")
 @click.option(
     "--group", "groups", multiple=True, default=("dialout",), show_default=True, help="Group whose devices it may use."

@@ -7,7 +7,7 @@ from runtime.profile import Profile
 from runtime.vehicle import find_task
 
 STEP = 10  # ports between two vehicles: some tasks take the next free one of a few
-PORTS = ("Local Port", "Port")
+PORTS = ("Local Port", "Port", "Control Port")
 LINKS = "Links"
 SYSTEM_ID = "Transports.MAVLink", "System Id"
 _WAITING = re.compile(r"(\b(?:udpin|tcpin|tcp-server):[^:,\s]*:)(\d{1,5})")

@@ -89,7 +89,7 @@ def load_roster(path: Path, log_dir: Path | None = None) -> Roster:
 
 
 def _members(file: FleetFile, path: Path, source: Source) -> tuple[Member, ...]:
-    named: dict[str, tuple[int, Group]] = {}
+    named: dict[str, tuple[int, int, Group]] = {}
     for place, group in enumerate(file.vehicles):
         for number in range(1, group.count + 1):
             name = group.name.replace("{number}", str(number))
@@ -100,21 +100,21 @@ def _members(file: FleetFile, path: Path, source: Source) -> tuple[Member, ...]:
             if name in named:
                 words = f"two vehicles are called {quoted(name)} (write {{number}} into the name of a group)"
                 source.fail(f"vehicles[{place}].name", words)
-            named[name] = place, group
+            named[name] = place, number - 1, group
     folders = [path.parent]
     profiles = {name: load_profile(name, folders) for name in {g.profile or file.profile for g in file.vehicles}}
-    ids = _ids({name: profiles[group.profile or file.profile] for name, (_, group) in named.items()})
+    ids = _ids({name: profiles[group.profile or file.profile] for name, (_, _, group) in named.items()})
     addresses = [f"IMC Addresses:{name}={number:#06x}" for name, number in ids.items()]
     members: list[Member] = []
     taken: set[int] = set()
-    for place, (name, (number, group)) in enumerate(named.items()):
+    for place, (name, (number, within, group)) in enumerate(named.items()):
         profile = profiles[group.profile or file.profile]
         start = group.start or file.start
         overrides = [
             *addresses,
             *own_ports(profile, place),
             *own_mavlink_id(profile, ids[name], taken),
-            *_start(profile, start, place if start is file.start else 0, file.spacing),
+            *_start(profile, start, within if group.start else place, file.spacing),
             "Zenoh:Mode=client",
             "Zenoh:Scouting=none",
             f"Zenoh:Local Port={file.zenoh.get('Local Port', 7447)}",

@@ -19,7 +19,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 M = TypeVar("M", bound=imc.Message)
 ENDED = "the connection to the vehicle has been closed"
-IN_PROGRESS = "`progress` cannot ask the vehicle: keep what it gets, and ask after `start`, or with asyncio"
+IN_PROGRESS = "`progress` cannot ask the vehicle: store the state and ask when `start` has returned, or use asyncio"
 
 
 class Portal:

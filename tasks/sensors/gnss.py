@@ -210,7 +210,7 @@ def _course(degrees: float | None) -> float | None:
 def fix_of(pvt: Any, dop: Any | None) -> imc.GpsFix:
     """The fix of a UBX NAV-PVT, parsed by pyubx2, and of the last NAV-DOP. Raises ValueError for impossible values."""
     if not hasattr(pvt, "numSV"):
-        raise ValueError("a question for a fix, not a fix")
+        raise ValueError("a poll request, not a fix")
     found: dict[str, Any] = {"validity": 0, "satellites": pvt.numSV}
     if pvt.validDate:
         _date(found, date(pvt.year, pvt.month, pvt.day))

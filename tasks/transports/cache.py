@@ -71,7 +71,7 @@ class Cache(Task):
             else:
                 what = f"{'nothing' if request.message is None else type(request.message).__name__} cannot be kept"
             self.log.warning(
-                f"CacheControl from {name} refused: {what}, only {', '.join(self.messages)} are kept, and here"
+                f"CacheControl from {name} refused: {what}; only {', '.join(self.messages)} can be kept, on this vehicle"
             )
 
     @property

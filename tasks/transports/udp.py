@@ -90,11 +90,14 @@ class UDP(Carrier):
     contact_timeout: float = param(30.0, "s", "Silence after which a system gets no more packets.", minimum=1)
     maximum_rate: float = param(2000.0, "Hz", "Most packets per second that a system may send.", minimum=1)
     communication_range: float = param(
-        0.0, "m", "Simulate a radio that reaches so far, in mode Simulation; 0 reaches everybody.", minimum=0
+        0.0, "m", "Range of the simulated radio, in mode Simulation; 0 is unlimited.", minimum=0
     )
-    underwater_communications: bool = param(False, "", "Let the simulated radio also reach others under water.")
+    underwater_communications: bool = param(False, "", "Let the simulated radio also work under water.")
     always_transmitted_messages: list[str] = param(
-        ["Abort", "SimulatedState"], "", "Messages that are not subject to the simulated radio.", usable=message_named
+        ["Abort", "SimulatedState"],
+        "",
+        "Messages that the simulated radio always carries, at any range.",
+        usable=message_named,
     )
     consoles: list[str] = param(
         [], "", "Systems that may command, NAME or NAME@ADDRESS; others then only report. Empty lets all command."

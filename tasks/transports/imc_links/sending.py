@@ -27,7 +27,7 @@ class Carrier(Task):
         [], "", "Most messages per second and entity that are sent, MESSAGE:HZ.", usable=known_rate
     )
     filtered_entities: list[str] = param(
-        [], "", "Entities that a message is sent of, MESSAGE:LABEL+LABEL.", usable=known_entities
+        [], "", "Entities whose messages are sent, MESSAGE:LABEL+LABEL; those of others are not.", usable=known_entities
     )
     custom_filters: list[str] = param(
         [],

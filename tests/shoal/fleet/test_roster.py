@@ -24,7 +24,8 @@ vehicles:
   - name: lauv-{number}
     count: 10
   - name: lauv-noptilus-1
-  - name: otter-1
+  - name: otter
+    count: 2
     profile: otter
     start: [41.3, -8.8]
     modes: Simulation
@@ -41,13 +42,16 @@ def roster(folder: Path, text: str) -> Roster:
 def test_nothing_of_two_vehicles_is_the_same(tmp_path: Path) -> None:
     made = roster(tmp_path, FLEET)
     members = made.members
-    assert [member.name for member in members[-3:]] == ["lauv-10", "lauv-noptilus-1", "otter-1"]
-    assert [len(crew) for crew in made.crews] == [4, 4, 4]
+    assert [member.name for member in members[-3:]] == ["lauv-noptilus-1", "otter-1", "otter-2"]
+    assert [len(crew) for crew in made.crews] == [4, 4, 4, 1]
     for values in (
         [member.system for member in members],
         [member.seed for member in members],
         [option(member, "Initial Position") for member in members],
         [setting(member, "Transports.MAVLink", "Links") for member in members],
+        [setting(member, "Transports.UDP", "Local Port") for member in members],
+        [setting(member, "Transports.TCP.Server", "Port") for member in members],
+        [setting(member, "Transports.FTP", "Control Port") for member in members],
     ):
         assert len(set(values)) == len(members)
     assert members[10].system == 0x001A, "the id of its name"
@@ -61,7 +65,8 @@ def test_vehicles_start_in_rows_from_west_to_east(tmp_path: Path) -> None:
     metre = math.degrees(1 / 6378137)
     assert places[1][1] - places[0][1] == pytest.approx(30 * metre / math.cos(math.radians(41.2)), rel=0.01)
     assert places[10][0] - places[0][0] == pytest.approx(30 * metre, rel=0.01), "the second row"
-    assert places[-1] == pytest.approx((41.3, -8.8), abs=1e-7), "a place of its own"
+    assert places[-2] == pytest.approx((41.3, -8.8), abs=1e-7), "a place of its own"
+    assert places[-1][1] - places[-2][1] == pytest.approx(30 * metre / math.cos(math.radians(41.3)), rel=0.01)
 
 
 def test_the_settings_of_each_member_are_valid(tmp_path: Path) -> None:
