@@ -79,9 +79,7 @@ def options(function: F) -> F:
     "--from-snapshot", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Continue from a snapshot."
 )
 @click.option("--process", metavar="NAME", help="Run only the sections with this Process; main for those without one.")
-@click.option(
-    "--alone", is_flag=True, help="Do not start the other processes of the vehicle, which run on other computers."
-)
+@click.option("--alone", is_flag=True, help="Do not start the other processes: they run on other computers.")
 @click.option("--parent", type=int, hidden=True, help="End when this process, which has started it, has gone.")
 @options
 def run(

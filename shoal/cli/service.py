@@ -92,9 +92,7 @@ ExecStartPre=-/bin/sh -c 'test -e /run/shoal-{vehicle}/waited || timeout {second
 @overrides_option
 @code_option
 @click.option("--process", metavar="NAME", help="Run only the sections with this Process; main for those without one.")
-@click.option(
-    "--alone", is_flag=True, help="Do not start the other processes of the vehicle, which run on other computers."
-)
+@click.option("--alone", is_flag=True, help="Do not start the other processes: they run on other computers.")
 @click.option("--user", default="shoal", show_default=True, help="User that runs the vehicle.")
 @click.option(
     "--group", "groups", multiple=True, default=("dialout",), show_default=True, help="Group whose devices it may use."

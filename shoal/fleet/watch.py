@@ -45,9 +45,7 @@ class Watch:
         except zenoh.ZError as error:
             self._meeting.close()
             words = f"no zenoh at port {client.local_port} of this computer: {explain(error)}"
-            hint = (
-                "another program may have it, or it wants a password: see Local Port and User under zenoh: in the file"
-            )
+            hint = "another program has it, or it wants a password: see Local Port and User under zenoh: in the file"
             raise ConnectionError(f"{words} ({hint})") from None
 
     def alive(self) -> set[str]:

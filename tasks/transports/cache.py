@@ -70,9 +70,8 @@ class Cache(Task):
                 what = "no copies are made"
             else:
                 what = f"{'nothing' if request.message is None else type(request.message).__name__} cannot be kept"
-            self.log.warning(
-                f"CacheControl from {name} refused: {what}; only {', '.join(self.messages)} can be kept, on this vehicle"
-            )
+            kept = ", ".join(self.messages)
+            self.log.warning(f"CacheControl from {name} refused: {what}; only {kept} can be kept, on this vehicle")
 
     @property
     def _folder(self) -> Path:

@@ -96,7 +96,7 @@ class UDP(Carrier):
     always_transmitted_messages: list[str] = param(
         ["Abort", "SimulatedState"],
         "",
-        "Messages that the simulated radio always carries, at any range.",
+        "Messages that the simulated radio carries at any range.",
         usable=message_named,
     )
     consoles: list[str] = param(
