@@ -12,7 +12,7 @@ from runtime.bus.inbox import Inbox
 from runtime.kernel import Kernel, owner_of
 
 AT_ONCE = 64  # packets from other processes taken at a time; then the vehicle's own timers come first
-MOST_BYTES = 1 << 14  # of them, after which the timers come first even if there were fewer packets
+BYTES_AT_ONCE = 1 << 14  # of them, after which the timers come first even if there were fewer packets
 
 Route = tuple[tuple[Callable[..., object], object, bool], ...]  # handler, owner, whether it takes the packet, too
 
@@ -238,7 +238,7 @@ class Bus:
     def _serve(self) -> None:
         """Take some packets; take more after what they cause and, if the vehicle has work to do, as long a pause."""
         began = time.perf_counter()
-        packets = self.inbox.take(len(self.inbox)) if self.kernel.virtual else self.inbox.take(AT_ONCE, MOST_BYTES)
+        packets = self.inbox.take(len(self.inbox)) if self.kernel.virtual else self.inbox.take(AT_ONCE, BYTES_AT_ONCE)
         for packet in packets:
             self._receive(packet)
         self.kernel.soon(self._go_on, began)

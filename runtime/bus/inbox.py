@@ -35,8 +35,8 @@ class _Queue:
 class Inbox:
     """Takes packets from any thread; a source that sends too much loses its own packets only.
 
-    A source is a system as its packets name it; what it sends to one system, and Abort, waits apart from what it sends
-    to all. Counted: `dropped`.
+    A source is a system as its packets name it; its commands (what is addressed to one system, or to BROADCAST) and
+    Abort wait apart from what it publishes. Counted: `dropped`.
     """
 
     def __init__(self) -> None:
@@ -100,7 +100,7 @@ class Inbox:
 
 
 def place_of(packet: bytes) -> Place:
-    """Whose packet it is, and whether it is for one system, or an Abort; what is no packet has no source."""
+    """Whose packet it is, and whether it is a command or an Abort; what is no packet has no source."""
     if len(packet) < SMALLEST_PACKET:
         return UNKNOWN_SYSTEM, False
     kind, source, destination = (LITTLE if packet[0] == LITTLE_ENDIAN else BIG)(packet)

@@ -84,11 +84,18 @@ class _Checker:
                 config = ZenohConfig.from_options({option.name: option.value}, self._profile.path.parent)
             except ValueError as error:
                 self._say("error", option.origin, str(error))
-                continue
-            known = [kind.abbrev for kind in (self._profile.messages or imc.builtin()).types_by_id.values()]
-            for name in [name for name in config.hear or () if name not in known]:
-                hint = f"did you mean {quoted(near)}?" if (near := misspelled(name, known)) else ""
-                self._say("warning", option.origin, f"[Zenoh] Hear: there is no message {quoted(name)}", hint)
+            else:
+                self._check_heard(option, config.hear or ())
+
+    def _check_heard(self, option: Option, names: tuple[str, ...]) -> None:
+        try:
+            schema = self._profile.messages or imc.builtin() if names else imc.builtin()
+        except ProfileError:
+            return  # told already
+        known = [kind.abbrev for kind in schema.types_by_id.values()]
+        for name in [name for name in names if name not in known]:
+            hint = f"did you mean {quoted(near)}?" if (near := misspelled(name, known)) else ""
+            self._say("warning", option.origin, f"[Zenoh] Hear: there is no message {quoted(name)}", hint)
 
     def _check_addresses(self) -> None:
         known: dict[int, Option] = {}

@@ -17,7 +17,6 @@ class Daemon(ParameterService):
 
     def configure(self) -> None:
         super().configure()
-        self._told = 0
         self._tell_next = 0.0
         self._has_told_all = False
 
@@ -74,16 +73,15 @@ class Daemon(ParameterService):
     def _report_excess(self) -> None:
         """Log who sends or asks too much, at most once in REPORT_PERIOD."""
         excess = (("packets", self.vehicle.bus.inbox.dropped), ("requests", self.allowance.refused))
-        total = sum(counter.total for _, counter in excess)
-        if total == self._told or self.now < self._tell_next:
+        if self.now < self._tell_next:
             return
-        self._told, self._tell_next = total, self.now + REPORT_PERIOD
-        name = self.vehicle.systems.name
-        counts = Counter({
-            f"{kind} from {name(source) if source != UNKNOWN_SYSTEM else 'further systems'}": number
-            for kind, counter in excess
-            for source, number in counter.drain().items()
-        })  # fmt: skip
+        name, counts = self.vehicle.systems.name, Counter[str]()
+        for kind, counter in excess:
+            for source, number in counter.drain().items():
+                counts[f"{kind} from {name(source) if source != UNKNOWN_SYSTEM else 'further systems'}"] += number
+        if not counts:
+            return
+        self._tell_next = self.now + REPORT_PERIOD
         worst = counts.most_common()
         listed = ", ".join(f"{number} {source}" for source, number in worst[:MOST_NAMED])
         rest = f" and from {len(worst) - MOST_NAMED} more" if len(worst) > MOST_NAMED else ""

@@ -1,4 +1,4 @@
-"""What will go wrong with certificates and passwords: zenoh says nothing of it, others simply do not get in."""
+"""Checks certificates and the rights of secret files, since zenoh says nothing of them."""
 
 import stat
 from pathlib import Path

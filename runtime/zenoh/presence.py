@@ -10,11 +10,12 @@ import os
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, cast
 
+from runtime.networks import interfaces
 from runtime.zenoh.keys import PREFIX, alive_key, chunk
 
 if TYPE_CHECKING:
@@ -23,11 +24,10 @@ if TYPE_CHECKING:
 PATIENCE = 0.5  # s to hear of others that start at the same moment
 MEETING = 5.0  # s to meet the processes of this computer, which takes longer where the computer is busy
 SILENT = 1.0  # s after which we say what we wait for
+MOMENT = 0.01  # s
 DAEMON = 1  # the bit of entity 0
 STARTING, RUNNING = "starting", "running"
 MOST_OTHERS = 256
-GET_ADDRESS = 0x8915  # SIOCGIFADDR
-LOOPBACK_NETWORK = 127
 ELSEWHERE = "192.0.2.1", 9  # an address that nobody has (RFC 5737)
 
 logger = logging.getLogger("shoal.zenoh")
@@ -75,19 +75,10 @@ def host_here() -> str:
 
 def _address() -> str:
     """That of the interface which leads elsewhere, else of the first one that is up."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        with contextlib.suppress(OSError):
-            probe.connect(ELSEWHERE)  # sends nothing: it chooses the interface
-            return probe.getsockname()[0]
-        with contextlib.suppress(OSError, ImportError, AttributeError):
-            import fcntl  # Linux
-
-            for _, name in socket.if_nameindex():
-                with contextlib.suppress(OSError):
-                    found = fcntl.ioctl(probe, GET_ADDRESS, name.encode()[:15].ljust(256, b"\0"))
-                    if found[20] != LOOPBACK_NETWORK:
-                        return socket.inet_ntoa(found[20:24])
-    return ""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe, contextlib.suppress(OSError):
+        probe.connect(ELSEWHERE)  # sends nothing: it chooses the interface
+        return probe.getsockname()[0]
+    return next((each.address for each in interfaces() if not each.is_local), "")
 
 
 def parse(key: str) -> Other | None:
@@ -123,7 +114,7 @@ class Presence:
         self._session = session
         self._others: dict[str, Other] = {}
         self._changed = threading.Condition()
-        self._accepted = False
+        self._accepted = self._has_told = False
         self._tell_process = note
         self._watching: Any = None
         self._alive: Any = None
@@ -134,11 +125,11 @@ class Presence:
         handler = zenoh.handlers.Callback(self._note, indirect=False)
         self._subscriber: Any = listen(expression(part.vehicle), handler, history=True)
 
-    def confirm(self, neighbours: int) -> None:
+    def confirm(self, neighbours: Collection[str]) -> None:
         """Raise ConnectionError if another process runs this part; else it is ours from now on.
 
-        Of two that start at the same moment the one that began first stays. `neighbours` are the processes of this
-        computer that have to be asked.
+        Of two that start at the same moment the one that began first stays. `neighbours` are the endpoints of the
+        processes of this computer, which have to be asked.
         """
         import zenoh
 
@@ -175,25 +166,36 @@ class Presence:
             self._watching.undeclare()
         self._token.undeclare()
 
-    def _ask(self, neighbours: int) -> None:
-        """Take the tokens of those who are there, as soon as there are as many as expected."""
-        info, began, told = self._session.info, time.monotonic(), False
-        while len(info.peers_zid()) + len(info.routers_zid()) < neighbours:
-            waited = time.monotonic() - began
-            if waited > MEETING:
-                break
-            if waited > SILENT and not told:
-                told = True
-                logger.warning(
-                    "zenoh: a process on this computer's bus does not answer (stopped, or very busy); "
-                    "waiting up to %g s for it, in case it already runs %s",
-                    MEETING,
-                    self._part.vehicle,
-                )
-            time.sleep(0.01)
-        for reply in self._session.liveliness().get(expression(self._part.vehicle), timeout=MEETING):
-            if reply.ok is not None:
-                self._note(reply.ok)
+    def _ask(self, neighbours: Collection[str]) -> None:
+        """Take the tokens of those who are there, as soon as we are connected to all neighbours."""
+        import zenoh
+
+        deadline = time.monotonic() + MEETING
+        while self._unmet(neighbours) and self._wait(deadline):
+            pass
+        replies: Any = self._session.liveliness().get(expression(self._part.vehicle), timeout=MEETING)
+        with contextlib.suppress(zenoh.ZError):  # all have answered
+            while (reply := replies.try_recv()) is not None or self._wait(deadline):
+                if reply is not None and reply.ok is not None:
+                    self._note(reply.ok)
+
+    def _unmet(self, neighbours: Collection[str]) -> bool:
+        session: Any = self._session
+        return not {str(link.dst) for link in session.info.links()}.issuperset(neighbours)
+
+    def _wait(self, deadline: float) -> bool:
+        """Wait a moment, and say once what for; whether the deadline is still to come."""
+        left = deadline - time.monotonic()
+        if left < MEETING - SILENT and not self._has_told:
+            self._has_told = True
+            logger.warning(
+                "zenoh: a process on this computer's bus does not answer (stopped, or very busy); "
+                "waiting up to %g s for it, in case it already runs %s",
+                MEETING,
+                self._part.vehicle,
+            )
+        time.sleep(MOMENT)
+        return left > 0.0
 
     def _elder(self) -> Other | None:
         mine = self._began, self._zid

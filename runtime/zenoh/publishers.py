@@ -24,7 +24,6 @@ LATCHED = (
 )
 """States, of which a receiver wants the present one as soon as it joins."""
 HEARTBEAT = 1.0  # s after which a receiver notices that it has missed the last state
-
 SETTLING = 10.0  # s in which a new publisher learns who receives its packets, also over a slow link
 
 MOST_PUBLISHERS = 4096

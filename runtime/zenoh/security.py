@@ -60,7 +60,7 @@ class Security:
                 raise ValueError("Commanders, Listeners and Vehicles need Root Certificate or Users File")
             named = [name for names in lists for name in names or ()]
             if twice := next((name for name in named if named.count(name) > 1), ""):
-                raise ValueError(f"{twice} is in Commanders, Listeners and Vehicles twice")
+                raise ValueError(f"{twice} is listed twice in Commanders, Listeners and Vehicles")
             put("access_control", self._access(vehicle))
 
     def doubts(self) -> list[str]:

@@ -73,7 +73,7 @@ class ZenohTransport:
         self._receive: Callable[[bytes], None] = lambda _: None
 
     def open(self, receive: Callable[[bytes], None]) -> None:
-        """Join the bus; waits up to a second for others.
+        """Join the bus; waits half a second for others, and some seconds for those that do not answer.
 
         Raises ConnectionError if it cannot listen or, as a client, finds no router, or if the part already runs;
         ValueError for an invalid configuration file; ModuleNotFoundError without zenoh.
@@ -156,16 +156,18 @@ class ZenohTransport:
         for tally in (self.arrivals.lost, self.arrivals.oversize, self.arrivals.strange, self.unsent):
             tally.tell(report=logger.warning)  # the vehicle's log book has ended
 
-    def _enter(self) -> tuple["zenoh.Session", Layout, int]:
-        """A session at the first free of the ports where the sessions of this computer listen, and how many do."""
+    def _enter(self) -> tuple["zenoh.Session", Layout, list[str]]:
+        """A session at the first free of the ports where the sessions of this computer listen, and those that do."""
         import zenoh
 
+        held: list[str] = []
         for place in range(SESSIONS):
             layout = self.config.build(place)
             if layout.session and is_held(layout.session):
+                held.append(layout.session)
                 continue
             try:
-                return zenoh.open(layout.config), layout, place
+                return zenoh.open(layout.config), layout, held
             except zenoh.ZError as error:
                 if not (layout.session and is_held(layout.session)):
                     raise ConnectionError(f"zenoh: {explain(error)}") from None

@@ -178,7 +178,7 @@ def test_certificates_say_who_may_hear_and_who_may_command(network: Network, ope
         ({"Root Certificate": "none.pem"}, r"Root Certificate: .*none\.pem: No such file"),
         ({"User": "vehicle", "Password File": "empty"}, "has no password in its first line"),
         ({"Mutual TLS": "true"}, "Mutual TLS needs Root Certificate"),
-        ({"Root Certificate": "users", "Commanders": "a, b", "Listeners": "b"}, "b is in .* twice"),
+        ({"Root Certificate": "users", "Commanders": "a, b", "Listeners": "b"}, "b is listed twice in"),
         ({"Mutual TLS": "yes"}, "'yes' is not one of true, false"),
     ],
 )

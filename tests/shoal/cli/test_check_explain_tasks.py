@@ -100,6 +100,16 @@ def test_check_names_entities_that_nobody_has_and_options_of_a_model_that_nobody
     assert result.output.endswith("2 warnings\n")
 
 
+def test_check_goes_on_where_own_messages_are_missing(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text(
+        "[Require otter.ini]\n[General]\nMessages = missing.yaml\n[Zenoh]\nHear = Abort\n[Simulators.GPS]\nHDPO = 1\n"
+    )
+    result = shoal("check", "mine")
+    assert result.exit_code == 1
+    assert result.output.count("missing.yaml") == 1
+    assert "'HDPO'" in result.output
+
+
 def test_a_folder_is_no_profile(shoal, tmp_path):
     (tmp_path / "boat.ini").mkdir()
     assert "boat" not in shoal("check").output
