@@ -2,7 +2,7 @@
 
 import logging
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -26,6 +26,11 @@ class Transport(Protocol):
     the order in which they were sent, each at most once, and never at their sender. Packets may be lost, but not
     silently: the transport counts them. A packet that was received is not sent on to other transports.
     """
+
+    @property
+    def systems(self) -> Collection[int]:
+        """The systems (ids) that are on these buses themselves, so that their packets need no other way."""
+        ...
 
     def open(self, receive: Callable[[bytes], None]) -> None:
         """Join the other buses; `receive` takes their packets, from any thread. Raises if it cannot join."""
@@ -208,6 +213,10 @@ class Bus:
     def is_attached(self) -> bool:
         """Whether any transport carries what is published."""
         return bool(self._transports)
+
+    def reaches(self, system: int) -> bool:
+        """Whether another system is on the buses that transports join, so that its packets come from there."""
+        return any(system in transport.systems for transport in self._transports)
 
     def attach(self, transport: Transport) -> None:
         """Join the buses that `transport` reaches; transports attached earlier stay.

@@ -28,11 +28,15 @@ class Neighbor:
         self._buses = buses
         self._kinds = kinds
 
+    @property
+    def systems(self) -> list[int]:
+        return [bus.system for bus in self._buses if bus is not self._bus]
+
     def open(self, receive: Callable[[bytes], None]) -> None:
         self._buses.append(self._bus)
 
     def send(self, message: imc.Message, packet: bytes) -> None:
-        if isinstance(message, self._kinds) and self._bus in self._buses:
+        if isinstance(message, self._kinds) and self._bus in self._buses and message.src not in self.systems:
             for bus in self._buses:
                 if bus is not self._bus:
                     bus.hear(message if bus.messages is self._bus.messages else bus.decode(packet), packet)

@@ -36,7 +36,7 @@ class Publisher:
     """One declared publisher, and its last packet; a `reliable` one may wait for a receiver."""
 
     put: Callable[[bytes], object]
-    undeclare: Callable[[], object]
+    undeclare: Callable[[], object] = lambda: None
     reliable: bool = False
     last: bytes = b""
 
@@ -74,35 +74,41 @@ class Numbered:
 
 
 class Publishers:
-    """The publishers of a session by message, source and entity, or message, source, "" and destination."""
+    """The publishers of a session by message, source and entity, or message, source, "" and destination.
 
-    def __init__(self, session: "zenoh.Session") -> None:
+    The states of `vehicle` have zenoh's advanced publishers.
+    """
+
+    def __init__(self, session: "zenoh.Session", vehicle: str) -> None:
         self._session = session
+        self._vehicle = vehicle
         self._declared: dict[Names, Publisher] = {}
-
-    def __len__(self) -> int:
-        return len(self._declared)
+        self._states: dict[Names, Publisher] = {}
 
     def get(self, names: Names) -> Publisher:
         """The publisher of these names. Raises zenoh.ZError if it cannot be declared."""
-        return self._declared.get(names) or self._declare(names)
+        return self._declared.get(names) or self._states.get(names) or self._declare(names)
 
     def last(self) -> list[tuple[Names, bytes]]:
         """The last packet for all of each message, source and entity. Called from any thread."""
-        declared = self._declared.copy()
+        declared = {**self._states.copy(), **self._declared.copy()}
         return [(names, publisher.last) for names, publisher in declared.items() if len(names) == 3 and publisher.last]
 
     def close(self) -> None:
+        """Undeclare the publishers but those of states, which end with the session.
+
+        zenoh waits for their heartbeat task without releasing the interpreter, which other tasks may be waiting for.
+        """
         for publisher in self._declared.values():
             publisher.undeclare()
         self._declared.clear()
 
     def _declare(self, names: Names) -> Publisher:
+        if names[0] in LATCHED and names[1] == self._vehicle and len(names) == 3:
+            return self._states.setdefault(names, self._state(names))
         if len(self._declared) >= MOST_PUBLISHERS:  # a relay can bring packets of ever more sources
             self._declared.pop(next(iter(self._declared))).undeclare()
-        latched = names[0] in LATCHED and len(names) == 3
-        publisher = self._latched(names) if latched else self._numbered(names)
-        return self._declared.setdefault(names, publisher)
+        return self._declared.setdefault(names, self._numbered(names))
 
     def _numbered(self, names: Names) -> Publisher:
         import zenoh
@@ -117,7 +123,7 @@ class Publishers:
         )
         return Publisher(Numbered(publisher, always=urgent).put, cast(Any, publisher).undeclare, urgent)
 
-    def _latched(self, names: Names) -> Publisher:
+    def _state(self, names: Names) -> Publisher:
         """Keeps its last packet for those who join later or have missed it; zenoh numbers the packets."""
         import zenoh.ext
 
@@ -130,4 +136,4 @@ class Publishers:
             sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=HEARTBEAT),
             publisher_detection=True,
         )
-        return Publisher(publisher.put, publisher.undeclare)
+        return Publisher(publisher.put)

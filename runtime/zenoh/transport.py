@@ -18,6 +18,7 @@ from runtime.zenoh.meeting import MeetingPoint, is_held
 from runtime.zenoh.outbox import Outbox
 from runtime.zenoh.presence import Part, Presence
 from runtime.zenoh.publishers import Publisher, Publishers
+from runtime.zenoh.residents import Residents
 from runtime.zenoh.scouting import Scout, hello
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ class ZenohTransport:
         self._session: zenoh.Session | None = None
         self._meeting_point = MeetingPoint(config)
         self._presence: Presence | None = None
+        self._residents = Residents()
         self._scout: Scout | None = None
         self._publishers: Publishers | None = None
         self._outbox = Outbox(self.unsent)
@@ -105,20 +107,33 @@ class ZenohTransport:
             self._scout.open()
         atexit.register(self._abandon)  # an interpreter that ends while threads wait in zenoh aborts
         self._outbox.open()
-        self._publishers = Publishers(session)
+        self._publishers = Publishers(session, self.config.vehicle)
         last = self._publishers.last
+        self._residents.open(session)
         self._answers = Answers(session, self._part, self._outbox, last, self._take, self._concerns)
         self.arrivals.open(session, self.config.vehicle, self.config.hear)
         if self.frames is not None:
             self.frames.open(session)
 
+    @property
+    def systems(self) -> frozenset[int]:
+        """The vehicles that are on this bus themselves."""
+        return self._residents.systems
+
     def send(self, message: imc.Message, packet: bytes) -> None:
-        """Publish a packet, which decodes to `message`. Drops it if a queue is full; never blocks, never raises."""
+        """Publish a packet, which decodes to `message`. Drops it if a queue is full; never blocks, never raises.
+
+        What another vehicle on this bus has sent here by another way is not published again.
+        """
         if self._session is None or self._answers is None:
             return
         place = type(message), message.src, message.src_ent, message.dst
         try:
-            publisher = self._short.get(place) or self._publisher(message, place)
+            publisher = self._short.get(place)
+            if publisher is None:
+                if message.src in self._residents.systems and not self._is_own(message.src):
+                    return
+                publisher = self._publisher(message, place)
             publisher.last = packet
             if publisher.reliable:
                 self._answers.reply(message, packet)
@@ -178,7 +193,7 @@ class ZenohTransport:
         if self._scout is not None:
             self._scout.close()
         self._outbox.close()
-        for part in (self._presence, self._answers, self.frames, self.arrivals, self._publishers):
+        for part in (self._presence, self._residents, self._answers, self.frames, self.arrivals, self._publishers):
             if part is not None:
                 part.close()
         cast(Any, session).close()

@@ -154,7 +154,8 @@ class Discovery(Task):
                 self.report_twin(message.src, f"{readable_name(message.sys_name)} at {address}")
             return
         self.sight(message.src, readable_name(message.sys_name), services.uid, address)
-        self.relay(packet)
+        if not self.vehicle.bus.reaches(message.src):
+            self.relay(packet)
 
     def admits(self, address: str) -> bool:
         """Whether an address may send one more."""

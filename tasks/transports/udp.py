@@ -11,10 +11,10 @@ from runtime import State, consume, param, periodic
 from runtime.task import ParameterError
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.datagrams import Datagram
-from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate, sender
+from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate, sender, source_of
 from tasks.transports.imc_links.listening import ports_from, tell_opened
 from tasks.transports.imc_links.message_list import MessageList, message_named, parse_rate
-from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, UNKNOWN, Drops, Peer, Peers
+from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, ON_THE_BUS, UNKNOWN, Drops, Peer, Peers
 from tasks.transports.imc_links.reach import Reach
 from tasks.transports.imc_links.reader import Reader
 from tasks.transports.imc_links.recent import Recent
@@ -191,7 +191,7 @@ class UDP(Carrier):
     @consume(others=True)
     def meet(self, other: imc.Announce) -> None:
         """Take up a system, or where it is now."""
-        if other.src in (self.system, 0, BROADCAST, UNKNOWN_SYSTEM):
+        if other.src in (self.system, 0, BROADCAST, UNKNOWN_SYSTEM) or self.vehicle.bus.reaches(other.src):
             return
         peer = self.peers.announce(other.src, other.sys_name, Services.parse(other.services), network_time(self))
         if self.reach is not None:
@@ -246,6 +246,9 @@ class UDP(Carrier):
 
     def turn_away(self, packet: bytes, address: str, port: int, reason: str) -> Peer | None:
         """Drop a packet, unless it is the Announce that makes its system a peer."""
+        if reason is UNKNOWN and self.vehicle.bus.reaches(source_of(packet)):
+            self.drops.add(ON_THE_BUS, sender(packet, address))
+            return None
         if self.gate.greets(packet, reason, network_time(self)):
             announce = self.vehicle.bus.decode(packet)
             if isinstance(announce, imc.Announce):
@@ -296,9 +299,12 @@ class UDP(Carrier):
             if not self.missed:
                 self.log.warning("packets come faster than they can be read: some are lost")
             self.missed = missed
-        for peer in (lost := self.peers.forget(network_time(self))):
+        moved, lost = self.peers.dismiss(self.vehicle.bus.reaches), self.peers.forget(network_time(self))
+        for peer in moved:
+            self.log.info(f"{peer.name} (0x{peer.system:04X}) is on the zenoh bus, and no longer in contact over UDP")
+        for peer in lost:
             self.log.info(f"lost contact with {peer.name} (0x{peer.system:04X})")
-        if lost:
+        if moved or lost:
             self.refresh()
         contacts = [f"{peer.name} at {endpoint}" for peer, endpoint in self.peers.contacts(network_time(self))]
         figures = [self.trouble, f"{len(contacts)} in contact" + (f" ({', '.join(contacts)})" if contacts else "")]

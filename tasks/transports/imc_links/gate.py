@@ -81,9 +81,11 @@ class Gate:
         return UNKNOWN if peer is None else peer
 
 
+def source_of(packet: bytes) -> int:
+    """The system in the header of a packet of at least SHORTEST bytes."""
+    return int.from_bytes(packet[14:16], "little" if packet[0] == LITTLE_ENDIAN else "big")
+
+
 def sender(packet: bytes, address: str) -> str:
     """Who sent a datagram, for people."""
-    if len(packet) < SHORTEST:
-        return address
-    source = int.from_bytes(packet[14:16], "little" if packet[0] == LITTLE_ENDIAN else "big")
-    return f"0x{source:04X} at {address}"
+    return address if len(packet) < SHORTEST else f"0x{source_of(packet):04X} at {address}"

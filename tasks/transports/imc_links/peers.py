@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 from ipaddress import IPv4Address
 
@@ -18,6 +18,7 @@ UNKNOWN = "not announced"
 ELSEWHERE = "from an address that it did not announce"
 TOO_FAST = "too fast"
 MALFORMED = "malformed"
+ON_THE_BUS = "came over zenoh, too"
 
 
 @dataclass(slots=True)
@@ -129,6 +130,13 @@ class Peers:
         for system in silent:
             del self.by_id[system]
         return lost
+
+    def dismiss(self, reached: Callable[[int], bool]) -> list[Peer]:
+        """Forget the systems that are reached by another way; returns them."""
+        moved = [peer for system, peer in self.by_id.items() if reached(system)]
+        for peer in moved:
+            del self.by_id[peer.system]
+        return moved
 
     def _make_room(self, now: float) -> bool:
         """Forget the peer that is not in contact and announced itself longest ago."""

@@ -9,7 +9,7 @@ from runtime.kernel import Timer
 from runtime.task import ParameterError
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED
-from tasks.transports.imc_links.peers import MALFORMED, Drops
+from tasks.transports.imc_links.peers import MALFORMED, ON_THE_BUS, Drops
 from tasks.transports.imc_links.recent import Recent
 from tasks.transports.imc_links.sending import Carrier
 
@@ -163,6 +163,9 @@ class StreamCarrier(Carrier):
         """Put a packet on the bus, if it may come from there."""
         head = imc.header(packet)
         kind = imc.packet_id(packet)
+        if self.vehicle.bus.reaches(head.src):
+            self.drops.add(ON_THE_BUS, f"0x{head.src:04X} at {stream.address}")
+            return
         reason = SPOOFED if head.src == self.system else ""
         reason = reason or ("" if self.commanders.allow(head.src, stream.address, kind) else NOT_LISTED)
         if reason:

@@ -19,6 +19,10 @@ class Wire:
         self.receive: Callable[[bytes], None] | None = None
         self.closed = 0
 
+    @property
+    def systems(self) -> tuple[int, ...]:
+        return ()
+
     def open(self, receive: Callable[[bytes], None]) -> None:
         self.receive = receive
 
