@@ -1,7 +1,9 @@
 """IMC over connections: packets in and out of each, with bounds on what a peer can cost."""
 
+import errno
 import socket
 from collections import OrderedDict
+from contextlib import suppress
 
 import imc
 from runtime import param, periodic
@@ -34,6 +36,7 @@ class Stream:
         self.taken = 0
         self.left, self.filled = 0.0, now
         self.rubbish = 0  # bytes since the last good packet
+        self.deaf: OSError | None = None  # why the peer takes nothing more
         opened.setblocking(False)
         opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
@@ -50,12 +53,21 @@ class Stream:
         return self.parser.feed_packets(data) if data else None
 
     def write(self) -> bool:
-        """Send what waits, as far as there is room; whether nothing is left. Raises OSError."""
+        """Send what waits, as far as there is room; whether nothing is left.
+
+        A peer that takes nothing more is deaf. What it has sent before can still be read, and then the end: imcjava
+        connects, sends one command and closes.
+        """
         try:
             while self.waiting:
                 del self.waiting[: self.socket.send(self.waiting)]
         except BlockingIOError:
             return False
+        except OSError as error:
+            self.deaf = error
+            self.waiting.clear()
+            with suppress(OSError):  # a peer that lives nevertheless then ends the connection
+                self.socket.shutdown(socket.SHUT_WR)
         return True
 
     def spend(self, cost: float, rate: float, now: float) -> float:
@@ -144,7 +156,9 @@ class StreamCarrier(Carrier):
             self.log.warning(
                 f"{stream.name} has sent bytes that are no packet: {reason}; further ones are only counted"
             )
-        if ended:
+        if ended and stream.deaf is not None and stream.deaf.errno != errno.EPIPE:
+            self.lose(stream, stream.deaf.strerror or str(stream.deaf), warn=stream.taken > 0)
+        elif ended:
             self.lose(stream, "the peer has closed it", warn=False)
         elif stream.rubbish > LONGEST_RUBBISH:
             self.lose(stream, "it sends no IMC")
@@ -187,7 +201,7 @@ class StreamCarrier(Carrier):
         if message.src != self.system and self.forwarded.has(packet):
             return  # two that forward would never end
         for stream in self.streams.copy():
-            if message.src in stream.systems:
+            if stream.deaf is not None or message.src in stream.systems:
                 continue
             stream.waiting += packet
             if len(stream.waiting) > LONGEST_WAIT:
@@ -204,10 +218,7 @@ class StreamCarrier(Carrier):
         self.flushing = None
         emptied = True
         for stream in self.streams.copy():
-            try:
-                emptied &= stream.write()
-            except OSError as error:
-                self.lose(stream, error.strerror or str(error), warn=stream.taken > 0)
+            emptied &= stream.write()
         if not emptied:
             self.flushing = self.after(RETRY, self.flush)
 

@@ -64,6 +64,26 @@ def test_a_connection_for_one_packet_is_enough():
     assert not run(test).log
 
 
+def test_a_connection_for_one_packet_is_enough_while_the_vehicle_talks():
+    """Who closes after its packet refuses what the vehicle sends; the packet counts nevertheless."""
+
+    async def test(script, server, depths):
+        def talk(left):
+            depths.publish(imc.FuelLevel(value=float(left)))
+            if left:
+                depths.after(0.0002, talk, left - 1)
+
+        for number in range(40):
+            talk(20)
+            with socket.create_connection((HOST, server.open_port)) as opened:
+                opened.sendall(packet(imc.PlanControl(request_id=number)))
+            await script.sleep(0.006)
+        await until(script, lambda: not server.streams)
+        assert [m.request_id for m in depths.heard] == list(range(40))
+
+    assert not run(test, transports=["FuelLevel", "Depth"]).log
+
+
 def test_packets_may_come_in_pieces_and_between_rubbish():
     async def test(script, server, depths):
         peer = Peer.of(server.open_port)
