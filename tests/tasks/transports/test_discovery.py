@@ -8,9 +8,14 @@ import pytest
 
 import imc
 from imc.discovery import Service, Services
+from runtime.kernel import WallClock
+from runtime.networks import interfaces
+from runtime.testing import simulate
+from tasks.transports.announce import BREAK, Announce
 from tests.tasks.transports.imc_station import Station, afloat, free_ports
 
 OWN = 0x001A
+SERVICE = imc.AnnounceService.ServiceType
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +62,47 @@ def test_a_new_system_gets_an_answer_within_a_second_or_two(vessel):
     assert time.monotonic() - began < 2.5
     assert announce.src == OWN
     assert Services.parse(announce.services).endpoints("imc+udp") == (("127.0.0.1", vessel.udp.port),)
+
+
+@pytest.mark.parametrize("reach", ["this computer", "another computer"])
+def test_a_vehicle_on_loopback_answers_this_computer_only(vessel, reach):
+    """Also those of this computer that announce its address in the network; others are heard of over zenoh."""
+    task, sent = vessel.vehicle.task("Transports.Announce"), []
+    own = [each.address for each in interfaces() if not each.is_local]
+    if not own and reach == "this computer":
+        pytest.skip("there is no network")
+    address = own[0] if reach == "this computer" else "203.0.113.9"
+    system = 0x4330 + len(reach)
+
+    def send(by, message, places):
+        sent.extend((place, message.services) for place in places)
+        return set()
+
+    time.sleep(BREAK)  # since the answer to the system of another test
+    task.send = send
+    try:
+        Station(vessel, system).announce(str(Services.of([Service("imc+udp", address, 6001)], uid=system)))
+        vessel.until(lambda: system in task.systems and [place for place, _ in sent if place.port in vessel.ports])
+    finally:
+        del task.send
+    answers = [services for place, services in sent if place.address != "127.0.0.1"]
+    assert len(answers) == (reach == "this computer")
+    assert all(f"imc+udp://127.0.0.1:{vessel.udp.port}/" in services for services in answers)
+
+
+@pytest.mark.parametrize(("kind", "count"), [("LOCAL", 0), ("EXTERNAL", 1)])
+def test_who_could_use_no_service_gets_no_answer(kind, count):
+    sent = []
+
+    async def meet(script):
+        script.task.vehicle.task("Transports.Announce").send = lambda by, message, places: sent.extend(places) or set()
+        script.task.publish(imc.AnnounceService(service="ftp://10.0.0.7:21/", service_type=SERVICE[kind]))
+        other = Services.of([Service("imc+udp", "203.0.113.9", 6001)])
+        script.task.relay(imc.encode(imc.Announce(src=0x4340, sys_name="far", services=str(other))))
+        await script.sleep(0.1)
+
+    simulate(Announce, clock=WallClock(), seconds=0.2, address="0.0.0.0", script=meet)
+    assert [place.port for place in sent if place.address == "203.0.113.9"].count(6001) == count
 
 
 def test_a_service_of_another_task_is_announced_and_a_wrong_one_is_named(vessel):
