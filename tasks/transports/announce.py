@@ -13,7 +13,7 @@ from tasks.transports.imc_links.announcement import (
     local_services,
     spread,
 )
-from tasks.transports.imc_links.sockets import announcer, network_address, network_time
+from tasks.transports.imc_links.sockets import announcer, network_address, network_after, network_time
 
 SHORTEST = 1.2  # s between two announcements; imcjava ignores one that comes within a second
 SOON = 0.2  # s, for several services that begin together
@@ -109,7 +109,7 @@ class Announce(Task):
         if not self.asked:
             self.asked = True
             wait = max(SOON, self.sent + SHORTEST - network_time(self))
-            self.after(wait * self.vehicle.kernel.clock.speed, self.announce)
+            network_after(self, wait, self.announce)
 
     @periodic(1.0)
     def keep_announcing(self) -> None:

@@ -14,6 +14,7 @@ from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED
 from tasks.transports.imc_links.peers import MALFORMED, Drops
 from tasks.transports.imc_links.recent import Recent
 from tasks.transports.imc_links.sending import Carrier
+from tasks.transports.imc_links.sockets import network_after, network_time
 
 READ_SIZE = 4096  # bytes taken from a connection at a time
 LONGEST_WAIT = 1 << 20  # bytes that a peer leaves unread before it is cut off
@@ -163,10 +164,10 @@ class StreamCarrier(Carrier):
         elif stream.rubbish > LONGEST_RUBBISH:
             self.lose(stream, "it sends no IMC")
         else:
-            pause = stream.spend(len(packets or ()) + rubbish / RUBBISH, self.maximum_rate, self.now)
+            pause = stream.spend(len(packets or ()) + rubbish / RUBBISH, self.maximum_rate, network_time(self))
             if pause and stream in self.streams:
                 self.unwatch(stream.socket)
-                self.after(pause, self.go_on, stream)
+                network_after(self, pause, self.go_on, stream)
 
     def go_on(self, stream: Stream) -> None:
         """Read again from a peer that had to wait."""
@@ -196,7 +197,7 @@ class StreamCarrier(Carrier):
             self.carry(message, packet)
 
     def carry(self, message: imc.Message, packet: bytes) -> None:
-        if not self.streams or not self.messages.passes(message, self.now):
+        if not self.streams or not self.messages.passes(message, network_time(self)):
             return
         if message.src != self.system and self.forwarded.has(packet):
             return  # two that forward would never end
@@ -220,7 +221,7 @@ class StreamCarrier(Carrier):
         for stream in self.streams.copy():
             emptied &= stream.write()
         if not emptied:
-            self.flushing = self.after(RETRY, self.flush)
+            self.flushing = network_after(self, RETRY, self.flush)
 
     @periodic(1.0)
     def look_after(self) -> None:

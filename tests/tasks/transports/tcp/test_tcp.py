@@ -7,7 +7,7 @@ import time
 import imcpy
 
 import imc
-from runtime.kernel import WallClock, parse_clock
+from runtime.kernel import ScaledClock, WallClock, parse_clock
 from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
@@ -217,6 +217,17 @@ def test_a_peer_that_vanishes_is_noticed():
         assert not server.subscriptions
 
     run(test)
+
+
+def test_a_client_of_a_scaled_vehicle_has_its_own_seconds():
+    async def test(script, server, depths):
+        peer, began = Peer.of(server.open_port), time.monotonic()
+        peer.send(packet(imc.Heartbeat()) * 600)
+        await until(script, lambda: time.monotonic() > began + 0.5)
+        assert 2 <= len(peer.of_type(imc.Depth)) <= 7, "10 Hz"
+        assert len(depths.heard) <= 400, "200 at once, and 200 per second"
+
+    run(test, clock=ScaledClock(20.0), rate_limiters=["Depth:10"], maximum_rate=200.0)
 
 
 def test_a_taken_port_is_left_to_its_owner():
