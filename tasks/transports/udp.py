@@ -23,6 +23,7 @@ from tasks.transports.imc_links.sockets import bound, network_address, network_t
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
 OUT_OF_RANGE = "out of range"
+BREAK = 1.0  # s between two greetings of one system
 REPEATS = 1024  # forwarded packets that are remembered
 WHY = {
     UNKNOWN: "it has to send an Announce first",
@@ -224,13 +225,23 @@ class UDP(Carrier):
             self.taken += 1
             peer.taken += 1
             peer.heard = now
-            if peer.sees != address:
-                peer.sees = address
-                self.refresh()
-                self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
-                self.greet(peer)
+            if peer.sees == address:
+                peer.there = now
+            elif not peer.stays(address, now):
+                self.follow(peer, address, now)
             if forwards:
                 self.carry(message, packet)
+
+    def follow(self, peer: Peer, address: str, now: float) -> None:
+        """Send to where a system is now; a new place is greeted, but not so often that it could be a nuisance there."""
+        new = address not in peer.places
+        peer.settle(address, now)
+        self.refresh()
+        if now - peer.greeted >= BREAK:
+            peer.greeted = now
+            self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
+            if new:
+                self.greet(peer)
 
     def greet(self, peer: Peer) -> None:
         """Tell a system that has come the last states, which it would have to wait for."""

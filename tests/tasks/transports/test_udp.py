@@ -108,6 +108,27 @@ def test_a_peer_that_moves_to_another_address_is_followed_when_it_sends_from_the
     assert vessel.udp.peers.find(0x4201).endpoint == ("127.0.0.2", console.port)
 
 
+def test_a_peer_that_sends_by_turns_from_two_addresses_is_greeted_once(vessel):
+    one, two = Station(vessel, 0x4203), Station(vessel, 0x4203, address="127.0.0.2")
+    vessel.until(lambda: imc.FuelLevel in {type(state) for state, _ in vessel.udp.states.values()})
+    both = [Service("imc+udp", station.address, station.port) for station in (one, two)]
+    one.announce(str(Services.of(both, uid=1)))
+    vessel.until(lambda: vessel.udp.peers.find(0x4203))
+    for _ in range(20):
+        for station in (one, two):
+            station.send(imc.Heartbeat())
+            time.sleep(0.005)
+    vessel.until(lambda: vessel.udp.peers.find(0x4203).taken == 40)
+    assert sum("in contact with ccu-test (0x4203)" in text for text in vessel.log) == 1
+    assert sum(len(station.messages(imc.FuelLevel)) for station in (one, two)) <= 2, "it comes every 10 s"
+    one.packets(), two.packets()
+    assert two.get(imc.EulerAngles), "where it came last"
+    assert not one.packets()
+    time.sleep(1.0)
+    one.send(imc.Heartbeat())
+    assert one.get(imc.EulerAngles), "it has come back"
+
+
 def test_nothing_comes_back_and_nothing_is_forwarded_to_others(vessel):
     one, two = Station(vessel, system=0x4001).join(), Station(vessel, system=0x4002).join()
     texts = vessel.hears(imc.TextMessage)
