@@ -8,6 +8,7 @@ import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
 from runtime import State, consume, param, periodic
+from runtime.profile import items
 from runtime.task import ParameterError
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.datagrams import Datagram
@@ -121,7 +122,7 @@ class UDP(Carrier):
             names = [*self.transports, *(parse_rate(rate)[0] for rate in rates)]
             self.lists[system] = self.message_list(names, [*self.rate_limiters, *rates])
         if not hasattr(self, "peers"):  # they stay if parameters change, or the task is restarted
-            self.peers = Peers()
+            self.peers, self.positions = Peers(), Reach()
         self.peers.timeout, self.peers.kept = self.contact_timeout, self.commanders.listed
         self.peers.called = given("Call Systems", lambda: Consoles(self.call_systems, id_of).listed)
         self.gate = Gate(
@@ -132,11 +133,12 @@ class UDP(Carrier):
             ignore_filter=self.ignore_filter,
             rate=self.maximum_rate,
         )
-        self.reach = None
-        if self.communication_range and "Simulation" in self.vehicle.profile.value("General", "Selected", ""):
+        self.reach: Reach | None = None
+        if self.communication_range and "Simulation" in items(self.vehicle.profile.value("General", "Selected", "")):
             schema = self.vehicle.bus.messages
             always = [schema[name].ID for name in self.always_transmitted_messages if name in schema]
-            self.reach = Reach(self.communication_range, self.underwater_communications, always)
+            self.reach = self.positions
+            self.reach.limit(self.communication_range, self.underwater_communications, always)
         super().configure()
 
     def start(self) -> None:
@@ -195,8 +197,7 @@ class UDP(Carrier):
         if other.src in (self.system, 0, BROADCAST, UNKNOWN_SYSTEM):
             return
         peer = self.peers.announce(other.src, other.sys_name, Services.parse(other.services), network_time(self))
-        if self.reach is not None:
-            self.reach.sight(other)
+        self.positions.sight(other)
         if peer is None:
             if self.drops.add("announced beyond the systems in contact", f"0x{other.src:04X}"):
                 self.log.warning(f"{MOST_PEERS} systems are in contact: there is no room for 0x{other.src:04X}")
@@ -222,6 +223,8 @@ class UDP(Carrier):
                 self.drop(MALFORMED, sender(datagram, address), error.reason)
                 continue
             publish(message, packet, self)
+            if isinstance(message, imc.Announce):
+                self.meet(message)
             self.taken += 1
             peer.taken += 1
             peer.heard = now
@@ -252,8 +255,8 @@ class UDP(Carrier):
 
     def keep(self, state: imc.Message, packet: bytes) -> None:
         super().keep(state, packet)
-        if self.reach is not None and isinstance(state, imc.EstimatedState):
-            self.reach.locate(state)
+        if isinstance(state, imc.EstimatedState):
+            self.positions.locate(state)
 
     def turn_away(self, packet: bytes, address: str, port: int, reason: str) -> Peer | None:
         """Drop a packet, unless it is the Announce that makes its system a peer."""

@@ -8,7 +8,9 @@ import pytest
 
 import imc
 from imc.discovery import Service, Services
-from runtime.kernel import ScaledClock
+from runtime.kernel import ScaledClock, WallClock
+from runtime.testing import simulate
+from tasks.transports.udp import UDP
 from tests.outside import free_port
 from tests.tasks.transports.imc_station import Afloat, Station, afloat
 
@@ -305,6 +307,33 @@ def test_a_simulated_radio_reaches_so_far(tmp_path):
         assert [text.src for text in texts] == [near.system]
         assert not [m for m in far.messages() if not isinstance(m, (imc.SimulatedState, imc.Announce))]
         assert vessel.udp.drops["out of range"]["ccu-test"] >= 1
+
+
+def test_a_simulated_radio_keeps_the_positions_and_hears_who_comes_back(tmp_path):
+    with afloat(tmp_path, "Transports.UDP:Communication Range=1000") as vessel:
+        here = vessel.until(lambda: [s for s, _ in vessel.udp.states.values() if isinstance(s, imc.EstimatedState)])[0]
+        console = Station(vessel, system=0x4503)
+        console.announce(lat=here.lat, lon=here.lon)
+        vessel.until(lambda: vessel.udp.peers.find(console.system))
+        wish = imc.EntityParameter(name="Communication Range", value="2000")
+        label = vessel.udp.entity.label
+        console.send(imc.SetEntityParameters(name=label, params=(wish,), dst=OWN))
+        vessel.until(lambda: vessel.udp.communication_range == 2000)
+        console.packets()
+        assert console.get(imc.EulerAngles, patience=2.0), "nobody has announced anything since"
+        console.announce(lat=0.5, lon=here.lon)
+        vessel.until(lambda: not vessel.udp.reach.has(console.system, imc.EulerAngles.ID))
+        time.sleep(0.1)
+        assert not [m for m in console.during(0.2) if isinstance(m, imc.EulerAngles)]
+        console.announce(lat=here.lat, lon=here.lon, port=vessel.udp.port)
+        assert console.get(imc.EulerAngles, patience=2.0)
+
+
+def test_only_in_mode_simulation_the_radio_is_simulated():
+    for mode, limited in (("Simulation", True), ("HardwareSimulation", False), ("Hardware/Simulation", False)):
+        settings, wanted = {"General": {"Selected": mode}}, {"communication_range": 10.0, "local_port": 0}
+        done = simulate(UDP, clock=WallClock(), seconds=0.0, settings=settings, **wanted)
+        assert (done.task.reach is not None) == limited
 
 
 def test_a_taken_port_gives_the_next_and_opened_networks_are_told(tmp_path):
