@@ -1,15 +1,13 @@
 """IMC over UDP, for Neptus, DUNE, imcjava and imcpy."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from socket import socket
-from typing import TypeVar
 
 import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
 from runtime import State, consume, param, periodic
 from runtime.profile import items
-from runtime.task import ParameterError
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.datagrams import Datagram
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate, sender
@@ -19,7 +17,7 @@ from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, UNKNOWN, Dro
 from tasks.transports.imc_links.reach import Reach
 from tasks.transports.imc_links.reader import Reader
 from tasks.transports.imc_links.recent import Recent
-from tasks.transports.imc_links.sending import Carrier
+from tasks.transports.imc_links.sending import Carrier, given
 from tasks.transports.imc_links.sockets import bound, network_address, network_time
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
@@ -31,8 +29,6 @@ WHY = {
     SPOOFED: "it sends our packets back, or is a second vehicle with our id",
     NOT_LISTED: "see Consoles",
 }
-
-T = TypeVar("T")
 
 
 def parse_endpoint(text: str) -> Endpoint:
@@ -50,14 +46,6 @@ def parse_peer_rate(item: str) -> tuple[str, str]:
         raise ValueError(f"{item.strip()!r} is not a system, a message and a rate, such as 0x4001/EstimatedState:20")
     parse_rate(rate)
     return name.strip(), rate
-
-
-def given(option: str, make: Callable[[], T]) -> T:
-    """What `make` reads from an option. Raises ParameterError."""
-    try:
-        return make()
-    except ValueError as error:
-        raise ParameterError(option, str(error)) from None
 
 
 class UDP(Carrier):

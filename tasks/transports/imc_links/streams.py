@@ -8,12 +8,11 @@ from contextlib import suppress
 import imc
 from runtime import param, periodic
 from runtime.kernel import Timer
-from runtime.task import ParameterError
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED
 from tasks.transports.imc_links.peers import MALFORMED, Drops
 from tasks.transports.imc_links.recent import Recent
-from tasks.transports.imc_links.sending import Carrier
+from tasks.transports.imc_links.sending import Carrier, given
 from tasks.transports.imc_links.sockets import network_after, network_time
 
 READ_SIZE = 4096  # bytes taken from a connection at a time
@@ -94,10 +93,7 @@ class StreamCarrier(Carrier):
     )
 
     def configure(self) -> None:
-        try:
-            self.commanders = Consoles(self.consoles, self.vehicle.systems.id)
-        except ValueError as error:
-            raise ParameterError("Consoles", str(error)) from None
+        self.commanders = given("Consoles", lambda: Consoles(self.consoles, self.vehicle.systems.id))
         super().configure()
 
     def start(self) -> None:

@@ -354,6 +354,7 @@ def test_a_taken_port_gives_the_next_and_opened_networks_are_told(tmp_path):
         ("Consoles", "neptus", "'neptus' is not in [IMC Addresses]"),
         ("Rate Limiters", "EstimatedState", "'EstimatedState' is not a message and its rate in Hz"),
         ("Filtered Entities", "Voltage", "'Voltage' is not a message and its entities"),
+        ("Custom Filters", "its rate in Hz", "'its rate in Hz' is not one of EntityStateChangeFilter"),
         ("Peer Rates", "EstimatedState:2", "'EstimatedState:2' is not a system, a message and a rate"),
     ],
 )
