@@ -13,7 +13,7 @@ from tasks.transports.imc_links.announcement import (
     local_services,
     spread,
 )
-from tasks.transports.imc_links.sockets import announcer, network_address, network_time
+from tasks.transports.imc_links.sockets import announcer, network_address, network_after, network_time
 
 SHORTEST = 1.2  # s between two announcements; imcjava ignores one that comes within a second
 SOON = 0.2  # s, for several services that begin together
@@ -91,19 +91,25 @@ class Announce(Task):
             self.announce_soon()
             if places and self.offered and network_time(self) - self.answered >= BREAK:
                 self.answered = network_time(self)
-                self.answer_at(places[0])
+                self.answer_at(places)
 
-    def answer_at(self, place: Endpoint) -> None:
-        """Announce to one system."""
-        offered, own = self.offered.values(), [network.address for network in self.networks()]
-        services = local_services(offered) if is_local(place.address) else external_services(offered, own)
-        self.send("", self.message(services), [place])
+    def answer_at(self, places: Iterable[Endpoint]) -> None:
+        """Announce to one system, where our own address reaches it: from loopback that is this computer only."""
+        offered, confined = self.offered.values(), is_local(self.place)
+        here = {each.address for each in interfaces()} if confined else set[str]()
+        for place in places:
+            local = is_local(place.address) or place.address in here
+            if local or not confined:
+                own = [network.address for network in self.networks()]
+                if services := local_services(offered) if local else external_services(offered, own):
+                    self.send("", self.message(services), [place])
+                return
 
     def announce_soon(self) -> None:
         if not self.asked:
             self.asked = True
             wait = max(SOON, self.sent + SHORTEST - network_time(self))
-            self.after(wait * self.vehicle.kernel.clock.speed, self.announce)
+            network_after(self, wait, self.announce)
 
     @periodic(1.0)
     def keep_announcing(self) -> None:

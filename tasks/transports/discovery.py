@@ -13,7 +13,7 @@ from tasks.transports.imc_links.peers import Drops, Peer
 from tasks.transports.imc_links.reader import Reader
 from tasks.transports.imc_links.recent import Recent
 from tasks.transports.imc_links.sharing import Follower, Leader
-from tasks.transports.imc_links.sockets import announce_sockets, network_address, network_time
+from tasks.transports.imc_links.sockets import announce_sockets, network_address, network_after, network_time
 
 FORGOTTEN = 4.5 * PERIOD  # s after which a system is no longer within range
 MOST_SYSTEMS = 256
@@ -22,6 +22,9 @@ MOST_SENDERS = 64
 RATE = 20.0  # Announces per second from one address of another computer
 LOCAL_RATE = 200.0  # from this one, where a fleet may run
 REMEMBERED = 256  # packets, since each comes by several ways
+PULSE = 1.0  # s between two signs of life of the vehicle that listens for all
+LONGEST_SILENCE = 5  # of them missing until a follower listens itself
+MOST_REFUSALS = 2  # one may come from a vehicle that ends or begins just now
 NOT_AN_ANNOUNCE = "no Announce"
 
 
@@ -40,7 +43,8 @@ class Discovery(Task):
     """Takes the Announces of other systems at the first free port.
 
     Of the vehicles of one user on a computer only one has a port: it hands on what it hears to the others, and if it
-    ends, another takes its place. Each Announce is put on the bus once. Two systems that use one id are reported.
+    ends, another takes its place. If it falls silent, the others listen themselves. Each Announce is put on the bus
+    once. Two systems that use one id are reported.
     """
 
     external = True
@@ -69,7 +73,7 @@ class Discovery(Task):
         self.reader: Reader | None = None
         self.leader: Leader | None = None
         self.follower: Follower | None = None
-        self.port = 0
+        self.port = self.refusals = 0
         self.trouble = ""
         self.drops = Drops()
         self.recent = Recent(REMEMBERED)
@@ -77,6 +81,7 @@ class Discovery(Task):
         self.seen: dict[int, list[Sighting]] = {}
         self.twins: dict[tuple[int, str], float] = {}
         self.open()
+        network_after(self, PULSE, self.keep_listening)
 
     def stop(self) -> None:
         for each in (self.reader, self.leader, self.follower):
@@ -84,48 +89,82 @@ class Discovery(Task):
                 each.close()
 
     def open(self) -> None:
-        """Listen, or follow the vehicle that does; if that fails, the reason is logged once."""
-        ports = ", ".join(map(str, self.ports))
-        name = f"{self.place}-{self.multicast_address}-{ports.replace(' ', '')}"
+        """Listen for all, or follow the vehicle that does."""
+        ports = ",".join(map(str, self.ports))
+        name = f"{self.place}-{self.multicast_address}-{ports}"
         try:
             self.leader = Leader(self, name)
         except FileExistsError:
-            try:
-                self.follower = Follower(self, name, self.take_one, self.lose_leader)
-            except PermissionError:
-                self.leader = None  # somebody else's program: do not rely on it
-            except OSError:
-                return  # it has just ended
-            else:
-                self.trouble = ""
-                return
+            self.follow(name)
         except OSError:
-            self.leader = None  # the system cannot do it: a port for each
-        if (reason := self.listen(ports)) and self.leader is not None:
-            self.leader.close()
-            self.leader = None
-        if reason not in ("", self.trouble):
-            self.log.warning(
-                f"hears no announcements, so systems have to announce themselves at its UDP port: {reason}"
-            )
-        self.trouble = reason
+            self.listen()  # the system cannot do it: a port for each
+        else:
+            if not self.listen():
+                self.leader.close()
+                self.leader = None
 
-    def listen(self, ports: str) -> str:
-        """Open the first free port; the reason if there is none."""
+    def follow(self, name: str) -> None:
+        try:
+            self.follower = Follower(self, name, self.take_one, self.lose_leader)
+        except PermissionError:
+            self.listen()  # somebody else's program: do not rely on it
+        except OSError:
+            self.note_refusal()
+
+    def listen(self, why: str = "") -> bool:
+        """Open the first free port; if there is none, or it is a second choice, the reason is logged once."""
         reason = ""
         for port in self.ports:
             try:
                 sockets = announce_sockets(self.place, port, self.multicast_address)
             except OSError as error:
-                reason = f"{self.place}: {error.strerror}: ports {ports}"
+                reason = f"{self.place}: {error.strerror}: ports {', '.join(map(str, self.ports))}"
                 continue
-            self.port, self.reader = port, Reader(self, sockets, self.take)
-            return ""
-        return reason
+            if why:
+                self.log.warning(f"{why}: listens itself, at port {port}")
+            self.port, self.reader, self.trouble = port, Reader(self, sockets, self.take), ""
+            return True
+        reason = f"{why}; {reason}" if why else reason
+        if reason != self.trouble:
+            self.log.warning(
+                f"hears no announcements, so systems have to announce themselves at its UDP port: {reason}"
+            )
+        self.trouble = reason
+        return False
 
     def lose_leader(self) -> None:
+        """Take the place of the one that has ended; one that ends without a word has no room for us."""
+        welcome = self.follower is not None and self.follower.welcome
         self.follower = None
-        self.open()
+        if welcome:
+            self.refusals = 0
+            self.open()
+        else:
+            self.note_refusal()
+
+    def note_refusal(self) -> None:
+        self.refusals += 1
+        if self.refusals >= MOST_REFUSALS:
+            self.listen("the program that should listen for all takes nobody")
+
+    def keep_listening(self) -> None:
+        """Show the followers that we live, or listen if nobody does it for us."""
+        network_after(self, PULSE, self.keep_listening)
+        if self.leader is not None:
+            self.leader.pulse()
+        elif self.follower is not None:
+            self.judge(self.follower)
+        elif self.reader is None:
+            self.open()
+
+    def judge(self, leader: Follower) -> None:
+        """Follow no longer if the leader is silent, except where there is no port left."""
+        if leader.count() > LONGEST_SILENCE:
+            if self.listen("the vehicle that listens for all is silent"):
+                leader.close()
+                self.follower = None
+        elif leader.welcome:
+            self.trouble, self.refusals = "", 0
 
     def take(self, datagrams: list[Datagram]) -> None:
         for packet, address, _ in datagrams:
@@ -199,8 +238,6 @@ class Discovery(Task):
     @periodic(1.0)
     def report(self) -> None:
         """Forget who is out of range, and report who is within."""
-        if self.reader is None and self.follower is None:
-            self.open()
         since = network_time(self) - FORGOTTEN
         for system, runs in list(self.seen.items()):
             runs[:] = [run for run in runs if run.last > since]

@@ -95,7 +95,8 @@ class FTP(Task):
         self._trouble = ""
         self.accompany(self._server.run)
         service = Service("ftp", self.place, self.port)
-        tell_opened(self, service, self.control_port, "whoever reaches it can read the logs")
+        may = "read and remove" if self.allow_deletion else "read"
+        tell_opened(self, service, self.control_port, f"whoever reaches it can {may} the logs")
         self.report()
 
     def _note(self, text: str) -> None:

@@ -8,6 +8,7 @@ from mavlink import KINDS, SYSTEMS, Flavour, Received, load_dialect, split, syst
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
 from runtime.task import ParameterError
+from tasks.transports.imc_links.sockets import network_speed
 from tasks.transports.mavlink_protocol.links import Link, parse_route
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 from tasks.transports.mavlink_protocol.services import serve
@@ -67,6 +68,7 @@ class MAVLink(Task):
 
     def start(self) -> None:
         self.open_links: list[Link] = []
+        self.speed = network_speed(self)
         self.counts: Counter[str] = Counter()
         self.excess_due = 0.0
         self.closed: dict[str, str] = dict.fromkeys(self.links, "")
@@ -103,7 +105,7 @@ class MAVLink(Task):
         """Forget silent peers and old figures, retry links that could not be opened, and report the state."""
         self.autopilot.forget_old(self.now)
         for link in self.open_links:
-            link.forget_silent(self.now - self.peer_timeout)
+            link.forget_silent(self.now - self.peer_timeout * self.speed)
         if self.now >= self.excess_due and any(link.dropped for link in self.open_links):
             self.excess_due = self.now + EXCESS_PERIOD
             excess = ", ".join(words for link in self.open_links if (words := link.excess()))
@@ -121,7 +123,7 @@ class MAVLink(Task):
     def open(self, words: str, trouble: str) -> None:
         """Open a link; if that fails, the same reason is logged only once."""
         try:
-            link = Link(parse_route(words), self.meet, peers=self.maximum_peers, counts=self.counts)
+            link = Link(parse_route(words), self.meet, peers=self.maximum_peers, counts=self.counts, speed=self.speed)
         except (ValueError, OSError) as error:
             reason = str(error) if isinstance(error, ValueError) else f"{words}: {error.strerror}"
             if reason != trouble:
@@ -137,7 +139,7 @@ class MAVLink(Task):
         self.watch(link.socket, self.receive)
 
     def meet(self, flavour: Flavour, transmit: Callable[[bytes], object]) -> Session:
-        return Session(self.autopilot, flavour, transmit, self.now)
+        return Session(self.autopilot, flavour, transmit, self.now, self.speed)
 
     def sessions(self) -> Iterator[Session]:
         return (session for link in self.open_links for session in link.sessions.values())

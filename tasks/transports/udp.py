@@ -1,14 +1,13 @@
 """IMC over UDP, for Neptus, DUNE, imcjava and imcpy."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from socket import socket
-from typing import TypeVar
 
 import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
 from runtime import State, consume, param, periodic
-from runtime.task import ParameterError
+from runtime.profile import items
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.datagrams import Datagram
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate, sender, source_of
@@ -18,19 +17,18 @@ from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, ON_THE_BUS, 
 from tasks.transports.imc_links.reach import Reach
 from tasks.transports.imc_links.reader import Reader
 from tasks.transports.imc_links.recent import Recent
-from tasks.transports.imc_links.sending import Carrier
+from tasks.transports.imc_links.sending import Carrier, given
 from tasks.transports.imc_links.sockets import bound, network_address, network_time
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
 OUT_OF_RANGE = "out of range"
+BREAK = 1.0  # s between two greetings of one system
 REPEATS = 1024  # forwarded packets that are remembered
 WHY = {
     UNKNOWN: "it has to send an Announce first",
     SPOOFED: "it sends our packets back, or is a second vehicle with our id",
     NOT_LISTED: "see Consoles",
 }
-
-T = TypeVar("T")
 
 
 def parse_endpoint(text: str) -> Endpoint:
@@ -48,14 +46,6 @@ def parse_peer_rate(item: str) -> tuple[str, str]:
         raise ValueError(f"{item.strip()!r} is not a system, a message and a rate, such as 0x4001/EstimatedState:20")
     parse_rate(rate)
     return name.strip(), rate
-
-
-def given(option: str, make: Callable[[], T]) -> T:
-    """What `make` reads from an option. Raises ParameterError."""
-    try:
-        return make()
-    except ValueError as error:
-        raise ParameterError(option, str(error)) from None
 
 
 class UDP(Carrier):
@@ -120,7 +110,7 @@ class UDP(Carrier):
             names = [*self.transports, *(parse_rate(rate)[0] for rate in rates)]
             self.lists[system] = self.message_list(names, [*self.rate_limiters, *rates])
         if not hasattr(self, "peers"):  # they stay if parameters change, or the task is restarted
-            self.peers = Peers()
+            self.peers, self.positions = Peers(), Reach()
         self.peers.timeout, self.peers.kept = self.contact_timeout, self.commanders.listed
         self.peers.called = given("Call Systems", lambda: Consoles(self.call_systems, id_of).listed)
         self.gate = Gate(
@@ -131,11 +121,12 @@ class UDP(Carrier):
             ignore_filter=self.ignore_filter,
             rate=self.maximum_rate,
         )
-        self.reach = None
-        if self.communication_range and "Simulation" in self.vehicle.profile.value("General", "Selected", ""):
+        self.reach: Reach | None = None
+        if self.communication_range and "Simulation" in items(self.vehicle.profile.value("General", "Selected", "")):
             schema = self.vehicle.bus.messages
             always = [schema[name].ID for name in self.always_transmitted_messages if name in schema]
-            self.reach = Reach(self.communication_range, self.underwater_communications, always)
+            self.reach = self.positions
+            self.reach.limit(self.communication_range, self.underwater_communications, always)
         super().configure()
 
     def start(self) -> None:
@@ -194,8 +185,7 @@ class UDP(Carrier):
         if other.src in (self.system, 0, BROADCAST, UNKNOWN_SYSTEM) or self.vehicle.bus.reaches(other.src):
             return
         peer = self.peers.announce(other.src, other.sys_name, Services.parse(other.services), network_time(self))
-        if self.reach is not None:
-            self.reach.sight(other)
+        self.positions.sight(other)
         if peer is None:
             if self.drops.add("announced beyond the systems in contact", f"0x{other.src:04X}"):
                 self.log.warning(f"{MOST_PEERS} systems are in contact: there is no room for 0x{other.src:04X}")
@@ -221,16 +211,28 @@ class UDP(Carrier):
                 self.drop(MALFORMED, sender(datagram, address), error.reason)
                 continue
             publish(message, packet, self)
+            if isinstance(message, imc.Announce):
+                self.meet(message)
             self.taken += 1
             peer.taken += 1
             peer.heard = now
-            if peer.sees != address:
-                peer.sees = address
-                self.refresh()
-                self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
-                self.greet(peer)
+            if peer.sees == address:
+                peer.there = now
+            elif not peer.stays(address, now):
+                self.follow(peer, address, now)
             if forwards:
                 self.carry(message, packet)
+
+    def follow(self, peer: Peer, address: str, now: float) -> None:
+        """Send to where a system is now; a new place is greeted, but not so often that it could be a nuisance there."""
+        new = address not in peer.places
+        peer.settle(address, now)
+        self.refresh()
+        if now - peer.greeted >= BREAK:
+            peer.greeted = now
+            self.log.info(f"in contact with {peer.name} (0x{peer.system:04X}) at {peer.endpoint or address}")
+            if new:
+                self.greet(peer)
 
     def greet(self, peer: Peer) -> None:
         """Tell a system that has come the last states, which it would have to wait for."""
@@ -241,8 +243,8 @@ class UDP(Carrier):
 
     def keep(self, state: imc.Message, packet: bytes) -> None:
         super().keep(state, packet)
-        if self.reach is not None and isinstance(state, imc.EstimatedState):
-            self.reach.locate(state)
+        if isinstance(state, imc.EstimatedState):
+            self.positions.locate(state)
 
     def turn_away(self, packet: bytes, address: str, port: int, reason: str) -> Peer | None:
         """Drop a packet, unless it is the Announce that makes its system a peer."""

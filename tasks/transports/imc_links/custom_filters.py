@@ -12,6 +12,7 @@ class EntityStateChangeFilter:
     """Lets an EntityState of the entities `words`, or of all, through if the state is not the one before."""
 
     message = "EntityState"
+    remembers = True  # what it let through, so nothing else may refuse that
     words: Collection[str] = ()
 
     def __init__(self, words: Collection[str], label: Callable[[int, int], str]):
@@ -33,6 +34,7 @@ class LogBookEntryFilter:
     """Lets a LogBookEntry of the types `words`, or of all, through."""
 
     message = "LogBookEntry"
+    remembers = False
     words: Collection[str] = tuple(imc.LogBookEntry.Type.__members__)
 
     def __init__(self, words: Collection[str], label: Callable[[int, int], str]):

@@ -55,8 +55,9 @@ class MessageList:
     """The messages that a transport sends: their types, and which of them pass.
 
     `names` are those of messages; a message of `rates` passes so often per second and entity, one of `entities` only if
-    an entity with one of these labels sent it; what passes that also has to pass the filters of `custom`. If a message
-    is listed twice, the last item counts. `label(system, entity)` is the label of an entity. `unknown` are the names
+    an entity with one of these labels sent it; it also has to pass the filters of `custom`. What they refuse does not
+    count for its rate, except where they compare with what was sent before. If a message is listed twice, the last item
+    counts. `label(system, entity)` is the label of an entity. `unknown` are the names
     that `schema` does not have.
     Raises ValueError for an item that is not in the syntax.
     """
@@ -109,7 +110,8 @@ class _Filter:
         label: Callable[[int, int], str],
         custom: Custom | None,
     ):
-        self._custom = custom
+        self._filter = custom if custom is not None and not custom.remembers else None
+        self._change = custom if custom is not None and custom.remembers else None
         self._period = 1.0 / hertz if hertz else math.inf
         self._labels = labels
         self._label = label
@@ -117,7 +119,7 @@ class _Filter:
 
     def concerns(self, message: imc.Message) -> bool:
         wanted = self._labels is None or self._label(message.src, message.src_ent) in self._labels
-        return wanted and self._period != math.inf
+        return wanted and self._period != math.inf and (self._filter is None or self._filter(message))
 
     def passes(self, message: imc.Message, now: float) -> bool:
         if not self.concerns(message):
@@ -132,4 +134,4 @@ class _Filter:
         if len(self._due) >= MOST_SOURCES and source not in self._due:
             self._due.clear()
         self._due[source] = max(due, now - slack) + period
-        return self._custom is None or self._custom(message)
+        return self._change is None or self._change(message)

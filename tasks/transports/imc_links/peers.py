@@ -10,6 +10,7 @@ from imc.discovery import PERIOD, Endpoint, Services, readable_name
 
 MOST_PEERS = 64
 MOST_ADDRESSES = 16  # of one peer
+STAY = 1.0  # s without a datagram from an address until one from an earlier one counts more
 KEPT = 4.5 * PERIOD  # s that an address counts after it was announced last
 MOST_NAMED = 64  # senders whose drops are counted by name
 OTHERS = "others"
@@ -25,7 +26,8 @@ ON_THE_BUS = "came over zenoh, too"
 class Peer:
     """A system that has announced itself: `addresses` are its ports by address, and when they were announced (s).
 
-    `sees` is where its last datagram came from, None before the first; `heard` when it came (s).
+    `sees` is where its datagrams come from, None before the first; `heard` is when the last one came, `there` when the
+    last one came from `sees` (s). `places` are the addresses that it was seen at, `greeted` is when it was greeted (s).
     """
 
     system: int
@@ -35,6 +37,9 @@ class Peer:
     announced: float = -math.inf
     sees: str | None = None
     heard: float = -math.inf
+    there: float = -math.inf
+    places: dict[str, None] = field(default_factory=dict[str, None])
+    greeted: float = -math.inf
     taken: int = 0
     left: float = math.inf  # datagrams that it may still send at once
     filled: float = 0.0  # when `left` was brought up to date (s)
@@ -49,6 +54,17 @@ class Peer:
             return None
         address = self.sees or next(each for each, place in self.addresses.items() if place is here)
         return Endpoint(address, here[0])
+
+    def stays(self, address: str, now: float) -> bool:
+        """Whether it is still at another address that it sends from by turns, rather than now at this one."""
+        return address in self.places and now - self.there < STAY
+
+    def settle(self, address: str, now: float) -> None:
+        """Note that it is at an address now."""
+        self.sees, self.there = address, now
+        self.places[address] = None
+        if len(self.places) > MOST_ADDRESSES:
+            del self.places[next(iter(self.places))]
 
     def admits(self, now: float, rate: float) -> bool:
         """Whether it may send one more datagram; it may send `rate` per second, and as many at once after a pause."""
@@ -92,7 +108,7 @@ class Peers:
                 return None
             peer = self.by_id[system] = Peer(system, readable_name(name), filled=now)
         if services.uid and services.uid != peer.uid:  # it has started again, maybe elsewhere
-            peer.uid, peer.addresses = services.uid, {}
+            peer.uid, peer.addresses, peer.places = services.uid, {}, {}
         peer.name, peer.announced = readable_name(name), now
         for address in dict.fromkeys(service.address for service in services.each if _is_host(service.address)):
             peer.addresses.setdefault(address, (0, now))
@@ -126,6 +142,7 @@ class Peers:
         lost = [peer for peer in self.by_id.values() if peer.sees is not None and not self.in_contact(peer, now)]
         for peer in lost:
             peer.sees = None
+            peer.places.clear()
         silent = [s for s, peer in self.by_id.items() if peer.sees is None and now - peer.announced > KEPT]
         for system in silent:
             del self.by_id[system]

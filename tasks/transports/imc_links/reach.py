@@ -14,13 +14,19 @@ MOST_SYSTEMS = 256
 class Reach:
     """Who is near enough, by the position of the vehicle and those that others announce; who announces none is not.
 
-    Messages with an id of `always` reach everybody, and so do all to places without a system.
+    Messages with an id of `always` reach everybody, and so do all to places without a system. So does an Announce: it
+    says where its system is now.
     """
 
-    def __init__(self, distance: float, under_water: bool, always: Collection[int]):
-        self._distance, self._under_water, self._always = distance, under_water, frozenset(always)
+    def __init__(self, distance: float = math.inf, under_water: bool = True, always: Collection[int] = ()):
+        self.limit(distance, under_water, always)
         self._own: imc.EstimatedState | None = None
         self._others: dict[int, imc.Announce] = {}
+
+    def limit(self, distance: float, under_water: bool, always: Collection[int]) -> None:
+        """Change the limits; the positions stay."""
+        self._distance, self._under_water = distance, under_water
+        self._always = frozenset((*always, imc.Announce.ID))
         self._near: dict[int, bool] = {}
 
     def locate(self, state: imc.EstimatedState) -> None:

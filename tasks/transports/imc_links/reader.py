@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from runtime import Task
 from tasks.transports.imc_links.datagrams import AT_ONCE, Datagram, best_way
+from tasks.transports.imc_links.sockets import network_after
 
 ROUNDS = 4  # of AT_ONCE datagrams, with handlers and timers between them
 PAUSE = 0.002  # s, after so many rounds, for the other tasks
@@ -52,7 +53,7 @@ class Reader:
         if full >= ROUNDS and readable in self._readings:
             self._full[readable] = 0
             self._task.unwatch(readable)
-            self._task.after(PAUSE * self._task.vehicle.kernel.clock.speed, self._go_on, readable)
+            network_after(self._task, PAUSE, self._go_on, readable)
 
     def _go_on(self, readable: socket.socket) -> None:
         if readable in self._readings:

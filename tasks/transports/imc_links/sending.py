@@ -1,16 +1,34 @@
 """A task that sends the messages of a list to peers: the options that all of them have, and the subscriptions."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from typing import TypeVar
 
 import imc
 from runtime import Task, param
 from runtime.bus import Subscription
 from runtime.task import ParameterError
 from tasks.transports.imc_links.custom_filters import parse_custom
-from tasks.transports.imc_links.message_list import MessageList, known_entities, known_rate, message_named
+from tasks.transports.imc_links.message_list import (
+    MessageList,
+    known_entities,
+    known_rate,
+    message_named,
+    parse_entities,
+    parse_rate,
+)
+
+T = TypeVar("T")
 
 STATES = (imc.Announce, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState, imc.VehicleState)
 """What somebody who has just come is told at once, if it is listed; some come only every 10 s."""
+
+
+def given(option: str, make: Callable[[], T]) -> T:
+    """What `make` reads from an option. Raises ParameterError."""
+    try:
+        return make()
+    except ValueError as error:
+        raise ParameterError(option, str(error)) from None
 
 
 class Carrier(Task):
@@ -52,19 +70,12 @@ class Carrier(Task):
 
     def message_list(self, names: Iterable[str], rates: Iterable[str]) -> MessageList:
         """A list with the entity filters of this task. Raises ParameterError."""
-        try:
-            return MessageList(
-                names,
-                rates,
-                self.filtered_entities,
-                self.custom_filters,
-                schema=self.vehicle.bus.messages,
-                label=self.vehicle.entities.label,
-            )
-        except ValueError as error:
-            options = {"its rate in Hz": "Rate Limiters", "its entities": "Filtered Entities"}
-            option = next((option for words, option in options.items() if words in str(error)), "Custom Filters")
-            raise ParameterError(option, str(error)) from None
+        rates, entities, custom = list(rates), self.filtered_entities, self.custom_filters
+        given("Rate Limiters", lambda: [parse_rate(item) for item in rates if item.strip()])
+        given("Filtered Entities", lambda: [parse_entities(item) for item in entities if item.strip()])
+        given("Custom Filters", lambda: [parse_custom(item) for item in custom if item.strip()])
+        schema, label = self.vehicle.bus.messages, self.vehicle.entities.label
+        return MessageList(names, rates, entities, custom, schema=schema, label=label)
 
     def start(self) -> None:
         self.subscriptions: list[Subscription] = []

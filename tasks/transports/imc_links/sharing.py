@@ -9,22 +9,28 @@ import os
 import socket
 import struct
 from collections.abc import Callable
-from contextlib import suppress
 
 from runtime import Task
+from tasks.transports.imc_links.sockets import network_after
 
 LONGEST = 65535
 MOST_FOLLOWERS = 512
+PAUSE = 0.1  # s, after a follower that could not be accepted
+NOWHERE = "0.0.0.0"  # an empty packet from there only says that the leader lives
 ROOT = 0
 CREDENTIALS = struct.Struct("3i")  # process, user, group
 
 
 class Leader:
-    """Hands on what it hears. Raises FileExistsError if another one leads, OSError where it is not possible."""
+    """Hands on what it hears; one who calls `pulse` once a second shows the followers that it lives.
+
+    Raises FileExistsError if another one leads, OSError where it is not possible.
+    """
 
     def __init__(self, task: Task, name: str):
         self._task = task
         self._followers: list[socket.socket] = []
+        self._closed = False
         self._listener = _opened()
         try:
             self._listener.bind(_place(name))
@@ -48,30 +54,47 @@ class Leader:
                 self._followers.remove(follower)
                 follower.close()
 
+    def pulse(self) -> None:
+        self.tell(NOWHERE, b"")
+
     def close(self) -> None:
+        self._closed = True
         self._task.unwatch(self._listener)
         for each in (self._listener, *self._followers):
             each.close()
 
     def _accept(self) -> None:
-        with suppress(OSError):
+        try:
             follower, _ = self._listener.accept()
-            follower.setblocking(False)
-            if len(self._followers) < MOST_FOLLOWERS:
-                self._followers.append(follower)
-            else:
-                follower.close()
+        except BlockingIOError:
+            return
+        except OSError:  # it has gone already, or there are no file descriptors left
+            self._task.unwatch(self._listener)
+            network_after(self._task, PAUSE, self._go_on)
+            return
+        follower.setblocking(False)
+        if len(self._followers) < MOST_FOLLOWERS:
+            self._followers.append(follower)
+            self.pulse()
+        else:
+            follower.close()
+
+    def _go_on(self) -> None:
+        if not self._closed:
+            self._task.watch(self._listener, self._accept)
 
 
 class Follower:
     """Calls `take` with packets and their addresses, until nobody leads any more: then `ended`, once.
 
-    Raises OSError if nobody leads, or a program of another user.
+    `welcome` is whether the leader has said anything, `silence` how often `count` was called since it did. Raises
+    OSError if nobody leads, or a program of another user.
     """
 
     def __init__(self, task: Task, name: str, take: Callable[[bytes, str], object], ended: Callable[[], object]):
         self._task = task
         self._take, self._ended = take, ended
+        self.welcome, self.silence = False, 0
         self._socket = _opened()
         try:
             self._socket.connect(_place(name))
@@ -85,6 +108,11 @@ class Follower:
             raise
         task.watch(self._socket, self._read)
 
+    def count(self) -> int:
+        """Count one more period of silence; a vehicle that was stopped itself counts none for that."""
+        self.silence += 1
+        return self.silence
+
     def close(self) -> None:
         self._task.unwatch(self._socket)
         self._socket.close()
@@ -97,7 +125,9 @@ class Follower:
         except OSError:
             words = b""
         if words:
-            self._take(words[4:], socket.inet_ntoa(words[:4]))
+            self.welcome, self.silence = True, 0
+            if words[4:]:
+                self._take(words[4:], socket.inet_ntoa(words[:4]))
         else:
             self.close()
             self._ended()

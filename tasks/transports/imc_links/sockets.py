@@ -1,11 +1,14 @@
 """UDP sockets for packets and announcements, and the addresses of this computer."""
 
+import math
 import socket
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from ipaddress import IPv4Address
+from typing import Any
 
 from imc.discovery import BROADCAST, LOOPBACK, MULTICAST
 from runtime import Task
+from runtime.kernel import Timer
 from runtime.networks import EVERYWHERE, interfaces, is_local
 from runtime.problem import quoted
 from runtime.task import ParameterError
@@ -28,9 +31,20 @@ def network_address(task: Task, own: str) -> str:
     return address
 
 
+def network_speed(task: Task) -> float:
+    """How many seconds pass for a vehicle in one of other systems."""
+    speed = task.vehicle.kernel.clock.speed
+    return speed if speed < math.inf else 1.0
+
+
 def network_time(task: Task) -> float:
     """Seconds as they pass for other systems: on a scaled clock the vehicle's own pass faster."""
-    return task.now / task.vehicle.kernel.clock.speed
+    return task.now / network_speed(task)
+
+
+def network_after(task: Task, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
+    """Call a function after so many seconds of other systems."""
+    return task.after(seconds * network_speed(task), function, *args)
 
 
 def check_address(text: str) -> None:

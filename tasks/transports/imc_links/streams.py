@@ -1,17 +1,19 @@
 """IMC over connections: packets in and out of each, with bounds on what a peer can cost."""
 
+import errno
 import socket
 from collections import OrderedDict
+from contextlib import suppress
 
 import imc
 from runtime import param, periodic
 from runtime.kernel import Timer
-from runtime.task import ParameterError
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED
 from tasks.transports.imc_links.peers import MALFORMED, ON_THE_BUS, Drops
 from tasks.transports.imc_links.recent import Recent
-from tasks.transports.imc_links.sending import Carrier
+from tasks.transports.imc_links.sending import Carrier, given
+from tasks.transports.imc_links.sockets import network_after, network_time
 
 READ_SIZE = 4096  # bytes taken from a connection at a time
 LONGEST_WAIT = 1 << 20  # bytes that a peer leaves unread before it is cut off
@@ -34,6 +36,7 @@ class Stream:
         self.taken = 0
         self.left, self.filled = 0.0, now
         self.rubbish = 0  # bytes since the last good packet
+        self.deaf: OSError | None = None  # why the peer takes nothing more
         opened.setblocking(False)
         opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
@@ -50,12 +53,21 @@ class Stream:
         return self.parser.feed_packets(data) if data else None
 
     def write(self) -> bool:
-        """Send what waits, as far as there is room; whether nothing is left. Raises OSError."""
+        """Send what waits, as far as there is room; whether nothing is left.
+
+        A peer that takes nothing more is deaf. What it has sent before can still be read, and then the end: imcjava
+        connects, sends one command and closes.
+        """
         try:
             while self.waiting:
                 del self.waiting[: self.socket.send(self.waiting)]
         except BlockingIOError:
             return False
+        except OSError as error:
+            self.deaf = error
+            self.waiting.clear()
+            with suppress(OSError):  # a peer that lives nevertheless then ends the connection
+                self.socket.shutdown(socket.SHUT_WR)
         return True
 
     def spend(self, cost: float, rate: float, now: float) -> float:
@@ -81,10 +93,7 @@ class StreamCarrier(Carrier):
     )
 
     def configure(self) -> None:
-        try:
-            self.commanders = Consoles(self.consoles, self.vehicle.systems.id)
-        except ValueError as error:
-            raise ParameterError("Consoles", str(error)) from None
+        self.commanders = given("Consoles", lambda: Consoles(self.consoles, self.vehicle.systems.id))
         super().configure()
 
     def start(self) -> None:
@@ -144,15 +153,17 @@ class StreamCarrier(Carrier):
             self.log.warning(
                 f"{stream.name} has sent bytes that are no packet: {reason}; further ones are only counted"
             )
-        if ended:
+        if ended and stream.deaf is not None and stream.deaf.errno != errno.EPIPE:
+            self.lose(stream, stream.deaf.strerror or str(stream.deaf), warn=stream.taken > 0)
+        elif ended:
             self.lose(stream, "the peer has closed it", warn=False)
         elif stream.rubbish > LONGEST_RUBBISH:
             self.lose(stream, "it sends no IMC")
         else:
-            pause = stream.spend(len(packets or ()) + rubbish / RUBBISH, self.maximum_rate, self.now)
+            pause = stream.spend(len(packets or ()) + rubbish / RUBBISH, self.maximum_rate, network_time(self))
             if pause and stream in self.streams:
                 self.unwatch(stream.socket)
-                self.after(pause, self.go_on, stream)
+                network_after(self, pause, self.go_on, stream)
 
     def go_on(self, stream: Stream) -> None:
         """Read again from a peer that had to wait."""
@@ -185,12 +196,12 @@ class StreamCarrier(Carrier):
             self.carry(message, packet)
 
     def carry(self, message: imc.Message, packet: bytes) -> None:
-        if not self.streams or not self.messages.passes(message, self.now):
+        if not self.streams or not self.messages.passes(message, network_time(self)):
             return
         if message.src != self.system and self.forwarded.has(packet):
             return  # two that forward would never end
         for stream in self.streams.copy():
-            if message.src in stream.systems:
+            if stream.deaf is not None or message.src in stream.systems:
                 continue
             stream.waiting += packet
             if len(stream.waiting) > LONGEST_WAIT:
@@ -207,12 +218,9 @@ class StreamCarrier(Carrier):
         self.flushing = None
         emptied = True
         for stream in self.streams.copy():
-            try:
-                emptied &= stream.write()
-            except OSError as error:
-                self.lose(stream, error.strerror or str(error), warn=stream.taken > 0)
+            emptied &= stream.write()
         if not emptied:
-            self.flushing = self.after(RETRY, self.flush)
+            self.flushing = network_after(self, RETRY, self.flush)
 
     @periodic(1.0)
     def look_after(self) -> None:

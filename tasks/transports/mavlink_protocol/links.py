@@ -56,7 +56,8 @@ class Link:
     """An open link and the sessions on it; `meet(flavour, transmit)` makes a new one.
 
     A link that listens has at most `peers` sessions. Frames that cannot be sent are counted in `counts`, datagrams of
-    those who send too many in `dropped`. Raises OSError if the address cannot be used.
+    those who send too many in `dropped`. `speed` is that of the vehicle's clock. Raises OSError if the address cannot
+    be used.
     """
 
     def __init__(
@@ -66,11 +67,12 @@ class Link:
         *,
         peers: int,
         counts: Counter[str],
+        speed: float = 1.0,
     ):
         self.route = route
         self.sessions: dict[Address, Session] = {}
         self.dropped: Counter[Address] = Counter()
-        self._strangers = text.Tap(DATAGRAMS_PER_SECOND, DATAGRAM_BURST, 0.0)
+        self._strangers = text.Tap(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, 0.0)
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._meet = meet
         self._peers = peers

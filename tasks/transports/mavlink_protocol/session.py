@@ -21,22 +21,31 @@ class Session:
     """The conversation with one peer; `transmit` sends a frame to it.
 
     A peer is in contact from its first message until it has been silent too long; only then are texts sent to it.
+    Times `now` are the vehicle's, of which `speed` seconds pass in one of the peer; rates are the peer's.
     """
 
-    def __init__(self, autopilot: MavlinkSystem, flavour: Flavour, transmit: Callable[[bytes], object], now: float):
+    def __init__(
+        self,
+        autopilot: MavlinkSystem,
+        flavour: Flavour,
+        transmit: Callable[[bytes], object],
+        now: float,
+        speed: float = 1.0,
+    ):
         self.autopilot = autopilot
         self.flavour = flavour
         self.heard_at = now
         self.contact = False
         self.peer = (0, 0)
-        self.admit = text.Tap(DATAGRAMS_PER_SECOND, DATAGRAM_BURST, now)
+        self.admit = text.Tap(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, now)
+        self._speed = speed
         self._transmit = transmit
         self._sequence = itertools.cycle(range(256))
         self._periods: dict[str, float] = {}
         self._due: dict[str, float] = {}
         self._listing: list[ParameterEntry] = []
         self._listing_due = now
-        self._texts = text.Tap(TEXTS_PER_SECOND, TEXT_BURST, now)
+        self._texts = text.Tap(TEXTS_PER_SECOND / speed, TEXT_BURST, now)
         self._text_number = 0
         self._last_text = (now, "")
 
@@ -91,7 +100,7 @@ class Session:
 
     def say(self, severity: int, words: str, now: float) -> None:
         """Send a text, unless it repeats the last one or there have been too many."""
-        again = words == self._last_text[1] and now - self._last_text[0] < 1.0
+        again = words == self._last_text[1] and now - self._last_text[0] < self._speed
         if self.contact and not again and self._texts.take(now):
             self._last_text = (now, words)
             self._say(severity, words)
@@ -113,7 +122,7 @@ class Session:
     def pump(self, now: float) -> float:
         """Send what is due, and return when the next message is due (s since 1970)."""
         for name in ("HEARTBEAT", *dict.fromkeys((*self.autopilot.rates(), *self._periods))):
-            period = self.period(name)
+            period = self.period(name) * self._speed
             due = self._due.get(name, now)
             if period <= 0.0:
                 self._due.pop(name, None)
@@ -127,8 +136,8 @@ class Session:
         if self._listing and self._listing_due < now + SOON:
             for _ in range(min(LIST_BURST, len(self._listing))):
                 self.send_parameter(self._listing.pop())
-            self._listing_due = now + LIST_PERIOD
-        return min(*self._due.values(), self._listing_due if self._listing else now + HEARTBEAT_PERIOD)
+            self._listing_due = now + LIST_PERIOD * self._speed
+        return min(*self._due.values(), self._listing_due if self._listing else now + HEARTBEAT_PERIOD * self._speed)
 
     def _say(self, severity: int, words: str) -> None:
         self._text_number = self._text_number % 0xFFFF + 1

@@ -8,7 +8,7 @@ import socket
 from imc.discovery import LOOPBACK
 from runtime import State, param
 from runtime.task import ParameterError
-from tasks.transports.imc_links.sockets import check_address
+from tasks.transports.imc_links.sockets import check_address, network_after, network_time
 from tasks.transports.imc_links.streams import Stream, StreamCarrier
 
 LOOK = 0.05  # s between two looks whether a connection is made
@@ -46,7 +46,7 @@ class Client(StreamCarrier):
             self.pending = None
 
     def connect_soon(self, pause: float) -> None:
-        self.after(pause, self.begin)
+        network_after(self, pause, self.begin)
 
     def begin(self) -> None:
         """Begin to connect, without waiting for it."""
@@ -54,7 +54,7 @@ class Client(StreamCarrier):
         self.pending.setblocking(False)
         failed = self.pending.connect_ex((self.server_address, self.server_port))
         if failed in (0, errno.EINPROGRESS):
-            self.look(self.now + PATIENCE)
+            self.look(network_time(self) + PATIENCE)
         else:
             self.fail(os.strerror(failed))
 
@@ -62,10 +62,10 @@ class Client(StreamCarrier):
         """See whether the connection is made."""
         assert self.pending is not None
         if not select.select([], [self.pending], [], 0)[1]:
-            if self.now >= deadline:
+            if network_time(self) >= deadline:
                 self.fail(f"no answer for {PATIENCE:g} s")
             else:
-                self.after(LOOK, self.look, deadline)
+                network_after(self, LOOK, self.look, deadline)
             return
         if failed := self.pending.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
             self.fail(os.strerror(failed))
@@ -74,7 +74,7 @@ class Client(StreamCarrier):
         opened, self.pending = self.pending, None
         self.trouble = ""
         self.log.info(f"connected with {name}")
-        self.adopt(Stream(opened, self.server_address, name, self.now))
+        self.adopt(Stream(opened, self.server_address, name, network_time(self)))
 
     def fail(self, why: str) -> None:
         """Try again later; the same reason is logged once."""

@@ -5,7 +5,7 @@ import socket
 from imc.discovery import Service
 from runtime import State, param
 from tasks.transports.imc_links.listening import listener, tell_opened
-from tasks.transports.imc_links.sockets import network_address
+from tasks.transports.imc_links.sockets import network_address, network_after, network_time
 from tasks.transports.imc_links.streams import Stream, StreamCarrier
 
 PORTS_TRIED = 6  # from Port on, as in DUNE
@@ -85,13 +85,13 @@ class Server(StreamCarrier):
                     self.log.warning(f"a connection failed: {error.strerror}")
                 break
             if len(self.streams) < self.maximum_connections:
-                self.adopt(Stream(opened, address, f"{address}:{port}", self.now))
+                self.adopt(Stream(opened, address, f"{address}:{port}", network_time(self)))
                 continue
             opened.close()
             if self.drops.add(REFUSED, address):
                 self.log.warning(f"{self.maximum_connections} are connected: {address} was refused")
         self.unwatch(self.listener)
-        self.after(PAUSE, self.go_on_accepting)
+        network_after(self, PAUSE, self.go_on_accepting)
 
     def go_on_accepting(self) -> None:
         if self.listener is not None:

@@ -2,15 +2,23 @@
 
 import contextlib
 import socket
+import threading
 import time
 
 import pytest
 
 import imc
-from imc.discovery import Service, Services
+from imc.discovery import MULTICAST, Service, Services
+from runtime.kernel import WallClock
+from runtime.networks import interfaces
+from runtime.testing import simulate
+from tasks.transports import discovery
+from tasks.transports.announce import BREAK, Announce
+from tasks.transports.imc_links import sharing
 from tests.tasks.transports.imc_station import Station, afloat, free_ports
 
 OWN = 0x001A
+SERVICE = imc.AnnounceService.ServiceType
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +67,48 @@ def test_a_new_system_gets_an_answer_within_a_second_or_two(vessel):
     assert Services.parse(announce.services).endpoints("imc+udp") == (("127.0.0.1", vessel.udp.port),)
 
 
+@pytest.mark.parametrize("reach", ["this computer", "another computer"])
+def test_a_vehicle_on_loopback_answers_this_computer_only(vessel, reach):
+    """Also those of this computer that announce its address in the network; others are heard of over zenoh."""
+    task, sent = vessel.vehicle.task("Transports.Announce"), []
+    own = [each.address for each in interfaces() if not each.is_local]
+    if not own and reach == "this computer":
+        pytest.skip("there is no network")
+    address = own[0] if reach == "this computer" else "203.0.113.9"
+    system = 0x4330 + len(reach)
+
+    def send(by, message, places):
+        sent.extend((place, message.services) for place in places)
+        return set()
+
+    time.sleep(BREAK)  # since the answer to the system of another test
+    task.send = send
+    try:
+        Station(vessel, system).announce(str(Services.of([Service("imc+udp", address, 6001)], uid=system)))
+        vessel.until(lambda: system in task.systems)
+        vessel.hears(imc.Announce)  # the answer comes with that
+    finally:
+        del task.send
+    answers = [services for place, services in sent if place.address != "127.0.0.1"]
+    assert len(answers) == (reach == "this computer")
+    assert all(f"imc+udp://127.0.0.1:{vessel.udp.port}/" in services for services in answers)
+
+
+@pytest.mark.parametrize(("kind", "count"), [("LOCAL", 0), ("EXTERNAL", 1)])
+def test_who_could_use_no_service_gets_no_answer(kind, count):
+    sent = []
+
+    async def meet(script):
+        script.task.vehicle.task("Transports.Announce").send = lambda by, message, places: sent.extend(places) or set()
+        script.task.publish(imc.AnnounceService(service="ftp://10.0.0.7:21/", service_type=SERVICE[kind]))
+        other = Services.of([Service("imc+udp", "203.0.113.9", 6001)])
+        script.task.relay(imc.encode(imc.Announce(src=0x4340, sys_name="far", services=str(other))))
+        await script.sleep(0.1)
+
+    simulate(Announce, clock=WallClock(), seconds=0.2, address="0.0.0.0", script=meet)
+    assert [place.port for place in sent if place.address == "203.0.113.9"].count(6001) == count
+
+
 def test_a_service_of_another_task_is_announced_and_a_wrong_one_is_named(vessel):
     task = vessel.vehicle.task("Transports.Announce")
     kind = imc.AnnounceService.ServiceType
@@ -103,6 +153,58 @@ def test_vehicles_of_a_computer_share_one_port_and_one_takes_the_place_of_anothe
         second.until(lambda: second.discovery.port == port)
         Station(second, 0x4311, "ccu-later").announce()
         second.logged("new system within range: ccu-later (0x4311) at 127.0.0.1")
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Signs of life five times as often, for what takes seconds; returns a setting with two ports."""
+    monkeypatch.setattr(discovery, "PULSE", 0.2)
+    return f"Transports.Discovery:Ports={', '.join(map(str, free_ports(2)))}"
+
+
+def hears(vessel, system):
+    """Whether a vehicle hears at the port that it has."""
+    vessel.until(lambda: vessel.discovery.port)
+    Station(vessel, system, f"ccu-{system:x}").announce()
+    vessel.logged(f"new system within range: ccu-{system:x} (0x{system:04X}) at 127.0.0.1")
+    vessel.until(lambda: vessel.discovery.entity.state == imc.EntityState.State.NORMAL)
+
+
+def test_who_follows_a_vehicle_that_hangs_listens_itself(tmp_path, quick):
+    hangs, goes_on = threading.Event(), threading.Event()
+
+    def hang():
+        hangs.set()
+        goes_on.wait(10.0)
+
+    with afloat(tmp_path / "first", quick) as first, afloat(tmp_path / "second", quick, wait=False) as second:
+        second.until(lambda: second.discovery.follower and second.discovery.follower.welcome)
+        second.until(lambda: second.discovery.follower.silence == 1)
+        first.vehicle.kernel.post(hang)
+        with afloat(tmp_path / "third", quick, wait=False) as third:
+            assert hangs.wait(10.0)
+            second.logged("the vehicle that listens for all is silent: listens itself, at port ")
+            hears(second, 0x4350)
+            third.logged("hears no announcements, so systems have to announce themselves at its UDP port: the vehicle")
+            goes_on.set()
+            third.until(lambda: third.discovery.follower.welcome and not third.discovery.trouble)
+            Station(first, 0x4351, "ccu-later").announce()
+            third.logged("new system within range: ccu-later (0x4351) at 127.0.0.1")
+
+
+def test_who_is_refused_by_the_one_that_should_listen_does_it_itself(tmp_path, quick, monkeypatch):
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as idle:
+        name = quick.partition("=")[2].replace(" ", "")
+        idle.bind(sharing._place(f"127.0.0.1-{MULTICAST}-{name}"))
+        with afloat(tmp_path / "alone", quick, wait=False) as vessel:
+            vessel.logged("the program that should listen for all takes nobody: listens itself, at port ")
+            hears(vessel, 0x4352)
+    monkeypatch.setattr(sharing, "MOST_FOLLOWERS", 0)
+    with afloat(tmp_path / "first", quick) as first, afloat(tmp_path / "second", quick, wait=False) as surplus:
+        surplus.logged("the program that should listen for all takes nobody: listens itself, at port ")
+        assert surplus.discovery.refusals == 2
+        hears(surplus, 0x4353)
+        hears(first, 0x4354)
 
 
 def test_a_fleet_of_this_computer_may_announce_itself_at_once(vessel):

@@ -328,5 +328,8 @@ def test_a_port_in_use_is_left_to_its_owner_and_a_bad_address_is_named(tmp_path)
 
 
 def test_an_open_address_is_warned_of(tmp_path):
-    run = simulate(FTP, clock=WallClock(), seconds=0.1, log_root=tmp_path, address="0.0.0.0", control_port=0)
+    opened = {"address": "0.0.0.0", "control_port": 0}
+    run = simulate(FTP, clock=WallClock(), seconds=0.1, log_root=tmp_path, **opened)
     assert any("can read the logs" in line for line in run.log)
+    run = simulate(FTP, clock=WallClock(), seconds=0.1, log_root=tmp_path, **opened, allow_deletion=True)
+    assert any("can read and remove the logs" in line for line in run.log)

@@ -9,7 +9,7 @@ import pytest
 
 import imc
 from runtime import State
-from runtime.kernel import WallClock
+from runtime.kernel import ScaledClock, WallClock
 from runtime.testing import simulate
 from tasks.transports.mavlink import MAVLink
 from tests.outside import free_port
@@ -91,6 +91,18 @@ def test_station_may_start_late_and_start_again():
 
     port = free_port()
     sail(script, f"udpout:{HOST}:{port}:px4")
+
+
+def test_a_station_of_a_scaled_vehicle_has_its_own_seconds():
+    async def script(control):
+        station = Station(control)
+        await station.meet((HOST, port))
+        names = [message.name for message in await station.quiet(20.0)]
+        assert 1 <= names.count("HEARTBEAT") <= 2
+        assert len(mavlink(control).open_links[0].sessions) == 1, "it was silent for 1 s"
+
+    port = free_port()
+    sail(script, f"udpin:{HOST}:{port}:px4", clock=ScaledClock(20.0), peer_timeout=2.0)
 
 
 def test_rubbish_and_floods_are_counted_and_nobody_else_suffers():

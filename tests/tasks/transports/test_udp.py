@@ -8,7 +8,9 @@ import pytest
 
 import imc
 from imc.discovery import Service, Services
-from runtime.kernel import ScaledClock
+from runtime.kernel import ScaledClock, WallClock
+from runtime.testing import simulate
+from tasks.transports.udp import UDP
 from tests.outside import free_port
 from tests.tasks.transports.imc_station import Afloat, Station, afloat
 
@@ -106,6 +108,27 @@ def test_a_peer_that_moves_to_another_address_is_followed_when_it_sends_from_the
     console.send(imc.Heartbeat())
     console.get(imc.EulerAngles, patience=2.0)
     assert vessel.udp.peers.find(0x4201).endpoint == ("127.0.0.2", console.port)
+
+
+def test_a_peer_that_sends_by_turns_from_two_addresses_is_greeted_once(vessel):
+    one, two = Station(vessel, 0x4203), Station(vessel, 0x4203, address="127.0.0.2")
+    vessel.until(lambda: imc.FuelLevel in {type(state) for state, _ in vessel.udp.states.values()})
+    both = [Service("imc+udp", station.address, station.port) for station in (one, two)]
+    one.announce(str(Services.of(both, uid=1)))
+    vessel.until(lambda: vessel.udp.peers.find(0x4203))
+    for _ in range(20):
+        for station in (one, two):
+            station.send(imc.Heartbeat())
+            time.sleep(0.005)
+    vessel.until(lambda: vessel.udp.peers.find(0x4203).taken == 40)
+    assert sum("in contact with ccu-test (0x4203)" in text for text in vessel.log) == 1
+    assert sum(len(station.messages(imc.FuelLevel)) for station in (one, two)) <= 2, "it comes every 10 s"
+    one.packets(), two.packets()
+    assert two.get(imc.EulerAngles), "where it came last"
+    assert not one.packets()
+    time.sleep(1.0)
+    one.send(imc.Heartbeat())
+    assert one.get(imc.EulerAngles), "it has come back"
 
 
 def test_nothing_comes_back_and_nothing_is_forwarded_to_others(vessel):
@@ -286,6 +309,33 @@ def test_a_simulated_radio_reaches_so_far(tmp_path):
         assert vessel.udp.drops["out of range"]["ccu-test"] >= 1
 
 
+def test_a_simulated_radio_keeps_the_positions_and_hears_who_comes_back(tmp_path):
+    with afloat(tmp_path, "Transports.UDP:Communication Range=1000") as vessel:
+        here = vessel.until(lambda: [s for s, _ in vessel.udp.states.values() if isinstance(s, imc.EstimatedState)])[0]
+        console = Station(vessel, system=0x4503)
+        console.announce(lat=here.lat, lon=here.lon)
+        vessel.until(lambda: vessel.udp.peers.find(console.system))
+        wish = imc.EntityParameter(name="Communication Range", value="2000")
+        label = vessel.udp.entity.label
+        console.send(imc.SetEntityParameters(name=label, params=(wish,), dst=OWN))
+        vessel.until(lambda: vessel.udp.communication_range == 2000)
+        console.packets()
+        assert console.get(imc.EulerAngles, patience=2.0), "nobody has announced anything since"
+        console.announce(lat=0.5, lon=here.lon)
+        vessel.until(lambda: not vessel.udp.reach.has(console.system, imc.EulerAngles.ID))
+        time.sleep(0.1)
+        assert not [m for m in console.during(0.2) if isinstance(m, imc.EulerAngles)]
+        console.announce(lat=here.lat, lon=here.lon, port=vessel.udp.port)
+        assert console.get(imc.EulerAngles, patience=2.0)
+
+
+def test_only_in_mode_simulation_the_radio_is_simulated():
+    for mode, limited in (("Simulation", True), ("HardwareSimulation", False), ("Hardware/Simulation", False)):
+        settings, wanted = {"General": {"Selected": mode}}, {"communication_range": 10.0, "local_port": 0}
+        done = simulate(UDP, clock=WallClock(), seconds=0.0, settings=settings, **wanted)
+        assert (done.task.reach is not None) == limited
+
+
 def test_a_taken_port_gives_the_next_and_opened_networks_are_told(tmp_path):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("", 0))
@@ -304,6 +354,7 @@ def test_a_taken_port_gives_the_next_and_opened_networks_are_told(tmp_path):
         ("Consoles", "neptus", "'neptus' is not in [IMC Addresses]"),
         ("Rate Limiters", "EstimatedState", "'EstimatedState' is not a message and its rate in Hz"),
         ("Filtered Entities", "Voltage", "'Voltage' is not a message and its entities"),
+        ("Custom Filters", "its rate in Hz", "'its rate in Hz' is not one of EntityStateChangeFilter"),
         ("Peer Rates", "EstimatedState:2", "'EstimatedState:2' is not a system, a message and a rate"),
     ],
 )

@@ -110,6 +110,20 @@ def test_only_entries_of_some_types_pass():
     assert messages.types == (imc.LogBookEntry, imc.Voltage)
 
 
+def test_an_entry_of_another_type_does_not_use_up_the_rate():
+    messages = listed("LogBookEntry", ["LogBookEntry:1"], custom=["LogBookEntryFilter:ERROR"])
+    info, error = (imc.LogBookEntry(src=26, src_ent=5, type=imc.LogBookEntry.Type[kind]) for kind in ("INFO", "ERROR"))
+    assert [messages.passes(m, 1e9 + 0.1 * i) for i, m in enumerate([info, error, error])] == [False, True, False]
+    assert [messages.concerns(m) for m in (info, error)] == [False, True]
+
+
+def test_a_change_that_its_rate_holds_back_is_sent_later():
+    messages = listed("EntityState", ["EntityState:1"], custom=["EntityStateChangeFilter"])
+    good, bad = (imc.EntityState(src=26, src_ent=2, state=state) for state in (0, 1))
+    passed = [messages.passes(m, 1e9 + t) for t, m in ((0.0, good), (0.5, bad), (1.1, bad), (2.2, bad), (3.3, good))]
+    assert passed == [True, False, True, False, True]
+
+
 @pytest.mark.parametrize(
     ("item", "reason"),
     [

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import resource
 import socket
 
 import pytest
@@ -74,6 +75,40 @@ def test_a_follower_that_does_not_read_stops_nobody(task, name):
     run(task)
     assert [packet[-1] for packet in heard] == list(range(200))
     deaf._socket.close()
+
+
+def test_without_file_descriptors_the_leader_waits(task, name, monkeypatch):
+    tries, accept = [], Leader._accept
+    monkeypatch.setattr(Leader, "_accept", lambda leader: (tries.append(1), accept(leader)))
+    Leader(task, name)
+    follower = Follower(task, name, print, print)
+    run(task)
+    assert follower.welcome
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    surplus = Follower(task, name, print, print)
+    tries.clear()
+    os.close(first_free := os.dup(0))
+    resource.setrlimit(resource.RLIMIT_NOFILE, (first_free, limits[1]))
+    try:
+        task.vehicle.run(0.25)
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+    assert 1 <= len(tries) <= 4
+    task.vehicle.run(0.25)
+    assert surplus.welcome
+
+
+def test_a_follower_counts_the_silence_since_the_last_sign_of_life(task, name):
+    leader, heard = Leader(task, name), []
+    follower = Follower(task, name, lambda *words: heard.append(words), print)
+    assert not follower.welcome
+    run(task)
+    assert follower.welcome
+    assert [follower.count(), follower.count()] == [1, 2]
+    leader.pulse()
+    run(task)
+    assert follower.count() == 1
+    assert not heard
 
 
 def test_a_program_of_another_user_is_not_followed(task, name, monkeypatch):

@@ -67,8 +67,9 @@ class Depths(Task):
             self.heard.append(message)
 
 
-def run(test, task=Server, **parameters):
-    """Run a task with Depths on a wall clock, until the coroutine `test(script, task, depths)` ends."""
+def run(test, task=Server, clock=None, **parameters):
+    """Run a task with Depths, by default on a wall clock, until the coroutine `test(script, task, depths)` ends."""
+    clock = clock or WallClock()
     errors = []
 
     async def guarded(script):
@@ -81,7 +82,7 @@ def run(test, task=Server, **parameters):
 
     place = {"port": 0} if task is Server else {}
     wanted = [Depths, (task, {**place, "transports": ["Depth"], **parameters})]
-    done = simulate(wanted, clock=WallClock(), seconds=10.0, script=guarded)
+    done = simulate(wanted, clock=clock, seconds=10.0 * clock.speed, script=guarded)
     if errors:
         raise errors[0]
     return done

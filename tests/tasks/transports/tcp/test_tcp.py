@@ -7,7 +7,7 @@ import time
 import imcpy
 
 import imc
-from runtime.kernel import WallClock, parse_clock
+from runtime.kernel import ScaledClock, WallClock, parse_clock
 from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
@@ -62,6 +62,26 @@ def test_a_connection_for_one_packet_is_enough():
         await until(script, lambda: not server.streams)
 
     assert not run(test).log
+
+
+def test_a_connection_for_one_packet_is_enough_while_the_vehicle_talks():
+    """Who closes after its packet refuses what the vehicle sends; the packet counts nevertheless."""
+
+    async def test(script, server, depths):
+        def talk(left):
+            depths.publish(imc.FuelLevel(value=float(left)))
+            if left:
+                depths.after(0.0002, talk, left - 1)
+
+        for number in range(40):
+            talk(20)
+            with socket.create_connection((HOST, server.open_port)) as opened:
+                opened.sendall(packet(imc.PlanControl(request_id=number)))
+            await script.sleep(0.006)
+        await until(script, lambda: not server.streams)
+        assert [m.request_id for m in depths.heard] == list(range(40))
+
+    assert not run(test, transports=["FuelLevel", "Depth"]).log
 
 
 def test_packets_may_come_in_pieces_and_between_rubbish():
@@ -197,6 +217,17 @@ def test_a_peer_that_vanishes_is_noticed():
         assert not server.subscriptions
 
     run(test)
+
+
+def test_a_client_of_a_scaled_vehicle_has_its_own_seconds():
+    async def test(script, server, depths):
+        peer, began = Peer.of(server.open_port), time.monotonic()
+        peer.send(packet(imc.Heartbeat()) * 600)
+        await until(script, lambda: time.monotonic() > began + 0.5)
+        assert 2 <= len(peer.of_type(imc.Depth)) <= 7, "10 Hz"
+        assert len(depths.heard) <= 400, "200 at once, and 200 per second"
+
+    run(test, clock=ScaledClock(20.0), rate_limiters=["Depth:10"], maximum_rate=200.0)
 
 
 def test_a_taken_port_is_left_to_its_owner():

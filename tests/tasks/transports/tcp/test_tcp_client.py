@@ -1,9 +1,11 @@
 """IMC over TCP on real sockets: servers that the client connects to."""
 
 import socket
+import time
 
 import imc
 from runtime import State
+from runtime.kernel import ScaledClock
 from tasks.transports.tcp.client import Client
 from tests.tasks.transports.tcp.peers import HOST, VEHICLE, Peer, packet, run, until
 
@@ -45,3 +47,15 @@ def test_the_client_waits_longer_each_time_and_says_so_once():
 
     log = run(test, Client, server_port=port).log
     assert sum("not connected" in line for line in log) == 1
+
+
+def test_the_client_of_a_scaled_vehicle_is_as_patient_as_that_of_any():
+    with socket.create_server((HOST, 0)) as gone:
+        port = gone.getsockname()[1]
+
+    async def test(script, task, depths):
+        began = time.monotonic()
+        await until(script, lambda: time.monotonic() > began + 0.5)
+        assert task.pause == 2.0, "it has tried once"
+
+    run(test, Client, ScaledClock(50.0), server_port=port)
