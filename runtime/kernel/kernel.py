@@ -57,7 +57,7 @@ class Kernel:
         self._sweep_at = FEW_TIMERS
         self._arrivals = 0
         self._posted: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
-        self._put_off: deque[tuple[int, Callable[[], object]]] = deque()
+        self._put_off: list[tuple[int, Callable[[], object]]] = []
         self._stopping = False
         self._sources = Sources()
         self._poll_next = 0
@@ -319,8 +319,9 @@ class Kernel:
     def _gather(self) -> None:
         """Move the timers that are due to the queue."""
         later, put_off, now = self._later, self._put_off, self.now_ns
-        while put_off and put_off[0][0] <= now:
-            self._due.append((put_off.popleft()[1], ()))
+        for entry in [entry for entry in put_off if entry[0] <= now]:
+            put_off.remove(entry)
+            self._due.append((entry[1], ()))
         while later and later[0][0] <= now:
             timer = heapq.heappop(later)[2]
             self._due.append((self._fire, (timer,)))
