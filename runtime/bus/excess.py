@@ -1,7 +1,6 @@
 """Counts what is dropped because too much arrives, by the systems that send it."""
 
 from collections import Counter
-from threading import Lock
 
 from imc.addresses import UNKNOWN_SYSTEM
 
@@ -9,7 +8,7 @@ MOST_NAMED = 256
 
 
 class Excess:
-    """What was dropped: `total`, and since the last `drain` by source (IMC id). Thread-safe.
+    """What was dropped: `total`, and since the last `drain` by source (IMC id).
 
     With more than MOST_NAMED sources those with the smallest counts become UNKNOWN_SYSTEM, so that many names do not
     hide who sends most.
@@ -18,19 +17,16 @@ class Excess:
     def __init__(self) -> None:
         self.total = 0
         self._by_source: Counter[int] = Counter()
-        self._lock = Lock()
 
     def count(self, source: int) -> None:
-        with self._lock:
-            self.total += 1
-            if source not in self._by_source and len(self._by_source) >= MOST_NAMED:
-                self._by_source = self._worst()
-            self._by_source[source] += 1
+        self.total += 1
+        if source not in self._by_source and len(self._by_source) >= MOST_NAMED:
+            self._by_source = self._worst()
+        self._by_source[source] += 1
 
     def drain(self) -> Counter[int]:
         """The counts by source since the last call."""
-        with self._lock:
-            found, self._by_source = self._by_source, Counter()
+        found, self._by_source = self._by_source, Counter()
         return found
 
     def _worst(self) -> Counter[int]:

@@ -1,7 +1,7 @@
 """Packets from other processes that wait for the kernel: bounded for each source, and served in turn."""
 
 import struct
-from collections import deque
+from collections import Counter, deque
 from threading import Lock
 
 from imc import Abort
@@ -46,6 +46,11 @@ class Inbox:
         self._size = 0
         self._asked = False
         self._lock = Lock()
+
+    def drain_dropped(self) -> Counter[int]:
+        """What was dropped since the last call, by source."""
+        with self._lock:
+            return self.dropped.drain()
 
     def __len__(self) -> int:
         with self._lock:

@@ -72,12 +72,12 @@ class Daemon(ParameterService):
 
     def _report_excess(self) -> None:
         """Log who sends or asks too much, at most once in REPORT_PERIOD."""
-        excess = (("packets", self.vehicle.bus.inbox.dropped), ("requests", self.allowance.refused))
+        excess = (("packets", self.vehicle.bus.inbox.drain_dropped), ("requests", self.allowance.refused.drain))
         if self.now < self._tell_next:
             return
         name, counts = self.vehicle.systems.name, Counter[str]()
-        for kind, counter in excess:
-            for source, number in counter.drain().items():
+        for kind, drain in excess:
+            for source, number in drain().items():
                 counts[f"{kind} from {name(source) if source != UNKNOWN_SYSTEM else 'further systems'}"] += number
         if not counts:
             return

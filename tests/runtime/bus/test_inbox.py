@@ -1,5 +1,8 @@
 """What waits of other processes: bounded for each source, and taken in turn."""
 
+import sys
+import threading
+
 import pytest
 
 import imc
@@ -68,3 +71,22 @@ def test_many_names_and_large_packets_cannot_fill_the_memory(monkeypatch: pytest
         box.put(large)
     assert len(box) == 3
     assert box.dropped.total == 994 + 7
+
+
+def test_no_drop_is_uncounted_while_others_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Packets come in any thread; the kernel's thread reads the counts."""
+    monkeypatch.setattr(inbox, "MOST_OF_ONE", 0)
+    box, sent, counted = Inbox(), [packet(source) for source in range(1, 400)] * 25, 0
+    senders = [threading.Thread(target=lambda: [box.put(each) for each in sent]) for _ in range(2)]
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        for sender in senders:
+            sender.start()
+        while any(sender.is_alive() for sender in senders):
+            counted += sum(number for _, number in box.drain_dropped().items())
+    finally:
+        sys.setswitchinterval(interval)
+        for sender in senders:
+            sender.join()
+    assert counted + box.drain_dropped().total() == box.dropped.total == 2 * len(sent)
