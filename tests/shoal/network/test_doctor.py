@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import socket
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -128,13 +129,22 @@ def test_two_systems_of_one_id_are_not_commanded():
     asyncio.run(act())
 
 
-def test_two_that_have_only_announced_themselves_are_not_commanded():
-    """Two vehicles with one name and id answer our first Announce at the same moment, before either sends anything."""
+def test_two_that_have_only_announced_themselves_are_not_commanded(monkeypatch):
+    """Two vehicles with one name and id answer our first Announce at the same moment, before either sends anything.
+
+    That it took long to open the network does not count.
+    """
+    late = [0.0]
+    clock = SimpleNamespace(monotonic=lambda: time.monotonic() + late[0], time=time.time)
+    monkeypatch.setattr("shoal.network.network.time", clock)
+    monkeypatch.setattr("shoal.network.network.COMPANY", 5.0)
 
     async def act() -> None:
         ports = discovery_ports()
         first, second = Station(ports), Station(ports[:-1])
-        async with Network([UDPLink(ports=ports)]) as network:
+        made = Network([UDPLink(ports=ports)])
+        late[0] += 10.0
+        async with made as network:
             first.announce()
             seeking = asyncio.create_task(network.find("station"))
             await asyncio.sleep(0.02)
