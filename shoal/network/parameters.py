@@ -1,5 +1,6 @@
 """The parameters of a vehicle's tasks, by the label of the entity."""
 
+import asyncio
 import time
 from collections.abc import Collection, Mapping
 from contextlib import suppress
@@ -125,10 +126,11 @@ class Parameters:
     async def _reason(self, log: Listener, entity: str, name: str, value: str) -> str:
         """Why a value was refused: the vehicle says so in its log book."""
         with suppress(TimeoutError):
-            while True:
-                _, entry = await log.next(QUIET)
-                if isinstance(entry, imc.LogBookEntry) and entry.text.startswith(f"{name} = "):
-                    return f"{entity}: {entry.text}"
+            async with asyncio.timeout(QUIET):  # of all entries: there may be others again and again
+                while True:
+                    _, entry = await log.next()
+                    if isinstance(entry, imc.LogBookEntry) and entry.text.startswith(f"{name} = "):
+                        return f"{entity}: {entry.text}"
         return f"{entity}: {name} = {value!r} was not accepted"
 
 

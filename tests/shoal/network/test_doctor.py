@@ -58,6 +58,11 @@ def test_the_log_book_of_a_vehicle_says_why_it_does_not_hear_us():
     assert why.endswith("dropped: command of a console that is not listed")
 
 
+def test_a_vehicle_that_writes_its_log_book_all_the_time_is_not_listened_to_for_ever():
+    silent = examine(also=lambda station: [station.packet(imc.LogBookEntry(text="GPS fix"))])
+    assert texts(silent) == ["station: is heard, but does not answer: here to vehicle is silent"]
+
+
 def test_a_system_that_only_announces_itself():
     (text,) = texts(examine(beats=False, also=lambda s: ()))
     assert "vehicle to here is silent" in text or "does not answer" in text
