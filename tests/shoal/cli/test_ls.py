@@ -29,11 +29,11 @@ def ls(monkeypatch: pytest.MonkeyPatch, *options: str, name: str = "other") -> R
 def test_two_vehicles_of_one_id_are_told_of(monkeypatch: pytest.MonkeyPatch) -> None:
     words = f"its id 0x{OWN:04X} is also that of "
     found = {
-        system["name"]: system["clash"] for system in json.loads(ls(monkeypatch, "--json", "--for", "0.5s").stdout)
+        system["name"]: system["clash"] for system in json.loads(ls(monkeypatch, "--json", "--for", "0.8s").stdout)
     }
     assert found["station"].startswith(f"{words}other at ")
     assert found["other"].startswith(f"{words}station at ")
-    lines = ls(monkeypatch, "--watch", "--for", "0.7s").stdout.splitlines()
+    lines = ls(monkeypatch, "--watch", "--for", "1s").stdout.splitlines()
     assert any(f" station here; {words}other at " in line for line in lines), lines
 
 
