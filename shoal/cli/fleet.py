@@ -65,7 +65,7 @@ def _stop(name: str | None) -> None:
     chosen = name or next(iter(found), "")
     if chosen not in found:
         raise click.ClickException(f"no fleet {chosen} runs" if chosen else "no fleet runs")
-    if not end(chosen):
+    if not end(chosen, found[chosen]):
         raise click.ClickException(f"the fleet {chosen}, process {found[chosen]}, does not end")
     click.echo(f"{chosen} stopped")
 
