@@ -97,7 +97,8 @@ def _run(roster: Roster, duration: float | None) -> int:
     keeper = Keeper([], restart=roster.restart)
     ending: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda number, _: ending.append(number))
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
+            signal.signal(number, lambda number, _: ending.append(number))
     watch = Watch(roster.zenoh)
     display = _Display(roster)
     began = asked = time.monotonic()
