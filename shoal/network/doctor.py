@@ -32,6 +32,7 @@ ADVICE = {
     "schema mismatch": "it defines this message in another way: compare the versions of IMC",
     "lost on the way": "the link is too slow for what the vehicle sends, or this program for what it asked for",
     "from ": "a second system uses its id, or it has two addresses and announces only one",
+    "another program uses our id": "give each program its own (SHOAL_CONSOLE), and list all in Consoles",
     "this program is too slow": "ask for fewer messages",
     "announced without": "its transport for packets does not run, or listens nowhere",
     "announcement": "a program that does not speak IMC sends to the ports of discovery",

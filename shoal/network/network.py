@@ -256,7 +256,8 @@ class Network:
         """Raise VehicleLost if a system is not there any more."""
         if not system.is_there:
             last = f"last heard {system.age:.0f} s ago" if system.last else "it has ended"
-            raise VehicleLost(f"{system.name} is gone; {last}")
+            troubles = "; ".join(link.trouble for link in self.links if link.trouble and link.name in system.heard)
+            raise VehicleLost(f"{system.name} is gone; {last}{f' ({troubles})' if troubles else ''}")
 
     def number(self) -> int:
         """The number of the next request."""
