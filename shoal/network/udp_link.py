@@ -193,7 +193,10 @@ class UDPLink:
     def _announce_on_interfaces(self) -> None:
         """Announce on each network of this computer: a radio's is seldom the one with the default route."""
         for interface in interfaces():
-            self._data.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface.address))
+            try:
+                self._data.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface.address))
+            except OSError:  # its address is gone since it was asked for
+                continue
             for place in targets(filter(None, (MULTICAST, interface.broadcast)), self._ports):
                 self._send(self._announcement(place, interface.address), place)
 

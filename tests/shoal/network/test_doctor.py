@@ -9,6 +9,8 @@ from types import SimpleNamespace
 import pytest
 
 import imc
+from imc.discovery import Endpoint
+from runtime.networks import Interface
 from shoal.network import Console, Diagnosis, Network, NetworkError, UDPLink, VehicleLost, diagnose
 from tests.outside import slowness
 from tests.shoal.network.station import OWN, Station, discovery_ports, living
@@ -165,6 +167,22 @@ def test_two_that_have_only_announced_themselves_are_not_commanded(monkeypatch):
                 assert time.monotonic() < deadline
                 await asyncio.sleep(0.05)
         first.close()
+
+    asyncio.run(act())
+
+
+def test_a_network_whose_address_has_gone_does_not_end_our_announcements(monkeypatch):
+    gone = Interface("radio0", "192.0.2.1", "")
+    monkeypatch.setattr("shoal.network.udp_link.interfaces", lambda: [gone])
+    monkeypatch.setattr("shoal.network.udp_link.BROADCAST", "127.0.0.1")  # and no other computer
+
+    async def act() -> None:
+        ports = discovery_ports()
+        async with living(Station(ports)), Network([UDPLink([Endpoint("0.0.0.0", 0)], ports)]) as network:
+            assert (await network.find("station", 5.0)).id == OWN
+            async with asyncio.timeout(5.0):
+                while "udp" not in network.systems["station"].last:
+                    await asyncio.sleep(0.02)
 
     asyncio.run(act())
 
