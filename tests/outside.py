@@ -1,6 +1,7 @@
-"""What tests need of the world outside them: to wait for it, ports that nobody uses, the processes that run there."""
+"""What tests need of the world outside them: to wait for it, ports that nobody uses, processes, how busy it is."""
 
 import contextlib
+import os
 import socket
 import time
 from collections.abc import Callable
@@ -42,3 +43,8 @@ def children(process: int) -> list[int]:
     with contextlib.suppress(OSError):
         return [int(word) for word in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
     return []
+
+
+def slowness() -> float:
+    """How much slower than alone a process may be here; other work on the computer is not its fault."""
+    return max(1.0, 2.0 * os.getloadavg()[0] / (os.cpu_count() or 1))

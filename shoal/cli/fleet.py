@@ -65,7 +65,7 @@ def _stop(name: str | None) -> None:
     chosen = name or next(iter(found), "")
     if chosen not in found:
         raise click.ClickException(f"no fleet {chosen} runs" if chosen else "no fleet runs")
-    if not end(chosen):
+    if not end(chosen, found[chosen]):
         raise click.ClickException(f"the fleet {chosen}, process {found[chosen]}, does not end")
     click.echo(f"{chosen} stopped")
 
@@ -97,7 +97,8 @@ def _run(roster: Roster, duration: float | None) -> int:
     keeper = Keeper([], restart=roster.restart)
     ending: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda number, _: ending.append(number))
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
+            signal.signal(number, lambda number, _: ending.append(number))
     watch = Watch(roster.zenoh)
     display = _Display(roster)
     began = asked = time.monotonic()

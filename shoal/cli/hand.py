@@ -1,7 +1,9 @@
 """Shared by the commands for running vehicles: options, the way to a vehicle, completion, exit status."""
 
 import asyncio
+import contextlib
 import functools
+import io
 import json
 import math
 from collections.abc import Callable, Coroutine, Mapping
@@ -16,7 +18,7 @@ from click.shell_completion import CompletionItem
 import imc
 from runtime.durations import parse_duration
 from runtime.problem import printable
-from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, make_network
+from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, field_of, make_network
 
 F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
@@ -125,8 +127,6 @@ def value_text(message: imc.Message, name: str, value: Any) -> str:
 
 def fields_text(message: imc.Message, names: tuple[str, ...] = ()) -> str:
     """The fields of a message, or some of them, on one line."""
-    from shoal.network import field_of
-
     wanted = names or tuple(field.name for field in imc.fields(type(message)))
     shown: list[str] = []
     for name in wanted:
@@ -205,9 +205,10 @@ def _reach(context: click.Context) -> dict[str, Any]:
 
 
 def _quietly(look: Callable[[], list[str]]) -> list[str]:
-    """Nothing that goes wrong belongs between the words that a shell completes."""
+    """Nothing that goes wrong belongs between the words that a shell completes, or onto the line that is written."""
     try:
-        return look()
+        with contextlib.redirect_stderr(io.StringIO()):
+            return look()
     except (click.ClickException, click.exceptions.Exit):
         return []
 

@@ -12,7 +12,7 @@ from rich.table import Table
 
 import imc
 from runtime.problem import printable
-from shoal.cli.hand import json_option, no, on_network, print_line, reach_options, seconds
+from shoal.cli.hand import clock_text, json_option, no, on_network, print_line, reach_options, seconds
 from shoal.network import Network, System
 
 KINDS = (imc.VehicleState, imc.EstimatedState, imc.PlanControlState, imc.FuelLevel, imc.Heartbeat)
@@ -48,7 +48,7 @@ def ls(watch: bool, duration: float | None, reach: dict[str, Any], as_json: bool
             console.print(_table(found))
             for system in found:
                 for text in troubles(system):
-                    click.echo(f"{system.name}: {text}", err=True)
+                    click.echo(printable(f"{system.name}: {text}"), err=True)
         if not found:
             no(network.nobody())
 
@@ -78,11 +78,11 @@ async def _draw(network: Network, duration: float | None) -> None:
 
 
 async def _tell(network: Network, duration: float | None, as_json: bool) -> None:
-    """A line when a vehicle appears, changes its state, or is gone."""
+    """A line when a vehicle appears, changes its state or its troubles, or is gone."""
     before: dict[str, str] = {}
     began = time.monotonic()
     while duration is None or time.monotonic() - began < duration:
-        now = {system.name: state_text(system) for system in network.vehicles()}
+        now = {system.name: "; ".join([state_text(system), *troubles(system)]) for system in network.vehicles()}
         for name in sorted({*before, *now}):
             if before.get(name) == now.get(name):
                 continue
@@ -90,7 +90,7 @@ async def _tell(network: Network, duration: float | None, as_json: bool) -> None
             if as_json:
                 print_line({"time": time.time(), "event": event, **as_values(network.systems[name])})
             else:
-                click.echo(f"{time.strftime('%H:%M:%S')} {printable(name)} {now.get(name) or event}")
+                click.echo(printable(f"{clock_text(time.time())} {name} {now.get(name) or event}"))
         before = now
         await network.news(REFRESH)
 
@@ -116,6 +116,7 @@ def as_values(system: System) -> dict[str, object]:
         "network": sorted(system.links),
         "places": system.places,
         "other_ids": sorted(system.others),
+        "clash": system.clash or None,
     }
 
 
@@ -137,7 +138,7 @@ def state_text(system: System) -> str:
 
 
 def troubles(system: System) -> list[str]:
-    """What an operator must know: two vehicles of one name."""
+    """What an operator must know: two vehicles of one name or id."""
     return [f"{system.clash}; end all but one"] if system.clash else []
 
 

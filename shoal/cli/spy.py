@@ -1,6 +1,7 @@
 """`shoal spy`: the messages of a running vehicle, or their rates."""
 
 import asyncio
+import json
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -151,8 +152,6 @@ def _is_plain(message: imc.Message) -> bool:
 
 
 def _json(message: imc.Message) -> dict[str, Any]:
-    import json
-
     return json.loads(message.to_json())
 
 

@@ -23,8 +23,9 @@ def run_crew(members: Iterable[Member], folder: Path, log_dir: Path, parent: int
     def stop(*_: object) -> None:
         fleet.kernel.post(fleet.stop)
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, stop)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
+            signal.signal(number, stop)
 
     def look() -> None:
         if os.getppid() != parent:

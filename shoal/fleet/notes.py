@@ -32,8 +32,10 @@ def noted(name: str) -> Generator[None]:
         file.truncate(0)
         file.write(str(os.getpid()))
         file.flush()
-        yield
-        path.unlink(missing_ok=True)
+        try:
+            yield
+        finally:  # the file stays: without it two fleets could each lock a file of this name
+            file.truncate(0)
 
 
 def running() -> dict[str, int]:
@@ -46,11 +48,12 @@ def running() -> dict[str, int]:
     return found
 
 
-def end(name: str) -> bool:
-    """End a running fleet; whether it has ended within PATIENCE. Raises KeyError if it does not run."""
-    os.kill(running()[name], signal.SIGTERM)
+def end(name: str, process: int) -> bool:
+    """End a running fleet, of a process; whether it has ended within PATIENCE."""
+    with contextlib.suppress(ProcessLookupError):  # it has just ended
+        os.kill(process, signal.SIGTERM)
     deadline = time.monotonic() + PATIENCE
-    while name in running():
+    while running().get(name) == process:
         if time.monotonic() > deadline:
             return False
         time.sleep(0.05)

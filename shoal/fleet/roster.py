@@ -134,7 +134,7 @@ def _check(members: tuple[Member, ...], path: Path) -> tuple[Problem, ...]:
     Raises ProfileError: a process that cannot run would be started again and again.
     """
     found: list[Problem] = []
-    for member in {(m.profile, m.modes, m.group): m for m in reversed(members)}.values():
+    for member in {m.group: m for m in reversed(members)}.values():
         try:
             profile = load_profile(member.profile, [path.parent], vehicle=member.name, overrides=member.overrides)
             found += check(profile, {}, profile.select(member.modes), find_task)

@@ -1,6 +1,7 @@
 """The same without asyncio: the event loop runs in a thread of its own."""
 
 import asyncio
+import concurrent.futures
 import threading
 from collections.abc import AsyncGenerator, Callable, Coroutine, Generator
 from contextlib import suppress
@@ -27,25 +28,46 @@ class Portal:
 
     def __init__(self) -> None:
         self._loop = asyncio.new_event_loop()
+        self._lock = threading.Lock()  # what is called before the end is cancelled by it; nothing is called after it
+        self._has_ended = False
         self._thread = threading.Thread(target=self._loop.run_forever, name="shoal network", daemon=True)
         self._thread.start()
 
     def call(self, coroutine: Coroutine[Any, Any, T]) -> T:
-        if threading.current_thread() is self._thread or not self._thread.is_alive():
-            coroutine.close()
-            here = self._thread.is_alive()  # to wait here would be to wait for ever
-            raise NetworkError(IN_PROGRESS if here else ENDED)
-        future = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
+        here = threading.current_thread() is self._thread  # to wait here would be to wait for ever
+        with self._lock:
+            if here or self._has_ended:
+                coroutine.close()
+                raise NetworkError(ENDED if self._has_ended else IN_PROGRESS)
+            future = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
         try:
             return future.result()
+        except concurrent.futures.CancelledError:
+            raise NetworkError(ENDED) from None
         except BaseException:  # also Ctrl-C: what waits on the network must not go on
             future.cancel()
             raise
 
     def close(self) -> None:
-        self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join()
-        self._loop.close()
+        """End the loop; calls that other threads wait for raise NetworkError."""
+        if threading.current_thread() is self._thread:
+            raise NetworkError(IN_PROGRESS)
+        with self._lock:
+            self._has_ended = True
+            future = asyncio.run_coroutine_threadsafe(_cancel_others(), self._loop)
+        try:
+            future.result()
+        finally:
+            self._loop.call_soon_threadsafe(self._loop.stop)
+            self._thread.join()
+            self._loop.close()
+
+
+async def _cancel_others() -> None:
+    others = asyncio.all_tasks() - {asyncio.current_task()}
+    for task in others:
+        task.cancel()
+    await asyncio.gather(*others, return_exceptions=True)
 
 
 class _Face:

@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 import imc
+from shoal.network.listener import Listener
 from shoal.network.network import Network, NoAnswer, VehicleLost
 from shoal.network.systems import System
 
@@ -31,6 +32,7 @@ ADVICE = {
     "schema mismatch": "it defines this message in another way: compare the versions of IMC",
     "lost on the way": "the link is too slow for what the vehicle sends, or this program for what it asked for",
     "from ": "a second system uses its id, or it has two addresses and announces only one",
+    "another program uses our id": "give each program its own (SHOAL_CONSOLE), and list all in Consoles",
     "this program is too slow": "ask for fewer messages",
     "announced without": "its transport for packets does not run, or listens nowhere",
     "announcement": "a program that does not speak IMC sends to the ports of discovery",
@@ -102,9 +104,25 @@ def _contact(system: System, before: Counter[str], past: float) -> Contact:
 
 
 async def _probe(network: Network, system: System, contact: Contact, patience: float) -> None:
-    """Questions that every vehicle answers, one after the other, each sent once."""
-    times: list[float] = []
+    """Ask a vehicle, and read what it says of us."""
     book = network.listen(system, (imc.LogBookEntry,))
+    try:
+        times = await _question(network, system, contact, patience)
+        if not contact.answered:
+            contact.says |= await _words_of_us(network, book)
+    finally:
+        network.end(book)
+    if times:
+        contact.round_trip = sorted(times)[len(times) // 2]
+    contact.missed = dict(system.missed)
+    for state in system.all_of(imc.EntityState):
+        if any(words in state.description for words in CARRIERS):
+            contact.says[system.label(state.src_ent)] = state.description
+
+
+async def _question(network: Network, system: System, contact: Contact, patience: float) -> list[float]:
+    """Questions that every vehicle answers, one after the other, each sent once; the times to the answers (s)."""
+    times: list[float] = []
     for _ in range(PROBES):
         began = time.monotonic()
         contact.asked += 1
@@ -124,18 +142,18 @@ async def _probe(network: Network, system: System, contact: Contact, patience: f
             break
         contact.answered += 1
         times.append(time.monotonic() - began)
-    if times:
-        contact.round_trip = sorted(times)[len(times) // 2]
-    contact.missed = dict(system.missed)
+    return times
+
+
+async def _words_of_us(network: Network, book: Listener) -> dict[str, str]:
+    """What the log book of a system says of us; it may be full of other entries."""
     with suppress(TimeoutError):
-        while not contact.answered:  # its log book may say why
-            _, entry = await book.next(LAST_WORDS)
-            if isinstance(entry, imc.LogBookEntry) and f"0x{network.console.id:04X}" in entry.text:
-                contact.says["log book"] = entry.text
-    network.end(book)
-    for state in system.all_of(imc.EntityState):
-        if any(words in state.description for words in CARRIERS):
-            contact.says[system.label(state.src_ent)] = state.description
+        async with asyncio.timeout(LAST_WORDS):
+            while True:
+                _, entry = await book.next()
+                if isinstance(entry, imc.LogBookEntry) and f"0x{network.console.id:04X}" in entry.text:
+                    return {"log book": entry.text}
+    return {}
 
 
 def _judge(network: Network, system: System, contact: Contact) -> list[Finding]:

@@ -48,7 +48,7 @@ class Logs:
     async def list(self) -> list[RemoteLog]:
         """All logs, the oldest first. Raises NetworkError if the vehicle serves none."""
         place = await self._place()
-        return await asyncio.to_thread(_list, place)
+        return await asyncio.to_thread(all_logs, place)
 
     async def fetch(self, log: RemoteLog, folder: Path, progress: Callable[[int], object] = lambda _: None) -> Path:
         """Copy a log into a folder, below the name of the vehicle; returns where it is.
@@ -88,13 +88,14 @@ def _session(place: Endpoint) -> Generator["FTP"]:
             session.login()
             session.voidcmd("TYPE I")
             yield session
-    except (*ftplib.all_errors, EOFError) as error:
+    except (*ftplib.all_errors, ValueError) as error:  # the latter: a name that is not UTF-8, or an answer that is odd
         if isinstance(error, OSError) and error.filename is not None:
             raise  # of our own disk
         raise NetworkError(f"the server of logs at {place}: {error}") from None
 
 
-def _list(place: Endpoint) -> list[RemoteLog]:
+def all_logs(place: Endpoint) -> list[RemoteLog]:
+    """The logs that a server has, the oldest first. Raises NetworkError."""
     found: list[RemoteLog] = []
     with _session(place) as session:
         for day in names_in(session, "", "dir"):

@@ -52,11 +52,12 @@ class Network:
         self.changed = asyncio.Event()
         self._listeners: list[Listener] = []
         self._replies: deque[imc.Message] = deque(maxlen=MOST_REPLIES)
-        self._began = time.monotonic()
+        self._opened = 0.0
         self._request = random.SystemRandom().randrange(1, 0xFFFF)
 
     async def __aenter__(self) -> Self:
         await asyncio.gather(*(link.open(self, self.console) for link in self.links))
+        self._opened = time.monotonic()  # not before: the import of zenoh may take long, and we announce after it
         return self
 
     async def __aexit__(self, *_: object) -> None:
@@ -220,7 +221,7 @@ class Network:
         began = time.monotonic()
         while (left := began + (self._patience(name) if timeout is None else timeout) - time.monotonic()) > 0.0:
             system = self.systems.get(name)
-            alone = time.monotonic() > self._began + COMPANY
+            alone = time.monotonic() > self._opened + COMPANY
             if system is not None and system.id is not None and system.is_there and (alone or system.clash):
                 if system.clash:
                     break
@@ -255,7 +256,8 @@ class Network:
         """Raise VehicleLost if a system is not there any more."""
         if not system.is_there:
             last = f"last heard {system.age:.0f} s ago" if system.last else "it has ended"
-            raise VehicleLost(f"{system.name} is gone; {last}")
+            troubles = "; ".join(link.trouble for link in self.links if link.trouble and link.name in system.heard)
+            raise VehicleLost(f"{system.name} is gone; {last}{f' ({troubles})' if troubles else ''}")
 
     def number(self) -> int:
         """The number of the next request."""

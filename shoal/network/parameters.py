@@ -1,5 +1,6 @@
 """The parameters of a vehicle's tasks, by the label of the entity."""
 
+import asyncio
 import time
 from collections.abc import Collection, Mapping
 from contextlib import suppress
@@ -11,6 +12,7 @@ from shoal.network.network import Network, NoAnswer
 from shoal.network.plans import Refused
 from shoal.network.systems import System
 
+SHORT = 1.2  # s for the first question: there may be no such entity
 QUIET = 0.5  # s without an answer: there are no more
 AT_ONCE = 50  # questions; a vehicle gives a console 200 answers a second
 
@@ -62,22 +64,27 @@ class Parameters:
 
     async def get(self, entity: str) -> dict[str, str]:
         """The parameters of one entity by name. Raises Refused if there is no such entity or it has none."""
-        ask = self._network.ask
-        kinds = (imc.EntityParameters,)
         try:
-            return await ask(self._system, _query(entity), kinds, lambda m: _of(m, entity), timeout=1.2)
+            return await self._read(entity, SHORT)
         except NoAnswer:
             labels = await self.entities()
-            if entity in labels:
-                raise Refused(f"{entity} has no parameters") from None
-            raise Refused(
-                f"no entity {entity!r}; {suggestion(entity, labels) or '`shoal param VEHICLE list` lists them'}"
-            ) from None
+        if entity not in labels:
+            hint = suggestion(entity, labels) or "`shoal param VEHICLE list` lists them"
+            raise Refused(f"no entity {entity!r}; {hint}")
+        try:
+            return await self._read(entity)  # the answers may have got lost
+        except NoAnswer:
+            raise Refused(f"{entity} has no parameters") from None
+
+    async def _read(self, entity: str, timeout: float | None = None) -> dict[str, str]:
+        kinds = (imc.EntityParameters,)
+        answer = self._network.ask(self._system, _query(entity), kinds, lambda m: _of(m, entity), timeout=timeout)
+        return await answer
 
     async def set(self, entity: str, values: Mapping[str, str | float]) -> dict[str, str]:
         """Set parameters of one entity; returns those that were accepted. Raises Refused with the vehicle's reasons.
 
-        A value may be a number, True or False, too.
+        A value may be a number, True or False, too. Raises NoAnswer if it is not known whether they were accepted.
 
         What was accepted before a refusal stays.
         """
@@ -88,19 +95,24 @@ class Parameters:
         params = tuple(imc.EntityParameter(name=name, value=text) for name, text in texts.items())
         request = imc.SetEntityParameters(name=entity, params=params)
 
+        refused: set[str] = set()
+
         def answer(message: imc.Message) -> dict[str, str] | None:
-            """What was accepted; a late answer to the question above has the others, too."""
+            """What was accepted: nothing if all is refused. A late answer to the question above has the others, too."""
+            if isinstance(message, imc.LogBookEntry):
+                refused.update(name for name, text in texts.items() if message.text.startswith(f"{name} = {text!r} "))
+                return {} if len(refused) == len(texts) else None
             found = _of(message, entity)
             return found if found is not None and set(found) <= set(values) else None
 
         log = self._network.listen(self._system, (imc.LogBookEntry,))
         try:
-            ask = self._network.ask
-            kinds = (imc.EntityParameters,)
+            kinds = (imc.EntityParameters, imc.LogBookEntry)
             try:
-                accepted = await ask(self._system, request, kinds, answer, timeout=1.2)
-            except NoAnswer:
-                accepted = {}
+                accepted = await self._network.ask(self._system, request, kinds, answer)
+            except NoAnswer:  # the answer may have got lost
+                now = await self._read(entity)
+                accepted = {name: now[name] for name in values if _is_same(now.get(name, ""), texts[name])}
             if missing := [name for name in values if name not in accepted]:
                 raise Refused("; ".join([await self._reason(log, entity, name, texts[name]) for name in missing]))
             return accepted
@@ -125,10 +137,11 @@ class Parameters:
     async def _reason(self, log: Listener, entity: str, name: str, value: str) -> str:
         """Why a value was refused: the vehicle says so in its log book."""
         with suppress(TimeoutError):
-            while True:
-                _, entry = await log.next(QUIET)
-                if isinstance(entry, imc.LogBookEntry) and entry.text.startswith(f"{name} = "):
-                    return f"{entity}: {entry.text}"
+            async with asyncio.timeout(QUIET):  # of all entries: there may be others again and again
+                while True:
+                    _, entry = await log.next()
+                    if isinstance(entry, imc.LogBookEntry) and entry.text.startswith(f"{name} = "):
+                        return f"{entity}: {entry.text}"
         return f"{entity}: {name} = {value!r} was not accepted"
 
 
@@ -137,6 +150,18 @@ def check_parameter(entity: str, name: str, known: Collection[str]) -> None:
     if name not in known:
         hint = suggestion(name, known) or f"`shoal param VEHICLE get {entity!r}` lists them"
         raise Refused(f"{entity} has no parameter {name!r}; {hint}")
+
+
+def _is_same(text: str, other: str) -> bool:
+    """Whether two texts are the same value, such as `2, 3` and `2.0, 3.0`."""
+    words, others = ([word.strip() for word in each.split(",")] for each in (text, other))
+    return len(words) == len(others) and all(map(_is_same_word, words, others))
+
+
+def _is_same_word(word: str, other: str) -> bool:
+    with suppress(ValueError):
+        return float(word) == float(other)
+    return word.casefold() == other.casefold()
 
 
 def _query(entity: str) -> imc.QueryEntityParameters:

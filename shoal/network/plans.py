@@ -128,7 +128,7 @@ class Plans:
                     if flown and message.state in OVER:
                         over = over or time.monotonic()
                         done = message.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
-                        if over and time.monotonic() - over > LAST_WORDS:
+                        if time.monotonic() - over > LAST_WORDS:
                             return Outcome(name, done, words if done else "plan has failed", time.monotonic() - began)
                     elif progress is not None:
                         progress(message)

@@ -28,7 +28,7 @@ class _Line:
     """A connection: the systems behind it by id, and why there is none."""
 
     place: Endpoint
-    trouble: str = "not connected yet"
+    trouble: str
     names: dict[int, str] = field(default_factory=dict[int, str])
     writer: asyncio.StreamWriter | None = None
     began: float = 0.0
@@ -40,9 +40,9 @@ class TCPLink:
     name = "tcp"
 
     def __init__(self, places: Collection[Endpoint]) -> None:
-        self.trouble = "not open yet"
         self.is_far = not all(is_local(place.address) or place.address == "localhost" for place in places)
-        self._lines = [_Line(place) for place in dict.fromkeys(places)]
+        self._lines = [_Line(place, f"{place} has not answered yet") for place in dict.fromkeys(places)]
+        self.trouble = "; ".join(line.trouble for line in self._lines)
         self._tasks: list[asyncio.Task[None]] = []
 
     @property
@@ -84,6 +84,8 @@ class TCPLink:
             try:
                 async with asyncio.timeout(PATIENCE):
                     reader, line.writer = await asyncio.open_connection(*line.place, limit=LARGEST_PACKET)
+            except TimeoutError:
+                self._tell(line, f"{line.place} does not answer")
             except (OSError, UnicodeError):
                 self._tell(line, f"nobody listens at {line.place}")
                 tried.set()
@@ -93,13 +95,13 @@ class TCPLink:
                 line.began = time.monotonic()
                 beating = asyncio.create_task(self._beat(line))
                 try:
-                    await self._read(line, reader)
+                    trouble = await self._read(line, reader)
                 finally:
                     beating.cancel()
                     line.writer.close()
                     line.writer = None
                     self._lose(line)
-                self._tell(line, f"{line.place} has closed the connection")
+                self._tell(line, f"{line.place} {trouble}")
             await asyncio.sleep(RETRY)
 
     def _tell(self, line: _Line, trouble: str) -> None:
@@ -111,20 +113,24 @@ class TCPLink:
             self._write(line, imc.encode_as(imc.Heartbeat(), time.time(), self._console.id, 0, 0xFFFF, 0xFF))
             await asyncio.sleep(BEAT)
 
-    async def _read(self, line: _Line, reader: asyncio.StreamReader) -> None:
-        """Take packets until the connection ends, or is silent."""
+    async def _read(self, line: _Line, reader: asyncio.StreamReader) -> str:
+        """Take packets until the connection ends, or is silent; which of the two."""
         parser = imc.StreamParser()
-        with suppress(OSError):  # also a time-out
-            while True:
+        data = b"..."
+        while data:
+            try:
                 async with asyncio.timeout(SILENCE):
                     data = await reader.read(LARGEST_PACKET)
-                before = parser.lost
-                for packet in parser.feed_packets(data) if data else parser.close_packets():
-                    self._take(line, packet)
-                if parser.lost > before:
-                    self._ear.dropped(self, str(line.place), f"between packets: {parser.losses[-1].reason}")
-                if not data:
-                    return
+            except TimeoutError:
+                return f"has sent nothing for {SILENCE:g} s"
+            except OSError:
+                break
+            before = parser.lost
+            for packet in parser.feed_packets(data) if data else parser.close_packets():
+                self._take(line, packet)
+            if parser.lost > before:
+                self._ear.dropped(self, str(line.place), f"between packets: {parser.losses[-1].reason}")
+        return "has closed the connection"
 
     def _take(self, line: _Line, packet: bytes) -> None:
         source = imc.header(packet).src

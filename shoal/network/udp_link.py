@@ -73,6 +73,7 @@ class UDPLink:
         self._refused: set[Endpoint] = set()
         self._own_place: Endpoint | None = None
         self._has_heard = False
+        self._rival_heard = 0.0
         self.deaf = False
         self.is_far = not all(place.address.startswith("127.") for place in self._places)
 
@@ -160,6 +161,8 @@ class UDPLink:
         next_announce = 0.0
         while True:
             now = time.monotonic()
+            if self._rival_heard and now - self._rival_heard > UNSEEN:
+                self._rival_heard, self.trouble = 0.0, ""
             if now >= next_announce:
                 self._announce()
                 next_announce = now + next(wait, PERIOD)
@@ -190,7 +193,10 @@ class UDPLink:
     def _announce_on_interfaces(self) -> None:
         """Announce on each network of this computer: a radio's is seldom the one with the default route."""
         for interface in interfaces():
-            self._data.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface.address))
+            try:
+                self._data.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface.address))
+            except OSError:  # its address is gone since it was asked for
+                continue
             for place in targets(filter(None, (MULTICAST, interface.broadcast)), self._ports):
                 self._send(self._announcement(place, interface.address), place)
 
@@ -248,9 +254,16 @@ class UDPLink:
         except imc.DecodeError as error:
             self._ear.dropped(self, sender.address, f"announcement: {error.reason}")
             return
-        if isinstance(message, imc.Announce) and message.src != self._console.id:
+        if not isinstance(message, imc.Announce):
+            return
+        if message.src != self._console.id:
             self._has_heard = True
             self._meet(message, sender)
+        elif Services.parse(message.services).uid != self._uid:  # a vehicle sends to the newer of us only
+            self._rival_heard = time.monotonic()
+            shared = f"another program at {sender.address} uses the id 0x{self._console.id:04X}"
+            self.trouble = f"{shared}: give each program its own (SHOAL_CONSOLE), and list all in Consoles"
+            self._ear.dropped(self, sender.address, f"another program uses our id 0x{self._console.id:04X}")
 
     def _meet(self, announce: imc.Announce, sender: Endpoint) -> None:
         services = Services.parse(announce.services)

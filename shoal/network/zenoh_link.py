@@ -46,8 +46,8 @@ class ZenohLink:
     name = "zenoh"
 
     def __init__(self, connect: Collection[str] = (LOCAL,), config_file: Path | None = None) -> None:
-        self.trouble = "not open yet"
         self._connect = tuple(connect)
+        self.trouble = f"{', '.join(self._connect)} has not answered yet"
         self.is_far = not all("/127." in endpoint or "/localhost:" in endpoint for endpoint in connect)
         self._config = ZenohConfig(
             mode="client", local_port=0, listen=(), connect=self._connect, scouting="none", config_file=config_file

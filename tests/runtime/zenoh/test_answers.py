@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import imc
+from tests.outside import slowness
 from tests.runtime.zenoh.processes import Network, Process
-from tests.runtime.zenoh.vehicles import NAME, SYSTEM, Vehicle, slowness, wait_until
+from tests.runtime.zenoh.vehicles import NAME, SYSTEM, Vehicle, wait_until
 
 CONSOLE = 0x4123
 QUERY, DB = imc.EntityList.Op.QUERY, imc.PlanDB

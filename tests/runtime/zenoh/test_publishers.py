@@ -1,8 +1,7 @@
 """Telemetry that nobody receives is numbered, but not put."""
 
 import json
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -10,6 +9,7 @@ import zenoh
 
 from runtime.zenoh import publishers
 from runtime.zenoh.publishers import Numbered
+from tests.outside import until
 from tests.runtime.zenoh.processes import local_port
 
 
@@ -43,13 +43,6 @@ def recorded() -> Iterator[tuple[Any, zenoh.Session]]:
     with session("peer", listen=place) as ours, session("client", connect=place) as theirs:
         declare: Any = ours.declare_publisher
         yield Recorded(declare("imc/pole/Temperature/Tank", allowed_destination=zenoh.Locality.REMOTE)), theirs
-
-
-def until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + 10.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.005)
 
 
 def test_packets_that_nobody_receives_are_numbered_but_not_put(

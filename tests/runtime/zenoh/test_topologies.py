@@ -6,8 +6,8 @@ import time
 import pytest
 
 from runtime.zenoh.config import SESSION_OFFSET
+from tests.outside import slowness
 from tests.runtime.zenoh.processes import PEERS, Network, Process, hear_each_other, local_port
-from tests.runtime.zenoh.vehicles import slowness
 
 CLIENT, PEER = 1, 2
 BACK = 5.0  # s from the return of a router until all hear each other

@@ -7,8 +7,9 @@ from itertools import pairwise
 from pathlib import Path
 
 import imc
+from tests.outside import slowness
 from tests.runtime.zenoh.processes import PATIENCE, PEERS, Network
-from tests.runtime.zenoh.vehicles import NAME, SYSTEM, Vehicle, slowness, wait_until
+from tests.runtime.zenoh.vehicles import NAME, SYSTEM, Vehicle, wait_until
 
 EXECUTING = imc.PlanControlState.State.EXECUTING
 

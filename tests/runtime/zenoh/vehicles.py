@@ -1,6 +1,5 @@
 """A shipped vehicle in a process of its own, on a zenoh network of a test."""
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -36,8 +35,3 @@ class Vehicle(Process):
 def wait_until(condition: Callable[[], object], *processes: Process) -> None:
     """Wait for a condition, for which these processes are needed."""
     until(condition, told=lambda: [process.errors for process in processes])
-
-
-def slowness() -> float:
-    """How much slower than alone a process may be here; other work on the computer is not the vehicle's fault."""
-    return max(1.0, 2.0 * os.getloadavg()[0] / (os.cpu_count() or 1))

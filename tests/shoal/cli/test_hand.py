@@ -110,14 +110,20 @@ def test_ctrl_c_ends_the_command_and_not_the_plan(process: Running, tmp_path: Pa
     path = tmp_path / "long.yaml"
     path.write_text(PLAN % 600)
     command = [sys.executable, "-m", "shoal.cli", "plan", NAME, "start", str(path)]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as start:
-        assert start.stderr is not None
-        assert "pause" in start.stderr.readline()
-        start.send_signal(signal.SIGINT)
-        assert f"`shoal plan {NAME} stop` stops it" in start.stderr.read()
-    assert start.returncode == 130
-    assert json_of("plan", NAME, "status", "--json")["state"] == "EXECUTING"
-    assert shoal("plan", NAME, "stop").output == "stopped\n"
+    try:
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as start:
+            try:
+                assert start.stderr is not None
+                assert "pause" in start.stderr.readline()
+                start.send_signal(signal.SIGINT)
+                assert f"`shoal plan {NAME} stop` stops it" in start.stderr.read()
+            finally:
+                start.kill()  # nothing, if it has ended
+        assert start.returncode == 130
+        assert json_of("plan", NAME, "status", "--json")["state"] == "EXECUTING"
+    finally:
+        stopped = shoal("plan", NAME, "stop").output  # the vehicle is that of all tests here
+    assert stopped == "stopped\n"
 
 
 def test_parameters(process: Running) -> None:
@@ -203,7 +209,9 @@ def pressed_tab(*words: str) -> list[str]:
         _shoal_completion {program}
         printf '%s\\n' "${{COMPREPLY[@]}}"
     """
-    return subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True).stdout.splitlines()
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
+    assert done.stderr == "", "it would be on the line that is written"
+    return [line for line in done.stdout.splitlines() if line]
 
 
 def test_the_shell_completes_vehicles_messages_and_plans(process: Running, tmp_path: Path) -> None:
@@ -215,6 +223,7 @@ def test_the_shell_completes_vehicles_messages_and_plans(process: Running, tmp_p
     assert completed("plan", NAME, "st") == ["start", "stop", "status"]
     assert "pause" in completed("plan", NAME, "start", "pau")
     assert pressed_tab("plan", NAME, "start", "pau") == ["pause"]
+    assert pressed_tab("plan", "nobody", "start", "pau") == []
     assert completed("param", NAME, "get", "Path") == ["Path Control"]
     assert "Path Control:Corridor -- Width" in completed("param", NAME, "get", "Path Control:Cor")
 

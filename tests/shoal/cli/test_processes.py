@@ -14,9 +14,9 @@ import imc
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from tests.outside import children
+from tests.outside import children, slowness
 from tests.runtime.zenoh.processes import Network, Process
-from tests.runtime.zenoh.vehicles import NAME, SYSTEM, Vehicle, slowness, wait_until
+from tests.runtime.zenoh.vehicles import NAME, SYSTEM, Vehicle, wait_until
 
 CAMERA = "MUG Camera"
 VISION = ("--set", "Simulators.MUGDetectionCamera:Process=vision")

@@ -1,5 +1,6 @@
 """`shoal fleet` with real processes: started, killed, started again, stopped."""
 
+import contextlib
 import json
 import os
 import signal
@@ -41,13 +42,12 @@ def connected(port: int) -> Any:
     config: Any = zenoh.Config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", json.dumps([f"tcp/127.0.0.1:{port}"]))
-    deadline = time.monotonic() + 2 * PATIENCE
-    while True:
-        try:
+
+    def opened() -> Any:
+        with contextlib.suppress(zenoh.ZError):
             return zenoh.open(config)
-        except zenoh.ZError:
-            assert time.monotonic() < deadline
-            time.sleep(0.2)
+
+    return until(opened, 2 * PATIENCE, every=0.2)
 
 
 @pytest.mark.heavy
@@ -88,6 +88,29 @@ def test_a_fleet_is_started_kept_and_stopped(network: Network, tmp_path: Path, p
     assert "no fleet" in again.stderr
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize("is_ignored", [False, True])
+def test_a_closed_terminal_ends_the_vehicles_in_order_unless_they_run_under_nohup(
+    network: Network, tmp_path: Path, is_ignored: bool
+) -> None:
+    file = tmp_path / "fleet.yaml"
+    file.write_text(FLEET.format(port=network.local_port, per_process=3) + "restart: never\n")
+    before = "import os, signal, sys; signal.signal(signal.SIGHUP, signal.Handlers(int(sys.argv[1])));"
+    start = f"{before} os.execv(sys.executable, [sys.executable, '-m', 'shoal.cli', *sys.argv[2:]])"
+    handler = int(signal.SIG_IGN if is_ignored else signal.SIG_DFL)
+    run = network.add("-c", start, handler, "fleet", file, "--log-dir", tmp_path / "log")
+    wait_until(lambda: len(list((tmp_path / "log").glob("*/*/*/Data.lsf*"))) == 3, run)
+    (crew,) = children(run.popen.pid)
+    os.kill(crew, signal.SIGHUP)
+    if is_ignored:
+        os.kill(run.popen.pid, signal.SIGHUP)
+        time.sleep(1.0)
+        assert run.popen.poll() is None
+        assert children(run.popen.pid) == [crew]
+        run.popen.terminate()
+    assert run.popen.wait(2 * PATIENCE) == 0, "it would be 1 if the signal had killed the vehicles"
+
+
 def script(text: str) -> list[str]:
     return [sys.executable, "-c", text]
 
@@ -96,11 +119,12 @@ def test_a_process_that_fails_starts_again_after_a_growing_pause_with_its_reason
     child = Child("bad", script("import sys; sys.exit('no cable')"))
     keeper = Keeper([child])
     told: list[str] = []
-    deadline = time.monotonic() + PATIENCE
-    while len(told) < 4:
-        told += [words for _, words in keeper.look()]
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+
+    def look() -> bool:
+        told.extend(words for _, words in keeper.look())
+        return len(told) >= 4
+
+    until(look, every=0.01)
     assert told[0] == "started"
     assert told[1].startswith("has ended with status 1")
     assert told[1].endswith("it starts again in 1 s")

@@ -20,6 +20,7 @@ OPERATOR = 3
 PLAN = "plan: far\norigin: 41.185°, -8.7062°\nspeed: 1 m/s\nmaneuvers:\n" + "".join(
     f"  - goto: {{north: {10 * n}, east: {5 * n}, depth: 0}}\n" for n in range(1, 40)
 )
+PARAMETER = "Path Control:Corridor -- Width"
 SHOAL = [sys.executable, "-m", "shoal.cli"]
 
 
@@ -69,6 +70,9 @@ def scene(folder: Path) -> dict[str, Any]:
             found["list"] = [command(net, "plan", name, "list") for name in VEHICLES.values()]
             found["start"] = [command(net, "plan", name, "start", "far", "--no-wait") for name in VEHICLES.values()]
             found["status"] = [command(net, "plan", name, "status", "--json") for name in VEHICLES.values()]
+            for number, name in enumerate(VEHICLES.values()):
+                found.setdefault("get", []).append(command(net, "param", name, "get", PARAMETER))
+                found.setdefault("set", []).append(command(net, "param", name, "set", f"{PARAMETER}={number + 2}"))
             net.change(Quality(cut=True))
             found["cut"] = command(net, "plan", "otter", "status")
             time.sleep(max(0.0, CUT - found["cut"]["seconds"]))
@@ -80,7 +84,11 @@ def scene(folder: Path) -> dict[str, Any]:
             for vehicle in vehicles:
                 vehicle.terminate()
             for vehicle in vehicles:
-                vehicle.wait(20.0)
+                try:
+                    vehicle.wait(20.0)
+                except subprocess.TimeoutExpired:
+                    vehicle.kill()
+                    vehicle.wait()
     return found
 
 

@@ -1,9 +1,17 @@
 """What a server of logs may say."""
 
+import contextlib
+import re
+import socket
+import threading
 from ftplib import FTP
 from typing import Any
 
-from shoal.network.logs import names_in
+import pytest
+
+from imc.discovery import Endpoint
+from shoal.network.link import NetworkError
+from shoal.network.logs import all_logs, names_in
 
 
 class Hostile(FTP):
@@ -19,3 +27,25 @@ class Hostile(FTP):
 def test_no_name_leads_out_of_the_folder() -> None:
     assert names_in(Hostile(), "", "dir") == {"20260101": 0}
     assert names_in(Hostile(), "", "file") == {"20260102": 0, "20260103": 12}
+
+
+def test_a_name_that_is_not_utf_8_is_an_error_of_the_server() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as control, socket.create_server(("127.0.0.1", 0)) as data:
+        host, port = data.getsockname()
+        answers = {"TYPE": "200 ok", "PASV": f"227 ok ({host.replace('.', ',')},{port // 256},{port % 256})"}
+        answers |= {"EPSV": f"229 ok (|||{port}|)", "MLSD": "150 here", "QUIT": "221 bye"}
+
+        def serve() -> None:
+            with contextlib.suppress(OSError), control.accept()[0] as line, line.makefile("rw", newline="\r\n") as file:
+                line.sendall(b"220 here\r\n")
+                for command in iter(file.readline, ""):
+                    line.sendall(answers.get(command.split()[0], "230 in").encode() + b"\r\n")
+                    if command.startswith("MLSD"):
+                        with data.accept()[0] as listing:
+                            listing.sendall(b"type=dir; 2026\xff\r\n")
+                        line.sendall(b"226 all\r\n")
+
+        threading.Thread(target=serve, daemon=True).start()
+        place = Endpoint(*control.getsockname())
+        with pytest.raises(NetworkError, match=re.escape(f"the server of logs at {place}: 'utf-8' codec")):
+            all_logs(place)

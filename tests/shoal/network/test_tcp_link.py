@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import socket
 import time
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 
 import imc
 import shoal
-from shoal.network import Network, make_network
+from shoal.network import Network, ZenohLink, make_network
 from tasks.transports.announce import Announce
 from tasks.transports.tcp.server import Server
 from tests.tasks.transports.imc_station import afloat
@@ -86,6 +87,28 @@ def test_a_server_that_is_not_there_yet_is_named_and_connected_to_later() -> Non
             assert net.nobody() == f"no vehicle is on the network (nobody listens at 127.0.0.1:{port})"
             async with serving(packet(imc.Announce(sys_name="buoy", services="")), port=port):
                 assert (await net.find("buoy", 5.0)).id == OWN
+
+    asyncio.run(act())
+
+
+def test_a_server_that_does_not_answer_and_one_that_is_silent_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("shoal.network.tcp_link.SILENCE", 0.1)
+
+    async def act() -> None:
+        with contextlib.ExitStack() as stack:
+            full = stack.enter_context(socket.create_server(("127.0.0.1", 0), backlog=0))
+            for _ in range(2):  # what comes after these gets no answer, as behind a firewall
+                one = stack.enter_context(socket.socket())
+                one.setblocking(False)
+                one.connect_ex(full.getsockname())
+            place = f"127.0.0.1:{full.getsockname()[1]}"
+            async with reaching(full.getsockname()[1]) as net:
+                assert net.nobody() == f"no vehicle is on the network ({place} has not answered yet)"
+        assert Network([ZenohLink([f"tcp/{place}"])]).nobody().endswith(f"(tcp/{place} has not answered yet)")
+        async with serving() as port, reaching(port) as net:
+            async with asyncio.timeout(10.0):
+                while "has sent nothing for 0.1 s" not in net.nobody():
+                    await asyncio.sleep(0.01)
 
     asyncio.run(act())
 

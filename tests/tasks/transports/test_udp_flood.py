@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import imc
+from tests.outside import slowness
 from tests.tasks.transports.imc_station import CONSOLE, Station, afloat
 
 OWN = 0x001A
@@ -81,6 +82,7 @@ def test_a_flood_delays_nobody_and_fills_no_memory(vessel, flood):
     print(f", before {max(quiet):.3f} s; {100 * share:.0f} % of a core; {grown:.1f} MB more")
     assert steady > 0.7 * usual
     assert sorted(during)[int(0.99 * len(during))] < 0.1, "the machine may be busy for longer, but seldom"
+    assert max(during) < max(0.5 * slowness(), 3.0 * max(quiet))
     assert grown < 30.0
     assert len(vessel.udp.peers) <= 64
     assert vessel.vehicle.task("Transports.UDP").entity.state == imc.EntityState.State.NORMAL

@@ -13,6 +13,7 @@ from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
 from tasks.transports.imc_links import sharing
 from tasks.transports.imc_links.sharing import Follower, Leader
+from tests.outside import until
 
 
 class Listening(Task):
@@ -33,8 +34,9 @@ def name():
     return f"test-{os.getpid()}"
 
 
-def run(task):
-    task.vehicle.run(0.05)
+def run(task, condition=lambda: True):
+    """Run the vehicle until a condition holds, at least for a moment."""
+    until(lambda: (task.vehicle.run(0.05), condition())[1])
 
 
 def test_all_followers_get_each_packet_and_one_that_goes_is_forgotten(task, name):
@@ -42,14 +44,14 @@ def test_all_followers_get_each_packet_and_one_that_goes_is_forgotten(task, name
     followers = [Follower(task, name, lambda *words: heard.append(words), lambda: ended.append(1)) for _ in range(3)]
     run(task)
     leader.tell("10.0.0.7", b"packet")
-    run(task)
+    run(task, lambda: len(heard) >= 3)
     assert heard == [(b"packet", "10.0.0.7")] * 3
     followers[0].close()
     leader.tell("10.0.0.7", b"another")
-    run(task)
+    run(task, lambda: len(heard) >= 5)
     assert heard[3:] == [(b"another", "10.0.0.7")] * 2
     leader.close()
-    run(task)
+    run(task, lambda: len(ended) >= 2)
     assert ended == [1, 1]
 
 
@@ -72,7 +74,7 @@ def test_a_follower_that_does_not_read_stops_nobody(task, name):
     for number in range(200):
         leader.tell("127.0.0.1", bytes(4000) + bytes([number]))
         task.vehicle.run(0.001)
-    run(task)
+    run(task, lambda: len(heard) >= 200)
     assert [packet[-1] for packet in heard] == list(range(200))
     deaf._socket.close()
 

@@ -1,0 +1,43 @@
+"""`shoal ls` of systems that are no vehicles of Shoal, and may be hostile."""
+
+import asyncio
+import contextlib
+import json
+
+import pytest
+from click.testing import CliRunner, Result
+
+from shoal.cli import main
+from shoal.network.systems import System
+from tests.shoal.network.station import OWN, Station, discovery_ports, living
+
+
+def ls(monkeypatch: pytest.MonkeyPatch, *options: str, name: str = "other") -> Result:
+    """The command while two stations with one id are there."""
+    ports = discovery_ports()
+    monkeypatch.setenv("SHOAL_DISCOVERY", f"{ports[0]}-{ports[-1]}")
+
+    async def act() -> Result:
+        async with contextlib.AsyncExitStack() as stack:
+            for station in (Station(ports), Station(ports[:-1], name=name)):
+                await stack.enter_async_context(living(station))
+            return await asyncio.to_thread(CliRunner().invoke, main, ["ls", "--connect", "udp", *options])
+
+    return asyncio.run(act())
+
+
+def test_two_vehicles_of_one_id_are_told_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    words = f"its id 0x{OWN:04X} is also that of "
+    found = {
+        system["name"]: system["clash"] for system in json.loads(ls(monkeypatch, "--json", "--for", "0.8s").stdout)
+    }
+    assert found["station"].startswith(f"{words}other at ")
+    assert found["other"].startswith(f"{words}station at ")
+    lines = ls(monkeypatch, "--watch", "--for", "1s").stdout.splitlines()
+    assert any(f" station here; {words}other at " in line for line in lines), lines
+
+
+def test_a_stranger_does_not_write_to_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(System, "places", ["at \x1b[2J"])
+    assert "\\x1b[2J" in ls(monkeypatch, "--for", "0.3s").stderr
+    assert "\x1b" not in ls(monkeypatch, "--for", "0.3s").stderr

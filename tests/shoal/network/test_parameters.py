@@ -1,0 +1,80 @@
+"""Parameters of a vehicle that does not answer all questions, as over a radio."""
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+import pytest
+
+import imc
+from shoal.network import Network, NoAnswer, Parameters, Refused, UDPLink
+from tests.shoal.network.station import OWN, Station, discovery_ports, living
+
+
+class Vehicle(Station):
+    """Has a parameter, Rate of GPS. Of the answers with its value those between `lost` do not arrive."""
+
+    def __init__(self, *, lost: range = range(0), refuses: bool = False) -> None:
+        super().__init__(discovery_ports())
+        self.lost, self.refuses = lost, refuses
+        self.value = "1.0"
+        self.answers = 0
+
+    def listen(self) -> None:
+        self.heard.clear()
+        super().listen()
+        for message in self.heard:
+            if isinstance(message, imc.EntityList) and message.dst == OWN:
+                self.send(self.packet(imc.EntityList(op=imc.EntityList.Op.REPORT, list="GPS=1;Empty=2")))
+            elif isinstance(message, imc.QueryEntityParameters) and message.name == "GPS":
+                self.answer(Rate=self.value, Active="true")
+            elif isinstance(message, imc.SetEntityParameters) and not self.refuses:
+                (param,) = message.params
+                assert isinstance(param, imc.EntityParameter)
+                self.value = param.value + ".0"
+                self.answer(Rate=self.value)
+
+    def answer(self, **texts: str) -> None:
+        values = tuple(imc.EntityParameter(name=name, value=text) for name, text in texts.items())
+        if self.answers not in self.lost:
+            self.send(self.packet(imc.EntityParameters(name="GPS", params=values)))
+        self.answers += 1
+
+
+def on(vehicle: Vehicle, act: Callable[[Parameters], Coroutine[Any, Any, object]], *also: imc.Message) -> object:
+    async def run() -> object:
+        packets = [vehicle.packet(message) for message in also]
+        async with living(vehicle, also=packets), Network([UDPLink(ports=vehicle.ports)]) as network:
+            system = await network.find("station")
+            await network.next(system, imc.Heartbeat)
+            async with asyncio.timeout(20.0):
+                return await act(Parameters(network, system))
+
+    return asyncio.run(run())
+
+
+@pytest.fixture(autouse=True)
+def in_a_hurry(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("shoal.network.parameters.SHORT", 0.3)
+    monkeypatch.setattr("shoal.network.network.PATIENCE", 0.6)
+
+
+def test_an_entity_whose_answer_was_lost_has_its_parameters() -> None:
+    assert on(Vehicle(lost=range(1)), lambda param: param.get("GPS")) == {"Rate": "1.0", "Active": "true"}
+    with pytest.raises(Refused, match="Empty has no parameters"):
+        on(Vehicle(), lambda param: param.get("Empty"))
+
+
+def test_a_value_whose_confirmation_was_lost_is_read_back() -> None:
+    """Of the vehicle's answers the first is to a question, and two are to copies of the request."""
+    assert on(Vehicle(lost=range(1, 3)), lambda param: param.set("GPS", {"Rate": 3})) == {"Rate": "3.0"}
+
+
+def test_a_vehicle_that_falls_silent_has_not_refused() -> None:
+    with pytest.raises(NoAnswer, match="does not answer QueryEntityParameters"):
+        on(Vehicle(lost=range(1, 1000)), lambda param: param.set("GPS", {"Rate": 3}))
+
+
+def test_a_refusal_without_a_reason_in_a_long_log_book() -> None:
+    with pytest.raises(Refused, match="Rate = '3' was not accepted"):
+        on(Vehicle(refuses=True), lambda param: param.set("GPS", {"Rate": 3}), imc.LogBookEntry(text="GPS fix"))
