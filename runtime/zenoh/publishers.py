@@ -85,6 +85,9 @@ class Publishers:
         self._declared: dict[Names, Publisher] = {}
         self._states: dict[Names, Publisher] = {}
 
+    def __len__(self) -> int:
+        return len(self._declared) + len(self._states)
+
     def get(self, names: Names) -> Publisher:
         """The publisher of these names. Raises zenoh.ZError if it cannot be declared."""
         return self._declared.get(names) or self._states.get(names) or self._declare(names)

@@ -163,5 +163,5 @@ def test_a_port_that_another_program_has_is_named() -> None:
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = other.getsockname()[1]
-        with pytest.raises(ConnectionError, match=rf"no zenoh at port {port} .*another program may have it"):
+        with pytest.raises(ConnectionError, match=rf"no zenoh at port {port} .*another program has it"):
             Watch({"Local Port": str(port)})
