@@ -62,7 +62,7 @@ class Engine(Task):
         self._supported: set[int] = set()
         self._leads = Leads(self.vehicle.entities)
         self._latest = Latest()
-        self._situation = Latest()
+        self._situation: Latest = getattr(self, "_situation", Latest())
         self._vehicle: imc.VehicleState | None = None
         self._silence = 0
         self.set_entity_state(State.NORMAL, "active")

@@ -1,5 +1,6 @@
 """MAVLink 2 for ground stations and scripts: QGroundControl, Mission Planner, MAVProxy, MAVSDK."""
 
+import errno
 from collections import Counter
 from collections.abc import Callable, Iterator
 
@@ -126,6 +127,8 @@ class MAVLink(Task):
             link = Link(parse_route(words), self.meet, peers=self.maximum_peers, counts=self.counts, speed=self.speed)
         except (ValueError, OSError) as error:
             reason = str(error) if isinstance(error, ValueError) else f"{words}: {error.strerror}"
+            if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
+                reason += " by another vehicle or program; tried again until it is free, or change the port in Links"
             if reason != trouble:
                 self.log.error(reason)
             self.closed[words] = reason

@@ -34,7 +34,7 @@ def test_port_in_use_is_an_error_until_it_is_free():
         await control.sleep(2.0)
         entity = mavlink(control).entity
         assert entity.state is State.ERROR
-        assert f"udpin:{HOST}:{port}:px4: Address already in use" in entity.description
+        assert f"udpin:{HOST}:{port}:px4: Address already in use by another vehicle or program" in entity.description
         taken.close()
         await control.sleep(2.0)
         assert entity.state is State.NORMAL
