@@ -54,6 +54,7 @@ class Engine(Task):
 
     def start(self) -> None:
         lost: Flight | None = getattr(self, "_flight", None)
+        before: Latest | None = getattr(self, "_situation", None)
         self._phase, self._outcome = Phase.READY, Outcome.NONE
         self._plan_id = ""
         self._flight: Flight | None = None
@@ -62,7 +63,7 @@ class Engine(Task):
         self._supported: set[int] = set()
         self._leads = Leads(self.vehicle.entities)
         self._latest = Latest()
-        self._situation: Latest = getattr(self, "_situation", Latest())
+        self._situation = before or Latest()
         self._vehicle: imc.VehicleState | None = None
         self._silence = 0
         self.set_entity_state(State.NORMAL, "active")
