@@ -1,5 +1,6 @@
 """Sums up a log in one pass: who sends what, when and how often, and what is damaged."""
 
+import contextlib
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -56,6 +57,7 @@ class Summary:
     clocks: dict[int, Clock] = field(default_factory=dict[int, Clock])
     names: Names = field(default_factory=Names)
     losses: list[imc.Loss] = field(default_factory=list[imc.Loss])
+    writer: int | None = None
 
     @property
     def packets(self) -> int:
@@ -63,7 +65,9 @@ class Summary:
 
     @property
     def owner(self) -> int:
-        """The system that wrote the log: the one with the most packets."""
+        """The system that wrote the log: whose logger has started it; without that, the one with the most packets."""
+        if self.writer in self.clocks:
+            return self.writer
         return max(self.clocks, key=lambda src: self.clocks[src].packets, default=UNKNOWN_SYSTEM)
 
     @property
@@ -106,6 +110,9 @@ class Summary:
             clock = self.clocks.setdefault(int(src), Clock(int(src)))
             clock.feed(heads["timestamp"][own], offsets[own])
         self._count(heads)
+        if self.writer is None:
+            controls = np.flatnonzero(heads["id"] == imc.LoggingControl.ID)
+            self.writer = next((heads["src"][i].item() for i in controls if _starts(block.packets[i])), None)
         for index in np.flatnonzero(np.isin(heads["id"], list(NAMING))):
             self._learn(block.packets[index])
 
@@ -154,3 +161,11 @@ def _extent(times: Array, begins: Array) -> tuple[Array, Array]:
         np.minimum.reduceat(np.where(good, times, np.inf), begins),
         np.maximum.reduceat(np.where(good, times, -np.inf), begins),
     )
+
+
+def _starts(packet: bytes) -> bool:
+    """Whether a LoggingControl says that a log has been started."""
+    with contextlib.suppress(imc.DecodeError):
+        control = imc.decode(packet)
+        return isinstance(control, imc.LoggingControl) and control.op == imc.LoggingControl.Op.STARTED
+    return False

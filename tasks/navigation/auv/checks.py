@@ -14,6 +14,8 @@ RELIEF = 0.5  # the share of a limit at which a fault is over
 ACCUSED = 0.3  # the share of a disagreement that a third witness may have with the honest one of two
 DEPTH_JUMP = 1.0  # m
 SIGMAS = 5.5
+STUCK = 15.0  # s with exactly the same depth; a sensor has noise
+STUCK_WAY = 0.4  # m downward meanwhile, by the velocities
 ANGLE_JUMP = math.radians(10.0)
 FASTEST = 2.0  # rad/s, of a turn that the rates do not show
 LONGEST = 1.0  # s, of such a turn
@@ -84,6 +86,7 @@ class DepthCheck:
         self._velocity, self._motor = Disagreement(MEMORY), Disagreement(MEMORY)
         self._depth = math.nan
         self._elapsed = self._sunk = self._driven = self._powered = self._blind = 0.0
+        self._same, self._way = 0.0, 0.0
         self.velocity_lies, self.fault = False, ""
 
     def sink(self, dt: float, by_velocity: float | None, by_motor: float | None) -> None:
@@ -100,12 +103,21 @@ class DepthCheck:
         verdict = self._gate.judge(surprising, innovation)
         if verdict is not Verdict.REJECTED:
             change, self._depth = depth - self._depth, depth
+            self._watch_same(change)
             for lag, sunk in (self._velocity, self._sunk), (self._motor, self._driven):
                 difference = change - sunk
                 lag.add(self._elapsed, 0.0 if math.isnan(difference) else difference)
             self._elapsed = self._sunk = self._driven = 0.0
             self._compare()
         return verdict
+
+    def _watch_same(self, change: float) -> None:
+        """Sum up how far the vehicle sinks while the depth is exactly the same."""
+        if change != 0.0:
+            self._same = self._way = 0.0
+            return
+        self._same += self._elapsed
+        self._way += next((way for way in (self._sunk, self._driven) if not math.isnan(way)), 0.0)
 
     @property
     def rejects(self) -> bool:
@@ -128,4 +140,5 @@ class DepthCheck:
         self.velocity_lies = velocity > LARGEST_LAG and witness
         blind = self._blind > BLIND and motor > LARGEST_LAG_OF_MOTOR * patience
         wrong = blind or (velocity > LARGEST_LAG * patience and not self.velocity_lies)
-        self.fault = "depth does not follow the vertical speed" if wrong else ""
+        stuck = self._same > STUCK and self._way > STUCK_WAY
+        self.fault = "depth does not follow the vertical speed" if wrong else "depth is stuck" if stuck else ""

@@ -91,6 +91,15 @@ def test_both_byte_orders_and_several_systems(make_log):
     assert summary.owner == VEHICLE
 
 
+def test_a_log_is_of_the_system_whose_logger_has_started_it_whoever_floods_it(make_log):
+    started = at(0, imc.LoggingControl, op=imc.LoggingControl.Op.STARTED, name="20260101/000000")
+    flood = [imc.QueryEntityInfo(src=OPERATOR, dst=VEHICLE, timestamp=START) for _ in range(50)]
+    theirs = at(2, imc.LoggingControl, op=imc.LoggingControl.Op.STARTED, src=OPERATOR)
+    summary = summarize(imc.Log(make_log([started, *flood, theirs, *map(at, range(1, 11))])))
+    assert summary.owner == VEHICLE
+    assert summary.duration == pytest.approx(9.0)
+
+
 def test_names_are_found_by_case_number_or_nearest():
     names = Names()
     names.learn(imc.Announce(src=OPERATOR, sys_name="ccu-1"))

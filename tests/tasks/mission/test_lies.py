@@ -15,9 +15,11 @@ LIGHT = "Transports.Logging:Transports=EstimatedState"
 BLIND = "Simulators.MUGDetectionCamera:Enabled=Never"
 Mode = imc.VehicleState.OpMode
 HIGH = {"z": 10.0, "z_units": imc.ZUnits.ALTITUDE}
+GENTLE = {"z": 20.0, "z_units": imc.ZUnits.DEPTH, "amplitude": 15.0, "pitch": math.radians(3.0), "speed": 1.2}
 FLIGHTS = {
     "lauv-noptilus-1": (plan_of(goto(300, 0, 6.0)), (DEEP, BLIND)),
     "lauv-noptilus-1, in the basin": (plan_of(goto(80, 40, 6.0)), (BLIND,)),
+    "lauv-noptilus-1, gently": (plan_of(imc.YoYo(**place(3000, 0), **GENTLE)), (DEEP, BLIND)),
     "otter": (plan_of(goto(300, 0)), ()),
     "caravel": (plan_of(goto(300, 0)), ()),
     "hexa-00": (
@@ -228,6 +230,13 @@ def test_one_fix_far_away_moves_nothing(profile, tmp_path):
     flight = Flight(tmp_path, once, profile, 35.0)
     assert set(flight.modes) == {Mode.MANEUVER}
     assert flight.astray < 3.0
+
+
+def test_a_depth_that_is_stuck_is_found_in_the_gentlest_dive(tmp_path):
+    flight = Flight(tmp_path, lies(DEPTH, imc.Depth, ("value", 0.0)), "lauv-noptilus-1, gently", 80.0)
+    assert flight.failed < 40.0
+    assert flight.errors[0] == "Navigation: depth is stuck"
+    assert max(flight.depths) < 6.0
 
 
 def test_a_depth_that_lies_is_uncertain(tmp_path):
