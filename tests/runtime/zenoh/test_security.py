@@ -11,7 +11,7 @@ from runtime.zenoh import ZenohConfig
 from runtime.zenoh.certificates import refusal
 from runtime.zenoh.meeting import is_held
 from tests.outside import until
-from tests.runtime.zenoh.processes import PATIENCE, Network, Process, local_port
+from tests.runtime.zenoh.processes import PATIENCE, Network, Process
 
 ALICE, BOB = 0x4001, 0x4002
 SYSTEM = 1
@@ -93,7 +93,7 @@ def test_users_log_in_with_a_password_and_may_do_what_their_list_allows(
     (tmp_path / "password").write_text("deep\n")
     (tmp_path / "users").write_text("vehicle:deep\nalice:a1\nbob:b2\ncarol:c3\n")
     own = {"User": "vehicle", "Password_File": str(tmp_path / "password")}
-    endpoint = f"tls/127.0.0.1:{local_port()}"
+    endpoint = f"tls/127.0.0.1:{network.local_port + 2}"
     bus = vehicle(
         network,
         Listen=endpoint,
@@ -135,7 +135,7 @@ def test_certificates_say_who_may_hear_and_who_may_command(network: Network, ope
     other = tmp_path / "other"
     other.mkdir()
     certificates(openssl, other, "alice")
-    port = local_port()
+    port = network.local_port + 2
     endpoint = f"tls/127.0.0.1:{port}"
     bus = vehicle(
         network,
@@ -196,7 +196,7 @@ def test_a_vehicle_says_which_of_its_files_others_will_not_accept_or_can_read(
     (tmp_path / "vehicle.key").chmod(0o604)
     bus = vehicle(
         network,
-        Listen=f"tls/127.0.0.1:{local_port()}",
+        Listen=f"tls/127.0.0.1:{network.local_port + 2}",
         Root_Certificate=str(tmp_path / "ca.pem"),
         Certificate=str(tmp_path / "vehicle.pem"),
         Private_Key=str(tmp_path / "vehicle.key"),
