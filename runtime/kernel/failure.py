@@ -1,4 +1,4 @@
-"""What may go wrong in a handler, and what is done about it where nobody has said more."""
+"""Errors of handlers, and what a kernel does with them by default."""
 
 import logging
 

@@ -88,8 +88,10 @@ class _Checker:
                 self._check_heard(option, config.hear or ())
 
     def _check_heard(self, option: Option, names: tuple[str, ...]) -> None:
+        if not names:
+            return
         try:
-            schema = self._profile.messages or imc.builtin() if names else imc.builtin()
+            schema = self._profile.messages or imc.builtin()
         except ProfileError:
             return  # told already
         known = [kind.abbrev for kind in schema.types_by_id.values()]
