@@ -319,9 +319,9 @@ class Kernel:
     def _gather(self) -> None:
         """Move the timers that are due to the queue."""
         later, put_off, now = self._later, self._put_off, self.now_ns
-        for entry in [entry for entry in put_off if entry[0] <= now]:
-            put_off.remove(entry)
-            self._due.append((entry[1], ()))
+        if put_off:
+            self._due.extend((function, ()) for time_ns, function in put_off if time_ns <= now)
+            put_off[:] = [entry for entry in put_off if entry[0] > now]
         while later and later[0][0] <= now:
             timer = heapq.heappop(later)[2]
             self._due.append((self._fire, (timer,)))
