@@ -1,7 +1,8 @@
-"""Names that DUNE's ini files use: data sections, general options, task groups and tasks."""
+"""Names that DUNE's ini files use: data sections, general options and tasks."""
 
 from collections.abc import Iterator
 
+from runtime.profile import dune_tasks
 from runtime.profile.config import Config, Section
 
 DATA_SECTIONS = (
@@ -54,23 +55,6 @@ PROCESS = "Process"
 """Not of DUNE: the process of the vehicle that runs the task."""
 EVERY_TASK = (PROCESS, "Execution Frequency", "Active", "Active - Scope", "Active - Visibility")
 
-GROUPS = (
-    "Actuators",
-    "Autonomy",
-    "Control",
-    "Maneuver",
-    "Monitors",
-    "Navigation",
-    "Plan",
-    "Power",
-    "Sensors",
-    "Simulators",
-    "Supervisors",
-    "Transports",
-    "UserInterfaces",
-    "Vision",
-)
-
 MULTIPLEXER = "Maneuver.Multiplexer"
 # What it carries out, in the order of its entities, and the task of each here; not those of aircraft, since
 # a vehicle that has Takeoff is an aircraft in Shoal.
@@ -93,71 +77,7 @@ MULTIPLEXED = {
 }
 FOR_AIRCRAFT = ("Takeoff", "Land")
 
-TASKS = frozenset(
-    [
-        "Autonomy.TextActions",
-        "Control.AUV.Allocator",
-        "Control.AUV.Attitude",
-        "Control.AUV.LMI",
-        "Control.AUV.RemoteOperation",
-        "Control.AUV.Speed",
-        "Control.Path.VectorField",
-        "Maneuver.CommsRelay",
-        "Maneuver.CompassCalibration",
-        "Maneuver.FollowReference.AUV",
-        "Maneuver.FollowTrajectory",
-        "Maneuver.Multiplexer",
-        "Maneuver.RowsCoverage",
-        "Maneuver.Teleoperation",
-        "Maneuver.VehicleFormation.Swarm",
-        "Monitors.Entities",
-        "Monitors.HostResources",
-        "Monitors.Medium",
-        "Monitors.OperationalLimits",
-        "Monitors.Servos",
-        "Monitors.StateReport",
-        "Monitors.Uptime",
-        "Navigation.AUV.Navigation",
-        "Navigation.AUV.Ranger",
-        "Plan.DB",
-        "Plan.Engine",
-        "Plan.Generator",
-        "Sensors.NavQuestDVL",
-        "Simulators.AcousticModem",
-        "Simulators.DVL",
-        "Simulators.DepthSensor",
-        "Simulators.Environment",
-        "Simulators.GPS",
-        "Simulators.Gaussian",
-        "Simulators.IMU",
-        "Simulators.LBL",
-        "Simulators.Leaks",
-        "Simulators.Motor",
-        "Simulators.Servos",
-        "Simulators.StreamVelocity",
-        "Simulators.VSIM",
-        "Supervisors.ClockPPS",
-        "Supervisors.Delegator",
-        "Supervisors.Vehicle",
-        "Transports.Announce",
-        "Transports.Cache",
-        "Transports.CommManager",
-        "Transports.Discovery",
-        "Transports.FTP",
-        "Transports.Fragments",
-        "Transports.HTTP",
-        "Transports.LogBook",
-        "Transports.Logging",
-        "Transports.Replay",
-        "Transports.SerialOverTCP",
-        "Transports.TCP.Client",
-        "Transports.TCP.Server",
-        "Transports.TCPOnDemand",
-        "Transports.UAN",
-        "Transports.UDP",
-        *MULTIPLEXED.values(),
-    ]
-)
+TASKS = dune_tasks.TASKS.union(MULTIPLEXED.values())
 
 LABEL = "Entity Label"
 
@@ -199,8 +119,3 @@ def expand(config: Config) -> None:
         sections |= {name: section} if name not in added else {}
         sections |= added if section is multiplexer else {}
     config.sections = sections
-
-
-def may_have(section: str) -> bool:
-    """Whether a section may be one of DUNE's tasks, by its group."""
-    return section.partition(".")[0] in GROUPS

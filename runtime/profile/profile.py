@@ -131,11 +131,9 @@ class Profile:
             try:
                 schema = imc.load(path, over=schema)
             except FileNotFoundError:
-                raise self._error(
-                    "General", "Messages", f"[General] Messages: there is no file {quoted(name)}", ""
-                ) from None
+                raise self._error("General", "Messages", f"there is no file {quoted(name)}", "") from None
             except (imc.SchemaError, OSError) as error:
-                raise self._error("General", "Messages", f"[General] Messages: {error}", "") from None
+                raise self._error("General", "Messages", str(error), "") from None
         return schema
 
     @property

@@ -11,7 +11,7 @@ from runtime.kernel import Clock, Kernel, as_error
 from runtime.problem import Origin, Problem, ProfileError, misspelled, quoted
 from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune
 from runtime.task import EntityError, ParameterError, Task, allot, consumers, with_place
-from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra, misspelled_task, why_missing
+from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra, why_missing
 from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.processes import Processes
 from runtime.vehicle.vehicle import Vehicle
@@ -102,12 +102,10 @@ def _build_task(made: Build, profile: Profile, section: Section, process: str | 
     except TaskImportError as error:
         return [Problem("error", *section.origin, str(error))]
     if cls is None:
-        near = misspelled_task(section.name)
-        if dune.may_have(section.name) and (not near or section.name in dune.TASKS):
+        if section.name.partition("/")[0] in dune.TASKS:
             made.skip(section.name, "not in Shoal")
             return []
-        words, hint = f"[{section.name}] is not a task", f"did you mean [{near}]?" if near else ""
-        return [Problem("error", *section.origin, words, hint or why_missing(section.name))]
+        return [Problem("error", *section.origin, f"[{section.name}] is not a task", why_missing(section.name))]
     if vehicle.virtual and cls.external:
         what = "a device" if cls.requires == "drivers" else "the network"
         made.skip(section.name, f"needs {what}, which is off in virtual time")

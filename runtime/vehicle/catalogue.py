@@ -2,16 +2,17 @@
 
 import importlib
 import importlib.util
+import re
 import sys
 import traceback
-from collections.abc import Iterator
-from difflib import get_close_matches
+from collections.abc import Iterable, Iterator
 from filecmp import cmp
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-from runtime.problem import nearest, quoted
+from runtime.problem import misspelled, nearest, printable, quoted
+from runtime.profile import dune
 from runtime.task import Task, one_line
 
 OWN = "tasks"
@@ -96,6 +97,10 @@ def own_tasks() -> dict[str, str]:
     return found
 
 
+def _snake_case(name: str) -> str:
+    return re.sub(r"(?<=[a-z\d])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
+
+
 def _section_key(module: str) -> str:
     return module.removeprefix(f"{OWN}.").replace("_", "").lower()
 
@@ -113,24 +118,17 @@ def find_task(section: str) -> type[Task] | None:
     return found
 
 
-def misspelled_task(section: str) -> str:
-    """The name of the task of Shoal that a section almost has; empty if it is not close to any."""
-    name = section.partition("/")[0].lower()
-    close = get_close_matches(name, own_tasks(), 1, 0.9)
-    if not close:
-        return ""
-    module = own_tasks()[close[0]]
-    wanted = close[0].rpartition(".")[2]
-    members = _members(section_group(module), module)
-    return f"{section_group(module)}.{next((word for word in members if word.lower() == wanted), wanted)}"
-
-
 def why_missing(section: str) -> str:
-    """Why `find_task` finds nothing for a section: what is wrong with its module or class."""
+    """Why `find_task` finds nothing for a section: a spelling mistake, or what is wrong with its module or class."""
+    if near := _misspelled_task(section):
+        return f"did you mean [{near}]?"
     module, cls_name = _module_of(section)
     if not module:
         path = section.partition("/")[0].rpartition(".")[0]
-        return f"there is no module {quoted(path)} where tasks are searched for; see --code" if path else ""
+        file = "/".join(_snake_case(part) for part in (OWN, *(path or "Mine").split("."), cls_name)) + ".py"
+        if not path:
+            return f"write [Mine.{cls_name}] for the class {cls_name} in {file}"
+        return f"there is no module {quoted(path)} and no {printable(file)} where tasks are searched for; see --code"
     found = _member(section, module, cls_name)
     if found is not None:
         return f"{cls_name} of module {module} is not a Task: write class {cls_name}(Task)"
@@ -142,6 +140,28 @@ def why_missing(section: str) -> str:
     near = nearest(cls_name, tasks)
     hint = f"; did you mean {near}?" if near else f"; it has {', '.join(tasks)}" if tasks else ""
     return f"module {module} has no class {cls_name}{hint}"
+
+
+def nearest_task(name: str, known: Iterable[str]) -> str:
+    """The one of the `known` tasks that is meant by a misspelled name; empty if none is close.
+
+    It is one of the same group, if that exists: names differ less within a group than between a group's.
+    """
+    group, dot, rest = name.casefold().partition(".")
+    parts = {task: task.partition(".") for task in known}
+    inside = {last: task for task, (first, _, last) in parts.items() if not dot or first.casefold() == group}
+    return inside.get(misspelled(rest or group, inside), "") if inside else misspelled(name, parts)
+
+
+def _misspelled_task(section: str) -> str:
+    """The name of the task, of Shoal, the user or DUNE, that a section almost has; empty if it is not close to any."""
+    name = section.partition("/")[0]
+    near = nearest_task(name, [*own_tasks(), *dune.TASKS]) if name.lower() not in own_tasks() else ""
+    if (module := own_tasks().get(near)) is None:
+        return near
+    wanted = near.rpartition(".")[2]
+    members = _members(section_group(module), module)
+    return f"{section_group(module)}.{next((word for word in members if word.lower() == wanted), wanted)}"
 
 
 def _module_of(section: str) -> tuple[str, str]:

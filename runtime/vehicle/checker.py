@@ -7,7 +7,7 @@ import imc
 from runtime.problem import Origin, Problem, ProfileError, Severity, misspelled, nearest, quoted, suggestion
 from runtime.profile import ALWAYS, NEVER, Option, Profile, Section, default_label, dune, items, parse_address
 from runtime.task import Parameter, Task, find_parameter
-from runtime.vehicle.catalogue import misspelled_task, why_missing
+from runtime.vehicle.catalogue import nearest_task, why_missing
 from runtime.zenoh import ZenohConfig
 
 DAEMON = "Daemon"
@@ -167,7 +167,7 @@ class _Checker:
 
     def _check_unknown_section(self, section: Section, runs: bool) -> None:
         name, base = section.name, section.name.partition("/")[0]
-        group, dot, _ = base.partition(".")
+        dot = "." in base
         if name in dune.DATA_SECTIONS or name.startswith(dune.DATA_PREFIX):
             return
         if name == dune.MULTIPLEXER:
@@ -175,36 +175,31 @@ class _Checker:
             return
         if self._check_case(section, [*self._tasks, *dune.DATA_SECTIONS]):
             return
-        near = self._nearest_task(base)
+        near = nearest_task(base, [*self._tasks, *dune.TASKS])
         hint = f"did you mean [{near}]?" if near else why_missing(base) if runs else ""
-        if ":" in name or not dot:
-            if "Enabled" in section.options:
-                self._say("warning", section.origin, f"[{name}] has an option Enabled, but it is not a task", hint)
-            elif not dot and (near := nearest(name, dune.DATA_SECTIONS)):
-                self._say("warning", section.origin, f"nothing reads [{name}]", f"did you mean [{near}]?")
-        elif base in dune.TASKS or (group in dune.GROUPS and not near):
+        if base in dune.TASKS:
             self._say("note", section.origin, f"[{name}] is a task of DUNE that is not available in Shoal")
-        elif runs or near or "Enabled" not in section.options:
-            never = runs and (group not in dune.GROUPS or misspelled_task(base))
-            self._say("error" if never else "warning", section.origin, f"[{name}] is not a task", hint)
+        elif "Enabled" not in section.options and (":" in name or not dot):
+            if near := nearest(name, () if dot else dune.DATA_SECTIONS):
+                self._say("warning", section.origin, f"nothing reads [{name}]", f"did you mean [{near}]?")
+        elif runs or near or "Enabled" not in section.options or not dot:
+            self._say("error" if runs else "warning", section.origin, f"[{name}] is not a task", hint)
 
     def _check_multiplexer(self, section: Section) -> None:
         tasks = ", ".join(dict.fromkeys(name for name, _ in dune.multiplexed("Enabled")))
         self._say("note", section.origin, f"[{section.name}] stands for a section of each of its maneuvers: {tasks}")
+        enabled = section.options.get("Enabled")
         for option in section.options.values():
+            for name, _ in dune.multiplexed(option.name):
+                own = self._config.option(name, "Enabled")
+                if own and enabled and enabled is not option and own.origin != enabled.origin:
+                    text = f"[{section.name}] {quoted(option.name)} has no effect: [{name}] has its own Enabled"
+                    self._say("warning", option.origin, text, f"set it in [{name}]")
             kind = option.name.removeprefix(f"{dune.LABEL} -- ").partition(" -- ")[0]
             if " -- " in option.name and kind not in (*dune.MULTIPLEXED, *dune.FOR_AIRCRAFT):
                 near = misspelled(kind, dune.MULTIPLEXED)
                 text = f"[{section.name}] {quoted(option.name)}: {quoted(kind)} is not one of its maneuvers"
                 self._say("warning", option.origin, text, f"did you mean {quoted(near)}?" if near else "")
-
-    def _nearest_task(self, name: str) -> str:
-        """If the group is one of DUNE's, only within it, since DUNE has similar names in other groups."""
-        group, dot, rest = name.partition(".")
-        if not dot or group in dune.GROUPS:
-            parts = {task.partition(".")[2]: task for task in self._tasks if not dot or task.startswith(f"{group}.")}
-            return parts.get(nearest(rest or name, parts), "")
-        return nearest(name, self._tasks)
 
     def _check_case(self, section: Section, names: Iterable[str]) -> bool:
         base, slash, instance = section.name.partition("/")

@@ -6,17 +6,12 @@ import click
 from rich.console import Console
 
 from runtime.problem import Origin, Problem, ProfileError, printable, suggestion
-from runtime.profile import Profile, load_profile
+from runtime.profile import Profile, Section, dune, load_profile
 from runtime.task import Task
 from runtime.vehicle import TaskImportError, find_task
 from runtime.vehicle import explain as rows_of
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
-from shoal.cli.tables import (
-    open_console,
-    plain_table,
-    sentence,
-    task_of,
-)
+from shoal.cli.tables import open_console, plain_table, sentence, task_of
 
 
 @click.command()
@@ -50,7 +45,7 @@ def explain(
         for found in loaded.config.sorted_sections():
             try:
                 cls = find_task(found.name)
-                what = sentence(cls) if cls else "not in Shoal" if "Enabled" in found.options else "data"
+                what = sentence(cls) if cls else _without_class(found)
             except TaskImportError as error:
                 cls, what = Task, str(error)
             if selected and (cls is None or not loaded.enabled(found.name, selected)):
@@ -60,6 +55,12 @@ def explain(
         console.print(table)
     except ProfileError as error:
         raise click.ClickException(str(error)) from None
+
+
+def _without_class(section: Section) -> str:
+    if "Enabled" not in section.options:
+        return "data"
+    return "not in Shoal" if section.name.partition("/")[0] in dune.TASKS else "not a task"
 
 
 def _explain_section(console: Console, profile: Profile, section: str) -> None:

@@ -35,7 +35,7 @@ from tasks.transports.logging import Logging
 
 F = TypeVar("F", bound=Callable[..., Any])
 MOST_WARNINGS = 10
-LINKS = "Transports."  # the tasks that write logs and talk to others
+LINKS = ("Transports.", "Supervisors.Equipment")  # the tasks that write logs, talk to others and answer them
 FIXED_BY_SNAPSHOT = ("config_dir", "profiles", "vehicle", "clock", "seed", "bus", "keep_going")
 CLOSING = 30.0  # s to close a run that ends by itself
 

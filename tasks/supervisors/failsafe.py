@@ -57,6 +57,7 @@ class Failsafe(Task):
         self._loops = self._scope = 0
         self._limit = self._absolute
         self._depth, self._deep_since, self._too_deep = -math.inf, math.inf, False
+        self._sensor = ""
         self._reason = ""
         self.set_entity_state(State.NORMAL, "active")
 
@@ -78,6 +79,7 @@ class Failsafe(Task):
         deep = depth.value > self._limit + self.depth_margin
         self._deep_since = min(self._deep_since, self.now) if deep else math.inf
         self._too_deep = self.now - self._deep_since >= TOO_DEEP
+        self._sensor = self.vehicle.entities.label(depth.src, depth.src_ent)
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
@@ -115,7 +117,7 @@ class Failsafe(Task):
                 if self._missed[name] > most:
                     found.append(f"no {name} for {self.silence_timeout:g} s")
         if self._too_deep:
-            found.append(f"deeper than {self._limit:g} m")
+            found.append(f"deeper than {self._limit:g} m{f' by {self._sensor}' if self._sensor else ''}")
         return ", ".join(found)
 
     def _take_over(self, reason: str) -> None:

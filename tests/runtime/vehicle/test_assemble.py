@@ -109,7 +109,7 @@ def test_processes_of_a_vehicle_agree_on_ids_and_a_later_task_changes_none(tmp_p
         ids |= {entity.label: entity.id for entity in vehicle.entities}
         vehicle.close()
     assert len(ids) == len(set(ids.values())) == 121
-    vehicle = made(tmp_path, profile + "[Simulators.AAA]\nEnabled=Always\n[Simulators.IMU]\nEnabled=Always\n").vehicle
+    vehicle = made(tmp_path, profile + "[Simulators.AIS]\nEnabled=Always\n[Simulators.IMU]\nEnabled=Always\n").vehicle
     assert {entity.label: entity.id for entity in vehicle.entities if entity.label in ids}.items() <= ids.items()
     vehicle.close()
 

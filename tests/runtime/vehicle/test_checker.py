@@ -116,18 +116,27 @@ SWIMMER = {
 }
 
 SECTIONS = {
-    "misspelled task": ("[Simulators.Swimer]\nEnabled = Always", "warning", "is not a task", "[Simulators.Swimmer]"),
+    "misspelled task": ("[Simulators.Swimer]\nEnabled = Always", "error", "is not a task", "[Simulators.Swimmer]"),
     "misspelled group": ("[Simulator.Swimmer]\nEnabled = Always", "error", "is not a task", "[Simulators.Swimmer]"),
     "letter case of a task": ("[Simulators.swimmer/2]", "warning", "differs in letter case", "[Simulators.Swimmer/2]"),
     "task without its group": (
         "[Swimmer]\nEnabled = Always",
-        "warning",
-        "it is not a task",
+        "error",
+        "is not a task",
         "did you mean [Simulators.Swimmer]",
     ),
     "module that is not there": ("[mine.Whistle]\nEnabled = Always", "error", "is not a task", "no module 'mine'"),
     "task of DUNE": ("[Supervisors.Vehicle]\nEnabled = Always", "note", "a task of DUNE that is not available", ""),
     "device of DUNE": ("[Sensors.Keller/2]\nEnabled = Hardware", "note", "a task of DUNE that is not available", ""),
+    "neither of Shoal nor of DUNE": (
+        "[Simulators.Flute]\nEnabled = Always",
+        "error",
+        "is not a task",
+        "no module 'Simulators' and no tasks/simulators/flute.py where tasks are searched for; see --code",
+    ),
+    "misspelled task of DUNE": ("[Sensors.Kelller]\nEnabled = Always", "error", "not a task", "mean [Sensors.Keller]"),
+    "task without a group": ("[Pip]\nEnabled = Always", "error", "not a task", "write [Mine.Pip] for the class Pip in"),
+    "unknown task that never runs": ("[Sensors.Kelller]\nEnabled = Never", "warning", "not a task", "Sensors.Keller"),
     "device with a simulator's name": ("[Sensors.GPS]\nEnabled = Hardware", "note", "a task of DUNE", ""),
     "letter case of General": ("[general]", "warning", "[general] differs in letter case", "write [General]"),
     "misspelled data": ("[IMC Adresses]", "warning", "nothing reads [IMC Adresses]", "[IMC Addresses]"),

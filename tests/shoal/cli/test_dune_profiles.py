@@ -155,6 +155,15 @@ def test_options_that_shoal_lacks_are_one_warning_per_task(tree):
     assert lines[-1].endswith("4 warnings")
 
 
+def test_an_option_of_a_maneuver_with_a_section_of_its_own_has_no_effect_and_is_told(tree):
+    with (tree / "lauv-dune-1.ini").open("a") as file:
+        file.write("[Maneuver.Loiter]\nEnabled = Always\n")
+    text = "[Maneuver.Multiplexer] 'Loiter -- Minimum Radius' has no effect: [Maneuver.Loiter] has its own Enabled"
+    said = shoal("check", "lauv-dune-1", "-p", "Simulation").output
+    assert f"common/maneuvers.ini:8: warning: {text} (set it in [Maneuver.Loiter])" in said
+    assert said.count("has no effect: ") == 1
+
+
 def test_a_boat_of_dune_flies_a_plan(tree):
     checked = shoal("check", "swordfish", "-p", "Simulation")
     assert checked.exit_code == 0, checked.output

@@ -110,6 +110,13 @@ def test_a_clone_of_shoal_beside_the_installed_one_is_no_clash(project):
         ("horns.Horn", "hornz.Horn", "my.ini:8: error: [hornz.Horn] is not a task (there is no module 'hornz'"),
         ("Mine.Bell", "Mine.Bel", "my.ini:5: error: [Mine.Bel] is not a task (did you mean [Mine.Bell]?)"),
         ("Simulators.Whistle", "Simulators.Whistel", "my.ini:2: error: [Simulators.Whistel] is not a task (did you"),
+        (
+            "Simulators.Whistle",
+            "Simulators.Flute",
+            "my.ini:2: error: [Simulators.Flute] is not a task (there is no module 'Simulators' and no "
+            "tasks/simulators/flute.py where tasks are searched for; see --code)",
+        ),
+        ("Simulators.Whistle", "Whistle", "my.ini:2: error: [Whistle] is not a task (did you mean [Simulators.Whis"),
     ],
 )
 def test_a_misspelled_task_is_an_error(project, before, after, words):
@@ -120,6 +127,16 @@ def test_a_misspelled_task_is_an_error(project, before, after, words):
     status, out, _ = shoal("check", "my.ini", cwd=project)
     assert status == 1
     assert words in out
+
+
+def test_an_own_task_without_its_folder_in_reach_is_an_error(project, tmp_path_factory):
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    for word in ("run", "check"):
+        status, out, err = shoal(word, project / "my.ini", "-p", "Kinematic", cwd=elsewhere)
+        assert status == (2 if word == "run" else 1)
+        assert "my.ini:2: error: [Simulators.Whistle] is not a task" in out + err
+    words = ["--clock", "virtual", "--for", "2s", "--code", project]
+    assert shoal("run", project / "my.ini", "-p", "Kinematic", *words, cwd=elsewhere)[0] == 0
 
 
 def test_a_class_that_is_no_task_and_a_failing_import_name_the_place(project):

@@ -46,6 +46,10 @@ MISTAKES = [
     ("run rubbish.ini", "rubbish"),
     ("run broken.ini", "broken.ini:5: error: invalid reference"),
     ("run hexa-00 -p Hardware --for 1s", "has nothing to run in mode Hardware besides Transports."),
+    (
+        "run otter -p Hardware --clock virtual --for 1s",
+        "otter has nothing to run in mode Hardware besides Supervisors.Equipment, Transports.",
+    ),
     ("run lauv-noptilus-1 -p Simlation", "unknown mode 'Simlation' (did you mean 'Simulation'?)"),
     ("run otter -d nodir", "Directory 'nodir' does not exist"),
     ("run otter --vehicle=", "it is empty"),

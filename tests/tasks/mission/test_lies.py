@@ -216,6 +216,12 @@ def test_a_sensor_that_lies_on_and_on_is_named_and_the_vehicle_comes_up(lie, tmp
     assert flight.depths[-1] < flight.depths[-1000] - 0.5 or flight.depths[-1] < 0.3
 
 
+def test_a_depth_beyond_the_limit_names_its_sensor(tmp_path):
+    flight = Flight(tmp_path, lies(DEPTH, imc.Depth, ("value", 1e6), times=20))
+    assert flight.failed <= 2.0
+    assert flight.errors[0] == "Failsafe: deeper than 50 m by Depth Sensor"
+
+
 @pytest.mark.parametrize(("profile", "lie"), AFLOAT)
 def test_a_lie_on_boats_and_multirotors_ends_the_plan(profile, lie, tmp_path):
     inject, error, seconds = AFLOAT[profile, lie]
