@@ -1,8 +1,8 @@
 """What a bus over zenoh costs beside zenoh-python alone: latency, CPU and throughput of messages, rates of frames.
 
 Bare subscribers that do only a part of what a bus has to do, in Python, say how much of the rest is the bus.
-Every measurement has two processes, and the two sides of a ratio are measured in turn, `--repeats` times; the least
-disturbed one counts. `python bench/zenoh_bus.py [--seconds 3] [--repeats 3]`
+Every measurement has two processes, and the two sides of a ratio are measured in turn, `--repeats` times. A ratio is
+the median of those of each turn. `python bench/zenoh_bus.py [--seconds 3] [--repeats 5]`
 """
 
 import argparse
@@ -26,7 +26,7 @@ import zenoh
 
 import imc
 from runtime.bus import Bus, Frame, Subscription
-from runtime.kernel import SECOND, Kernel, WallClock
+from runtime.kernel import Kernel, WallClock
 from runtime.zenoh import Part, ZenohConfig, ZenohTransport
 
 RATE = 100.0  # Hz, of the paced messages
@@ -212,20 +212,7 @@ def send_bus(port: int, kind: str, seconds: float, ready: Callable[[], object]) 
 
     sent = 0
     if kind == "paced":
-        number = int(seconds * RATE)
-
-        def tick() -> None:
-            nonlocal sent
-            publish(state(time.monotonic()))
-            sent += 1
-            if sent < number:
-                kernel.at(begin + round(sent / RATE * SECOND), tick)
-            else:
-                kernel.stop()
-
-        begin = kernel.clock.read()
-        kernel.at(begin, tick)
-        kernel.run(None)
+        sent = paced(lambda now: publish(state(now)), seconds)
     elif kind == "frames":
         image = np.random.default_rng(1).integers(0, 255, (SIZE, SIZE, 4), np.uint8)
         frames = bus.frames
@@ -276,7 +263,7 @@ def main() -> None:
         return
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=3.0)
-    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--repeats", type=int, default=5)
     options = parser.parse_args()
     runs: dict[tuple[str, str], list[dict[str, float]]] = {}
     messages = [("raw", "paced"), ("raw", "codec"), ("raw", "handed"), ("bus", "paced")]
@@ -288,25 +275,21 @@ def main() -> None:
         spans = {name: sorted(run[name] for run in found) for name in found[0]}
         print(*case, *(f"{name} {values[0]:.4g}..{values[-1]:.4g}" for name, values in spans.items()))
 
-    def least(case: tuple[str, str], name: str) -> float:
-        return min(run[name] for run in runs[case])
+    def ratio(case: tuple[str, str], other: tuple[str, str], name: str) -> float:
+        return statistics.median(
+            ours[name] / theirs[name] for ours, theirs in zip(runs[case], runs[other], strict=True)
+        )
 
-    def most(case: tuple[str, str], name: str) -> float:
-        return max(run[name] for run in runs[case])
-
-    raw = ("raw", "paced")
     for what, case in (
         ("bus", ("bus", "paced")),
         ("a bare subscriber that decodes", ("raw", "codec")),
         ("a bare subscriber that decodes in another thread", ("raw", "handed")),
     ):
-        p50, cost = (least(case, name) / least(raw, name) for name in ("p50", "cpu_per_message"))
+        p50, cost = (ratio(case, ("raw", "paced"), name) for name in ("p50", "cpu_per_message"))
         print(f"EstimatedState at {RATE:g} Hz, {what}: p50 {p50:.2f} x raw zenoh, CPU of both sides {cost:.2f} x")
     for what, case in (("bus", ("bus", "flood")), ("a bare subscriber that decodes", ("raw", "decoded"))):
-        print(f"throughput at 100 B, {what}: {most(case, 'rate') / most(('raw', 'flood'), 'rate'):.3f} x raw zenoh")
-    print(
-        f"frames of {SIZE}²: {most(('bus', 'frames'), 'rate') / most(('raw', 'tcp'), 'rate'):.1f} x raw zenoh over TCP"
-    )
+        print(f"throughput at 100 B, {what}: {ratio(case, ('raw', 'flood'), 'rate'):.3f} x raw zenoh")
+    print(f"frames of {SIZE}²: {ratio(('bus', 'frames'), ('raw', 'tcp'), 'rate'):.1f} x raw zenoh over TCP")
     print("load", *os.getloadavg())
 
 

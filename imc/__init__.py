@@ -1,7 +1,18 @@
 """The IMC protocol: messages, codec, schema, logs."""
 
 from imc import coordinates, messages
-from imc.codec import Codec, decode, decode_datagram, encode, encode_as, first_packet, header, packet_id, with_header
+from imc.codec import (
+    Codec,
+    decode,
+    decode_datagram,
+    encode,
+    encode_as,
+    first_packet,
+    header,
+    packet_id,
+    packet_source,
+    with_header,
+)
 from imc.errors import DecodeError, EncodeError, SchemaError
 from imc.limits import validate
 from imc.lsf import Log
@@ -45,6 +56,7 @@ __all__ = [
     "header",
     "load",
     "packet_id",
+    "packet_source",
     "validate",
     "with_header",
 ]

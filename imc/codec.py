@@ -9,7 +9,16 @@ from msgspec.structs import force_setattr
 
 from imc.compiler import Reader, compile_reader, payload_size
 from imc.errors import DecodeError, EncodeError
-from imc.layout import ADDRESS, ADDRESS_FIELDS, FOOTER_SIZE, HEADER, HEADER_SIZE, SMALLEST_PACKET, VARIABLE
+from imc.layout import (
+    ADDRESS,
+    ADDRESS_FIELDS,
+    FOOTER_SIZE,
+    HEADER,
+    HEADER_SIZE,
+    LITTLE_ENDIAN,
+    SMALLEST_PACKET,
+    VARIABLE,
+)
 from imc.message import Header, Message, Unknown
 from imc.messages import BY_ID
 from imc.wire_check import first_problem, wire_violations
@@ -40,7 +49,12 @@ def encode_as(message: Message, timestamp: float, src: int, src_ent: int, dst: i
 
 def packet_id(packet: bytes) -> int:
     """The message id of a packet in either byte order."""
-    return int.from_bytes(packet[2:4], "little" if packet[0] == 0x54 else "big")
+    return int.from_bytes(packet[2:4], "little" if packet[0] == LITTLE_ENDIAN else "big")
+
+
+def packet_source(packet: bytes) -> int:
+    """The system that a packet, in either byte order, names as its source."""
+    return packet[14] | packet[15] << 8 if packet[0] == LITTLE_ENDIAN else packet[14] << 8 | packet[15]
 
 
 def header(packet: bytes) -> Header:

@@ -3,6 +3,8 @@
 import struct
 
 SYNC = 0xFE54
+LITTLE_ENDIAN = SYNC & 0xFF
+"""The first byte of a packet in this byte order; in the other it is 0xFE."""
 
 HEADER_FIELDS = {
     "sync": "H",

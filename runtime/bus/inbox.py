@@ -6,7 +6,7 @@ from threading import Lock
 
 from imc import Abort
 from imc.addresses import ANNOUNCED, UNKNOWN_SYSTEM
-from imc.layout import SMALLEST_PACKET
+from imc.layout import LITTLE_ENDIAN, SMALLEST_PACKET
 from runtime.bus.excess import Excess
 
 MOST_OF_ONE = 1024  # packets of one source
@@ -14,7 +14,6 @@ MOST_SOURCES = 64  # with packets waiting; all further ones share a queue
 MOST_BYTES = 1 << 24  # of all
 MOST_BYTES_OF_ONE = 1 << 20
 
-LITTLE_ENDIAN = 0x54  # first byte of a packet
 LITTLE, BIG = (struct.Struct(order + "2xH10xHxH").unpack_from for order in "<>")  # id, source, destination
 ABORT = Abort.ID
 TO_ALL = (UNKNOWN_SYSTEM, ANNOUNCED)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import LARGEST_PACKET, SMALLEST_PACKET
 from runtime.zenoh.faults import FaultCounter
@@ -23,7 +24,6 @@ AT_ONCE = 256  # packets taken at a time, then as long a pause: the other thread
 LONGEST_PAUSE = 0.005  # s; a process that was halted goes on at once
 SETTLING = 0.05  # s in which a present state arrives by itself, in order; what is missing then is taken from the past
 ENDING = 0.5  # s
-LITTLE_ENDIAN = 0x54  # first byte of a packet
 
 
 @dataclass(slots=True)
@@ -121,7 +121,8 @@ class Arrivals:
             self.oversize.count(f"last: {len(payload)} bytes at {sample.key_expr}")
             return
         packet = payload.to_bytes()
-        if source_of(packet) == self._own and not self._is_sibling(name):
+        source = imc.packet_source(packet) if len(packet) >= SMALLEST_PACKET else UNKNOWN_SYSTEM
+        if source == self._own and not self._is_sibling(name):
             self.strange.count(f"last at {sample.key_expr}")
             return
         self._receive(packet)
@@ -167,10 +168,3 @@ class Arrivals:
                 if (sample := self._states.get()) is None:
                     return
                 self.arrive(sample)
-
-
-def source_of(packet: bytes) -> int:
-    """The system in the header of a packet."""
-    if len(packet) < SMALLEST_PACKET:
-        return UNKNOWN_SYSTEM
-    return packet[14] | packet[15] << 8 if packet[0] == LITTLE_ENDIAN else packet[14] << 8 | packet[15]

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import imc
 from runtime import State, Task, consume, param, periodic
 from runtime.problem import Doubt, quoted, suggestion
+from runtime.profile import items
 
 Condition = imc.EntityState.State
 ALWAYS = "Daemon"
@@ -37,7 +38,7 @@ class Entities(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     def _hardware(self) -> list[str]:
-        simulated = self.vehicle.virtual or "Simulation" in self.vehicle.profile.value("General", "Selected")
+        simulated = self.vehicle.virtual or "Simulation" in items(self.vehicle.profile.value("General", "Selected"))
         return [] if simulated else self.default_monitoring_hardware
 
     @consume

@@ -10,7 +10,7 @@ from runtime import State, consume, param, periodic
 from runtime.profile import items
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.datagrams import Datagram
-from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate, sender, source_of
+from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate, sender
 from tasks.transports.imc_links.listening import ports_from, tell_opened
 from tasks.transports.imc_links.message_list import MessageList, message_named, parse_rate
 from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, ON_THE_BUS, UNKNOWN, Drops, Peer, Peers
@@ -248,7 +248,7 @@ class UDP(Carrier):
 
     def turn_away(self, packet: bytes, address: str, port: int, reason: str) -> Peer | None:
         """Drop a packet, unless it is the Announce that makes its system a peer."""
-        if reason is UNKNOWN and self.vehicle.bus.reaches(source_of(packet)):
+        if reason is UNKNOWN and self.vehicle.bus.reaches(imc.packet_source(packet)):
             self.drops.add(ON_THE_BUS, sender(packet, address))
             return None
         if self.gate.greets(packet, reason, network_time(self)):

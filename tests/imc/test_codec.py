@@ -1,7 +1,7 @@
 """Packets of every message: encoding and decoding, the header, and values that do not fit."""
 
 import math
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 import pytest
@@ -110,6 +110,12 @@ def test_byte_order_has_two_values() -> None:
     wrong: Any = "middle"
     with pytest.raises(imc.EncodeError, match="byteorder 'middle'"):
         imc.encode(imc.Heartbeat(), wrong)
+
+
+@pytest.mark.parametrize("order", ["little", "big"])
+def test_id_and_source_are_read_without_decoding(order: Literal["little", "big"]) -> None:
+    packet = imc.encode(imc.Heartbeat(src=0x1234, dst=0x5678), order)
+    assert (imc.packet_id(packet), imc.packet_source(packet)) == (imc.Heartbeat.ID, 0x1234)
 
 
 def test_header_that_does_not_fit_is_named() -> None:
