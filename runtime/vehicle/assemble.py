@@ -176,9 +176,20 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
         vehicle.bus.frames = transport.frames
         vehicle.daemon.tells_all = True
     except ValueError as error:
-        section = profile.config.sections.get("Zenoh")
-        origin = section.origin if section else Origin(str(profile.path))
-        raise ProfileError([Problem("error", *origin, str(error))]) from None
+        raise ProfileError([Problem("error", *_zenoh_origin(profile), str(error))]) from None
+
+
+def _zenoh_origin(profile: Profile) -> Origin:
+    """The line of the option in [Zenoh] that is wrong by itself; that of the section if it is none."""
+    from runtime.zenoh import ZenohConfig
+
+    for option in profile.config.options("Zenoh"):
+        try:
+            ZenohConfig.from_options({option.name: option.value}, profile.path.parent)
+        except ValueError:
+            return option.origin
+    section = profile.config.sections.get("Zenoh")
+    return section.origin if section else Origin(str(profile.path))
 
 
 def _concerns(vehicle: Vehicle, request: imc.Message) -> bool:

@@ -44,7 +44,7 @@ class Discovery(Task):
 
     Of the vehicles of one user on a computer only one has a port: it hands on what it hears to the others, and if it
     ends, another takes its place. If it falls silent, the others listen themselves. Each Announce is put on the bus
-    once. Two systems that use one id are reported.
+    once. Two systems that use one id are reported, and another one with the name of this vehicle.
     """
 
     external = True
@@ -79,7 +79,7 @@ class Discovery(Task):
         self.recent = Recent(REMEMBERED)
         self.senders: dict[str, Peer] = {}
         self.seen: dict[int, list[Sighting]] = {}
-        self.twins: dict[tuple[int, str], float] = {}
+        self.clashes: dict[str, float] = {}
         self.open()
         network_after(self, PULSE, self.keep_listening)
 
@@ -187,12 +187,14 @@ class Discovery(Task):
             return
         if self.leader is not None:
             self.leader.tell(address, packet)
-        services = Services.parse(message.services)
+        services, name = Services.parse(message.services), readable_name(message.sys_name)
         if message.src == self.system:
             if services.uid != str(round(self.vehicle.start_time * 1e9)):
-                self.report_twin(message.src, f"{readable_name(message.sys_name)} at {address}")
+                self.report(f"the id 0x{message.src:04X} of this vehicle", f"{name} at {address}")
             return
-        self.sight(message.src, readable_name(message.sys_name), services.uid, address)
+        if name == self.vehicle.name:
+            self.report(f"the name {name} of this vehicle", f"0x{message.src:04X} at {address}")
+        self.sight(message.src, name, services.uid, address)
         if not self.vehicle.bus.reaches(message.src):
             self.relay(packet)
 
@@ -220,32 +222,32 @@ class Discovery(Task):
         found.last, found.address = network_time(self), address
         for other in runs:
             if other is not found and other.last > found.first and network_time(self) > other.first:
-                self.report_twin(system, f"{other.name} at {other.address} and {name} at {address}")
+                both = f"{other.name} at {other.address} and {name} at {address}"
+                self.report(f"the id 0x{system:04X}", both)
 
-    def report_twin(self, system: int, who: str) -> None:
-        """Say once, and in the state of the entity, that two systems use one id."""
-        if (system, who) not in self.twins:
-            if len(self.twins) >= MOST_SENDERS:
+    def report(self, what: str, who: str) -> None:
+        """Say once, and in the state of the entity, that two systems use one id or name."""
+        clash = f"{what} is also used by {who}"
+        if clash not in self.clashes:
+            if len(self.clashes) >= MOST_SENDERS:
                 return
-            own = " of this vehicle" if system == self.system else ""
-            self.log.error(f"the id 0x{system:04X}{own} is also used by {who}: give one of them another id")
-        self.twins[system, who] = network_time(self)
+            self.log.error(f"{clash}: give one of them another {what.split()[1]}")
+        self.clashes[clash] = network_time(self)
 
     def drop(self, reason: str, address: str, why: str = "") -> None:
         if self.drops.add(reason, address):
             self.log.warning(f"announcement from {address} dropped: {reason}" + (f" ({why})" if why else ""))
 
     @periodic(1.0)
-    def report(self) -> None:
+    def survey(self) -> None:
         """Forget who is out of range, and report who is within."""
         since = network_time(self) - FORGOTTEN
         for system, runs in list(self.seen.items()):
             runs[:] = [run for run in runs if run.last > since]
             if not runs:
                 del self.seen[system]
-        self.twins = {twin: last for twin, last in self.twins.items() if last > since}
+        self.clashes = {clash: last for clash, last in self.clashes.items() if last > since}
         names = ", ".join(sorted(run.name for runs in self.seen.values() for run in runs))
         figures = [f"{len(self.seen)} systems within range" + (f": {names}" if names else ""), str(self.drops)]
-        clashes = [f"the id 0x{system:04X} is also used by {who}" for system, who in self.twins]
-        state = State.FAULT if self.trouble or clashes else State.NORMAL
-        self.set_entity_state(state, "; ".join(words for words in (self.trouble, *clashes, *figures) if words))
+        state = State.FAULT if self.trouble or self.clashes else State.NORMAL
+        self.set_entity_state(state, "; ".join(words for words in (self.trouble, *self.clashes, *figures) if words))

@@ -56,6 +56,7 @@ MISTAKES = [
     ("run otter --for soon", "'soon' is not a duration"),
     ("run otter --clock slow", "slow"),
     ("run otter --bus tcp", "tcp"),
+    ("run otter -p Simulation --bus zenoh --set Zenoh:Mode=peeer", "command line: error: [Zenoh] Mode"),
     ("run otter --set GPS", "it must be Section:Option=value"),
     ("run otter --set Simulators.GSP:HACC=1", "there is no section [Simulators.GSP] (did you mean 'Simulators.GPS'?)"),
     ("run otter --set Generl:Seed=1", "there is no section [Generl] (did you mean 'General'?)"),

@@ -209,6 +209,13 @@ def test_two_systems_with_one_id_are_reported_and_a_restart_is_not(vessel):
     vessel.until(lambda: "0x4800 is also used" in vessel.discovery.entity.description)
 
 
+def test_another_system_with_the_name_of_this_vehicle_is_reported(vessel):
+    name = vessel.vehicle.name
+    Station(vessel, 0x4801, name).announce(sys_name=name)
+    vessel.logged(f"the name {name} of this vehicle is also used by 0x4801 at 127.0.0.1: give one of them another name")
+    vessel.until(lambda: "is also used by 0x4801" in vessel.discovery.entity.description)
+
+
 def test_a_peer_that_sends_too_fast_is_bounded_and_named(tmp_path):
     with afloat(tmp_path, "Transports.UDP:Maximum Rate=50") as vessel:
         console = Station(vessel).join()
