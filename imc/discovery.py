@@ -123,6 +123,12 @@ class Services:
         """The version of the system's messages; empty if it gives none."""
         return self._about("imc+info", "/version/")
 
+    @property
+    def mavlink_id(self) -> int:
+        """The system's id in MAVLink; 0 if it gives none."""
+        words = self._about("mavlink+info", "/system/")
+        return int(words) if words.isdecimal() and len(words) <= 3 else 0
+
     def _about(self, scheme: str, path: str) -> str:
         return next((s.path[len(path) :] for s in self.each if s.scheme == scheme and s.path.startswith(path)), "")
 

@@ -70,11 +70,21 @@ def of_file(error: OSError, place: object = "") -> str:
 
 
 def nearest(word: str, words: Iterable[str]) -> str:
-    """The most similar of `words`, ignoring case; empty if none is close."""
+    """The most similar of `words`, ignoring case; empty if none is close.
+
+    Of names with a group, such as Simulators.IMU/AHRS, those of the same group are compared by what follows it.
+    """
     candidates: dict[str, str] = {}
     for candidate in words:
         candidates.setdefault(candidate.casefold(), candidate)
-    found = get_close_matches(word.strip().casefold(), candidates, 1)
+    group, dot, rest = word.strip().casefold().partition(".")
+    inside = {name.partition(".")[2]: name for name in candidates if dot and name.startswith(f"{group}.")}
+    for short, name in list(inside.items()):
+        inside.setdefault(short.partition("/")[0], name)
+    if inside:
+        found = [inside[name] for name in get_close_matches(rest, inside, 1)]
+    else:
+        found = get_close_matches(f"{group}{dot}{rest}", candidates, 1)
     return candidates[found[0]] if found else ""
 
 

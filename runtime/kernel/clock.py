@@ -79,7 +79,7 @@ class ScaledClock:
     virtual = False
 
     def __init__(self, speed: float, start: int | None = None):
-        if not 0.0 < speed < 1e6:
+        if not 1e-3 <= speed < 1e6:
             raise ValueError(f"a clock cannot run at {speed} times real time")
         self.speed = speed
         self._now = self._reference = time.time_ns() if start is None else start

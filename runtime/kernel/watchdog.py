@@ -46,7 +46,7 @@ class Watchdog:
         self._kernel = kernel
         self._on_hopeless = on_hopeless
         self._watched = threading.get_ident()
-        self._done = False
+        self._done = threading.Event()
         self._end: float | None = None
         self.hasty = False
 
@@ -55,7 +55,7 @@ class Watchdog:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
-        self._done = True
+        self._done.set()
         if self._on_hopeless is not None:
             faulthandler.cancel_dump_traceback_later()
 
@@ -72,8 +72,7 @@ class Watchdog:
     def _watch(self) -> None:
         kernel, seen, last, armed = self._kernel, (-1, -1), time.monotonic(), 0.0
         stuck, told, broken, calls = 0.0, False, 0.0, -1
-        while not self._done:
-            time.sleep(PERIOD)
+        while not self._done.wait(PERIOD):
             now, progress, ending = time.monotonic(), (kernel.events, kernel.now_ns), self._end
             passed, last = min(now - last, LONGEST_SLEEP), now  # else a program that was halted would seem stuck
             if ending is not None and now > ending:
@@ -118,7 +117,7 @@ class Watchdog:
             faulthandler.dump_traceback_later(BROKEN_AFTER, file=sys.__stderr__ or sys.stderr)
 
     def _give_up(self, text: str) -> None:
-        if not self._done and self._on_hopeless is not None:
+        if not self._done.is_set() and self._on_hopeless is not None:
             self._on_hopeless(text)
 
     def _subject(self, call: FrameType, seconds: float) -> str:

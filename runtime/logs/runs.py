@@ -38,7 +38,8 @@ def place_of(folder: Path) -> Place | None:
 def logs_of_run(folder: Path) -> list[Path]:
     """The folders of all logs of the run that a log belongs to, in order; a log that does not say is alone.
 
-    They are looked for in the vehicle's folder, beside it. Raises ValueError if two logs claim the same number.
+    They are looked for in the vehicle's folder, beside it; elsewhere it is alone. Raises ValueError if two logs claim
+    the same number.
     """
     folder = folder.absolute()
     own = place_of(folder)
@@ -47,6 +48,8 @@ def logs_of_run(folder: Path) -> list[Path]:
     begin = own.first.partition("/")[0]
     days = sorted(day for day in folder.parent.parent.glob("[0-9]*") if day.name >= begin and day.is_dir())
     found = [(place.number, log) for day in days for log in sorted(day.iterdir()) if (place := _same_run(log, own))]
+    if own.number not in [number for number, _ in found]:
+        found.append((own.number, folder))  # copied to where no vehicle's logs are
     repeated = next((number for number, count in Counter(number for number, _ in found).items() if count > 1), None)
     if repeated is not None:
         names = ", ".join(str(log) for number, log in found if number == repeated)

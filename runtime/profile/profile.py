@@ -11,7 +11,7 @@ from fastcrc import crc16
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
-from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, quoted, suggestion
+from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, of_file, quoted, suggestion
 from runtime.profile import dune
 from runtime.profile.config import BLANKS, Config, header, items, statement
 from runtime.profile.folders import find_profile, own_etc
@@ -132,7 +132,9 @@ class Profile:
                 schema = imc.load(path, over=schema)
             except FileNotFoundError:
                 raise self._error("General", "Messages", f"there is no file {quoted(name)}", "") from None
-            except (imc.SchemaError, OSError) as error:
+            except OSError as error:
+                raise self._error("General", "Messages", of_file(error, name), "") from None
+            except imc.SchemaError as error:
                 raise self._error("General", "Messages", str(error), "") from None
         return schema
 

@@ -121,7 +121,7 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
         with file.open("rb") as opened:
             mcap = opened.read(len(MCAP_MAGIC)) == MCAP_MAGIC
         with _extra("analysis" if mcap else "mavlink"):
-            write = _import_mcap if mcap else _tlog_reader(system)
+            write = _mcap_reader() if mcap else _tlog_reader(system)
         with _named(out), new_folder(out, force) as part, progress(file) as tell:
             warnings = write(file, part, tell)
         packets = len(imc.Log(out))
@@ -148,10 +148,10 @@ def _writer(form: str, raw: bool, images: bool) -> Writer:
     return lambda source, path, tell: write(source, path, raw, images, tell)
 
 
-def _import_mcap(file: Path, folder: Path, _: ReportBytes) -> list[str]:
+def _mcap_reader() -> Callable[[Path, Path, ReportBytes], list[str]]:
     from shoal.logs.edit.mcap_import import import_mcap
 
-    return import_mcap(file, folder)
+    return lambda file, folder, _: import_mcap(file, folder)
 
 
 def _tlog_reader(system: str) -> Callable[[Path, Path, ReportBytes], list[str]]:

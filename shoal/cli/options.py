@@ -12,6 +12,7 @@ from runtime.problem import printable
 from runtime.vehicle import Vehicle
 from tasks.transports.logging import Logging
 
+LOG_FILES = ("data.lsf", "config.ini", "imc.xml.gz", "run.json", "state-")  # how their names begin
 SHORTEST = 0.01  # s; the shortest period of a repeated action
 
 config_dir_option = click.option(
@@ -66,10 +67,13 @@ def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool
 
 
 def _log_in(folder: Path) -> Path | None:
-    """A log in a folder, or in one that the folder may be a part of: <date>/<time>_<plan>/Data.lsf."""
+    """A file of a log in a folder, or in one that the folder may be a part of: <date>/<time>_<plan>/Data.lsf.
+
+    Each file counts, in any letter case: a sender may leave out or rename the others.
+    """
     day, time = "[0-9]" * 8, "[0-9]" * 6
-    depths = ("", f"{time}*/", f"{day}/{time}*/")
-    return next((log for depth in depths for log in folder.glob(f"{depth}Data.lsf*")), None)
+    files = [file for depth in ("", f"{time}*/", f"{day}/{time}*/") for file in folder.glob(f"{depth}*")]
+    return next((file for name in LOG_FILES for file in files if file.name.lower().startswith(name)), None)
 
 
 def parse_period(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:

@@ -77,6 +77,7 @@ def replay(
             seed=seed or 0,
             keep_going=bool(keep_going),
             log_root=log_dir,
+            messages=_definitions(opened),
         )
         player = vehicle.add(
             cls,
@@ -101,3 +102,9 @@ def replay(
         raise click.ClickException(str(error)) from None
     with steering(cast(Player, player), vehicle.kernel):
         swim(vehicle, f"replay of {run_at(log)[0]}", duration)
+
+
+def _definitions(log: imc.Log) -> imc.Schema | None:
+    """The log's messages if it has those of Shoal and further ones; None for the built-in ones."""
+    theirs, ours = log.schema.types_by_id, imc.builtin().types_by_id
+    return log.schema if all(theirs.get(number) == kind for number, kind in ours.items()) else None

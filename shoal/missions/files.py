@@ -19,10 +19,12 @@ LARGEST = 4 << 20  # bytes of a file
 
 def load_plan(path: Path) -> imc.PlanSpecification:
     """The plan in a YAML or JSON file. Raises PlanFileError, and OSError if it cannot be read."""
-    if path.stat().st_size > LARGEST:
+    with path.open("rb") as file:  # a device or a pipe has no size
+        content = file.read(LARGEST + 1)
+    if len(content) > LARGEST:
         raise PlanFileError(f"{path}: larger than {LARGEST >> 20} MiB")
     try:
-        text = path.read_text(encoding="utf-8")
+        text = content.decode()
     except UnicodeDecodeError as error:
         raise PlanFileError(f"{path}: not UTF-8: {error.reason} at byte {error.start}") from None
     return parse_plan(text, str(path), json=path.suffix.lower() == ".json")

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 
 import imc
 from runtime import ParameterError, State, consume, param, periodic
-from runtime.problem import Doubt, misspelled, quoted
+from runtime.problem import Doubt, misspelled, printable, quoted
 from tasks.simulators.power import Powered
 from tasks.simulators.seabed import offset, read_seabed
 from tasks.simulators.steps import Steps
@@ -22,6 +22,7 @@ from world.bodies import (
 )
 from world.sea import BathymetryError, Grounding
 
+MODEL = "VSIM/Model/"
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
 AFLOAT = 2.0  # s without a touch, after which the vehicle is no longer aground
 PATIENCE = 2.0  # s without a step, after which actuators stop, as the motor controllers and servos of a vehicle do
@@ -72,7 +73,7 @@ class VSIM(Powered):
 
         self._read(value)
         name = self._vehicle_type()
-        section, others = f"VSIM/Model/{name}", list[str]()
+        section, others = f"{MODEL}{name}", list[str]()
         for option in self.vehicle.profile.options(section):
             if option not in read and (near := misspelled(option, read)):
                 yield Doubt(option, f"nothing reads {quoted(option)}", f"did you mean {quoted(near)}?", section)
@@ -99,6 +100,8 @@ class VSIM(Powered):
     def _read(self, value: Callable[[str, str], str]) -> UnderwaterModel | BoatModel:
         """Read the model; `value(section, option)` returns its texts. Raises ModelError."""
         name = self._vehicle_type()
+        if not self.vehicle.profile.options(f"{MODEL}{name}"):
+            raise ModelError(f"there is no section [{MODEL}{printable(name)}] with the model; letter case counts")
         return read_boat_model(value, name) if is_boat(value, name) else read_underwater_model(value, name)
 
     @consume(others=True)

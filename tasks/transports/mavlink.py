@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 
 import imc
+from imc.discovery import Service, Services
 from mavlink import KINDS, SYSTEMS, Flavour, Received, load_dialect, split, system_of, text
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
@@ -16,6 +17,7 @@ from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import DATAGRAMS_PER_SECOND, HEARTBEAT_PERIOD, SOON, Session, addressed
 from tasks.transports.mavlink_protocol.system import HOLD_PLAN, MavlinkSystem
 
+Offered = imc.AnnounceService.ServiceType
 LINKS = ["udpout:127.0.0.1:14550:ardupilot", "udpout:127.0.0.1:14540:px4", "udpin:127.0.0.1:14551:ardupilot"]
 SET_TIMEOUT = 0.25
 EXCESS_PERIOD = 10.0  # s
@@ -92,6 +94,8 @@ class MAVLink(Task):
             stop_plan=self.stop_plan,
             hold=self.hold,
         )
+        told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.autopilot.system}")
+        self.publish(imc.AnnounceService(service=str(told), service_type=Offered.LOCAL | Offered.EXTERNAL))
         self.shown = self.autopilot.shown
         self.values = {entry.id: entry.value for entry in self.autopilot.parameters}
 
@@ -256,9 +260,10 @@ class MAVLink(Task):
 
     @consume(others=True)
     def meet_vehicle(self, other: imc.Announce) -> None:
-        """Name another vehicle that has the same MAVLink id by default."""
+        """Name another vehicle that has the same MAVLink id, which follows from its IMC id if it does not tell it."""
         moves = other.sys_type in (imc.SystemType.UUV, imc.SystemType.USV, imc.SystemType.UAV, imc.SystemType.UGV)
-        if moves and other.src != self.system and system_of(other.src) == self.autopilot.system:
+        theirs = Services.parse(other.services).mavlink_id or system_of(other.src)
+        if moves and other.src != self.system and theirs == self.autopilot.system:
             self.name_twin(f"{other.sys_name} ({other.src:#06x})")
 
     def name_twin(self, twin: str) -> None:

@@ -19,7 +19,7 @@ RISES = 0.05  # m/s; a faster climb must be commanded to leave the ground
 STILL, UNLOADED, RESTS = 0.25, 0.75, 1.0  # m/s, fraction of the weight, s: what counts as a touchdown
 LEVEL, LEARNING = 0.5, 5.0  # m/s, s: when and how fast the weight is learned
 BLIND_THRUST, BLIND_DESCENT, BLIND_GAIN = 0.98, 1.5, 1.0  # share of the weight, m/s, 1/s: a blind descent
-BLIND_STEP, BLIND_MARGIN = 0.1, 30.0  # s
+BLIND_STEP, BLIND_MARGIN, RECOVERY = 0.1, 30.0, 3.0  # s
 
 
 class Phase(Enum):
@@ -37,7 +37,7 @@ class Autopilot(Task):
 
     The rotors stand still on the ground until a climb is commanded, and after a touchdown: the vehicle should descend
     but does not, and the rotors carry less than three quarters of the weight for a second. It lands where it is after
-    an Abort, after hovering without a maneuver for `Idle Timeout` (in error, `Error Timeout`), and always below
+    an Abort, after hovering without a maneuver for `Idle Timeout` (after an error, `Error Timeout`), and always below
     `Landing Fuel Level`. Without EstimatedState it descends level.
     """
 
@@ -64,7 +64,7 @@ class Autopilot(Task):
     idle_timeout: float = param(
         60.0, "s", "The vehicle lands after this time without a maneuver; 0 for never.", minimum=0
     )
-    error_timeout: float = param(10.0, "s", "Idle timeout while the vehicle is in error; 0 for never.", minimum=0)
+    error_timeout: float = param(10.0, "s", "Idle timeout after an error; 0 for never.", minimum=0)
     landing_fuel_level: float = param(10.0, "%", "The vehicle lands below this battery level.", minimum=0, maximum=100)
 
     def configure(self) -> None:
@@ -79,11 +79,12 @@ class Autopilot(Task):
         self._loops = EnabledLoops(Loops.VELOCITY)
         self._phase, self._begun = Phase.GROUND, False
         self._state: imc.EstimatedState | None = None
-        self._stated = self._referred = -math.inf
+        self._stated = self._resumed = self._referred = -math.inf
         self._reference: Vector = (0.0, 0.0, 0.0)
         self._heading: float | None = None
         self._landing = ""
         self._mode: int = Mode.BOOT
+        self._erred = False
         self._fuel = math.inf
         self._idle = self.now
         self._rest()
@@ -93,7 +94,8 @@ class Autopilot(Task):
     def enable(self, loops: imc.ControlLoops) -> None:
         if self._loops.hear(loops):
             self._heading, self._referred = None, self.now if self._loops.mask else -math.inf
-            self._landing = "" if self._loops.mask else self._landing
+            if self._loops.mask:
+                self._landing, self._erred = "", False
 
     @consume
     def go(self, velocity: imc.DesiredVelocity) -> None:
@@ -115,6 +117,7 @@ class Autopilot(Task):
     @consume
     def watch_mode(self, vehicle: imc.VehicleState) -> None:
         self._mode = vehicle.op_mode
+        self._erred = self._erred or vehicle.op_mode == Mode.ERROR
 
     @consume
     def gauge(self, fuel: imc.FuelLevel) -> None:
@@ -131,6 +134,10 @@ class Autopilot(Task):
         if not math.isfinite(state.x + state.y + state.z + state.vx + state.vy + state.vz + state.psi):
             return
         dt, self._stated, self._state = self.now - self._stated, self.now, state
+        if dt > self.state_timeout:
+            self._resumed = self.now
+        if self._phase is Phase.BLIND and self.now - self._resumed < RECOVERY:
+            return  # estimates that come and go would make it climb and fall
         if not self._begun and state.alt > ALOFT:
             self.log.warning("started in the air")
             self._enter(Phase.HOVER, state)
@@ -147,7 +154,8 @@ class Autopilot(Task):
     @periodic(1.0 / BLIND_STEP)
     def watch_state(self, periods: int) -> None:
         """Descend level if EstimatedState is missing."""
-        if self._phase is Phase.GROUND or self._state is None or self.now - self._stated <= self.state_timeout:
+        missing = self.now - self._stated > self.state_timeout
+        if self._phase is Phase.GROUND or self._state is None or not (missing or self._phase is Phase.BLIND):
             return
         if self._phase is not Phase.BLIND:
             self.log.error("EstimatedState is missing: descending level")
@@ -157,7 +165,8 @@ class Autopilot(Task):
             return
         brake = clamp(BLIND_GAIN * (BLIND_DESCENT - self._falling), self.maximum_acceleration)
         self._falling += periods * BLIND_STEP * brake
-        self._command(0.0, 0.0, 0.0, BLIND_THRUST * self._weight - brake)
+        weight = min(self._weight, GRAVITY)  # one that was learned in a climb nobody noticed is too large
+        self._command(0.0, 0.0, 0.0, BLIND_THRUST * weight - brake)
 
     @periodic(1.0)
     def tell(self) -> None:
@@ -173,9 +182,9 @@ class Autopilot(Task):
             self._land("the battery is low")
         elif self._phase is not Phase.HOVER or self._loops.mask or self._mode not in UNCOMMANDED:
             self._idle = self.now
-        elif self._mode == Mode.ERROR:
+        elif self._erred:
             if 0.0 < self.error_timeout < self.now - self._idle:
-                self._land("the vehicle is in error")
+                self._land("the vehicle is in error" if self._mode == Mode.ERROR else "no maneuver after an error")
         elif 0.0 < self.idle_timeout < self.now - self._idle:
             self._land("no maneuver")
         phase = Phase.LAND if self._landing else Phase.FOLLOW if self._follows else Phase.HOVER

@@ -19,7 +19,7 @@ STUCK_WAY = 0.4  # m downward meanwhile, by the velocities
 ANGLE_JUMP = math.radians(10.0)
 FASTEST = 2.0  # rad/s, of a turn that the rates do not show
 LONGEST = 1.0  # s, of such a turn
-PITCH_LAG, HEADING_LAG = math.radians(15.0), math.radians(20.0)
+LEAN_LAG, HEADING_LAG = math.radians(15.0), math.radians(20.0)
 TURN_MEMORY = 20.0  # s
 STEEP = 0.3  # cosine of a pitch at which roll and heading are poorly defined
 
@@ -30,7 +30,7 @@ class AttitudeCheck:
     def __init__(self, count: int):
         self._gate = JumpGate(count, math.radians(5.0))
         self._angles: Vector | None = None
-        self._pitch, self._heading = Disagreement(TURN_MEMORY), Disagreement(TURN_MEMORY)
+        self._roll, self._pitch, self._heading = (Disagreement(TURN_MEMORY) for _ in range(3))
         self.jump, self._patience = 0.0, 1.0
 
     @property
@@ -48,8 +48,10 @@ class AttitudeCheck:
         steep = math.cos(theta) < STEEP
         if rates is not None and not steep:
             sr, cr = math.sin(phi), math.cos(phi)
+            turning = (sr * rates[1] + cr * rates[2]) / math.cos(theta)
+            roll -= elapsed * (rates[0] + math.sin(theta) * turning)
             pitch -= elapsed * (cr * rates[1] - sr * rates[2])
-            heading -= elapsed * (sr * rates[1] + cr * rates[2]) / math.cos(theta)
+            heading -= elapsed * turning
         roll, heading = wrap(roll), wrap(heading)
         limit = ANGLE_JUMP + FASTEST * min(LONGEST, elapsed)
         largest = abs(pitch) if steep else max(abs(roll), abs(pitch), abs(heading))
@@ -59,6 +61,7 @@ class AttitudeCheck:
             return verdict
         self._angles, self.jump = angles, heading
         if rates is not None and not steep:
+            self._roll.add(elapsed, roll)
             self._pitch.add(elapsed, pitch)
             self._heading.add(elapsed, heading)
         return verdict
@@ -68,7 +71,14 @@ class AttitudeCheck:
         """What is wrong, for people; empty if nothing is."""
         if abs(self._heading.value) > HEADING_LAG * self._patience:
             return "heading does not follow the turn rate"
-        return "pitch does not follow the turn rate" if abs(self._pitch.value) > PITCH_LAG * self._patience else ""
+        return self.lean
+
+    @property
+    def lean(self) -> str:
+        """What is wrong with roll or pitch; empty if nothing is."""
+        if abs(self._pitch.value) > LEAN_LAG * self._patience:
+            return "pitch does not follow the turn rate"
+        return "roll does not follow the turn rate" if abs(self._roll.value) > LEAN_LAG * self._patience else ""
 
     def remember(self, faulty: bool) -> None:
         """Hold a fault until the disagreement is half as large as the one that began it."""

@@ -21,6 +21,7 @@ ATTITUDES, FALLS = 50, 20  # samples that agree before a jump of theirs is belie
 FALL, SIGMAS = 5.0, 5.5  # m; a larger change of pressure is a jump
 HEIGHT_FACTOR = 4.0  # of the variance of heights by GPS, to that of its positions
 HEIGHT_JUMP, HEIGHT_AGREEMENT, HEIGHTS = 20.0, 20.0, 10  # m, m, fixes: GPS against barometer
+RESETS, RESET_MEMORY = 3, 30.0  # so many resets in so many seconds are no jump
 LARGEST_FORCE = 160.0  # m/s², the range of 16 g of the accelerometer
 PAUSE = 0.2  # s without attitude, in which the rates are unknown
 ATTITUDE_VARIANCE, RATE_VARIANCE = 1e-6, 1e-5  # rad², (rad/s)²
@@ -74,7 +75,8 @@ class Navigation(Task):
         self._heights = JumpGate(HEIGHTS, HEIGHT_AGREEMENT)
         self._attitude_noise, self._pressure_noise, self._fix_noise = Repetition(), Repetition(), Repetition()
         self._check = AttitudeCheck(ATTITUDES)
-        self._held_fault, self._held_until = "", -math.inf
+        self._held_fault, self._held_until, self._lost_until = "", -math.inf, -math.inf
+        self._resets: list[float] = []
         self._believed = self._turned_at = -math.inf
         self._turned = self._stepped = self.now
         self.set_entity_state(State.BOOT, "waiting for GPS fix")
@@ -137,7 +139,9 @@ class Navigation(Task):
         oriented = self.now - self._oriented <= self.euler_timeout
         if self._reference is not None and self._angles is not None and oriented:
             self._move(self._reference, dt, fix)
-            self._publish(self._reference, self._angles)
+            self._check.remember(bool(self._check.fault))
+            if not self._check.lean and self.now >= self._lost_until:
+                self._publish(self._reference, self._angles)
         self._judge()
 
     def _prepare(self, fix: imc.GpsFix | None) -> None:
@@ -177,12 +181,25 @@ class Navigation(Task):
         if verdict is Verdict.BELIEVED:
             self._down.settle((down,), variance)
             self._hold(f"pressure has jumped by {off:.0f} m")
+            self._note_reset()
         self._pressed = self.now
         self._down.correct((down,), variance)
 
     def _hold(self, fault: str) -> None:
+        if fault != self._held_fault or self.now > self._held_until:
+            self.log.warning(fault)
         self._held_fault, self._held_until = fault, self.now + SHOWN
-        self.log.warning(fault)
+
+    def _lose(self, fault: str, seconds: float) -> None:
+        """Publish no estimate for some time: it could lead the vehicle anywhere, and without one it descends level."""
+        self._hold(fault)
+        self._lost_until = self._held_until = self.now + seconds
+
+    def _note_reset(self) -> None:
+        """One reset follows from a jump; several mean that attitude, accelerations or fixes lie on and on."""
+        self._resets = [time for time in self._resets if self.now - time < RESET_MEMORY] + [self.now]
+        if len(self._resets) >= RESETS:
+            self._lose("positions and accelerations contradict each other", RESET_MEMORY)
 
     def _correct(self, reference: imc.GpsFix, fix: imc.GpsFix) -> None:
         lat, lon, height = reference.lat, reference.lon, reference.height
@@ -194,7 +211,7 @@ class Navigation(Task):
         if self.now - self._pressed > self.pressure_timeout:  # coarse, but it keeps a vehicle that lands from rising
             self._down.correct((height - fix.height,), HEIGHT_FACTOR * variance)
         elif self._heights.judge(abs(above) > HEIGHT_JUMP, above) is Verdict.BELIEVED:
-            self._hold("the heights of GPS and barometer contradict each other")
+            self._lose("the heights of GPS and barometer contradict each other", SHOWN)
         off = north - horizontal.position[0], east - horizontal.position[1]
         verdict = self._jumps.judge(horizontal.surprise((north, east), variance) > CONTRADICTION, *off)
         if verdict is Verdict.REJECTED:
@@ -204,6 +221,7 @@ class Navigation(Task):
         else:
             horizontal.settle((north, east), variance)
             self.log.warning("fixes contradict the position, which is reset to theirs")
+            self._note_reset()
             if math.hypot(*off) > GPS_JUMP and self.now - self._believed <= self.gps_timeout:
                 self._hold(f"GPS has jumped by {math.hypot(*off):.0f} m")
         self._believed = self.now

@@ -1,5 +1,6 @@
 """Runs of several logs on the command line, and log folders that cannot be written."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -51,6 +52,14 @@ def test_a_run_is_taken_as_one(day: Path, total: int, tmp_path: Path) -> None:
     assert "EntityState" not in imc.Log(tmp_path / "part").counts()
     done = shoal("log", "diff", "--run", plan, day / "000000")
     assert done.output.startswith(f"equal: {grouped(total)} messages")
+
+
+def test_a_log_that_was_copied_alone_is_a_run_of_its_own(day: Path, tmp_path: Path) -> None:
+    lone = tmp_path / "lone"
+    shutil.copytree(next(day.glob("*_box")), lone)
+    done = shoal("log", "info", "--run", lone)
+    assert done.exit_code == 0, done.output
+    assert "log 1 of the run is missing" in done.output
 
 
 def test_one_log_says_which_of_the_run_it_is(day: Path) -> None:

@@ -160,9 +160,12 @@ def test_a_part_of_a_log_in_the_same_folder_hides_no_tasks(project):
     assert run(project, "--code", ".")[0] == 0
 
 
-def test_a_received_log_runs_no_code(project):
+@pytest.mark.parametrize("missing", ["", "case", "data"])
+def test_a_received_log_runs_no_code(project, missing):
     assert run(project)[0] == 0
     log = next(project.glob("log/*/*/*"))
+    if missing:
+        (log / "Data.lsf.gz").rename(log / "DATA.LSF.GZ") if missing == "case" else (log / "Data.lsf.gz").unlink()
     (log / "tasks/mine").mkdir(parents=True)
     for name in ("horns.py", "tasks/mine/bell.py"):
         (log / name).write_text("open('/dev/stdout', 'w').write('CODE OF A STRANGER')\nraise SystemExit(0)\n")
@@ -180,6 +183,8 @@ def test_a_received_log_runs_no_code(project):
             _, out, err = shoal(*words, cwd=folder)
             assert "STRANGER" not in out + err, words
             assert "Traceback" not in err, words
+    if missing:
+        return
     status, _, err = shoal("rewind", str(log), "--at", "1s", "--code", str(project), "--log-dir", "new", cwd=project)
     assert status == 0, err
     status, out, err = shoal("resim", str(log), "--task", "horns.Horn", "--code", str(project), cwd=project)

@@ -103,6 +103,19 @@ def test_the_messages_of_a_log_are_those_in_it_whatever_is_in_the_present_folder
     assert (status, "0 bytes of difference" in out, err) == (0, True, "")
 
 
+def test_a_replay_logs_own_messages_with_their_definitions(project):
+    assert run(project)[0] == 0
+    log = next(project.glob("log/*/*/*"))
+    status, _, err = shoal("replay", log, "--clock", "virtual", "--log-dir", "again", cwd=project)
+    assert status == 0, err
+    again = next(project.glob("again/*/*/*"))
+    calls, played = (
+        [call.level for call in imc.Log(folder) if type(call).__name__ == "WhaleCall"] for folder in (log, again)
+    )
+    assert played == calls
+    assert set(played) == {120.0}
+
+
 def test_a_message_that_the_vehicle_does_not_have_is_an_error(project):
     (project / "my.ini").write_text(PROFILE.replace("Messages = own.yaml\n", "").replace("[General]\n", ""))
     status, _, err = run(project)

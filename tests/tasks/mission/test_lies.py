@@ -195,6 +195,25 @@ AFLOAT = {
 }
 
 
+APART = "positions and accelerations contradict each other"
+# lies that a multirotor cannot steer by: it descends level
+DRIFTS = {
+    f"{name} {rate:+g}/s": (lies(task, kind, (field, lambda value, t, rate=rate: value + rate * t)), error)
+    for name, task, kind, field, rate, error in (
+        ("pressure", BAROMETER, imc.Pressure, "value", 0.1, "the heights of GPS and barometer contradict"),
+        ("pressure", BAROMETER, imc.Pressure, "value", -0.1, "the heights of GPS and barometer contradict"),
+        ("height by GPS", GPS, imc.GpsFix, "height", 1.0, "the heights of GPS and barometer contradict"),
+        ("roll", AHRS, imc.EulerAngles, "phi", 0.02, APART),
+        ("pitch", AHRS, imc.EulerAngles, "theta", 0.005, APART),
+    )
+} | {
+    "roll jumps": (
+        lies(AHRS, imc.EulerAngles, ("phi", lambda phi, t: phi + 0.3)),
+        "roll does not follow the turn rate",
+    )
+}
+
+
 @pytest.mark.parametrize("lie", HARMLESS)
 def test_a_lie_that_others_contradict_is_rejected_and_the_plan_goes_on(lie, tmp_path):
     inject, astray = HARMLESS[lie]
@@ -228,6 +247,15 @@ def test_a_lie_on_boats_and_multirotors_ends_the_plan(profile, lie, tmp_path):
     flight = Flight(tmp_path, inject, profile, 37.0)
     assert flight.failed <= seconds
     assert flight.errors[0].startswith(f"Navigation: {error}")
+
+
+@pytest.mark.parametrize("lie", DRIFTS)
+def test_a_multirotor_whose_sensors_drift_apart_comes_down(lie, tmp_path):
+    inject, error = DRIFTS[lie]
+    flight = Flight(tmp_path, inject, "hexa-00", 170.0)
+    assert flight.errors[0].startswith(f"Navigation: {error}")
+    assert -min(flight.depths) < 60.0
+    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
 
 
 @pytest.mark.parametrize("profile", ["otter", "caravel", "hexa-00"])

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import imc
+from imc.discovery import Service, Services
 from runtime import State
 from runtime.kernel import parse_clock
 from runtime.profile import load_profile
@@ -121,8 +122,19 @@ def test_another_vehicle_with_the_same_id_is_named(tmp_path):
     packet = imc.encode_as(other, flown.vehicle.kernel.now_ns / 1e9, 0x421A, 0, 0xFFFF, 0xFF)
     for _ in range(2):
         flown.vehicle.bus.publish(imc.decode(packet), packet, None)
+    told = Services.of([Service("mavlink+info", "10.0.0.7", path="/system/27")])
+    for name, source, services in (
+        ("lauv-other", 0x431A, str(told)),
+        ("lauv-told", 0x431B, str(told).replace("7", "6")),
+    ):
+        heard = other.replace(sys_name=name, services=services)
+        packet = imc.encode_as(heard, flown.vehicle.kernel.now_ns / 1e9, source, 0, 0xFFFF, 0xFF)
+        flown.vehicle.bus.publish(imc.decode(packet), packet, None)
     flown.vehicle.run(1.0)
     flown.vehicle.close()
+    assert [text for text in flown.log if "MAVLink id" in text][1:] == [
+        "MAVLink id 26 is also that of lauv-told (0x431b): set System Id"
+    ]
     assert [text for text in flown.log if "lauv-twin (0x421a): set System Id" in text] == [
         "MAVLink id 26 is also that of lauv-twin (0x421a): set System Id"
     ]
