@@ -3,12 +3,12 @@
 import math
 
 import imc
-from imc.coordinates import displacement
 from runtime import State, Task, consume, param, periodic
 from tasks.navigation.auv.averages import Mean
 from tasks.navigation.auv.checks import AttitudeCheck
 from tasks.navigation.auv.consistency import JumpGate, Repetition, Verdict, plight
 from tasks.navigation.auv.gates import GPS_JUMP, LARGEST_ANGLE, LARGEST_RATE, SHOWN, FixGate, Reason, located
+from tasks.navigation.uav.fixes import middle, place, variance_of
 from tasks.navigation.uav.inertial_filter import InertialFilter
 from world.attitude import Vector, rotation, to_body, to_ned, wrap
 
@@ -26,6 +26,7 @@ LARGEST_FORCE = 160.0  # m/s², the range of 16 g of the accelerometer
 PAUSE = 0.2  # s without attitude, in which the rates are unknown
 ATTITUDE_VARIANCE, RATE_VARIANCE = 1e-6, 1e-5  # rad², (rad/s)²
 INITIAL_VELOCITY, INITIAL_BIAS = 0.01, 0.01  # variances at rest, (m/s)², (m/s²)²
+FLYING_VELOCITY = 25.0  # (m/s)², variance in the air
 
 
 def height_of(pressure: float) -> float:
@@ -38,8 +39,8 @@ class Navigation(Task):
 
     Attitude is that of the attitude reference. Positions and velocities are those of Kalman filters, driven by
     accelerations and corrected horizontally by fixes and vertically by the barometer. It starts while the vehicle
-    stands still: the reference is the mean of the last fixes until then. `alt` is the height above the reference, since
-    there is no altimeter; `depth` is -1.
+    stands still: the reference is the mean of the last fixes until then, and stays when the task restarts, which may be
+    in the air. `alt` is the height above the reference, since there is no altimeter; `depth` is -1.
     """
 
     execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
@@ -69,7 +70,8 @@ class Navigation(Task):
         self._fixed = self._oriented = -math.inf
         self._first: list[imc.GpsFix] = []
         self._reference: imc.GpsFix | None = None
-        self._ground, self._pressed = 0.0, -math.inf
+        self._site: tuple[imc.GpsFix, float] | None = getattr(self, "_site", None)
+        self._pressed = -math.inf
         self._fix_gate = FixGate(math.inf, 1, self.largest_hacc, math.inf)
         self._jumps, self._falls = JumpGate(CONTRADICTIONS, AGREEMENT), JumpGate(FALLS, AGREEMENT)
         self._heights = JumpGate(HEIGHTS, HEIGHT_AGREEMENT)
@@ -148,17 +150,29 @@ class Navigation(Task):
         if fix is not None:
             self._first.append(fix)
             del self._first[: -self.initial_fixes]
-        if len(self._first) < self.initial_fixes or self._angles is None or not self._height.take():
+        if len(self._first) < self._needed or self._angles is None or not self._height.take():
             return
-        count = len(self._first)
-        lat, height = (math.fsum(getattr(f, name) for f in self._first) / count for name in ("lat", "height"))
-        lon = wrap(math.fsum(_beside(self._first[0].lon, f.lon) for f in self._first) / count)
-        self._reference = imc.GpsFix(lat=lat, lon=lon, height=height)
-        self._ground, self._pressed = self._height.value[0], self.now
-        initial = INITIAL_VELOCITY, INITIAL_BIAS
+        if self._site is None:
+            self._site = middle(self._first), self._height.value[0]
+            self._begin(*self._site, variance_of(self._first[-1]) / len(self._first), INITIAL_VELOCITY)
+        else:
+            reference, ground = self._site
+            last = self._first[-1]
+            self._begin(reference, ground, variance_of(last), FLYING_VELOCITY)
+            self._over_ground.position[:] = place(reference, last)
+            self._down.position[0] = ground - self._height.value[0]
+
+    @property
+    def _needed(self) -> int:
+        """How many fixes it takes to start."""
+        return 1 if self._site else self.initial_fixes
+
+    def _begin(self, reference: imc.GpsFix, ground: float, variance: float, speed: float) -> None:
+        """Start the filters at the reference, with the variances of positions (m²) and velocities (m²/s²)."""
+        self._reference, self._ground, self._pressed = reference, ground, self.now
         noise, walk = self.acceleration_noise, self.bias_walk
-        self._over_ground = InertialFilter(2, noise, walk, (_variance(self._first[-1]) / count, *initial))
-        self._down = InertialFilter(1, noise, walk, (self.pressure_noise**2, *initial))
+        self._over_ground = InertialFilter(2, noise, walk, (variance, speed, INITIAL_BIAS))
+        self._down = InertialFilter(1, noise, walk, (self.pressure_noise**2, speed, INITIAL_BIAS))
         self._acceleration.take()
 
     def _move(self, reference: imc.GpsFix, dt: float, fix: imc.GpsFix | None) -> None:
@@ -202,9 +216,9 @@ class Navigation(Task):
             self._lose("positions and accelerations contradict each other", RESET_MEMORY)
 
     def _correct(self, reference: imc.GpsFix, fix: imc.GpsFix) -> None:
-        lat, lon, height = reference.lat, reference.lon, reference.height
-        north, east, _ = displacement(lat, lon, height, fix.lat, fix.lon, height)
-        variance, horizontal, age = _variance(fix), self._over_ground, self.now - self._fixed
+        height = reference.height
+        north, east = place(reference, fix)
+        variance, horizontal, age = variance_of(fix), self._over_ground, self.now - self._fixed
         vn, ve = horizontal.velocity
         north, east = north + age * vn, east + age * ve
         above = fix.height - height + self._down.position[0]
@@ -279,7 +293,7 @@ class Navigation(Task):
         """Set the state of the entity."""
         now = self.now
         if self._reference is None:
-            missing = "GPS fix" if len(self._first) < self.initial_fixes else "attitude and pressure"
+            missing = "GPS fix" if len(self._first) < self._needed else "attitude and pressure"
             self.set_entity_state(State.BOOT, f"waiting for {missing}")
         elif now - self._oriented > self.euler_timeout:
             why = plight(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)
@@ -300,13 +314,3 @@ class Navigation(Task):
 
     def _is_from(self, message: imc.Message, label: str) -> bool:
         return not label or self.vehicle.entities.label(message.src, message.src_ent) == label
-
-
-def _beside(first: float, lon: float) -> float:
-    """The longitude (rad), shifted by a multiple of 2π to within π of `first`."""
-    return lon - math.tau * round((lon - first) / math.tau)
-
-
-def _variance(fix: imc.GpsFix) -> float:
-    """Variance (m²) of each horizontal coordinate of a fix; `hacc` is the root mean square of the horizontal error."""
-    return max(1e-4, 0.5 * fix.hacc**2)

@@ -258,6 +258,20 @@ def test_a_multirotor_whose_sensors_drift_apart_comes_down(lie, tmp_path):
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
 
 
+def test_a_navigation_that_restarts_in_the_air_still_knows_the_ground(tmp_path):
+    def fail():
+        raise RuntimeError("broken")
+
+    def inject(vehicle):
+        vehicle.kernel.after(0.0, fail).owner = vehicle.task("Navigation.UAV.Navigation")
+
+    flight = Flight(tmp_path, inject, "hexa-00", 130.0)
+    assert min(flight.depths) < -8.0
+    assert flight.wrong_depth < 2.0
+    assert flight.astray < 5.0
+    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+
+
 @pytest.mark.parametrize("profile", ["otter", "caravel", "hexa-00"])
 def test_one_fix_far_away_moves_nothing(profile, tmp_path):
     once = lies(GPS, imc.GpsFix, ("lat", lambda lat, t: lat + FAR), ("sog", 1e6), times=1)
