@@ -38,7 +38,7 @@ class Autopilot(Task):
     The rotors stand still on the ground until a climb is commanded, and after a touchdown: the vehicle should descend
     but does not, and the rotors carry less than three quarters of the weight for a second. It lands where it is after
     an Abort, after hovering without a maneuver for `Idle Timeout` (after an error, `Error Timeout`), and always below
-    `Landing Fuel Level`. Without EstimatedState it descends level.
+    `Landing Fuel Level`. Without EstimatedState it descends level; the second time in a flight, down to the ground.
     """
 
     velocity_gains: list[float] = param([1.8, 0.5, 0.0], "1/s", "P, I, D.", name="Velocity PID Gains", size=3)
@@ -82,7 +82,7 @@ class Autopilot(Task):
         self._stated = self._resumed = self._referred = -math.inf
         self._reference: Vector = (0.0, 0.0, 0.0)
         self._heading: float | None = None
-        self._landing = ""
+        self._landing, self._blind = "", 0
         self._mode: int = Mode.BOOT
         self._erred = False
         self._fuel = math.inf
@@ -136,7 +136,7 @@ class Autopilot(Task):
         dt, self._stated, self._state = self.now - self._stated, self.now, state
         if dt > self.state_timeout:
             self._resumed = self.now
-        if self._phase is Phase.BLIND and self.now - self._resumed < RECOVERY:
+        if self._phase is Phase.BLIND and (self._blind > 1 or self.now - self._resumed < RECOVERY):
             return  # estimates that come and go would make it climb and fall
         if not self._begun and state.alt > ALOFT:
             self.log.warning("started in the air")
@@ -209,11 +209,12 @@ class Autopilot(Task):
         self._kept = state.psi
         self._phase, self._entered = phase, self.now
         if phase is Phase.GROUND:
-            self._landing = ""
+            self._landing, self._blind = "", 0
             self.publish(imc.SetThrusterActuation(id=0, value=0.0))
             self.set_entity_state(State.NORMAL, "on the ground")
         elif phase is Phase.BLIND:
             self._falling = state.vz
+            self._blind += 1
             self.set_entity_state(State.ERROR, "EstimatedState is missing: descending level")
         self._tell()
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 NOISY = 20  # points of noise: each reversal gives two, each step in the same direction takes one
+ROUGH_SAMPLES = 40  # over which noise is averaged
 COARSE = 10  # a sensor that repeats fewer values than this and goes on has a coarse resolution
 
 
@@ -76,6 +77,29 @@ class Repetition:
             self._noise = max(0, self._noise + (2 if change * self._change < 0.0 else -1))
         self._value, self._change = value, change
         return False
+
+
+@dataclass
+class Roughness:
+    """Notices that the noise of a sensor has a larger standard deviation than `limit`; one jump is not noise."""
+
+    limit: float
+
+    def __post_init__(self) -> None:
+        self.rough = False
+        self._variance = 0.0
+        self._last: list[float] = []
+
+    def feels(self, value: float) -> bool:
+        """Take a sample; whether they are too noisy."""
+        self._last = [*self._last[-2:], value]
+        if len(self._last) == 3:
+            a, b, c = self._last
+            bend = (a - 2.0 * b + c) ** 2 / 6.0  # its mean is the variance, also in a steady climb
+            largest = 9.0 * self.limit**2
+            self._variance += (min(bend, largest) - self._variance) / ROUGH_SAMPLES
+            self.rough = self._variance > self.limit**2
+        return self.rough
 
 
 @dataclass

@@ -6,7 +6,7 @@ import imc
 from runtime import State, Task, consume, param, periodic
 from tasks.navigation.auv.averages import Mean
 from tasks.navigation.auv.checks import AttitudeCheck
-from tasks.navigation.auv.consistency import JumpGate, Repetition, Verdict, plight
+from tasks.navigation.auv.consistency import JumpGate, Repetition, Roughness, Verdict, plight
 from tasks.navigation.auv.gates import GPS_JUMP, LARGEST_ANGLE, LARGEST_RATE, SHOWN, FixGate, Reason, located
 from tasks.navigation.uav.fixes import middle, place, variance_of
 from tasks.navigation.uav.inertial_filter import InertialFilter
@@ -19,6 +19,7 @@ CONTRADICTIONS = 5  # contradicting fixes in a row that agree to within AGREEMEN
 AGREEMENT = 10.0  # m
 ATTITUDES, FALLS = 50, 20  # samples that agree before a jump of theirs is believed
 FALL, SIGMAS = 5.0, 5.5  # m; a larger change of pressure is a jump
+NOISE_FACTOR = 5.0  # of pressure: what is noisier than so many standard deviations is not used
 HEIGHT_FACTOR = 4.0  # of the variance of heights by GPS, to that of its positions
 HEIGHT_JUMP, HEIGHT_AGREEMENT, HEIGHTS = 20.0, 20.0, 10  # m, m, fixes: GPS against barometer
 RESETS, RESET_MEMORY = 3, 30.0  # so many resets in so many seconds are no jump
@@ -76,6 +77,7 @@ class Navigation(Task):
         self._jumps, self._falls = JumpGate(CONTRADICTIONS, AGREEMENT), JumpGate(FALLS, AGREEMENT)
         self._heights = JumpGate(HEIGHTS, HEIGHT_AGREEMENT)
         self._attitude_noise, self._pressure_noise, self._fix_noise = Repetition(), Repetition(), Repetition()
+        self._roughness = Roughness(NOISE_FACTOR * self.pressure_noise)
         self._check = AttitudeCheck(ATTITUDES)
         self._held_fault, self._held_until, self._lost_until = "", -math.inf, -math.inf
         self._resets: list[float] = []
@@ -114,8 +116,11 @@ class Navigation(Task):
     @consume
     def press(self, pressure: imc.Pressure) -> None:
         possible = 0.0 < pressure.value < 2000.0 and self._is_from(pressure, self.barometer)
-        if possible and not self._pressure_noise.repeats(pressure.value):
-            self._height.add(self.now, height_of(pressure.value))
+        if not possible or self._pressure_noise.repeats(pressure.value):
+            return
+        height = height_of(pressure.value)
+        if not self._roughness.feels(height):
+            self._height.add(self.now, height)
 
     @consume
     def fix(self, fix: imc.GpsFix) -> None:
@@ -299,7 +304,7 @@ class Navigation(Task):
             why = plight(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)
             self.set_entity_state(State.ERROR, f"attitude {why}")
         elif now - self._pressed > self.pressure_timeout:
-            why = plight(stuck=self._pressure_noise.stuck, jumps=self._falls.rejected > 0)
+            why = plight(stuck=self._pressure_noise.stuck, jumps=self._roughness.rough or self._falls.rejected > 0)
             self.set_entity_state(State.ERROR, f"pressure {why}")
         elif now - self._fixed > self.gps_timeout:
             self.set_entity_state(State.ERROR, "GPS fixes are missing")

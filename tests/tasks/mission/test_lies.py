@@ -55,6 +55,22 @@ def lies(task, kind, *changes, times=math.inf):
     return inject
 
 
+def late(task, seconds):
+    """From FAULT on, all that the task publishes comes late."""
+
+    def inject(vehicle):
+        sensor = vehicle.task(task)
+        at_once = sensor.publish
+
+        def publish(message, **options):
+            vehicle.kernel.after(seconds, lambda: at_once(message, **options))
+            return message
+
+        sensor.publish = publish
+
+    return inject
+
+
 def together(*injections):
     return lambda vehicle: [inject(vehicle) for inject in injections]
 
@@ -197,21 +213,31 @@ AFLOAT = {
 
 APART = "positions and accelerations contradict each other"
 # lies that a multirotor cannot steer by: it descends level
-DRIFTS = {
-    f"{name} {rate:+g}/s": (lies(task, kind, (field, lambda value, t, rate=rate: value + rate * t)), error)
-    for name, task, kind, field, rate, error in (
-        ("pressure", BAROMETER, imc.Pressure, "value", 0.1, "the heights of GPS and barometer contradict"),
-        ("pressure", BAROMETER, imc.Pressure, "value", -0.1, "the heights of GPS and barometer contradict"),
-        ("height by GPS", GPS, imc.GpsFix, "height", 1.0, "the heights of GPS and barometer contradict"),
-        ("roll", AHRS, imc.EulerAngles, "phi", 0.02, APART),
-        ("pitch", AHRS, imc.EulerAngles, "theta", 0.005, APART),
-    )
-} | {
-    "roll jumps": (
-        lies(AHRS, imc.EulerAngles, ("phi", lambda phi, t: phi + 0.3)),
-        "roll does not follow the turn rate",
-    )
-}
+DRIFTS = (
+    {
+        f"{name} {rate:+g}/s": (lies(task, kind, (field, lambda value, t, rate=rate: value + rate * t)), error)
+        for name, task, kind, field, rate, error in (
+            ("pressure", BAROMETER, imc.Pressure, "value", 0.1, "the heights of GPS and barometer contradict"),
+            ("pressure", BAROMETER, imc.Pressure, "value", -0.1, "the heights of GPS and barometer contradict"),
+            ("height by GPS", GPS, imc.GpsFix, "height", 1.0, "the heights of GPS and barometer contradict"),
+            ("roll", AHRS, imc.EulerAngles, "phi", 0.02, APART),
+            ("pitch", AHRS, imc.EulerAngles, "theta", 0.005, APART),
+        )
+    }
+    | {
+        f"pressure with a noise of {noise} hPa": (
+            lies(BAROMETER, imc.Pressure, ("value", lambda p, t, noise=noise: p + noise * (-1.0) ** round(t * 7.3))),
+            "pressure jumps",
+        )
+        for noise in (0.2, 1.0, 5.0)
+    }
+    | {
+        "roll jumps": (
+            lies(AHRS, imc.EulerAngles, ("phi", lambda phi, t: phi + 0.3)),
+            "roll does not follow the turn rate",
+        )
+    }
+)
 
 
 @pytest.mark.parametrize("lie", HARMLESS)
@@ -269,6 +295,12 @@ def test_a_navigation_that_restarts_in_the_air_still_knows_the_ground(tmp_path):
     assert min(flight.depths) < -8.0
     assert flight.wrong_depth < 2.0
     assert flight.astray < 5.0
+    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+
+
+@pytest.mark.parametrize("task", [AHRS, BAROMETER])
+def test_a_multirotor_whose_sensors_are_two_seconds_late_comes_down(task, tmp_path):
+    flight = Flight(tmp_path, late(task, 2.0), "hexa-00", 200.0)
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
 
 
