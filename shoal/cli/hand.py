@@ -97,14 +97,14 @@ def _finish(task: Coroutine[Any, Any, T]) -> T:
         raise click.exceptions.Exit(INTERRUPTED) from None
 
 
-def message_type(name: str) -> type[imc.Message]:
+def message_type(name: str, schema: imc.Schema) -> type[imc.Message]:
     """The type of a message, whatever the case of its name. Raises UsageError that names the nearest."""
-    schema = imc.builtin()
     names = {known.lower(): known for known in schema.types}
     if name.lower() not in names:
         close = [names[word] for word in get_close_matches(name.lower(), names, 3, 0.5)]
         hint = f"; did you mean {', '.join(close)}?" if close else ""
-        raise click.UsageError(f"there is no message {printable(name)!r}{hint}")
+        own = "a message of your own needs --messages FILE, the file of [General] Messages"
+        raise click.UsageError(f"there is no message {printable(name)!r}{hint} ({own})")
     return schema[names[name.lower()]]
 
 
@@ -171,9 +171,9 @@ def complete_vehicle(context: click.Context, _: click.Parameter, incomplete: str
     return _items(_quietly(lambda: on_network(_reach(context), look)), incomplete)
 
 
-def complete_message(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
+def complete_message(context: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """The names of all messages."""
-    return _items(list(imc.builtin().types), incomplete)
+    return _items(list((context.params.get("schema") or imc.builtin()).types), incomplete)
 
 
 def complete_plan(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:

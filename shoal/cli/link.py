@@ -6,7 +6,9 @@ from typing import Any
 
 import click
 
+import imc
 from runtime.problem import printable
+from shoal.cli.definitions import messages_option
 from shoal.cli.hand import complete_vehicle, json_option, on_network, print_line, reach_options, seconds
 from shoal.network import Contact, Diagnosis, Network, diagnose
 
@@ -16,9 +18,10 @@ LISTEN = 2.5  # s
 @click.command()
 @click.argument("vehicle", required=False, shell_complete=complete_vehicle)
 @click.option("--for", "duration", callback=seconds, metavar="TIME", help="Listen for this time [default: 2.5s].")
+@messages_option
 @reach_options
 @json_option
-def link(vehicle: str | None, duration: float | None, reach: dict[str, Any], as_json: bool) -> None:
+def link(vehicle: str | None, duration: float | None, schema: imc.Schema, reach: dict[str, Any], as_json: bool) -> None:
     """Show who is heard, who hears us, what was dropped and why, and what to do; of all systems, or of VEHICLE.
 
     Exit status 0 if nothing is wrong, else 1.
@@ -27,7 +30,7 @@ def link(vehicle: str | None, duration: float | None, reach: dict[str, Any], as_
     async def act(network: Network) -> tuple[int, Diagnosis]:
         return network.console.id, await diagnose(network, vehicle or "", LISTEN if duration is None else duration)
 
-    console, found = on_network(reach, act)
+    console, found = on_network({**reach, "messages": schema}, act)
     if as_json:
         print_line({"console": console, **asdict(found)})
     else:

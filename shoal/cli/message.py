@@ -1,30 +1,17 @@
 """`shoal message`: shows the fields of a message."""
 
-from pathlib import Path
-
 import click
 
 import imc
+from shoal.cli.definitions import messages_option
 from shoal.cli.tables import choose, open_console, plain_table, range_text, sentence
 
 
 @click.command()
 @click.argument("name")
-@click.option(
-    "--messages",
-    "files",
-    multiple=True,
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Definitions of your own, as in [General] Messages.",
-)
-def message(name: str, files: tuple[Path, ...]) -> None:
+@messages_option
+def message(name: str, schema: imc.Schema) -> None:
     """Show the fields of the message NAME, which may be an id."""
-    schema = imc.builtin()
-    try:
-        for path in files:
-            schema = imc.load(path, over=schema)
-    except imc.SchemaError as error:
-        raise click.ClickException(str(error)) from None
     known = {name: schema[name] for name in schema.types}
     if name.isdecimal():
         found = next((cls for cls in known.values() if int(name) == cls.ID), None)

@@ -10,6 +10,7 @@ import click
 
 import imc
 from runtime.problem import printable, suggestion
+from shoal.cli.definitions import messages_option
 from shoal.cli.hand import (
     clock_text,
     complete_message,
@@ -30,6 +31,7 @@ from shoal.network import AsyncRemoteVehicle
 @click.argument("name", metavar="MESSAGE", shell_complete=complete_message)
 @click.argument("assignments", metavar="[FIELD=VALUE]...", nargs=-1)
 @click.option("--wait", callback=seconds, metavar="TIME", help="Show for this time what the vehicle replies to us.")
+@messages_option
 @reach_options
 @json_option
 def send(
@@ -37,6 +39,7 @@ def send(
     name: str,
     assignments: tuple[str, ...],
     wait: float | None,
+    schema: imc.Schema,
     reach: dict[str, Any],
     as_json: bool,
 ) -> None:
@@ -45,7 +48,7 @@ def send(
     A value is a number, an angle such as 15deg, the name of an enumerated value, a text, or JSON for a message inside:
     maneuver='{"abbrev": "IdleManeuver", "duration": 10}'. With --wait the exit status is 1 if no reply comes.
     """
-    message = message_of(name, assignments)
+    message = message_of(name, assignments, schema)
 
     async def act(there: AsyncRemoteVehicle) -> int:
         listener = there.network.listen(there.system, () if wait is not None else (type(message),))
@@ -69,15 +72,15 @@ def send(
                 click.echo(f"{clock_text(reply.timestamp)} {type(reply).__name__} {entity}: {fields_text(reply)}")
         return replies
 
-    replies = with_vehicle(vehicle, reach, act)
+    replies = with_vehicle(vehicle, {**reach, "messages": schema}, act)
     if wait is not None and not replies:
         click.echo(f"{vehicle} sent no reply within {wait:g} s", err=True)
         raise click.exceptions.Exit(1)
 
 
-def message_of(name: str, assignments: tuple[str, ...]) -> imc.Message:
+def message_of(name: str, assignments: tuple[str, ...], schema: imc.Schema) -> imc.Message:
     """The message of a name and texts such as depth=2. Raises UsageError that names field and mistake."""
-    kind = message_type(name)
+    kind = message_type(name, schema)
     infos = {field.name: field for field in imc.fields(kind)}
     values: dict[str, Any] = {"abbrev": kind.__name__}
     for assignment in assignments:
@@ -90,7 +93,7 @@ def message_of(name: str, assignments: tuple[str, ...]) -> imc.Message:
             raise click.UsageError(f"{kind.__name__} has no field {field!r}; {hint}")
         values[field] = _value(infos[field], text)
     try:
-        message = imc.from_json(json.dumps(values))
+        message = imc.from_json(json.dumps(values), schema)
         imc.encode(message)
     except (imc.DecodeError, imc.EncodeError, ValueError) as error:
         raise click.UsageError(str(error)) from None

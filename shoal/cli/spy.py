@@ -15,6 +15,7 @@ from rich.table import Table
 
 import imc
 from runtime.problem import printable
+from shoal.cli.definitions import messages_option
 from shoal.cli.hand import (
     clock_text,
     complete_message,
@@ -44,6 +45,7 @@ WINDOW = 3.0  # s over which a live rate is taken
 @click.option("--hz", is_flag=True, help="Rates of all types, instead of the messages.")
 @click.option("--for", "duration", callback=seconds, metavar="TIME", help="End after this time: 3s, 1min.")
 @click.option("--count", type=click.IntRange(1), help="End after this many messages.")
+@messages_option
 @reach_options
 @json_option
 def spy(
@@ -55,6 +57,7 @@ def spy(
     hz: bool,
     duration: float | None,
     count: int | None,
+    schema: imc.Schema,
     reach: dict[str, Any],
     as_json: bool,
 ) -> None:
@@ -62,9 +65,9 @@ def spy(
 
     --json prints an object on each line. Exit status 1 if nothing came, or the vehicle is gone.
     """
-    kinds = [message_type(name) for name in messages]
+    kinds = [message_type(name, schema) for name in messages]
     try:
-        test = parse_where(where, kinds)
+        test = parse_where(where, kinds, schema)
     except ValueError as error:
         raise click.BadParameter(str(error), param_hint="--where") from None
     names = tuple(name.strip() for name in fields.split(",") if name.strip())
@@ -87,7 +90,7 @@ def spy(
             if not sieve.passed:
                 no(sieve.nothing(duration or 0.0))
 
-    with_vehicle(vehicle, reach, act)
+    with_vehicle(vehicle, {**reach, "messages": schema}, act)
 
 
 class Sieve:

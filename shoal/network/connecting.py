@@ -4,6 +4,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+import imc
 from imc.addresses import OPERATORS
 from imc.discovery import LOOPBACK, PORTS, Endpoint, Service
 from shoal.network.blocking import Connection
@@ -22,12 +23,15 @@ our system id, such as 0x4101, for vehicles that list the consoles that may comm
 EXAMPLES = "zenoh, udp, tcp/10.0.0.7:7447, imc+udp://10.0.0.7:6002/ or imc+tcp://10.0.0.7:7001/"
 
 
-def make_network(endpoints: str | Sequence[str] = (), zenoh_config: Path | None = None) -> Network:
+def make_network(
+    endpoints: str | Sequence[str] = (), zenoh_config: Path | None = None, messages: imc.Schema | None = None
+) -> Network:
     """A network of the links to some endpoints; without any, to all of this computer.
 
     An endpoint is `zenoh` or `udp` (of this computer), one of zenoh such as tcp/10.0.0.7:7447, or an address for IMC:
     imc+udp://10.0.0.7:6002/, imc+tcp://10.0.0.7:7001/, or imc+udp://0.0.0.0/ for all networks of this computer. Without
-    endpoints those in the environment are used. Raises ValueError for a wrong one.
+    endpoints those in the environment are used. `messages` are those of its vehicles, by default the built-in ones.
+    Raises ValueError for a wrong endpoint.
     """
     texts = [endpoints] if isinstance(endpoints, str) else list(endpoints) or [os.environ.get(ENDPOINTS, "")]
     given = [word.strip() for text in texts for word in text.split(",") if word.strip()]
@@ -52,13 +56,20 @@ def make_network(endpoints: str | Sequence[str] = (), zenoh_config: Path | None 
     links += [ZenohLink(of_zenoh, zenoh_config)] if of_zenoh else []
     links += [UDPLink(of_udp, _ports())] if of_udp else []
     links += [TCPLink(of_tcp)] if of_tcp else []
-    return Network(links, _console())
+    return Network(links, _console(), messages)
 
 
 def connect(
-    name: str, *, endpoints: str | Sequence[str] = (), zenoh_config: Path | None = None, timeout: float | None = None
+    name: str,
+    *,
+    endpoints: str | Sequence[str] = (),
+    zenoh_config: Path | None = None,
+    messages: imc.Schema | None = None,
+    timeout: float | None = None,
 ) -> Connection:
-    """A running vehicle, by its name; over zenoh or IMC, whichever answers. See `make_network` for endpoints.
+    """A running vehicle, by its name; over zenoh or IMC, whichever answers.
+
+    `make_network` explains endpoints and messages.
 
     Use it in `with` (then it is a `RemoteVehicle`) or in `async with` (an `AsyncRemoteVehicle`):
 
@@ -70,7 +81,7 @@ def connect(
     Entering raises NetworkError if it is not found within `timeout` seconds, by default as long as there is hope, and
     ValueError for a wrong endpoint.
     """
-    return Connection(name, lambda: make_network(endpoints, zenoh_config), timeout)
+    return Connection(name, lambda: make_network(endpoints, zenoh_config, messages), timeout)
 
 
 def _server(text: str) -> Endpoint:

@@ -28,7 +28,7 @@ ADVICE = {
     "wrong CRC": "something on the way changes packets, or another protocol speaks to this port",
     "truncated": "a packet was cut on the way: datagrams above the MTU need a path that carries fragments",
     "synchronization": "this is not IMC: another program speaks to this port",
-    "unknown message": "its messages are not ours: compare the versions of IMC, or add them to the overlay",
+    "unknown message": "its messages are not ours: compare the versions of IMC, or name their file with --messages",
     "schema mismatch": "it defines this message in another way: compare the versions of IMC",
     "lost on the way": "the link is too slow for what the vehicle sends, or this program for what it asked for",
     "from ": "a second system uses its id, or it has two addresses and announces only one",

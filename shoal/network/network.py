@@ -43,10 +43,13 @@ class Network:
     Systems with one name and several ids are two vehicles: neither is commanded, see `System.others`.
     """
 
-    def __init__(self, links: Sequence[Link], console: Console | None = None) -> None:
+    def __init__(
+        self, links: Sequence[Link], console: Console | None = None, messages: imc.Schema | None = None
+    ) -> None:
         number = random.SystemRandom().choice(range(OPERATORS.start + 0x1000, OPERATORS.stop - 1))
         self.console = console or Console(number, f"0x{number:04X}")
         self.links = tuple(links)
+        self.messages = messages or imc.builtin()
         self.systems: dict[str, System] = {}
         self.strangers: dict[tuple[str, str], int] = {}
         self.changed = asyncio.Event()
@@ -67,7 +70,7 @@ class Network:
 
     def arrived(self, link: Link, arrival: Arrival) -> None:
         try:
-            message = imc.decode(arrival.packet)
+            message = self.messages.decode(arrival.packet)
         except imc.DecodeError as error:
             self.dropped(link, arrival.system or arrival.place, kind_of_damage(str(error)))
             return

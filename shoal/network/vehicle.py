@@ -58,7 +58,7 @@ class AsyncRemoteVehicle:
 
         Raises ValueError for a wrong expression, VehicleLost when the vehicle ends or falls silent.
         """
-        test = parse_where(where, kinds)
+        test = parse_where(where, kinds, self.network.messages)
         stream = self.network.stream(self.system, kinds)
         try:
             async for message in stream:

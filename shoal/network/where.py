@@ -28,12 +28,16 @@ class _Wanted(NamedTuple):
     named: Named | None = None
 
 
-def parse_where(text: str, kinds: Iterable[type[imc.Message]] = ()) -> Test:
-    """The test of an expression for messages of these types, without any for all. Raises ValueError with the reason."""
-    known = list(kinds) or [imc.builtin()[name] for name in imc.builtin().types]
+def parse_where(text: str, kinds: Iterable[type[imc.Message]] = (), schema: imc.Schema | None = None) -> Test:
+    """The test of an expression for messages of these types, without any for all of a schema, by default ours.
+
+    Raises ValueError with the reason.
+    """
+    schema = schema or imc.builtin()
+    known = list(kinds) or [schema[name] for name in schema.types]
     if not text.strip():
         return lambda _: True
-    return Logic[[imc.Message]](text, _WORD, lambda logic: _comparison(logic, known)).parse()
+    return Logic[[imc.Message]](text, _WORD, lambda logic: _comparison(logic, known, schema)).parse()
 
 
 def field_of(message: imc.Message, path: str) -> Any:
@@ -50,9 +54,9 @@ def fields_of(kind: type[imc.Message]) -> dict[str, imc.FieldInfo]:
     return {info.name: info for info in imc.fields(kind)}
 
 
-def _comparison(logic: "Logic[[imc.Message]]", kinds: list[type[imc.Message]]) -> Test:
+def _comparison(logic: "Logic[[imc.Message]]", kinds: list[type[imc.Message]], schema: imc.Schema) -> Test:
     word = logic.take("a field")
-    path, kinds = _split(word, kinds)
+    path, kinds = _split(word, kinds, schema)
     infos = {kind: info for kind in kinds if (info := fields_of(kind).get(path))}
     compare = _contains if logic.skip("~") else logic.comparison()
     only = frozenset(kinds) if word != path else None
@@ -71,10 +75,10 @@ def _comparison(logic: "Logic[[imc.Message]]", kinds: list[type[imc.Message]]) -
     return test
 
 
-def _split(word: str, kinds: list[type[imc.Message]]) -> tuple[str, list[type[imc.Message]]]:
+def _split(word: str, kinds: list[type[imc.Message]], schema: imc.Schema) -> tuple[str, list[type[imc.Message]]]:
     """The path of a field, and the types that it may be in. Raises ValueError if no type has it."""
     first, _, rest = word.partition(".")
-    if rest and first in imc.builtin().types:
+    if rest and first in schema:
         kinds, word = [kind for kind in kinds if kind.__name__ == first], rest
         if not kinds:
             raise ValueError(f"{first} is not among the messages asked for")

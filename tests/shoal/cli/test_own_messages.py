@@ -1,5 +1,7 @@
 """Messages of a user's own: typed, subscribed, logged with their definitions, and refused where nobody knows them."""
 
+import json
+import os
 import shutil
 from pathlib import Path
 
@@ -8,7 +10,9 @@ import pytest
 import imc
 from runtime import Task, consume, periodic
 from runtime.testing import simulate
+from shoal import connect
 from tests.shoal.cli.installed import shoal
+from tests.shoal.network.running import running
 
 DEFINITIONS = """name: IMC
 version: 5.4.31
@@ -44,6 +48,7 @@ class Counter(Task):
     def count(self, call: WhaleCall) -> None:
         self.publish(imc.Temperature(value=call.level))
 '''
+VEHICLE = "lauv-noptilus-1"
 PROFILE = """[Require lauv-noptilus-1.ini]
 [General]
 Messages = own.yaml
@@ -80,6 +85,40 @@ def test_own_messages_are_heard_and_logged_with_their_definitions(project):
     assert (status, "0 bytes of difference" in out) == (0, True), err
     status, out, _ = shoal("message", "WhaleCall", "--messages", "own.yaml", cwd=project)
     assert (status, "id 30001" in out, "level" in out) == (0, True, True)
+
+
+def test_own_messages_of_a_running_vehicle(project):
+    answering = TASKS.replace("@consume\n", "@consume(others=True)\n")
+    answering = answering.replace("Temperature(value=call.level)", "Turbidity(value=call.level, dst=call.src)")
+    (project / "whales.py").write_text(answering)
+    over_udp = "[Transports.UDP]\nTransports+= WhaleCall\n"
+    (project / "my.ini").write_text(PROFILE.replace("Kinematic", "Simulation") + over_udp)
+
+    def asked(*words):
+        status, out, err = shoal(*words, "--messages", "own.yaml", "--json", cwd=project, **where)
+        assert status == 0, err
+        return [json.loads(line) for line in out.splitlines()]
+
+    with running(project, network="udp", profile="my"):
+        where = {name: os.environ[name] for name in ("SHOAL_CONNECT", "SHOAL_DISCOVERY")}
+        (call,) = asked("spy", VEHICLE, "WhaleCall", "--where", "WhaleCall.level > 100", "--count", 1)
+        assert (call["abbrev"], call["level"], call["entity"]) == ("WhaleCall", 120.0, "Hydrophone")
+        (reply,) = asked("send", VEHICLE, "WhaleCall", "level=90", "--wait", "1s")
+        assert (reply["abbrev"], reply["value"]) == ("Turbidity", 90.0)
+        own = imc.load(project / "own.yaml", over=imc.builtin())
+        with connect(VEHICLE, messages=own) as vehicle:
+            assert next(vehicle.messages(own["WhaleCall"], where="level > 100")).level == 120.0
+
+
+@pytest.mark.parametrize("words", [("spy", "x", "WhaleCall"), ("send", "x", "WhaleCall", "level=3")])
+def test_an_own_message_without_its_file_is_an_error_that_tells_how_to_name_it(project, words):
+    status, _, err = shoal(*words, cwd=project)
+    assert status == 2
+    assert "there is no message 'WhaleCall'" in err
+    assert "a message of your own needs --messages FILE, the file of [General] Messages" in err
+    (project / "own.yaml").write_text(DEFINITIONS.replace("30001", "350"))
+    status, _, err = shoal(*words, "--messages", "own.yaml", cwd=project)
+    assert (status, "WhaleCall (id 350) collides with EstimatedState" in err) == (2, True)
 
 
 def test_a_run_with_own_messages_can_be_rewound_elsewhere(project):
