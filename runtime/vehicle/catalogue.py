@@ -120,26 +120,39 @@ def find_task(section: str) -> type[Task] | None:
 
 def why_missing(section: str) -> str:
     """Why `find_task` finds nothing for a section: a spelling mistake, or what is wrong with its module or class."""
-    if near := _misspelled_task(section):
+    if near := misspelled_task(section):
         return f"did you mean [{near}]?"
     module, cls_name = _module_of(section)
     if not module:
-        path = section.partition("/")[0].rpartition(".")[0]
-        file = "/".join(_snake_case(part) for part in (OWN, *(path or "Mine").split("."), cls_name)) + ".py"
-        if not path:
-            return f"write [Mine.{cls_name}] for the class {cls_name} in {file}"
-        return f"there is no module {quoted(path)} and no {printable(file)} where tasks are searched for; see --code"
+        return _no_module(section.partition("/")[0].split("."))
     found = _member(section, module, cls_name)
+    file = printable(sys.modules[module].__file__ or module)
     if found is not None:
-        return f"{cls_name} of module {module} is not a Task: write class {cls_name}(Task)"
+        hint = f": write class {cls_name}(Task)" if isinstance(found, type) else ""
+        return f"{cls_name} in {file} is not a Task{hint}"
     tasks = [
         name
-        for name, value in vars(importlib.import_module(module)).items()
+        for name, value in vars(sys.modules[module]).items()
         if isinstance(value, type) and issubclass(value, Task) and value is not Task
     ]
     near = nearest(cls_name, tasks)
     hint = f"; did you mean {near}?" if near else f"; it has {', '.join(tasks)}" if tasks else ""
-    return f"module {module} has no class {cls_name}{hint}"
+    return f"{file} has no class {cls_name}{hint}"
+
+
+def _no_module(names: list[str]) -> str:
+    """Where the task of a section, by the parts of its name, was searched for; or the name that it has to have."""
+    inside = names[0].lower() == OWN
+    path = names[inside:]
+    if inside and len(path) > 2 and ".".join(path[:-1]).replace("_", "").lower() in own_tasks():
+        del path[-2]  # the module, as Python names a class
+    if len(path) < 2:
+        inside, path = True, ["Mine", *path]
+    file = printable("/".join(map(_snake_case, (OWN, *path))))
+    if inside:
+        return f"write [{'.'.join(path)}] for the class {path[-1]} in {file}.py"
+    module = quoted(".".join(path[:-1]))
+    return f"there is no module {module} and no {file}.py where tasks are searched for; see --code"
 
 
 def nearest_task(name: str, known: Iterable[str]) -> str:
@@ -153,14 +166,17 @@ def nearest_task(name: str, known: Iterable[str]) -> str:
     return inside.get(misspelled(rest or group, inside), "") if inside else misspelled(name, parts)
 
 
-def _misspelled_task(section: str) -> str:
+def misspelled_task(section: str) -> str:
     """The name of the task, of Shoal, the user or DUNE, that a section almost has; empty if it is not close to any."""
     name = section.partition("/")[0]
     near = nearest_task(name, [*own_tasks(), *dune.TASKS]) if name.lower() not in own_tasks() else ""
     if (module := own_tasks().get(near)) is None:
         return near
     wanted = near.rpartition(".")[2]
-    members = _members(section_group(module), module)
+    try:
+        members = _members(section_group(module), module)
+    except TaskImportError:  # told when it is spelled rightly
+        members = {}
     return f"{section_group(module)}.{next((word for word in members if word.lower() == wanted), wanted)}"
 
 

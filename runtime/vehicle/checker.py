@@ -7,7 +7,7 @@ import imc
 from runtime.problem import Origin, Problem, ProfileError, Severity, misspelled, nearest, quoted, suggestion
 from runtime.profile import ALWAYS, NEVER, Option, Profile, Section, default_label, dune, items, parse_address
 from runtime.task import Parameter, Task, find_parameter
-from runtime.vehicle.catalogue import nearest_task, why_missing
+from runtime.vehicle.catalogue import misspelled_task, nearest_task, section_name, why_missing
 from runtime.zenoh import ZenohConfig
 
 DAEMON = "Daemon"
@@ -120,17 +120,18 @@ class _Checker:
     def _check_section(self, section: Section) -> None:
         self._check_repetitions(section)
         runs = not {ALWAYS, *self._profile.modes}.isdisjoint(items(section.value("Enabled")))
-        find = self._find_task if runs else _lookup(self._tasks)  # only what may run is imported
+        meant = runs or "Enabled" not in section.options
+        find = self._find_task if meant else _lookup(self._tasks)  # what is switched off is not imported
         try:
             cls = find(section.name)
         except ImportError as error:
-            self._say("error", section.origin, f"[{section.name}]: {error}")
+            self._say("error" if runs else "warning", section.origin, f"[{section.name}]: {error}")
             return
         if cls is None:
             self._check_unknown_section(section, runs)
             return
         self._found[section.name] = cls
-        self._check_case(section, self._tasks)
+        self._check_case(section, [section_name(cls), *self._tasks])
         self._check_enabled(section)
         label = section.options.get("Entity Label")
         if label and label.history and not label.value:
@@ -175,8 +176,9 @@ class _Checker:
             return
         if self._check_case(section, [*self._tasks, *dune.DATA_SECTIONS]):
             return
-        near = nearest_task(base, [*self._tasks, *dune.TASKS])
-        hint = f"did you mean [{near}]?" if near else why_missing(base) if runs else ""
+        near = nearest_task(base, [*self._tasks, *dune.TASKS]) or misspelled_task(base)
+        meant = runs or (dot and "Enabled" not in section.options)
+        hint = f"did you mean [{near}]?" if near else why_missing(base) if meant else ""
         if base in dune.TASKS:
             self._say("note", section.origin, f"[{name}] is a task of DUNE that is not available in Shoal")
         elif "Enabled" not in section.options and (":" in name or not dot):

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from shoal.cli.processes import command
@@ -105,7 +106,7 @@ def test_a_clone_of_shoal_beside_the_installed_one_is_no_clash(project):
         (
             "horns.Horn",
             "horns.Hron",
-            "my.ini:8: error: [horns.Hron] is not a task (module horns has no class Hron; did",
+            "my.ini:8: error: [horns.Hron] is not a task ({project}/horns.py has no class Hron; did",
         ),
         ("horns.Horn", "hornz.Horn", "my.ini:8: error: [hornz.Horn] is not a task (there is no module 'hornz'"),
         ("Mine.Bell", "Mine.Bel", "my.ini:5: error: [Mine.Bel] is not a task (did you mean [Mine.Bell]?)"),
@@ -117,16 +118,56 @@ def test_a_clone_of_shoal_beside_the_installed_one_is_no_clash(project):
             "tasks/simulators/flute.py where tasks are searched for; see --code)",
         ),
         ("Simulators.Whistle", "Whistle", "my.ini:2: error: [Whistle] is not a task (did you mean [Simulators.Whis"),
+        ("horns.Horn", "msgspec.Horn", f"[msgspec.Horn] is not a task ({msgspec.__file__} has no class Horn)"),
+        (
+            "horns.Horn",
+            "tasks.pip.Pip",
+            "[tasks.pip.Pip] is not a task (write [pip.Pip] for the class Pip in tasks/pip/pip.py)",
+        ),
+        (
+            "Mine.Bell",
+            "tasks.mine.bell.Bell",
+            "[tasks.mine.bell.Bell] is not a task (write [mine.Bell] for the class Bell in tasks/mine/bell.py)",
+        ),
     ],
 )
 def test_a_misspelled_task_is_an_error(project, before, after, words):
     (project / "my.ini").write_text(PROFILE.replace(before, after))
+    words = words.format(project=project)
     status, _, err = run(project)
     assert status != 0
     assert words in err
     status, out, _ = shoal("check", "my.ini", cwd=project)
     assert status == 1
     assert words in out
+
+
+def test_run_and_check_say_the_same_of_a_section_without_enabled(project):
+    names = ("Simulators.MUGDetectionCamera/Front", "Simulators.MUGDetectionCamra/Front", "horns.Horn/2", "horns.Hron")
+    (project / "my.ini").write_text(PROFILE + "".join(f"[{name}]\nRate = 2\n" for name in names))
+    status, out, _ = shoal("check", "my.ini", "-p", "Kinematic", cwd=project)
+    told = [line for line in out.splitlines() if line.startswith("my.ini:")]
+    assert (status, [line for line in told if "Rate" not in line]) == (
+        0,
+        [
+            f"my.ini:11: warning: [{names[0]}] has no Enabled, so it never runs (write Enabled = Always)",
+            f"my.ini:13: warning: [{names[1]}] is not a task (did you mean [Simulators.MUGDetectionCamera]?)",
+            f"my.ini:15: warning: [{names[2]}] has no Enabled, so it never runs (write Enabled = Always)",
+            f"my.ini:17: warning: [{names[3]}] is not a task ({project}/horns.py has no class Hron; did you mean "
+            "Horn?)",
+        ],
+    )
+    status, _, err = run(project)
+    assert (status, [line for line in err.splitlines() if line.startswith("my.ini:")]) == (0, told)
+
+
+def test_a_misspelled_task_whose_module_fails_is_an_error_without_a_traceback(project):
+    (project / "tasks/mine/bell.py").write_text("import no_such_library\n")
+    (project / "my.ini").write_text(PROFILE.replace("Mine.Bell", "Mine.Bel"))
+    status, _, err = run(project)
+    assert status != 0
+    assert "my.ini:5: error: [Mine.Bel] is not a task (did you mean [Mine.bell]?)" in err
+    assert "Traceback" not in err
 
 
 def test_an_own_task_without_its_folder_in_reach_is_an_error(project, tmp_path_factory):
@@ -141,7 +182,7 @@ def test_an_own_task_without_its_folder_in_reach_is_an_error(project, tmp_path_f
 
 def test_a_class_that_is_no_task_and_a_failing_import_name_the_place(project):
     (project / "horns.py").write_text("class Horn:\n    pass\n")
-    assert "Horn of module horns is not a Task: write class Horn(Task)" in run(project)[2]
+    assert f"Horn in {project}/horns.py is not a Task: write class Horn(Task)" in run(project)[2]
     (project / "horns.py").write_text("import imc\nimport no_such_library\n")
     assert f"{project / 'horns.py'}:2: ModuleNotFoundError: No module named 'no_such_library'" in run(project)[2]
     (project / "horns.py").write_text("def horn(:\n")
