@@ -48,7 +48,8 @@ log_dir_option = click.option(
 def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool = False) -> None:
     """Search these folders for a user's tasks; without any the current one, unless it or a profile is part of a log.
 
-    A log received from others must not run code: its Config.ini may name any module beside it.
+    A log received from others must not run code: its Config.ini may name any module beside it. A Config.ini alone is
+    enough, with any content, since its sender may leave out all other files.
     """
     from runtime.vehicle import search_code  # slow to import, and not every command needs it
 
@@ -59,8 +60,10 @@ def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool
         if log is None:
             code = [here]
         elif (here / "tasks").is_dir() or any(here.glob("*.py")):
-            words = f"own tasks in {here} are not searched for, since it has a log ({log}); --code . searches for them"
-            click.echo(f"note: {words}", err=True)
+            why = f"{log} is named like a part of a log, and a log received from others must not run code"
+            rename = f"; or, if it is a profile of yours, rename {log.name}" if log.suffix.lower() == ".ini" else ""
+            words = f"own tasks in {here} are not searched for: {why}; to run the code in this folder add --code ."
+            click.echo(printable(f"note: {words}{rename}"), err=True)
     for folder in code:
         for clash in search_code(folder):
             click.echo(f"warning: {clash}", err=True)
