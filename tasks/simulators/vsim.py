@@ -101,7 +101,9 @@ class VSIM(Powered):
         """Read the model; `value(section, option)` returns its texts. Raises ModelError."""
         name = self._vehicle_type()
         if not self.vehicle.profile.options(f"{MODEL}{name}"):
-            raise ModelError(f"there is no section [{MODEL}{printable(name)}] with the model; letter case counts")
+            near = name.lower() if self.vehicle.profile.options(f"{MODEL}{name.lower()}") else ""
+            hint = f" (did you mean {quoted(near)}?)" if near else ""
+            raise ModelError(f"no section [{MODEL}{printable(name)}] describes this vehicle{hint}")
         return read_boat_model(value, name) if is_boat(value, name) else read_underwater_model(value, name)
 
     @consume(others=True)

@@ -117,7 +117,8 @@ class Failsafe(Task):
                 if self._missed[name] > most:
                     found.append(f"no {name} for {self.silence_timeout:g} s")
         if self._too_deep:
-            found.append(f"deeper than {self._limit:g} m{f' by {self._sensor}' if self._sensor else ''}")
+            sensor = f" ({self._sensor})" if self._sensor else ""
+            found.append(f"depth {self._depth:.1f} m{sensor} is deeper than the limit of {self._limit:g} m")
         return ", ".join(found)
 
     def _take_over(self, reason: str) -> None:

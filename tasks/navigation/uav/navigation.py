@@ -218,7 +218,7 @@ class Navigation(Task):
         """One reset follows from a jump; several mean that attitude, accelerations or fixes lie on and on."""
         self._resets = [time for time in self._resets if self.now - time < RESET_MEMORY] + [self.now]
         if len(self._resets) >= RESETS:
-            self._lose("positions and accelerations contradict each other", RESET_MEMORY)
+            self._lose("GPS disagrees with attitude and accelerations: the position is not trusted", RESET_MEMORY)
 
     def _correct(self, reference: imc.GpsFix, fix: imc.GpsFix) -> None:
         height = reference.height
@@ -230,7 +230,7 @@ class Navigation(Task):
         if self.now - self._pressed > self.pressure_timeout:  # coarse, but it keeps a vehicle that lands from rising
             self._down.correct((height - fix.height,), HEIGHT_FACTOR * variance)
         elif self._heights.judge(abs(above) > HEIGHT_JUMP, above) is Verdict.BELIEVED:
-            self._lose("the heights of GPS and barometer contradict each other", SHOWN)
+            self._lose("GPS and barometer disagree on the height, which is not trusted", SHOWN)
         off = north - horizontal.position[0], east - horizontal.position[1]
         verdict = self._jumps.judge(horizontal.surprise((north, east), variance) > CONTRADICTION, *off)
         if verdict is Verdict.REJECTED:

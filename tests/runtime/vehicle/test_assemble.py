@@ -63,8 +63,9 @@ def test_values_of_other_sections_are_named_with_their_own_line(tmp_path):
         assert f"mine.ini:3: error: {task}: {option}: [General] has {word!r}, which is not a number" in text
     hull = "[Simulators.VSIM]\nEnabled = Always\n[VSIM/Model/hull]\nType = ASV\nMass = heavy\n"
     assert "mine.ini:8: error: Simulators.VSIM: " in refused(tmp_path, f"Vehicle Type = hull\n{hull}")
-    text = refused(tmp_path, f"Vehicle Type = hul\n{hull.replace('heavy', '3')}")
-    assert "mine.ini:3: error: Simulators.VSIM: Vehicle Type: " in text
+    text = refused(tmp_path, f"Vehicle Type = Hull\n{hull.replace('heavy', '3')}")
+    words = "no section [VSIM/Model/Hull] describes this vehicle (did you mean 'hull'?)"
+    assert f"mine.ini:3: error: Simulators.VSIM: Vehicle Type: {words}" in text
 
 
 def test_a_module_that_does_not_import_is_an_error_that_names_it(tmp_path, monkeypatch):

@@ -197,9 +197,7 @@ def test_a_part_of_a_log_in_the_same_folder_hides_no_tasks(project):
     (project / "dive").rename(project / "101530_dive")  # named like a log, so the folder may be a day of a vehicle's
     status, _, err = run(project)
     assert status == 2
-    assert (
-        f"note: own tasks in {project} are not searched for: {project}/101530_dive/Data.lsf.gz is named" in err
-    )
+    assert f"note: own tasks in {project} are not searched for: {project}/101530_dive/Data.lsf.gz is named" in err
     assert "to run the code in this folder add --code .\n" in err
     assert run(project, "--code", ".")[0] == 0
 
@@ -208,9 +206,7 @@ def test_an_own_profile_with_the_name_of_that_of_a_log_tells_what_to_do(project)
     (project / "my.ini").rename(project / "Config.ini")
     status, _, err = shoal("check", "Config.ini", cwd=project)
     assert status == 1
-    assert (
-        f"note: own tasks in {project} are not searched for: {project}/Config.ini is named like a" in err
-    )
+    assert f"note: own tasks in {project} are not searched for: {project}/Config.ini is named like a" in err
     assert "add --code .; or, if it is a profile of yours, rename Config.ini\n" in err
     assert shoal("check", "Config.ini", "--code", ".", cwd=project)[0] == 0
 

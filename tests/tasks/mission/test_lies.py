@@ -211,15 +211,16 @@ AFLOAT = {
 }
 
 
-APART = "positions and accelerations contradict each other"
+APART = "GPS disagrees with attitude and accelerations: the position is not trusted"
+HEIGHTS = "GPS and barometer disagree on the height, which is not trusted"
 # lies that a multirotor cannot steer by: it descends level
 DRIFTS = (
     {
         f"{name} {rate:+g}/s": (lies(task, kind, (field, lambda value, t, rate=rate: value + rate * t)), error)
         for name, task, kind, field, rate, error in (
-            ("pressure", BAROMETER, imc.Pressure, "value", 0.1, "the heights of GPS and barometer contradict"),
-            ("pressure", BAROMETER, imc.Pressure, "value", -0.1, "the heights of GPS and barometer contradict"),
-            ("height by GPS", GPS, imc.GpsFix, "height", 1.0, "the heights of GPS and barometer contradict"),
+            ("pressure", BAROMETER, imc.Pressure, "value", 0.1, HEIGHTS),
+            ("pressure", BAROMETER, imc.Pressure, "value", -0.1, HEIGHTS),
+            ("height by GPS", GPS, imc.GpsFix, "height", 1.0, HEIGHTS),
             ("roll", AHRS, imc.EulerAngles, "phi", 0.02, APART),
             ("pitch", AHRS, imc.EulerAngles, "theta", 0.005, APART),
         )
@@ -264,7 +265,7 @@ def test_a_sensor_that_lies_on_and_on_is_named_and_the_vehicle_comes_up(lie, tmp
 def test_a_depth_beyond_the_limit_names_its_sensor(tmp_path):
     flight = Flight(tmp_path, lies(DEPTH, imc.Depth, ("value", 1e6), times=20))
     assert flight.failed <= 2.0
-    assert flight.errors[0] == "Failsafe: deeper than 50 m by Depth Sensor"
+    assert flight.errors[0] == "Failsafe: depth 1000000.0 m (Depth Sensor) is deeper than the limit of 50 m"
 
 
 @pytest.mark.parametrize(("profile", "lie"), AFLOAT)

@@ -107,7 +107,7 @@ def test_commands_that_nothing_can_follow_are_said_once():
 
 
 def test_a_vehicle_type_without_model():
-    with pytest.raises(ParameterError, match=r"there is no section \[VSIM/Model/xauv\]"):
+    with pytest.raises(ParameterError, match=r"no section \[VSIM/Model/xauv\] describes this vehicle$"):
         vsim(settings=MODELS | {"General": {"Vehicle Type": "xauv"}})
 
 

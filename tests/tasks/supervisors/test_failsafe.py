@@ -111,7 +111,7 @@ def test_the_measured_depth_counts_not_that_of_navigation(limit, at):
     run = guarded(limits, *depths, *every(imc.EstimatedState, 0.05, 10.0, depth=3.0))
     when, text = errors(run)[0]
     assert at + 1.0 < when < at + 1.6
-    assert text == f"deeper than {limit:g} m"
+    assert text == f"depth {10.0 * when // 1:.1f} m is deeper than the limit of {limit:g} m"
 
 
 def test_a_single_depth_that_is_wrong_changes_nothing():
