@@ -1,6 +1,7 @@
 """Reads YAML into a tree with line numbers; the type of a value is chosen when it is read from the tree."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, NoReturn, cast
 
 import yaml
@@ -11,6 +12,7 @@ from imc.schema.definition import parse_number
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DEEPEST = 16
 _MOST = 200_000  # nodes
+_LARGEST = 4 << 20  # bytes of a file
 _TYPES: Any = yaml.SafeLoader("")
 
 
@@ -95,6 +97,18 @@ class Node:
             if key not in self.content:
                 self.fail(f"{key!r} is missing")
         return self.content
+
+
+def read_text(path: Path, error: type[ValueError]) -> str:
+    """The text of a file of at most 4 MiB. Raises `error` that names the file, OSError if it cannot be read."""
+    with path.open("rb") as file:  # a device or a pipe has no size
+        content = file.read(_LARGEST + 1)
+    if len(content) > _LARGEST:
+        raise error(f"{path}: larger than {_LARGEST >> 20} MiB")
+    try:
+        return content.decode()
+    except UnicodeDecodeError as wrong:
+        raise error(f"{path}: not UTF-8: {wrong.reason} at byte {wrong.start}") from None
 
 
 def read_tree(text: str, file: str, error: type[ValueError] = SchemaError) -> Node:

@@ -12,6 +12,7 @@ from runtime.problem import Origin, Problem, ProfileError, misspelled, quoted
 from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune
 from runtime.task import EntityError, ParameterError, Task, allot, consumers, with_place
 from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra, why_missing
+from runtime.vehicle.checker import zenoh_options
 from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.processes import Processes
 from runtime.vehicle.vehicle import Vehicle
@@ -181,15 +182,9 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
 
 def _zenoh_origin(profile: Profile) -> Origin:
     """The line of the option in [Zenoh] that is wrong by itself; that of the section if it is none."""
-    from runtime.zenoh import ZenohConfig
-
-    for option in profile.config.options("Zenoh"):
-        try:
-            ZenohConfig.from_options({option.name: option.value}, profile.path.parent)
-        except ValueError:
-            return option.origin
+    wrong = [option.origin for option, found in zenoh_options(profile) if isinstance(found, str)]
     section = profile.config.sections.get("Zenoh")
-    return section.origin if section else Origin(str(profile.path))
+    return wrong[0] if wrong else section.origin if section else Origin(str(profile.path))
 
 
 def _concerns(vehicle: Vehicle, request: imc.Message) -> bool:

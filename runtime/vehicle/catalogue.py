@@ -5,7 +5,7 @@ import importlib.util
 import re
 import sys
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterator
 from filecmp import cmp
 from functools import cache
 from pathlib import Path
@@ -155,15 +155,14 @@ def _no_module(names: list[str]) -> str:
     return f"there is no module {module} and no {file}.py where tasks are searched for; see --code"
 
 
-def nearest_task(name: str, known: Iterable[str]) -> str:
+def nearest_task(name: str, known: Collection[str]) -> str:
     """The one of the `known` tasks that is meant by a misspelled name; empty if none is close.
 
     It is one of the same group, if that exists: names differ less within a group than between a group's.
     """
     group, dot, rest = name.casefold().partition(".")
-    parts = {task: task.partition(".") for task in known}
-    inside = {last: task for task, (first, _, last) in parts.items() if not dot or first.casefold() == group}
-    return inside.get(misspelled(rest or group, inside), "") if inside else misspelled(name, parts)
+    inside = {task.partition(".")[2]: task for task in known if not dot or task.casefold().startswith(f"{group}.")}
+    return inside.get(misspelled(rest or group, inside), "") if inside else misspelled(name, known)
 
 
 def misspelled_task(section: str) -> str:

@@ -1,7 +1,7 @@
 """Finds mistakes in a profile: unknown names, invalid values, labels that are taken."""
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import imc
 from runtime.problem import Origin, Problem, ProfileError, Severity, misspelled, nearest, quoted, suggestion
@@ -31,6 +31,15 @@ def check(
     order = {file: index for index, file in reversed(list(enumerate(profile.config.files)))}
     found = dict.fromkeys([*profile.problems, *checker.problems])
     return sorted(found, key=lambda problem: (order.get(problem.file, len(order)), problem.file, problem.line))
+
+
+def zenoh_options(profile: Profile) -> Iterator[tuple[Option, ZenohConfig | str]]:
+    """The options of [Zenoh], each with its configuration alone, or what is wrong with it."""
+    for option in profile.config.options("Zenoh"):
+        try:
+            yield option, ZenohConfig.from_options({option.name: option.value}, profile.path.parent)
+        except ValueError as error:
+            yield option, str(error)
 
 
 class _Checker:
@@ -79,13 +88,11 @@ class _Checker:
             self._say(severity, option.origin, f"[General] unknown option {quoted(option.name)}", hint)
 
     def _check_zenoh(self) -> None:
-        for option in self._config.options("Zenoh"):
-            try:
-                config = ZenohConfig.from_options({option.name: option.value}, self._profile.path.parent)
-            except ValueError as error:
-                self._say("error", option.origin, str(error))
+        for option, found in zenoh_options(self._profile):
+            if isinstance(found, str):
+                self._say("error", option.origin, found)
             else:
-                self._check_heard(option, config.hear or ())
+                self._check_heard(option, found.hear or ())
 
     def _check_heard(self, option: Option, names: tuple[str, ...]) -> None:
         if not names:

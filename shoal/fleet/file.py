@@ -6,12 +6,11 @@ from typing import Annotated, Any, NoReturn
 
 import msgspec
 
-from imc.schema.yamltree import Node, read_tree
+from imc.schema.yamltree import Node, read_text, read_tree
 from runtime.problem import misspelled, quoted
 
 Count = Annotated[int, msgspec.Meta(ge=1, le=1000)]
 Position = tuple[Annotated[float, msgspec.Meta(ge=-90, le=90)], Annotated[float, msgspec.Meta(ge=-180, le=180)]]  # °
-LARGEST = 4 << 20  # bytes of a file
 HEARD = ("Abort", "Announce")  # each vehicle hears it of each other one: twice as many send four times as much
 
 _WORDS = {
@@ -86,14 +85,7 @@ class Source:
 
 def read(path: Path) -> tuple[FleetFile, Source]:
     """The content of a fleet file. Raises FleetFileError, OSError if it cannot be read."""
-    with path.open("rb") as file:  # a device or a pipe has no size
-        content = file.read(LARGEST + 1)
-    if len(content) > LARGEST:
-        raise FleetFileError(f"{path}: larger than {LARGEST >> 20} MiB")
-    try:
-        root = read_tree(content.decode(), str(path), FleetFileError)
-    except UnicodeDecodeError:
-        raise FleetFileError(f"{path}: is not text in UTF-8") from None
+    root = read_tree(read_text(path, FleetFileError), str(path), FleetFileError)
     source = Source(root)
     try:
         return msgspec.convert(_texts(root), FleetFile, strict=False), source

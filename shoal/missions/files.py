@@ -10,24 +10,15 @@ import yaml
 
 import imc
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
+from imc.schema.yamltree import read_text
 from shoal.missions.reader import DONE, PlanFileError, PlanReader, Values
 from shoal.missions.values import Z_UNITS, degrees, write_field
 from shoal.missions.values import number as shortest
 
-LARGEST = 4 << 20  # bytes of a file
-
 
 def load_plan(path: Path) -> imc.PlanSpecification:
     """The plan in a YAML or JSON file. Raises PlanFileError, and OSError if it cannot be read."""
-    with path.open("rb") as file:  # a device or a pipe has no size
-        content = file.read(LARGEST + 1)
-    if len(content) > LARGEST:
-        raise PlanFileError(f"{path}: larger than {LARGEST >> 20} MiB")
-    try:
-        text = content.decode()
-    except UnicodeDecodeError as error:
-        raise PlanFileError(f"{path}: not UTF-8: {error.reason} at byte {error.start}") from None
-    return parse_plan(text, str(path), json=path.suffix.lower() == ".json")
+    return parse_plan(read_text(path, PlanFileError), str(path), json=path.suffix.lower() == ".json")
 
 
 def parse_plan(text: str, name: str = "plan", *, json: bool = False) -> imc.PlanSpecification:
