@@ -101,11 +101,15 @@ class Sieve:
         given = {"where": where, "entity": entity}
         self._words = " ".join(f"--{name} {value!r}" for name, value in given.items() if value)
         self.heard = self.passed = 0
+        self._unknown: set[int] = set()
 
     def passes(self, message: imc.Message) -> bool:
         self.heard += 1
         wanted = self._test(message) and self._vehicle.system.is_labelled(message.src_ent, self._entity)
         self.passed += wanted
+        if wanted and isinstance(message, imc.Unknown) and message.id not in self._unknown:
+            self._unknown.add(message.id)
+            click.echo(f"there is no message with id {message.id} here: name its definition with --messages", err=True)
         return wanted
 
     def nothing(self, seconds: float) -> str:

@@ -105,6 +105,8 @@ def test_own_messages_of_a_running_vehicle(project):
         assert (call["abbrev"], call["level"], call["entity"]) == ("WhaleCall", 120.0, "Hydrophone")
         (reply,) = asked("send", VEHICLE, "WhaleCall", "level=90", "--wait", "1s")
         assert (reply["abbrev"], reply["value"]) == ("Turbidity", 90.0)
+        _, _, err = shoal("spy", VEHICLE, "--entity", "Hydrophone", "--for", "2.5s", cwd=project, **where)
+        assert err.count("there is no message with id 30001 here: name its definition with --messages") == 1
         own = imc.load(project / "own.yaml", over=imc.builtin())
         with connect(VEHICLE, messages=own) as vehicle:
             assert next(vehicle.messages(own["WhaleCall"], where="level > 100")).level == 120.0
