@@ -9,16 +9,25 @@ from tests.runtime.zenoh.processes import Network, Process
 
 NAME = "lauv-noptilus-1"
 SYSTEM = 0x001A
+# By UDP it would find every other vehicle of this computer, and log what they say.
+ELSEWHERE = (
+    "Transports.Announce",
+    "Transports.Discovery",
+    "Transports.UDP",
+    "Transports.TCP.Server",
+    "Transports.MAVLink",
+)
 
 
 class Vehicle(Process):
-    """`shoal run` of the shipped profile."""
+    """`shoal run` of the shipped profile, with no network but that of the test."""
 
     def __init__(self, network: Network, folder: Path, *options: str) -> None:
         self.folder = folder
         port = f"Zenoh:Local Port={network.local_port}"
-        modes = ("-p", "Simulation", "--bus", "zenoh", "--set", port, "--set", "Transports.MAVLink:Enabled=Never")
-        super().__init__("-m", "shoal.cli", "run", NAME, *modes, *options, "--log-dir", folder)
+        modes = ("-p", "Simulation", "--bus", "zenoh", "--set", port)
+        off = [word for section in ELSEWHERE for word in ("--set", f"{section}:Enabled=Never")]
+        super().__init__("-m", "shoal.cli", "run", NAME, *modes, *off, *options, "--log-dir", folder)
         network.processes.append(self)
 
     def swims(self) -> bool:
