@@ -1,6 +1,7 @@
 """Processes with a zenoh session each, on a bus of their own."""
 
 import contextlib
+import itertools
 import json
 import queue
 import random
@@ -20,10 +21,14 @@ PEERS = Path(__file__).parent / "peers"
 REPOSITORY = Path(__file__).parents[3]
 
 
+# In turn, so that two ports are never the same; outside the range from which systems choose by themselves.
+BLOCKS = itertools.cycle(random.SystemRandom().sample(range(11_000, 32_000, 100), 210))
+
+
 def local_port() -> int:
-    """A local port with free session ports after it, outside the range from which systems choose by themselves."""
+    """A local port with free session ports after it, another one each time."""
     while True:
-        port = 100 * random.SystemRandom().randrange(110, 320)
+        port = next(BLOCKS)
         sessions = range(port + SESSION_OFFSET, port + SESSION_OFFSET + SESSIONS)
         if not any(is_held(f"tcp/127.0.0.1:{number}") for number in (port, *sessions)):
             return port

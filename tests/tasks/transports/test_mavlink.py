@@ -12,7 +12,7 @@ from runtime import State
 from runtime.kernel import ScaledClock, WallClock
 from runtime.testing import simulate
 from tasks.transports.mavlink import MAVLink
-from tests.outside import free_port
+from tests.outside import free_port, free_ports
 from tests.tasks.transports.mavlink_station import HOST, STATE, Station, Winch, mavlink, sail
 
 
@@ -162,8 +162,8 @@ def test_a_link_beyond_this_computer_is_warned_of():
     async def script(control):
         await control.sleep(2.0)
 
-    port = free_port()
-    run = sail(script, f"udpin:0.0.0.0:{port}:px4", f"udpin:127.0.0.1:{free_port()}:px4", clock=WallClock())
+    port, other = free_ports(2)
+    run = sail(script, f"udpin:0.0.0.0:{port}:px4", f"udpin:127.0.0.1:{other}:px4", clock=WallClock())
     (told,) = run.log
     assert f"udpin:0.0.0.0:{port}:px4: MAVLink is not signed here" in told
 
@@ -182,7 +182,7 @@ def test_arming_is_told_at_once_on_all_links():
         control.publish(imc.VehicleState(op_mode=imc.VehicleState.OpMode.ERROR))
         await other.expect("HEARTBEAT", lambda values: values["system_status"] == 5)
 
-    ports = free_port(), free_port()
+    ports = free_ports(2)
     sail(script, f"udpout:{HOST}:{ports[0]}:px4", f"udpout:{HOST}:{ports[1]}:ardupilot")
 
 
@@ -208,7 +208,7 @@ def test_parameters_go_over_the_bus_and_all_stations_see_them():
         winch.publish(imc.QueryEntityParameters(name="Winch"))
         assert "PARAM_VALUE" not in [m.name for m in await one.quiet(2.0)]
 
-    ports = free_port(), free_port()
+    ports = free_ports(2)
     run = sail(
         script,
         f"udpout:{HOST}:{ports[0]}:px4",
