@@ -56,6 +56,13 @@ def test_a_start_that_another_replaces_at_once_is_answered():
     check(mission, run)
 
 
+def test_a_copy_of_a_request_that_is_not_answered_yet_gets_no_reply_of_its_own():
+    load = control(Op.LOAD, 3.0, request_id=1, arg=IDLE)
+    run = happen(mission := Happening((load, load)))
+    check(mission, run)
+    assert [m.info for m in run.of(imc.PlanControl) if m.dst == CCU and m.op == Op.LOAD] == ["plan loaded"]
+
+
 def test_a_start_that_is_stopped_at_once_is_answered():
     mission = Happening((start(IDLE, request_id=1), control(Op.STOP, 2.0, request_id=2)))
     run = happen(mission)
