@@ -18,6 +18,7 @@ FINISH = "_done_"
 ALIASES = {"idle": "IdleManeuver"}
 END = "end"
 MOST = 4096  # maneuvers
+FARTHEST = 1e6  # m from the origin; beyond this a plane is no map of the Earth
 _SIZES = ("radius", "length", "width", "hstep", "amplitude", "range")  # not below 0
 _ANGLES = {"lat": 0.5 * math.pi, "lon": math.pi}
 _PLACES = (("at",), ("north", "east"), ("lat", "lon"))  # three ways to say where
@@ -148,7 +149,7 @@ class PlanReader:
         if "north" in nodes or "east" in nodes:
             if self._origin is None:
                 nodes["north" if "north" in nodes else "east"].fail("north and east need an origin in the plan")
-            north, east = (self._read(nodes[k], _meters) if k in nodes else 0.0 for k in ("north", "east"))
+            north, east = (self._read(nodes[k], _offset) if k in nodes else 0.0 for k in ("north", "east"))
             found["lat"], found["lon"] = displace(self._origin[0], self._origin[1], 0.0, north, east)[:2]
         heights = [key for key in nodes if key in (*Z_UNITS, "z")]
         if len(heights) > 1:
@@ -253,6 +254,12 @@ def _points(value: object) -> list[Values]:
 
 def _meters(value: object) -> float:
     return quantity(value, "m")
+
+
+def _offset(value: object) -> float:
+    if abs(meters := _meters(value)) > FARTHEST:
+        raise ValueError(f"{meters:g} m are more than {FARTHEST:.0f} m from the origin")
+    return meters
 
 
 def _word(value: object) -> str:

@@ -15,6 +15,7 @@ SPEED_UNITS = {"m/s": imc.SpeedUnits.METERS_PS, "rpm": imc.SpeedUnits.RPM, "%": 
 _QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(°|deg|rad|m/s|rpm|%|min|ms|[msh])?")
 _FACTORS = {"ms": 1e-3, "min": 60.0, "h": 3600.0}
 _ANGLES, _TIMES, _LENGTHS = ("°", "deg", "rad"), ("s", "ms", "min", "h"), ("m",)
+LARGEST = 2.0**64  # of an integer field
 _UNITS = (*_ANGLES, *_TIMES, *_LENGTHS, *SPEED_UNITS)
 _FITTING = {"rad": _ANGLES, "s": _TIMES, "m": _LENGTHS}
 
@@ -41,7 +42,10 @@ def split(value: object) -> tuple[float, str]:
     match = _QUANTITY.fullmatch(value.strip()) if isinstance(value, str) else None
     if match is None:
         raise ValueError(f"{value!r} is not a number with a unit ({', '.join(_UNITS)})")
-    return float(match.group(1)), match.group(2) or ""
+    number = float(match.group(1))
+    if not math.isfinite(number):
+        raise ValueError(f"{value!r} is too large a number")
+    return number, match.group(2) or ""
 
 
 def speed(value: object) -> dict[str, Any]:
@@ -93,7 +97,7 @@ def read_field(info: imc.FieldInfo, value: object) -> object:
     """The value of a message field, from its form in a plan file."""
     if isinstance(value, str) and info.unit in ("rad", "s", "m", "%"):
         si = quantity(value, info.unit)
-        return si if info.type.startswith("fp") else round(si)
+        return si if info.type.startswith("fp") or abs(si) > LARGEST else round(si)
     if isinstance(value, str) and info.enum is not None and value not in info.enum.__members__:
         hint = suggestion(value, info.enum.__members__)
         raise ValueError(f"{info.name}: {value!r} is not a valid name" + (f" ({hint})" if hint else ""))

@@ -5,6 +5,8 @@ import math
 import imc
 from tasks.maneuver.protocol import Completed, Leg, Maneuver, PathState
 
+ON_CIRCLE = 5.0  # m, or a quarter of the radius; no vehicle keeps a circle more exactly in a current
+
 
 class Circling:
     """Waits while a maneuver circles for `seconds`, counted from the arrival on the circle; 0 is forever.
@@ -15,7 +17,7 @@ class Circling:
     def __init__(self, maneuver: Maneuver, seconds: float):
         self._maneuver = maneuver
         self._seconds = float(seconds) or math.inf
-        self._end = self._nearest = math.inf
+        self._end = self._nearest = self._off = math.inf
 
     async def over(self) -> bool:
         """Wait for the next message and report the time left; True if the time is over."""
@@ -27,6 +29,7 @@ class Circling:
         if path is not None and event is path:
             if path.flags & PathState.LOITERING:
                 self._nearest = min(self._nearest, path.z, key=abs)
+                self._off = min(self._off, path.y, key=abs)
                 self._end = min(self._end, maneuver.now + self._seconds)
                 maneuver.report(self._end - maneuver.now)
             elif self._end == math.inf:
@@ -35,7 +38,12 @@ class Circling:
                 maneuver.report(self._end - maneuver.now)
         return maneuver.now >= self._end
 
-    def judge(self, leg: Leg) -> None:
-        """Say aloud if the depth or altitude of `leg` was never reached."""
+    def judge(self, leg: Leg, radius: float) -> None:
+        """Say aloud if the circle was never reached, or the depth or altitude of `leg`.
+
+        As in DUNE the time begins inside the circle, too; it may be over before the vehicle gets to a large one.
+        """
+        if max(ON_CIRCLE, 0.25 * radius) < abs(self._off) < math.inf:
+            self._maneuver.miss(f"radius {radius + self._off:.0f} m instead of {radius:g} m")
         if math.isfinite(self._nearest):
             self._maneuver.judge(leg, self._nearest)

@@ -39,7 +39,7 @@ class Loiter(Maneuver):
         while not over:
             over = await self._half_eight(circling, loiter, radius, side, counter)
             side, counter = -side, counter ^ PathFlags.CCLOCKW
-        circling.judge(Leg.of(loiter))
+        circling.judge(Leg.of(loiter), radius)
 
     async def _half_eight(self, circling: Circling, loiter: imc.Loiter, radius: float, side: float, flags: int) -> bool:
         """One circle of an eight: around its outer side, then until abeam of its center. True if the time is over."""

@@ -173,7 +173,10 @@ class Maneuver(Task):
         name = VERTICAL.get(leg.z_units)
         if name is None or abs(error) <= SHORT:
             return
-        text = f"{name} {leg.z - error:.1f} m instead of {leg.z:g} m"
+        self.miss(f"{name} {leg.z - error:.1f} m instead of {leg.z:g} m")
+
+    def miss(self, text: str) -> None:
+        """Say aloud that the maneuver goes on without something that it was to do."""
         self.log.warning(text)
         self._missed.append(text)
 

@@ -40,7 +40,7 @@ async def keep_station(
         circling = Circling(maneuver, seconds)
         while not await circling.over():
             pass
-        circling.judge(leg)
+        circling.judge(leg, radius)
         return
     end, arrived, told, chosen = math.inf, False, -math.inf, -math.inf
 

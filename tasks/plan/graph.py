@@ -170,8 +170,10 @@ def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:
             raise PlanError(f"{name}: {coordinate} {math.degrees(value):g}° is out of range")
     if not isinstance(maneuver, imc.Takeoff) and any(low < 0.0 for low in _lowest(maneuver)):
         raise PlanError(f"{name}: maneuver above the surface or below the bottom")
-    if 0.0 < deepest < math.inf and getattr(maneuver, "z_units", imc.ZUnits.DEPTH) == imc.ZUnits.NONE:
-        raise PlanError(f"{name}: z is neither a depth nor an altitude")
+    if 0.0 < deepest < math.inf:
+        for z in ("z", "end_z"):
+            if getattr(maneuver, f"{z}_units", imc.ZUnits.DEPTH) not in (imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE):
+                raise PlanError(f"{name}: {z} is neither a depth nor an altitude")
     afloat = ", the vehicle stays at the surface" if deepest <= 0.0 else ""
     reachable = max(0.0, deepest - MARGIN)
     if (wanted := max(depths(maneuver), default=0.0)) > reachable:

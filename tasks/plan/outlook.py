@@ -87,7 +87,7 @@ def objections(outlook: Outlook, longest_leg: float, energy: float | None) -> It
             yield f"{name}: path has no points"
     if energy is not None and outlook.energy > energy:
         needed, left = outlook.energy / 3600.0, energy / 3600.0
-        yield f"the plan needs {needed:.0f} W h and the battery has {left:.0f} W h above its reserve"
+        yield f"the plan needs {round(needed):.6g} W h and the battery has {left:.0f} W h above its reserve"
 
 
 def tuples(values: Mapping[str, float], digits: int) -> str:

@@ -11,6 +11,7 @@ from tasks.plan.bounds import Bounds, grounded, outside
 from tasks.plan.estimate import Powertrain
 from tasks.plan.graph import Graph, PlanError, parse
 from tasks.plan.outlook import Outlook, foresee, objections
+from tasks.plan.ranges import beyond
 
 Value = Callable[[str], str]
 
@@ -61,18 +62,19 @@ class Preflight:
         deepest = self.deepest
         if limits is not None and limits.mask & imc.OpLimitsMask.MAX_DEPTH:
             deepest = min(deepest, limits.max_depth)
+        fastest = self._fastest
+        if limits is not None and limits.mask & imc.OpLimitsMask.MAX_SPEED:
+            fastest = min(fastest, limits.max_speed)
         graph = parse(plan, supported, deepest)
+        for reason in chain(too_fast(graph, fastest), beyond(graph)):
+            raise PlanError(reason)
         position = absolute(state)[:2] if state is not None else None
         outlook = foresee(graph, position, self._train, now)
         energy = self.capacity * fuel / 100.0 if fuel is not None and self.capacity else None
         ground = state.height - state.z - state.alt if state is not None and state.alt >= 0.0 else None
         bounds = Bounds(limits, self._highest, ground, aloft)
         flies = grounded(graph, bounds) if imc.Takeoff.ID in supported else ()
-        fastest = self._fastest
-        if limits is not None and limits.mask & imc.OpLimitsMask.MAX_SPEED:
-            fastest = min(fastest, limits.max_speed)
-        fast = too_fast(graph, fastest)
-        for reason in chain(flies, fast, outside(graph, bounds), objections(outlook, self._longest_leg, energy)):
+        for reason in chain(flies, outside(graph, bounds), objections(outlook, self._longest_leg, energy)):
             raise PlanError(reason)
         return outlook
 

@@ -130,6 +130,13 @@ def test_degrees_are_exact(angle):
         ("maneuvers:\n  - loiter: {radius: -5}", "f.yaml:2: radius must not be below 0"),
         ("maneuvers:\n  - pop_up: {flags: [WAIT_AT_SURFACE]}", "f.yaml:2: PopUp needs a position"),
         ("maneuvers:\n  - goto: {north: 3}", "f.yaml:2: north and east need an origin"),
+        (
+            "origin: 41°, -8°\nmaneuvers:\n  - goto: {east: -1e7}",
+            "f.yaml:3: -1e.07 m are more than 1000000 m from the o",
+        ),
+        ("maneuvers:\n  - goto: {speed: 1e309}", "f.yaml:2: '1e309' is too large a number"),
+        ("maneuvers:\n  - idle: {duration: 1e300s}", "f.yaml:2: IdleManeuver: duration: 1e.300 is not within 0 to 65"),
+        ("maneuvers:\n  - idle: {duration: 1e309s}", "f.yaml:2: '1e309s' is too large a number"),
         ("maneuvers:\n  - goto: {speed: 3 kn}", "f.yaml:2: '3 kn' is not a number with a unit .°, deg"),
         ("maneuvers:\n  - goto: {depth: 3°}", "f.yaml:2: '3°' should be in m"),
         ("maneuvers:\n  - goto: {latt: 3}", "f.yaml:2: Goto has no field 'latt' .did you mean 'lat'"),
