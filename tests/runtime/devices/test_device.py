@@ -1,18 +1,13 @@
-"""Real serial ports (pseudo terminals) and sockets: missing, unplugged, flooded, half open."""
+"""Real serial ports (pseudo terminals): missing, unplugged, flooded, taken."""
 
 import os
-import socket
 import tty
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-import imc
-from runtime import Script, State, Task, expect, param
-from runtime.kernel import WallClock
-from runtime.testing import Run, simulate
+from runtime import Script, State
+from tests.runtime.devices.sounder import depths, played, sounder_of, states, until
 
 
 class Cable:
@@ -54,68 +49,6 @@ def cable(tmp_path: Path):
     made = Cable(tmp_path / "ttyTEST")
     yield made
     made.unplug()
-
-
-class Sounder(Task):
-    """Publishes the depths that a device sends, one a line."""
-
-    kind: str = param("serial", "", "Kind of device.", choices=("serial", "tcp", "udp"))
-    port: str = param("", "", "Its name.")
-    number: int = param(0, "1", "Its port.")
-
-    def start(self) -> None:
-        if self.kind == "serial":
-            self.sounder = self.serial(self.port, 115200, lines=self.measure, opened=self.begin)
-        elif self.kind == "tcp":
-            self.sounder = self.tcp(self.port, self.number, lines=self.measure, opened=self.begin)
-        else:
-            self.sounder = self.udp(self.number, lines=self.measure)
-
-    def begin(self) -> None:
-        self.sounder.write(b"start\n")
-
-    def stop(self) -> None:
-        self.sounder.write(b"stop\n")
-
-    @expect(every=0.6)
-    def measure(self, line: str) -> None:
-        if line == "crash":
-            raise RuntimeError("a mistake of the driver")
-        self.publish(imc.Depth(value=float(line)))
-
-
-def played(script: Callable[[Script], Any], seconds: float = 20.0, **parameters: Any) -> Run:
-    """Run the task on a wall clock beside a script, which plays the device and ends the run."""
-
-    async def until_done(script_: Script) -> None:
-        await script(script_)
-        script_.task.vehicle.stop()
-
-    return simulate(
-        Sounder, clock=WallClock(), seconds=seconds, script=until_done, section="Sounder", keep_going=True, **parameters
-    )
-
-
-async def until(script: Script, what: Callable[[], object], seconds: float = 10.0) -> None:
-    for _ in range(round(seconds / 0.02)):
-        if what():
-            return
-        await script.sleep(0.02)
-    raise AssertionError("it did not come")
-
-
-def sounder_of(script: Script) -> Any:
-    return script.task.vehicle.task("Sounder")
-
-
-def depths(run: Run) -> list[float]:
-    return [message.value for message in run.of(imc.Depth)]
-
-
-def states(run: Run) -> list[tuple[State, str]]:
-    """The states of the entity in their order, without repetitions."""
-    found = [(State(m.state), m.description) for m in run.of(imc.EntityState)]
-    return [state for state, before in zip(found, [None, *found], strict=False) if state != before]
 
 
 def test_a_cable_is_missing_plugged_unplugged_and_plugged_again(cable: Cable) -> None:
@@ -264,81 +197,6 @@ def test_what_is_no_port_is_an_error_and_no_crash(port: str, reason: str) -> Non
     run = played(script, port=port)
     assert len(states(run)) == 1
     assert states(run)[0][1].startswith(reason)
-
-
-def test_a_tcp_server_that_comes_late_goes_and_comes_back() -> None:
-    with socket.socket() as reserved:
-        reserved.bind(("127.0.0.1", 0))
-        number = reserved.getsockname()[1]
-
-    async def script(script: Script) -> None:
-        task = sounder_of(script)
-        await until(script, lambda: task.entity.state is State.ERROR)
-        for round_ in range(2):
-            server = socket.create_server(("127.0.0.1", number))
-            server.setblocking(False)
-            await until(script, lambda: task.sounder.is_open)
-            client, _ = server.accept()
-            with server, client:
-                client.sendall(b"1.%d\n2." % round_)
-                await until(script, lambda count=round_ + 1: task.sounder.good == count)
-                assert client.recv(100) == b"start\n"
-            await until(script, lambda: not task.sounder.is_open)
-
-    run = played(script, kind="tcp", port="localhost", number=number)
-    assert depths(run) == pytest.approx([1.0, 1.1])
-    assert states(run)[0] == (State.ERROR, f"tcp://localhost:{number}: Connection refused")
-    assert f"tcp://localhost:{number}: the other side has closed the connection" in run.log
-
-
-def test_a_tcp_address_by_name_is_looked_up_elsewhere() -> None:
-    async def script(script: Script) -> None:
-        await until(script, lambda: sounder_of(script).entity.state is State.ERROR)
-
-    run = played(script, kind="tcp", port="no-such-host.invalid", number=1)
-    assert states(run)[0][1].startswith("tcp://no-such-host.invalid:1: no-such-host.invalid: ")
-
-
-def test_a_tcp_server_that_never_answers_is_given_up_and_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("runtime.devices.device.CONNECT_TIMEOUT", 0.5)
-    with socket.socket() as server:  # listens, but nobody accepts, and the queue is full
-        server.bind(("127.0.0.1", 0))
-        server.listen(0)
-        number = server.getsockname()[1]
-        fillers = [socket.socket() for _ in range(4)]
-        for filler in fillers:
-            filler.setblocking(False)
-            filler.connect_ex(("127.0.0.1", number))
-
-        async def script(script: Script) -> None:
-            await until(script, lambda: "no answer" in sounder_of(script).entity.description)
-
-        run = played(script, kind="tcp", port="127.0.0.1", number=number)
-        for filler in fillers:
-            filler.close()
-    assert f"tcp://127.0.0.1:{number}: no answer" in run.log
-
-
-def test_datagrams_are_pieces_and_are_answered() -> None:
-    with socket.socket(type=socket.SOCK_DGRAM) as reserved:
-        reserved.bind(("127.0.0.1", 0))
-        number = reserved.getsockname()[1]
-    with socket.socket(type=socket.SOCK_DGRAM) as device:
-        device.bind(("127.0.0.1", 0))
-        device.settimeout(5.0)
-
-        async def script(script: Script) -> None:
-            task = sounder_of(script)
-            await until(script, lambda: task.sounder.is_open)
-            assert task.sounder.write(b"nobody is there")
-            for data in (b"1.5\n", b"2.5\nhalf", b"", b"3.5\n"):
-                device.sendto(data, ("127.0.0.1", number))
-            await until(script, lambda: task.sounder.good == 3)
-            task.sounder.write(b"thanks")
-            assert device.recv(100) == b"thanks"
-
-        run = played(script, kind="udp", number=number)
-    assert depths(run) == [1.5, 2.5, 3.5]
 
 
 def test_what_is_sent_to_a_device_that_does_not_read_is_bounded(cable: Cable) -> None:

@@ -1,0 +1,83 @@
+"""Devices behind TCP and UDP: late, silent, by name."""
+
+import socket
+
+import pytest
+
+from runtime import Script, State
+from tests.runtime.devices.sounder import depths, played, sounder_of, states, until
+
+
+def test_a_tcp_server_that_comes_late_goes_and_comes_back() -> None:
+    with socket.socket() as reserved:
+        reserved.bind(("127.0.0.1", 0))
+        number = reserved.getsockname()[1]
+
+    async def script(script: Script) -> None:
+        task = sounder_of(script)
+        await until(script, lambda: task.entity.state is State.ERROR)
+        for round_ in range(2):
+            server = socket.create_server(("127.0.0.1", number))
+            server.setblocking(False)
+            await until(script, lambda: task.sounder.is_open)
+            client, _ = server.accept()
+            with server, client:
+                client.sendall(b"1.%d\n2." % round_)
+                await until(script, lambda count=round_ + 1: task.sounder.good == count)
+                assert client.recv(100) == b"start\n"
+            await until(script, lambda: not task.sounder.is_open)
+
+    run = played(script, kind="tcp", port="localhost", number=number)
+    assert depths(run) == pytest.approx([1.0, 1.1])
+    assert states(run)[0] == (State.ERROR, f"tcp://localhost:{number}: Connection refused")
+    assert f"tcp://localhost:{number}: the other side has closed the connection" in run.log
+
+
+def test_a_tcp_address_by_name_is_looked_up_elsewhere() -> None:
+    async def script(script: Script) -> None:
+        await until(script, lambda: sounder_of(script).entity.state is State.ERROR)
+
+    run = played(script, kind="tcp", port="no-such-host.invalid", number=1)
+    assert states(run)[0][1].startswith("tcp://no-such-host.invalid:1: no-such-host.invalid: ")
+
+
+def test_a_tcp_server_that_never_answers_is_given_up_and_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("runtime.devices.device.CONNECT_TIMEOUT", 0.5)
+    with socket.socket() as server:  # listens, but nobody accepts, and the queue is full
+        server.bind(("127.0.0.1", 0))
+        server.listen(0)
+        number = server.getsockname()[1]
+        fillers = [socket.socket() for _ in range(4)]
+        for filler in fillers:
+            filler.setblocking(False)
+            filler.connect_ex(("127.0.0.1", number))
+
+        async def script(script: Script) -> None:
+            await until(script, lambda: "no answer" in sounder_of(script).entity.description)
+
+        run = played(script, kind="tcp", port="127.0.0.1", number=number)
+        for filler in fillers:
+            filler.close()
+    assert f"tcp://127.0.0.1:{number}: no answer" in run.log
+
+
+def test_datagrams_are_pieces_and_are_answered() -> None:
+    with socket.socket(type=socket.SOCK_DGRAM) as reserved:
+        reserved.bind(("127.0.0.1", 0))
+        number = reserved.getsockname()[1]
+    with socket.socket(type=socket.SOCK_DGRAM) as device:
+        device.bind(("127.0.0.1", 0))
+        device.settimeout(5.0)
+
+        async def script(script: Script) -> None:
+            task = sounder_of(script)
+            await until(script, lambda: task.sounder.is_open)
+            assert task.sounder.write(b"nobody is there")
+            for data in (b"1.5\n", b"2.5\nhalf", b"", b"3.5\n"):
+                device.sendto(data, ("127.0.0.1", number))
+            await until(script, lambda: task.sounder.good == 3)
+            task.sounder.write(b"thanks")
+            assert device.recv(100) == b"thanks"
+
+        run = played(script, kind="udp", number=number)
+    assert depths(run) == [1.5, 2.5, 3.5]
