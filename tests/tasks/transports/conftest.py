@@ -1,4 +1,4 @@
-"""A ground station for tests: one MAVLink session without a socket."""
+"""Ground stations for tests: a MAVLink session without a socket, and consoles on the bus of shipped vehicles."""
 
 import pytest
 
@@ -10,6 +10,7 @@ from tasks.transports.mavlink_protocol.parameters import ParameterTable
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import Session, addressed
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
+from tests.tasks.transports.console import PROFILES, Console
 
 DIALECT = load_dialect()
 BOOT = 1000.0
@@ -106,3 +107,20 @@ def open_desk():
 @pytest.fixture
 def desk():
     return Desk()
+
+
+@pytest.fixture(scope="module", params=PROFILES)
+def console(request, tmp_path_factory):
+    """A console of a vehicle in SERVICE."""
+    found = Console(request.param, tmp_path_factory.mktemp("vehicle"))
+    found.calm()
+    yield found
+    found.vehicle.close()
+
+
+@pytest.fixture(scope="module")
+def noptilus(tmp_path_factory):
+    found = Console("lauv-noptilus-1", tmp_path_factory.mktemp("vehicle"))
+    found.calm()
+    yield found
+    found.vehicle.close()

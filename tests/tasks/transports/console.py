@@ -5,6 +5,7 @@ from runtime.kernel import SECOND, VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 
+PROFILES = ("lauv-noptilus-1", "otter", "hexa-00")
 CONSOLE = 0x4000  # Neptus' default
 STEP = 0.05  # s
 
