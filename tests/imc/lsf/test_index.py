@@ -1,12 +1,9 @@
 """Indices of logs: equal to the log, up to date, safe to read; and Neptus' indices."""
 
-import bz2
-import gzip
 import hashlib
 import os
 import struct
-import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,51 +15,18 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import imc
-from imc.lsf import Log, LsfWriter, index_file, members, members_ahead, read_neptus_index, write_neptus_index
+from imc.lsf import Log, index_file, read_neptus_index, write_neptus_index
 from imc.lsf import bytes as log_bytes
-from imc.lsf import log as lsf
+from tests.imc.lsf.indexed import all_of, messages, write_log
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
+pytestmark = pytest.mark.usefixtures("every_index_is_kept")
 FAST = settings(max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture])
-
-
-@pytest.fixture(autouse=True)
-def every_index_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
-    """Writes indices of small logs too, and puts the cache in the test's folder."""
-    monkeypatch.setattr(lsf, "WORTH_KEEPING", 1)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    return iter([None])
 
 
 def kept(folder: Path) -> list[Path]:
     """The indices in the cache."""
     return sorted((folder / "cache").glob("shoal/logs/*.index"))
-
-
-def messages(count: int) -> list[imc.Message]:
-    """Messages of several types and sizes."""
-    return [
-        (
-            imc.Rpm(timestamp=1e9 + n / 8, value=n),
-            imc.EntityState(timestamp=1e9 + n / 8, description="x" * (n % 90)),
-            imc.EstimatedState(timestamp=1e9 + n / 8, depth=n),
-        )[n % 3]
-        for n in range(count)
-    ]
-
-
-def write_log(path: Path, count: int = 600) -> Path:
-    """A log with damage and a packet in the other byte order."""
-    packets = [imc.encode(message, "big" if n % 50 == 9 else "little") for n, message in enumerate(messages(count))]
-    packets[7] = packets[7][:-1] + b"?"
-    packets.insert(20, b"garbage")
-    path.write_bytes(b"".join(packets))
-    return path
-
-
-def all_of(log: Log) -> object:
-    arrays = {name: array.tobytes() for name, array in log.arrays().items()}
-    return log.counts(), log.losses, arrays, list(log.objects("EntityState"))
 
 
 def reads(patch: pytest.MonkeyPatch) -> list[Path]:
@@ -245,68 +209,6 @@ def forge(index: Path, head: dict[str, Any], arrays: bytes, signed: bool) -> Non
     key = (index.parent / "key").read_bytes() if signed else bytes(32)
     signature = hashlib.blake2b(packed, digest_size=16, key=key).digest()
     index.write_bytes(index_file.MAGIC + signature + len(packed).to_bytes(4, "little") + packed + arrays)
-
-
-@pytest.mark.parametrize(
-    ("suffix", "pack"), [(".gz", gzip.compress), (".bz2", bz2.compress), (".z", zlib.compress), ("", bytes)]
-)
-@pytest.mark.parametrize("size", [5000, 70_001, 10**9])
-def test_packed_logs(tmp_path: Path, suffix: str, pack: Callable[[bytes], bytes], size: int) -> None:
-    plain = write_log(tmp_path / "plain.lsf", 6000)
-    data = plain.read_bytes()
-    path = tmp_path / f"packed.lsf{suffix}"
-    path.write_bytes(b"".join(pack(data[at : at + size]) for at in range(0, len(data), size)))
-    expected = all_of(Log(plain))
-    assert all_of(Log(path)) == expected
-    log = Log(path)
-    assert all_of(log) == expected
-    objects, found = log.objects("Rpm"), list(Log(plain).objects("Rpm"))
-    assert [objects[n] for n in (1500, 3, 4, 1999, 0)] == [found[n] for n in (1500, 3, 4, 1999, 0)]
-    assert list(log.time_ordered()) == list(log)
-
-
-def test_members_that_are_not_needed_are_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "Data.lsf.gz"
-    writer = LsfWriter(path, block=1 << 17)
-    for number, message in enumerate(messages(30000)):
-        if number in (1000, 25000):
-            writer.write(imc.encode(imc.PlanControl(timestamp=float(number), info="x")))
-        writer.write(imc.encode(message))
-    writer.close()
-    assert len(Log(path)) == 30002
-    unpacked: set[int] = set()
-
-    def noted(*arguments: Any) -> Iterator[members.Piece]:
-        for piece in members_ahead.unpack_ahead(*arguments):
-            unpacked.add(piece.member)
-            yield piece
-
-    monkeypatch.setattr(log_bytes, "unpack_ahead", noted)
-    log = Log(path)
-    assert log["PlanControl"]["timestamp"].tolist() == [1000.0, 25000.0]
-    assert len(log.index().members) == 16
-    assert len(unpacked) == 2
-    assert [message.info for message in log.messages("PlanControl")] == ["x", "x"]
-    assert len(unpacked) == 2
-
-
-def test_damaged_members_are_read_again_as_the_first_time(tmp_path: Path) -> None:
-    parts: list[bytes] = []
-    made = messages(6000)
-    for at in range(0, 6000, 500):
-        member = bytearray(gzip.compress(b"".join(map(imc.encode, made[at : at + 500]))))
-        if at in (1500, 4000):
-            member[len(member) // 2 : len(member) // 2 + 20] = bytes(20)
-        parts.append(bytes(member))
-    path = tmp_path / "Data.lsf.gz"
-    path.write_bytes(b"".join(parts))
-    streamed = list(Log(path, keep_index=False).messages())
-    for _ in "written", "loaded":
-        log = Log(path)
-        for name in ("Rpm", "EntityState", "EstimatedState"):
-            assert list(log.objects(name)) == [m for m in streamed if type(m).__name__ == name]
-        assert len(log) == len(streamed) < 6000
-        assert sum("member at byte" in loss.reason for loss in log.losses) == 2
 
 
 def test_progress_reaches_the_end(tmp_path: Path) -> None:
