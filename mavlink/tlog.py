@@ -4,6 +4,7 @@ Source of the format: MAVLink's telemetry logs, as QGroundControl, MAVProxy and 
 big endian, µs since 1970 UTC, then the frame of version 1 or 2.
 """
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +15,8 @@ from mavlink.frames import LONGEST_HEADER, MAGICS, FrameHeader, Received, frame_
 CHUNK = 1 << 20
 TIME = 8
 EARLIEST, LATEST = 946_684_800_000_000, 4_102_444_800_000_000  # years 2000 and 2100, µs
+RECORD = re.compile(rb"\x00[\x03-\x0e].{6}[\xfd\xfe]", re.DOTALL)
+"""How a time from EARLIEST to LATEST and a frame after it begin: Python looks at no other byte, which would be slow."""
 
 
 class Recorded(NamedTuple):
@@ -55,7 +58,9 @@ class Tlog:
                 self.position += len(data)
                 more = bool(data)
                 buffer, position = buffer[position:] + data, 0
-                while position < len(buffer):
+                while found := RECORD.search(buffer, position):
+                    self.lost += found.start() - position
+                    position = found.start()
                     frame = _record_at(buffer, position)
                     cut = position + TIME + LONGEST_HEADER > len(buffer) or (frame and frame.end > len(buffer))
                     if cut and more:
@@ -67,6 +72,10 @@ class Tlog:
                     self.frames += 1
                     yield int.from_bytes(buffer[position : position + TIME]), buffer, frame
                     position = frame.end
+                else:
+                    kept = min(TIME, len(buffer) - position) if more else 0  # the start of a record may be among them
+                    self.lost += len(buffer) - kept - position
+                    position = len(buffer) - kept
 
     def _is_good(self, buffer: bytes, frame: FrameHeader) -> bool:
         definition = self._dialect.by_id.get(frame.id)

@@ -16,7 +16,7 @@ def find_log(path: Path) -> Path:
     if path.is_file():
         return path
     if not path.is_dir():
-        raise FileNotFoundError(errno.ENOENT, "no such log", str(path))
+        raise FileNotFoundError(errno.ENOENT, "not a regular file" if path.exists() else "no such log", str(path))
     for name in NAMES:
         if (path / name).is_file():
             return path / name

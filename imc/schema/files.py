@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import os
 import zlib
 from functools import cache
 from os import PathLike
@@ -53,6 +54,8 @@ def digest(data: bytes) -> str:
 
 
 def _content(path: str | PathLike[str]) -> bytes:
+    if os.path.exists(path) and not os.path.isfile(path):  # a pipe would be waited for
+        raise SchemaError(f"{path}: not a regular file")
     with open(path, "rb") as opened:
         data = opened.read(_LARGEST + 1)
     return _unpacked(data, str(path))

@@ -118,6 +118,8 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
     """
     out = out or Path(file.stem)
     with refusals():
+        if file.exists() and not file.is_file():  # a device has no end, and a pipe would be waited for
+            raise ValueError(f"{file}: not a regular file")
         with file.open("rb") as opened:
             mcap = opened.read(len(MCAP_MAGIC)) == MCAP_MAGIC
         with _extra("analysis" if mcap else "mavlink"):

@@ -51,7 +51,7 @@ def _chosen(path: Path, run: bool, last: bool) -> Path:
     path = newest_log(path) if last else path
     if not run:
         return path
-    logs = logs_of_run(path if path.is_dir() else path.parent)
+    logs = logs_of_run(path.parent if path.is_file() else path)
     whole = click.get_current_context().with_resource(as_one(logs))
     click.get_current_context().meta[str(whole)] = logs
     for number in missing_logs(logs):

@@ -9,7 +9,7 @@ from typing import IO
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
-from mcap.records import Attachment, Channel, Chunk, Message
+from mcap.records import Attachment, Channel, Chunk, McapRecord, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
 from zstandard import ZstdError
 
@@ -23,6 +23,15 @@ RECORD_HEAD = 9
 
 class BadFile(ValueError):
     """A file that cannot be imported; the text says which and why."""
+
+
+class _Records(StreamReader):
+    """Ends where zeros begin, as after a crash of the recorder: no record has the code 0, and each would be skipped."""
+
+    def _read_record(self, opcode: int, length: int) -> McapRecord | None:
+        if opcode == 0:
+            raise McapError("no record begins with 0")
+        return super()._read_record(opcode, length)
 
 
 def import_mcap(path: Path, folder: Path) -> list[str]:
@@ -79,7 +88,7 @@ def _salvaged(file: IO[bytes], wrong: list[str]) -> Iterator[tuple[Chunk, set[in
     """All chunks of a file whose end is missing."""
     numbers: set[int] = set()
     with _noting(wrong, "its end"):
-        for record in StreamReader(file, emit_chunks=True, record_size_limit=LARGEST_CHUNK).records:
+        for record in _Records(file, emit_chunks=True, record_size_limit=LARGEST_CHUNK).records:
             if isinstance(record, Channel) and record.topic == TOPIC:
                 numbers.add(record.id)
             elif isinstance(record, Chunk):
@@ -105,4 +114,4 @@ def _noting(wrong: list[str], what: str) -> Generator[None]:
     try:
         yield
     except (McapError, ZstdError, struct.error, EOFError, ValueError, LookupError, MemoryError, OverflowError) as error:
-        wrong.append(f"{what} is damaged: {error or type(error).__name__}")
+        wrong.append(f"{what} is damaged: {error}".removesuffix(": "))

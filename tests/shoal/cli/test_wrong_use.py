@@ -23,6 +23,7 @@ def folder(tmp_path_factory):
     os.chdir(place)
     (place / "rubbish").write_bytes(bytes(range(256)) * 40)
     (place / "empty.ini").write_text("")
+    os.mkfifo(place / "pipe")
     (place / "broken.ini").write_text(
         "[General]\nVehicle = broken\nnot an assignment = \n[Simulators.GPS\nx = $(A, b)\n"
     )
@@ -111,6 +112,11 @@ MISTAKES = [
     (f"log report {LOG} -o rubbish/page.html", "Not a directory"),
     ("log import rubbish out", "rubbish: neither an MCAP file nor a .tlog"),
     ("log import nothere out", "nothere: No such file or directory"),
+    ("log import /dev/zero out", "/dev/zero: not a regular file"),
+    ("log import pipe out", "pipe: not a regular file"),
+    ("log info /dev/zero", "/dev/zero: not a regular file"),
+    ("log info pipe --run", "pipe: not a regular file"),
+    ("message Abort --messages pipe", "pipe: not a regular file"),
 ]
 
 

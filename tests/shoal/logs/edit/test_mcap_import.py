@@ -60,6 +60,14 @@ def test_an_mcap_cut_short_gives_the_packets_before_the_cut(idle, tmp_path):
         import_mcap(tmp_path / "begin.mcap", tmp_path)
 
 
+def test_zeros_after_a_crash_are_not_read_as_records(idle, tmp_path):
+    log, path = idle
+    (tmp_path / "a.mcap").write_bytes(path.read_bytes()[:-5000] + bytes(100_000))
+    wrong = import_mcap(tmp_path / "a.mcap", tmp_path)
+    assert any("its end is damaged: no record begins with 0" in text for text in wrong)
+    assert packets_of(imc.Log(tmp_path)) == packets_of(log)
+
+
 def test_other_mcap_files_are_refused(tmp_path):
     buffer = io.BytesIO()
     writer = Writer(buffer)

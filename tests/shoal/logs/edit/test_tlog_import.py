@@ -1,6 +1,7 @@
 """Import of MAVLink .tlog files: part of a BlueROV2 dive, with damage, and frames made here."""
 
 import math
+import random
 import struct
 from collections import Counter
 from pathlib import Path
@@ -10,6 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 import imc
 from mavlink import AutopilotTranslator, Tlog, load_dialect
+from mavlink import tlog as tlog_file
 from shoal.logs.edit.tlog_import import BadTlog, import_tlog
 
 TLOG = Path(__file__).parents[3] / "data" / "logs" / "ardusub.tlog"
@@ -50,6 +52,19 @@ def test_frames_are_those_that_pymavlink_finds():
     found = Counter(m.name for _, m in tlog.read(KINDS) if (m.system, m.component) == (1, 1))
     assert {name: found[name] for name in FRAMES} == FRAMES
     assert tlog.lost == 337
+
+
+@pytest.mark.parametrize("garbage", [bytes(100_000), random.Random(1).randbytes(100_000)], ids=["zeros", "random"])
+def test_garbage_is_skipped_without_a_look_at_each_byte(tmp_path, monkeypatch, garbage):
+    """Counted, since a busy machine makes times longer: 50 MB took 17 s."""
+    (tmp_path / "a.tlog").write_bytes(garbage + TLOG.read_bytes())
+    looks, look = [], tlog_file._record_at
+    monkeypatch.setattr(tlog_file, "_record_at", lambda *at: looks.append(at) or look(*at))
+    tlog = Tlog(tmp_path / "a.tlog", DIALECT)
+    frames = sum(1 for _ in tlog.read(KINDS))
+    assert frames == sum(1 for _ in Tlog(TLOG, DIALECT).read(KINDS))
+    assert tlog.lost == 337 + len(garbage)
+    assert len(looks) < 2 * tlog.frames + 337
 
 
 def test_a_dive_becomes_a_log(tmp_path):
