@@ -1,6 +1,8 @@
 """Problems of files and names: where, how bad, and how to fix them."""
 
-from collections.abc import Iterable, Sequence
+import os
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Literal, NamedTuple
@@ -67,6 +69,21 @@ def printable(text: str) -> str:
 def of_file(error: OSError, place: object = "") -> str:
     """A file and what is wrong with it, without the error number; `place` if the error names no file."""
     return ": ".join(str(part) for part in (error.filename or place, error.strerror or error) if part != "")
+
+
+@contextmanager
+def naming(path: object) -> Generator[None]:
+    """Adds the path that is being written to an error of the operating system without one, as that of a full disk.
+
+    An error with two paths, of a copy, names the one that is read.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None and error.filename2 is None:
+            raise
+        reason = os.strerror(error.errno) if error.errno else str(error)
+        raise OSError(error.errno, reason, str(path)) from error
 
 
 def nearest(word: str, words: Iterable[str]) -> str:

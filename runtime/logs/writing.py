@@ -7,6 +7,7 @@ from pathlib import Path
 
 import imc
 from imc.lsf import LsfWriter, gzip_member, packed_schema
+from runtime.problem import naming
 
 SCHEMA = "IMC.xml.gz"
 DATA = "Data.lsf.gz"
@@ -20,9 +21,10 @@ def new_log(folder: Path, source: imc.Log | None = None) -> Generator[LsfWriter]
     """
     folder.mkdir(parents=True)
     try:
-        (folder / SCHEMA).write_bytes(schema_bytes(source))
-        if source is not None and (config := source.path.parent / "Config.ini").is_file():
-            shutil.copyfile(config, folder / config.name)
+        with naming(folder):
+            (folder / SCHEMA).write_bytes(schema_bytes(source))
+            if source is not None and (config := source.path.parent / "Config.ini").is_file():
+                shutil.copyfile(config, folder / config.name)
         writer = LsfWriter(folder / DATA)
         try:
             yield writer

@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from runtime.kernel import SECOND, Timer, nanoseconds, owner_of, title
+from runtime.problem import naming
 from runtime.snapshot.checksum import state_checksum
 from runtime.snapshot.journal import Past
 from runtime.snapshot.scripts import replay_journal
@@ -205,7 +206,8 @@ def keep_beside_log(vehicle: Vehicle, state: bytes) -> None:
     path = folder / f"{STATE}{seconds:.9f}".rstrip("0").rstrip(".")
     draft = path.with_name(f"{path.name}.new")
     try:
-        draft.write_bytes(state)
+        with naming(draft):
+            draft.write_bytes(state)
         draft.replace(path.with_name(f"{path.name}{SUFFIX}"))
     except OSError:
         with suppress(OSError):

@@ -90,7 +90,7 @@ def export(
         start, stop = (read_time(text, summary.start, summary.end) for text in (begin, end))
         words = split_words(messages), split_words(systems), split_words(entities)
         source = Source(opened, summary, choose(summary, start, stop, *words))
-        with _named(out), (new_file if FORMATS[form].is_file else new_folder)(out, force) as part:
+        with (new_file if FORMATS[form].is_file else new_folder)(out, force) as part:
             with progress(opened.path, "exporting") as tell:
                 written = write(source, part, tell)
             if source.packets == 0:
@@ -124,7 +124,7 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
             mcap = opened.read(len(MCAP_MAGIC)) == MCAP_MAGIC
         with _extra("analysis" if mcap else "mavlink"):
             write = _mcap_reader() if mcap else _tlog_reader(system)
-        with _named(out), new_folder(out, force) as part, progress(file) as tell:
+        with new_folder(out, force) as part, progress(file) as tell:
             warnings = write(file, part, tell)
         packets = len(imc.Log(out))
     click.echo(printable(f"{number(packets, 'message')}: {out}"))
@@ -172,17 +172,6 @@ def _extra(name: str) -> Generator[None]:
         yield
     except ModuleNotFoundError as error:
         raise click.ClickException(f"this needs {error.name}: pip install 'shoal[{name}]'") from None
-
-
-@contextmanager
-def _named(out: Path) -> Generator[None]:
-    """Adds the file to an error of the operating system that does not name it."""
-    try:
-        yield
-    except OSError as error:
-        if error.filename is None:
-            raise OSError(error.errno, error.strerror or str(error), str(out)) from error
-        raise
 
 
 def _name(path: Path) -> str:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from runtime.problem import printable
+from runtime.problem import naming, printable
 from shoal.cli.log_open import LOG, open_log, progress, refusals, run_at, takes_runs
 from shoal.logs.look import report as draw
 from shoal.logs.look import size
@@ -22,5 +22,6 @@ def report(log: Path, out: Path | None) -> None:
             text = draw(opened, tell)
         logs = run_at(log)
         out = out or (opened.path.parent / "report.html" if len(logs) == 1 else logs[0] / "report-run.html")
-        out.write_text(text, encoding="utf-8")
+        with naming(out):
+            out.write_text(text, encoding="utf-8")
     click.echo(printable(f"{size(len(text.encode()))}: {out}"))

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 import imc
-from runtime.problem import printable
+from runtime.problem import naming, printable
 from shoal.cli.hand import (
     INTERRUPTED,
     complete_plan,
@@ -135,7 +135,8 @@ def _print_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool)
     if output is None:
         click.echo(text, nl=False)
     else:
-        output.write_text(text, encoding="utf-8")
+        with naming(output):
+            output.write_text(text, encoding="utf-8")
 
 
 def state_values(state: imc.PlanControlState) -> dict[str, object]:

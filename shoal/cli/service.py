@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from runtime.problem import ProfileError
+from runtime.problem import ProfileError, naming
 from runtime.profile import load_profile
 from runtime.vehicle import check, find_task, missing_extra
 from shoal.cli.options import code_option, config_dir_option, modes_option, not_empty, overrides_option, use_code
@@ -191,7 +191,8 @@ def service(
         click.echo(text, nl=False)
         return
     path = Path(output or f"shoal-{name}.service")
-    path.write_text(text, encoding="utf-8")
+    with naming(path):
+        path.write_text(text, encoding="utf-8")
     click.echo(f"wrote {path}\n")
     click.echo("Install it, as root:")
     click.echo(f"  useradd --system --home-dir {STATE} --shell /usr/sbin/nologin {user}    (once)")

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from imc.lsf import SUFFIXES, find_log
+from runtime.problem import naming
 
 SAME = ("IMC.xml.gz", "IMC.xml")
 JOINED = ("Output.txt",)
@@ -33,16 +34,17 @@ def as_one(logs: Sequence[Path]) -> Generator[Path]:
         for name in SAME:
             if len({_content(log / name) for log in logs}) > 1:
                 raise ValueError(f"the logs of the run have different definitions: {', '.join(map(str, logs))}")
-        for name in (*SAME, *FIRST):
-            if (logs[0] / name).is_file():
-                shutil.copyfile(logs[0] / name, whole / name)
-        # Packets follow each other without a header, and packed members do, too: files in a row are one log.
-        for name in (parts[0].name, *JOINED):
-            with (whole / name).open("wb") as joined:
-                for log in logs:
-                    if (log / name).is_file():
-                        with (log / name).open("rb") as part:
-                            shutil.copyfileobj(part, joined, 1 << 20)
+        with naming(place):
+            for name in (*SAME, *FIRST):
+                if (logs[0] / name).is_file():
+                    shutil.copyfile(logs[0] / name, whole / name)
+            # Packets follow each other without a header, and packed members do, too: files in a row are one log.
+            for name in (parts[0].name, *JOINED):
+                with (whole / name).open("wb") as joined:
+                    for log in logs:
+                        if (log / name).is_file():
+                            with (log / name).open("rb") as part:
+                                shutil.copyfileobj(part, joined, 1 << 20)
         yield whole
 
 

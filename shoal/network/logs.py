@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import imc
 from imc.discovery import PERIOD, Endpoint, Services
+from runtime.problem import naming
 from shoal.network.link import NetworkError
 from shoal.network.network import Network, NoAnswer
 from shoal.network.systems import System
@@ -132,10 +133,13 @@ def _fetch(place: Endpoint, log: RemoteLog, target: Path, progress: Callable[[in
                 part.unlink()
                 done = 0
             progress(done)
-            with part.open("ab") as out:
+            with part.open("ab", buffering=0) as out:
 
                 def write(block: bytes) -> None:
-                    out.write(block)
+                    rest = memoryview(block)
+                    with naming(out.name):  # an error without a file would be the server's
+                        while rest:
+                            rest = rest[out.write(rest) :]
                     progress(len(block))
 
                 session.retrbinary(f"RETR /{log.name}/{name}", write, BLOCK, rest=done or None)

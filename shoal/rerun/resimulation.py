@@ -12,7 +12,7 @@ import imc
 from runtime.bus import known_here
 from runtime.kernel import SECOND, VirtualClock, nanoseconds
 from runtime.logs import new_log
-from runtime.problem import quoted, suggestion
+from runtime.problem import naming, quoted, suggestion
 from runtime.profile import Profile, default_label, items, load_profile, own_etc
 from runtime.task import Task, consumers, find_parameter, tickers
 from runtime.vehicle import TaskImportError, all_tasks, build, find_task, why_missing
@@ -324,5 +324,6 @@ def _written(out: Path | None, log: imc.Log, profile: Profile) -> Generator[Call
         return
     with new_log(out, log) as writer:
         configuration = profile.dump().encode(errors="surrogateescape")
-        (out / CONFIGURATION).write_bytes(configuration)
+        with naming(out):
+            (out / CONFIGURATION).write_bytes(configuration)
         yield writer.write

@@ -20,6 +20,7 @@ from runtime.vehicle import Vehicle, build
 from shoal.missions import PlanRequest, given_in
 from shoal.rerun.outlines import outline
 from shoal.rerun.run import LoggedRun, run_of
+from tasks.transports.logging import Logging
 
 _INCLUDES = re.compile(rb"^[ \t\v\f\r]*\[[ \t\v\f\r]*(Include|Require)\s", re.MULTILINE)
 """What a configuration that was saved never has: it would read files of this machine."""
@@ -123,6 +124,9 @@ class Rewound:
                 state = save(vehicle)
             finally:
                 vehicle.close()
+            for task in vehicle.tasks:
+                if isinstance(task, Logging) and task.lost:
+                    raise SnapshotError(f"the log of the repeated run is not complete: {task.lost}")
             if nearest is None:
                 self._compare(Path(scratch), wanted)
         return load(state)

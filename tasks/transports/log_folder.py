@@ -11,6 +11,7 @@ from pathlib import Path
 import imc
 from imc.lsf import COMPRESSIONS, LsfWriter
 from runtime.logs import RUN_FILE, place_bytes
+from runtime.problem import naming
 
 LONGEST_LABEL = 100  # bytes
 
@@ -54,9 +55,10 @@ class LogFolder:
         path = _new_folder(self.path)
         place = place_bytes(first or f"{path.parent.name}/{path.name}", self._number)
         try:
-            for name, content in self._files.items():
-                (path / name).write_bytes(content)
-            (path / RUN_FILE).write_bytes(place)
+            with naming(path):
+                for name, content in self._files.items():
+                    (path / name).write_bytes(content)
+                (path / RUN_FILE).write_bytes(place)
             self.text.open(path / "Output.txt")
             self.data.open(path / f"Data.lsf{self._suffix}")
         except OSError:

@@ -6,6 +6,8 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
+from runtime.problem import naming
+
 
 @contextmanager
 def new_file(path: Path, force: bool = False) -> Generator[Path]:
@@ -17,8 +19,9 @@ def new_file(path: Path, force: bool = False) -> Generator[Path]:
     part = path.with_name(path.name + ".part")
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
-        yield part
-        os.replace(part, path)
+        with naming(path):
+            yield part
+            os.replace(part, path)
     finally:
         part.unlink(missing_ok=True)
 
@@ -34,12 +37,13 @@ def new_folder(path: Path, force: bool = False) -> Generator[Path]:
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir(parents=True)
     try:
-        yield part
-        if path.is_dir():
-            for file in part.iterdir():
-                os.replace(file, path / file.name)
-        else:
-            os.replace(part, path)
+        with naming(path):
+            yield part
+            if path.is_dir():
+                for file in part.iterdir():
+                    os.replace(file, path / file.name)
+            else:
+                os.replace(part, path)
     finally:
         shutil.rmtree(part, ignore_errors=True)
 

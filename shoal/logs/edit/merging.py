@@ -14,6 +14,7 @@ from imc.layout import SMALLEST_PACKET
 from imc.lsf import ReportShare
 from imc.schema import MessageType
 from runtime.logs import NAMING, Array, Names, blocks, new_log, type_name
+from runtime.problem import naming
 
 
 class Conflict(ValueError):
@@ -40,7 +41,7 @@ def merge(
     the logs define a message in them differently, ValueError if there is no message, FileExistsError, OSError.
     """
     merged = MergeReport()
-    with tempfile.TemporaryFile() as spill:
+    with naming(tempfile.gettempdir()), tempfile.TemporaryFile() as spill:
         collected = _Collected(spill)
         for number, log in enumerate(logs):
             merged.losses += [(log.path, loss) for loss in collected.take(number, log, progress)]

@@ -105,8 +105,9 @@ def export_netcdf(source: Source, path: Path, progress: ReportBytes = lambda _: 
             for written in types.values():
                 written.flush()
             _name_speakers(file, source, speakers)
-    except RuntimeError as error:
-        # The library gives no reason; writing here ourselves makes the system raise one, such as a full disk.
+    except (RuntimeError, PermissionError) as error:
+        # The library gives no reason, or says "permission denied" of a full disk; writing here ourselves makes the
+        # system say what it is.
         with path.open("ab") as probe:
             probe.write(bytes(RAW))
         raise OSError(errno.EIO, str(error), str(path)) from error

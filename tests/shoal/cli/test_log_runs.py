@@ -1,6 +1,9 @@
 """Runs of several logs on the command line, and log folders that cannot be written."""
 
+import resource
 import shutil
+import tempfile
+from collections.abc import Generator
 from pathlib import Path
 
 import pytest
@@ -136,3 +139,49 @@ def test_a_run_without_a_logger_needs_no_log_folder(tmp_path: Path) -> None:
     never = ("--set", "Transports.Logging:Enabled=Never", "--log-dir", tmp_path / "log")
     done = shoal("run", "otter", "-p", "Simulation", "--clock", "virtual", "--for", "2s", *never)
     assert done.exit_code == 0, done.output
+
+
+@pytest.fixture
+def full(monkeypatch: pytest.MonkeyPatch) -> Generator[None]:
+    """A disk on which no file can have more than 1000 bytes."""
+    monkeypatch.setattr("sys.dont_write_bytecode", True)  # Python would keep the part that fits
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+TLOG = Path(__file__).parents[2] / "data" / "logs" / "ardusub.tlog"
+TOO_LARGE = [
+    ("log report LOG -o OUT/page.html", "OUT/page.html"),
+    ("log info --run LOG", f"{tempfile.gettempdir()}/shoal-"),
+    ("log cut LOG OUT/part", "OUT/part"),
+    ("log merge LOG LOG -o OUT/both", tempfile.gettempdir()),
+    ("log export LOG OUT/all.csv", "OUT/all.csv"),
+    ("log doctor LOG --repair OUT/good", "OUT/good"),
+    ("log import DIVE OUT/dive", "OUT/dive"),
+    ("resim LOG -t Simulators.GPS -o OUT/again", "OUT/again"),
+    ("rewind LOG --at 9 --log-dir OUT/other", "the log of the repeated run is not complete: "),
+    ("export neptus otter --out OUT/neptus", "OUT/neptus/vehicles-defs/otter.nvcl"),
+    ("service otter -p Simulation -o OUT/otter.service", "OUT/otter.service"),
+]
+
+
+@pytest.mark.usefixtures("full")
+@pytest.mark.parametrize(("words", "file"), TOO_LARGE, ids=[words for words, _ in TOO_LARGE])
+def test_a_file_that_cannot_be_written_is_named(words: str, file: str, day: Path, tmp_path: Path) -> None:
+    log = next(day.glob("*_box"))
+    places = {"LOG": log, "OUT": tmp_path, "DIVE": TLOG}
+    for name, path in places.items():
+        words = words.replace(name, str(path))
+    done = shoal(*words.split())
+    error = done.output.strip().splitlines()[-1]
+    assert (done.exit_code, "File too large" in error) == (2, True), done.output
+    assert error.startswith(f"Error: {file.replace('OUT', str(tmp_path))}")
+
+
+@pytest.mark.usefixtures("full")
+def test_a_replay_names_the_file_that_it_could_not_record(day: Path, tmp_path: Path) -> None:
+    done = shoal("replay", day / "000000", "--clock", "virtual", "--log-dir", tmp_path)
+    assert done.exit_code == 1
+    assert f"not on the disk: File too large: {tmp_path}/replay/" in done.output

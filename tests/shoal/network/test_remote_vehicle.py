@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import resource
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -175,6 +176,20 @@ def test_logs_are_copied_and_the_rest_of_a_broken_copy_too(vehicle: RemoteVehicl
     (copy / "Data.lsf.gz.part").write_bytes(whole[: len(whole) // 2])
     vehicle.log.fetch(logs[0], tmp_path)
     assert data.read_bytes()[: len(whole)] == whole
+
+
+def test_a_log_that_does_not_fit_on_our_disk_is_no_fault_of_the_server(
+    vehicle: RemoteVehicle, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = vehicle.log.list()[0]
+    monkeypatch.setattr("sys.dont_write_bytecode", True)  # Python would keep the part that fits
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        with pytest.raises(OSError, match=f"File too large: '{tmp_path}/"):
+            vehicle.log.fetch(log, tmp_path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def test_an_abort_is_confirmed(vehicle: RemoteVehicle) -> None:
