@@ -302,9 +302,14 @@ class Vehicle:
             task.detach()
 
     def _note(self, owner: object, error: Exception) -> None:
-        """Log an error of a task that stops, and keep the first one for `close`."""
-        logger.error("%s while stopping: %s", title(owner), with_place(error))
-        self._error = self._error or self.blame(owner, error)
+        """Log an error of a task that stops, and keep the first one for `close`.
+
+        One for which a snapshot is blamed is only raised by `close`: whoever continues the snapshot tells it.
+        """
+        blamed = self.blame(owner, error)
+        if blamed is error or self.keep_going:
+            logger.error("%s while stopping: %s", title(owner), with_place(error))
+        self._error = self._error or blamed
 
     def failed(self, owner: object, error: Exception) -> None:
         """Handle an exception of a handler: the kernel's `on_error`."""

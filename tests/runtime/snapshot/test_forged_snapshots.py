@@ -123,6 +123,23 @@ def logger_of(content: Any) -> list[Any]:
     return content["tasks"]["Transports.Logging"][2]
 
 
+@pytest.mark.parametrize("whole", [True, False], ids=["restored", "not restored"])
+def test_what_cannot_stop_is_one_error_of_the_snapshot(
+    states: dict[str, bytes], tmp_path: Path, caplog: pytest.LogCaptureFixture, whole: bool
+) -> None:
+    content = opened(states["lauv-noptilus-1"])
+    for state in content["tasks"].values():
+        for attribute in state[2]:
+            if attribute[0] == "_round":
+                attribute[1] = TEXT
+    if not whole:
+        content["hears"].pop()
+    reason = outcome(sealed(content), tmp_path, 0.0)
+    assert ("failed with the state of the snapshot: TypeError" in reason) == whole
+    assert ("a subscription is missing" in reason) != whole
+    assert not caplog.records
+
+
 def test_a_forged_label_stays_in_the_log_folder(states: dict[str, bytes], tmp_path: Path, watch: list[str]) -> None:
     watch.clear()
     content = opened(states["lauv-noptilus-1"])
