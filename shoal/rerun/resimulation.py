@@ -224,7 +224,10 @@ def _reservations(
         since = profile.start_time if 0.0 <= about.opened - profile.start_time < 1e6 else about.opened
         if about.marked and (late := about.begin - since) > 0.0:
             whom = "the vehicle" if since == profile.start_time else "the run"
-            yield f"the log begins {late:.1f} s after {whom}: the state of the tasks at that time is unknown"
+            why = f"; {run.gap}" if run.gap else ""
+            yield f"the log begins {late:.1f} s after {whom}: the state of the tasks at that time is unknown{why}"
+        elif run.gap:
+            yield f"the tasks start with this log, not with the run; {run.gap}"
         if not about.marked or since != profile.start_time:
             yield "made on a wall clock: the log does not record when tasks ticked and in which order things happened"
     if not about.closed:

@@ -6,12 +6,14 @@ import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from datetime import UTC, datetime
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 import imc
 from runtime.kernel import SECOND, VirtualClock
+from runtime.logs import place_of
 from runtime.problem import ProfileError
 from runtime.profile import Profile, items, load_profile
 from runtime.snapshot import STATE, SUFFIX, Journals, Snapshot, SnapshotError, load, load_file, restore, save
@@ -149,10 +151,11 @@ class Rewound:
         profile, first = self._profile, self._run.logs[0]
         _, packet = next(first.packets(), (0, b""))
         if not packet or imc.header(packet).timestamp != profile.start_time:
-            raise SnapshotError(
-                f"{first.path} does not begin with the start of a virtual run, and has no snapshot before "
-                f"{seconds:g} s; rewind the log that it was made from"
-            )
+            why = "does not begin with the start of a virtual run; rewind the log that it was made from"
+            place, start = place_of(first.path.parent), datetime.fromtimestamp(profile.start_time, UTC)
+            if self._run.gap and place is not None and place.first.startswith(f"{start:%Y%m%d/%H%M%S}"):
+                why = f"cannot be repeated from the start of its run; {self._run.gap}"
+            raise SnapshotError(f"{first.path} has no snapshot before {seconds:g} s, and {why}")
         about = outline(self._run)
         vehicle = _vehicle(profile, scratch, profile.start_time_ns, about.labels if about is not None else {})
         Journals(vehicle)

@@ -5,16 +5,21 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import imc
-from runtime.logs import logs_of_run, place_of
+from runtime.logs import logs_of_run, missing_logs, place_of
+from runtime.problem import of_file, printable
 
 CONFIGURATION = "Config.ini"
 
 
 class LoggedRun:
-    """Consecutive logs as if they were one; no messages are missing between them."""
+    """Consecutive logs as if they were one; no messages are missing between them.
 
-    def __init__(self, logs: Sequence[imc.Log]):
+    gap: why they do not begin with the run, and what to do; empty if they do, or if the log does not say.
+    """
+
+    def __init__(self, logs: Sequence[imc.Log], gap: str = ""):
         self.logs = logs
+        self.gap = gap
         self.path = logs[-1].path
         self.schema = logs[-1].schema
 
@@ -29,15 +34,20 @@ def run_of(log: imc.Log) -> LoggedRun:
     place = place_of(log.path.parent)
     if place is None:
         return LoggedRun([log])
-    logs = [log]
     try:
-        logs = [*(imc.Log(folder) for folder in logs_of_run(log.path.parent)[: place.number - 1]), log]
-        numbers = [found.number for each in logs if (found := place_of(each.path.parent))]
-        whole = numbers == list(range(1, place.number + 1))
-        whole = whole and all(_end(before) == _begin(after) for before, after in pairwise(logs))
-    except (OSError, ValueError):
-        whole = False
-    return LoggedRun(logs if whole else [log])
+        folders = logs_of_run(log.path.parent)
+        if missing := [str(number) for number in missing_logs(folders) if number < place.number]:
+            which = f"log {missing[0]}" if len(missing) == 1 else f"logs {', '.join(missing)}"
+            begin = f"of its run, which began with {printable(place.first)},"
+            advice = "put all logs of the run beside each other, as <vehicle>/<day>/<log>"
+            return LoggedRun([log], f"{which} {begin} {'is' if len(missing) == 1 else 'are'} missing: {advice}")
+        logs = [*(imc.Log(folder) for folder in folders[: place.number - 1]), log]
+        for before, after in pairwise(logs):
+            if _end(before) != _begin(after):
+                return LoggedRun([log], f"{before.path} of the same run does not end where the next log begins")
+    except (OSError, ValueError) as error:
+        return LoggedRun([log], of_file(error) if isinstance(error, OSError) else str(error))
+    return LoggedRun(logs)
 
 
 def _begin(log: imc.Log) -> float:

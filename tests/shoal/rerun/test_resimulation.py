@@ -13,10 +13,11 @@ import imc
 from imc.lsf import LsfWriter
 from runtime.kernel import VirtualClock, nanoseconds
 from runtime.profile import load_profile
+from runtime.snapshot import SnapshotError
 from runtime.vehicle import build, find_task
 from shoal import fly
 from shoal.cli import main
-from shoal.rerun import Instants, ResimulationError, resimulate
+from shoal.rerun import Instants, ResimulationError, Rewound, resimulate
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
 MIXER = "tests.shoal.rerun.interplay.Mixer"
@@ -97,10 +98,19 @@ def test_the_log_of_a_plan_begins_with_its_run(tmp_path: Path) -> None:
         assert done.comparison.first is None
         assert sum(tally.equal for tally in done.comparison.tallies.values()) > 15
         assert "starts with the earlier logs of the run: 000000" in done.notes
-    (log.path.parent.parent / "000000" / "Data.lsf.gz").unlink()
+    first = log.path.parent.parent / "000000"
+    (first / "Data.lsf.gz").unlink()
     done = resimulate(log, [CAMERA])
     assert not done.exact
     assert done.notes[0].startswith("the log begins 5.0 s after the vehicle")
+    assert f"{first}: no log in the folder" in done.notes[0]
+    shutil.rmtree(first)
+    missing = (
+        "log 1 of its run, which began with 20260101/000000, is missing: put all logs of the run beside each other"
+    )
+    assert missing in resimulate(log, [CAMERA]).notes[0]
+    with pytest.raises(SnapshotError, match=f"cannot be repeated from the start of its run; {missing}"):
+        Rewound(log).state_at(7.0)
 
 
 def test_measurements_of_the_moment_in_which_a_mission_ends(tmp_path: Path) -> None:
