@@ -140,5 +140,6 @@ def targets(addresses: Iterable[str], ports: Iterable[int] = PORTS) -> tuple[End
 
 
 def readable_name(name: str) -> str:
-    """The name of a system as it can be shown: printable, without spaces at its ends, at most 64 characters."""
-    return "".join(c for c in name[: 4 * LONGEST_NAME] if c.isprintable()).strip()[:LONGEST_NAME]
+    """A name from the network as it can be shown: printable, without spaces at its ends, at most 64 characters."""
+    shown = "".join(c for c in name[: 4 * LONGEST_NAME] if c.isprintable()).strip()
+    return shown if len(shown) <= LONGEST_NAME else f"{shown[: LONGEST_NAME - 1]}…"

@@ -6,6 +6,7 @@ from typing import Any
 
 import imc
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
+from imc.discovery import readable_name
 from runtime.profile import own_etc, parse_address, read_sections
 
 NAMING = frozenset({imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID})
@@ -45,8 +46,8 @@ class Names:
                 label, _, number = entry.rpartition("=")
                 if label and number.isdecimal() and int(number) < UNKNOWN_ENTITY:
                     self._label(message.src, int(number), label)
-        elif kind == "Announce" and message.sys_name:
-            self._systems[message.src] = message.sys_name
+        elif kind == "Announce" and (name := readable_name(message.sys_name)):
+            self._systems[message.src] = name
 
     def system(self, number: int) -> str:
         """The name of a system; "0x1234" if unknown."""
@@ -61,7 +62,7 @@ class Names:
         label = self.labels.get((system, number))
         if label is None:
             return "unknown entity" if number == UNKNOWN_ENTITY else f"entity {number}"
-        return label
+        return readable_name(label) or f"entity {number}"
 
     def systems_called(self, wanted: Iterable[str], present: Iterable[int]) -> set[int]:
         """Ids of systems given by name or number. Raises UnknownName."""

@@ -11,6 +11,7 @@ from rich.live import Live
 from rich.table import Table
 
 import imc
+from imc.discovery import readable_name
 from runtime.problem import printable
 from shoal.cli.hand import clock_text, json_option, no, on_network, print_line, reach_options, seconds
 from shoal.network import Network, System
@@ -48,7 +49,7 @@ def ls(watch: bool, duration: float | None, reach: dict[str, Any], as_json: bool
             console.print(_table(found))
             for system in found:
                 for text in troubles(system):
-                    click.echo(printable(f"{system.name}: {text}"), err=True)
+                    click.echo(printable(f"{readable_name(system.name)}: {text}"), err=True)
         if not found:
             no(network.nobody())
 
@@ -90,7 +91,7 @@ async def _tell(network: Network, duration: float | None, as_json: bool) -> None
             if as_json:
                 print_line({"time": time.time(), "event": event, **as_values(network.systems[name])})
             else:
-                click.echo(printable(f"{clock_text(time.time())} {name} {now.get(name) or event}"))
+                click.echo(printable(f"{clock_text(time.time())} {readable_name(name)} {now.get(name) or event}"))
         before = now
         await network.news(REFRESH)
 
@@ -134,7 +135,7 @@ def state_text(system: System) -> str:
         imc.PlanControlState.State.INITIALIZING,
     ):
         return mode
-    return f"{mode} {printable(plan.plan_id)}"
+    return f"{mode} {readable_name(plan.plan_id)}"
 
 
 def troubles(system: System) -> list[str]:
@@ -154,7 +155,7 @@ def _table(systems: list[System]) -> Table:
         progress = f" {plan.plan_progress:.0f} %" if values["progress"] is not None and plan is not None else ""
         fuel = system.last_of(imc.FuelLevel)
         table.add_row(
-            printable(system.name) + ("!" if system.clash else ""),
+            readable_name(system.name) + ("!" if system.clash else ""),
             "" if system.id is None else f"0x{system.id:04X}",
             state_text(system) + progress,
             "" if state is None else _degrees(*position(state)),

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 
 import imc
-from imc.discovery import Service, Services
+from imc.discovery import Service, Services, readable_name
 from mavlink import KINDS, SYSTEMS, Flavour, Received, load_dialect, split, system_of, text
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
@@ -264,7 +264,7 @@ class MAVLink(Task):
         moves = other.sys_type in (imc.SystemType.UUV, imc.SystemType.USV, imc.SystemType.UAV, imc.SystemType.UGV)
         theirs = Services.parse(other.services).mavlink_id or system_of(other.src)
         if moves and other.src != self.system and theirs == self.autopilot.system:
-            self.name_twin(f"{other.sys_name} ({other.src:#06x})")
+            self.name_twin(f"{readable_name(other.sys_name)} ({other.src:#06x})")
 
     def name_twin(self, twin: str) -> None:
         if twin not in self.twins and len(self.twins) < TWINS:

@@ -110,6 +110,8 @@ def test_no_text_breaks_the_services(text):
 def test_names_are_readable():
     assert readable_name(" lauv-\x1b[2Jnoptilus\udcff-1\n") == "lauv-[2Jnoptilus-1"
     assert len(readable_name("x" * 100_000)) == 64
+    assert readable_name("x" * 64) == "x" * 64
+    assert readable_name("x" * 65) == "x" * 63 + "…"
 
 
 def test_an_announce_goes_to_every_port():

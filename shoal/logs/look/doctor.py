@@ -7,6 +7,7 @@ from typing import Literal
 
 import imc
 from imc.addresses import UNKNOWN_ENTITY
+from imc.discovery import readable_name
 from imc.lsf import ReportShare, Spread
 from runtime.logs import Block, Summary, new_log, summarize, type_name
 from shoal.logs.look.formatting import moment, number, span
@@ -223,15 +224,13 @@ def _entities(summary: Summary) -> list[Finding]:
             meaning = "There are only 255 ids; all further entities share 255, and cannot be told apart."
             found.append(Finding("warning", text, (), meaning, "Disable tasks that the vehicle does not need."))
     if names.earlier:
-        places = _few(
-            [
-                f"entity {entity} of {names.system(src)}: {', '.join(_few([*labels, names.labels[src, entity]]))}"
-                for (src, entity), labels in sorted(names.earlier.items())
-            ]
-        )
+        several: list[str] = []
+        for (src, entity), labels in sorted(names.earlier.items()):
+            each = [*map(readable_name, labels), names.entity(src, entity)]
+            several.append(f"entity {entity} of {names.system(src)}: {', '.join(_few(each))}")
         text = f"{number(len(names.earlier), 'entity', 'entities')} with several labels"
         meaning = "The log has several runs of a vehicle; readers use one label for all of it."
-        found.append(Finding("warning", text, places, meaning, "Look at the runs one by one: shoal log cut."))
+        found.append(Finding("warning", text, _few(several), meaning, "Look at the runs one by one: shoal log cut."))
     return found
 
 

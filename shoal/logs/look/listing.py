@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 import imc
+from imc.discovery import readable_name
 from imc.layout import SYNC
 from imc.lsf import COMPRESSIONS, SUFFIXES, Batch, Compression, Losses, scan
 from runtime.logs import Array, Names, headers, without_strays
@@ -133,8 +134,8 @@ def _announced(packets: Iterable[bytes], owner: int) -> str:
     for packet in packets:
         with contextlib.suppress(imc.DecodeError):
             message = imc.decode(packet)
-            if isinstance(message, imc.Announce) and message.src == owner and message.sys_name:
-                return message.sys_name
+            if isinstance(message, imc.Announce) and message.src == owner and (name := readable_name(message.sys_name)):
+                return name
     return ""
 
 

@@ -1,6 +1,7 @@
 """`shoal log` as users run it."""
 
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -184,6 +185,24 @@ def test_text_of_a_log_cannot_steer_the_terminal(shoal, tmp_path):
         assert not isinstance(result.exception, UnicodeError | ValueError), arguments
         assert not {"\x1b", "\x07"} & set(result.output), arguments
         assert "[red]x[/nonsense]" in result.output or arguments[0] in ("ls", "cut")
+
+
+def test_a_long_name_is_shortened_wherever_it_is_shown(shoal, tmp_path):
+    messages = [
+        imc.Announce(timestamp=1.0, src=0x1234, src_ent=1, sys_name="n" * 5000),
+        imc.EntityInfo(timestamp=1.0, src=0x1234, src_ent=1, id=1, label="e" * 5000),
+        imc.EntityInfo(timestamp=2.0, src=0x1234, src_ent=1, id=1, label="f" * 5000),
+        imc.EstimatedState(timestamp=3.0, src=0x1234, src_ent=1),
+    ]
+    for name, some in (("a", messages), ("b", messages[:-1])):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "Data.lsf").write_bytes(b"".join(map(imc.encode, some)))
+    pages = [shoal(*words.split()).output for words in ("info a", "info a --json", "ls .", "doctor a", "diff a b")]
+    assert shoal("report", "a", "-o", "page.html").exit_code == 0
+    pages.append((tmp_path / "page.html").read_text())
+    for page in pages:
+        assert max(map(len, re.findall("n+|e+|f+", page))) < 64
+    assert "n" * 63 + "…" in pages[0]
 
 
 def test_a_pipe_in_the_place_of_a_log_is_not_waited_for(shoal, tmp_path):

@@ -118,6 +118,7 @@ def test_another_vehicle_with_the_same_id_is_named(tmp_path):
     flown = Commanded("lauv-noptilus-1", tmp_path)
     flown.vehicle.start()
     flown.vehicle.run(1.0)
+    long = "lauv-twin-" + "x" * 5000
     other = imc.Announce(sys_name="lauv-twin", sys_type=imc.SystemType.UUV, src=0x421A)
     packet = imc.encode_as(other, flown.vehicle.kernel.now_ns / 1e9, 0x421A, 0, 0xFFFF, 0xFF)
     for _ in range(2):
@@ -126,6 +127,7 @@ def test_another_vehicle_with_the_same_id_is_named(tmp_path):
     for name, source, services in (
         ("lauv-other", 0x431A, str(told)),
         ("lauv-told", 0x431B, str(told).replace("7", "6")),
+        (long, 0x441A, ""),
     ):
         heard = other.replace(sys_name=name, services=services)
         packet = imc.encode_as(heard, flown.vehicle.kernel.now_ns / 1e9, source, 0, 0xFFFF, 0xFF)
@@ -133,7 +135,8 @@ def test_another_vehicle_with_the_same_id_is_named(tmp_path):
     flown.vehicle.run(1.0)
     flown.vehicle.close()
     assert [text for text in flown.log if "MAVLink id" in text][1:] == [
-        "MAVLink id 26 is also that of lauv-told (0x431b): set System Id"
+        "MAVLink id 26 is also that of lauv-told (0x431b): set System Id",
+        f"MAVLink id 26 is also that of {long[:63]}… (0x441a): set System Id",
     ]
     assert [text for text in flown.log if "lauv-twin (0x421a): set System Id" in text] == [
         "MAVLink id 26 is also that of lauv-twin (0x421a): set System Id"
