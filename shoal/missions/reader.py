@@ -20,6 +20,7 @@ END = "end"
 MOST = 4096  # maneuvers
 FARTHEST = 1e6  # m from the origin; beyond this a plane is no map of the Earth
 _SIZES = ("radius", "length", "width", "hstep", "amplitude", "range")  # not below 0
+_DEPTHS = ("start_z", "end_z", "travel_z")  # unless their unit says otherwise
 _ANGLES = {"lat": 0.5 * math.pi, "lon": math.pi}
 _PLACES = (("at",), ("north", "east"), ("lat", "lon"))  # three ways to say where
 _SHORTHANDS = ("at", "north", "east", "speed", *Z_UNITS)
@@ -112,6 +113,9 @@ class PlanReader:
                 nodes[key].fail(hinted(f"{cls.__name__} has no field {key!r}", key, [*_SHORTHANDS, *infos]))
             values[key] = self._read(nodes[key], _points if key == "points" else partial(read_field, infos[key]))
             self._check(nodes[key], key, values[key])
+        for key in _DEPTHS:
+            if key in given and f"{key}_units" not in given:
+                values[f"{key}_units"] = int(imc.ZUnits.DEPTH)
         for key in target:
             if key not in infos:
                 named = [name for name in Z_UNITS if name in nodes] if key == "z" else ["position"]

@@ -171,8 +171,11 @@ def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:
     if not isinstance(maneuver, imc.Takeoff) and any(low < 0.0 for low in _lowest(maneuver)):
         raise PlanError(f"{name}: maneuver above the surface or below the bottom")
     if 0.0 < deepest < math.inf:
-        for z in ("z", "end_z"):
-            if getattr(maneuver, f"{z}_units", imc.ZUnits.DEPTH) not in (imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE):
+        for z in HEIGHTS:
+            unit = getattr(maneuver, f"{z}_units", imc.ZUnits.DEPTH)
+            if unit == imc.ZUnits.NONE and z != "z" and not getattr(maneuver, z, 0.0):
+                continue  # the vehicle floats up by itself
+            if unit not in (imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE):
                 raise PlanError(f"{name}: {z} is neither a depth nor an altitude")
     afloat = ", the vehicle stays at the surface" if deepest <= 0.0 else ""
     reachable = max(0.0, deepest - MARGIN)

@@ -20,7 +20,7 @@ def plan(maneuver, head=""):
     [
         (LAUV, "loiter: {north: 40, depth: 2, radius: 1e9, duration: 30}", "radius 1e+09 m is more than 25000 m"),
         (LAUV, "station_keeping: {north: 9, depth: 0, radius: 1e9}", "radius 1e+09 m is more than 25000 m"),
-        (LAUV, "elevator: {north: 9, end_z: 2, end_z_units: DEPTH, radius: 1e9}", "radius 1e+09 m is more than"),
+        (LAUV, "elevator: {north: 9, end_z: 2, radius: 1e9}", "radius 1e+09 m is more than"),
         (LAUV, "pop_up: {north: 9, depth: 2, radius: 1e9}", "radius 1e+09 m is more than 25000 m"),
         (LAUV, "loiter: {north: 9, depth: 2, type: EIGHT, length: 1e9}", "length 1e+09 m is more than 25000 m"),
         (LAUV, "loiter: {north: 9, depth: 2, type: EIGHT, bearing: 1e300}", "bearing 1e+300 rad is more than 1000 rad"),
@@ -35,7 +35,7 @@ def plan(maneuver, head=""):
         (LAUV, "goto: {north: 40, depth: 2, speed: 1e9 m/s}", "a speed of 1e+09 m/s is above the vehicle's 2 m/s"),
         (LAUV, "goto: {north: 40, altitude: 1e9}", "z 1e+09 m is more than 11000 m"),
         (LAUV, "goto: {north: 40, height: 5}", "z is neither a depth nor an altitude"),
-        (LAUV, "elevator: {north: 40, end_z: 5}", "end_z is neither a depth nor an altitude"),
+        (LAUV, "elevator: {north: 40, end_z: 5, end_z_units: NONE}", "end_z is neither a depth nor an altitude"),
         (LAUV, "rows: {north: 9, depth: 2, width: 9, length: 9, hstep: 1e12}", "hstep 1e+12 m is more than 25000 m"),
         (LAUV, "rows: {north: 9, depth: 2, width: 1e12, length: 9, hstep: 9}", "width 1e+12 m is more than 1000000 m"),
         (LAUV, "yo_yo: {north: 9, altitude: 6, amplitude: 1e9, pitch: 9°}", "amplitude 1e+09 m is more than 25000 m"),
@@ -81,7 +81,8 @@ def test_an_absurd_time_from_the_database_is_refused(tmp_path, arrival):
         "rows: {north: 9, depth: 0, width: 10, length: 20, hstep: 500, coff: 0}",
         "scheduled_goto: {north: 40, depth: 0, travel_z_units: DEPTH}",
         "goto: {north: 40, depth: 0, speed: 3000 rpm, yaw: 360 rad}",
-        "elevator: {end_z: 0, end_z_units: DEPTH, flags: [CURR_POS]}",
+        "elevator: {end_z: 0, end_z_units: NONE, flags: [CURR_POS]}",
+        "elevator: {end_z: 1, radius: 8, flags: [CURR_POS]}",
         "station_keeping: {north: 9, depth: 0, radius: 0, duration: 5}",
     ],
 )
