@@ -20,6 +20,7 @@ STILL, UNLOADED, RESTS = 0.25, 0.75, 1.0  # m/s, fraction of the weight, s: what
 LEVEL, LEARNING = 0.5, 5.0  # m/s, s: when and how fast the weight is learned
 BLIND_THRUST, BLIND_DESCENT, BLIND_GAIN = 0.98, 1.5, 1.0  # share of the weight, m/s, 1/s: a blind descent
 BLIND_STEP, BLIND_MARGIN, RECOVERY = 0.1, 30.0, 3.0  # s
+BLIND_MEMORY = 120.0  # s; what fails again so soon is not trusted again
 
 
 class Phase(Enum):
@@ -38,7 +39,7 @@ class Autopilot(Task):
     The rotors stand still on the ground until a climb is commanded, and after a touchdown: the vehicle should descend
     but does not, and the rotors carry less than three quarters of the weight for a second. It lands where it is after
     an Abort, after hovering without a maneuver for `Idle Timeout` (after an error, `Error Timeout`), and always below
-    `Landing Fuel Level`. Without EstimatedState it descends level; the second time in a flight, down to the ground.
+    `Landing Fuel Level`. Without EstimatedState it descends level; the second time in two minutes, down to the ground.
     """
 
     velocity_gains: list[float] = param([1.8, 0.5, 0.0], "1/s", "P, I, D.", name="Velocity PID Gains", size=3)
@@ -82,7 +83,8 @@ class Autopilot(Task):
         self._stated = self._resumed = self._referred = -math.inf
         self._reference: Vector = (0.0, 0.0, 0.0)
         self._heading: float | None = None
-        self._landing, self._blind = "", 0
+        self._landing = ""
+        self._blinded, self._stays_blind, self._highest = -math.inf, False, 0.0
         self._mode: int = Mode.BOOT
         self._erred = False
         self._fuel = math.inf
@@ -136,7 +138,8 @@ class Autopilot(Task):
         dt, self._stated, self._state = self.now - self._stated, self.now, state
         if dt > self.state_timeout:
             self._resumed = self.now
-        if self._phase is Phase.BLIND and (self._blind > 1 or self.now - self._resumed < RECOVERY):
+        if self._phase is Phase.BLIND and (self._stays_blind or self.now - self._resumed < RECOVERY):
+            self._highest = max(self._highest, state.alt)
             return  # estimates that come and go would make it climb and fall
         if not self._begun and state.alt > ALOFT:
             self.log.warning("started in the air")
@@ -160,7 +163,7 @@ class Autopilot(Task):
         if self._phase is not Phase.BLIND:
             self.log.error("EstimatedState is missing: descending level")
             self._enter(Phase.BLIND, self._state)
-        if self.now - self._entered > BLIND_MARGIN + 2.0 * max(0.0, self._state.alt) / BLIND_DESCENT:
+        if self.now - self._entered > BLIND_MARGIN + 2.0 * self._highest / BLIND_DESCENT:
             self._enter(Phase.GROUND, self._state)
             return
         brake = clamp(BLIND_GAIN * (BLIND_DESCENT - self._falling), self.maximum_acceleration)
@@ -209,12 +212,12 @@ class Autopilot(Task):
         self._kept = state.psi
         self._phase, self._entered = phase, self.now
         if phase is Phase.GROUND:
-            self._landing, self._blind = "", 0
+            self._landing, self._blinded = "", -math.inf
             self.publish(imc.SetThrusterActuation(id=0, value=0.0))
             self.set_entity_state(State.NORMAL, "on the ground")
         elif phase is Phase.BLIND:
-            self._falling = state.vz
-            self._blind += 1
+            self._falling, self._highest = state.vz, max(0.0, state.alt)
+            self._stays_blind, self._blinded = self.now - self._blinded < BLIND_MEMORY, self.now
             self.set_entity_state(State.ERROR, "EstimatedState is missing: descending level")
         self._tell()
 

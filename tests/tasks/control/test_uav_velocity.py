@@ -156,6 +156,25 @@ def test_it_descends_level_where_it_does_not_know_its_state():
     assert max(float(text.split()[-2]) for text in run.log if text.startswith("touchdown")) < 2.5
 
 
+def test_states_that_come_and_go_are_not_believed_a_second_time():
+    class Flickering(Eyes):
+        """After the second gap it takes the height of that moment for the ground."""
+
+        @consume
+        def see(self, truth: imc.SimulatedState) -> None:
+            time = truth.timestamp - self.vehicle.start_time
+            if not (45.0 < time < 46.0 or 52.9 < time < 54.0):
+                super().see(truth if time < 54.0 else truth.replace(z=0.0))
+
+    tasks = [(UAV, {"wind_source": ""}), (Autopilot, {}), (Flickering, {})]
+    climb = [enable(Loops.VELOCITY), *velocity(0.5, w=-2.0, until=45.0)]
+    run = simulate(tasks, feed=[FIX, *climb], seconds=250.0)
+    assert phases(run) == ["GROUND", "GUIDED", "BLIND", "LOITER", "BLIND", "GROUND"]
+    assert min(m.z for m in run.of(imc.SimulatedState)) < -80.0
+    assert truth(run, 250.0).z == 0.0
+    assert max(float(text.split()[-2]) for text in run.log if text.startswith("touchdown")) < 2.5
+
+
 def test_what_is_no_number_is_refused():
     odd = [imc.DesiredVelocity(timestamp=3.0, u=math.nan), imc.DesiredHeading(timestamp=3.0, value=math.nan)]
     odd += [imc.EstimatedState(timestamp=3.001, x=math.nan, lat=LAT, lon=LON)]
