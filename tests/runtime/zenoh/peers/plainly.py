@@ -27,9 +27,9 @@ def main() -> None:
             print(json.dumps({"stalls": 0}), flush=True)
 
     with zenoh.open(config) as session:
+        print(json.dumps({"opened": True}), flush=True)
         if kind == "staller":
             kept: Any = [session.declare_subscriber(key, take) for key in ("imc/**", "imc/*/@cmd/**")]
-        print(json.dumps({"opened": True}), flush=True)
         sys.stdin.read()
         kept = None
         _ = kept
