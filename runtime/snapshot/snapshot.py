@@ -1,5 +1,6 @@
 """Saves a virtual run between two moments, and continues it from there."""
 
+import errno
 import zlib
 from collections.abc import Callable
 from contextlib import suppress
@@ -200,6 +201,8 @@ def run_with_snapshots(
 def keep_beside_log(vehicle: Vehicle, state: bytes) -> None:
     """Write a snapshot beside the log: State-<seconds of the run>.msgpack. Raises SnapshotError, OSError."""
     folder = vehicle.log_folder
+    if folder is None and vehicle.keeps_log:
+        raise FileNotFoundError(errno.ENOENT, "the log that it is kept beside has no folder yet")
     if folder is None:
         raise SnapshotError("snapshots are kept beside the log, and no task writes one")
     seconds = (vehicle.kernel.now_ns - nanoseconds(vehicle.start_time)) / SECOND

@@ -39,8 +39,8 @@ class Vehicle:
     ends the run, as in simulation. `profile` is the effective configuration, `state_folder` has the saved parameters,
     `messages` is the schema of its messages, by default the built-in one, `process` which of several processes of the
     vehicle this is, "" the main one,
-    `running` the names of the tasks that are started and not stopped. `log_folder` is that of the log that is being
-    written; the task that writes it sets it. `blame` turns an exception of a task into the one that the run raises.
+    `running` the names of the tasks that are started and not stopped. The task that writes the log sets `keeps_log`,
+    and `log_folder` once the log is there. `blame` turns an exception of a task into the one that the run raises.
     `recordings` are what devices of tasks send in a test.
     """
 
@@ -71,6 +71,7 @@ class Vehicle:
         self.keep_going = keep_going
         self.log_root = log_root
         self.log_folder: Path | None = None
+        self.keeps_log = False
         self.recordings: Recordings | None = None
         self.state_folder = state_folder
         self.fleet = fleet

@@ -155,7 +155,8 @@ def _show(vehicle: AsyncRemoteVehicle, message: imc.Message, names: tuple[str, .
 
 
 def _is_plain(message: imc.Message) -> bool:
-    return not any(field.type == "rawdata" or field.messages for field in imc.fields(type(message)))
+    known = not isinstance(message, imc.Unknown)
+    return known and not any(field.type == "rawdata" or field.messages for field in imc.fields(type(message)))
 
 
 def _json(message: imc.Message) -> dict[str, Any]:

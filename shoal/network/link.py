@@ -65,6 +65,8 @@ class Link(Protocol):
 
     name: str
     trouble: str
+    brings_all: bool
+    """Whether it brings all messages of a system, not only those that the system sends to consoles."""
 
     @property
     def patience(self) -> float:

@@ -49,7 +49,7 @@ class Network:
         number = random.SystemRandom().choice(range(OPERATORS.start + 0x1000, OPERATORS.stop - 1))
         self.console = console or Console(number, f"0x{number:04X}")
         self.links = tuple(links)
-        self.messages = messages or imc.builtin()
+        self.messages = _schema(messages)
         self.systems: dict[str, System] = {}
         self.strangers: dict[tuple[str, str], int] = {}
         self.changed = asyncio.Event()
@@ -350,3 +350,11 @@ class Network:
 def _time_for(system: System) -> float:
     """For an answer (s)."""
     return PATIENCE + (LATE if system.is_mute else 0.0)
+
+
+def _schema(messages: object) -> imc.Schema:
+    if messages is None:
+        return imc.builtin()
+    if not isinstance(messages, imc.Schema):
+        raise TypeError(f"messages is {messages!r}, not a schema such as imc.load returns")
+    return messages

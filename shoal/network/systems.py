@@ -82,10 +82,13 @@ class System:
         return sorted({place for place in self.parts.values() if place})
 
     def takes(self, link: Link) -> bool:
-        """Whether packets that come by this link count: those of the first one that brings any, until it is silent."""
+        """Whether packets that come by this link count: one link is heard until it is silent.
+
+        It is one that brings all messages, if there is one, else the first.
+        """
         now = time.monotonic()
-        first = next((name for name, at in self.last.items() if now - at < FRESH), link.name)
-        return first == link.name
+        fresh = [self.links[name] for name, at in self.last.items() if now - at < FRESH and name in self.links]
+        return max([*fresh, link], key=lambda each: each.brings_all).name == link.name
 
     def count(self, link: Link, message: imc.Message) -> None:
         """Count a packet, and what cannot be read of it."""

@@ -38,6 +38,7 @@ class TCPLink:
     """The systems behind the servers at some places; a connection that ends is made again."""
 
     name = "tcp"
+    brings_all = False
 
     def __init__(self, places: Collection[Endpoint]) -> None:
         self.is_far = not all(is_local(place.address) or place.address == "localhost" for place in places)

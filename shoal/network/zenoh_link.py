@@ -44,6 +44,7 @@ class ZenohLink:
     """
 
     name = "zenoh"
+    brings_all = True
 
     def __init__(self, connect: Collection[str] = (LOCAL,), config_file: Path | None = None) -> None:
         self._connect = tuple(connect)

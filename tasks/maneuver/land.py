@@ -20,4 +20,4 @@ class Land(Maneuver):
         if (leg.lat, leg.lon) == NOWHERE:
             lat, lon, _ = absolute(await self.located())
             leg = leg._replace(lat=lat, lon=lon, z_units=imc.ZUnits.NONE)
-        await self.follow(leg, flags=PathFlags.LAND)
+        await self.follow(leg, flags=PathFlags.LAND, judged=False)

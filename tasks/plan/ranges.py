@@ -11,6 +11,7 @@ AWAY = 1e6  # m; beyond this a plane is no map of the Earth
 LATEST = 4_102_444_800.0  # s since 1970: the year 2100
 ANGLE = 1000.0  # rad, also for angles written in degrees; the sine of much larger numbers means nothing
 RPM = 20_000.0
+STEEPEST = (-1.58, 1.58, "rad")  # of a way up or down: a right angle, rounded up
 
 Range = tuple[float, float, str]
 RANGES: Mapping[str, Range] = {
@@ -34,6 +35,8 @@ def beyond(graph: Graph) -> Iterator[str]:
     for name, node in graph.nodes.items():
         maneuver = node.maneuver
         ranges = dict(RANGES)
+        if isinstance(maneuver, imc.YoYo):
+            ranges["pitch"] = STEEPEST
         if (speed := SPEEDS.get(getattr(maneuver, "speed_units", -1))) is not None:
             ranges["speed"] = speed
         yield from (f"{name}: {reason}" for reason in _outside(maneuver, ranges))

@@ -21,7 +21,7 @@ class Equipment(Task):
 
     def start(self) -> None:
         others = [task for task in self.vehicle.tasks if task is not self]
-        self._taken = {consumer.type for task in others for consumer in consumers(type(task))}
+        self._taken = {consumer.type.__name__ for task in others for consumer in consumers(type(task))}
 
     @consume(others=True)
     def tell_beacons(self, request: imc.LblConfig) -> None:
@@ -56,7 +56,7 @@ class Equipment(Task):
             self._refuse(request, f"no restart of {names.get(request.type, entity)} by message")
 
     def _answers(self, request: imc.Message) -> bool:
-        return type(request) not in self._taken and self.concerns(request) and request.src != self.system
+        return type(request).__name__ not in self._taken and self.concerns(request) and request.src != self.system
 
     def _refuse(self, request: imc.Message, reason: str) -> None:
         if self.vehicle.daemon.allowance.spend(request.src, COST, self.now):

@@ -63,6 +63,7 @@ class Logging(Task):
         self._limit = self.lsf_volume_size * MIB or float("inf")
 
     def start(self) -> None:
+        self.vehicle.keeps_log = True
         self._name = self._label = self._trouble = ""
         self._asked: set[int] = set()  # own entities seen in this log
         self._requested: list[float] = []  # when logs were begun by request

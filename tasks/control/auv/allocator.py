@@ -8,6 +8,7 @@ from tasks.control.auv.fins import Fins, allocate, torques
 from tasks.control.loops import EnabledLoops
 
 LONGEST_STEP = 1.0  # s
+NEAR = math.radians(6.0)  # a servo that is nearer to its command follows it
 
 
 class Allocator(Task):
@@ -15,7 +16,7 @@ class Allocator(Task):
 
     Fins are 0 below, 1 at port, 2 at starboard, 3 above. A brake crosses them; roll and pitch get what is left. The
     fins are centered when the task ends, even by a failure, and if DesiredControl falls silent, which is an error. So
-    is a servo that stops reporting its position.
+    is a servo that stops reporting its position, or does not follow its commands.
     """
 
     effect_k: float = param(0.25, "N m/rad", "Roll torque of a fin.", name="Fin effect K", minimum=1e-6)
@@ -41,6 +42,7 @@ class Allocator(Task):
         self._moved, self._began = -math.inf, self.now
         self._braking = False
         self._servos: dict[int, float] = {}
+        self._followed: dict[int, float] = {}
         self.set_entity_state(State.NORMAL, "idle")
 
     def stop(self) -> None:
@@ -61,15 +63,22 @@ class Allocator(Task):
     @consume
     def hear(self, position: imc.ServoPosition) -> None:
         self._servos[position.id] = self.now
+        if position.id < len(self._fins):
+            follows = abs(position.value - self._fins[position.id]) <= NEAR
+            self._followed[position.id] = self.now if follows else self._followed.get(position.id, self.now)
 
     @periodic(1.0)
     def supervise(self) -> None:
+        since = self.now - self.servo_timeout
+        astray = [str(servo) for servo, at in self._followed.items() if max(at, self._began) < since]
         silent = [str(servo) for servo, heard in self._servos.items() if self.now - heard > self.servo_timeout]
         if self._loops.mask and self.now - max(self._moved, self._began) > self.control_timeout:
             self._move((0.0, 0.0, 0.0, 0.0))
             self.set_entity_state(State.ERROR, f"no DesiredControl for {self.control_timeout:g} s")
         elif silent:
             self.set_entity_state(State.ERROR, f"no position from servo {', '.join(sorted(silent))}")
+        elif astray and self._loops.mask:
+            self.set_entity_state(State.ERROR, f"servo {', '.join(sorted(astray))} does not follow its commands")
         elif self.entity.state is State.ERROR:
             self.set_entity_state(State.NORMAL, "active" if self._loops.mask else "idle")
 

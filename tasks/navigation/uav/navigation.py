@@ -20,6 +20,7 @@ AGREEMENT = 10.0  # m
 ATTITUDES, FALLS = 50, 20  # samples that agree before a jump of theirs is believed
 FALL, SIGMAS = 5.0, 5.5  # m; a larger change of pressure is a jump
 NOISE_FACTOR = 5.0  # of pressure: what is noisier than so many standard deviations is not used
+FIX_SIGMAS = 4.0  # fixes that scatter by more of the standard deviations that they claim are not used
 HEIGHT_FACTOR = 4.0  # of the variance of heights by GPS, to that of its positions
 HEIGHT_JUMP, HEIGHT_AGREEMENT, HEIGHTS = 20.0, 20.0, 10  # m, m, fixes: GPS against barometer
 RESETS, RESET_MEMORY = 3, 30.0  # so many resets in so many seconds are no jump
@@ -78,6 +79,7 @@ class Navigation(Task):
         self._heights = JumpGate(HEIGHTS, HEIGHT_AGREEMENT)
         self._attitude_noise, self._pressure_noise, self._fix_noise = Repetition(), Repetition(), Repetition()
         self._roughness = Roughness(NOISE_FACTOR * self.pressure_noise)
+        self._scatter = Roughness(FIX_SIGMAS), Roughness(FIX_SIGMAS)
         self._check = AttitudeCheck(ATTITUDES)
         self._held_fault, self._held_until, self._lost_until = "", -math.inf, -math.inf
         self._resets: list[float] = []
@@ -175,6 +177,7 @@ class Navigation(Task):
     def _begin(self, reference: imc.GpsFix, ground: float, variance: float, speed: float) -> None:
         """Start the filters at the reference, with the variances of positions (m²) and velocities (m²/s²)."""
         self._reference, self._ground, self._pressed = reference, ground, self.now
+        self._believed = self.now
         noise, walk = self.acceleration_noise, self.bias_walk
         self._over_ground = InertialFilter(2, noise, walk, (variance, speed, INITIAL_BIAS))
         self._down = InertialFilter(1, noise, walk, (self.pressure_noise**2, speed, INITIAL_BIAS))
@@ -224,6 +227,9 @@ class Navigation(Task):
         height = reference.height
         north, east = place(reference, fix)
         variance, horizontal, age = variance_of(fix), self._over_ground, self.now - self._fixed
+        sigma = math.sqrt(variance)
+        if any([axis.feels(at / sigma) for axis, at in zip(self._scatter, (north, east), strict=True)]):
+            return
         vn, ve = horizontal.velocity
         north, east = north + age * vn, east + age * ve
         above = fix.height - height + self._down.position[0]
@@ -308,6 +314,8 @@ class Navigation(Task):
             self.set_entity_state(State.ERROR, f"pressure {why}")
         elif now - self._fixed > self.gps_timeout:
             self.set_entity_state(State.ERROR, "GPS fixes are missing")
+        elif now - self._believed > self.gps_timeout:
+            self.set_entity_state(State.ERROR, "GPS fixes jump")
         elif self._turned_at > -math.inf and now - self._turned_at > self.euler_timeout:
             self.set_entity_state(State.ERROR, "turn rates are missing")
         elif self._acceleration.last > -math.inf and now - self._acceleration.last > self.euler_timeout:

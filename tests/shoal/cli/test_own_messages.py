@@ -87,6 +87,17 @@ def test_own_messages_are_heard_and_logged_with_their_definitions(project):
     assert (status, "id 30001" in out, "level" in out) == (0, True, True)
 
 
+def test_a_run_with_a_task_that_consumes_own_messages_can_be_rewound(project):
+    (project / "my.ini").write_text(PROFILE.replace("Kinematic", "Simulation"))
+    words = ("run", "./my.ini", "-p", "Simulation", "--clock", "virtual", "--for", "6s")
+    assert shoal(*words, cwd=project)[0] == 0
+    log = min(project.glob("log/*/*/*"))
+    status, out, err = shoal("rewind", log, "--at", "2s", "--for", "2s", "--code", ".", cwd=project)
+    assert status == 0, out + err
+    (again,) = project.glob("log/*/*/000002")
+    assert [type(m).__name__ for m in imc.Log(again)].count("WhaleCall") == 2
+
+
 def test_own_messages_of_a_running_vehicle(project):
     answering = TASKS.replace("@consume\n", "@consume(others=True)\n")
     answering = answering.replace("Temperature(value=call.level)", "Turbidity(value=call.level, dst=call.src)")
@@ -105,11 +116,22 @@ def test_own_messages_of_a_running_vehicle(project):
         assert (call["abbrev"], call["level"], call["entity"]) == ("WhaleCall", 120.0, "Hydrophone")
         (reply,) = asked("send", VEHICLE, "WhaleCall", "level=90", "--wait", "1s")
         assert (reply["abbrev"], reply["value"]) == ("Turbidity", 90.0)
-        _, _, err = shoal("spy", VEHICLE, "--entity", "Hydrophone", "--for", "2.5s", cwd=project, **where)
+        status, out, err = shoal(
+            "spy", VEHICLE, "--entity", "Hydrophone", "--for", "2.5s", "--json", cwd=project, **where
+        )
+        assert (status, {json.loads(line)["id"] for line in out.splitlines()}) == (0, {30001})
         assert err.count("there is no message with id 30001 here: name its definition with --messages") == 1
         own = imc.load(project / "own.yaml", over=imc.builtin())
         with connect(VEHICLE, messages=own) as vehicle:
             assert next(vehicle.messages(own["WhaleCall"], where="level > 100")).level == 120.0
+
+
+def test_a_program_that_names_a_file_for_a_schema_is_told(project):
+    with (
+        pytest.raises(TypeError, match="not a schema such as"),
+        connect(VEHICLE, messages="own.yaml"),
+    ):
+        pass
 
 
 @pytest.mark.parametrize("words", [("spy", "x", "WhaleCall"), ("send", "x", "WhaleCall", "level=3")])

@@ -39,6 +39,7 @@ def plan(maneuver, head=""):
         (LAUV, "rows: {north: 9, depth: 2, width: 9, length: 9, hstep: 1e12}", "hstep 1e+12 m is more than 25000 m"),
         (LAUV, "rows: {north: 9, depth: 2, width: 1e12, length: 9, hstep: 9}", "width 1e+12 m is more than 1000000 m"),
         (LAUV, "yo_yo: {north: 9, altitude: 6, amplitude: 1e9, pitch: 9°}", "amplitude 1e+09 m is more than 25000 m"),
+        (LAUV, "yo_yo: {north: 9, depth: 3, amplitude: 1, pitch: 720°}", "pitch 12.5664 rad is more than 1.58 rad"),
         (LAUV, "dislodge: {rpm: -1.0e+9}", "rpm -1e+09 rpm is less than -20000 rpm"),
         (LAUV, "follow_reference: {timeout: 1.0e+9}", "timeout 1e+09 s is more than 1000000 s"),
         ("otter", "goto: {north: 40, speed: 1e9 m/s}", "speed 1e+09 m/s is more than 100 m/s"),

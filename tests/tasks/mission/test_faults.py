@@ -1,5 +1,6 @@
 """A fault of any sensor or actuator of the simulated AUV leads to the mode given in docs/mission.md."""
 
+import math
 import re
 from pathlib import Path
 
@@ -34,6 +35,23 @@ def broken(task):
     return inject
 
 
+def stuck(*numbers, value=0.4):
+    """The servos report a position of their own, and the fins are there."""
+
+    def inject(vehicle):
+        servos = vehicle.task("Simulators.Servos")
+        honest = servos.publish
+
+        def publish(message, **options):
+            if isinstance(message, imc.ServoPosition) and message.id in numbers:
+                message = message.replace(value=value)
+            return honest(message, **options)
+
+        servos.publish = publish
+
+    return inject
+
+
 def says(message):
     def inject(vehicle):
         packet = imc.encode_as(message, vehicle.kernel.now_ns * 1e-9, CCU, 3, OWN, 0xFF)
@@ -55,6 +73,8 @@ ENDS = {
     "motor silent": (silent("Simulators.Motor"), "Speed Control: no Rpm for 2 s", 3.1),
     "motor fails": (broken("Simulators.Motor"), "Motor: RuntimeError: broken", 0.1),
     "servos silent": (silent("Simulators.Servos"), "Allocator: no position from servo 0, 1, 2, 3", 4.1),
+    "two servos stuck": (stuck(1, 2), "Allocator: servo 1, 2 does not follow its commands", 4.1),
+    "servos without a number": (stuck(3, value=math.nan), "Allocator: servo 3 does not follow its commands", 4.1),
     "servos fail": (broken("Simulators.Servos"), "Servos: RuntimeError: broken", 0.1),
     "leak": (says(LEAK), "Leak Sensor - Tail: leak detected", 0.1),
     "navigation fails": (broken("Navigation.AUV.Navigation"), "Navigation: RuntimeError: broken", 0.1),

@@ -233,6 +233,15 @@ DRIFTS = (
         for noise in (0.2, 1.0, 5.0)
     }
     | {
+        f"fixes that scatter by {size} m": (
+            lies(
+                GPS, imc.GpsFix, ("lat", lambda lat, t, m=size: lat + m / 6.4e6 * math.cos(7.0 * round(5.0 * t) ** 2))
+            ),
+            "GPS fixes jump",
+        )
+        for size in (15.0, 30.0, 60.0)
+    }
+    | {
         "roll jumps": (
             lies(AHRS, imc.EulerAngles, ("phi", lambda phi, t: phi + 0.3)),
             "roll does not follow the turn rate",

@@ -291,3 +291,11 @@ def test_a_full_disk_leaves_out_a_snapshot_and_the_plan_goes_on(tmp_path: Path) 
         assert mission.fly(200.0, snapshot_every=5.0).completed
     assert [error.strerror for error in mission.unsaved] == ["File too large", "File too large"]
     assert [path.name for path in tmp_path.rglob("State*")] == ["State-15.msgpack"]
+
+
+def test_a_disk_that_is_full_from_the_start_leaves_out_all_snapshots_and_the_plan_goes_on(tmp_path: Path) -> None:
+    (tmp_path / "log").write_text("where the folder of the logs would be")
+    vehicle = prepare("otter", log_root=tmp_path / "log", state_folder=tmp_path).vehicle
+    mission = Mission(vehicle, FLOATING)
+    assert mission.fly(200.0, snapshot_every=5.0).completed
+    assert {error.strerror for error in mission.unsaved} == {"the log that it is kept beside has no folder yet"}
