@@ -202,7 +202,7 @@ def keep_beside_log(vehicle: Vehicle, state: bytes) -> None:
     """Write a snapshot beside the log: State-<seconds of the run>.msgpack. Raises SnapshotError, OSError."""
     folder = vehicle.log_folder
     if folder is None and vehicle.keeps_log:
-        raise FileNotFoundError(errno.ENOENT, "the log that it is kept beside has no folder yet")
+        raise FileNotFoundError(errno.ENOENT, "there is no log folder to keep it in")
     if folder is None:
         raise SnapshotError("snapshots are kept beside the log, and no task writes one")
     seconds = (vehicle.kernel.now_ns - nanoseconds(vehicle.start_time)) / SECOND

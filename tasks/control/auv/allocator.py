@@ -78,7 +78,7 @@ class Allocator(Task):
         elif silent:
             self.set_entity_state(State.ERROR, f"no position from servo {', '.join(sorted(silent))}")
         elif astray and self._loops.mask:
-            self.set_entity_state(State.ERROR, f"servo {', '.join(sorted(astray))} does not follow its commands")
+            self.set_entity_state(State.ERROR, f"servo {', '.join(sorted(astray))} not at the commanded angle")
         elif self.entity.state is State.ERROR:
             self.set_entity_state(State.NORMAL, "active" if self._loops.mask else "idle")
 

@@ -298,4 +298,4 @@ def test_a_disk_that_is_full_from_the_start_leaves_out_all_snapshots_and_the_pla
     vehicle = prepare("otter", log_root=tmp_path / "log", state_folder=tmp_path).vehicle
     mission = Mission(vehicle, FLOATING)
     assert mission.fly(200.0, snapshot_every=5.0).completed
-    assert {error.strerror for error in mission.unsaved} == {"the log that it is kept beside has no folder yet"}
+    assert {error.strerror for error in mission.unsaved} == {"there is no log folder to keep it in"}
