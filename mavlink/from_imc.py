@@ -73,6 +73,8 @@ def place_of(state: imc.EstimatedState, home: Home, *, afloat: bool, undulation:
     """
     if not (_on_earth(state.lat, state.lon) and max(abs(state.x), abs(state.y)) <= FARTHEST):
         return None
+    if afloat and state.depth > HIGHEST:
+        return None
     if not (abs(state.z) <= HIGHEST and abs(state.height) <= HIGHEST):
         return None
     try:

@@ -157,6 +157,7 @@ def test_landed_state_follows_the_medium():
 @example(imc.EstimatedState(lat=0.5, lon=1e300), False)
 @example(imc.EstimatedState(lat=0.5, lon=0.5, depth=3.4e38, z=1e7), True)
 @example(imc.EstimatedState(lat=0.5, lon=0.5, vx=3e4), True)
+@example(imc.EstimatedState(depth=2000001.0), True)
 def test_no_state_raises_and_none_lies(state, afloat):
     for name, fields in everything(state, afloat).items():
         definition = DIALECT.by_name[name]
