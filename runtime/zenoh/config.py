@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from runtime.zenoh.scouting import LOOPBACK
-from runtime.zenoh.security import OPTIONS, Security, guards
+from runtime.zenoh.security import ENCRYPTED, OPTIONS, Security, guards
 
 if TYPE_CHECKING:
     import zenoh
@@ -38,6 +38,7 @@ class Layout:
     fixed: endpoints that the processes of the computer share, for a MeetingPoint; they are not in `config`.
     group: multicast group and port of the programs of this computer to be told of the session, "" for none.
     exposed: what others can reach without a certificate and access control.
+    listen, connect: all endpoints, those of the computer included.
     """
 
     config: "zenoh.Config"
@@ -46,6 +47,8 @@ class Layout:
     fixed: list[str]
     group: str
     exposed: list[str]
+    listen: list[str]
+    connect: list[str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +183,8 @@ class ZenohConfig:
             fixed=fixed,
             group=group if session and scouting != "none" else "",
             exposed=[] if _is_guarded(get, mode, beyond, by_zenoh) else [*beyond, *open_to],
+            listen=[*fixed, *others],
+            connect=connect,
         )
 
 
@@ -196,7 +201,7 @@ def is_loopback(endpoint: str) -> bool:
 
 def _is_guarded(get: Callable[[str], Any], mode: str, beyond: Iterable[str], scouts: bool) -> bool:
     """Whether all links beyond the computer are encrypted, and others get in only by name and access control."""
-    secured = all(endpoint.startswith(("tls/", "quic/")) for endpoint in beyond)
+    secured = all(endpoint.startswith(ENCRYPTED) for endpoint in beyond)
     if scouts and not set(get("transport/link/protocols") or ["tcp"]) <= {"tls", "quic"}:
         secured = False
     return secured and (mode == "client" or guards(get))

@@ -4,7 +4,7 @@ Whoever can prove its name, by a certificate (its common name) or a password, ma
 nothing. The lists are for those beyond the computer: its own programs, if they can log in, may do everything.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 from runtime.zenoh.certificates import open_to_all, refusal
 from runtime.zenoh.keys import ALL_SYSTEMS, PREFIX, chunk
 
+ENCRYPTED = ("tls/", "quic/")
 LOOPBACK_INTERFACES = ["lo", "lo0"]
 TELLING = ("put", "delete", "reply", "declare_queryable", "liveliness_token")
 ASKING = ("query", "declare_subscriber", "liveliness_query", "declare_liveliness_subscriber")
@@ -63,12 +64,17 @@ class Security:
                 raise ValueError(f"{twice} is listed twice in Commanders, Listeners and Vehicles")
             put("access_control", self._access(vehicle))
 
-    def doubts(self) -> list[str]:
-        """What is likely to go wrong, or is not as secret as it should be."""
+    def doubts(self, listen: Iterable[str], connect: Iterable[str]) -> list[str]:
+        """What is likely to go wrong at these endpoints, or is not as secret as it should be."""
         found: list[str] = []
         root, own, key = self.root_certificate, self.certificate, self.private_key
-        if root and own and key and (why := refusal(root, own, key)):
-            found.append(f"Certificate: others will not accept {own}: {why}")
+        if root and own and key:
+            serves, asks = (any(e.startswith(ENCRYPTED) for e in ends) for ends in (listen, connect))
+            of_server = refusal(root, own, key) if serves else ""
+            of_client = refusal(root, own, key, of_client=True) if asks and self.mutual_tls is not False else ""
+            for who, why in (("who connect here", of_server), ("whom it connects to", of_client)):
+                if why:
+                    found.append(f"Certificate: those {who} will not accept {own}: {why}")
         secrets = {"Private Key": self.private_key, "Password File": self.password_file, "Users File": self.users_file}
         for option, path in secrets.items():
             if path is not None and open_to_all(path):

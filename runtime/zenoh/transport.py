@@ -100,7 +100,7 @@ class ZenohTransport:
                 f"zenoh: {endpoint} is open to others without certificates (mTLS) and access control: "
                 "anyone who reaches it can listen to and command this vehicle; see docs/zenoh.md"
             )
-        for doubt in self.config.security.doubts():
+        for doubt in self.config.security.doubts(layout.listen, layout.connect):
             self._tell(f"[Zenoh] {doubt}")
         if layout.group:
             self._scout = Scout(layout.group, hello(str(session.info.zid()), layout.role, [layout.session]))

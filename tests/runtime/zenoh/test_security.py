@@ -10,12 +10,15 @@ import pytest
 from runtime.zenoh import ZenohConfig
 from runtime.zenoh.certificates import refusal
 from runtime.zenoh.meeting import is_held
+from runtime.zenoh.security import Security
 from tests.outside import until
-from tests.runtime.zenoh.processes import PATIENCE, Network, Process
+from tests.runtime.zenoh.processes import PATIENCE, Network, Process, count
 
 ALICE, BOB = 0x4001, 0x4002
 SYSTEM = 1
 PATH = "imc/system-1"
+SERVER, CLIENT = "serverAuth", "clientAuth"
+BOTH = f"{SERVER}, {CLIENT}"
 
 
 def vehicle(network: Network, **options: str) -> Process:
@@ -68,17 +71,21 @@ def check_lists(bus: Process, commander: Process, listener: Process) -> None:
     assert "SetEntityParameters" not in bus.ask("status")["names"]
 
 
-def certificates(openssl: str, folder: Path, *names: str, days: int = 2) -> None:
-    """An authority, and certificates that it has signed for these names, at 127.0.0.1; they end in so many days."""
+def certificates(openssl: str, folder: Path, *names: str, days: int = 2, **usage: str) -> None:
+    """An authority, and certificates that it has signed for these names, at 127.0.0.1; they end in so many days.
+
+    `usage` are further names with the extendedKeyUsage of each.
+    """
 
     def make(*words: str) -> None:
         subprocess.run([openssl, *words], cwd=folder, check=True, capture_output=True)
 
     key = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes")
     make("req", "-x509", "-days", "2", *key, "-subj", "/CN=authority", "-keyout", "ca.key", "-out", "ca.pem")
-    for name in names:
+    for name in (*names, *usage):
         make("req", *key, "-subj", f"/CN={name}", "-keyout", f"{name}.key", "-out", f"{name}.csr")
-        (folder / f"{name}.ext").write_text("subjectAltName=IP:127.0.0.1\n")
+        limit = f"extendedKeyUsage={usage[name]}\n" if name in usage else ""
+        (folder / f"{name}.ext").write_text(f"subjectAltName=IP:127.0.0.1\n{limit}")
         make(
             "x509", "-req", "-in", f"{name}.csr", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial",
             "-days", str(days), "-extfile", f"{name}.ext", "-out", f"{name}.pem",
@@ -215,3 +222,45 @@ def test_whether_a_certificate_will_be_accepted_is_known_before(openssl: str, tm
     assert "issuer" in refusal(theirs / "ca.pem", *own)
     assert "MISMATCH" in refusal(ours / "ca.pem", ours / "vehicle.pem", theirs / "vehicle.key")
     assert "No such file" in refusal(ours / "ca.pem", ours / "nothing.pem", ours / "vehicle.key")
+
+
+@pytest.mark.parametrize(("usage", "lacks"), [(BOTH, ()), (SERVER, (CLIENT,)), (CLIENT, (SERVER,))])
+def test_a_certificate_is_doubted_only_in_the_part_that_it_is_not_for(
+    usage: str, lacks: tuple[str, ...], openssl: str, tmp_path: Path
+) -> None:
+    certificates(openssl, tmp_path, vehicle=usage)
+    own, key = tmp_path / "vehicle.pem", tmp_path / "vehicle.key"
+    here, elsewhere = ["tcp/127.0.0.1:7447"], ["tls/10.0.0.7:7448"]
+    doubt = f"Certificate: those {{}} will not accept {own}: its extendedKeyUsage has no {{}}"
+    of_server = [doubt.format("who connect here", SERVER)] if SERVER in lacks else []
+    of_client = [doubt.format("whom it connects to", CLIENT)] if CLIENT in lacks else []
+    for mutual, doubts in ((None, of_client), (False, [])):
+        security = Security(tmp_path / "ca.pem", own, key, mutual)
+        assert security.doubts(here, here) == []
+        assert security.doubts(elsewhere, here) == of_server
+        assert security.doubts(here, elsewhere) == doubts
+
+
+@pytest.mark.heavy
+def test_zenoh_takes_a_certificate_for_clients_from_a_client_and_one_for_servers_not(
+    network: Network, openssl: str, tmp_path: Path
+) -> None:
+    certificates(openssl, tmp_path, vehicle=SERVER, alice=CLIENT, bob=SERVER)
+    endpoint = f"tls/127.0.0.1:{network.local_port + 2}"
+
+    def joins(system: int, name: str, **options: str) -> Process:
+        pem, key = (str(tmp_path / f"{name}.{end}") for end in ("pem", "key"))
+        ca = str(tmp_path / "ca.pem")
+        return network.bus(
+            system, scouting=False, Root_Certificate=ca, Certificate=pem, Private_Key=key, Mode="router", **options
+        )
+
+    bus = joins(SYSTEM, "vehicle", Listen=endpoint)
+    assert bus.line() == {"opened": True}
+    bus.ask("flow 50")
+    alice, bob = (joins(n, name, Connect=endpoint, Local_Port="0") for n, name in ((2, "alice"), (3, "bob")))
+    assert alice.line() == bob.line() == {"opened": True}
+    alice.hears(SYSTEM, 5)
+    assert not count(bob.ask("status"), SYSTEM)
+    until(lambda: any("its extendedKeyUsage has no clientAuth" in line for line in bob.errors))
+    assert not any("extendedKeyUsage" in line for line in (*bus.errors, *alice.errors))
