@@ -56,7 +56,7 @@ def make_network(
     links += [ZenohLink(of_zenoh, zenoh_config)] if of_zenoh else []
     links += [UDPLink(of_udp, _ports())] if of_udp else []
     links += [TCPLink(of_tcp)] if of_tcp else []
-    return Network(links, _console(), messages)
+    return Network(links, _console(), _schema(messages))
 
 
 def connect(
@@ -82,6 +82,12 @@ def connect(
     ValueError for a wrong endpoint.
     """
     return Connection(name, lambda: make_network(endpoints, zenoh_config, messages), timeout)
+
+
+def _schema(messages: object) -> imc.Schema | None:
+    if messages is not None and not isinstance(messages, imc.Schema):
+        raise TypeError(f"messages is {messages!r}, not a schema such as imc.load returns")
+    return messages
 
 
 def _server(text: str) -> Endpoint:

@@ -13,7 +13,7 @@ from imc.addresses import OPERATORS
 from runtime.problem import printable, suggestion
 from shoal.network.link import EVERYBODY, EVERYTHING, Arrival, Console, Link, NetworkError
 from shoal.network.listener import Listener, kind_of_damage
-from shoal.network.systems import MOST_SYSTEMS, System
+from shoal.network.systems import MOST_SYSTEMS, System, Systems
 
 M = TypeVar("M", bound=imc.Message)
 A = TypeVar("A")
@@ -49,10 +49,9 @@ class Network:
         number = random.SystemRandom().choice(range(OPERATORS.start + 0x1000, OPERATORS.stop - 1))
         self.console = console or Console(number, f"0x{number:04X}")
         self.links = tuple(links)
-        self.messages = _schema(messages)
-        self.systems: dict[str, System] = {}
+        self.messages = messages or imc.builtin()
+        self.systems = Systems()
         self.strangers: dict[tuple[str, str], int] = {}
-        self.changed = asyncio.Event()
         self._listeners: list[Listener] = []
         self._replies: deque[imc.Message] = deque(maxlen=MOST_REPLIES)
         self._opened = 0.0
@@ -76,7 +75,7 @@ class Network:
             return
         if message.src == self.console.id:
             return
-        system = self._system_of(arrival, message)
+        system = self.systems.source(arrival, message.src)
         if system is None:
             self.dropped(link, arrival.place or arrival.system or f"0x{message.src:04X}", "not announced")
             return
@@ -102,14 +101,14 @@ class Network:
         return True
 
     def appeared(self, link: Link, system: str, part: str, place: str, number: int | None = None) -> None:
-        found = self._known(system)
+        found = self.systems.meet(system)
         if found is None:
             return
         if number is not None:
-            self._identify(found, number, place)
+            self.systems.identify(found, number, place)
         found.links[link.name] = link
         found.parts[link.name, part] = place or found.parts.get((link.name, part), "")
-        self.changed.set()
+        self.systems.changed.set()
 
     def vanished(self, link: Link, system: str, part: str) -> None:
         found = self.systems.get(system)
@@ -119,7 +118,7 @@ class Network:
         if not any(name == link.name for name, _ in found.parts):
             found.links.pop(link.name, None)
             found.last.pop(link.name, None)
-        self.changed.set()
+        self.systems.changed.set()
 
     def dropped(self, link: Link, peer: str, reason: str, number: int = 1) -> None:
         known = self.systems.get(peer)
@@ -128,32 +127,6 @@ class Network:
         elif len(self.strangers) < MOST_SYSTEMS or (peer, reason) in self.strangers:
             place = peer or link.name, reason
             self.strangers[place] = self.strangers.get(place, 0) + number
-
-    def _known(self, name: str) -> System | None:
-        found = self.systems.get(name)
-        if found is None and name and len(self.systems) < MOST_SYSTEMS:
-            found = self.systems[name] = System(name)
-        return found
-
-    def _system_of(self, arrival: Arrival, message: imc.Message) -> System | None:
-        """Who sent a message: by the name that came with it, else by its id."""
-        if not arrival.system:
-            return next((system for system in self.systems.values() if system.id == message.src), None)
-        system = self._known(arrival.system)
-        if system is not None:
-            self._identify(system, message.src, arrival.place)
-        return system
-
-    def _identify(self, system: System, number: int, place: str) -> None:
-        if system.id is None:
-            system.id = number
-            for rival in [other for other in self.systems.values() if other.id == number and other is not system]:
-                if f"0x{number:04X}" not in (system.name, rival.name):  # its own number stands for a name not yet heard
-                    rival.rivals.append(system)
-                    system.rivals.append(rival)
-            self.changed.set()
-        elif system.id != number and len(system.others) < MOST_SYSTEMS:
-            system.others[number] = place
 
     # Questions
 
@@ -247,8 +220,8 @@ class Network:
         """Wait until a system appears, vanishes, or gets known, but not longer than `timeout` s."""
         with suppress(TimeoutError):
             async with asyncio.timeout(timeout):
-                await self.changed.wait()
-        self.changed.clear()
+                await self.systems.changed.wait()
+        self.systems.changed.clear()
 
     def vehicles(self) -> list[System]:
         """All systems that are no consoles and are there, by name."""
@@ -350,11 +323,3 @@ class Network:
 def _time_for(system: System) -> float:
     """For an answer (s)."""
     return PATIENCE + (LATE if system.is_mute else 0.0)
-
-
-def _schema(messages: object) -> imc.Schema:
-    if messages is None:
-        return imc.builtin()
-    if not isinstance(messages, imc.Schema):
-        raise TypeError(f"messages is {messages!r}, not a schema such as imc.load returns")
-    return messages

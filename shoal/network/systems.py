@@ -1,5 +1,6 @@
 """What is known of the systems on the networks: names, ids, where they are, what they said last, what went wrong."""
 
+import asyncio
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -8,7 +9,7 @@ from typing import TypeVar
 
 import imc
 from imc.addresses import OPERATORS
-from shoal.network.link import Link
+from shoal.network.link import Arrival, Link
 
 M = TypeVar("M", bound=imc.Message)
 MOST_SYSTEMS = 256
@@ -151,3 +152,39 @@ class System:
             self.clock = difference
         else:
             self.clock += 0.01 * (difference - self.clock)
+
+
+class Systems(dict[str, System]):
+    """The systems on all networks, by name; `changed` is set when one appears, vanishes, or gets known."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.changed = asyncio.Event()
+
+    def meet(self, name: str) -> System | None:
+        """The system of a name; None if there is no room for one more."""
+        found = self.get(name)
+        if found is None and name and len(self) < MOST_SYSTEMS:
+            found = self[name] = System(name)
+        return found
+
+    def source(self, arrival: Arrival, number: int) -> System | None:
+        """Who sent a packet: by the name that came with it, else by its id."""
+        if not arrival.system:
+            return next((system for system in self.values() if system.id == number), None)
+        system = self.meet(arrival.system)
+        if system is not None:
+            self.identify(system, number, arrival.place)
+        return system
+
+    def identify(self, system: System, number: int, place: str) -> None:
+        """Note the id of a system; another one than before is that of a second vehicle."""
+        if system.id is None:
+            system.id = number
+            for rival in [other for other in self.values() if other.id == number and other is not system]:
+                if f"0x{number:04X}" not in (system.name, rival.name):  # its own number stands for a name not yet heard
+                    rival.rivals.append(system)
+                    system.rivals.append(rival)
+            self.changed.set()
+        elif system.id != number and len(system.others) < MOST_SYSTEMS:
+            system.others[number] = place

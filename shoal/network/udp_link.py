@@ -4,7 +4,7 @@ import asyncio
 import errno
 import socket
 import time
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -21,9 +21,9 @@ from imc.discovery import (
     readable_name,
     targets,
 )
-from imc.layout import LARGEST_PACKET
 from runtime.networks import EVERYWHERE, interfaces
 from shoal.network.link import EVERYBODY, FAR, NEAR, Arrival, Console, Ear
+from shoal.network.udp_sockets import bound, listening, own_address, refusals, waiting
 
 USUAL_PORTS = range(6002, 6007)  # where vehicles listen; asked if no announcement can be heard
 BEAT = 1.0  # s
@@ -31,9 +31,6 @@ AGAIN = (0.5, 0.6, 1.5, 2.5)  # s between the first Announces, of which a radio 
 SILENCE = 4.0  # s; a system that we send Heartbeat sends its own at 1 Hz
 UNSEEN = 2.5 * PERIOD  # s without Announce
 MOST_PEERS = 256
-AT_ONCE = 256  # datagrams read before the rest of the program comes to its turn
-BUFFER = 4 << 20  # bytes
-RECEIVE_ERRORS, ERROR_QUEUE = 11, 0x2000  # IP_RECVERR, MSG_ERRQUEUE of Linux: who refused a packet
 
 
 @dataclass
@@ -93,16 +90,19 @@ class UDPLink:
 
     async def open(self, ear: Ear, console: Console) -> None:
         self._ear, self._console = ear, console
-        self._address = EVERYWHERE if self.is_far else LOOPBACK
+        address = EVERYWHERE if self.is_far else LOOPBACK
         try:
-            self._data = self._open(self._address, 0)
+            self._data = bound(address, 0)
         except OSError as error:
             self.trouble = f"no UDP socket: {error.strerror}"
             return
-        with suppress(OSError):
-            self._data.setsockopt(socket.IPPROTO_IP, RECEIVE_ERRORS, 1)
-        asyncio.get_running_loop().add_reader(self._data, self._read_data)
-        self._open_discovery()
+        self._watch(self._data, self._read_data)
+        self._discovery = listening(address, self._ports)
+        if self._discovery is None:
+            self.deaf = True
+        else:
+            self._own_place = Endpoint(LOOPBACK, self._discovery.getsockname()[1])
+            self._watch(self._discovery, self._read_announcements)
         self.trouble = ""
         self._beating = asyncio.create_task(self._beat())
 
@@ -124,37 +124,9 @@ class UDPLink:
             one.close()
         self._sockets.clear()
 
-    def _open(self, address: str, port: int) -> socket.socket:
-        one = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            one.setblocking(False)
-            with suppress(OSError):
-                one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
-            if self._address == EVERYWHERE:
-                one.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-                one.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
-            one.bind((address, port))
-        except OSError:
-            one.close()
-            raise
+    def _watch(self, one: socket.socket, read: Callable[[], object]) -> None:
         self._sockets.append(one)
-        return one
-
-    def _open_discovery(self) -> None:
-        """Listen at the first free port of discovery; others of this computer need theirs, too."""
-        for port in self._ports:
-            try:
-                self._discovery = self._open(self._address, port)
-            except OSError:
-                continue
-            self._own_place = Endpoint(LOOPBACK, port)
-            for interface in interfaces() if self._address == EVERYWHERE else ():
-                group = socket.inet_aton(MULTICAST) + socket.inet_aton(interface.address)
-                with suppress(OSError):  # it has no multicast
-                    self._discovery.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group)
-            asyncio.get_running_loop().add_reader(self._discovery, self._read_announcements)
-            return
-        self.deaf = True
+        asyncio.get_running_loop().add_reader(one, read)
 
     async def _beat(self) -> None:
         """Announce, send Heartbeat to all that announce themselves, and notice who is silent."""
@@ -203,7 +175,7 @@ class UDPLink:
 
     def _announcement(self, place: Endpoint, own: str = "") -> bytes:
         """Our Announce as the program at a place has to read it: with the address that it can reach."""
-        own = own or _own_address(place)
+        own = own or own_address(place)
         port = self._data.getsockname()[1]
         services = Services.of([Service("imc+udp", own, port)], uid=self._uid, imc=imc.builtin().version)
         kind = imc.Announce(
@@ -227,14 +199,10 @@ class UDPLink:
 
     def _look_for_refusals(self) -> None:
         """Systems whose computer says that nobody listens any more have ended."""
-        for _ in range(MOST_PEERS):
-            try:
-                _, _, _, address = self._data.recvmsg(0, 0, ERROR_QUEUE)
-            except OSError:
-                return
-            self._refused.add(Endpoint(*address[:2]))
+        for place in refusals(self._data):
+            self._refused.add(place)
             for peer in self._everybody():
-                if address[:2] == tuple(peer.endpoint):
+                if place == peer.endpoint:
                     self._lose(peer)
 
     def _everybody(self) -> list[_Peer]:
@@ -246,7 +214,8 @@ class UDPLink:
         self._ear.vanished(self, peer.name, peer.uid)
 
     def _read_announcements(self) -> None:
-        for packet, sender in self._read(self._discovery):
+        assert self._discovery is not None
+        for packet, sender in waiting(self._discovery, self._look_for_refusals):
             self._hear(packet, sender)
 
     def _hear(self, packet: bytes, sender: Endpoint) -> None:
@@ -300,7 +269,7 @@ class UDPLink:
         self._send(self._packet(imc.Heartbeat(), peer.id), peer.endpoint)
 
     def _read_data(self) -> None:
-        for packet, sender in self._read(self._data):
+        for packet, sender in waiting(self._data, self._look_for_refusals):
             order = "little" if packet[:1] == b"\x54" else "big"
             if int.from_bytes(packet[2:4], order) == imc.Announce.ID:  # the answer to ours
                 self._hear(packet, sender)
@@ -328,25 +297,3 @@ class UDPLink:
         if len(self._peers) >= MOST_PEERS:
             return False
         return sender in self._places or (self.deaf and sender.address == LOOPBACK and sender.port in USUAL_PORTS)
-
-    def _read(self, one: socket.socket) -> Iterable[tuple[bytes, Endpoint]]:
-        for _ in range(AT_ONCE):
-            try:
-                packet, sender = one.recvfrom(LARGEST_PACKET)
-            except BlockingIOError:
-                return
-            except OSError:
-                self._look_for_refusals()
-                return
-            yield packet, Endpoint(*sender[:2])
-
-
-def _own_address(place: Endpoint) -> str:
-    """The address of this computer on the way to a place."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-            probe.connect((place.address, place.port or 9))
-        except OSError:
-            return LOOPBACK
-        return probe.getsockname()[0]

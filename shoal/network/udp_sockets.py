@@ -1,0 +1,82 @@
+"""UDP sockets of a console: for packets, and for announcements at a port of discovery."""
+
+import socket
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+
+from imc.discovery import LOOPBACK, MULTICAST, Endpoint
+from imc.layout import LARGEST_PACKET
+from runtime.networks import EVERYWHERE, interfaces
+
+AT_ONCE = 256  # datagrams read before the rest of the program comes to its turn
+BUFFER = 4 << 20  # bytes
+MOST_REFUSALS = 256
+RECEIVE_ERRORS, ERROR_QUEUE = 11, 0x2000  # IP_RECVERR, MSG_ERRQUEUE of Linux: who refused a packet
+
+
+def bound(address: str, port: int) -> socket.socket:
+    """A socket at an address of this computer, 0.0.0.0 for all. Raises OSError if the port is taken."""
+    one = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        one.setblocking(False)
+        with suppress(OSError):
+            one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
+        with suppress(OSError):
+            one.setsockopt(socket.IPPROTO_IP, RECEIVE_ERRORS, 1)
+        if address == EVERYWHERE:
+            one.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+            one.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
+        one.bind((address, port))
+    except OSError:
+        one.close()
+        raise
+    return one
+
+
+def listening(address: str, ports: Sequence[int]) -> socket.socket | None:
+    """A socket at the first free port of discovery; others of this computer need theirs, too. None if all are taken."""
+    for port in ports:
+        try:
+            one = bound(address, port)
+        except OSError:
+            continue
+        for interface in interfaces() if address == EVERYWHERE else ():
+            group = socket.inet_aton(MULTICAST) + socket.inet_aton(interface.address)
+            with suppress(OSError):  # it has no multicast
+                one.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group)
+        return one
+    return None
+
+
+def waiting(one: socket.socket, failed: Callable[[], object]) -> Iterable[tuple[bytes, Endpoint]]:
+    """The datagrams that wait at a socket, AT_ONCE at most, and who sent them; `failed` is called after an error."""
+    for _ in range(AT_ONCE):
+        try:
+            packet, sender = one.recvfrom(LARGEST_PACKET)
+        except BlockingIOError:
+            return
+        except OSError:
+            failed()
+            return
+        yield packet, Endpoint(*sender[:2])
+
+
+def refusals(one: socket.socket) -> Iterable[Endpoint]:
+    """Where nobody listens any more, as the computers there say of packets that were sent."""
+    for _ in range(MOST_REFUSALS):
+        try:
+            _, _, _, address = one.recvmsg(0, 0, ERROR_QUEUE)
+        except OSError:
+            return
+        yield Endpoint(*address[:2])
+
+
+def own_address(place: Endpoint) -> str:
+    """The address of this computer on the way to a place."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+            probe.connect((place.address, place.port or 9))
+        except OSError:
+            return LOOPBACK
+        return probe.getsockname()[0]
