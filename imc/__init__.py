@@ -19,7 +19,20 @@ from imc.lsf import Log
 from imc.message import Header, Message, Unknown
 from imc.messages import *
 from imc.plain import from_dict, from_json
-from imc.schema import Enumeration, Field, FieldInfo, Group, MessageType, Schema, Value, builtin, dump, fields, load
+from imc.schema import (
+    Enumeration,
+    Field,
+    FieldInfo,
+    Group,
+    MessageType,
+    Schema,
+    Value,
+    builtin,
+    dump,
+    fields,
+    load,
+    signature,
+)
 from imc.stream import Loss, StreamParser
 from imc.wire_check import Violation
 
@@ -57,6 +70,7 @@ __all__ = [
     "load",
     "packet_id",
     "packet_source",
+    "signature",
     "validate",
     "with_header",
 ]

@@ -5,7 +5,7 @@ imcjava looks for it. `dune://0.0.0.0/uid/N` names one run of a system: another 
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from ipaddress import IPv4Address
 from typing import NamedTuple, Self
@@ -21,6 +21,7 @@ PERIOD = 10.0
 MOST_SERVICES = 64
 LONGEST_SERVICE = 512  # characters
 LONGEST_NAME = 64
+MOST_MESSAGES = 30  # in one service
 
 _URI = re.compile(r"([A-Za-z][A-Za-z0-9+.-]{0,31})://([^/:;?#\s]*)(?::([0-9]{1,5}))?((?:/[!-:<-~]*)?)", re.ASCII)
 
@@ -69,6 +70,15 @@ class Service(NamedTuple):
             return None
         of_one = not (address.is_multicast or address.is_unspecified or address.is_reserved)
         return Endpoint(self.address, self.port) if self.port and of_one else None
+
+
+MESSAGES = Service("shoal+info", "0.0.0.0", 0, "/messages/")
+
+
+def of_messages(signatures: Mapping[int, str]) -> tuple[Service, ...]:
+    """The service that says which messages of its own a system has, by id; none if they are too many for one."""
+    items = ",".join(f"{number}-{text}" for number, text in sorted(signatures.items()))
+    return (MESSAGES._replace(path=MESSAGES.path + items),) if len(signatures) <= MOST_MESSAGES else ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +132,14 @@ class Services:
     def imc_version(self) -> str:
         """The version of the system's messages; empty if it gives none."""
         return self._about("imc+info", "/version/")
+
+    @property
+    def messages(self) -> dict[int, str] | None:
+        """The signatures of the system's own messages, by id; None if it does not say which it has."""
+        if MESSAGES.scheme not in (service.scheme for service in self.each):
+            return None
+        items = (item.partition("-") for item in self._about(MESSAGES.scheme, MESSAGES.path).split(","))
+        return {int(number): text for number, _, text in items if number.isdecimal()}
 
     @property
     def mavlink_id(self) -> int:

@@ -1,5 +1,6 @@
 """Definitions of messages: read from XML and YAML, written as XML, and turned into classes."""
 
+from imc.schema.classes import signature
 from imc.schema.definition import Enumeration, Field, Group, MessageType, Value
 from imc.schema.field_info import FieldInfo
 from imc.schema.files import builtin, fields, load, load_beside
@@ -19,4 +20,5 @@ __all__ = [
     "fields",
     "load",
     "load_beside",
+    "signature",
 ]

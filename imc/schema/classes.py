@@ -3,6 +3,7 @@
 import sys
 from enum import IntEnum, IntFlag
 from typing import TYPE_CHECKING, Any, cast
+from zlib import crc32
 
 import msgspec
 
@@ -42,6 +43,11 @@ def build_class(definition: MessageType, schema: "Schema") -> type[Message]:
     base = MessageWithLists if lists else Message
     cls = msgspec.defstruct(definition.abbrev, fields, bases=(base,), namespace=namespace, frozen=True, gc=False)
     return cast(type[Message], cls)
+
+
+def signature(kind: type[Message]) -> str:
+    """Eight hexadecimal digits that are the same where a message has the same id, name and fields."""
+    return f"{crc32(' '.join((str(kind.ID), kind.__name__, kind.WIRE, *kind.__struct_fields__)).encode()):08x}"
 
 
 def build_enum(name: str, values: tuple[Value, ...], bits: bool) -> type[IntEnum] | type[IntFlag]:

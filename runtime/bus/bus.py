@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import imc
+from imc.addresses import UNKNOWN_SYSTEM
+from imc.layout import SMALLEST_PACKET
 from runtime.bus.frame import Frame, FrameCarrier
 from runtime.bus.inbox import Inbox
 from runtime.kernel import Kernel, owner_of
@@ -63,11 +65,7 @@ class Subscription:
 def known_here(kind: type[imc.Message], schema: imc.Schema) -> type[imc.Message]:
     """The class of `schema` for a message of another one. Raises imc.SchemaError if it has no such message."""
     ours = schema.by_id(kind.ID) if kind.ID in schema.types_by_id else None
-    if ours is None or (ours.__name__, ours.WIRE, ours.__struct_fields__) != (
-        kind.__name__,
-        kind.WIRE,
-        kind.__struct_fields__,
-    ):
+    if ours is None or imc.signature(ours) != imc.signature(kind):
         raise imc.SchemaError(
             f"{kind.__name__} (id {kind.ID}) is not a message of this vehicle: add its file to [General] Messages"
         )
@@ -100,7 +98,8 @@ class Bus:
     them to other processes of the vehicle.
     What other processes send waits in `inbox`, and gets at most half of the time of a wall clock while the vehicle has
     work to do.
-    `admit` says of each message of this vehicle that another process has sent whether to take it.
+    `admit` says of each message of this vehicle that another process has sent whether to take it. `decline` gets the
+    system that has sent what cannot be read, and the reason.
     Counted: `delivered`; of the packets from other processes `malformed`, `refused` by `admit`, and `inbox.dropped` if
     they arrive too fast.
     """
@@ -113,6 +112,7 @@ class Bus:
         self.instruments: list[BusInstrument] = []
         self.malformed = self.refused = 0
         self.admit: Callable[[imc.Message], bool] = lambda _: True
+        self.decline: Callable[[int, str], object] = lambda _, __: None
         self.inbox = Inbox()
         self.frames: FrameCarrier | None = None
         self._shown: dict[str, Frame] = {}
@@ -267,8 +267,7 @@ class Bus:
             message, packet = self.decode_first(packet)
         except imc.DecodeError as error:
             self.malformed += 1
-            if self.malformed == 1:
-                logger.warning("malformed packet from another process: %s; further ones are only counted", error)
+            self.decline(imc.packet_source(packet) if len(packet) >= SMALLEST_PACKET else UNKNOWN_SYSTEM, error.reason)
             return
         if message.src == self.system and not self.admit(message):
             self.refused += 1

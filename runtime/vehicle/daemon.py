@@ -10,6 +10,7 @@ from runtime.vehicle.parameter_service import ParameterService
 ANY_ENTITY = UNKNOWN_ENTITY
 REPORT_PERIOD = 10.0  # s
 MOST_NAMED = 5
+MOST_DECLINED = 64  # entries in the log book about messages that cannot be read
 
 
 class Daemon(ParameterService):
@@ -19,6 +20,7 @@ class Daemon(ParameterService):
         super().configure()
         self._tell_next = 0.0
         self._has_told_all = False
+        self._declined: set[tuple[int, str]] = set()
 
     def start(self) -> None:
         self.set_entity_state(imc.EntityState.State.NORMAL, "active")
@@ -86,6 +88,18 @@ class Daemon(ParameterService):
         listed = ", ".join(f"{number} {source}" for source, number in worst[:MOST_NAMED])
         rest = f" and from {len(worst) - MOST_NAMED} more" if len(worst) > MOST_NAMED else ""
         self.log.warning(f"dropped because too many arrive: {listed}{rest}")
+
+    @consume(others=True)
+    def take_unknown(self, message: imc.Unknown) -> None:
+        if message.dst == self.system and message.src != self.system:
+            self.decline(message.src, f"there is no message with id {message.id} here, see [General] Messages")
+
+    def decline(self, source: int, why: str) -> None:
+        """Log who has sent what this vehicle cannot read: once for each system and reason."""
+        if (source, why) not in self._declined and len(self._declined) < MOST_DECLINED and self._is_main:
+            self._declined.add((source, why))
+            rest = "; further ones are not named" if len(self._declined) == MOST_DECLINED else ""
+            self.log.warning(f"packet from 0x{source:04X} dropped: {why}{rest}")
 
     @consume(others=True)
     def tell_states(self, request: imc.QueryEntityState) -> None:

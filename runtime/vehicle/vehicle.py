@@ -105,7 +105,7 @@ class Vehicle:
         daemon = self.add(Daemon, "Daemon")
         assert isinstance(daemon, Daemon)
         self.daemon = daemon
-        self.bus.admit = self._admit
+        self.bus.admit, self.bus.decline = self._admit, daemon.decline
         if fleet is not None:
             fleet.join(self)
 

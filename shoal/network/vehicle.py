@@ -1,18 +1,21 @@
 """A vehicle that runs elsewhere: its messages, plans, parameters; requests to it."""
 
 from collections.abc import AsyncGenerator
+from contextlib import suppress
 from typing import TypeVar, overload
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
+from imc.discovery import Services
 from shoal.network.logs import Logs
-from shoal.network.network import Network
+from shoal.network.network import Network, NoAnswer
 from shoal.network.parameters import Parameters
-from shoal.network.plans import Plans
+from shoal.network.plans import Plans, Refused
 from shoal.network.systems import System
 from shoal.network.where import parse_where
 
 M = TypeVar("M", bound=imc.Message)
+ANNOUNCED = 0.3  # s for the Announce that a vehicle keeps for those who come
 
 
 class AsyncRemoteVehicle:
@@ -27,6 +30,7 @@ class AsyncRemoteVehicle:
         self.plan = Plans(network, system)
         self.param = Parameters(network, system)
         self.log = Logs(network, system)
+        self._has_asked = False
 
     @property
     def name(self) -> str:
@@ -68,15 +72,38 @@ class AsyncRemoteVehicle:
             await stream.aclose()
 
     async def send(self, message: imc.Message) -> None:
-        """Send a message once; whether it arrives is not known. Raises EncodeError if it does not fit a packet."""
+        """Send a message once; whether it arrives is not known.
+
+        Raises EncodeError if it does not fit a packet, Refused if the vehicle announces that it does not have it.
+        """
         self.network.check(self.system)
+        await self._check_type(message)
         self.network.send(self.system, message)
+
+    async def _check_type(self, message: imc.Message) -> None:
+        """Raise Refused if the vehicle announces that it cannot read a message. One of the user's waits for that."""
+        kind, usual = type(message), imc.builtin()
+        ours = imc.signature(kind)
+        theirs = imc.signature(usual.by_id(kind.ID)) if kind.ID in usual.types_by_id else ""
+        announce = self.system.last_of(imc.Announce)
+        if announce is None and ours != theirs and not self._has_asked:
+            self._has_asked = True
+            with suppress(NoAnswer):
+                announce = await self.latest(imc.Announce, timeout=ANNOUNCED)
+        own = None if announce is None else Services.parse(announce.services).messages
+        if own is None or isinstance(message, imc.Unknown) or ours == (theirs := own.get(kind.ID, theirs)):
+            return
+        what = f"{kind.__name__} (id {kind.ID})"
+        if not theirs:
+            raise Refused(f"{self.name} has no message {what}: name its file in [General] Messages there")
+        raise Refused(f"{self.name} defines {what} in another way: use the same file here and in [General] Messages")
 
     async def request(self, message: imc.Message, answer: type[M], *, timeout: float | None = None) -> M:
         """Send a message, again and again, until a message of a type comes to us or to all. Raises NoAnswer.
 
-        If both have a field `request_id`, that of the answer is the one of the request.
+        If both have a field `request_id`, that of the answer is the one of the request. Raises Refused like `send`.
         """
+        await self._check_type(message)
         number = getattr(message, "request_id", None)
 
         def fits(reply: imc.Message) -> M | None:

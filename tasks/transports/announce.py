@@ -3,7 +3,18 @@
 from collections.abc import Iterable, Sequence
 
 import imc
-from imc.discovery import BROADCAST, LOOPBACK, MULTICAST, PERIOD, PORTS, Endpoint, Service, Services, targets
+from imc.discovery import (
+    BROADCAST,
+    LOOPBACK,
+    MULTICAST,
+    PERIOD,
+    PORTS,
+    Endpoint,
+    Service,
+    Services,
+    of_messages,
+    targets,
+)
 from runtime import State, Task, consume, param, periodic
 from runtime.networks import EVERYWHERE, Interface, interfaces, is_local
 from tasks.transports.imc_links.announcement import (
@@ -11,6 +22,7 @@ from tasks.transports.imc_links.announcement import (
     announcement,
     external_services,
     local_services,
+    own_messages,
     spread,
 )
 from tasks.transports.imc_links.sockets import announcer, network_address, network_after, network_time
@@ -156,7 +168,9 @@ class Announce(Task):
 
     def message(self, services: Iterable[Service]) -> imc.Announce:
         uid = round(self.vehicle.start_time * 1e9)
-        text = str(Services.of(spread(services), uid=uid, version="shoal", imc=self.vehicle.bus.messages.version))
+        schema = self.vehicle.bus.messages
+        known = (*spread(services), *of_messages(own_messages(schema)))
+        text = str(Services.of(known, uid=uid, version="shoal", imc=schema.version))
         return announcement(self.system_name, self.system_type, self.state, text).replace(dst=0)
 
     def send(self, by: str, message: imc.Announce, places: Sequence[Endpoint]) -> set[str]:

@@ -4,7 +4,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from imc.discovery import MOST_SERVICES, PORTS, Endpoint, Service, Services, readable_name, targets
+from imc.discovery import (
+    MOST_MESSAGES,
+    MOST_SERVICES,
+    PORTS,
+    Endpoint,
+    Service,
+    Services,
+    of_messages,
+    readable_name,
+    targets,
+)
 
 DUNES = (  # what a real DUNE announces
     "dune://0.0.0.0/uid/1786412345;dune://0.0.0.0/version/2026.01.0;ftp://127.0.0.1:30021/;"
@@ -36,6 +46,15 @@ def test_services_are_built_with_their_slash_and_in_order():
     )
     assert Services.parse(str(services)) == services
     assert Services.of().each == ()
+
+
+def test_own_messages_are_announced_unless_they_are_many():
+    assert Services.parse(DUNES).messages is None
+    for own in ({}, {30001: "58e17678"}, {number: "0a1b2c3d" for number in range(65535, 65535 - MOST_MESSAGES, -1)}):
+        text = str(Services.of(of_messages(own)))
+        assert Services.parse(text).messages == own
+    assert of_messages(dict.fromkeys(range(MOST_MESSAGES + 1), "0a1b2c3d")) == ()
+    assert Services.parse("shoal+info://0.0.0.0/messages/x,-,7,+1-2,").messages == {7: ""}
 
 
 def test_the_address_that_sent_the_announce_comes_first():

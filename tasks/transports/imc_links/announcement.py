@@ -27,6 +27,13 @@ def announcement(name: str, system_type: str, state: imc.EstimatedState | None, 
     )
 
 
+def own_messages(schema: imc.Schema) -> dict[int, str]:
+    """The signatures of the messages that are not the built-in ones, by id."""
+    usual = imc.builtin().types_by_id
+    own = (schema.by_id(m.id) for m in schema.messages if usual.get(m.id) != m)
+    return {kind.ID: imc.signature(kind) for kind in own}
+
+
 def spread(services: Iterable[Service]) -> list[Service]:
     """With each imc+any://NAME, as it is said for all transports, at each of them: imc+udp://127.0.0.1:6002/NAME."""
     each = list(services)

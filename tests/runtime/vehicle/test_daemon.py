@@ -76,3 +76,16 @@ def test_labels_that_others_tell_are_remembered():
     info = imc.EntityInfo(label="Their GPS", src=0x1B, src_ent=9)
     run = simulate(Silent, [info], seconds=1.0)
     assert run.vehicle.entities.label(0x1B, 9) == "Their GPS"
+
+
+def test_who_sends_unknown_messages_is_named_once_for_each():
+    feed = [
+        imc.Unknown(id=number, src=CONSOLE + n, dst=dst, timestamp=1.0 + n / 1000)
+        for n in (0, 1, 1, *range(2, 100))
+        for number, dst in ((30001, 0x1A), (30002, 0x1A), (30003, 0xFFFF), (30004, 0x1B))
+    ]
+    run = simulate(Listener, feed, seconds=2.0)
+    said = [m.text for m in run.task.heard if isinstance(m, imc.LogBookEntry)]
+    dropped = "packet from 0x400{} dropped: there is no message with id {} here, see [General] Messages"
+    assert said[:3] == [dropped.format(1, 30001), dropped.format(1, 30002), dropped.format(2, 30001)]
+    assert (len(said), said[-1].endswith("; further ones are not named")) == (64, True)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import imc
 from runtime import Task, consume, periodic
 from runtime.testing import simulate
 from shoal import connect
+from shoal.network import Refused
 from tests.shoal.cli.installed import shoal
 from tests.shoal.network.running import running
 
@@ -98,7 +100,8 @@ def test_a_run_with_a_task_that_consumes_own_messages_can_be_rewound(project):
     assert [type(m).__name__ for m in imc.Log(again)].count("WhaleCall") == 2
 
 
-def test_own_messages_of_a_running_vehicle(project):
+@pytest.mark.parametrize("network", ["udp", pytest.param("zenoh", marks=pytest.mark.heavy)])
+def test_own_messages_of_a_running_vehicle(project, network):
     answering = TASKS.replace("@consume\n", "@consume(others=True)\n")
     answering = answering.replace("Temperature(value=call.level)", "Turbidity(value=call.level, dst=call.src)")
     (project / "whales.py").write_text(answering)
@@ -110,7 +113,7 @@ def test_own_messages_of_a_running_vehicle(project):
         assert status == 0, err
         return [json.loads(line) for line in out.splitlines()]
 
-    with running(project, network="udp", profile="my"):
+    with running(project, network=network, profile="my") as vehicle:
         where = {name: os.environ[name] for name in ("SHOAL_CONNECT", "SHOAL_DISCOVERY")}
         (call,) = asked("spy", VEHICLE, "WhaleCall", "--where", "WhaleCall.level > 100", "--count", 1)
         assert (call["abbrev"], call["level"], call["entity"]) == ("WhaleCall", 120.0, "Hydrophone")
@@ -122,8 +125,25 @@ def test_own_messages_of_a_running_vehicle(project):
         assert (status, {json.loads(line)["id"] for line in out.splitlines()}) == (0, {30001})
         assert err.count("there is no message with id 30001 here: name its definition with --messages") == 1
         own = imc.load(project / "own.yaml", over=imc.builtin())
-        with connect(VEHICLE, messages=own) as vehicle:
-            assert next(vehicle.messages(own["WhaleCall"], where="level > 100")).level == 120.0
+        with connect(VEHICLE, messages=own) as there:
+            assert next(there.messages(own["WhaleCall"], where="level > 100")).level == 120.0
+        another_way = "defines WhaleCall (id 30001) in another way: use the same file here and in [General] Messages"
+        unknown = "has no message WhaleCall (id 30002): name its file in [General] Messages there"
+        for old, new, reason in (("Level", "Depth", ""), ("level", "loud", another_way), ("30001", "30002", unknown)):
+            (project / "other.yaml").write_text(DEFINITIONS.replace(old, new))
+            words = "send", VEHICLE, "WhaleCall", f"{'loud' if new == 'loud' else 'level'}=1"
+            status, out, err = shoal(*words, "--messages", "other.yaml", cwd=project, **where)
+            refused = f"Error: {VEHICLE} {reason}\n" if reason else ""
+            assert (status, out == "", err) == (int(reason != ""), reason != "", refused)
+        program = imc.load(project / "other.yaml", over=imc.builtin())
+        with (
+            connect(VEHICLE, messages=program) as there,
+            pytest.raises(Refused, match=re.escape(unknown)),
+        ):
+            there.send(program["WhaleCall"]())
+        with connect(VEHICLE) as there:
+            there.send(imc.Unknown(id=30002, payload=b"?"))
+            vehicle.until("dropped: there is no message with id 30002 here, see [General] Messages")
 
 
 def test_a_program_that_names_a_file_for_a_schema_is_told(project):
