@@ -11,7 +11,7 @@ from rich.live import Live
 from rich.table import Table
 
 import imc
-from imc.discovery import readable_name
+from imc.discovery import PERIOD, readable_name
 from runtime.problem import printable
 from shoal.cli.hand import clock_text, json_option, no, on_network, print_line, reach_options, seconds
 from shoal.network import Network, System
@@ -19,6 +19,7 @@ from shoal.network import Network, System
 KINDS = (imc.VehicleState, imc.EstimatedState, imc.PlanControlState, imc.FuelLevel, imc.Heartbeat)
 SHOWN = (imc.VehicleState, imc.EstimatedState)
 FIRST, LONGEST = 0.2, 0.75  # s to hear who is there, and what they say
+SILENT = 2.0  # s after which a long wait is explained
 REFRESH = 0.25  # s
 
 
@@ -59,9 +60,14 @@ def ls(watch: bool, duration: float | None, reach: dict[str, Any], as_json: bool
 async def _gather(network: Network, duration: float | None) -> None:
     """Wait until every vehicle that is there has said what is shown, but not long."""
     began = time.monotonic()
+    has_told = duration is not None
     while (past := time.monotonic() - began) < (network.patience if duration is None else duration):
         await asyncio.sleep(0.02)
         there = network.vehicles()
+        if not there and not has_told and past > SILENT and network.patience > PERIOD:
+            has_told = True
+            why = f"since DUNE announces itself every {PERIOD:g} s"
+            click.echo(f"nobody has answered yet; waiting up to {network.patience:g} s, {why}", err=True)
         if duration is not None or not there or past < FIRST:
             continue
         if past > LONGEST or all(system.last_of(kind) is not None for system in there for kind in SHOWN):

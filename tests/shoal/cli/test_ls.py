@@ -41,3 +41,19 @@ def test_a_stranger_does_not_write_to_the_terminal(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(System, "places", ["at \x1b[2J"])
     assert "\\x1b[2J" in ls(monkeypatch, "--for", "0.3s").stderr
     assert "\x1b" not in ls(monkeypatch, "--for", "0.3s").stderr
+
+
+def test_a_long_wait_for_a_program_that_does_not_answer_is_explained(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("shoal.cli.ls.SILENT", 0.1)
+    ports = discovery_ports()
+    monkeypatch.setenv("SHOAL_DISCOVERY", f"{ports[0]}-{ports[-1]}")
+    late = Station(ports)
+
+    async def act() -> Result:
+        asyncio.get_running_loop().call_later(0.5, late.announce)
+        return await asyncio.to_thread(CliRunner().invoke, main, ["ls", "--connect", "udp"])
+
+    with contextlib.closing(late):
+        result = asyncio.run(act())
+    explained = "nobody has answered yet; waiting up to 11 s, since DUNE announces itself every 10 s\n"
+    assert (result.exit_code, result.stderr, "station" in result.stdout) == (0, explained, True)
