@@ -93,7 +93,9 @@ def _message(data: Any, path: str, schema: Schema, read: Callable[[Any, str], An
     if not isinstance(data, Mapping):
         raise DecodeError(f"{label}: expected an object, not {type(data).__name__}")
     given = cast(Mapping[str, Any], data)
-    abbrev = given.get("abbrev")
+    if "abbrev" not in given:
+        raise DecodeError(f'{label}: there is no "abbrev", the name of the message')
+    abbrev = given["abbrev"]
     if header and abbrev == "Unknown":
         cls: type[Message] = Unknown
     elif isinstance(abbrev, str) and abbrev in schema:

@@ -57,6 +57,13 @@ def plan(
     """
     if (plan is None) != (action in ALONE):
         raise click.UsageError(f"{action} takes no plan" if plan else f"name the plan to {action}")
+    for option, given, of in (
+        ("--no-wait", no_wait, "start"),
+        ("--calibrate", calibrate, "start"),
+        ("--output", output, "get"),
+    ):
+        if given and action != of:
+            raise click.UsageError(f"{option} is for {of}, not for {action}")
     what = _load(plan) if plan and action in ("put", "start") else plan or ""
     if action == "put" and isinstance(what, str):
         raise click.UsageError(f"{plan}: there is no such file")
@@ -83,7 +90,7 @@ def plan(
         if ending.exit_code == INTERRUPTED and action == "start":
             click.echo(f"\na plan that has started goes on; `shoal plan {vehicle} stop` stops it", err=True)
         raise
-    _print(action, found, output, as_json)
+    _print(action, what if isinstance(what, str) else what.plan_id, found, output, as_json)
 
 
 def _load(plan: str) -> str | imc.PlanSpecification:
@@ -99,7 +106,7 @@ def _load(plan: str) -> str | imc.PlanSpecification:
         raise click.ClickException(str(error)) from None
 
 
-def _print(action: str, found: Any, output: Path | None, as_json: bool) -> None:
+def _print(action: str, name: str, found: Any, output: Path | None, as_json: bool) -> None:
     if isinstance(found, Outcome):
         if as_json:
             print_line(asdict(found))
@@ -121,8 +128,8 @@ def _print(action: str, found: Any, output: Path | None, as_json: bool) -> None:
     elif as_json:
         print_line({"done": True})
     else:
-        words = {"put": "stored", "delete": "deleted", "start": "started", "stop": "stopped"}
-        click.echo(words[action])
+        words = {"put": f"stored as {name}", "delete": "deleted", "start": "started", "stop": "stopped"}
+        click.echo(printable(words[action]))
 
 
 def _print_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool) -> None:

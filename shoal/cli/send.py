@@ -4,6 +4,7 @@ import asyncio
 import json
 import math
 import time
+from collections.abc import Mapping
 from typing import Any
 
 import click
@@ -45,7 +46,8 @@ def send(
 ) -> None:
     """Send MESSAGE to VEHICLE, for example: shoal send lauv-noptilus-1 QueryEntityState --wait 1s
 
-    A value is a number, an angle such as 15deg, the name of an enumerated value, a text, or JSON for a message inside:
+    A value is a number, an angle such as 15deg, the name of an enumerated value, a text, hexadecimal digits for
+    rawdata, or JSON for a message inside:
     maneuver='{"abbrev": "IdleManeuver", "duration": 10}'. With --wait the exit status is 1 if no reply comes.
     """
     message = message_of(name, assignments, schema)
@@ -54,7 +56,7 @@ def send(
         listener = there.network.listen(there.system, () if wait is not None else (type(message),))
         await there.send(message)
         if not as_json:
-            click.echo(f"sent {name} to {there.name}")
+            click.echo(f"sent {type(message).__name__} to {there.name}")
         await asyncio.sleep(0.05)  # until the packet is out
         until, replies = time.monotonic() + (wait or 0.0), 0
         while (left := until - time.monotonic()) > 0.0:
@@ -88,6 +90,8 @@ def message_of(name: str, assignments: tuple[str, ...], schema: imc.Schema) -> i
         field = field.strip()
         if not equals:
             raise click.UsageError(f"{assignment!r} is not FIELD=VALUE")
+        if field in values:
+            raise click.UsageError(f"{field} is given twice")
         if field not in infos:
             hint = suggestion(field, infos) or f"`shoal message {kind.__name__}` lists them"
             raise click.UsageError(f"{kind.__name__} has no field {field!r}; {hint}")
@@ -101,27 +105,43 @@ def message_of(name: str, assignments: tuple[str, ...], schema: imc.Schema) -> i
 
 
 def _value(field: imc.FieldInfo, text: str) -> Any:
-    if field.type == "plaintext":
-        return text
-    if field.unit == "rad" and text.rstrip().endswith(("deg", "°")):
-        try:
-            return math.radians(float(text.strip().removesuffix("deg").removesuffix("°")))
-        except ValueError:
-            raise click.UsageError(f"{field.name}: {text!r} is not an angle") from None
-    if field.enum is not None and "|" in text:
-        members = field.enum.__members__
-        words = [word.strip() for word in text.split("|")]
-        wrong = [word for word in words if word not in members]
-        if wrong:
-            raise click.UsageError(f"{field.name}: {wrong[0]!r} is not one of {', '.join(members)}")
-        total = 0
-        for word in words:
-            total |= int(members[word])
-        return total
+    """The value in the JSON of the message. Raises UsageError."""
+    kind = field.type
+    members: Mapping[str, int] = field.enum.__members__ if field.enum is not None else {}
+    what = f"one of {', '.join(members)}, and no whole number" if members else "a whole number"
     try:
-        return json.loads(text)
+        if kind == "plaintext":
+            return text
+        if kind == "rawdata":
+            what = "bytes in hexadecimal digits, such as 00ff"
+            return bytes.fromhex(text).hex()
+        if kind.startswith("message"):
+            what = 'JSON, such as {"abbrev": "IdleManeuver", "duration": 10}' + (" in [ ]" if kind != "message" else "")
+            return json.loads(text)
+        if kind.startswith("fp"):
+            what = "an angle, such as 0.26 or 15deg" if field.unit == "rad" else "a number"
+            return _real(text, field.unit)
+        known = {name.lower(): int(value) for name, value in members.items()}
+        total = 0
+        for word in text.lower().split("|"):
+            total |= known[word.strip()] if word.strip() in known else _whole(word)
+        return total
     except ValueError:
-        if field.enum is not None and text not in field.enum.__members__:
-            known = ", ".join(field.enum.__members__)
-            raise click.UsageError(f"{field.name}: {text!r} is not one of {known}, and no number") from None
-        return text
+        raise click.UsageError(f"{field.name}: {text[:80]!r} is not {what}") from None
+
+
+def _real(text: str, unit: str) -> float | str:
+    """A number, or what stands for it in JSON; angles in rad may be in degrees."""
+    plain = text.strip().removesuffix("deg").removesuffix("°") if unit == "rad" else text
+    value = float(plain) if plain == text.strip() else math.radians(float(plain))
+    if math.isinf(value) and "inf" not in text.lower():
+        raise ValueError("too large")
+    return value if math.isfinite(value) else str(value)
+
+
+def _whole(text: str) -> int:
+    """A whole number; 0x10 is 16, and 010 is 10."""
+    try:
+        return int(text)
+    except ValueError:
+        return int(text, 0)

@@ -14,7 +14,7 @@ from rich.live import Live
 from rich.table import Table
 
 import imc
-from runtime.problem import printable
+from runtime.problem import printable, suggestion
 from shoal.cli.definitions import messages_option
 from shoal.cli.hand import (
     clock_text,
@@ -33,6 +33,7 @@ from shoal.network import AsyncRemoteVehicle, VehicleLost, field_of, parse_where
 
 REFRESH = 0.5  # s
 QUIET = 5.0  # s without a message to show, after which the reason is told
+MOST_NAMED = 8
 WINDOW = 3.0  # s over which a live rate is taken
 
 
@@ -71,7 +72,9 @@ def spy(
     except ValueError as error:
         raise click.BadParameter(str(error), param_hint="--where") from None
     names = tuple(name.strip() for name in fields.split(",") if name.strip())
-    _check_fields(names, kinds)
+    _check_fields(names, kinds or [schema[name] for name in schema.types])
+    if hz and (names or count is not None):
+        raise click.UsageError("--hz shows rates: it takes --for, but no --fields and no --count")
 
     async def act(there: AsyncRemoteVehicle) -> None:
         sieve = Sieve(there, test, where, entity)
@@ -127,10 +130,10 @@ class Sieve:
 def _check_fields(names: tuple[str, ...], kinds: list[type[imc.Message]]) -> None:
     known = {field.name for kind in kinds for field in imc.fields(kind)}
     for name in names:
-        if kinds and name.partition(".")[0] not in known | {"src", "src_ent", "dst", "dst_ent", "timestamp"}:
-            raise click.BadParameter(
-                f"no field {name!r} in {', '.join(k.__name__ for k in kinds)}", param_hint="--fields"
-            )
+        if name.partition(".")[0] not in known | {"src", "src_ent", "dst", "dst_ent", "timestamp"}:
+            where = ", ".join(kind.__name__ for kind in kinds) if len(kinds) <= MOST_NAMED else "any message"
+            hint = suggestion(name, known)
+            raise click.BadParameter(f"no field {name!r} in {where}{hint and f'; {hint}'}", param_hint="--fields")
 
 
 def _show(vehicle: AsyncRemoteVehicle, message: imc.Message, names: tuple[str, ...], as_json: bool) -> None:

@@ -56,6 +56,8 @@ def fields_of(kind: type[imc.Message]) -> dict[str, imc.FieldInfo]:
 
 def _comparison(logic: "Logic[[imc.Message]]", kinds: list[type[imc.Message]], schema: imc.Schema) -> Test:
     word = logic.take("a field")
+    if not (word[0].isalpha() or word[0] == "_"):
+        raise ValueError(f"{word!r} is no field; the field comes first, as in depth > 2")
     path, kinds = _split(word, kinds, schema)
     infos = {kind: info for kind in kinds if (info := fields_of(kind).get(path))}
     compare = _contains if logic.skip("~") else logic.comparison()
@@ -88,6 +90,8 @@ def _split(word: str, kinds: list[type[imc.Message]], schema: imc.Schema) -> tup
         of = kinds[0].__name__ if len(kinds) == 1 else "none of these messages"
         has = "has no field" if len(kinds) == 1 else "has a field"
         raise ValueError(f"{of} {has} {name!r}; {suggestion(name, names) or MESSAGES}")
+    if name != word and not any(name in (f.name for f in imc.fields(k) if f.type == "message") for k in kinds):
+        raise ValueError(f"{name} has no fields, so there is no {word}")
     return word, kinds
 
 
@@ -101,6 +105,8 @@ def _value(logic: "Logic[[imc.Message]]", word: str, infos: Mapping[type[imc.Mes
     except ValueError:
         pass
     else:
+        if math.isnan(number):
+            raise ValueError(f"{word}: nothing compares with {text}")
         return _Wanted(math.radians(number) if logic.skip(*DEGREES) else number)
     members = {kind: info.enum.__members__ for kind, info in infos.items() if info.enum is not None}
     found = {kind: int(names[text]) for kind, names in members.items() if text in names}

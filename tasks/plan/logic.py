@@ -16,6 +16,7 @@ COMPARISONS: Mapping[str, Callable[[Any, Any], bool]] = {
     "==": operator.eq,
     "!=": operator.ne,
 }
+MEANT = {"=>": ">=", "=<": "<=", "=": "==", "&": "and", "|": "or"}
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 SIGN = r"<=|>=|==|!=|<|>|&&|\|\||[!(),]"
 
@@ -36,7 +37,9 @@ class Logic(Generic[P]):
         while at < len(text):
             found = pattern.match(text, at)
             if found is None:
-                raise ValueError(f"{text[at:].split()[0]!r} is not understood")
+                rest = text[at:].split()[0]
+                meant = next((f"; write {right}" for wrong, right in MEANT.items() if rest.startswith(wrong)), "")
+                raise ValueError(f"{rest!r} is not understood{meant}")
             self._words.append(found.group().strip())
             at = found.end()
         self._words.reverse()

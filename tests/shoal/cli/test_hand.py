@@ -79,7 +79,7 @@ def test_spy(process: Running) -> None:
 def test_plans(process: Running, tmp_path: Path) -> None:
     path = tmp_path / "pause.yaml"
     path.write_text(PLAN % 1)
-    assert shoal("plan", NAME, "put", path).output == "stored\n"
+    assert shoal("plan", NAME, "put", path).output == "stored as pause\n"
     assert [plan["name"] for plan in json_of("plan", NAME, "list", "--json")] == ["pause"]
     assert "pause" in shoal("plan", NAME, "list").output
     copy = tmp_path / "copy.yaml"
@@ -164,6 +164,8 @@ def test_link(process: Running) -> None:
         ("spy", NAME, "EstimatedStat"),
         ("spy", NAME, "EstimatedState", "--where", "deth > 2"),
         ("spy", NAME, "EstimatedState", "--fields", "deth"),
+        ("spy", NAME, "--fields", "deth"),
+        ("spy", NAME, "--hz", "--count", "3"),
         ("spy", NAME, "--for", "soon"),
         ("send", NAME, "Goto", "latt=3"),
         ("send", NAME, "Goto", "lat"),
@@ -171,6 +173,8 @@ def test_link(process: Running) -> None:
         ("send", NAME, "EntityList", "op=QUER"),
         ("plan", NAME, "start"),
         ("plan", NAME, "stop", "x"),
+        ("plan", NAME, "get", "x", "--no-wait"),
+        ("plan", NAME, "start", "x", "--output", "x.yaml"),
         ("plan", NAME, "fly", "x"),
         ("plan", NAME, "put", "missing.yaml"),
         ("param", NAME, "set", "GPS:Rate"),
