@@ -12,7 +12,7 @@ import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import LARGEST_PACKET, SMALLEST_PACKET
 from runtime.zenoh.faults import FaultCounter
-from runtime.zenoh.keys import PREFIX, chunk, heard
+from runtime.zenoh.keys import PREFIX, chunk, heard, heard_elsewhere
 from runtime.zenoh.publishers import LATCHED
 
 if TYPE_CHECKING:
@@ -69,12 +69,13 @@ class Arrivals:
         import zenoh
         import zenoh.ext
 
-        for expressions in heard(vehicle, messages):
-            for expression in expressions:
-                ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(RING)
-                subscriber = session.declare_subscriber(expression, ring, allowed_origin=zenoh.Locality.REMOTE)
-                self._subscribers.append(subscriber)
-                self._begin(expression, self._read, subscriber.handler)
+        for_all, commands = heard(vehicle, messages)
+        of_siblings = [] if self._own is None else [heard_elsewhere(vehicle)]
+        for expression in (*for_all, *commands, *of_siblings):
+            ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(RING)
+            subscriber = session.declare_subscriber(expression, ring, allowed_origin=zenoh.Locality.REMOTE)
+            self._subscribers.append(subscriber)
+            self._begin(expression, self._read, subscriber.handler)
         for message in LATCHED:
             whose = "*" if messages is None or message in messages else chunk(vehicle)
             self._subscribers.append(

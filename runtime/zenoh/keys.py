@@ -8,6 +8,8 @@ PREFIX = "imc"
 LONGEST_CHUNK = 255
 ALL_SYSTEMS = f"0x{BROADCAST:04X}"
 """The name of the system that a message for all is addressed to, if it is not simply published."""
+HEARD = "@heard"
+"""Below the name of a vehicle: what it has heard, over UDP for example, that is for all. Each hears that for itself."""
 
 
 def chunk(name: str) -> str:
@@ -18,14 +20,14 @@ def chunk(name: str) -> str:
     return quote("_".join(name.split()), safe="", errors="backslashreplace")[:LONGEST_CHUNK] or "_"
 
 
-def key(message: str, source: str, entity: str, destination: str = "") -> str:
+def key(message: str, source: str, entity: str, destination: str = "", way: str = "@cmd") -> str:
     """The key of a message (its abbreviation) from an entity (label or number) of a system.
 
     A message for all systems is at imc/<source>/<message>/<entity>, one for the system `destination` at
-    imc/<destination>/@cmd/<message>/<source>.
+    imc/<destination>/@cmd/<message>/<source>, one for all that `destination` has heard elsewhere at @heard instead.
     """
     if destination:
-        return f"{PREFIX}/{chunk(destination)}/@cmd/{chunk(message)}/{chunk(source)}"
+        return f"{PREFIX}/{chunk(destination)}/{way}/{chunk(message)}/{chunk(source)}"
     return f"{PREFIX}/{chunk(source)}/{chunk(message)}/{chunk(entity)}"
 
 
@@ -35,6 +37,11 @@ def heard(vehicle: str, messages: tuple[str, ...] | None) -> tuple[list[str], li
         return [f"{PREFIX}/**"], [f"{PREFIX}/*/@cmd/**"]  # ** does not match chunks that begin with @
     for_all = [f"{PREFIX}/{chunk(vehicle)}/**", *(f"{PREFIX}/*/{chunk(message)}/*" for message in messages)]
     return for_all, [f"{PREFIX}/{chunk(system)}/@cmd/**" for system in (vehicle, ALL_SYSTEMS)]
+
+
+def heard_elsewhere(vehicle: str) -> str:
+    """The expression of what other processes of a vehicle have heard of systems that are not on the bus."""
+    return f"{PREFIX}/{chunk(vehicle)}/{HEARD}/**"
 
 
 def query_key(message: str, source: str, entity: str = "") -> str:

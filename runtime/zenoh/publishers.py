@@ -74,7 +74,7 @@ class Numbered:
 
 
 class Publishers:
-    """The publishers of a session by message, source and entity, or message, source, "" and destination.
+    """The publishers of a session by message, source and entity, or message, source, "", destination and way.
 
     The states of `vehicle` have zenoh's advanced publishers.
     """

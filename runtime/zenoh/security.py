@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from runtime.zenoh.certificates import open_to_all, refusal
-from runtime.zenoh.keys import ALL_SYSTEMS, PREFIX, chunk
+from runtime.zenoh.keys import ALL_SYSTEMS, HEARD, PREFIX, chunk
 
 ENCRYPTED = ("tls/", "quic/")
 LOOPBACK_INTERFACES = ["lo", "lo0"]
@@ -18,7 +18,7 @@ TELLING = ("put", "delete", "reply", "declare_queryable", "liveliness_token")
 ASKING = ("query", "declare_subscriber", "liveliness_query", "declare_liveliness_subscriber")
 PUBLIC = [f"{PREFIX}/**", f"{PREFIX}/*/@alive/**", f"{PREFIX}/*/@run/**", f"{PREFIX}/**/@adv/**"]
 LAST = f"{PREFIX}/*/@q/*/*"  # the last message of an entity; a request, which may be a command, has one chunk less
-EVERYTHING = [*PUBLIC, *(f"{PREFIX}/*/{verb}/**" for verb in ("@cmd", "@q", "@frame"))]
+EVERYTHING = [*PUBLIC, *(f"{PREFIX}/*/{verb}/**" for verb in ("@cmd", "@q", "@frame", HEARD))]
 OF_CONSOLES = [f"{PREFIX}/*/{message}/*" for message in ("Abort", "Announce", "Heartbeat")]
 
 Rule = dict[str, Any]

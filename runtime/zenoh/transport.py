@@ -8,12 +8,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import imc
-from imc.addresses import ANNOUNCED, UNKNOWN_SYSTEM
+from imc.addresses import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
 from runtime.zenoh.answers import Answers
 from runtime.zenoh.arrivals import Arrivals
 from runtime.zenoh.config import SESSIONS, Layout, ZenohConfig, explain
 from runtime.zenoh.faults import FaultCounter
 from runtime.zenoh.frames import Frames
+from runtime.zenoh.keys import HEARD
 from runtime.zenoh.meeting import MeetingPoint, is_held
 from runtime.zenoh.outbox import Outbox
 from runtime.zenoh.presence import Part, Presence
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     import zenoh
 
 CLOSING_TIME = 2.0  # s
+TO_ALL = UNKNOWN_SYSTEM, ANNOUNCED
 
 logger = logging.getLogger("shoal.zenoh")
 
@@ -123,7 +125,8 @@ class ZenohTransport:
     def send(self, message: imc.Message, packet: bytes) -> None:
         """Publish a packet, which decodes to `message`. Drops it if a queue is full; never blocks, never raises.
 
-        What another vehicle on this bus has sent here by another way is not published again.
+        What another vehicle on this bus has sent here by another way is not published again. What another system has
+        sent here that is for all goes to the other processes of this vehicle only: other vehicles hear it themselves.
         """
         if self._session is None or self._answers is None:
             return
@@ -149,11 +152,14 @@ class ZenohTransport:
         assert self._publishers is not None
         name = type(message).__name__ if not isinstance(message, imc.Unknown) else str(message.id)
         source = self._system_name(message.src)
-        if message.dst not in (UNKNOWN_SYSTEM, ANNOUNCED):
+        own = self._is_own(message.src)
+        if self._part is not None and not own and message.dst in (*TO_ALL, BROADCAST):
+            return self._publishers.get((name, source, "", self._part.vehicle, HEARD))
+        if message.dst not in TO_ALL:
             return self._publishers.get((name, source, "", self._system_name(message.dst)))
         label = self._entity_label(message.src, message.src_ent)
         publisher = self._publishers.get((name, source, label or str(message.src_ent)))
-        if self._is_own(message.src) and label and not isinstance(message, imc.Unknown):
+        if own and label and not isinstance(message, imc.Unknown):
             self._short[place] = publisher
         return publisher
 

@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import json
+import os
 import queue
 import random
 import subprocess
@@ -21,8 +22,13 @@ PEERS = Path(__file__).parent / "peers"
 REPOSITORY = Path(__file__).parents[3]
 
 
-# In turn, so that two ports are never the same; outside the range from which systems choose by themselves.
-BLOCKS = itertools.cycle(random.SystemRandom().sample(range(11_000, 32_000, 100), 210))
+# In turn, so that two ports are never the same, also not in two workers of a parallel run; outside the range from which
+# systems choose by themselves.
+WORKER, WORKERS = (
+    os.environ.get(f"PYTEST_XDIST_WORKER{name}", number) for name, number in (("", "0"), ("_COUNT", "1"))
+)
+OURS = range(11_000, 32_000, 100)[int(WORKER.removeprefix("gw")) :: int(WORKERS)]
+BLOCKS = itertools.cycle(random.SystemRandom().sample(OURS, len(OURS)))
 
 
 def local_port() -> int:
@@ -121,11 +127,12 @@ def hear_each_other(running: dict[int, Process]) -> None:
 
 
 class Network:
-    """A separate bus: a port to connect to and a scouting port that no other test uses."""
+    """A separate bus: a port to connect to, a scouting port, and ports of discovery that no other test uses."""
 
     def __init__(self) -> None:
         self.local_port = local_port()
         self.scouting_port = self.local_port + 1
+        self.discovery_ports = range(self.local_port + 2, self.local_port + 7)
         self.processes: list[Process] = []
 
     def add(self, *arguments: object) -> Process:

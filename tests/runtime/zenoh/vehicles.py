@@ -9,25 +9,23 @@ from tests.runtime.zenoh.processes import Network, Process
 
 NAME = "lauv-noptilus-1"
 SYSTEM = 0x001A
-# By UDP it would find every other vehicle of this computer, and log what they say.
-ELSEWHERE = (
-    "Transports.Announce",
-    "Transports.Discovery",
-    "Transports.UDP",
-    "Transports.TCP.Server",
-    "Transports.MAVLink",
-)
+OVER_UDP = ("Transports.Announce", "Transports.Discovery", "Transports.UDP")
+ELSEWHERE = ("Transports.TCP.Server", "Transports.MAVLink")
 
 
 class Vehicle(Process):
-    """`shoal run` of the shipped profile, with no network but that of the test."""
+    """`shoal run` of the shipped profile, on zenoh and, if wanted, UDP, where only this test hears it."""
 
-    def __init__(self, network: Network, folder: Path, *options: str) -> None:
+    def __init__(self, network: Network, folder: Path, *options: str, udp: bool = False) -> None:
         self.folder = folder
-        port = f"Zenoh:Local Port={network.local_port}"
-        modes = ("-p", "Simulation", "--bus", "zenoh", "--set", port)
-        off = [word for section in ELSEWHERE for word in ("--set", f"{section}:Enabled=Never")]
-        super().__init__("-m", "shoal.cli", "run", NAME, *modes, *off, *options, "--log-dir", folder)
+        settings = [f"Zenoh:Local Port={network.local_port}"]
+        settings += [f"{section}:Enabled=Never" for section in (*ELSEWHERE, *(() if udp else OVER_UDP))]
+        if udp:
+            ports = ",".join(map(str, network.discovery_ports))
+            settings += [f"{section}:Ports={ports}" for section in OVER_UDP[:2]] + ["Transports.UDP:Local Port=0"]
+        words = [word for setting in settings for word in ("--set", setting)]
+        modes = ("-p", "Simulation", "--bus", "zenoh")
+        super().__init__("-m", "shoal.cli", "run", NAME, *modes, *words, *options, "--log-dir", folder)
         network.processes.append(self)
 
     def swims(self) -> bool:
