@@ -3,7 +3,7 @@
 from runtime.zenoh.config import LOCAL_PORT, ZenohConfig, explain
 from runtime.zenoh.keys import chunk, key
 from runtime.zenoh.meeting import MeetingPoint
-from runtime.zenoh.presence import DAEMON, Part
+from runtime.zenoh.presence import DAEMON, Part, here
 from runtime.zenoh.presence import parse as parse_token
 from runtime.zenoh.transport import ZenohTransport
 
@@ -16,6 +16,7 @@ __all__ = [
     "ZenohTransport",
     "chunk",
     "explain",
+    "here",
     "key",
     "parse_token",
 ]

@@ -58,6 +58,20 @@ class Other:
     zid: str
     entities: int
 
+    @property
+    def place(self) -> str:
+        """Where it runs, and as which process, for people."""
+        return f"on {_computer(self.host)}, process {self.process}"
+
+    @property
+    def since(self) -> str:
+        """Where it runs, and since when."""
+        try:
+            began = datetime.fromtimestamp(self.began / 1e9, UTC).strftime("%Y-%m-%d %H:%M:%S")
+        except (OverflowError, ValueError, OSError):
+            began = "an unknown time"
+        return f"{self.place}, since {began} UTC"
+
 
 def expression(vehicle: str) -> str:
     return f"{PREFIX}/{chunk(vehicle)}/@run/**"
@@ -71,6 +85,11 @@ def token(part: Part, phase: str, began: int, zid: str) -> str:
 def host_here() -> str:
     """The name of this computer, and after a ~ its address on the network, if it has one."""
     return "~".join(filter(None, [socket.gethostname(), _address()]))
+
+
+def here() -> str:
+    """This computer, as people read it."""
+    return _computer(chunk(host_here()))
 
 
 def _address() -> str:
@@ -143,8 +162,7 @@ class Presence:
             if elder.entities & self._part.entities == DAEMON:
                 advice = "tasks beside it need a Process in their sections, and --process"
             raise ConnectionError(
-                f"{self._part.vehicle} already runs on this network: {_where(elder)}; "
-                f"this is {_computer(chunk(host_here()))}: {advice}"
+                f"{self._part.vehicle} already runs on this network: {elder.since}; this is {here()}: {advice}"
             )
         starting = self._token
         liveliness = self._session.liveliness()
@@ -229,15 +247,7 @@ class Presence:
             self._changed.notify_all()
             is_twin = cast(Any, sample).kind == zenoh.SampleKind.PUT and other.entities & self._part.entities
         if self._accepted and is_twin and other.phase == RUNNING:
-            self._tell(f"{self._part.vehicle} also runs {_where(other)}; its packets are ignored here. End one of them")
-
-
-def _where(other: Other) -> str:
-    try:
-        began = datetime.fromtimestamp(other.began / 1e9, UTC).strftime("%Y-%m-%d %H:%M:%S")
-    except (OverflowError, ValueError, OSError):
-        began = "an unknown time"
-    return f"on {_computer(other.host)}, process {other.process}, since {began} UTC"
+            self._tell(f"{self._part.vehicle} also runs {other.since}; its packets are ignored here. End one of them")
 
 
 def _computer(host: str) -> str:

@@ -101,8 +101,9 @@ def _run(roster: Roster, duration: float | None) -> int:
             signal.signal(number, lambda number, _: ending.append(number))
     watch = Watch(roster.zenoh)
     display = _Display(roster)
-    began = asked = time.monotonic()
     try:
+        watch.claim([member.name for member in roster.members], running().keys() - {roster.name})
+        began = asked = time.monotonic()
         with display:
             while not ending and (duration is None or time.monotonic() - began < duration):
                 now = time.monotonic()

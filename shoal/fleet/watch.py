@@ -2,14 +2,18 @@
 
 import math
 import time
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
 import imc
-from runtime.zenoh import MeetingPoint, ZenohConfig, explain
+from runtime.zenoh import MeetingPoint, ZenohConfig, chunk, explain, here, parse_token
 
 ANSWERS = (imc.VehicleState, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState)
 PATIENCE = 1.0  # s for the answers of all vehicles
+ENDING = 1.0  # s in which vehicles end whose fleet has been killed
+MOMENT = 0.1  # s
+MOST_NAMED = 3
 OPENING = 3000  # ms for the session to open
 
 
@@ -52,6 +56,31 @@ class Watch:
         """The names (as in keys) of the vehicles that run."""
         replies = self._session.liveliness().get("imc/*/@alive/*/main", timeout=PATIENCE)
         return {str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None}
+
+    def claim(self, names: Collection[str], fleets: Collection[str]) -> None:
+        """Raise ConnectionError if vehicles of these names already run; some time passes for those that just end.
+
+        `fleets` are the other ones of this computer, which may be theirs.
+        """
+        deadline = time.monotonic() + ENDING
+        while taken := self._taken({chunk(name) for name in names}):
+            if time.monotonic() < deadline:
+                time.sleep(MOMENT)
+                continue
+            each = "; ".join(f"{name} already runs {place}" for name, place in sorted(taken.items())[:MOST_NAMED])
+            more = f"; and {len(taken) - MOST_NAMED} more" if len(taken) > MOST_NAMED else ""
+            end = " or ".join(f"shoal fleet stop {name}" for name in fleets)
+            raise ConnectionError(
+                f"{each}{more}; this is {here()}: end what runs{f' ({end})' if end else ''}, or give this fleet other "
+                "names, or a network of its own (Local Port under zenoh: in its file)"
+            )
+
+    def _taken(self, names: set[str]) -> dict[str, str]:
+        """Which of these vehicles run, and where."""
+        replies = self._session.liveliness().get("imc/*/@run/running/**", timeout=PATIENCE)
+        keys = [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
+        found = {key.split("/")[1]: parse_token(key) for key in keys}
+        return {name: other.since for name, other in found.items() if name in names and other is not None}
 
     def ask(self) -> dict[str, View]:
         """What each vehicle says now."""

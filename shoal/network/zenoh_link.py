@@ -266,7 +266,7 @@ class ZenohLink:
             with suppress(ValueError):
                 number = int(chunks[3], 16)
         elif other is not None and other.phase == "running":
-            part, place = other.zid, f"on {other.host}, process {other.process}"
+            part, place = other.zid, other.place
         if not part:
             return
         if is_there:

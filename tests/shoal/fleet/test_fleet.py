@@ -16,6 +16,7 @@ import pytest
 import zenoh
 
 import imc
+from runtime.zenoh import Part, ZenohConfig, ZenohTransport
 from shoal.fleet import Child, Keeper, Watch
 from tests.outside import children, until
 from tests.runtime.zenoh.processes import PATIENCE, REPOSITORY, Network, Process
@@ -156,6 +157,23 @@ def test_all_processes_end_together_even_one_that_ignores_it() -> None:
     assert 2.9 < time.monotonic() - began < PATIENCE
     assert all(popen is not None and popen.poll() is not None for popen in processes)
     assert keeper.look() == []
+
+
+def test_a_fleet_whose_vehicles_already_run_is_refused_before_anything_starts(network: Network, tmp_path: Path) -> None:
+    config = ZenohConfig(mode="router", local_port=network.local_port, scouting="none", vehicle="lauv-2")
+    running = ZenohTransport(config, str, lambda *_: "", part=Part("lauv-2", 7, 1))
+    running.open(lambda _: None)
+    file = tmp_path / "fleet.yaml"
+    file.write_text(FLEET.format(port=network.local_port, per_process=1))
+    second = network.add("-m", "shoal.cli", "fleet", file, "--log-dir", tmp_path / "log")
+    assert second.wait() == 2
+    (said,) = second.errors
+    assert said.startswith("Error: lauv-2 already runs on "), said
+    assert f", process {os.getpid()}, since " in said
+    assert "; this is " in said
+    assert "Local Port" in said
+    assert not (tmp_path / "log").exists()
+    running.close()
 
 
 def test_a_port_that_another_program_has_is_named() -> None:
