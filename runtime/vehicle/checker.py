@@ -249,9 +249,10 @@ class _Checker:
                 others.append(option)
         if others:
             words = ", ".join(quoted(option.name) for option in others)
-            which = "is not a parameter" if len(others) == 1 else "are not parameters"
-            hint = f"shoal explain lists those of {task}"
-            self._say("warning", others[0].origin, f"[{section.name}] {words} {which} of {task}", hint)
+            is_, parameters_ = ("is", "a parameter") if len(others) == 1 else ("are", "parameters")
+            here = " in Shoal" if task in dune.TASKS else ""
+            text = f"[{section.name}] {words} {is_} not {parameters_} of {task}{here}, and {is_} ignored"
+            self._say("warning", others[0].origin, text, f"shoal explain lists those of {task}")
 
     def _check_value(self, section: Section, option: Option, parameter: Parameter) -> None:
         where, text = f"[{section.name}] {option.name}", option.value

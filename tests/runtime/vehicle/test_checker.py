@@ -73,7 +73,12 @@ SWIMMER = {
         "'Initial Heading'",
     ),
     "letter case of a parameter": ("Initial heading = 1", "warning", "the letter case differs", "'Initial Heading'"),
-    "unlike any parameter": ("Zzzz = 1", "warning", "'Zzzz' is not a parameter", "shoal explain lists those"),
+    "unlike any parameter": (
+        "Zzzz = 1",
+        "warning",
+        "Swimmer, and is ignored",
+        "shoal explain lists those",
+    ),
     "blank before plus": ("Transports + = a", "warning", "with the blank", "write Transports+ ="),
     "no number": ("Start Depth = deep", "error", "'deep' is not a number (expects real, m)", "the default is 0.0"),
     "no integer": ("Seed = 0.5e", "warning", "'.5e' after the number is ignored", "write the number alone"),

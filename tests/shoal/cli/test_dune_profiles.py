@@ -41,6 +41,9 @@ Coarse Altitude -- Enabled = true
 Coarse Altitude -- Period = 30
 Depth Offset = 0
 Pitch PID Gain = 1, 1, 1
+[Transports.UDP]
+Contact Refresh Periodicity = 5.0
+Custom Service Type = survey
 """
 BOAT = """[Require otter.ini]
 [General]
@@ -143,8 +146,8 @@ def test_options_that_shoal_lacks_are_one_warning_per_task(tree):
     attitude = [line for line in lines if "[Control.AUV.Attitude]" in line]
     others = "'Coarse Altitude -- Enabled', 'Coarse Altitude -- Period', 'Depth Offset' are not parameters"
     assert attitude == [
-        f"lauv-dune-1.ini:15: warning: [Control.AUV.Attitude] {others} of Control.AUV.Attitude "
-        "(shoal explain lists those of Control.AUV.Attitude)",
+        f"lauv-dune-1.ini:15: warning: [Control.AUV.Attitude] {others} of Control.AUV.Attitude in Shoal, and "
+        "are ignored (shoal explain lists those of Control.AUV.Attitude)",
         "lauv-dune-1.ini:18: warning: [Control.AUV.Attitude] 'Pitch PID Gain' is not a parameter of "
         "Control.AUV.Attitude (did you mean 'Pitch PID Gains'?)",
     ]
@@ -152,7 +155,9 @@ def test_options_that_shoal_lacks_are_one_warning_per_task(tree):
     assert any(line.startswith(f"common/maneuvers.ini:9: warning: {yoyo}") for line in lines)
     text = "[Maneuver.Multiplexer] 'Loitre -- Minimum Radius': 'Loitre' is not one of its maneuvers"
     assert f"common/maneuvers.ini:12: warning: {text} (did you mean 'Loiter'?)" in ("\n".join(lines))
-    assert lines[-1].endswith("4 warnings")
+    udp = "[Transports.UDP] 'Contact Refresh Periodicity', 'Custom Service Type' are not parameters of Transports.UDP"
+    assert any(line.startswith(f"lauv-dune-1.ini:20: warning: {udp} in Shoal, and are ignored") for line in lines)
+    assert lines[-1].endswith("5 warnings")
 
 
 def test_an_option_of_a_maneuver_with_a_section_of_its_own_has_no_effect_and_is_told(tree):
