@@ -9,7 +9,6 @@ import argparse
 import contextlib
 import json
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -20,6 +19,10 @@ from pathlib import Path
 from typing import Any
 
 import zenoh
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from tests.runtime.zenoh.processes import Network
 
 ENOUGH = 0.98
 STARTING = 90.0  # s
@@ -33,7 +36,7 @@ per_process: {per_process}
 stagger: {stagger}s
 spacing: 50
 zenoh: {{Local Port: "{port}"}}
-set: ["Transports.MAVLink:Enabled=Never"]
+set: ["Transports.MAVLink:Enabled=Never", {own_udp}]
 vehicles: [{{name: "v-{{number}}", count: {count}}}]
 """
 
@@ -81,11 +84,13 @@ def connected(port: int, deadline: float) -> Any:
 
 def measure(profile: str, count: int, per_process: int, seconds: float) -> tuple[list[float], float, float]:
     """EstimatedState per second of each vehicle, CPU seconds per second, and memory (MB)."""
-    port = 100 * random.randrange(110, 300)
+    network = Network()
+    port = network.local_port
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "fleet.yaml"
         values = {"port": port, "profile": profile, "per_process": per_process, "count": count}
-        file.write_text(FLEET.format(**values, stagger=0.5 if per_process == 1 else 2.0))
+        own_udp = json.dumps(network.own_udp)[1:-1]
+        file.write_text(FLEET.format(**values, own_udp=own_udp, stagger=0.5 if per_process == 1 else 2.0))
         command = [sys.executable, "-m", "shoal.cli", "fleet", str(file), "--log-dir", f"{folder}/log"]
         run = subprocess.Popen(command, stdout=subprocess.DEVNULL)
         deadline = time.monotonic() + STARTING + count * 2.0

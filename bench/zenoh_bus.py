@@ -9,7 +9,6 @@ import argparse
 import json
 import os
 import queue
-import random
 import resource
 import statistics
 import struct
@@ -19,6 +18,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,10 @@ import imc
 from runtime.bus import Bus, Frame, Subscription
 from runtime.kernel import Kernel, WallClock
 from runtime.zenoh import Part, ZenohConfig, ZenohTransport
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from tests.runtime.zenoh.processes import local_port
 
 RATE = 100.0  # Hz, of the paced messages
 SIZE = 1024  # pixels
@@ -235,7 +239,7 @@ def send_bus(port: int, kind: str, seconds: float, ready: Callable[[], object]) 
 
 def measure(side: str, kind: str, seconds: float) -> dict[str, float]:
     """One run of two processes; `side` is raw or bus."""
-    port = random.randrange(110, 300) * 100
+    port = local_port()
     pipe = subprocess.PIPE
     child = subprocess.Popen([sys.executable, __file__, side, kind, str(port)], stdin=pipe, stdout=pipe, text=True)
     assert child.stdin is not None

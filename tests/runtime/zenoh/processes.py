@@ -18,6 +18,7 @@ from runtime.zenoh.config import SESSION_OFFSET, SESSIONS
 from runtime.zenoh.meeting import is_held
 from tests.outside import PATIENCE, until
 
+DISCOVERY = ("Transports.Announce", "Transports.Discovery")
 PEERS = Path(__file__).parent / "peers"
 REPOSITORY = Path(__file__).parents[3]
 
@@ -127,12 +128,17 @@ def hear_each_other(running: dict[int, Process]) -> None:
 
 
 class Network:
-    """A separate bus: a port to connect to, a scouting port, and ports of discovery that no other test uses."""
+    """A separate bus: a port to connect to, a scouting port, and ports of discovery that no other test uses.
+
+    `own_udp` are the settings of vehicles that announce themselves only there.
+    """
 
     def __init__(self) -> None:
         self.local_port = local_port()
         self.scouting_port = self.local_port + 1
         self.discovery_ports = range(self.local_port + 2, self.local_port + 7)
+        listed = ",".join(map(str, self.discovery_ports))
+        self.own_udp = [f"{section}:Ports={listed}" for section in DISCOVERY] + ["Transports.UDP:Local Port=0"]
         self.processes: list[Process] = []
 
     def add(self, *arguments: object) -> Process:

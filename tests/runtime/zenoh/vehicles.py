@@ -4,13 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import imc
-from tests.outside import until
-from tests.runtime.zenoh.processes import Network, Process
+from tests.outside import ALONE, until
+from tests.runtime.zenoh.processes import DISCOVERY, Network, Process
 
 NAME = "lauv-noptilus-1"
 SYSTEM = 0x001A
-OVER_UDP = ("Transports.Announce", "Transports.Discovery", "Transports.UDP")
-ELSEWHERE = ("Transports.TCP.Server", "Transports.MAVLink")
+OVER_UDP = tuple(f"{section}:Enabled=Never" for section in (*DISCOVERY, "Transports.UDP"))
 
 
 class Vehicle(Process):
@@ -18,11 +17,8 @@ class Vehicle(Process):
 
     def __init__(self, network: Network, folder: Path, *options: str, udp: bool = False) -> None:
         self.folder = folder
-        settings = [f"Zenoh:Local Port={network.local_port}"]
-        settings += [f"{section}:Enabled=Never" for section in (*ELSEWHERE, *(() if udp else OVER_UDP))]
-        if udp:
-            ports = ",".join(map(str, network.discovery_ports))
-            settings += [f"{section}:Ports={ports}" for section in OVER_UDP[:2]] + ["Transports.UDP:Local Port=0"]
+        settings = [f"Zenoh:Local Port={network.local_port}", *(network.own_udp if udp else ())]
+        settings += [setting for setting in ALONE if not (udp and setting in OVER_UDP)]
         words = [word for setting in settings for word in ("--set", setting)]
         modes = ("-p", "Simulation", "--bus", "zenoh")
         super().__init__("-m", "shoal.cli", "run", NAME, *modes, *words, *options, "--log-dir", folder)

@@ -13,10 +13,10 @@ import pyte
 import pytest
 
 import imc
+from tests.outside import ALONE_WORDS
 from tests.shoal.cli.installed import SHOAL, shoal
 
 VIRTUAL = ["run", "lauv-noptilus-1", "-p", "Kinematic", "--clock", "virtual"]
-QUIET = ["--set", "Transports.MAVLink:Enabled=Never"]
 
 FAULTY = '''"""Faulty: fails at a depth."""
 
@@ -97,7 +97,7 @@ def test_keep_going_restarts_it_and_says_so(tmp_path):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_stops_it_in_order_within_a_second(tmp_path, number):
-    command = [*SHOAL, "run", "lauv-noptilus-1", "-p", "Simulation", *QUIET]
+    command = [*SHOAL, "run", "lauv-noptilus-1", "-p", "Simulation", *ALONE_WORDS]
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 20
     while not list(tmp_path.glob("log/*/*/*/Data.lsf.gz")) and time.monotonic() < deadline:
@@ -128,7 +128,7 @@ def test_a_closed_terminal_stops_it_in_order(tmp_path):
     process, terminal = pty.fork()
     if process == 0:
         os.chdir(tmp_path)
-        os.execv(SHOAL[0], [*SHOAL, "run", "lauv-noptilus-1", "-p", "Simulation", *QUIET])
+        os.execv(SHOAL[0], [*SHOAL, "run", "lauv-noptilus-1", "-p", "Simulation", *ALONE_WORDS])
     deadline, screen = time.monotonic() + 30, b""
     while time.monotonic() < deadline and b"MUG 1 at" not in screen:
         screen += os.read(terminal, 65536)
@@ -147,7 +147,7 @@ def test_a_terminal_shows_the_vehicle(tmp_path):
     if process == 0:
         os.chdir(tmp_path)
         os.environ.update(TERM="xterm-256color", COLUMNS="110", LINES="30")
-        os.execv(SHOAL[0], [*SHOAL, "run", "lauv-noptilus-1", "-p", "Simulation", *QUIET])
+        os.execv(SHOAL[0], [*SHOAL, "run", "lauv-noptilus-1", "-p", "Simulation", *ALONE_WORDS])
     text, deadline = "", time.monotonic() + 30
     while time.monotonic() < deadline and "MUG 1 at" not in text:
         if select.select([terminal], [], [], 0.2)[0]:
@@ -232,7 +232,8 @@ def test_a_log_that_cannot_be_written_is_told_at_the_end(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "arguments", [["tasks", "Simulators.IMU"], ["run", "lauv-noptilus-1", "-p", "Kinematic", *QUIET, "--for", "0.1s"]]
+    "arguments",
+    [["tasks", "Simulators.IMU"], ["run", "lauv-noptilus-1", "-p", "Kinematic", *ALONE_WORDS, "--for", "0.1s"]],
 )
 def test_a_locale_without_unicode_only_loses_signs(tmp_path, arguments):
     done = shoal(*arguments, cwd=tmp_path, LC_ALL="C", PYTHONUTF8="0", PYTHONCOERCECLOCALE="0")
@@ -245,7 +246,7 @@ def test_saved_parameters_come_back_and_leave_virtual_runs_alone(tmp_path):
     fixes = []
     for clock in ("5x", "virtual"):
         run = ["run", "lauv-noptilus-1", "-p", "Kinematic", "--clock", clock, "--for", "10s", "--log-dir", clock]
-        done = shoal(*run, *QUIET, cwd=tmp_path)
+        done = shoal(*run, *ALONE_WORDS, cwd=tmp_path)
         assert ("with the parameters saved in db/lauv-noptilus-1-saved.ini" in done.stderr) == (clock != "virtual")
         fixes.append(imc.Log(next((tmp_path / clock).glob("*/*/*"))).counts()["GpsFix"])
     assert fixes[0] > 20

@@ -26,12 +26,16 @@ name: test-{port}
 per_process: {per_process}
 stagger: 0.1s
 zenoh: {{Local Port: "{port}"}}
-set: ["Transports.MAVLink:Enabled=Never"]
+set: ["Transports.MAVLink:Enabled=Never", {own_udp}]
 vehicles:
   - {{name: "lauv-{{number}}", count: 2}}
   - {{name: otter-1, profile: otter}}
 """
 NAMES = {"lauv-1", "lauv-2", "otter-1"}
+
+
+def fleet_file(network: Network, per_process: int) -> str:
+    return FLEET.format(port=network.local_port, per_process=per_process, own_udp=json.dumps(network.own_udp)[1:-1])
 
 
 def wait_until(condition: Callable[[], bool], process: Process) -> None:
@@ -55,7 +59,7 @@ def connected(port: int) -> Any:
 @pytest.mark.parametrize("per_process", [1, 2])
 def test_a_fleet_is_started_kept_and_stopped(network: Network, tmp_path: Path, per_process: int) -> None:
     file = tmp_path / "fleet.yaml"
-    file.write_text(FLEET.format(port=network.local_port, per_process=per_process))
+    file.write_text(fleet_file(network, per_process))
     run = network.add("-m", "shoal.cli", "fleet", file, "--log-dir", tmp_path / "log")
     session = connected(network.local_port)
 
@@ -95,7 +99,7 @@ def test_a_closed_terminal_ends_the_vehicles_in_order_unless_they_run_under_nohu
     network: Network, tmp_path: Path, is_ignored: bool
 ) -> None:
     file = tmp_path / "fleet.yaml"
-    file.write_text(FLEET.format(port=network.local_port, per_process=3) + "restart: never\n")
+    file.write_text(fleet_file(network, 3) + "restart: never\n")
     before = "import os, signal, sys; signal.signal(signal.SIGHUP, signal.Handlers(int(sys.argv[1])));"
     start = f"{before} os.execv(sys.executable, [sys.executable, '-m', 'shoal.cli', *sys.argv[2:]])"
     handler = int(signal.SIG_IGN if is_ignored else signal.SIG_DFL)
@@ -164,7 +168,7 @@ def test_a_fleet_whose_vehicles_already_run_is_refused_before_anything_starts(ne
     running = ZenohTransport(config, str, lambda *_: "", part=Part("lauv-2", 7, 1))
     running.open(lambda _: None)
     file = tmp_path / "fleet.yaml"
-    file.write_text(FLEET.format(port=network.local_port, per_process=1))
+    file.write_text(fleet_file(network, 1))
     second = network.add("-m", "shoal.cli", "fleet", file, "--log-dir", tmp_path / "log")
     assert second.wait() == 2
     (said,) = second.errors

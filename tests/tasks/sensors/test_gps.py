@@ -20,6 +20,7 @@ import imc
 from runtime import State
 from runtime.testing import START, Run, simulate
 from tasks.sensors.gps import GPS
+from tests.outside import ALONE_WORDS
 
 DATA = Path(__file__).parents[2] / "data" / "sensors" / "gps.nmea"
 LINES = DATA.read_bytes().splitlines(keepends=True)
@@ -241,7 +242,7 @@ def test_damage_costs_no_more_than_what_is_damaged() -> None:
 
 def hardware(folder: Path, port: Path, *more: str) -> subprocess.Popen[str]:
     words = ["run", "lauv-noptilus-1", "-p", "Hardware", "--set", f"Sensors.GPS:Serial Port - Device={port}", *more]
-    words += ["--set", "Transports.MAVLink:Enabled=Never", "--set", "Transports.Logging:Flush Interval=0.5"]
+    words += [*ALONE_WORDS, "--set", "Transports.Logging:Flush Interval=0.5"]
     return subprocess.Popen(
         [sys.executable, "-m", "shoal.cli", *words],
         cwd=folder,

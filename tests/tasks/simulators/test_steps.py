@@ -12,6 +12,7 @@ from runtime.kernel import ScaledClock, WallClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from tasks.simulators.steps import Steps
+from tests.outside import ALONE
 
 
 class Late(Task):
@@ -24,8 +25,7 @@ class Late(Task):
 
 def truth(name, clock, seconds, folder, *tasks):
     """The SimulatedState of a shipped vehicle on a clock."""
-    overrides = "Transports.MAVLink:Enabled=Never", "Simulators.GPS:Activation Depth=1"
-    profile = load_profile(name, overrides=overrides)
+    profile = load_profile(name, overrides=[*ALONE, "Simulators.GPS:Activation Depth=1"])
     vehicle = build(profile, profile.select(["Simulation"]), clock=clock, log_root=folder).vehicle
     found = []
     vehicle.tap(imc.SimulatedState, found.append)
