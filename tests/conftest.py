@@ -1,5 +1,6 @@
 """What all tests share: signals, hypothesis without a deadline, and fixtures that write logs."""
 
+import contextlib
 import os
 import shutil
 import signal
@@ -66,6 +67,16 @@ def namespace() -> list[str]:
     if done is None or done.returncode:
         lacking(f"no network namespaces on this machine: {trouble.strip()}")
     return NEW_NAMESPACE
+
+
+@pytest.fixture(scope="session")
+def apart() -> list[str]:
+    """The command that runs another one where it meets no other program of this computer; empty if that cannot be."""
+    command = [*NEW_NAMESPACE, "sh", "-c", 'ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "$@"', "sh"]
+    with contextlib.suppress(OSError):
+        if not subprocess.run([*command, "true"], capture_output=True).returncode:
+            return command
+    return []
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ def blocks(document):
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_blocks_run(document, tmp_path):
+def test_blocks_run(document, tmp_path, apart):
     environment = {
         **os.environ,
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
@@ -40,7 +40,8 @@ def test_blocks_run(document, tmp_path):
             command = ["bash", "-euo", "pipefail", "-c", code]
         else:
             continue
-        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60)
+        words = [*apart, *command]
+        done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60)
         assert done.returncode == 0, f"{code}\n{done.stdout}\n{done.stderr}"
 
 
