@@ -81,9 +81,10 @@ class Network:
             return
         if not arrival.is_old:
             system.count(link, message)
-            if not self._is_first(link, system, message):
+            takes = system.takes(link)
+            if not self._is_first(message, takes):
                 return
-            system.note(link, message, arrival.entity)
+            system.note(link, message, arrival.entity, is_heard=takes)
             if (message.dst, message.dst_ent) == (self.console.id, LABELS):
                 return
         system.keep(message)
@@ -91,10 +92,10 @@ class Network:
             if listener.takes_old or not arrival.is_old:
                 listener.offer(system, message)
 
-    def _is_first(self, link: Link, system: System, message: imc.Message) -> bool:
+    def _is_first(self, message: imc.Message, takes: bool) -> bool:
         """Whether a packet is no copy of one that came by another way; what is for us counts by any way, but once."""
         if message.dst != self.console.id:
-            return system.takes(link)
+            return takes
         if message in self._replies:
             return False
         self._replies.append(message)

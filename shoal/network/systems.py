@@ -99,9 +99,12 @@ class System:
         elif message.surplus:
             self.missed[f"schema mismatch: {type(message).__name__} is longer than ours"] += 1
 
-    def note(self, link: Link, message: imc.Message, entity: str) -> None:
-        """Note what a packet says of the system besides its content; `entity` is its label, if the link knows it."""
-        if self.takes(link):
+    def note(self, link: Link, message: imc.Message, entity: str, *, is_heard: bool) -> None:
+        """Note what a packet says of the system besides its content; `entity` is its label, if the link knows it.
+
+        `is_heard` is whether the packets of this link count, as `takes` says.
+        """
+        if is_heard:
             self.last[link.name] = time.monotonic()
         self.links.setdefault(link.name, link)
         self.note_clock(message.timestamp)
