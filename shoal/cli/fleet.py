@@ -13,7 +13,7 @@ from rich.text import Text
 
 from runtime.problem import ProfileError, printable
 from runtime.zenoh import chunk
-from shoal.cli.options import parse_time, use_code
+from shoal.cli.options import check_log_folder, parse_time, use_code
 from shoal.cli.processes import command
 from shoal.cli.tables import plain_table
 from shoal.fleet import Child, Keeper, Roster, View, Watch, end, load_roster, noted, run_crew, running
@@ -64,7 +64,8 @@ def _stop(name: str | None) -> None:
         raise click.ClickException(f"several fleets run: {', '.join(found)}; name one")
     chosen = name or next(iter(found), "")
     if chosen not in found:
-        raise click.ClickException(f"no fleet {chosen} runs" if chosen else "no fleet runs")
+        others = f"; running: {', '.join(found)}" if found else ""
+        raise click.ClickException(f"no fleet {chosen} runs{others}" if chosen else "no fleet runs")
     if not end(chosen, found[chosen]):
         raise click.ClickException(f"the fleet {chosen}, process {found[chosen]}, does not end")
     click.echo(f"{chosen} stopped")
@@ -99,10 +100,12 @@ def _run(roster: Roster, duration: float | None) -> int:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
             signal.signal(number, lambda number, _: ending.append(number))
+    names = [chunk(member.name) for member in roster.members]
     watch = Watch(roster.zenoh)
     display = _Display(roster)
     try:
-        watch.claim([member.name for member in roster.members], running().keys() - {roster.name})
+        watch.claim(names, running().keys() - {roster.name})
+        check_log_folder(roster.log_dir)
         began = asked = time.monotonic()
         with display:
             while not ending and (duration is None or time.monotonic() - began < duration):
@@ -111,6 +114,9 @@ def _run(roster: Roster, duration: float | None) -> int:
                     keeper.children.append(children.pop(0))
                 for child, words in keeper.look():
                     display.tell(f"{child.name} {words}")
+                for vehicle, words in watch.errors():
+                    if vehicle in names:
+                        display.tell(f"{vehicle} {words}")
                 if keeper.done and not children:
                     break
                 if now - asked >= (ASK_PERIOD if display.is_live else LINE_PERIOD):

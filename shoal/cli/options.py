@@ -103,13 +103,16 @@ def not_empty(_: click.Context, __: click.Parameter, text: str | None) -> str:
 
 
 def check_log_dir(vehicle: Vehicle) -> None:
-    """Refuse to run a vehicle that is to record where nothing can be written. Raises click.BadParameter.
+    """Refuse to run a vehicle that is to record where nothing can be written. Raises click.BadParameter."""
+    if any(isinstance(task, Logging) for task in vehicle.tasks):
+        check_log_folder(vehicle.log_root / vehicle.name)
+
+
+def check_log_folder(folder: Path) -> None:
+    """Raise click.BadParameter if no log can be written to a folder.
 
     A full disk is no reason: the logger holds messages until there is space.
     """
-    if not any(isinstance(task, Logging) for task in vehicle.tasks):
-        return
-    folder = vehicle.log_root / vehicle.name
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

@@ -2,6 +2,8 @@
 
 import math
 import re
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -101,8 +103,14 @@ def _members(file: FleetFile, path: Path, source: Source) -> tuple[Member, ...]:
                 words = f"two vehicles are called {quoted(name)} (write {{number}} into the name of a group)"
                 source.fail(f"vehicles[{place}].name", words)
             named[name] = place, number - 1, group
-    folders = [path.parent]
-    profiles = {name: load_profile(name, folders) for name in {g.profile or file.profile for g in file.vehicles}}
+    profiles: dict[str, Profile] = {}
+    for place, group in enumerate(file.vehicles):
+        within = f"vehicles[{place}]."
+        wanted, modes = group.profile or file.profile, file.modes if group.modes is None else group.modes
+        with _told(source, f"{within if group.profile else ''}profile", wanted):
+            profiles[wanted] = profiles.get(wanted) or load_profile(wanted, [path.parent])
+        with _told(source, f"{within if group.modes is not None else ''}modes", modes):
+            profiles[wanted].select(modes)
     ids = _ids({name: profiles[group.profile or file.profile] for name, (_, _, group) in named.items()})
     addresses = [f"IMC Addresses:{name}={number:#06x}" for name, number in ids.items()]
     members: list[Member] = []
@@ -126,6 +134,19 @@ def _members(file: FleetFile, path: Path, source: Source) -> tuple[Member, ...]:
         wanted = group.profile or file.profile
         members.append(Member(name, wanted, modes, ids[name], file.seed + place, number, tuple(overrides)))
     return tuple(members)
+
+
+@contextmanager
+def _told(source: Source, place: str, value: str) -> Generator[None]:
+    """Raise FleetFileError with the place of a value of which there is no profile or mode."""
+    try:
+        yield
+    except ProfileError as error:
+        problem = error.problems[0]
+        if problem.line:
+            raise
+        words = problem.text if quoted(value) in problem.text else f"{value}: {problem.text}"
+        source.fail(place, f"{place}: {words}{f' ({problem.hint})' if problem.hint else ''}")
 
 
 def _check(members: tuple[Member, ...], path: Path) -> tuple[Problem, ...]:

@@ -1,15 +1,19 @@
 """The bus of a fleet, and what its vehicles say there of themselves."""
 
+import contextlib
 import math
 import time
-from collections.abc import Collection
+from collections import deque
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import imc
-from runtime.zenoh import MeetingPoint, ZenohConfig, chunk, explain, here, parse_token
+from runtime.zenoh import MeetingPoint, ZenohConfig, explain, here, parse_token
 
 ANSWERS = (imc.VehicleState, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState)
+TOLD = (imc.LogBookEntry.Type.ERROR, imc.LogBookEntry.Type.CRITICAL)
+MOST_ENTRIES = 32  # that wait to be told
 PATIENCE = 1.0  # s for the answers of all vehicles
 ENDING = 1.0  # s in which vehicles end whose fleet has been killed
 MOMENT = 0.1  # s
@@ -51,6 +55,11 @@ class Watch:
             words = f"no zenoh at port {client.local_port} of this computer: {explain(error)}"
             hint = "another program has it, or it wants a password: see Local Port and User under zenoh: in the file"
             raise ConnectionError(f"{words} ({hint})") from None
+        self._entries: deque[tuple[str, bytes]] = deque(maxlen=MOST_ENTRIES)
+        self._told: dict[str, str] = {}
+        self._log_books = self._session.declare_subscriber(
+            "imc/*/LogBookEntry/*", zenoh.handlers.Callback(self._put_aside, indirect=False)
+        )
 
     def alive(self) -> set[str]:
         """The names (as in keys) of the vehicles that run."""
@@ -58,12 +67,12 @@ class Watch:
         return {str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None}
 
     def claim(self, names: Collection[str], fleets: Collection[str]) -> None:
-        """Raise ConnectionError if vehicles of these names already run; some time passes for those that just end.
+        """Raise ConnectionError if vehicles of these names (as in keys) run; some time passes for those that just end.
 
         `fleets` are the other ones of this computer, which may be theirs.
         """
         deadline = time.monotonic() + ENDING
-        while taken := self._taken({chunk(name) for name in names}):
+        while taken := self._taken(names):
             if time.monotonic() < deadline:
                 time.sleep(MOMENT)
                 continue
@@ -75,7 +84,7 @@ class Watch:
                 "names, or a network of its own (Local Port under zenoh: in its file)"
             )
 
-    def _taken(self, names: set[str]) -> dict[str, str]:
+    def _taken(self, names: Collection[str]) -> dict[str, str]:
         """Which of these vehicles run, and where."""
         replies = self._session.liveliness().get("imc/*/@run/running/**", timeout=PATIENCE)
         keys = [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
@@ -98,7 +107,24 @@ class Watch:
                 _note(found.setdefault(str(reply.ok.key_expr).split("/")[1], View()), message, now)
         return found
 
+    def errors(self) -> Iterator[tuple[str, str]]:
+        """What went wrong since the last call: vehicles (names as in keys), and what their log books say."""
+        while self._entries:
+            vehicle, packet = self._entries.popleft()
+            with contextlib.suppress(imc.DecodeError):
+                entry = imc.decode(packet)
+                if isinstance(entry, imc.LogBookEntry) and entry.type in TOLD:
+                    words = f"{entry.context}: {entry.text}"
+                    if words != self._told.get(vehicle):
+                        self._told[vehicle] = words
+                        yield vehicle, words
+
+    def _put_aside(self, sample: Any) -> None:
+        """Called from zenoh's thread."""
+        self._entries.append((str(sample.key_expr).split("/")[1], sample.payload.to_bytes()))
+
     def close(self) -> None:
+        self._log_books.undeclare()
         self._session.close()
         self._meeting.close()
 

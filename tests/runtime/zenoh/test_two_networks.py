@@ -3,6 +3,7 @@
 import signal
 import time
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -59,9 +60,9 @@ def test_what_a_system_beyond_the_bus_says_to_all_goes_to_the_other_processes_of
         transport.open(lambda packet: heard.append(imc.decode(packet)))
         return transport, heard
 
-    hearer, _ = joined("first", 1, "main", 0b001)
-    vision, inside = joined("first", 1, "vision", 0b010)
-    other, outside = joined("second", 2, "main", 0b001)
+    with ThreadPoolExecutor() as pool:
+        places = ("first", 1, "main", 0b001), ("first", 1, "vision", 0b010), ("second", 2, "main", 0b001)
+        (hearer, _), (vision, inside), (other, outside) = pool.map(lambda place: joined(*place), places)
 
     def say(message: imc.Message) -> None:
         hearer.send(message, imc.encode(message))

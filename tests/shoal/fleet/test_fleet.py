@@ -14,10 +14,12 @@ from typing import Any
 
 import pytest
 import zenoh
+from click.testing import CliRunner
 
 import imc
 from runtime.zenoh import Part, ZenohConfig, ZenohTransport
-from shoal.fleet import Child, Keeper, Watch
+from shoal.cli import main
+from shoal.fleet import Child, Keeper, Watch, noted
 from tests.outside import children, until
 from tests.runtime.zenoh.processes import PATIENCE, REPOSITORY, Network, Process
 
@@ -164,7 +166,7 @@ def test_all_processes_end_together_even_one_that_ignores_it() -> None:
 
 
 def test_a_fleet_whose_vehicles_already_run_is_refused_before_anything_starts(network: Network, tmp_path: Path) -> None:
-    config = ZenohConfig(mode="router", local_port=network.local_port, scouting="none", vehicle="lauv-2")
+    config = ZenohConfig(local_port=network.local_port, scouting="none", vehicle="lauv-2")
     running = ZenohTransport(config, str, lambda *_: "", part=Part("lauv-2", 7, 1))
     running.open(lambda _: None)
     file = tmp_path / "fleet.yaml"
@@ -178,6 +180,38 @@ def test_a_fleet_whose_vehicles_already_run_is_refused_before_anything_starts(ne
     assert "Local Port" in said
     assert not (tmp_path / "log").exists()
     running.close()
+
+
+def test_a_fleet_that_could_not_log_is_refused_and_another_name_to_stop_is_told(
+    network: Network, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(signal, "signal", lambda *_: None)
+    file = tmp_path / "fleet.yaml"
+    file.write_text(fleet_file(network, 1))
+    refused = CliRunner().invoke(main, ["fleet", str(file), "--log-dir", str(file)])
+    assert refused.exit_code == 2
+    assert f"no log can be written to {file}: " in refused.output
+    with noted(f"other-{network.local_port}"):
+        stop = CliRunner().invoke(main, ["fleet", "stop", "nobody"])
+    assert stop.exit_code == 2
+    assert stop.output.startswith("Error: no fleet nobody runs; running: ")
+    assert f"other-{network.local_port}" in stop.output
+
+
+def test_errors_in_the_log_books_of_vehicles_are_told_once(network: Network) -> None:
+    watch = Watch({"Local Port": str(network.local_port)})
+    config = ZenohConfig(mode="client", local_port=network.local_port, scouting="none", vehicle="lauv-1")
+    vehicle = ZenohTransport(config, lambda _: "lauv-1", lambda *_: "Logger", part=Part("lauv-1", 7, 1))
+    vehicle.open(lambda _: None)
+    types = imc.LogBookEntry.Type
+    for kind, text in ((types.INFO, "began"), *[(types.ERROR, "disk full")] * 2, (types.ERROR, "off")):
+        entry = imc.LogBookEntry(src=7, type=kind, context="Transports.Logging", text=text)
+        vehicle.send(entry, imc.encode(entry))
+    told: list[tuple[str, str]] = []
+    until(lambda: told.extend(watch.errors()) or len(told) == 2)
+    assert told == [("lauv-1", "Transports.Logging: disk full"), ("lauv-1", "Transports.Logging: off")]
+    vehicle.close()
+    watch.close()
 
 
 def test_a_port_that_another_program_has_is_named() -> None:

@@ -142,8 +142,19 @@ def test_no_two_vehicles_have_one_mavlink_id(tmp_path: Path) -> None:
         ("vehicles: [{name: a}]\nspacing: inf", "spacing: expected a number not above"),
         ("vehicles: [{name: a}]\nstart: [nan, 3]", "start[0]: expected a number not below -90"),
         ("vehicles: [{name: a}]\nstart: [41, 500]", "start[1]: expected a number not above 180"),
-        ("vehicles: [{name: a, profile: submarine}]", "there is no profile 'submarine'"),
-        ("vehicles: [{name: a, modes: Simulaton}]", "did you mean 'Simulation'?"),
+        (
+            "vehicles:\n  - name: a\n  - name: b\n    profile: submarine",
+            "fleet.yaml:4: vehicles[1].profile: there is no profile 'submarine'",
+        ),
+        ("vehicles: [{name: a}]\nprofile: ./no.ini", "fleet.yaml:2: profile: ./no.ini: there is no such file"),
+        (
+            "vehicles:\n  - name: a\n    modes: Simulaton",
+            "fleet.yaml:3: vehicles[0].modes: unknown mode 'Simulaton' (did",
+        ),
+        (
+            "vehicles: [{name: a}]\nmodes: Simulation, Kine",
+            "fleet.yaml:2: modes: Simulation, Kine: unknown mode 'Kine'",
+        ),
         ("vehicles: [{name: a, set: nonsense}]", "set: expected a list, not text"),
         ("vehicles: [{name: a, set: [nonsense]}]", "fleet.yaml: error: 'nonsense': it must be Section:Option=value"),
         ("vehicles: [{name: a, set: ['Foo:Bar=1']}]", "fleet.yaml: error: there is no section [Foo]"),
