@@ -1,0 +1,36 @@
+"""Missions of MAVLink as IMC plans and back, fences as operational limits; without a bus, sockets or clocks."""
+
+from mavlink.missions.chain import resumed
+from mavlink.missions.codes import BadItem, Command, MissionResult, MissionType
+from mavlink.missions.commands import COMMANDS
+from mavlink.missions.fence import area_of, fence_of
+from mavlink.missions.from_plan import Listing, home_item, items_of
+from mavlink.missions.item import Item, first_item, opaque_id
+from mavlink.missions.lister import LISTED
+from mavlink.missions.planner import Converted
+from mavlink.missions.settings import Settings
+from mavlink.missions.table import Table
+from mavlink.missions.to_plan import MOST_ITEMS, plan_of
+
+__all__ = [
+    "COMMANDS",
+    "LISTED",
+    "MOST_ITEMS",
+    "BadItem",
+    "Command",
+    "Converted",
+    "Item",
+    "Listing",
+    "MissionResult",
+    "MissionType",
+    "Settings",
+    "Table",
+    "area_of",
+    "fence_of",
+    "first_item",
+    "home_item",
+    "items_of",
+    "opaque_id",
+    "plan_of",
+    "resumed",
+]

@@ -1,0 +1,131 @@
+"""A fence as the area of OperationalLimits, and back."""
+
+import math
+from collections.abc import Sequence
+from operator import mul
+
+import imc
+from imc.coordinates import displace, displacement
+from mavlink.from_imc import degrees_e7
+from mavlink.missions.codes import (
+    FENCE_COMMANDS,
+    GLOBAL,
+    POSITIONS,
+    Command,
+    MissionResult,
+    MissionType,
+    Refusal,
+)
+from mavlink.missions.item import DEGREES, Item, to_float32
+
+CORNERS = 4
+TOLERANCE = 0.5  # m by which a corner may be off a rectangle
+PART = 0.005  # of the diagonal, by which it may be off as well: consoles draw large ones along meridians
+SMALLEST = 1.0  # m
+ADVICE = "the only fence is one inclusion polygon, a rectangle"
+AREA = imc.OpLimitsMask.AREA
+Offset = tuple[float, float]
+
+
+def area_of(items: Sequence[Item], limits: imc.OperationalLimits | None = None) -> imc.OperationalLimits:
+    """`limits` with the area of a fence; without items, with no area.
+
+    The fence must be one inclusion polygon of 4 corners that form a rectangle to 0.5 m or 0.5 % of its diagonal; its
+    length is from the first corner to the second. Raises BadItem.
+    """
+    limits = limits or imc.OperationalLimits()
+    if not items:
+        return limits.replace(mask=limits.mask & ~AREA, lat=0.0, lon=0.0, orientation=0.0, width=0.0, length=0.0)
+    seq = 0
+    try:
+        for seq, item in enumerate(items):
+            _check(item)
+            if seq >= CORNERS:
+                raise Refusal(MissionResult.NO_SPACE, f"is corner {seq + 1}; {ADVICE}")
+        if len(items) < CORNERS:
+            raise Refusal(MissionResult.INVALID, f"is the last of {len(items)} corners; {ADVICE}")
+        return _rectangle(items, limits)
+    except Refusal as refusal:
+        raise refusal.of(seq, items[seq].command) from None
+
+
+def fence_of(limits: imc.OperationalLimits) -> list[Item]:
+    """The area of operational limits as a fence: its corners from its back left on, clockwise; none without an area."""
+    numbers = (limits.lat, limits.lon, limits.orientation, limits.length, limits.width)
+    if not limits.mask & AREA or not all(map(math.isfinite, numbers)) or not min(numbers[3:]) > 0.0:
+        return []
+    items: list[Item] = []
+    for north, east in _corners(limits.orientation, limits.length, limits.width):
+        lat, lon, _ = displace(limits.lat, limits.lon, 0.0, north, east)
+        items.append(
+            Item(
+                GLOBAL,
+                Command.NAV_FENCE_POLYGON_VERTEX_INCLUSION,
+                param1=float(CORNERS),
+                x=degrees_e7(lat),
+                y=degrees_e7(lon),
+                mission_type=MissionType.FENCE,
+            )
+        )
+    return items
+
+
+def _check(item: Item) -> None:
+    if item.command == Command.NAV_RALLY_POINT or item.mission_type == MissionType.RALLY:
+        raise Refusal(MissionResult.UNSUPPORTED, "rally points are not supported")
+    if item.mission_type != MissionType.FENCE or item.command not in FENCE_COMMANDS:
+        raise Refusal(MissionResult.UNSUPPORTED, "is not part of a fence")
+    if item.command == Command.NAV_FENCE_RETURN_POINT:
+        raise Refusal(MissionResult.UNSUPPORTED, "the vehicle returns to no point of a fence")
+    if item.command != Command.NAV_FENCE_POLYGON_VERTEX_INCLUSION:
+        raise Refusal(MissionResult.UNSUPPORTED, ADVICE)
+    if item.frame not in POSITIONS:
+        raise Refusal(MissionResult.UNSUPPORTED_FRAME, f"frame {item.frame} has no meaning for a fence")
+    if item.param1 != CORNERS:
+        raise Refusal(MissionResult.INVALID_PARAM1, f"its polygon has {item.param1:g} corners; {ADVICE}")
+    if abs(item.x) > 90 * DEGREES:
+        raise Refusal(MissionResult.INVALID_PARAM5_X, f"latitude {item.x} is out of range; it counts 1e-7 degrees")
+    if abs(item.y) > 180 * DEGREES:
+        raise Refusal(MissionResult.INVALID_PARAM6_Y, f"longitude {item.y} is out of range; it counts 1e-7 degrees")
+
+
+def _rectangle(items: Sequence[Item], limits: imc.OperationalLimits) -> imc.OperationalLimits:
+    """The limits with the rectangle that is nearest to four corners. Raises Refusal if that is not near."""
+    places = [(math.radians(item.x / DEGREES), math.radians(item.y / DEGREES)) for item in items]
+    lat, lon = places[0]
+    for _ in range(2):  # the first center is that of a map around a corner
+        offsets = [displacement(lat, lon, 0.0, *place, 0.0)[:2] for place in places]
+        north, east = (math.fsum(axis) / CORNERS for axis in zip(*offsets, strict=True))
+        lat, lon, _ = displace(lat, lon, 0.0, north, east)
+    corners = [displacement(lat, lon, 0.0, *place, 0.0)[:2] for place in places]
+    ahead, right = _axis(corners, (-0.5, 0.5, 0.5, -0.5)), _axis(corners, (-0.5, -0.5, 0.5, 0.5))
+    length, width = math.hypot(*ahead), math.hypot(*right)
+    if min(length, width) < SMALLEST:
+        raise Refusal(MissionResult.INVALID, f"a fence of {length:.1f} m by {width:.1f} m is too small")
+    side = math.copysign(1.0, ahead[0] * right[1] - ahead[1] * right[0])
+    # The least squares of all corners: of a narrow fence the long sides know the direction.
+    bearing = math.atan2(length * ahead[1] - side * width * right[0], length * ahead[0] + side * width * right[1])
+    off = max(map(math.dist, corners, _corners(bearing, length, side * width)))
+    if off > max(TOLERANCE, PART * math.hypot(length, width)):
+        raise Refusal(MissionResult.INVALID, f"the polygon is off a rectangle by {off:.1f} m; {ADVICE}")
+    return limits.replace(
+        mask=limits.mask | AREA,
+        lat=lat,
+        lon=lon,
+        orientation=to_float32(bearing),
+        length=to_float32(length),
+        width=to_float32(width),
+    )
+
+
+def _axis(corners: Sequence[Offset], weights: Sequence[float]) -> Offset:
+    """The weighted sum of four offsets."""
+    north, east = (math.fsum(map(mul, axis, weights)) for axis in zip(*corners, strict=True))
+    return north, east
+
+
+def _corners(bearing: float, length: float, width: float) -> list[Offset]:
+    """Offsets (m) of the corners of a rectangle from its center: back left, front left, front right, back right."""
+    c, s = math.cos(bearing), math.sin(bearing)
+    ends = ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
+    return [(c * x * length - s * y * width, s * x * length + c * y * width) for x, y in ends]

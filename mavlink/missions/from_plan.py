@@ -1,0 +1,68 @@
+"""An IMC plan as items of a mission, with remarks on what items cannot say."""
+
+import math
+from typing import NamedTuple
+
+import imc
+from mavlink.from_imc import Home, degrees_e7
+from mavlink.missions.chain import chain_of
+from mavlink.missions.codes import GLOBAL, BadItem, Command
+from mavlink.missions.item import Item, first_item, to_float32
+from mavlink.missions.lister import Lister
+from mavlink.missions.losses import losses
+from mavlink.missions.settings import Settings
+from mavlink.missions.table import Table
+from mavlink.missions.to_plan import MOST_ITEMS, plan_of
+from mavlink.modes import Flavour
+
+
+class Listing(NamedTuple):
+    """A plan as items. `remarks` say what they cannot; without any, `plan_of` makes the same plan of them.
+
+    The names of maneuvers do not count, nor do fields that no maneuver of Shoal uses, such as timeouts.
+    """
+
+    items: list[Item]
+    remarks: list[str]
+    table: Table
+
+
+def items_of(plan: imc.PlanSpecification, flavour: Flavour, settings: Settings) -> Listing:
+    """Any plan, whoever wrote it, as a mission for a console of this flavor. Raises nothing."""
+    plan, first = _as_received(plan), first_item(flavour)
+    chain, remarks = chain_of(plan)
+    lister = Lister(settings, unset=0.0 if first else math.nan)
+    taken = 0
+    while taken < len(chain) and len(lister.items) < MOST_ITEMS:
+        taken += lister.take(chain[taken:])
+    items, steps = [home_item(settings.home)] * first + lister.items, [()] * first + lister.steps
+    if taken < len(chain) or len(items) > MOST_ITEMS:
+        remarks.append(f"only the first {MOST_ITEMS} items are shown")
+    table = Table(tuple(steps[:MOST_ITEMS]), first)
+    items = items[:MOST_ITEMS]
+    remarks += lister.remarks
+    if any(table.steps):
+        try:
+            remarks += losses(chain, table, items, plan_of(items, flavour, settings), settings)
+        except BadItem as bad:
+            remarks.append(f"the vehicle would not accept this mission: {bad}")
+    if plan.start_actions or plan.end_actions:
+        remarks.append("what the plan sets as it begins and ends is not shown")
+    return Listing(items, remarks, table)
+
+
+def home_item(home: Home | None) -> Item:
+    """Item 0 of ArduPilot's missions; without a home it has no position."""
+    if home is None:
+        return Item(GLOBAL, Command.NAV_WAYPOINT)
+    lat, lon = degrees_e7(home.lat), degrees_e7(home.lon)
+    return Item(GLOBAL, Command.NAV_WAYPOINT, x=lat, y=lon, z=to_float32(home.altitude))
+
+
+def _as_received(plan: imc.PlanSpecification) -> imc.PlanSpecification:
+    """The plan as the wire would round it."""
+    try:
+        received = imc.decode(imc.encode(plan))
+    except imc.EncodeError:
+        return plan
+    return received if isinstance(received, imc.PlanSpecification) else plan
