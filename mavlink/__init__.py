@@ -1,8 +1,8 @@
 """MAVLink without sockets: messages, frames, .tlog files, and conversion to and from IMC."""
 
-from mavlink import from_imc, text
+from mavlink import from_imc, instruments, text
 from mavlink.dialect import Dialect, Fields, load_dialect
-from mavlink.frames import LONGEST_DATAGRAM, Received, encode, split
+from mavlink.frames import LONGEST_DATAGRAM, Received, StreamSplitter, encode, split
 from mavlink.from_imc import SYSTEMS, system_of
 from mavlink.modes import (
     ARMED,
@@ -45,10 +45,12 @@ __all__ = [
     "Mode",
     "Received",
     "Recorded",
+    "StreamSplitter",
     "Tlog",
     "chunks",
     "encode",
     "from_imc",
+    "instruments",
     "load_dialect",
     "mode_of",
     "moving",

@@ -1,21 +1,22 @@
-"""MAVLink's messages as pymavlink's ardupilotmega dialect defines them; the only module that uses pymavlink."""
+"""MAVLink's messages: those of pymavlink's ardupilotmega dialect, and newer ones; only this module uses pymavlink."""
 
 import importlib
 import math
 import struct
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from operator import itemgetter
 from typing import Any
+
+from mavlink.additions import EXTENSIONS, MESSAGES, ExtraMessage
 
 Value = int | float | bytes | Sequence[int] | Sequence[float]
 Fields = Mapping[str, Value]
 
 ENUMERATIONS = ("PLANE_MODE", "COPTER_MODE", "SUB_MODE", "ROVER_MODE", "TRACKER_MODE")
 FLOAT_MAX = struct.unpack("<f", b"\xff\xff\x7f\x7f")[0]
-EXTENSIONS: Mapping[str, Sequence[tuple[str, str]]] = {
-    # newer than the dialect; without the target, two clients would take each other's answers
-    "TIMESYNC": (("target_system", "B"), ("target_component", "B")),
-}
+UNSUITABLE = (KeyError, TypeError, struct.error, OverflowError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +28,7 @@ class Field:
     length: int = 0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Definition:
     """One message of the dialect."""
 
@@ -35,47 +36,81 @@ class Definition:
     name: str
     crc_extra: int
     fields: tuple[Field, ...]
-    layout: struct.Struct = field(init=False)
 
-    def __post_init__(self) -> None:
-        text = "".join(f"{f.length or ''}{f.kind}" for f in self.fields)
-        object.__setattr__(self, "layout", struct.Struct("<" + text))
+    @cached_property
+    def layout(self) -> struct.Struct:
+        return struct.Struct("<" + "".join(f"{f.length or ''}{f.kind}" for f in self.fields))
+
+    @cached_property
+    def salt(self) -> bytes:
+        """What follows header and payload in the checksum."""
+        return bytes((self.crc_extra,))
+
+    @cached_property
+    def size(self) -> int:
+        """Bytes of the whole payload."""
+        return self.layout.size
+
+    @cached_property
+    def _packer(self) -> Callable[[Fields], bytes]:
+        """Packs values that need no conversion; raises one of UNSUITABLE for others."""
+        names, pack = [field.name for field in self.fields], self.layout.pack
+        if len(names) == 1:
+            return lambda values: pack(values[names[0]])
+        pick = itemgetter(*names)
+        return lambda values: pack(*pick(values))
+
+    @cached_property
+    def _blank(self) -> dict[str, Value]:
+        return {field.name: b"" if field.kind == "s" else 0 for field in self.fields}
 
     def pack(self, values: Fields) -> bytes:
         """The whole payload, with trailing zeros. Numbers are rounded and clamped to their fields; fields that
         `values` lacks are zero. Raises ValueError if the value of an integer field is not finite."""
-        items: list[Any] = []
+        try:
+            return self._packer(values if len(values) == len(self.fields) else {**self._blank, **values})
+        except UNSUITABLE:
+            return self.layout.pack(*self._fitted(values))
+
+    def _fitted(self, values: Fields) -> Iterator[Any]:
         for item in self.fields:
             value: Any = values.get(item.name, 0)
             if item.kind == "s":
-                items.append(value or b"")
+                yield value or b""
             elif item.length:
                 given = list(value)[: item.length] if value else []
-                items.extend(_fit(item.kind, v) for v in given)
-                items.extend([0] * (item.length - len(given)))
+                yield from (_fit(item.kind, v) for v in given)
+                yield from [0] * (item.length - len(given))
             else:
-                items.append(_fit(item.kind, value))
-        return self.layout.pack(*items)
+                yield _fit(item.kind, value)
 
-    def unpack(self, payload: bytes) -> dict[str, Any]:
-        """Values by name: numbers, bytes up to the first NUL for texts, tuples for arrays.
+    @cached_property
+    def unpack(self) -> Callable[[bytes], dict[str, Any]]:
+        """Gives the values in a payload by name: numbers, bytes up to the first NUL for texts, tuples for arrays.
 
         A short payload is filled with zeros; bytes beyond the definition are ignored.
         """
-        items = self.layout.unpack(self.fill(payload))
-        values: dict[str, Any] = {}
+        names, size, unpack = tuple(field.name for field in self.fields), self.size, self.layout.unpack
+        if any(field.length for field in self.fields):
+            return lambda payload: dict(self._grouped(unpack(self.fill(payload))))
+
+        def numbers(payload: bytes) -> dict[str, Any]:
+            whole = payload if len(payload) == size else payload[:size].ljust(size, b"\0")
+            return dict(zip(names, unpack(whole), strict=True))
+
+        return numbers
+
+    def _grouped(self, items: Sequence[Any]) -> Iterator[tuple[str, Any]]:
         place = 0
         for item in self.fields:
             count = item.length if item.length and item.kind != "s" else 1
             value: Any = items[place : place + count] if count > 1 else items[place]
-            values[item.name] = value.partition(b"\0")[0] if item.kind == "s" else value
+            yield item.name, value.partition(b"\0")[0] if item.kind == "s" else value
             place += count
-        return values
 
     def fill(self, payload: bytes) -> bytes:
         """`payload`, cut or filled with zeros to the size of the definition."""
-        size = self.layout.size
-        return payload[:size].ljust(size, b"\0")
+        return payload[: self.size].ljust(self.size, b"\0")
 
 
 class Dialect:
@@ -92,8 +127,10 @@ class Dialect:
 def load_dialect() -> Dialect:
     """The dialect. Raises ImportError if pymavlink (the extra "mavlink") is not installed."""
     module: Any = importlib.import_module("pymavlink.dialects.v20.ardupilotmega")
-    definitions = (_definition(message) for message in module.mavlink_map.values())
-    return Dialect(definitions, {name: _names(name, module.enums[name]) for name in ENUMERATIONS})
+    known = [_definition(message) for message in module.mavlink_map.values()]
+    numbers = {definition.id for definition in known}
+    newer = [_addition(message) for message in MESSAGES if message.id not in numbers]
+    return Dialect([*known, *newer], {name: _names(name, module.enums[name]) for name in ENUMERATIONS})
 
 
 def _names(name: str, values: Any) -> dict[int, str]:
@@ -104,8 +141,14 @@ def _names(name: str, values: Any) -> dict[int, str]:
 def _definition(message: Any) -> Definition:
     kinds = _kinds(message.unpacker.format)
     fields = [Field(name, kind, length) for name, (kind, length) in zip(message.ordered_fieldnames, kinds, strict=True)]
-    fields.extend(Field(name, kind) for name, kind in EXTENSIONS.get(message.msgname, ()))
-    return Definition(message.id, message.msgname, message.crc_extra, tuple(fields))
+    present = {field.name for field in fields}
+    newer = (Field(name, kind) for name, kind in EXTENSIONS.get(message.msgname, ()) if name not in present)
+    return Definition(message.id, message.msgname, message.crc_extra, (*fields, *newer))
+
+
+def _addition(message: ExtraMessage) -> Definition:
+    fields = tuple(Field(name, kind, length) for name, kind, length in message.wire_fields)
+    return Definition(message.id, message.name, message.crc_extra, fields)
 
 
 def _kinds(layout: str) -> list[tuple[str, int]]:

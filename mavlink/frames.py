@@ -1,6 +1,7 @@
-"""Frames of MAVLink 1 and 2 in datagrams."""
+"""Frames of MAVLink 1 and 2, in datagrams and in streams of bytes."""
 
-from dataclasses import dataclass
+import struct
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from fastcrc import crc16
@@ -13,28 +14,56 @@ SIGNED = 0x01
 SIGNATURE = 13
 LONGEST_DATAGRAM = 8192
 LONGEST_HEADER = 10
+LONGEST_FRAME = LONGEST_HEADER + 255 + 2 + SIGNATURE
+
+_HEADER = struct.Struct("<xBBxBBBHB")  # length, flags, sequence, system, component, message id
+_CHECKSUM = struct.Struct("<H")
+_crc = crc16.mcrf4xx
 
 
-@dataclass(frozen=True, slots=True)
 class Received:
-    """A received message: `payload` has the full length of the definition, `values` are its fields."""
+    """A received message.
 
-    definition: Definition
-    system: int
-    component: int
-    payload: bytes
-    values: dict[str, Any]
+    sequence: the sender's count. content: the payload as it came, without the zeros that were cut from its end.
+    signature: link id, time and digest of a signed frame, else empty; signed: the bytes that the digest covers.
+    """
+
+    __slots__ = ("_values", "component", "content", "definition", "sequence", "signature", "signed", "system")
+
+    def __init__(self, definition: Definition, system: int, component: int, sequence: int, content: bytes) -> None:
+        self.definition = definition
+        self.system = system
+        self.component = component
+        self.sequence = sequence
+        self.content = content
+        self.signature = self.signed = b""
+        self._values: dict[str, Any] | None = None
 
     @property
     def name(self) -> str:
         return self.definition.name
 
+    @property
+    def payload(self) -> bytes:
+        """The whole payload, with trailing zeros."""
+        return self.definition.fill(self.content)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The fields by name."""
+        if self._values is None:
+            self._values = self.definition.unpack(self.content)
+        return self._values
+
 
 def encode(definition: Definition, payload: bytes, sequence: int, system: int, component: int) -> bytes:
     """A MAVLink 2 frame: zeros at the end of the payload are cut, but never its first byte."""
     body = payload.rstrip(b"\0") or payload[:1]
-    frame = bytes((V2, len(body), 0, 0, sequence, system, component)) + definition.id.to_bytes(3, "little") + body
-    return frame + _checksum(frame[1:], definition).to_bytes(2, "little")
+    number = definition.id
+    content = (
+        bytes((len(body), 0, 0, sequence, system, component, number & 0xFF, number >> 8 & 0xFF, number >> 16)) + body
+    )
+    return b"\xfd" + content + _CHECKSUM.pack(_crc(content + definition.salt))
 
 
 def split(datagram: bytes, dialect: Dialect) -> tuple[list[Received], int]:
@@ -43,76 +72,89 @@ def split(datagram: bytes, dialect: Dialect) -> tuple[list[Received], int]:
     No state is kept between datagrams, and a damaged frame does not hide a good one after it. Frames of messages that
     the dialect lacks are skipped. Signatures are not checked.
     """
-    found: list[Received] = []
-    place = damages = 0
-    damaged = False
-    while place < len(datagram):
-        length, message = _message_at(datagram, place, dialect)
-        if length:
-            damaged = False
-            if message is not None:
-                found.append(message)
-        elif not damaged:
-            damaged = True
-            damages += 1
-        place += length or 1
-    return found, damages
+    scan = _scan(datagram, dialect, whole=True)
+    return scan.found, scan.damages
 
 
-class FrameHeader(NamedTuple):
-    """Offsets of the parts of a frame in a buffer (start, payload, checksum, end), and its header fields."""
+class StreamSplitter:
+    """Finds the messages in a stream of bytes that comes in pieces, such as TCP or a serial line; see `split`.
 
-    start: int
-    payload: int
-    checksum: int
+    What looks like the beginning of a frame is kept until its end has come, at most LONGEST_FRAME bytes.
+    """
+
+    def __init__(self, dialect: Dialect) -> None:
+        self._dialect = dialect
+        self._kept = b""
+        self._damaged = False
+
+    def feed(self, data: bytes) -> tuple[list[Received], int]:
+        """The messages that are complete, and the number of damaged stretches that have begun."""
+        data = self._kept + data
+        scan = _scan(data, self._dialect, whole=False, damaged=self._damaged)
+        self._kept = data[scan.end :]
+        self._damaged = scan.damaged
+        return scan.found, scan.damages
+
+
+class _Scan(NamedTuple):
+    """What was found in a buffer: messages, damaged stretches, where the rest begins, whether damage precedes it."""
+
+    found: list[Received]
+    damages: int
     end: int
-    id: int
-    system: int
-    component: int
+    damaged: bool
 
 
-def frame_at(data: bytes, start: int) -> FrameHeader | None:
-    """The frame whose header begins at `start`; its end may lie beyond the buffer. None if no frame can begin there."""
+def _scan(data: bytes, dialect: Dialect, *, whole: bool, damaged: bool = False) -> _Scan:
+    """The messages in a buffer, which ends with a frame if it is `whole`, else perhaps in an unfinished one."""
+    found: list[Received] = []
+    by_id, size = dialect.by_id, len(data)
+    place = damages = 0
+    while place < size:
+        end = 0
+        if data[place] in MAGICS:
+            if size - place < LONGEST_HEADER and not whole:
+                break
+            end, message = frame_at(data, place, by_id)
+            if end > size:
+                if not whole:
+                    break
+                end = 0
+            elif message is not None:
+                found.append(message)
+            elif end < size and data[end] not in MAGICS:  # unknown messages count as frames if one follows
+                end = 0
+        damages += not (end or damaged)
+        damaged = not end
+        place = end or place + 1
+    return _Scan(found, damages, place, damaged)
+
+
+def frame_at(data: bytes, start: int, by_id: Mapping[int, Definition]) -> tuple[int, Received | None]:
+    """Where the frame that begins at `start` ends, and its message.
+
+    An end of 0 means that there is none; one behind `data` that it is not complete. Without a message its checksum
+    could not be checked, since `by_id` lacks the definition.
+    """
     if data[start] == V2 and len(data) >= start + LONGEST_HEADER:
-        flags, system, component = data[start + 2], data[start + 5], data[start + 6]
-        number = int.from_bytes(data[start + 7 : start + LONGEST_HEADER], "little")
-        payload = start + LONGEST_HEADER
+        length, flags, sequence, system, component, low, high = _HEADER.unpack_from(data, start)
+        number, payload = low | high << 16, start + LONGEST_HEADER
+        if flags & ~SIGNED:
+            return 0, None
     elif data[start] == V1 and len(data) >= start + 6:
-        flags, system, component, number = 0, data[start + 3], data[start + 4], data[start + 5]
-        payload = start + 6
+        length, sequence, system, component, number = data[start + 1 : start + 6]
+        flags, payload = 0, start + 6
     else:
-        return None
-    if flags & ~SIGNED:
-        return None
-    checksum = payload + data[start + 1]
-    end = checksum + 2 + (SIGNATURE if flags & SIGNED else 0)
-    return FrameHeader(start, payload, checksum, end, number, system, component)
-
-
-def is_intact(data: bytes, frame: FrameHeader, definition: Definition) -> bool:
-    """Whether the checksum of a whole frame is right for its message."""
-    given = int.from_bytes(data[frame.checksum : frame.checksum + 2], "little")
-    return _checksum(data[frame.start + 1 : frame.checksum], definition) == given
-
-
-def received(data: bytes, frame: FrameHeader, definition: Definition) -> Received:
-    """The message in an intact frame."""
-    payload = definition.fill(data[frame.payload : frame.checksum])
-    return Received(definition, frame.system, frame.component, payload, definition.unpack(payload))
-
-
-def _message_at(data: bytes, start: int, dialect: Dialect) -> tuple[int, Received | None]:
-    """Length of the frame at `start` (0: there is none), and its message (None: the dialect lacks it)."""
-    frame = frame_at(data, start)
-    if frame is None or frame.end > len(data):
         return 0, None
-    definition = dialect.by_id.get(frame.id)
-    if definition is None:  # checking the checksum needs the definition; instead, a frame must follow
-        return (frame.end - start, None) if frame.end == len(data) or data[frame.end] in MAGICS else (0, None)
-    if not is_intact(data, frame, definition):
+    checksum = payload + length
+    after = checksum + 2
+    end = after + SIGNATURE if flags else after
+    definition = by_id.get(number)
+    if definition is None or end > len(data):
+        return end, None
+    if _crc(data[start + 1 : checksum] + definition.salt) != data[checksum] | data[checksum + 1] << 8:
         return 0, None
-    return frame.end - start, received(data, frame, definition)
-
-
-def _checksum(content: bytes, definition: Definition) -> int:
-    return crc16.mcrf4xx(content + bytes((definition.crc_extra,)))
+    message = Received(definition, system, component, sequence, data[payload:checksum])
+    if flags:
+        message.signature, message.signed = data[after:end], data[start:after]
+    return end, message

@@ -66,6 +66,14 @@ def home_of(state: imc.EstimatedState, *, afloat: bool, undulation: float = 0.0)
     return Home(state.lat, state.lon, state.height, 0.0 if afloat else state.height - undulation)
 
 
+def home_at(lat: float, lon: float, altitude: float, *, afloat: bool, undulation: float = 0.0) -> Home | None:
+    """Home at a place (rad, m above mean sea level) that a ground station has chosen; None if it is impossible."""
+    altitude = 0.0 if afloat else altitude
+    if not (_on_earth(lat, lon) and abs(altitude) <= HIGHEST):
+        return None
+    return Home(lat, lon, altitude + undulation, altitude)
+
+
 def place_of(state: imc.EstimatedState, home: Home, *, afloat: bool, undulation: float = 0.0) -> Position | None:
     """Where the vehicle is: the reference point of `state`, moved by its offsets on the WGS-84 ellipsoid.
 

@@ -9,26 +9,41 @@ import imc
 OpMode = imc.VehicleState.OpMode
 PlanState = imc.PlanControlState.State
 
-CUSTOM_MODE, AUTO, GUIDED, STABILIZE, MANUAL_INPUT, ARMED = 1, 4, 8, 16, 64, 128
-COMMAND_INT, PARAM_BYTEWISE, MAVLINK2, PARAM_C_CAST = 8, 16, 8192, 131072
+CUSTOM_MODE, AUTO, GUIDANCE, STABILIZE, MANUAL_INPUT, ARMED = 1, 4, 8, 16, 64, 128
+MISSION_INT, COMMAND_INT, PARAM_BYTEWISE, FTP, MAVLINK2, FENCE, PARAM_C_CAST = 4, 8, 16, 32, 8192, 16384, 131072
 BOOT, CALIBRATING, STANDBY, ACTIVE, CRITICAL = 1, 2, 3, 4, 5
+
+
+ADVANCED, NOT_SELECTABLE, AUTOMATIC = 1, 2, 4  # MAV_MODE_PROPERTY
 
 
 class Mode(Enum):
     """What a vehicle does; `flags` are its MAV_MODE_FLAG bits, without those of custom mode and arming."""
 
     MANUAL = "manual", 0
-    MISSION = "mission", AUTO | GUIDED | STABILIZE
-    HOLD = "hold", GUIDED | STABILIZE
+    MISSION = "mission", AUTO | GUIDANCE | STABILIZE
+    HOLD = "hold", GUIDANCE | STABILIZE
+    GUIDED = "guided", GUIDANCE | STABILIZE
     TELEOPERATION = "teleoperation", MANUAL_INPUT | STABILIZE
     RETURN = "return", AUTO | STABILIZE
-    TAKEOFF = "takeoff", AUTO | GUIDED | STABILIZE
-    LAND = "land", AUTO | GUIDED | STABILIZE
+    TAKEOFF = "takeoff", AUTO | GUIDANCE | STABILIZE
+    LAND = "land", AUTO | GUIDANCE | STABILIZE
     OTHER = "other", STABILIZE
 
     @property
     def flags(self) -> int:
         return self.value[1]
+
+    @property
+    def standard(self) -> int:
+        """MAV_STANDARD_MODE."""
+        return next((number for number, mode in STANDARD_MODES.items() if mode is self), 0)
+
+    @property
+    def properties(self) -> int:
+        """MAV_MODE_PROPERTY."""
+        steered = NOT_SELECTABLE if self in (Mode.TELEOPERATION, Mode.TAKEOFF) else 0
+        return steered | (AUTOMATIC if self.flags & AUTO else 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +64,7 @@ COPTER: Mapping[Mode, tuple[int, ...]] = {
     Mode.TELEOPERATION: (1,),
     Mode.MISSION: (3,),
     Mode.HOLD: (5, 16, 17, 2),
+    Mode.GUIDED: (4,),
     Mode.RETURN: (6,),
     Mode.TAKEOFF: (4,),
     Mode.LAND: (9,),
@@ -63,6 +79,7 @@ KINDS: Mapping[str, Kind] = {
             Mode.TELEOPERATION: (0,),
             Mode.MISSION: (3,),
             Mode.HOLD: (16, 2),
+            Mode.GUIDED: (4,),
             Mode.RETURN: (9,),
         },
         afloat=True,
@@ -75,6 +92,7 @@ KINDS: Mapping[str, Kind] = {
             Mode.TELEOPERATION: (3,),
             Mode.MISSION: (10,),
             Mode.HOLD: (5, 4),
+            Mode.GUIDED: (15,),
             Mode.RETURN: (11, 12),
         },
         afloat=True,
@@ -87,6 +105,7 @@ KINDS: Mapping[str, Kind] = {
             Mode.TELEOPERATION: (2,),
             Mode.MISSION: (10,),
             Mode.HOLD: (12,),
+            Mode.GUIDED: (15,),
             Mode.RETURN: (11,),
         },
     ),
@@ -100,6 +119,7 @@ PX4_MODES: Mapping[Mode, tuple[int, ...]] = {
     Mode.TELEOPERATION: (3 << 16,),
     Mode.MISSION: (4 << 16 | 4 << 24,),
     Mode.HOLD: (4 << 16 | 3 << 24,),
+    Mode.GUIDED: (4 << 16 | 3 << 24,),  # PX4 goes to a place in its hold
     Mode.RETURN: (4 << 16 | 5 << 24,),
     Mode.TAKEOFF: (4 << 16 | 2 << 24,),
     Mode.LAND: (4 << 16 | 6 << 24,),
@@ -174,7 +194,7 @@ class Flavour:
 
     @property
     def capabilities(self) -> int:
-        return COMMAND_INT | MAVLINK2 | (PARAM_BYTEWISE if self.bytewise else PARAM_C_CAST)
+        return MISSION_INT | COMMAND_INT | FTP | MAVLINK2 | FENCE | (PARAM_BYTEWISE if self.bytewise else PARAM_C_CAST)
 
     @property
     def software_version(self) -> int:
@@ -186,13 +206,21 @@ class Flavour:
         modes = self._modes(kind)
         return modes.get(mode, modes[Mode.MANUAL])[0]
 
+    def modes(self, kind: Kind) -> list[tuple[Mode, int]]:
+        """The modes of a kind of vehicle and the numbers that HEARTBEAT shows; of those with one number, the first."""
+        found: dict[int, Mode] = {}
+        for mode, numbers in self._modes(kind).items():
+            if mode in kind.modes:
+                found.setdefault(numbers[0], mode)
+        return [(mode, number) for number, mode in found.items()]
+
     def mode(self, kind: Kind, custom_mode: int) -> Mode:
         """The mode with a number."""
         return next((mode for mode, numbers in self._modes(kind).items() if custom_mode in numbers), Mode.OTHER)
 
-    def commanded_mode(self, kind: Kind, main: int, sub: int) -> Mode:
-        """The mode that MAV_CMD_DO_SET_MODE asks for."""
-        return self.mode(kind, main if self.name == "ardupilot" else main << 16 | sub << 24)
+    def commanded_number(self, main: int, sub: int) -> int:
+        """The number of the mode that MAV_CMD_DO_SET_MODE asks for."""
+        return main if self.name == "ardupilot" else main << 16 | sub << 24
 
     def banner(self, kind: Kind) -> str:
         """The first line that consoles expect."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from mavlink.dialect import Dialect
-from mavlink.frames import LONGEST_HEADER, MAGICS, FrameHeader, Received, frame_at, is_intact, received
+from mavlink.frames import LONGEST_HEADER, MAGICS, Received, frame_at
 
 CHUNK = 1 << 20
 TIME = 8
@@ -44,12 +44,12 @@ class Tlog:
 
     def read(self, names: frozenset[str]) -> Iterator[Recorded]:
         """The messages with these names, in the order of the file; damage is skipped and counted."""
-        definitions = {number: d for number, d in self._dialect.by_id.items() if d.name in names}
-        for time, buffer, frame in self._frames():
-            if (definition := definitions.get(frame.id)) is not None:
-                yield Recorded(time / 1e6, received(buffer, frame, definition))
+        for time, message in self._frames():
+            if message is not None and message.name in names:
+                yield Recorded(time / 1e6, message)
 
-    def _frames(self) -> Iterator[tuple[int, bytes, FrameHeader]]:
+    def _frames(self) -> Iterator[tuple[int, Received | None]]:
+        """Time in µs and message of each frame; None if the dialect lacks it."""
         buffer, position = b"", 0
         with self.path.open("rb") as file:
             more = True
@@ -61,38 +61,34 @@ class Tlog:
                 while found := RECORD.search(buffer, position):
                     self.lost += found.start() - position
                     position = found.start()
-                    frame = _record_at(buffer, position)
-                    cut = position + TIME + LONGEST_HEADER > len(buffer) or (frame and frame.end > len(buffer))
+                    end, message = self._record_at(buffer, position)
+                    cut = position + TIME + LONGEST_HEADER > len(buffer) or end > len(buffer)
                     if cut and more:
                         break
-                    if cut or frame is None or not self._is_good(buffer, frame):
+                    if cut or not end:
                         self.lost += 1
                         position += 1
                         continue
                     self.frames += 1
-                    yield int.from_bytes(buffer[position : position + TIME]), buffer, frame
-                    position = frame.end
+                    self.unknown += message is None
+                    yield int.from_bytes(buffer[position : position + TIME]), message
+                    position = end
                 else:
                     kept = min(TIME, len(buffer) - position) if more else 0  # the start of a record may be among them
                     self.lost += len(buffer) - kept - position
                     position = len(buffer) - kept
 
-    def _is_good(self, buffer: bytes, frame: FrameHeader) -> bool:
-        definition = self._dialect.by_id.get(frame.id)
-        if definition is not None:
-            return is_intact(buffer, frame, definition)
-        # Checking the checksum needs the definition; instead, a record must follow.
-        after = buffer[frame.end : frame.end + TIME + 1]
-        good = len(after) <= TIME or (_is_time(after, 0) and after[TIME] in MAGICS)
-        self.unknown += good
-        return good
-
-
-def _record_at(buffer: bytes, position: int) -> FrameHeader | None:
-    """The frame after a time at `position`; None if there is no time, or no frame can begin after it."""
-    if position + TIME >= len(buffer) or not _is_time(buffer, position):
-        return None
-    return frame_at(buffer, position + TIME)
+    def _record_at(self, buffer: bytes, position: int) -> tuple[int, Received | None]:
+        """End and message of the record at `position`; the end is 0 if there is none, see `frame_at`."""
+        if position + TIME >= len(buffer) or not _is_time(buffer, position):
+            return 0, None
+        end, message = frame_at(buffer, position + TIME, self._dialect.by_id)
+        if message is None and end:
+            # Checking the checksum needs the definition; instead, a record must follow.
+            after = buffer[end : end + TIME + 1]
+            if len(after) > TIME and not (_is_time(after, 0) and after[TIME] in MAGICS):
+                return 0, None
+        return end, message
 
 
 def _is_time(buffer: bytes, position: int) -> bool:

@@ -11,7 +11,6 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 import imc
 from mavlink import AutopilotTranslator, Tlog, load_dialect
-from mavlink import tlog as tlog_file
 from shoal.logs.edit.tlog_import import BadTlog, import_tlog
 
 TLOG = Path(__file__).parents[3] / "data" / "logs" / "ardusub.tlog"
@@ -58,8 +57,8 @@ def test_frames_are_those_that_pymavlink_finds():
 def test_garbage_is_skipped_without_a_look_at_each_byte(tmp_path, monkeypatch, garbage):
     """Counted, since a busy machine makes times longer: 50 MB took 17 s."""
     (tmp_path / "a.tlog").write_bytes(garbage + TLOG.read_bytes())
-    looks, look = [], tlog_file._record_at
-    monkeypatch.setattr(tlog_file, "_record_at", lambda *at: looks.append(at) or look(*at))
+    looks, look = [], Tlog._record_at
+    monkeypatch.setattr(Tlog, "_record_at", lambda *at: looks.append(at) or look(*at))
     tlog = Tlog(tmp_path / "a.tlog", DIALECT)
     frames = sum(1 for _ in tlog.read(KINDS))
     assert frames == sum(1 for _ in Tlog(TLOG, DIALECT).read(KINDS))
