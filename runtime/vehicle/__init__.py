@@ -13,7 +13,7 @@ from runtime.vehicle.catalogue import (
 )
 from runtime.vehicle.changes import Settings, general_number
 from runtime.vehicle.checker import check
-from runtime.vehicle.explainer import explain
+from runtime.vehicle.explainer import Row, explain
 from runtime.vehicle.fleet import Fleet, FleetError
 from runtime.vehicle.vehicle import Vehicle
 
@@ -21,6 +21,7 @@ __all__ = [
     "Build",
     "Fleet",
     "FleetError",
+    "Row",
     "Settings",
     "TaskImportError",
     "Vehicle",

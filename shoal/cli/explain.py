@@ -1,17 +1,22 @@
 """`shoal explain`: shows the values of a profile, what they mean and where they are set."""
 
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import click
 from rich.console import Console
 
 from runtime.problem import Origin, Problem, ProfileError, printable, suggestion
-from runtime.profile import Profile, Section, dune, load_profile
-from runtime.task import Task
-from runtime.vehicle import TaskImportError, find_task
+from runtime.profile import Profile, Section, default_label, dune, load_profile
+from runtime.task import Parameter, Task
+from runtime.vehicle import Row, TaskImportError, find_task
 from runtime.vehicle import explain as rows_of
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
 from shoal.cli.tables import open_console, plain_table, sentence, task_of
+from tasks.transports.mavlink_protocol.parameters import fits, identifiers
+
+MAVLINK = "Transports.MAVLink"
 
 
 @click.command()
@@ -70,13 +75,43 @@ def _explain_section(console: Console, profile: Profile, section: str) -> None:
         raise ProfileError([Problem("error", str(profile.path), 0, f"there is no section [{section}]", hint)])
     if cls is not None:
         console.print(f"[bold]{section}[/]: {sentence(cls)}")
-    table = plain_table("option", "value", "unit", "set by", "meaning")
-    for row in rows_of(profile, section, cls):
+    rows = rows_of(profile, section, cls)
+    mavlink = _mavlink_names(profile, section, rows)
+    table = plain_table("option", "value", "unit", *(["MAVLink"] if mavlink else []), "set by", "meaning")
+    for row in rows:
         before = ", ".join(_short(origin, profile) for origin in row.overwritten)
         origin = _short(row.origins[0], profile) if row.origins else "default"
         origin += f" (overrides {before})" if before else ""
-        table.add_row(*map(printable, (row.option, row.value, row.unit, origin, row.meaning)))
+        name = [mavlink.get(row.option, "")] if mavlink else []
+        table.add_row(*map(printable, (row.option, row.value, row.unit, *name, origin, row.meaning)))
     console.print(table)
+
+
+def _mavlink_names(profile: Profile, section: str, rows: Iterable[Row]) -> dict[str, str]:
+    """By option, the names that ground stations show; none if the vehicle does not speak MAVLink."""
+    if not any(name.partition("/")[0] == MAVLINK for name in profile.config.sections):
+        return {}
+    found = profile.config.sections.get(section)
+    label = found.value("Entity Label", default_label(section)) if found else default_label(section)
+    pairs = {
+        row.option: (label, row.parameter.name)
+        for row in rows
+        if row.parameter and _is_shown(row, row.parameter, found)
+    }
+    names = identifiers(pairs.values())
+    return {option: names[pair] for option, pair in pairs.items()}
+
+
+def _is_shown(row: Row, parameter: Parameter, section: Section | None) -> bool:
+    """Whether MAVLink has a parameter, which an attribute in the profile can make editable, or not."""
+    option = section.options.get(row.option) if section else None
+    editable = option.attributes.get("editable") if option else None
+    if editable in ("true", "false"):
+        parameter = replace(parameter, editable=editable == "true")
+    try:
+        return fits(parameter, parameter.parse(row.value))
+    except ValueError:
+        return False
 
 
 def _short(origin: Origin, profile: Profile) -> str:

@@ -5,6 +5,7 @@ import re
 import struct
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 from zlib import crc32
 
 import numpy as np
@@ -42,8 +43,11 @@ class ParameterEntry:
 
     @property
     def value(self) -> int | float:
-        """The present value; for a choice among texts, its index."""
-        value = self.task.parameter_set.value(self.parameter)
+        """The present value."""
+        return self.number(self.task.parameter_set.value(self.parameter))
+
+    def number(self, value: Any) -> int | float:
+        """A value as MAVLink has it: of a choice among texts its index, and integers within 32 bits."""
         if self.parameter.type is str:
             return self.parameter.choices.index(value)
         return value if self.type == REAL32 else max(LOWEST, min(HIGHEST, int(value)))
@@ -95,8 +99,8 @@ class ParameterTable:
         found = {
             (task.entity.label, parameter.name): (task, parameter)
             for task in tasks
-            for parameter in task.parameters().values()
-            if _fits(task, parameter)
+            for parameter in task.parameter_set.declarations.values()
+            if fits(parameter, task.parameter_set.value(parameter))
         }
         self._entries: list[ParameterEntry] = []
         for (pair, name), index in zip(identifiers(found).items(), range(len(found)), strict=True):
@@ -147,11 +151,12 @@ def identifiers(names: Iterable[tuple[str, str]]) -> dict[tuple[str, str], str]:
     return dict(sorted(chosen.items(), key=lambda item: item[1]))
 
 
-def _fits(task: Task, parameter: Parameter) -> bool:
+def fits(parameter: Parameter, value: Any) -> bool:
+    """Whether MAVLink can show and set a parameter that has a value."""
     if parameter.is_list or not parameter.editable:
         return False
     if parameter.type is int:
-        return LOWEST <= task.parameter_set.value(parameter) <= HIGHEST
+        return LOWEST <= value <= HIGHEST
     return parameter.type is not str or bool(parameter.choices)
 
 

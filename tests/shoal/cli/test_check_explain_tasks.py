@@ -7,7 +7,11 @@ import pytest
 from click.testing import CliRunner
 
 from runtime.durations import parse_duration
+from runtime.kernel import VirtualClock
+from runtime.profile import load_profile
+from runtime.vehicle import build
 from shoal.cli import main
+from tasks.transports.mavlink_protocol.parameters import ParameterTable
 
 
 @pytest.fixture
@@ -130,6 +134,29 @@ def test_explain_says_who_set_what(shoal):
     assert row.split()[1:3] == ["5", "m"]
     assert "command line (overrides etc/auv/kinematic.ini:" in row
     assert "Simulators.GPS" in shoal("explain", "lauv-noptilus-1").output
+
+
+@pytest.mark.parametrize("section", ["Simulators.IMU/AHRS", "Navigation.AUV.Navigation", "Supervisors.Failsafe"])
+def test_explain_shows_the_names_that_ground_stations_show(shoal, tmp_path, section):
+    profile = load_profile("lauv-noptilus-1")
+    vehicle = build(profile, profile.select("Simulation"), clock=VirtualClock(0), log_root=tmp_path).vehicle
+    names = {entry.parameter.name: entry.id for entry in ParameterTable(vehicle.tasks) if entry.task.name == section}
+    lines = shoal("explain", "lauv-noptilus-1", section).output.splitlines()
+    place = lines[1].index("MAVLink")
+    shown = {line[: line.index("  ")]: line[place:].split("  ")[0] for line in lines[2:] if not line.startswith(" ")}
+    assert {option: name for option, name in shown.items() if name} == names
+
+
+def test_explain_shows_no_names_of_a_vehicle_without_mavlink(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text("[General]\nVehicle = mine\n[Simulators.GPS]\nHDOP = 1\n")
+    assert "MAVLink" not in shoal("explain", "mine", "Simulators.GPS").output
+    (tmp_path / "mine.ini").write_text(
+        "[General]\nVehicle = mine\n[Transports.MAVLink]\nEnabled = Always\n"
+        "[Simulators.GPS]\nHDOP {editable: false} = 1\n"
+    )
+    lines = shoal("explain", "mine", "Simulators.GPS").output.splitlines()
+    assert "GPS_DEBUG_LEVEL" in next(line for line in lines if line.startswith("Debug Level"))
+    assert "GPS_HDOP" not in next(line for line in lines if line.startswith("HDOP"))
 
 
 def test_explain_names_the_nearest_section(shoal):

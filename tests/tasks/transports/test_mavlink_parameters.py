@@ -63,6 +63,15 @@ def test_table_has_the_numbers_booleans_and_choices(table, sonar):
     assert table.of("Sonar", "Gain") is sonar["gain"]
 
 
+def test_a_profile_can_take_a_parameter_from_the_table():
+    tasks = simulate(Sonar, seconds=0.0, section="Sonar").vehicle.tasks
+    for task in tasks:
+        task.parameter_set.redeclare("Gain", {"editable": "false"})
+    names = {entry.parameter.name for entry in ParameterTable(tasks) if entry.task.name == "Sonar"}
+    assert "Pings" in names
+    assert "Gain" not in names
+
+
 def test_values(sonar):
     assert sonar["gain"].value == 0.5
     assert sonar["pings"].value == -7
