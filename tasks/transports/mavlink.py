@@ -2,20 +2,23 @@
 
 import errno
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import imc
 from imc.discovery import Service, Services, readable_name
 from mavlink import KINDS, SYSTEMS, Flavour, Received, load_dialect, split, system_of, text
+from mavlink.missions import first_item
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
 from runtime.task import ParameterError
 from tasks.transports.imc_links.sockets import network_speed
+from tasks.transports.mavlink_protocol.commands import look_after
 from tasks.transports.mavlink_protocol.links import Link, parse_route
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import DATAGRAMS_PER_SECOND, HEARTBEAT_PERIOD, SOON, Session, addressed
-from tasks.transports.mavlink_protocol.system import HOLD_PLAN, MavlinkSystem
+from tasks.transports.mavlink_protocol.streams import STREAMS
+from tasks.transports.mavlink_protocol.system import MavlinkSystem
 
 Offered = imc.AnnounceService.ServiceType
 LINKS = ["udpout:127.0.0.1:14550:ardupilot", "udpout:127.0.0.1:14540:px4", "udpin:127.0.0.1:14551:ardupilot"]
@@ -24,6 +27,7 @@ EXCESS_PERIOD = 10.0  # s
 DETECTION_PERIOD = 5.0
 DETECTIONS = 64
 TWINS = 16
+CHANGES = (imc.VehicleState, imc.PlanControlState, imc.ArmingState, imc.AutopilotMode)
 
 
 class MAVLink(Task):
@@ -52,21 +56,16 @@ class MAVLink(Task):
     position_rate: float = param(4.0, "Hz", "Rate of positions and VFR_HUD.", minimum=0, maximum=200)
     status_rate: float = param(2.0, "Hz", "Rate of SYS_STATUS.", minimum=0, maximum=200)
     hold_speed: float = param(1.2, "m/s", "Speed back to the place where it was told to hold.", minimum=0.1, maximum=20)
+    takeoff_altitude: float = param(10.0, "m", "Altitude above home of a takeoff without one.", minimum=1, maximum=120)
     maximum_peers: int = param(8, "1", "Most ground stations on one udpin link.", minimum=1, maximum=64, editable=False)
     peer_timeout: float = param(30.0, "s", "Silence after which a ground station is forgotten.", minimum=1)
 
     def configure(self) -> None:
         if not self.links:
             raise ParameterError("Links", "is empty: add a link, or disable the task")
-        self.rates = {
-            "ATTITUDE": self.attitude_rate,
-            "GLOBAL_POSITION_INT": self.position_rate,
-            "LOCAL_POSITION_NED": self.position_rate,
-            "VFR_HUD": self.position_rate,
-            "SYS_STATUS": self.status_rate,
-            "SYSTEM_TIME": 1.0,
-            "HOME_POSITION": 1.0,
-            "EXTENDED_SYS_STATE": 1.0,
+        self.rates: dict[str, float] = {
+            name: getattr(self, stream.rate) if isinstance(stream.rate, str) else stream.rate
+            for name, stream in STREAMS.items()
         }
 
     def start(self) -> None:
@@ -78,8 +77,8 @@ class MAVLink(Task):
         self.asked: dict[str, Timer] = {}
         self.detected: dict[int, float] = {}
         self.pump_timer: Timer | None = None
-        self.holding, self.requests = -1, 0
         self.twins: set[object] = set()
+        logs = self.vehicle.log_root / self.system_name
         self.autopilot = MavlinkSystem(
             load_dialect(),
             name=self.system_name,
@@ -90,9 +89,14 @@ class MAVLink(Task):
             rates=lambda: self.rates,
             parameters=ParameterTable(self.vehicle.tasks),
             entities=lambda: (e for e in self.vehicle.entities if e.component != self.name),
+            imc_id=self.system,
+            publish=self.publish,
+            folders={"logs": logs, "@MAV_LOG": logs},
             set_parameter=self.ask_for,
-            stop_plan=self.stop_plan,
-            hold=self.hold,
+            say=self.say,
+            speed=lambda: self.hold_speed,
+            takeoff_altitude=lambda: self.takeoff_altitude,
+            reach=self.reach,
         )
         told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.autopilot.system}")
         self.publish(imc.AnnounceService(service=str(told), service_type=Offered.LOCAL | Offered.EXTERNAL))
@@ -103,12 +107,15 @@ class MAVLink(Task):
         for link in self.open_links:
             self.unwatch(link.socket)
             link.close()
+        self.autopilot.transfers.close()
         self.open_links = []
 
     @periodic(1.0)
     def look_after_links(self) -> None:
         """Forget silent peers and old figures, retry links that could not be opened, and report the state."""
         self.autopilot.forget_old(self.now)
+        self.autopilot.helm.look_after(self.now)
+        self.autopilot.transfers.forget_silent(self.now)
         for link in self.open_links:
             link.forget_silent(self.now - self.peer_timeout * self.speed)
         if self.now >= self.excess_due and any(link.dropped for link in self.open_links):
@@ -180,42 +187,53 @@ class MAVLink(Task):
         """Send what is due on all links, and schedule the next call."""
         if self.pump_timer is not None:
             self.pump_timer.cancel()
+        self.autopilot.transfer.look_after(self.now)
         due = min((session.pump(self.now) for session in self.sessions()), default=self.now + HEARTBEAT_PERIOD)
+        due = min(due, self.autopilot.transfer.due or due)
+        due = min((when for session in self.sessions() if (when := look_after(session, self.now))), default=due)
         self.pump_timer = self.after(max(due - self.now, SOON), self.pump)
 
     def show_changes(self) -> None:
         """Send a change of mode or arming immediately: ground stations wait for it."""
         if self.shown != self.autopilot.shown:
-            self.shown = self.autopilot.shown
+            before, self.shown = self.shown, self.autopilot.shown
             for session in self.sessions():
-                session.send_now("HEARTBEAT", self.now)
-
-    @consume
-    def navigate(self, state: imc.EstimatedState) -> None:
-        self.autopilot.hear_state(state, self.now)
-
-    @consume
-    def change_mode(self, state: imc.VehicleState | imc.PlanControlState) -> None:
-        self.autopilot.hear_mode(state, self.now)
-        self.show_changes()
+                if before[:2] != self.shown[:2]:
+                    session.send_now("HEARTBEAT", self.now)
+                if before[2:] != self.shown[2:]:
+                    session.send_now("MISSION_CURRENT", self.now)
 
     @consume
     def note(
         self,
-        figure: imc.Voltage
+        message: imc.EstimatedState
+        | imc.VehicleState
+        | imc.PlanControlState
+        | imc.PathControlState
+        | imc.NavigationUncertainty
+        | imc.GpsFix
+        | imc.Acceleration
+        | imc.AngularVelocity
+        | imc.MagneticField
+        | imc.Pressure
+        | imc.Temperature
+        | imc.Distance
+        | imc.Voltage
         | imc.Current
         | imc.FuelLevel
         | imc.CpuUsage
         | imc.IndicatedSpeed
         | imc.Throttle
-        | imc.VehicleMedium,
+        | imc.SetThrusterActuation
+        | imc.VehicleMedium
+        | imc.ArmingState
+        | imc.AutopilotMode
+        | imc.OperationalLimits,
     ) -> None:
-        self.autopilot.hear_figure(figure, self.vehicle.entities.label(figure.src, figure.src_ent), self.now)
-
-    @consume
-    def fly(self, state: imc.ArmingState | imc.AutopilotMode) -> None:
-        self.autopilot.hear_figure(state, "", self.now)
-        self.show_changes()
+        """Take what the vehicle is and does; a change of mode or arming is shown immediately."""
+        self.autopilot.hear(message, self.vehicle.entities.label(message.src, message.src_ent), self.now)
+        if isinstance(message, CHANGES):
+            self.show_changes()
 
     @consume
     def tell(self, entry: imc.LogBookEntry) -> None:
@@ -231,7 +249,7 @@ class MAVLink(Task):
         if len(self.detected) >= DETECTIONS:
             self.detected.clear()
         self.detected[mug.id] = self.now
-        self.say(text.NOTICE, f"DETECT MUG {mug.id} " + self.autopilot.describe(mug.x, mug.y, self.now))
+        self.say(text.NOTICE, f"DETECT MUG {mug.id} " + self.autopilot.describe(mug.x, mug.y))
 
     @consume
     def show_changed(self, reply: imc.EntityParameters) -> None:
@@ -272,33 +290,19 @@ class MAVLink(Task):
             self.log.warning(f"MAVLink id {self.autopilot.system} is also that of {twin}: set System Id")
 
     @consume
-    def judge_hold(self, reply: imc.PlanControl) -> None:
-        """A vehicle that cannot keep station at least stops."""
-        ours = (reply.op, reply.request_id) == (imc.PlanControl.Op.START, self.holding) and self.is_answered_by(reply)
-        if reply.type == imc.PlanControl.Type.REQUEST or not ours:
-            return
-        self.holding = -1
-        if reply.type == imc.PlanControl.Type.FAILURE:
-            self.say(text.WARNING, f"Cannot hold, stopping: {reply.info}")
-            self.stop_plan()
+    def settle(self, reply: imc.PlanControl | imc.PlanDB) -> None:
+        """Take an answer to what a ground station has asked for."""
+        if self.is_answered_by(reply):
+            self.autopilot.helm.hear(reply)
+            self.show_changes()
+        elif isinstance(reply, imc.PlanDB):
+            self.autopilot.mission.hear_database(reply, self.now)
 
-    def hold(self, station: imc.StationKeeping | None) -> None:
-        """Keep station; without a position, stop."""
-        if station is None:
-            self.say(text.WARNING, "Cannot hold, stopping: the position is unknown")
-            self.stop_plan()
-            return
-        station = station.replace(speed=self.hold_speed)
-        step = imc.PlanManeuver(maneuver_id=HOLD_PLAN, data=station)
-        plan = imc.PlanSpecification(plan_id=HOLD_PLAN, start_man_id=HOLD_PLAN, maneuvers=(step,))
-        self.holding = self.requests = (self.requests + 1) & 0xFFFF
-        kind = imc.PlanControl
-        request = kind(op=kind.Op.START, plan_id=HOLD_PLAN, arg=plan, dst=self.system, request_id=self.holding)
-        self.publish(request)
-
-    def stop_plan(self) -> None:
-        control = imc.PlanControl
-        self.publish(control(type=control.Type.REQUEST, op=control.Op.STOP, dst=self.system))
+    def reach(self, numbers: Sequence[int]) -> None:
+        """Tell all stations which items of the mission are over."""
+        for session in self.sessions():
+            for number in numbers:
+                session.send("MISSION_ITEM_REACHED", {"seq": number + first_item(session.flavour)})
 
     def say(self, severity: int, words: str) -> None:
         self.autopilot.remember(severity, words)

@@ -1,43 +1,64 @@
-"""The latest values on the bus that ground stations see; what nobody reports any more is forgotten."""
+"""The latest messages on the bus that ground stations see; what nobody reports any more is forgotten."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from typing import TypeVar
 
 import imc
 
-LASTING: Mapping[str, float] = {"vehicle": 3.0, "plan": 5.0, "motors": 5.0, "autopilot": 5.0, "fuel": 300.0}
+M = TypeVar("M", bound=imc.Message)
+
+LASTING: Mapping[type[imc.Message], float] = {
+    imc.EstimatedState: 3.0,
+    imc.VehicleState: 3.0,
+    imc.SetThrusterActuation: 3.0,
+    imc.PathControlState: 3.0,
+    imc.PlanControlState: 5.0,
+    imc.ArmingState: 5.0,
+    imc.AutopilotMode: 5.0,
+    imc.FuelLevel: 300.0,
+    imc.OperationalLimits: math.inf,
+}
 USUALLY = 10.0  # s without a report until a figure is unknown
 
 
-@dataclass(slots=True)
 class Figures:
-    """The latest values on the bus; NaN or None: unknown."""
+    """The latest message of each kind and source; `label` is that of the entity that sends it."""
 
-    state: imc.EstimatedState | None = None
-    vehicle: imc.VehicleState | None = None
-    plan: imc.PlanControlState | None = None
-    medium: int | None = None
-    motors: bool | None = None
-    autopilot: str = ""
-    airspeed: float = math.nan
-    throttle: float = math.nan
-    voltage: float = math.nan
-    current: float = math.nan
-    fuel: float = math.nan
-    load: float = math.nan
-    heard: dict[str, float] = field(default_factory=dict[str, float])  # s since 1970, by name
+    def __init__(self) -> None:
+        self._found: dict[type[imc.Message], dict[str, tuple[float, imc.Message]]] = {}
 
-    def take(self, name: str, value: object, now: float) -> None:
-        """Take a new value."""
-        setattr(self, name, value)
-        self.heard[name] = now
+    def take(self, message: imc.Message, label: str, now: float) -> None:
+        """Take a new message."""
+        if isinstance(message, imc.SetThrusterActuation):
+            label = f"{label} {message.id}"
+        sources = self._found.setdefault(type(message), {})
+        sources.pop(label, None)  # the latest is the last
+        sources[label] = now, message
 
-    def forget_old(self, now: float) -> list[str]:
-        """Forget what is old, and return its names. The age of EstimatedState is looked at when it is sent."""
-        names = [name for name, at in self.heard.items() if now - at > LASTING.get(name, USUALLY) and name != "state"]
-        defaults = {item.name: item.default for item in fields(self)}
-        for name in names:
-            setattr(self, name, defaults[name])
-            del self.heard[name]
-        return names
+    def latest(self, kind: type[M]) -> M | None:
+        """The message of a kind that has come last from any source."""
+        messages = list(self.by_label(kind).values())
+        return messages[-1] if messages else None
+
+    def by_label(self, kind: type[M]) -> dict[str, M]:
+        """The messages of a kind by source, the latest last."""
+        sources = self._found.get(kind, {})
+        return {label: message for label, (_, message) in sources.items() if isinstance(message, kind)}
+
+    def heard(self, kind: type[imc.Message]) -> float | None:
+        """When the latest message of a kind has come, in s since 1970."""
+        return max((at for at, _ in self._found.get(kind, {}).values()), default=None)
+
+    def forget_old(self, now: float) -> list[type[imc.Message]]:
+        """Forget what is old; returns the kinds of which nothing is left."""
+        gone: list[type[imc.Message]] = []
+        for kind, sources in list(self._found.items()):
+            limit = now - LASTING.get(kind, USUALLY)
+            kept = {label: item for label, item in sources.items() if item[0] >= limit}
+            if kept:
+                self._found[kind] = kept
+            else:
+                del self._found[kind]
+                gone.append(kind)
+        return gone

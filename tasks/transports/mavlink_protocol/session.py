@@ -5,8 +5,12 @@ from collections.abc import Callable
 from typing import Any
 
 from mavlink import Fields, Flavour, Received, encode, text
+from tasks.transports.mavlink_protocol.orders import Dialogue
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry
+from tasks.transports.mavlink_protocol.streams import STREAMS
 from tasks.transports.mavlink_protocol.system import COMPONENT, MavlinkSystem
+from tasks.transports.mavlink_protocol.transfers import PERIOD as FILE_PERIOD
+from tasks.transports.mavlink_protocol.transfers import Asker
 
 HEARTBEAT_PERIOD = 1.0
 LIST_PERIOD = 0.02
@@ -14,6 +18,7 @@ LIST_BURST = 5
 TEXTS_PER_SECOND, TEXT_BURST = 5.0, 15.0
 DATAGRAMS_PER_SECOND, DATAGRAM_BURST = 500.0, 500.0
 QUICKEST = 0.005
+PATIENCE = 0.25  # s for the next item of a mission
 SOON = 0.001  # s; what is due within this time is sent now: s since 1970 are only exact to a microsecond
 
 
@@ -36,13 +41,15 @@ class Session:
         self.flavour = flavour
         self.heard_at = now
         self.contact = False
-        self.peer = (0, 0)
         self.admit = text.Tap(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, now)
+        self.patience = PATIENCE * speed
         self._speed = speed
         self._transmit = transmit
         self._sequence = itertools.cycle(range(256))
         self._periods: dict[str, float] = {}
         self._due: dict[str, float] = {}
+        self.dialogues: dict[tuple[int, int, int], Dialogue] = {}
+        self.readers: dict[Asker, Received] = {}
         self._listing: list[ParameterEntry] = []
         self._listing_due = now
         self._texts = text.Tap(TEXTS_PER_SECOND / speed, TEXT_BURST, now)
@@ -52,7 +59,6 @@ class Session:
     def hear(self, message: Received, now: float) -> None:
         """Note the sender; a station that is new, or was silent, gets the latest notices."""
         self.heard_at = now
-        self.peer = (message.system, message.component)
         if not self.contact:
             self.contact = True
             for severity, words in self.autopilot.notices:
@@ -64,22 +70,23 @@ class Session:
         self._periods.clear()
         self._due.clear()
         self._listing = []
+        self.dialogues.clear()
+        self.readers.clear()
 
     def send(self, name: str, fields: Fields) -> None:
         definition = self.autopilot.dialect.by_name[name]
         self._send_payload(name, definition.pack(fields))
 
-    def answer(self, name: str, **fields: Any) -> None:
-        """Send a message to the component that asked last."""
-        system, component = self.peer
-        self.send(name, {"target_system": system, "target_component": component, **fields})
+    def answer(self, asker: Received, name: str, **fields: Any) -> None:
+        """Send a message to the component that has sent another."""
+        self.send(name, {"target_system": asker.system, "target_component": asker.component, **fields})
 
-    def send_now(self, name: str, now: float) -> bool:
-        """Send an offered message once; False while the vehicle does not know its values."""
-        fields = self.autopilot.build(name, self.flavour, now)
-        if fields is not None:
+    def send_now(self, name: str, now: float, number: int = 0) -> bool:
+        """Send an offered message, or one of its instances, once; False while the vehicle does not know its values."""
+        found = STREAMS[name].instances(self.autopilot, self.flavour, now, number)
+        for fields in found:
             self.send(name, fields)
-        return fields is not None
+        return bool(found)
 
     def send_parameter(self, entry: ParameterEntry) -> None:
         payload = self.autopilot.dialect.by_name["PARAM_VALUE"].pack(
@@ -121,6 +128,7 @@ class Session:
 
     def pump(self, now: float) -> float:
         """Send what is due, and return when the next message is due (s since 1970)."""
+        self.autopilot.forget_old(now)
         for name in ("HEARTBEAT", *dict.fromkeys((*self.autopilot.rates(), *self._periods))):
             period = self.period(name) * self._speed
             due = self._due.get(name, now)
@@ -137,7 +145,10 @@ class Session:
             for _ in range(min(LIST_BURST, len(self._listing))):
                 self.send_parameter(self._listing.pop())
             self._listing_due = now + LIST_PERIOD * self._speed
-        return min(*self._due.values(), self._listing_due if self._listing else now + HEARTBEAT_PERIOD * self._speed)
+        due = min(*self._due.values(), self._listing_due if self._listing else now + HEARTBEAT_PERIOD * self._speed)
+        if self.readers and self.autopilot.transfers.pump(self, now):
+            due = min(due, now + FILE_PERIOD * self._speed)
+        return due
 
     def _say(self, severity: int, words: str) -> None:
         self._text_number = self._text_number % 0xFFFF + 1

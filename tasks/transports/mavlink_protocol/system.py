@@ -3,48 +3,60 @@
 import hashlib
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 
 import imc
 from imc import coordinates
 from mavlink import (
-    ARMED,
     CRITICAL,
-    CUSTOM_MODE,
     STANDBY,
     STATUS,
     Dialect,
-    Fields,
     Flavour,
     Kind,
     Mode,
     from_imc,
+    instruments,
     mode_of,
     moving,
+    text,
 )
+from mavlink.missions import Settings
 from runtime.task import Entity, State
 from tasks.transports.mavlink_protocol.figures import Figures
+from tasks.transports.mavlink_protocol.file_tree import FileTree
+from tasks.transports.mavlink_protocol.helm import Helm, Outcome, Then, chain
+from tasks.transports.mavlink_protocol.metadata import Metadata
+from tasks.transports.mavlink_protocol.mission import ERRANDS, Mission
+from tasks.transports.mavlink_protocol.mission_transfer import MissionTransfer
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
+from tasks.transports.mavlink_protocol.transfers import Transfers
 
 COMPONENT = 1
-STALE = 3.0
 SUBMERGED = 0.3  # m
-HOLD_PLAN = "hold"
+SUBMARINE = 12  # MAV_TYPE
+HANDOVER = 2.0  # s of silence after which another station may steer
+BELOW = 1.0  # m inside its limits that a plan keeps
 DEPTH = imc.ZUnits.DEPTH
 REMEMBERED = 10
 BATTERY = "Batter"
 LANDS = "LAND"  # AutopilotMode of an aircraft that lands by itself
 OpMode = imc.VehicleState.OpMode
 WORKING = (OpMode.SERVICE, OpMode.MANEUVER, OpMode.EXTERNAL)
+Measurement = imc.Voltage | imc.Current | imc.FuelLevel | imc.CpuUsage | imc.IndicatedSpeed | imc.Temperature
 
 
 class MavlinkSystem:
     """The state that all ground stations share.
 
-    `set_parameter(entry, text)`, `stop_plan()` and `hold(station)` send requests to the vehicle; `hold` gets None if
-    the position is unknown. `entities` gives the entities whose state counts for arming; `boot` is when the vehicle
-    started, in s since 1970. `undulation` is the height of the geoid above the ellipsoid, in m. `rates()` are the rates
-    of the messages streamed by default, in Hz.
+    `publish` and `set_parameter(entry, text)` send requests to the vehicle with the id `imc_id`, `say(severity, text)`
+    texts to all stations, and `reach(numbers)` tells them which items of the mission are over.
+    `entities` gives the entities
+    whose state counts for arming; `boot` is when the vehicle started, in s since 1970. `undulation` is the height of
+    the geoid above the ellipsoid, in m. `rates()` are the rates of the messages streamed by default, in Hz, `speed()`
+    is that of what ground stations ask for, in m/s, `takeoff_altitude()` is in m above home. Stations can
+    read the files in `folders`, by name.
     """
 
     def __init__(
@@ -53,186 +65,286 @@ class MavlinkSystem:
         *,
         name: str,
         system: int,
+        imc_id: int,
         kind: Kind,
         boot: float,
         undulation: float,
         rates: Callable[[], Mapping[str, float]],
         parameters: ParameterTable,
         entities: Callable[[], Iterable[Entity]],
+        folders: Mapping[str, Path] = {},
+        publish: Callable[[imc.Message], object],
         set_parameter: Callable[[ParameterEntry, str], None],
-        stop_plan: Callable[[], None],
-        hold: Callable[[imc.StationKeeping | None], None],
+        say: Callable[[int, str], None],
+        speed: Callable[[], float],
+        takeoff_altitude: Callable[[], float] = lambda: 10.0,
+        reach: Callable[[Sequence[int]], object] = lambda _: None,
     ):
         self.dialect = dialect
         self.system = system
+        self.imc_id = imc_id
         self.kind = kind
         self.parameters = parameters
+        self.helm = Helm(publish, imc_id)
         self.set_parameter = set_parameter
-        self.stop_plan = stop_plan
-        self._hold = hold
+        self.say = say
+        self._speed = speed
+        self.takeoff_altitude = takeoff_altitude
         self.figures = Figures()
         self.rates = rates
         self.home: from_imc.Home | None = None
+        self.last_fix: imc.GpsFix | None = None
         self.armed = False
         self.held = False
         self.is_abandoned = False
         self.notices: deque[tuple[int, str]] = deque(maxlen=REMEMBERED)
-        self._entities = entities
-        self._boot = boot
-        self._undulation = undulation
-        self._uid = hashlib.sha256(name.encode(errors="surrogateescape")).digest()
-        self._builders: dict[str, Callable[[Flavour, float], Fields | None]] = {
-            "HEARTBEAT": self._heartbeat,
-            "SYS_STATUS": self._sys_status,
-            "SYSTEM_TIME": lambda _, now: {
-                "time_unix_usec": round(now * 1e6),
-                "time_boot_ms": from_imc.boot_ms(now, boot),
-            },
-            "ATTITUDE": self._attitude,
-            "LOCAL_POSITION_NED": self._local_position,
-            "GLOBAL_POSITION_INT": self._global_position,
-            "GPS_GLOBAL_ORIGIN": lambda _, now: self.home and from_imc.global_origin(self.home, now),
-            "VFR_HUD": self._hud,
-            "AUTOPILOT_VERSION": lambda flavour, _: self._version(flavour),
-            "HOME_POSITION": lambda _, now: self.home and from_imc.home_position(self.home, now),
-            "EXTENDED_SYS_STATE": lambda _, now: self._extended_state(),
-        }
+        self.entities = entities
+        self.boot = boot
+        self.undulation = undulation
+        self.uid = hashlib.sha256(name.encode(errors="surrogateescape")).digest()
+        self.chosen_speed = 0.0
+        self.mission = Mission(self.helm, self.mission_settings, self._limits, self._limit, reach)
+        self.transfer = MissionTransfer(self.mission)
+        self.metadata = Metadata(name, parameters)
+        self.transfers = Transfers(FileTree(self.metadata.files, folders))
+        self.publish = publish
+        self._steersman: tuple[int, int, int] | None = None
+        self._steered_at = -math.inf
+        self._chosen = Mode.MANUAL, -1, ""
 
-    def offers(self, name: str) -> bool:
-        """Whether a message with this name can be requested."""
-        return name in self._builders
+    def hear(self, message: imc.Message, label: str, now: float) -> None:
+        """Take a message of the entity with this label.
 
-    def build(self, name: str, flavour: Flavour, now: float) -> Fields | None:
-        """The fields of an offered message; None while the vehicle does not know them."""
-        return self._builders[name](flavour, now)
-
-    def hear_state(self, state: imc.EstimatedState, now: float) -> None:
-        """Take a new estimate; the first valid one gives home, but latitude and longitude 0 until there is another."""
-        self.figures.take("state", state, now)
-        if self.home is None or self.home.lat == self.home.lon == 0.0:
-            home = from_imc.home_of(state, afloat=self.kind.afloat, undulation=self._undulation)
-            self.home = home or self.home
-
-    def hear_mode(self, state: imc.VehicleState | imc.PlanControlState, now: float) -> None:
-        """Take what the supervisors publish about the vehicle's activity; a new activity ends a requested hold."""
-        if isinstance(state, imc.PlanControlState):
-            self.figures.take("plan", state, now)
-        else:
-            self.figures.take("vehicle", state, now)
-            self.held = self.held and not moving(state)
-            self.is_abandoned = False
-
-    def hear_figure(self, message: imc.Message, label: str, now: float) -> None:
-        """Take a measurement of an entity; if several measure voltage or current, the batteries count."""
-        figures = self.figures
+        The first valid estimate gives home, but latitude and longitude 0 only until there is another. A new activity
+        ends a requested hold.
+        """
+        ran = self.motors
+        self.figures.take(message, label, now)
         match message:
-            case imc.Voltage(value=value) if self._powers(label):
-                figures.take("voltage", value, now)
-            case imc.Current(value=value) if self._powers(label):
-                figures.take("current", value, now)
-            case imc.FuelLevel(value=value):
-                figures.take("fuel", value, now)
-            case imc.CpuUsage(value=value):
-                figures.take("load", value, now)
-            case imc.IndicatedSpeed(value=value):
-                figures.take("airspeed", value, now)
-            case imc.Throttle(value=value):
-                figures.take("throttle", value, now)
-            case imc.VehicleMedium(medium=medium):
-                figures.take("medium", medium, now)
-            case imc.AutopilotMode(mode=mode):
-                figures.take("autopilot", mode, now)
-            case imc.ArmingState(state=state):
-                self.armed = self.armed and not (figures.motors and state != imc.ArmingState.State.ARMED)
-                figures.take("motors", state == imc.ArmingState.State.ARMED, now)
+            case imc.EstimatedState() if self.home is None or self.home.lat == self.home.lon == 0.0:
+                home = from_imc.home_of(message, afloat=self.kind.afloat, undulation=self.undulation)
+                self.home = home or self.home
+            case imc.GpsFix() if instruments.has_position(message):
+                self.last_fix = message
+            case imc.PlanControlState():
+                self.mission.hear(message, now)
+            case imc.VehicleState():
+                self.held = self.held and not moving(message)
+                self.is_abandoned = False
+            case imc.ArmingState(state=state) if state != imc.ArmingState.State.ARMED:
+                self.armed = self.armed and not ran
             case _:
                 pass
 
     def forget_old(self, now: float) -> None:
         """Forget what nobody reports any more; a vehicle whose supervisor is silent is in a critical state."""
-        self.is_abandoned |= "vehicle" in self.figures.forget_old(now)
+        self.is_abandoned |= imc.VehicleState in self.figures.forget_old(now)
 
-    def hold(self, now: float) -> None:
-        """Hold: keep station here if it moves, is armed or is under water; otherwise only show the mode."""
-        vehicle = self.figures.vehicle
+    @property
+    def state(self) -> imc.EstimatedState | None:
+        """The present estimate; None if it is missing or old."""
+        return self.figures.latest(imc.EstimatedState)
+
+    @property
+    def vehicle(self) -> imc.VehicleState | None:
+        return self.figures.latest(imc.VehicleState)
+
+    @property
+    def plan(self) -> imc.PlanControlState | None:
+        return self.figures.latest(imc.PlanControlState)
+
+    @property
+    def motors(self) -> bool | None:
+        """Whether the motors of an aircraft run; None if unknown."""
+        arming = self.figures.latest(imc.ArmingState)
+        return None if arming is None else arming.state == imc.ArmingState.State.ARMED
+
+    @property
+    def lands(self) -> bool:
+        """Whether an aircraft lands by itself."""
+        mode = self.figures.latest(imc.AutopilotMode)
+        return mode is not None and mode.mode == LANDS
+
+    @property
+    def voltage(self) -> float:
+        """In V; if several entities measure it, the batteries count. NaN: unknown."""
+        return self._of_battery(imc.Voltage)
+
+    @property
+    def current(self) -> float:
+        """In A; NaN: unknown."""
+        return self._of_battery(imc.Current)
+
+    @property
+    def fuel(self) -> float:
+        """In %; NaN: unknown."""
+        return value_of(self.figures.latest(imc.FuelLevel))
+
+    @property
+    def airspeed(self) -> float:
+        """Through water or air, in m/s; NaN: unknown."""
+        return value_of(self.figures.latest(imc.IndicatedSpeed))
+
+    @property
+    def throttle(self) -> float:
+        """That of the strongest thruster, in %; NaN: unknown."""
+        thrusters = self.figures.by_label(imc.SetThrusterActuation).values()
+        if (throttle := self.figures.latest(imc.Throttle)) is not None:
+            return throttle.value
+        return max((abs(thruster.value) * 100.0 for thruster in thrusters), default=math.nan)
+
+    def hold(self, now: float, then: Then = lambda _: None) -> None:
+        """Hold: keep station here if it moves, is armed or is under water; otherwise only show the mode.
+
+        A vehicle that cannot keep station at least stops.
+        """
+        vehicle = self.vehicle
         able = vehicle is not None and vehicle.op_mode in WORKING
         holds = self.mode is Mode.HOLD and moving(vehicle)
-        if able and not holds and (self.armed_or_moving or self._is_submerged(now)):
-            self._hold(self._station(now))
         self.held = True
+        if not able or holds or not (self.armed_or_moving or self._is_submerged):
+            then(Outcome(True))
+            return
 
-    def _is_submerged(self, now: float) -> bool:
-        state = self._present(now)
+        def judge(outcome: Outcome) -> None:
+            if outcome.done:
+                then(outcome)
+            else:
+                self.say(text.WARNING, f"Cannot hold, stopping: {outcome.reason}")
+                self.helm.stop(now, then)
+
+        station = self._station()
+        if station is None:
+            judge(Outcome(False, "the position is unknown"))
+        else:
+            self.helm.start(chain("hold", [station]), judge, now)
+
+    @property
+    def _is_submerged(self) -> bool:
+        state = self.state
         return self.kind.afloat and state is not None and state.depth > SUBMERGED
 
-    def _station(self, now: float) -> imc.StationKeeping | None:
+    def _station(self) -> imc.StationKeeping | None:
         """Here, at the present depth or height."""
-        found = self.place(now)
+        found = self.place()
         if found is None:
             return None
         place = found[1]
         if self.kind.afloat:
-            return imc.StationKeeping(lat=place.lat, lon=place.lon, z=max(0.0, -place.relative), z_units=DEPTH)
-        height = place.altitude + self._undulation
-        return imc.StationKeeping(lat=place.lat, lon=place.lon, z=height, z_units=imc.ZUnits.HEIGHT)
-
-    def _powers(self, label: str) -> bool:
-        return BATTERY in label or not any(BATTERY in entity.label for entity in self._entities())
+            z, units = max(0.0, -place.relative), DEPTH
+        else:
+            z, units = place.altitude + self.undulation, imc.ZUnits.HEIGHT
+        return imc.StationKeeping(lat=place.lat, lon=place.lon, z=z, z_units=units, speed=self.speed)
 
     @property
-    def shown(self) -> tuple[Mode, bool]:
-        """What ground stations must learn immediately."""
-        return self.mode, self.armed_or_moving
+    def dives(self) -> bool:
+        return self.kind.type == SUBMARINE
+
+    def steered_by(self, steersman: tuple[int, int, int], now: float) -> bool:
+        """Whether a component may steer now: the one that does, until it falls silent."""
+        if self._steersman != steersman and now - self._steered_at < HANDOVER:
+            return False
+        self._steersman, self._steered_at = steersman, now
+        return True
+
+    @property
+    def speed(self) -> float:
+        """The speed of what ground stations ask for, in m/s."""
+        return self.chosen_speed or self._speed()
+
+    def mission_settings(self, name: str = "mavlink") -> Settings:
+        """The vehicle for which missions and orders become plans; `name` is the plan's."""
+        limits, mask, home = self._limits() or imc.OperationalLimits(), imc.OpLimitsMask, self.home
+        return Settings(
+            self.kind,
+            home,
+            speed=self.speed,
+            deepest=limits.max_depth - BELOW if limits.mask & mask.MAX_DEPTH else math.inf,
+            highest=limits.max_altitude - BELOW if limits.mask & mask.MAX_ALT else math.inf,
+            fastest=limits.max_speed if limits.mask & mask.MAX_SPEED else math.inf,
+            aloft=self.aloft,
+            name=name,
+        )
+
+    def _limits(self) -> imc.OperationalLimits | None:
+        return self.figures.latest(imc.OperationalLimits)
+
+    def _limit(self, limits: imc.Message) -> None:
+        self.publish(limits.replace(dst=self.imc_id))
+
+    def powers(self, label: str) -> bool:
+        """Whether an entity is a battery, or may be the supply, since none is called so."""
+        return BATTERY in label or not any(BATTERY in entity.label for entity in self.entities())
+
+    @property
+    def shown(self) -> tuple[Mode, bool, int, int, int]:
+        """What ground stations must learn immediately: mode and arming, state and progress of the mission."""
+        mission = self.mission
+        return self.mode, self.armed_or_moving, mission.state, mission.current, id(mission.plan)
 
     @property
     def mode(self) -> Mode:
         """What the vehicle does; HOLD also if a ground station asked for it and nothing else goes on."""
-        if self.aloft and self.figures.autopilot == LANDS:
+        if self.aloft and self.lands:
             return Mode.LAND
-        if self.holds_station:
-            return Mode.HOLD
-        mode = mode_of(self.figures.vehicle, self.figures.plan, aloft=self.aloft)
-        return Mode.HOLD if mode is Mode.MANUAL and self.held else mode
+        vehicle = self.vehicle
+        stays = vehicle is not None and vehicle.maneuver_type == imc.StationKeeping.ID
+        match self.errand:
+            case "hold":
+                return Mode.HOLD
+            case "goto" | "orbit":
+                return Mode.HOLD if stays else Mode.GUIDED
+            case "return":
+                return Mode.RETURN
+            case "land":
+                return Mode.LAND
+            case "steered":
+                return Mode.TELEOPERATION
+            case "takeoff" if not stays:
+                return Mode.TAKEOFF
+            case _:
+                mode = mode_of(vehicle, self.plan, aloft=self.aloft)
+                return Mode.HOLD if mode is Mode.MANUAL and self.held else mode
 
     @property
-    def holds_station(self) -> bool:
-        """Whether it holds because a ground station asked for it."""
-        plan = self.figures.plan
-        return plan is not None and plan.plan_id == HOLD_PLAN and moving(self.figures.vehicle)
+    def errand(self) -> str:
+        """What a ground station has asked for and the vehicle does, by a single order; empty if nothing."""
+        plan = self.plan
+        return plan.plan_id if plan is not None and plan.plan_id in ERRANDS and moving(self.vehicle) else ""
 
     @property
     def armed_or_moving(self) -> bool:
         """Whether it is armed over MAVLink, moving for any other reason, or has running motors."""
-        return self.armed or moving(self.figures.vehicle) or bool(self.figures.motors)
+        return self.armed or moving(self.vehicle) or bool(self.motors)
 
     @property
     def aloft(self) -> bool:
         """Whether it is an aircraft in the air, that is, with running motors."""
-        return not self.kind.afloat and bool(self.figures.motors)
+        return not self.kind.afloat and bool(self.motors)
 
     @property
     def obstacle(self) -> str:
         """Why the vehicle cannot be armed; empty if it can."""
-        vehicle = self.figures.vehicle
+        vehicle = self.vehicle
         if self.is_abandoned:
             return "VehicleState is missing"
         if vehicle is not None and vehicle.op_mode not in WORKING:
             mode = next((mode.name for mode in OpMode if mode == vehicle.op_mode), f"mode {vehicle.op_mode}")
             return f"the vehicle is in {mode}" + (f": {vehicle.error_ents}" if vehicle.error_ents else "")
-        ill = next((e for e in self._entities() if e.stateful and e.state != State.NORMAL), None)
+        ill = next((e for e in self.entities() if e.stateful and e.state != State.NORMAL), None)
         return f"{ill.label} is in {ill.state.name}: {ill.description}" if ill else ""
 
-    def place(self, now: float) -> tuple[imc.EstimatedState, from_imc.Position] | None:
+    def place(self) -> tuple[imc.EstimatedState, from_imc.Position] | None:
         """The present estimate and its position; None if it is missing, old or impossible."""
-        state = self._present(now)
+        state = self.state
         if state is None or self.home is None:
             return None
-        place = from_imc.place_of(state, self.home, afloat=self.kind.afloat, undulation=self._undulation)
+        place = from_imc.place_of(state, self.home, afloat=self.kind.afloat, undulation=self.undulation)
         return (state, place) if place is not None else None
 
-    def describe(self, north: float, east: float, now: float) -> str:
+    def describe(self, north: float, east: float) -> str:
         """Latitude and longitude (degrees) of a point at an offset (m) from the vehicle; the offset if unknown."""
-        found = self.place(now)
+        found = self.place()
         if found is None or not (math.isfinite(north) and math.isfinite(east)):
             return f"{north:.1f} m north, {east:.1f} m east"
         lat, lon, _ = coordinates.displace(found[1].lat, found[1].lon, 0.0, north, east, 0.0)
@@ -242,60 +354,34 @@ class MavlinkSystem:
         """Keep a notice for ground stations that connect later."""
         self.notices.append((severity, words))
 
-    def _present(self, now: float) -> imc.EstimatedState | None:
-        return self.figures.state if now - self.figures.heard.get("state", -STALE) <= STALE else None
+    @property
+    def status(self) -> int:
+        """MAV_STATE."""
+        if self.is_abandoned or any(e.stateful and e.state in (State.ERROR, State.FAILURE) for e in self.entities()):
+            return CRITICAL
+        vehicle = self.vehicle
+        return STANDBY if vehicle is None else STATUS.get(vehicle.op_mode, STANDBY)
 
-    def _time(self, state: imc.EstimatedState) -> int:
-        return from_imc.boot_ms(state.timestamp, self._boot)
+    def choose_number(self, flavour: Flavour, mode: Mode, number: int) -> None:
+        """Remember which of a mode's numbers a ground station has chosen: it expects to see that one."""
+        self._chosen = mode, number, flavour.name
 
-    def _heartbeat(self, flavour: Flavour, now: float) -> Fields:
-        vehicle, mode = self.figures.vehicle, self.mode
-        status = STANDBY if vehicle is None else STATUS.get(vehicle.op_mode, STANDBY)
-        if self.is_abandoned or any(e.stateful and e.state in (State.ERROR, State.FAILURE) for e in self._entities()):
-            status = CRITICAL
-        return {
-            "type": self.kind.type,
-            "autopilot": flavour.autopilot,
-            "base_mode": CUSTOM_MODE | mode.flags | (ARMED if self.armed_or_moving else 0),
-            "custom_mode": flavour.custom_mode(self.kind, mode),
-            "system_status": status,
-            "mavlink_version": 3,
-        }
+    def custom_mode(self, flavour: Flavour) -> int:
+        """The number of the present mode in a flavor."""
+        mode, number, name = self._chosen
+        if (mode, name) == (self.mode, flavour.name) and number >= 0:
+            return number
+        return flavour.custom_mode(self.kind, self.mode)
 
-    def _extended_state(self) -> Fields:
-        figures = self.figures
-        if self.kind.afloat or figures.motors is None:
-            return from_imc.extended_state(figures.medium, self.armed_or_moving)
-        kind = figures.vehicle.maneuver_type if figures.vehicle is not None else None
-        rises, lands = kind == imc.Takeoff.ID, kind == imc.Land.ID or figures.autopilot == LANDS
-        return from_imc.flying_state(figures.motors, rises=rises, lands=lands)
+    def time(self, state: imc.EstimatedState) -> int:
+        """The time of an estimate in ms since the start."""
+        return from_imc.boot_ms(state.timestamp, self.boot)
 
-    def _sys_status(self, _: Flavour, now: float) -> Fields:
-        states = [(entity.label, entity.state) for entity in self._entities() if entity.stateful]
-        bits = from_imc.sensors(states, located=self.place(now) is not None, ready=not self.obstacle)
-        figures = self.figures
-        return from_imc.system_status(bits, figures.load, figures.voltage, figures.current, figures.fuel)
+    def _of_battery(self, kind: type[imc.Voltage] | type[imc.Current]) -> float:
+        found = [message for label, message in self.figures.by_label(kind).items() if self.powers(label)]
+        return value_of(found[-1] if found else None)
 
-    def _attitude(self, _: Flavour, now: float) -> Fields | None:
-        state = self._present(now)
-        return from_imc.attitude(state, self._time(state)) if state is not None else None
 
-    def _global_position(self, _: Flavour, now: float) -> Fields | None:
-        found = self.place(now)
-        return from_imc.global_position(*found, self._time(found[0])) if found else None
-
-    def _local_position(self, _: Flavour, now: float) -> Fields | None:
-        found = self.place(now)
-        return from_imc.local_position(*found, self.home, self._time(found[0])) if found and self.home else None
-
-    def _hud(self, _: Flavour, now: float) -> Fields | None:
-        found = self.place(now)
-        return from_imc.hud(*found, self.figures.airspeed, self.figures.throttle) if found else None
-
-    def _version(self, flavour: Flavour) -> Fields:
-        return {
-            "capabilities": flavour.capabilities,
-            "flight_sw_version": flavour.software_version,
-            "uid": int.from_bytes(self._uid[:8], "little"),
-            "uid2": tuple(self._uid[:18]),
-        }
+def value_of(message: Measurement | None) -> float:
+    """The value of a measurement; NaN if there is none."""
+    return math.nan if message is None else message.value

@@ -14,6 +14,7 @@ from tests.tasks.transports.console import PROFILES, Console
 
 DIALECT = load_dialect()
 BOOT = 1000.0
+SYSTEM = 0x1E
 
 
 class Lamp(Task):
@@ -32,7 +33,7 @@ class Desk:
     def __init__(self, flavour="px4", kind="submarine", system=26):
         self.vehicle = simulate(Lamp, seconds=0.0, section="Lamp").vehicle
         self.wishes = []
-        self.stops, self.holds = 0, []
+        self.stops, self.holds, self.requests, self.answers, self.plans = 0, [], [], True, {}
         self.frames = []
         self.autopilot = MavlinkSystem(
             DIALECT,
@@ -45,18 +46,32 @@ class Desk:
             parameters=ParameterTable(self.vehicle.tasks),
             entities=lambda: self.vehicle.entities,
             set_parameter=lambda entry, text: self.wishes.append((entry.id, text)),
-            stop_plan=self.stop,
-            hold=self.holds.append,
+            imc_id=SYSTEM,
+            publish=self.steer,
+            say=lambda severity, words: self.session.say(severity, words, self.now),
+            speed=lambda: 1.2,
         )
         self.session = Session(self.autopilot, FLAVOURS[flavour], self.frames.append, BOOT)
         self.now = BOOT
 
-    def stop(self):
-        self.stops += 1
+    def steer(self, request):
+        """Take a request to the vehicle, and answer it."""
+        if isinstance(request, imc.OperationalLimits):
+            self.autopilot.hear(request, "Limits", self.now)
+            return
+        if isinstance(request, imc.PlanControl) and request.op == imc.PlanControl.Op.STOP:
+            self.stops += 1
+        elif isinstance(request, imc.PlanControl) and request.plan_id == "hold":
+            self.holds.append(request.arg.maneuvers[0].data)
+        self.requests.append(request)
+        if self.answers:
+            kind = imc.PlanControl.Type
+            found = self.plans.get(request.plan_id, request.arg)
+            self.autopilot.helm.hear(request.replace(type=kind.SUCCESS, src=SYSTEM, dst=SYSTEM, arg=found))
 
     def locate(self, **fields):
         fields = {"lat": 0.7, "lon": -0.15, "depth": 3.0, "timestamp": self.now} | fields
-        self.autopilot.hear_state(imc.EstimatedState(**fields), self.now)
+        self.autopilot.hear(imc.EstimatedState(**fields), "Navigation", self.now)
 
     def ask(self, name, **fields):
         """Send a message as a ground station; returns the answers."""
@@ -85,17 +100,21 @@ class Desk:
         self.frames.clear()
         return messages
 
-    def run(self, seconds):
-        """Run the session for this time; returns the names of the messages sent."""
-        end, names = self.now + seconds, []
+    def listen(self, seconds, name):
+        """Run the session for this time; returns the messages with a name."""
+        end, found = self.now + seconds, []
         while True:
             due = self.session.pump(self.now)
-            names += [m.name for m in self.said()]
+            found += self.said()
             if due > end:
                 self.now = end
-                return names
-            assert due > self.now or not names or len(names) < 10000
+                return [m for m in found if name in ("", m.name)]
+            assert due > self.now or not found or len(found) < 10000
             self.now = due
+
+    def run(self, seconds):
+        """Run the session for this time; returns the names of the messages sent."""
+        return [m.name for m in self.listen(seconds, "")]
 
 
 @pytest.fixture(scope="session")

@@ -104,7 +104,7 @@ def test_mavsdk():
     assert (seen["before"], seen["after"]) == ([0.5, 3], [2.25, -123456789])
     assert ["VALUE_OUT_OF_RANGE" in seen["errors"][0], "DOES_NOT_EXIST" in seen["errors"][1]] == [True, True]
     assert (seen["armable"], seen["armed"], seen["mode"], seen["version"]) == (True, True, "HOLD", 1)
-    assert "COMMAND_DENIED" in seen["refused"]
+    assert "FAILED" in seen["refused"], "there is no plan engine"
 
 
 class MAVProxy:
@@ -155,7 +155,7 @@ def test_mavproxy(tmp_path):
         try:
             count = int(console.expect(r"Received (\d+) parameters").group(1))
             console.expect(
-                r"SURVEYOR_BEAMS +3\.0\s+SURVEYOR_GAIN +0\.5\s+SURVEYOR_WINDOW +1\.0", "param show SURVEYOR*"
+                r"SURVEYOR_BEAMS +3(?:\.0)?\s+SURVEYOR_GAIN +0\.5\s+SURVEYOR_WINDOW +1(?:\.0)?", "param show SURVEYOR*"
             )
             console.expect(r"SURVEYOR_GAIN +2\.5", "param set SURVEYOR_GAIN 2.5\nparam show SURVEYOR_GAIN")
             position, attitude = console.status("GLOBAL_POSITION_INT"), console.status("ATTITUDE")

@@ -8,9 +8,11 @@ from hypothesis import strategies as st
 
 import imc
 from runtime import State
+from tasks.transports.mavlink_protocol.commands import look_after
 
-ACCEPTED, REJECTED, DENIED, UNSUPPORTED = range(4)
+ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS = range(6)
 HOLD = (1, 4, 3)
+ORDER = {"target_component": 1, "command": 176, "param1": 1, "param2": 4, "param3": 3}
 MANEUVER = imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER)
 
 
@@ -22,7 +24,7 @@ def test_every_command_is_acknowledged(desk):
     for number in [*range(0, 700), *range(700, 65536, 61), 42428, 65535]:
         for params in ((), (math.nan,) * 7, (math.inf, -math.inf, 1e30, -1e30, 0, 1, 2)):
             result, _ = desk.command(number, *params)
-            assert result in (ACCEPTED, REJECTED, DENIED, UNSUPPORTED)
+            assert result in (ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED)
     assert desk.command(21196)[0] == UNSUPPORTED
 
 
@@ -54,7 +56,7 @@ def test_request_message(open_desk, desk):
     assert version.values["capabilities"] & 16
     assert not version.values["capabilities"] & 131072
     assert version.values["uid"] == open_desk().command(520)[1][0].values["uid"] != 0
-    assert desk.command(512, 435) == (UNSUPPORTED, [])
+    assert desk.command(512, 395) == (UNSUPPORTED, [])
     assert desk.command(512, 242)[0] == desk.command(410)[0] == REJECTED
     desk.locate()
     for number, name in ((242, "HOME_POSITION"), (33, "GLOBAL_POSITION_INT"), (30, "ATTITUDE"), (1, "SYS_STATUS")):
@@ -117,13 +119,13 @@ def test_arming_is_denied_with_the_reason_while_an_entity_is_not_well(desk):
 
 
 def test_arming_is_denied_in_error_mode(desk):
-    desk.autopilot.hear_mode(imc.VehicleState(op_mode=imc.VehicleState.OpMode.ERROR, error_ents="DVL"), desk.now)
+    desk.autopilot.hear(imc.VehicleState(op_mode=imc.VehicleState.OpMode.ERROR, error_ents="DVL"), "", desk.now)
     result, rest = desk.command(400, 1)
     assert (result, texts(rest)) == (DENIED, ["Arming denied: the vehicle is in ERROR: DVL"])
 
 
 def test_disarming_in_a_maneuver_takes_force(desk):
-    desk.autopilot.hear_mode(MANEUVER, desk.now)
+    desk.autopilot.hear(MANEUVER, "", desk.now)
     assert desk.command(400, 0)[0] == DENIED
     assert desk.stops == 0
     assert desk.command(400, 0, 21196)[0] == ACCEPTED
@@ -146,24 +148,88 @@ def test_hold_is_never_denied(open_desk, flavour, kind, params):
     assert desk.command(176, *params)[0] == ACCEPTED
     assert desk.autopilot.mode.name == "HOLD"
     assert desk.holds == []
-    desk.autopilot.hear_mode(MANEUVER, desk.now)
+    desk.autopilot.hear(MANEUVER, "", desk.now)
     assert desk.autopilot.mode.name == "MISSION"
     assert desk.command(176, *params)[0] == ACCEPTED
-    assert desk.holds == [None], "without a position it can only stop"
+    assert (desk.holds, desk.stops) == ([], 1), "without a position it can only stop"
     desk.locate()
-    assert desk.command(176, *params)[0] == ACCEPTED
-    assert isinstance(desk.holds[1], imc.StationKeeping)
+    assert desk.command(176, *params, confirmation=0)[0] == ACCEPTED
+    assert isinstance(desk.holds[0], imc.StationKeeping)
+
+
+@pytest.mark.parametrize(("kind", "number"), [("boat", 4), ("boat", 5), ("copter", 17), ("submarine", 2)])
+def test_heartbeat_shows_the_number_that_was_asked_for(open_desk, kind, number):
+    """ArduRover's HOLD was shown as LOITER, and a station that waits for its mode waited in vain."""
+    desk = open_desk("ardupilot", kind)
+    desk.command(176, 1, number)
+    desk.session.send_now("HEARTBEAT", desk.now)
+    assert desk.said()[0].values["custom_mode"] == number
+    desk.autopilot.hear(MANEUVER, "", desk.now)
+    desk.autopilot.hear(imc.VehicleState(op_mode=imc.VehicleState.OpMode.SERVICE), "", desk.now)
+    desk.session.send_now("HEARTBEAT", desk.now)
+    assert desk.said()[0].values["custom_mode"] == {"boat": 0, "copter": 0, "submarine": 19}[kind]
+
+
+def test_an_order_that_takes_time_is_acknowledged_when_the_vehicle_has_answered(desk):
+    desk.answers = False
+    desk.locate()
+    desk.autopilot.hear(MANEUVER, "", desk.now)
+    assert desk.ask("COMMAND_LONG", target_system=26, **ORDER) == []
+    assert [m.values["result"] for m in desk.ask("COMMAND_LONG", target_system=26, confirmation=1, **ORDER)] == [5]
+    assert look_after(desk.session, desk.now + 0.1) == desk.now + 0.25
+    assert desk.said() == []
+    assert look_after(desk.session, desk.now + 0.3) is None
+    assert [m.values["result"] for m in desk.said()] == [IN_PROGRESS]
+    assert len(desk.requests) == 1, "the same order again means that the answer was lost"
+    kind = imc.PlanControl.Type
+    desk.autopilot.helm.hear(desk.requests[0].replace(type=kind.IN_PROGRESS))
+    assert desk.said() == []
+    desk.autopilot.helm.hear(desk.requests[0].replace(type=kind.SUCCESS))
+    (ack,) = desk.said()
+    assert (ack.values["command"], ack.values["result"], ack.values["target_system"]) == (176, ACCEPTED, 255)
+    desk.autopilot.helm.hear(desk.requests[0].replace(type=kind.SUCCESS))
+    assert desk.said() == []
+    assert desk.command(176, *HOLD, confirmation=2)[0] == ACCEPTED
+    assert len(desk.requests) == 1
+
+
+def test_a_vehicle_that_does_not_answer_is_told_after_some_seconds(desk):
+    desk.answers = False
+    desk.locate()
+    desk.autopilot.hear(MANEUVER, "", desk.now)
+    assert desk.ask("COMMAND_LONG", target_system=26, **ORDER) == []
+    for seconds in (3.1, 6.2):  # the hold, and the stop after it
+        desk.autopilot.helm.look_after(desk.now + seconds)
+    said = desk.said()
+    assert [m.values["result"] for m in said if m.name == "COMMAND_ACK"] == [ACCEPTED]
+    assert texts(said) == ["Cannot hold, stopping: the vehicle does not answer"]
+
+
+def test_modes_are_listed_one_by_one_or_all(open_desk):
+    for flavour, kind, names in (
+        ("ardupilot", "submarine", ["Manual", "Teleoperation", "Mission", "Hold", "Guided", "Return"]),
+        ("px4", "submarine", ["Manual", "Teleoperation", "Mission", "Hold", "Return"]),
+        ("px4", "copter", ["Manual", "Teleoperation", "Mission", "Hold", "Return", "Takeoff", "Land"]),
+    ):
+        desk = open_desk(flavour, kind)
+        found = [m.values for m in desk.command(512, 435)[1]]
+        assert [m["mode_name"].decode() for m in found] == names
+        assert [(m["number_modes"], m["mode_index"]) for m in found] == [
+            (len(names), n) for n in range(1, len(names) + 1)
+        ]
+        assert [m.values for m in desk.command(512, 435, 3)[1]] == [found[2]]
+        assert desk.command(512, 435, 99)[0] == REJECTED
 
 
 def test_hold_keeps_station_at_the_present_depth_and_ends_with_manual_or_disarming(desk):
     desk.locate(depth=3.0)
-    desk.autopilot.hear_mode(MANEUVER, desk.now)
+    desk.autopilot.hear(MANEUVER, "", desk.now)
     assert desk.command(176, *HOLD)[0] == ACCEPTED
     (station,) = desk.holds
     assert (station.lat, station.lon, station.z) == pytest.approx((0.7, -0.15, 3.0))
     assert station.z_units == imc.ZUnits.DEPTH
     plan = imc.PlanControlState
-    desk.autopilot.hear_mode(plan(state=plan.State.EXECUTING, plan_id="hold"), desk.now)
+    desk.autopilot.hear(plan(state=plan.State.EXECUTING, plan_id="hold"), "", desk.now)
     assert desk.autopilot.mode.name == "HOLD"
     assert desk.command(176, *HOLD)[0] == ACCEPTED
     assert len(desk.holds) == 1, "it holds already"
@@ -174,18 +240,18 @@ def test_hold_keeps_station_at_the_present_depth_and_ends_with_manual_or_disarmi
 def test_hold_moves_no_vehicle_that_rests_disarmed_or_is_ill(desk):
     desk.locate(depth=0.0)
     for mode in (imc.VehicleState.OpMode.SERVICE, imc.VehicleState.OpMode.ERROR):
-        desk.autopilot.hear_mode(imc.VehicleState(op_mode=mode), desk.now)
+        desk.autopilot.hear(imc.VehicleState(op_mode=mode), "", desk.now)
         assert desk.command(176, *HOLD)[0] == ACCEPTED
     assert desk.holds == []
-    desk.autopilot.hear_mode(imc.VehicleState(op_mode=imc.VehicleState.OpMode.SERVICE), desk.now)
+    desk.autopilot.hear(imc.VehicleState(op_mode=imc.VehicleState.OpMode.SERVICE), "", desk.now)
     assert desk.command(400, 1)[0] == desk.command(176, *HOLD)[0] == ACCEPTED
     assert len(desk.holds) == 1
 
 
 def test_what_nobody_reports_any_more_is_unknown(desk):
-    desk.autopilot.hear_mode(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), desk.now)
+    desk.autopilot.hear(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)
     for message in (imc.Voltage(value=24.0), imc.Current(value=2.0), imc.CpuUsage(value=7), imc.FuelLevel(value=60.0)):
-        desk.autopilot.hear_figure(message, "Batteries", desk.now)
+        desk.autopilot.hear(message, "Batteries", desk.now)
     assert desk.autopilot.shown[1]
     desk.autopilot.forget_old(desk.now + 3.5)
     desk.session.send_now("HEARTBEAT", desk.now)

@@ -1,5 +1,6 @@
 """The conversation with one ground station, without a socket."""
 
+import json
 import struct
 from pathlib import Path
 
@@ -11,10 +12,12 @@ import imc
 from mavlink import FLAVOURS, chunks, encode, load_dialect, split
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import addressed
+from tasks.transports.mavlink_protocol.streams import STREAMS
 
 DIALECT = load_dialect()
 DATA = Path(__file__).parents[2] / "data" / "mavlink"
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = range(4)
+RALLY = 2
 MANEUVER = imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER)
 
 
@@ -61,8 +64,8 @@ def test_heartbeat(open_desk, flavour):
 
 
 def test_heartbeat_follows_the_vehicle(desk):
-    desk.autopilot.hear_mode(MANEUVER, desk.now)
-    desk.autopilot.hear_mode(imc.PlanControlState(state=imc.PlanControlState.State.EXECUTING), desk.now)
+    desk.autopilot.hear(MANEUVER, "", desk.now)
+    desk.autopilot.hear(imc.PlanControlState(state=imc.PlanControlState.State.EXECUTING), "", desk.now)
     desk.session.send_now("HEARTBEAT", desk.now)
     (beat,) = desk.said()
     assert beat.values["base_mode"] == 1 + 4 + 8 + 16 + 128
@@ -87,20 +90,47 @@ def test_missions_are_answered(desk, kind):
         (ack,) = desk.ask(name, target_system=26, mission_type=kind)
         assert (ack.name, ack.values["type"], ack.values["mission_type"]) == ("MISSION_ACK", answer, kind)
     assert desk.ask("MISSION_COUNT", target_system=26, mission_type=kind)[0].values["type"] == 0
-    refused = desk.ask("MISSION_COUNT", target_system=26, count=3, mission_type=kind)
-    assert refused[0].values["type"] == 3
+    (answer,) = desk.ask("MISSION_COUNT", target_system=26, count=3, mission_type=kind)
+    assert answer.name == ("MISSION_ACK" if kind == RALLY else "MISSION_REQUEST_INT")
     assert desk.ask("MISSION_ACK", target_system=26) == []
 
 
-def test_file_transfer_is_refused_at_once(desk):
-    name = b"@PARAM/param.pck?withdefaults=1"
-    request = struct.pack("<HBBBBBxI", 9, 2, 4, len(name), 0, 0, 0) + name
-    (reply,) = desk.ask("FILE_TRANSFER_PROTOCOL", target_system=26, payload=tuple(request))
-    payload = bytes(reply.values["payload"])
-    sequence, session, opcode, size, asked, _, _ = struct.unpack_from("<HBBBBBxI", payload)
-    assert (sequence, session, opcode, size, asked, payload[12]) == (10, 2, 129, 1, 4, 10)
-    (reset,) = desk.ask("FILE_TRANSFER_PROTOCOL", target_system=26, payload=tuple(struct.pack("<HBB", 65535, 0, 2)))
-    assert bytes(reset.values["payload"])[:4] == bytes((0, 0, 0, 128))
+def transfer(desk, opcode, data=b"", offset=0):
+    """Answers to a request for files: opcodes and data."""
+    request = struct.pack("<HBBBBBxI", 9, 2, opcode, len(data), 0, 0, offset) + data
+    said = desk.ask("FILE_TRANSFER_PROTOCOL", target_system=26, payload=tuple(request))
+    payloads = [bytes(m.values["payload"]) for m in said if m.name == "FILE_TRANSFER_PROTOCOL"]
+    return [(payload[3], payload[12 : 12 + payload[4]]) for payload in payloads]
+
+
+def test_files_are_served_to_who_asks(desk):
+    ((kind, listed),) = transfer(desk, 3, b"/")
+    assert (kind, listed.split(b"\t")[0]) == (128, b"Fgeneral.json")
+    ((kind, size),) = transfer(desk, 4, b"/general.json")
+    ((_, text),) = transfer(desk, 5)
+    assert (kind, int.from_bytes(size, "little")) == (128, len(text))
+    assert json.loads(text)["vendorName"] == "Shoal"
+    assert transfer(desk, 4, b"/../etc/passwd") == transfer(desk, 4, b"/nothing") == [(129, b"\n")]
+    transfer(desk, 4, b"/parameters.json")
+    assert transfer(desk, 15) == []
+    names = desk.run(1.0)
+    assert names.count("FILE_TRANSFER_PROTOCOL") > 2
+    assert names.count("SYS_STATUS") >= 2, "telemetry goes on"
+    ((kind, _),) = transfer(desk, 2)
+    assert kind == 128
+
+
+def test_metadata_are_where_component_metadata_says(desk):
+    (about,) = desk.command(512, 397)[1]
+    assert about.values["uri"] == b"mftp:///general.json"
+    ((kind, crc),) = transfer(desk, 14, b"/general.json") or [(0, b"")]
+    assert (kind, int.from_bytes(crc, "little")) == (128, about.values["file_crc"])
+
+
+def test_logs_are_listed_and_not_erased(desk):
+    (entry,) = desk.ask("LOG_REQUEST_LIST", target_system=26, end=0xFFFF) or desk.listen(0.2, "LOG_ENTRY")
+    assert (entry.name, entry.values["num_logs"]) == ("LOG_ENTRY", 0)
+    assert texts(desk.ask("LOG_ERASE", target_system=26)) == ["Logs are not erased by ground stations"]
 
 
 def test_what_qgroundcontrol_really_says(open_desk):
@@ -225,5 +255,5 @@ def test_home_is_not_where_a_vehicle_is_that_does_not_know_its_position_yet(desk
     desk.locate(lat=0.71, lon=-0.15, x=50.0)
     home = desk.autopilot.home
     assert (home.lat, home.lon) == (0.7, -0.15)
-    local = desk.autopilot.build("LOCAL_POSITION_NED", desk.session.flavour, desk.now)
+    (local,) = STREAMS["LOCAL_POSITION_NED"].instances(desk.autopilot, desk.session.flavour, desk.now)
     assert abs(local["x"]) < 100_000.0

@@ -1,0 +1,204 @@
+"""The mission that all ground stations and IMC consoles share: its items, its plan, its fence, its progress."""
+
+from collections.abc import Callable, Sequence
+from enum import IntEnum
+
+import imc
+from mavlink import FLAVOURS, Flavour
+from mavlink.missions import (
+    Item,
+    Settings,
+    Table,
+    area_of,
+    fence_of,
+    first_item,
+    home_item,
+    items_of,
+    opaque_id,
+    plan_of,
+    resumed,
+)
+from tasks.transports.mavlink_protocol.helm import Helm, Outcome, Then
+
+Phase, Ended = imc.PlanControlState.State, imc.PlanControlState.LastOutcome
+NO_PLAN = "no mission has been uploaded"
+ERRANDS = frozenset(("hold", "goto", "return", "land", "takeoff", "orbit", "steered"))
+"""Plans that single orders of ground stations become; they are no missions."""
+REST = "-rest"  # of a mission that continues
+
+
+class MissionState(IntEnum):
+    """MISSION_STATE."""
+
+    NO_MISSION = 1
+    NOT_STARTED = 2
+    ACTIVE = 3
+    PAUSED = 4
+    COMPLETE = 5
+
+
+class Mission:
+    """A plan of the vehicle as items: one that was uploaded, or whatever plan the vehicle executes.
+
+    `settings()` is the vehicle for which items are converted, `limits()` its present limits. `reach(numbers)` gets the
+    numbers of items that are over, home not counted. Items are kept without ArduPilot's item 0, which is home; stations
+    of that flavor see it.
+    """
+
+    def __init__(
+        self,
+        helm: Helm,
+        settings: Callable[[], Settings],
+        limits: Callable[[], imc.OperationalLimits | None],
+        publish: Callable[[imc.Message], object],
+        reach: Callable[[Sequence[int]], object],
+    ) -> None:
+        self.plan: imc.PlanSpecification | None = None
+        self.state = MissionState.NO_MISSION
+        self.current = 0
+        self._helm = helm
+        self._settings = settings
+        self._limits = limits
+        self._publish = publish
+        self._reach = reach
+        self._items: list[Item] = []
+        self._home: Item | None = None
+        self._table = Table()
+        self._maneuver = ""
+        self._next: str | None = None
+        self._fetched = ""
+
+    def listed(self, flavour: Flavour) -> list[Item]:
+        """The items for stations of a flavor, as they were uploaded."""
+        home = self._home or home_item(self._settings().home)
+        return ([home] * first_item(flavour) if self.plan is not None else []) + self._items
+
+    def fence(self) -> list[Item]:
+        """The corners of the area in the operational limits."""
+        limits = self._limits()
+        return [] if limits is None else fence_of(limits)
+
+    def id(self, flavour: Flavour) -> int:
+        """The opaque id, 0 for no mission."""
+        return opaque_id(self.listed(flavour)) if self.plan is not None else 0
+
+    def take(self, items: Sequence[Item], flavour: Flavour, then: Then, now: float) -> None:
+        """Make uploaded items the mission, once the database has its plan. Raises BadItem."""
+        first = first_item(flavour)
+        if not items[first:]:
+            self.clear(then, now)
+            return
+        converted = plan_of(items, flavour, self._settings())
+
+        def adopt(outcome: Outcome) -> None:
+            if outcome.done:
+                self._adopt(converted.plan, list(items[first:]), converted.table.moved(-first))
+                self._home = items[0] if first else None
+            then(outcome)
+
+        self._helm.store(converted.plan, adopt, now)
+
+    def take_fence(self, items: Sequence[Item]) -> None:
+        """Make uploaded corners the area of the operational limits. Raises BadItem."""
+        self._publish(area_of(items, self._limits()))
+
+    def clear(self, then: Then, now: float) -> None:
+        """Forget the mission, and delete its plan if it came from here."""
+        uploaded = self.plan is not None and self.plan.plan_id == self._settings().name
+        self._forget()
+        if uploaded:
+            self._helm.remove(self._settings().name, lambda _: then(Outcome(True)), now)
+        else:
+            then(Outcome(True))
+
+    def start(self, then: Then, now: float, number: int | None = None) -> None:
+        """Start the mission, at an item or where it was interrupted."""
+        if self.plan is None:
+            then(Outcome(False, NO_PLAN))
+            return
+        maneuver = self._next if number is None else self._table.maneuver_at(number)
+        plan = self.plan
+        if number is not None and maneuver is None:
+            then(Outcome(False, f"no item from {number} on moves the vehicle"))
+            return
+        if maneuver is not None and maneuver != plan.start_man_id:
+            rest = resumed(plan, maneuver, takeoff=not self._settings().aloft)
+            plan = rest.replace(plan_id=plan.plan_id + REST)  # the database keeps what is started under its name
+        self._helm.start(plan, then, now)
+
+    def choose(self, number: int) -> bool:
+        """Begin at an item when the mission is started next; False if the mission has no such item."""
+        if self.plan is None or not 0 <= number < len(self._items):
+            return False
+        self._next = self._table.maneuver_at(number)
+        self.current = number
+        return True
+
+    def hear(self, plan: imc.PlanControlState, now: float) -> bool:
+        """Follow the vehicle's plan; whether what MISSION_CURRENT says has changed."""
+        before = self.plan, self.state, self.current
+        running = plan.state in (Phase.INITIALIZING, Phase.EXECUTING)
+        if not self._is_ours(plan.plan_id):
+            self._interrupt()
+            if running and plan.plan_id not in ERRANDS and plan.plan_id != self._fetched:
+                self._fetched = plan.plan_id
+                self._fetch(plan.plan_id, now)
+        elif running:
+            self.state, self._next = MissionState.ACTIVE, None
+            self._follow(plan.man_id)
+        elif self.state is MissionState.ACTIVE:
+            self._end(plan)
+        self._fetched = self._fetched if running else ""
+        return (self.plan, self.state, self.current) != before
+
+    def hear_database(self, reply: imc.PlanDB, now: float) -> None:
+        """A console has changed a plan: if it is the mission, or there is none, stations see the new one."""
+        if reply.type != imc.PlanDB.Type.SUCCESS or reply.plan_id in ERRANDS or reply.plan_id.endswith(REST):
+            return
+        if reply.op == imc.PlanDB.Op.SET and (self.plan is None or self.plan.plan_id == reply.plan_id):
+            self._fetch(reply.plan_id, now)
+        elif reply.op == imc.PlanDB.Op.DEL and self.plan is not None and self.plan.plan_id == reply.plan_id:
+            self._forget()
+
+    def _fetch(self, plan_id: str, now: float) -> None:
+        def adopt(outcome: Outcome) -> None:
+            if isinstance(outcome.arg, imc.PlanSpecification) and outcome.arg != self.plan:
+                listing = items_of(outcome.arg, FLAVOURS["generic"], self._settings())
+                self._adopt(outcome.arg, listing.items, listing.table)
+
+        self._helm.fetch(plan_id, adopt, now)
+
+    def _is_ours(self, plan_id: str) -> bool:
+        return self.plan is not None and plan_id in (self.plan.plan_id, self.plan.plan_id + REST)
+
+    def _adopt(self, plan: imc.PlanSpecification, items: list[Item], table: Table) -> None:
+        self._forget()
+        self.plan, self._items, self._table = plan, items, table
+        self.state = MissionState.NOT_STARTED
+
+    def _forget(self) -> None:
+        self.plan, self._items, self._table, self._home = None, [], Table(), None
+        self.state, self.current, self._maneuver, self._next = MissionState.NO_MISSION, 0, "", None
+
+    def _follow(self, maneuver: str) -> None:
+        if not maneuver or maneuver == self._maneuver:
+            return
+        over = [*self._table.done(self._maneuver), *self._table.begun(maneuver)]
+        self._maneuver = maneuver
+        if over:
+            self._reach(over)
+        self.current = self._table.current(maneuver) or self.current
+
+    def _interrupt(self) -> None:
+        """Another plan runs, such as a hold: the mission can continue where it was."""
+        if self.state is MissionState.ACTIVE:
+            self.state, self._next, self._maneuver = MissionState.PAUSED, self._maneuver or None, ""
+
+    def _end(self, plan: imc.PlanControlState) -> None:
+        if plan.last_outcome == Ended.SUCCESS:
+            over = self._table.done(self._maneuver)
+            self.state, self._maneuver, self._next = MissionState.COMPLETE, "", None
+            if over:
+                self._reach(over)
+        else:
+            self._interrupt()

@@ -1,0 +1,252 @@
+"""The mission protocol: uploads, downloads and their answers, for several ground stations at once."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from mavlink import Received, text
+from mavlink.missions import MOST_ITEMS, BadItem, Item, MissionResult, MissionType, first_item
+from tasks.transports.mavlink_protocol.helm import Outcome
+from tasks.transports.mavlink_protocol.mission import Mission
+
+if TYPE_CHECKING:
+    from tasks.transports.mavlink_protocol.session import Session
+
+RETRIES = 5
+REMEMBERED = 5.0  # s in which the last item again means that the answer was lost
+Asker = tuple[int, int]
+Service = Callable[["Session", Received, float], None]
+STORED = (MissionType.MISSION, MissionType.FENCE)
+
+
+@dataclass(slots=True)
+class Upload:
+    """Items on their way from a station: `items` has those before `end` that are known already or have come."""
+
+    session: "Session"
+    message: Received
+    kind: int
+    items: list[Item]
+    begin: int
+    end: int
+    due: float
+    tries: int = 0
+    storing: bool = False
+    tail: list[Item] = field(default_factory=list[Item])
+
+    @property
+    def asker(self) -> Asker:
+        return self.message.system, self.message.component
+
+
+@dataclass(frozen=True, slots=True)
+class _Done:
+    """An upload that has ended: who sent it, its last item, and the answer."""
+
+    asker: Asker
+    last: int
+    result: int
+    id: int
+    at: float
+
+
+class MissionTransfer:
+    """The uploads and downloads of all stations; only one may upload a kind of items at a time."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+        self._uploads: dict[int, Upload] = {}
+        self._done: dict[int, _Done] = {}
+        self.services: Mapping[str, Service] = {
+            "MISSION_REQUEST_LIST": self._list,
+            "MISSION_REQUEST": self._request,
+            "MISSION_REQUEST_INT": self._request,
+            "MISSION_COUNT": self._count,
+            "MISSION_WRITE_PARTIAL_LIST": self._write_part,
+            "MISSION_ITEM": self._item,
+            "MISSION_ITEM_INT": self._item,
+            "MISSION_ACK": self._acknowledged,
+            "MISSION_CLEAR_ALL": self._clear,
+            "MISSION_SET_CURRENT": self._set_current,
+        }
+
+    def look_after(self, now: float) -> None:
+        """Ask again for items that have not come, and give up at last."""
+        for upload in list(self._uploads.values()):
+            if upload.storing or now < upload.due:
+                continue
+            upload.tries += 1
+            if upload.tries > RETRIES:
+                self._finish(upload, MissionResult.OPERATION_CANCELLED, now)
+                upload.session.say(text.WARNING, f"Mission upload ended: item {len(upload.items)} did not come", now)
+            else:
+                self._ask(upload, now)
+
+    @property
+    def due(self) -> float | None:
+        """When `look_after` has something to do, in s since 1970."""
+        return min((upload.due for upload in self._uploads.values() if not upload.storing), default=None)
+
+    def listed(self, kind: int, session: "Session") -> Sequence[Item]:
+        if kind == MissionType.MISSION:
+            return self.mission.listed(session.flavour)
+        return self.mission.fence() if kind == MissionType.FENCE else ()
+
+    def _list(self, session: "Session", message: Received, now: float) -> None:
+        kind = message.values["mission_type"]
+        if kind not in (*STORED, MissionType.RALLY):
+            acknowledge(session, message, MissionResult.UNSUPPORTED)
+            return
+        count = len(self.listed(kind, session))
+        id = self.mission.id(session.flavour) if kind == MissionType.MISSION else 0
+        session.answer(message, "MISSION_COUNT", count=count, mission_type=kind, opaque_id=id)
+
+    def _request(self, session: "Session", message: Received, now: float) -> None:
+        kind: int = message.values["mission_type"]
+        seq: int = message.values["seq"]
+        items = self.listed(kind, session)
+        if seq >= len(items):
+            acknowledge(session, message, MissionResult.INVALID_SEQUENCE)
+            return
+        item = items[seq]
+        if message.name == "MISSION_REQUEST":
+            session.answer(message, "MISSION_ITEM", **item.legacy_fields(seq))
+        else:
+            session.answer(message, "MISSION_ITEM_INT", **item.fields(seq))
+
+    def _count(self, session: "Session", message: Received, now: float) -> None:
+        """A station wants to upload; the same one may begin again at any time."""
+        kind, count = message.values["mission_type"], message.values["count"]
+        if kind not in STORED:
+            empty = kind == MissionType.RALLY and count == 0
+            acknowledge(session, message, MissionResult.ACCEPTED if empty else MissionResult.UNSUPPORTED)
+        elif self._is_busy(session, message, kind):
+            acknowledge(session, message, MissionResult.DENIED)
+        elif count > MOST_ITEMS:
+            acknowledge(session, message, MissionResult.NO_SPACE)
+            session.say(text.WARNING, f"A mission has at most {MOST_ITEMS} items, not {count}", now)
+        else:
+            self._begin(Upload(session, message, kind, [], 0, count, now), now)
+
+    def _write_part(self, session: "Session", message: Received, now: float) -> None:
+        """A station replaces some of the items."""
+        kind, begin, end = (message.values[name] for name in ("mission_type", "start_index", "end_index"))
+        items = list(self.listed(kind, session))
+        end = len(items) - 1 if end == -1 else end
+        if kind not in STORED:
+            acknowledge(session, message, MissionResult.UNSUPPORTED)
+        elif self._is_busy(session, message, kind):
+            acknowledge(session, message, MissionResult.DENIED)
+        elif not 0 <= begin <= end < len(items):
+            acknowledge(session, message, MissionResult.INVALID_SEQUENCE)
+        else:
+            upload = Upload(session, message, kind, items[:begin], begin, end + 1, now, tail=items[end + 1 :])
+            self._begin(upload, now)
+
+    def _item(self, session: "Session", message: Received, now: float) -> None:
+        kind, seq, asker = message.values["mission_type"], message.values["seq"], (message.system, message.component)
+        upload = self._uploads.get(kind)
+        if upload is None or upload.session is not session or upload.asker != asker:
+            done = self._done.get(kind)
+            if done is not None and (done.asker, done.last) == (asker, seq) and now - done.at < REMEMBERED:
+                acknowledge(session, message, done.result, done.id)
+            elif upload is None:
+                acknowledge(session, message, MissionResult.INVALID_SEQUENCE)
+            return
+        if upload.storing or seq < len(upload.items):
+            return  # again: the next one has been asked for
+        if seq > len(upload.items):
+            self._ask(upload, now)
+            return
+        try:
+            legacy = message.name == "MISSION_ITEM"
+            upload.items.append(Item.of_legacy(message.values) if legacy else Item.of(message.values))
+        except BadItem as bad:
+            self._refuse(upload, bad, now)
+            return
+        upload.tries = 0
+        self._go_on(upload, now)
+
+    def _acknowledged(self, session: "Session", message: Received, now: float) -> None:
+        """A station that sends an error ends its upload; acknowledgments of downloads need no answer."""
+        upload = self._uploads.get(message.values["mission_type"])
+        asker = message.system, message.component
+        mine = upload is not None and upload.session is session and upload.asker == asker and not upload.storing
+        if mine and message.values["type"] != MissionResult.ACCEPTED:
+            del self._uploads[message.values["mission_type"]]
+
+    def _clear(self, session: "Session", message: Received, now: float) -> None:
+        kind = message.values["mission_type"]
+        if kind not in (*STORED, MissionType.RALLY, MissionType.ALL):
+            acknowledge(session, message, MissionResult.UNSUPPORTED)
+            return
+        if any(kind in (upload.kind, MissionType.ALL) for upload in self._uploads.values()):
+            acknowledge(session, message, MissionResult.DENIED)
+            return
+        if kind in (MissionType.FENCE, MissionType.ALL) and self.mission.fence():
+            self.mission.take_fence(())
+        if kind in (MissionType.MISSION, MissionType.ALL):
+            self.mission.clear(lambda _: acknowledge(session, message, MissionResult.ACCEPTED), now)
+        else:
+            acknowledge(session, message, MissionResult.ACCEPTED)
+
+    def _set_current(self, session: "Session", message: Received, now: float) -> None:
+        """The older form of MAV_CMD_DO_SET_MISSION_CURRENT, which has no acknowledgment."""
+        if not self.mission.choose(message.values["seq"] - first_item(session.flavour)):
+            session.say(text.WARNING, f"The mission has no item {message.values['seq']}", now)
+        session.send_now("MISSION_CURRENT", now)
+
+    def _is_busy(self, session: "Session", message: Received, kind: int) -> bool:
+        upload = self._uploads.get(kind)
+        if upload is None:
+            return False
+        return upload.storing or upload.session is not session or upload.asker != (message.system, message.component)
+
+    def _begin(self, upload: Upload, now: float) -> None:
+        self._done.pop(upload.kind, None)
+        self._uploads[upload.kind] = upload
+        self._go_on(upload, now)
+
+    def _go_on(self, upload: Upload, now: float) -> None:
+        """Ask for the next item, or take the whole."""
+        if len(upload.items) < upload.end:
+            self._ask(upload, now)
+            return
+        upload.storing = True
+        items = upload.items + upload.tail
+        try:
+            if upload.kind == MissionType.FENCE:
+                self.mission.take_fence(items)
+                self._finish(upload, MissionResult.ACCEPTED, now)
+            else:
+                self.mission.take(items, upload.session.flavour, lambda done: self._stored(upload, done, now), now)
+        except BadItem as bad:
+            self._refuse(upload, bad, now)
+
+    def _stored(self, upload: Upload, outcome: Outcome, now: float) -> None:
+        if not outcome.done:
+            upload.session.say(text.WARNING, f"Mission refused: {outcome.reason}", now)
+        self._finish(upload, MissionResult.ACCEPTED if outcome.done else MissionResult.ERROR, now)
+
+    def _refuse(self, upload: Upload, bad: BadItem, now: float) -> None:
+        self._finish(upload, bad.result, now)
+        upload.session.say(text.WARNING, f"Mission refused: {bad}", now)
+
+    def _finish(self, upload: Upload, result: int, now: float) -> None:
+        if self._uploads.get(upload.kind) is not upload:
+            return
+        del self._uploads[upload.kind]
+        stored = result == MissionResult.ACCEPTED and upload.kind == MissionType.MISSION
+        id = self.mission.id(upload.session.flavour) if stored else 0
+        self._done[upload.kind] = _Done(upload.asker, upload.end - 1, result, id, now)
+        acknowledge(upload.session, upload.message, result, id)
+
+    def _ask(self, upload: Upload, now: float) -> None:
+        upload.due = now + upload.session.patience
+        seq = len(upload.items)
+        upload.session.answer(upload.message, "MISSION_REQUEST_INT", seq=seq, mission_type=upload.kind)
+
+
+def acknowledge(session: "Session", message: Received, result: int, id: int = 0) -> None:
+    kind = message.values["mission_type"]
+    session.answer(message, "MISSION_ACK", type=result, mission_type=kind, opaque_id=id)

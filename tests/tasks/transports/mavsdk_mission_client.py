@@ -1,0 +1,118 @@
+"""A MAVSDK program that flies a mission and gives orders: port and kind of vehicle are its arguments, JSON its output.
+
+The mission goes 60 m north, 40 m east; it is paused and continued on its first leg.
+"""
+
+import asyncio
+import json
+import math
+import sys
+
+from mavsdk.asyncio.mavsdk import Mavsdk
+from mavsdk.asyncio.plugins.action import ActionAsync
+from mavsdk.asyncio.plugins.mission import MissionAsync
+from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
+from mavsdk.component_type import ComponentType
+from mavsdk.mavsdk import Configuration
+from mavsdk.plugins.mission import MissionItem, MissionPlan
+
+NORTH, EAST = 1 / 111_100.0, 1 / 83_800.0  # degrees per m at 41.2 degrees
+NAN = math.nan
+
+
+async def first(stream, wanted=lambda value: True):
+    async for value in stream:
+        if wanted(value):
+            return value
+    return None
+
+
+def item(home, north, east, altitude, speed):
+    return MissionItem(
+        latitude_deg=home.latitude_deg + north * NORTH,
+        longitude_deg=home.longitude_deg + east * EAST,
+        relative_altitude_m=altitude,
+        speed_m_s=speed,
+        is_fly_through=True,
+        gimbal_pitch_deg=NAN,
+        gimbal_yaw_deg=NAN,
+        camera_action=0,
+        loiter_time_s=NAN,
+        camera_photo_interval_s=NAN,
+        acceptance_radius_m=NAN,
+        yaw_deg=NAN,
+        camera_photo_distance_m=NAN,
+        vehicle_action=0,
+    )
+
+
+async def fly(system, kind):
+    telemetry, mission, action = TelemetryAsync(system), MissionAsync(system), ActionAsync(system)
+    altitude = {"submarine": -3.0, "boat": 0.0}.get(kind, 12.0)
+    speed = {"submarine": 1.2, "boat": 1.2}.get(kind, 5.0)
+    seen = {}
+
+    async def mode(name):
+        return (await first(telemetry.subscribe_flight_mode(), lambda mode: mode.name == name)).name
+
+    async def near(north, east, metres):
+        def close(p):
+            return (
+                math.hypot(
+                    (p.latitude_deg - home.latitude_deg) / NORTH - north,
+                    (p.longitude_deg - home.longitude_deg) / EAST - east,
+                )
+                < metres
+            )
+
+        return (await first(telemetry.subscribe_position(), close)).relative_altitude_m
+
+    home = await first(telemetry.subscribe_home())
+    await first(telemetry.subscribe_health_all_ok(), bool)
+    items = [item(home, 60, 0, altitude, speed), item(home, 60, 40, altitude, speed)]
+    await mission.upload_mission(MissionPlan(mission_items=items))
+    back = await mission.download_mission()
+    seen["downloaded"] = [
+        [i.latitude_deg - home.latitude_deg, i.relative_altitude_m, i.speed_m_s] for i in back.mission_items
+    ]
+    await action.arm()
+    await mission.start_mission()
+    seen["mission"] = await mode("MISSION")
+    await near(30, 0, 15)
+    await mission.pause_mission()
+    seen["paused"] = await mode("HOLD")
+    await mission.start_mission()
+    seen["continued"] = await mode("MISSION")
+    seen["reached"] = await near(60, 0, 12)
+    await first(mission.subscribe_mission_progress(), lambda progress: progress.current == progress.total)
+    seen["finished"] = await mission.is_mission_finished()
+    await action.goto_location(
+        home.latitude_deg + 20 * NORTH, home.longitude_deg + 20 * EAST, home.absolute_altitude_m + altitude, NAN
+    )
+    seen["there"] = await near(20, 20, 12)
+    await action.hold()
+    seen["held"] = await mode("HOLD")
+    await action.return_to_launch()
+    seen["returning"] = await mode("RETURN_TO_LAUNCH")
+    seen["home"] = await near(0, 0, 16)
+    if kind == "hexacopter":
+        await first(telemetry.subscribe_landed_state(), lambda state: state.name == "ON_GROUND")
+        await action.takeoff()
+        seen["taken_off"] = await mode("TAKEOFF")
+        await first(telemetry.subscribe_position(), lambda p: p.relative_altitude_m > 8.0)
+        await action.land()
+        seen["landing"] = await mode("LAND")
+    await mission.clear_mission()
+    seen["cleared"] = len((await mission.download_mission()).mission_items)
+    return seen
+
+
+async def main():
+    configuration = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
+    async with Mavsdk(configuration) as sdk:
+        await sdk.add_any_connection(f"udpin://127.0.0.1:{sys.argv[1]}")
+        system = await sdk.first_autopilot(15.0)
+        print(json.dumps(await fly(system, sys.argv[2])), flush=True)
+
+
+asyncio.run(main())

@@ -1,0 +1,123 @@
+"""Steering by hand over MAVLink: shipped vehicles do what the stick says, and stop when it falls silent."""
+
+import math
+
+import pytest
+
+import imc
+from mavlink import FLAVOURS, encode, load_dialect, split
+from tasks.transports.mavlink_protocol.services import serve
+from tasks.transports.mavlink_protocol.session import Session
+from tests.tasks.transports.test_mavlink_vehicles import Commanded
+
+DIALECT = load_dialect()
+
+
+class Helmsman:
+    """A ground station in a session of its own."""
+
+    def __init__(self, flown, flavour="ardupilot", system=255):
+        self.flown, self.system, self.frames = flown, system, []
+        self.session = Session(flown.link.autopilot, FLAVOURS[flavour], self.frames.append, flown.link.now)
+        self.session.contact = True
+        self.mine = flown.link.autopilot.system
+
+    def say(self, name, **fields):
+        definition = DIALECT.by_name[name]
+        packet = encode(definition, definition.pack(fields), 0, self.system, 190)
+        serve(self.session, split(packet, DIALECT)[0][0], self.flown.link.now)
+
+    def heard(self, name):
+        found = [m for frame in self.frames for m in split(frame, DIALECT)[0] if m.name == name]
+        self.frames.clear()
+        return found
+
+    def steer(self, seconds, **axes):
+        for _ in range(int(seconds * 5)):
+            self.say("MANUAL_CONTROL", target=self.mine, **axes)
+            self.flown.vehicle.run(0.2)
+
+    def order(self, *params, command=176):
+        self.say(
+            "COMMAND_LONG",
+            target_system=self.mine,
+            command=command,
+            **{f"param{n}": p for n, p in enumerate(params, 1)},
+        )
+        self.flown.vehicle.run(1.0)
+        (ack,) = self.heard("COMMAND_ACK")
+        return ack.values["result"]
+
+
+@pytest.fixture(params=["lauv-noptilus-1", "otter"])
+def flown(request, tmp_path):
+    found = Commanded(request.param, tmp_path)
+    found.profile = request.param
+    found.vehicle.start()
+    found.vehicle.run(15.0)
+    yield found
+    found.vehicle.close()
+
+
+def test_the_vehicle_follows_the_stick(flown):
+    console = Helmsman(flown)
+    console.steer(1.0, x=1000, z=500)
+    assert flown.modes[-1] == "MANUAL", "nobody has asked to steer"
+    assert console.order(1, 0 if flown.profile == "lauv-noptilus-1" else 3) == 0
+    assert flown.modes[-1] == "TELEOPERATION"
+    console.steer(20.0, x=1000, z=500)
+    before = flown.truths[-1]
+    assert math.hypot(before.u, before.v) > 0.5
+    console.steer(5.0, x=1000, z=500, r=500)
+    turned = math.remainder(flown.truths[-1].psi - before.psi, math.tau)
+    assert 0.2 < turned < math.pi
+    if flown.profile == "lauv-noptilus-1":
+        console.steer(15.0, x=1000, z=0)
+        assert flown.truths[-1].z > 1.0, "the stick is down"
+    flown.vehicle.run(20.0)
+    assert math.hypot(flown.truths[-1].u, flown.truths[-1].v) < 0.3, "silence is neutral"
+    assert console.order(1, 19 if flown.profile == "lauv-noptilus-1" else 0) == 0
+    assert flown.modes[-1] == "MANUAL"
+
+
+def test_only_one_station_steers(flown):
+    first, second = Helmsman(flown), Helmsman(flown, system=254)
+    first.order(1, 0 if flown.profile == "lauv-noptilus-1" else 3)
+    actions = []
+    flown.vehicle.tap(imc.RemoteActions, lambda message: actions.append(message.actions))
+    first.steer(0.4, x=100, z=500)
+    second.steer(0.4, x=-900, z=500)
+    assert all("Thrust=13" in text for text in actions)
+    assert [m.values["text"] for m in second.heard("STATUSTEXT")][-1:] == [b"Another ground station steers"]
+    flown.vehicle.run(2.5)
+    second.steer(0.4, x=-900, z=500)
+    assert "Thrust=-114" in actions[-1]
+
+
+def test_channels_and_unused_axes(flown):
+    console, actions = Helmsman(flown), []
+    dives = flown.profile == "lauv-noptilus-1"
+    console.order(1, 0 if dives else 3)
+    flown.vehicle.tap(imc.RemoteActions, lambda message: actions.append(message.actions))
+    console.say(
+        "RC_CHANNELS_OVERRIDE",
+        target_system=console.mine,
+        chan1_raw=1100,
+        chan3_raw=1700,
+        chan4_raw=1900,
+        chan5_raw=1300,
+    )
+    console.say("MANUAL_CONTROL", target=console.mine, x=32767, y=32767, z=32767, r=32767)
+    console.say("MANUAL_CONTROL", target=console.mine + 1, x=1000)
+    flown.vehicle.run(0.1)
+    expected = ["Heading=127;Thrust=-64;Pitch=64", "Heading=0;Thrust=0;Pitch=0"]
+    assert actions == (expected if dives else ["Heading=-127;Thrust=64", "Heading=0;Thrust=0"])
+
+
+def test_an_aircraft_is_not_steered(tmp_path):
+    flown = Commanded("hexa-00", tmp_path)
+    flown.vehicle.start()
+    flown.vehicle.run(15.0)
+    console = Helmsman(flown)
+    assert console.order(1, 1) == 2
+    flown.vehicle.close()

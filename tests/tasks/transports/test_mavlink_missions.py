@@ -1,0 +1,368 @@
+"""The mission protocol with one or two ground stations, without a socket."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import imc
+from mavlink import FLAVOURS, encode, load_dialect, split
+from tasks.transports.mavlink_protocol.services import serve
+from tasks.transports.mavlink_protocol.session import Session
+
+DIALECT = load_dialect()
+ACCEPTED, ERROR, BAD_FRAME, UNSUPPORTED, NO_SPACE, INVALID = range(6)
+INVALID_7, BAD_SEQUENCE, DENIED, CANCELLED = 12, 13, 14, 15
+MISSION, FENCE, RALLY, ALL = 0, 1, 2, 255
+LAT, LON = 401_000_000, -86_000_000
+
+
+NAMES = {
+    *("MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ITEM", "MISSION_ACK", "MISSION_CLEAR_ALL"),
+    *("MISSION_REQUEST_LIST", "MISSION_REQUEST_INT", "MISSION_WRITE_PARTIAL_LIST", "MISSION_SET_CURRENT"),
+}
+
+
+def waypoint(seq, **fields):
+    """A waypoint 10 m under water."""
+    usual = dict(frame=6, command=16, autocontinue=1, x=LAT + 1000 * seq, y=LON, z=-10.0, param4=math.nan)
+    return {"seq": seq, "target_system": 26, "target_component": 1, **usual, **fields}
+
+
+def read(said):
+    """The texts in messages, their pieces put together."""
+    texts = {}
+    for number, message in enumerate(m for m in said if m.name == "STATUSTEXT"):
+        key = message.values["id"] or -number
+        texts[key] = texts.get(key, "") + message.values["text"].decode()
+    return list(texts.values())
+
+
+class Console:
+    """A ground station of the desk's vehicle, in its own session."""
+
+    def __init__(self, desk, flavour="px4", system=255):
+        self.desk, self.system, self.frames = desk, system, []
+        self.session = Session(desk.autopilot, FLAVOURS[flavour], self.frames.append, desk.now)
+        self.session.contact = True
+
+    def say(self, name, **fields):
+        definition = DIALECT.by_name[name]
+        packet = encode(
+            definition, definition.pack({"target_system": 26, "target_component": 1, **fields}), 0, self.system, 190
+        )
+        (message,), _ = split(packet, DIALECT)
+        serve(self.session, message, self.desk.now)
+        return self.heard()
+
+    def heard(self):
+        found = [m for frame in self.frames for m in split(frame, DIALECT)[0]]
+        self.frames.clear()
+        assert all(m.values.get("target_system", self.system) == self.system for m in found)
+        return found
+
+    def upload(self, items, kind=MISSION):
+        """Upload items as a station without losses; the ACK and the texts."""
+        said = self.say("MISSION_COUNT", count=len(items), mission_type=kind)
+        while requests := [m for m in said if m.name == "MISSION_REQUEST_INT"]:
+            (request,) = requests
+            assert request.values["mission_type"] == kind
+            said = self.say("MISSION_ITEM_INT", **items[request.values["seq"]], mission_type=kind)
+        (ack,) = [m for m in said if m.name == "MISSION_ACK"]
+        assert ack.values["mission_type"] == kind
+        return ack.values, read(said)
+
+    def download(self, kind=MISSION, name="MISSION_REQUEST_INT"):
+        (count,) = self.say("MISSION_REQUEST_LIST", mission_type=kind)
+        items = [self.say(name, seq=n, mission_type=kind)[0] for n in range(count.values["count"])]
+        assert self.say("MISSION_ACK", type=0, mission_type=kind) == []
+        return count.values, [m.values for m in items]
+
+    def current(self):
+        (message,) = [m for m in self.say("COMMAND_LONG", command=512, param1=42) if m.name == "MISSION_CURRENT"]
+        return message.values
+
+
+@pytest.fixture
+def afloat(desk):
+    desk.locate(lat=math.radians(40.1), lon=math.radians(-8.6))
+    return desk
+
+
+def same(sent, got):
+    """Whether an item came back bit by bit."""
+    pack = DIALECT.by_name["MISSION_ITEM_INT"].pack
+    plain = {"target_system": 0, "target_component": 0}
+    return pack({**sent, **plain}) == pack({**got, **plain})
+
+
+def follow(desk, state, man="", outcome=0, plan="mavlink"):
+    kind = imc.PlanControlState
+    desk.autopilot.hear(kind(state=state, plan_id=plan, man_id=man, last_outcome=outcome), "Plan Engine", desk.now)
+
+
+def test_what_was_uploaded_comes_back_bit_by_bit_with_its_id(afloat):
+    console = Console(afloat)
+    items = [waypoint(0), waypoint(1, frame=3, param1=20.0, param4=0.0), waypoint(2, frame=11, z=3.0)]
+    ack, texts = console.upload(items)
+    assert (ack["type"], texts) == (ACCEPTED, [])
+    count, found = console.download()
+    assert count["opaque_id"] == ack["opaque_id"] == console.current()["mission_id"] != 0
+    assert all(same(sent, got) for sent, got in zip(items, found, strict=True))
+    legacy = console.download(name="MISSION_REQUEST")[1]
+    assert [m["x"] for m in legacy] == pytest.approx([item["x"] / 1e7 for item in items], abs=1e-5)
+    (stored,) = [r for r in afloat.requests if isinstance(r, imc.PlanDB)]
+    assert (stored.op, stored.plan_id, len(stored.arg.maneuvers)) == (imc.PlanDB.Op.SET, "mavlink", 4)
+
+
+def test_stations_of_two_flavors_see_one_mission(afloat):
+    px4, ardupilot = Console(afloat), Console(afloat, "ardupilot", 254)
+    home = waypoint(0, frame=0, z=0.0, x=LAT, param4=0.0)
+    assert ardupilot.upload([home, waypoint(1), waypoint(2)])[0]["type"] == ACCEPTED
+    _, found = px4.download()
+    assert [(m["seq"], m["x"]) for m in found] == [(0, LAT + 1000), (1, LAT + 2000)]
+    assert same(home, ardupilot.download()[1][0])
+    assert (px4.current()["total"], ardupilot.current()["total"]) == (2, 2)
+    assert px4.upload([waypoint(0)])[0]["type"] == ACCEPTED
+    _, found = ardupilot.download()
+    assert [m["x"] for m in found] == [pytest.approx(401_000_000, abs=2), LAT]
+
+
+def test_lost_doubled_and_reordered_items(afloat):
+    console = Console(afloat)
+    console.say("MISSION_COUNT", count=3)
+    (again,) = console.say("MISSION_ITEM_INT", **waypoint(2))
+    assert (again.name, again.values["seq"]) == ("MISSION_REQUEST_INT", 0)
+    console.say("MISSION_ITEM_INT", **waypoint(0))
+    assert console.say("MISSION_ITEM_INT", **waypoint(0)) == []
+    afloat.now += 0.3
+    afloat.autopilot.transfer.look_after(afloat.now)
+    (again,) = console.heard()
+    assert (again.name, again.values["seq"]) == ("MISSION_REQUEST_INT", 1)
+    console.say("MISSION_ITEM_INT", **waypoint(1))
+    (ack,) = console.say("MISSION_ITEM_INT", **waypoint(2))
+    (same_ack,) = console.say("MISSION_ITEM_INT", **waypoint(2))
+    assert same_ack.values == ack.values
+    assert len([r for r in afloat.requests if isinstance(r, imc.PlanDB)]) == 1
+    afloat.now += 6.0
+    assert console.say("MISSION_ITEM_INT", **waypoint(2))[0].values["type"] == BAD_SEQUENCE
+
+
+def test_a_station_that_vanishes_in_mid_upload_leaves_the_old_mission(afloat):
+    console = Console(afloat)
+    console.upload([waypoint(0)])
+    before = console.current()["mission_id"]
+    console.say("MISSION_COUNT", count=3)
+    for _ in range(7):
+        afloat.now += 0.3
+        afloat.autopilot.transfer.look_after(afloat.now)
+    said = console.heard()
+    assert [m.values["seq"] for m in said if m.name == "MISSION_REQUEST_INT"] == [0] * 5
+    assert [m.values["type"] for m in said if m.name == "MISSION_ACK"] == [CANCELLED]
+    assert afloat.autopilot.transfer.due is None
+    assert console.current()["mission_id"] == before
+    assert console.upload([waypoint(0), waypoint(1)])[0]["type"] == ACCEPTED
+
+
+def test_a_second_station_is_denied_while_one_uploads(afloat):
+    first, second = Console(afloat), Console(afloat, system=254)
+    first.say("MISSION_COUNT", count=2)
+    (ack,) = second.say("MISSION_COUNT", count=2)
+    assert (ack.name, ack.values["type"]) == ("MISSION_ACK", DENIED)
+    assert second.say("MISSION_ITEM_INT", **waypoint(0)) == []
+    assert second.say("MISSION_CLEAR_ALL")[0].values["type"] == DENIED
+    other = Console(afloat)  # another program behind the same address
+    other.session, other.system = first.session, 250
+    other.frames = first.frames
+    assert other.say("MISSION_COUNT", count=1)[0].values["type"] == DENIED
+    (restart,) = first.say("MISSION_COUNT", count=1)
+    assert (restart.name, restart.values["seq"]) == ("MISSION_REQUEST_INT", 0)
+    (ack,) = first.say("MISSION_ITEM_INT", **waypoint(0))
+    assert ack.values["type"] == ACCEPTED
+
+
+def test_a_station_can_cancel_its_upload(afloat):
+    console = Console(afloat)
+    console.say("MISSION_COUNT", count=2)
+    assert console.say("MISSION_ACK", type=CANCELLED) == []
+    assert console.say("MISSION_ITEM_INT", **waypoint(0))[0].values["type"] == BAD_SEQUENCE
+
+
+@pytest.mark.parametrize(
+    ("wrong", "result", "words"),
+    [
+        (dict(z=5.0), INVALID_7, "above the surface"),
+        (dict(command=177), UNSUPPORTED, "DO_JUMP"),
+        (dict(frame=1), BAD_FRAME, "frame 1"),
+        (dict(z=math.nan), INVALID_7, "not a number"),
+        (dict(x=2**31 - 1), 10, "latitude"),
+    ],
+)
+def test_an_item_that_cannot_be_is_refused_with_its_number(afloat, wrong, result, words):
+    console = Console(afloat)
+    console.upload([waypoint(0)])
+    before = console.current()["mission_id"]
+    ack, texts = console.upload([waypoint(0), waypoint(1, **wrong)])
+    assert ack["type"] == result
+    assert "item 1" in texts[0]
+    assert words in texts[0]
+    assert console.current()["mission_id"] == before
+
+
+def test_too_many_items_other_types_and_no_items(afloat):
+    console = Console(afloat)
+    ack, text = console.say("MISSION_COUNT", count=65535)
+    assert (ack.values["type"], text.name) == (NO_SPACE, "STATUSTEXT")
+    for kind in (RALLY, 7, ALL):
+        assert console.say("MISSION_COUNT", count=2, mission_type=kind)[0].values["type"] == UNSUPPORTED
+    assert console.say("MISSION_COUNT", count=0, mission_type=RALLY)[0].values["type"] == ACCEPTED
+    assert console.download(RALLY)[0]["count"] == 0
+    assert console.say("MISSION_REQUEST_LIST", mission_type=9)[0].values["type"] == UNSUPPORTED
+    console.upload([waypoint(0)])
+    assert console.upload([])[0]["type"] == ACCEPTED
+    current = console.current()
+    assert (current["total"], current["mission_id"], current["mission_state"]) == (0xFFFF, 0, 1)
+
+
+def test_clear_deletes_the_plan_that_was_uploaded_and_no_other(afloat):
+    console = Console(afloat)
+    console.upload([waypoint(0)])
+    assert console.say("MISSION_CLEAR_ALL", mission_type=ALL)[0].values["type"] == ACCEPTED
+    assert afloat.requests[-1].op == imc.PlanDB.Op.DEL
+    afloat.plans["survey"] = imc.PlanSpecification(
+        plan_id="survey", start_man_id="a", maneuvers=(imc.PlanManeuver(maneuver_id="a", data=imc.Goto(lat=0.7)),)
+    )
+    afloat.autopilot.mission.hear_database(
+        imc.PlanDB(type=imc.PlanDB.Type.SUCCESS, op=imc.PlanDB.Op.SET, plan_id="survey"), afloat.now
+    )
+    assert console.current()["total"] == 1
+    assert console.say("MISSION_CLEAR_ALL")[0].values["type"] == ACCEPTED
+    assert afloat.requests[-1].op == imc.PlanDB.Op.GET
+    assert console.current()["mission_state"] == 1
+
+
+def test_a_part_of_a_mission_is_replaced(afloat):
+    console = Console(afloat)
+    console.upload([waypoint(0), waypoint(1), waypoint(2)])
+    (request,) = console.say("MISSION_WRITE_PARTIAL_LIST", start_index=1, end_index=1)
+    assert request.values["seq"] == 1
+    (ack,) = console.say("MISSION_ITEM_INT", **waypoint(1, z=-4.0))
+    assert ack.values["type"] == ACCEPTED
+    assert [m["z"] for m in console.download()[1]] == [-10.0, -4.0, -10.0]
+    for begin, end in ((2, 3), (-2, 0), (2, 1)):
+        assert (
+            console.say("MISSION_WRITE_PARTIAL_LIST", start_index=begin, end_index=end)[0].values["type"]
+            == BAD_SEQUENCE
+        )
+
+
+def test_a_fence_is_the_area_of_the_operational_limits(afloat):
+    console = Console(afloat)
+    places = ((0, 0), (9000, 0), (9000, 9000), (0, 9000))
+    corners = [
+        dict(waypoint(n), frame=0, command=5001, param1=4.0, x=LAT + x, y=LON + y, z=0.0)
+        for n, (x, y) in enumerate(places)
+    ]
+    assert console.upload(corners, FENCE) == ({**console.upload(corners, FENCE)[0]}, [])
+    limits = afloat.autopilot.figures.latest(imc.OperationalLimits)
+    assert limits.mask & imc.OpLimitsMask.AREA
+    assert console.download(FENCE)[0]["count"] == 4
+    assert console.current()["fence_id"] != 0
+    ack, texts = console.upload(corners[:3], FENCE)
+    assert ack["type"] == INVALID
+    assert texts
+    assert console.say("MISSION_CLEAR_ALL", mission_type=FENCE)[0].values["type"] == ACCEPTED
+    assert console.download(FENCE)[0]["count"] == 0
+
+
+def test_progress(afloat):
+    console, reached = Console(afloat), []
+    afloat.autopilot.mission._reach = reached.extend
+    console.upload([waypoint(0), waypoint(1, param1=5.0), waypoint(2)])
+    phase, ended = imc.PlanControlState.State, imc.PlanControlState.LastOutcome
+    names = [m.maneuver_id for m in afloat.autopilot.mission.plan.maneuvers]
+    assert console.current()["mission_state"] == 2
+    seen = []
+    for name in names:
+        follow(afloat, phase.EXECUTING, name)
+        seen.append((console.current()["seq"], console.current()["mission_state"]))
+    assert seen == [(0, 3), (1, 3), (1, 3), (2, 3)]
+    assert reached == [0, 1]
+    follow(afloat, phase.READY, outcome=ended.SUCCESS)
+    assert reached == [0, 1, 2]
+    assert console.current()["mission_state"] == 5
+    follow(afloat, phase.READY, outcome=ended.SUCCESS)
+    assert reached == [0, 1, 2]
+
+
+def test_pause_and_continue(afloat):
+    console = Console(afloat)
+    console.upload([waypoint(0), waypoint(1), waypoint(2)])
+    phase = imc.PlanControlState.State
+    names = [m.maneuver_id for m in afloat.autopilot.mission.plan.maneuvers]
+    afloat.autopilot.hear(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", afloat.now)
+    follow(afloat, phase.EXECUTING, names[1])
+    ack = console.say("COMMAND_LONG", command=193, param1=0)[0]
+    assert ack.values["result"] == ACCEPTED
+    assert len(afloat.holds) == 1
+    follow(afloat, phase.EXECUTING, "1", plan="hold")
+    assert console.current()["mission_state"] == 4
+    assert console.say("COMMAND_LONG", command=193, param1=1)[0].values["result"] == ACCEPTED
+    rest = afloat.requests[-1].arg
+    assert (rest.start_man_id, len(rest.maneuvers)) == (names[1], 2)
+    follow(afloat, phase.EXECUTING, names[1], plan=rest.plan_id)
+    assert (console.current()["mission_state"], console.current()["seq"]) == (3, 1)
+    assert console.say("COMMAND_LONG", command=224, param1=2)[-1].values["result"] == ACCEPTED
+    assert afloat.requests[-1].arg.start_man_id == names[2]
+    assert console.say("COMMAND_LONG", command=224, param1=3)[0].values["result"] == 2
+
+
+def test_start_needs_a_mission(afloat):
+    console = Console(afloat)
+    said = console.say("COMMAND_LONG", command=300)
+    assert [m.values["result"] for m in said if m.name == "COMMAND_ACK"] == [4]
+    assert read(said) == ["Cannot start the mission: no mission has been uploaded"]
+
+
+def test_another_plan_that_the_vehicle_executes_becomes_the_mission(afloat):
+    console = Console(afloat)
+    console.upload([waypoint(0)])
+    before = console.current()["mission_id"]
+    steps = [imc.PlanManeuver(maneuver_id=n, data=imc.Goto(lat=0.7, lon=-0.15, z=3.0, z_units=1)) for n in "ab"]
+    arrows = (imc.PlanTransition(source_man="a", dest_man="b", conditions="ManeuverIsDone"),)
+    survey = imc.PlanSpecification(plan_id="survey", start_man_id="a", maneuvers=tuple(steps), transitions=arrows)
+    afloat.plans["survey"] = survey
+    follow(afloat, imc.PlanControlState.State.EXECUTING, "a", plan="survey")
+    current = console.current()
+    assert (current["total"], current["mission_id"] not in (0, before)) == (2, True)
+    follow(afloat, imc.PlanControlState.State.EXECUTING, "b", plan="survey")
+    assert (console.current()["seq"], console.current()["mission_state"]) == (1, 3)
+
+
+@settings(max_examples=150)
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(sorted(NAMES)),
+            st.binary(max_size=40),
+            st.integers(0, 1),
+        ),
+        max_size=30,
+    )
+)
+def test_no_sequence_of_messages_raises_or_stays_open(open_desk, messages):
+    desk = open_desk()
+    desk.locate()
+    consoles = [Console(desk), Console(desk, "ardupilot", 254)]
+    for name, payload, who in messages:
+        definition = DIALECT.by_name[name]
+        packet = encode(definition, definition.fill(payload), 0, consoles[who].system, 190)
+        (message,), _ = split(packet, DIALECT)
+        serve(consoles[who].session, message, desk.now)
+        desk.now += 0.05
+        desk.autopilot.transfer.look_after(desk.now)
+    for _ in range(20):
+        desk.now += 0.3
+        desk.autopilot.transfer.look_after(desk.now)
+    assert desk.autopilot.transfer.due is None

@@ -1,0 +1,161 @@
+"""The messages that ground stations get: what shipped vehicles say in them, and the table in the documentation."""
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+import imc
+from mavlink import FLAVOURS, Flavour, load_dialect
+from shoal.missions import parse_plan
+from tasks.transports.mavlink import MAVLink
+from tasks.transports.mavlink_protocol.streams import STREAMS
+from tests.tasks.transports.test_mavlink_vehicles import PLANS, Commanded
+
+DIALECT = load_dialect()
+PAGE = Path(__file__).parents[3] / "docs" / "mavlink.md"
+VESSELS = {"lauv-noptilus-1", "otter", "caravel"}
+ALWAYS = set(STREAMS) - {
+    "SCALED_PRESSURE",
+    "SCALED_PRESSURE2",
+    "DISTANCE_SENSOR",
+    "WATER_DEPTH",
+    "RAW_IMU",
+    "HIGHRES_IMU",
+}
+BESIDES = {
+    "lauv-noptilus-1": {"DISTANCE_SENSOR", "WATER_DEPTH", "RAW_IMU", "HIGHRES_IMU"},
+    "otter": {"DISTANCE_SENSOR", "WATER_DEPTH", "RAW_IMU", "HIGHRES_IMU"},
+    "caravel": {"DISTANCE_SENSOR", "WATER_DEPTH", "RAW_IMU", "HIGHRES_IMU"},
+    "hexa-00": {"DISTANCE_SENSOR", "SCALED_PRESSURE", "RAW_IMU", "HIGHRES_IMU"},
+}
+
+
+@pytest.fixture(scope="module", params=PLANS)
+def said(request, tmp_path_factory):
+    """What a vehicle on its plan sends, by name, and its true state."""
+    flown = Commanded(request.param, tmp_path_factory.mktemp("vehicle"))
+    flown.vehicle.start()
+    flown.vehicle.kernel.after(15.0, flown.begin, parse_plan(PLANS[request.param]))
+    flown.vehicle.run(60.0)
+    system, flavour = flown.link.autopilot, FLAVOURS["ardupilot"]
+    found = {}
+    for name, stream in STREAMS.items():
+        definition = DIALECT.by_name[name]
+        instances = stream.instances(system, flavour, flown.link.now)
+        found[name] = [definition.unpack(definition.pack(fields)) for fields in instances]
+        for fields in instances:
+            assert set(fields) <= {field.name for field in definition.fields}
+    yield request.param, found, flown.truths[-1], flown
+    flown.vehicle.close()
+
+
+def test_a_vehicle_on_its_plan_says_all_that_it_measures(said):
+    profile, found, _, _ = said
+    assert {name for name, instances in found.items() if instances} == ALWAYS | BESIDES[profile]
+
+
+def test_figures_are_those_of_the_vehicle(said):
+    profile, found, truth, flown = said
+    before = next(t for t in reversed(flown.truths) if t.timestamp <= truth.timestamp - 1.0)
+    speed = math.hypot(truth.x - before.x, truth.y - before.y) / (truth.timestamp - before.timestamp)
+    (hud,), (position,), (gps,) = found["VFR_HUD"], found["GLOBAL_POSITION_INT"], found["GPS_RAW_INT"]
+    assert hud["throttle"] > 10
+    assert hud["groundspeed"] == pytest.approx(speed, abs=0.7)
+    if profile in VESSELS:
+        assert position["relative_alt"] == pytest.approx(-1000 * truth.z, abs=700)
+        assert hud["alt"] == pytest.approx(-truth.z, abs=0.7)
+    submerged = profile == "lauv-noptilus-1"
+    assert gps["fix_type"] == (1 if submerged else 3)
+    assert gps["lat"] == pytest.approx(position["lat"], abs=20_000 if submerged else 2000), "1e-7 degrees are 1.1 cm"
+    (target,) = found["NAV_CONTROLLER_OUTPUT"]
+    assert 50 < target["wp_dist"] < 650
+    assert abs(target["target_bearing"]) < 20, "the plan goes north"
+    assert found["BATTERY_STATUS"][0]["voltages"][0] == found["SYS_STATUS"][0]["voltage_battery"]
+    assert 10_000 < found["BATTERY_STATUS"][0]["voltages"][0] < 65_000
+    q = [found["ATTITUDE_QUATERNION"][0][f"q{n}"] for n in range(1, 5)]
+    assert math.hypot(*q) == pytest.approx(1.0, abs=1e-5)
+    yaw = math.atan2(2 * (q[0] * q[3] + q[1] * q[2]), 1 - 2 * (q[2] ** 2 + q[3] ** 2))
+    assert yaw == pytest.approx(found["ATTITUDE"][0]["yaw"], abs=1e-5)
+    mode = found["CURRENT_MODE"][0]
+    assert mode["custom_mode"] == found["HEARTBEAT"][0]["custom_mode"]
+    assert mode["standard_mode"] == 6
+    imu = found["HIGHRES_IMU"][0]
+    assert math.hypot(imu["xacc"], imu["yacc"], imu["zacc"]) == pytest.approx(9.8, abs=2.0)
+    assert found["RAW_IMU"][0]["zacc"] == pytest.approx(imu["zacc"] / 9.80665e-3, abs=1.0)
+    assert found["ESTIMATOR_STATUS"][0]["pos_horiz_accuracy"] < 20.0
+
+
+def test_depths_add_up(said):
+    profile, found, _, flown = said
+    if not found["DISTANCE_SENSOR"]:
+        return
+    (down,) = [m for m in found["DISTANCE_SENSOR"] if m["orientation"] == 25]
+    state = flown.link.autopilot.state
+    assert down["current_distance"] == pytest.approx(100 * state.alt, abs=1.0)
+    if profile in VESSELS:
+        assert found["WATER_DEPTH"][0]["distance"] == pytest.approx(state.alt + state.depth, abs=0.1)
+    assert found["ALTITUDE"][0]["bottom_clearance"] == pytest.approx(state.alt, abs=0.1)
+
+
+def test_silent_sensors_are_not_repeated(said):
+    _, _, _, flown = said
+    system = flown.link.autopilot
+    kept = system.figures._found
+    try:
+        system.figures._found = {kind: dict(sources) for kind, sources in kept.items()}
+        system.forget_old(flown.link.now + 11.0)
+        names = {name for name, s in STREAMS.items() if s.instances(system, FLAVOURS["px4"], flown.link.now)}
+    finally:
+        system.figures._found = kept
+        system.is_abandoned = False
+    assert not names & {
+        "GPS_RAW_INT",
+        "ATTITUDE",
+        "GLOBAL_POSITION_INT",
+        "BATTERY_STATUS",
+        "RAW_IMU",
+        "DISTANCE_SENSOR",
+    }
+
+
+@pytest.mark.parametrize("flavour", FLAVOURS.values())
+def test_no_stream_raises_without_a_vehicle(desk, flavour: Flavour):
+    for stream in STREAMS.values():
+        stream.instances(desk.autopilot, flavour, desk.now)
+    desk.locate(lat=math.nan, phi=math.inf, alt=-1.0, psi=math.nan)
+    nan, inf = math.nan, math.inf
+    for message in (
+        imc.GpsFix(validity=0xFFFF, lat=nan, lon=inf, hdop=nan, sog=inf, cog=nan, hacc=nan, vacc=inf),
+        imc.GpsFix(validity=0xFFFF, lat=0.7, height=1e30, hacc=1e38, hdop=inf),
+        imc.Voltage(value=nan),
+        imc.Current(value=inf),
+        imc.Temperature(value=nan),
+        imc.Pressure(value=inf),
+        imc.Acceleration(x=nan, y=inf),
+        imc.AngularVelocity(x=1e300),
+        imc.NavigationUncertainty(x=nan, y=-1.0),
+        imc.PathControlState(end_lat=nan, end_lon=inf),
+        imc.SetThrusterActuation(value=nan),
+        imc.FuelLevel(value=nan),
+        imc.Distance(value=nan),
+    ):
+        desk.autopilot.hear(message, "Echo Sounder", desk.now)
+        for name, stream in STREAMS.items():
+            for fields in stream.instances(desk.autopilot, flavour, desk.now):
+                DIALECT.by_name[name].pack(fields)
+
+
+def test_the_documentation_lists_the_streams():
+    rows = re.findall(r"^\| ([A-Z0-9_]+) \| (.+?) \| (.+?) \|$", PAGE.read_text(), re.MULTILINE)
+
+    def rate(stream):
+        if isinstance(stream.rate, str):
+            parameter = getattr(MAVLink, stream.rate)
+            return f"`{parameter.name}`, {parameter.default:g}"
+        return f"{stream.rate:g}" if stream.rate else "on request"
+
+    assert [(name, hertz, sources) for name, hertz, sources in rows if name in STREAMS] == [
+        (stream.name, rate(stream), stream.sources) for stream in STREAMS.values()
+    ]
