@@ -2,7 +2,7 @@
 
 import errno
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import imc
 from imc.discovery import Service, Services, readable_name
@@ -13,13 +13,16 @@ from runtime.kernel import Timer
 from runtime.task import ParameterError
 from tasks.transports.imc_links.sockets import network_speed
 from tasks.transports.mavlink_protocol.commands import look_after
+from tasks.transports.mavlink_protocol.errands import NO_PLACE, ignored, land, return_home
 from tasks.transports.mavlink_protocol.links import Link, parse_route
+from tasks.transports.mavlink_protocol.mission import MissionState
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import DATAGRAMS_PER_SECOND, HEARTBEAT_PERIOD, SOON, Session, addressed
 from tasks.transports.mavlink_protocol.streams import STREAMS
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
 
+Action = Callable[[MavlinkSystem, float], object]
 Offered = imc.AnnounceService.ServiceType
 LINKS = ["udpout:127.0.0.1:14550:ardupilot", "udpout:127.0.0.1:14540:px4", "udpin:127.0.0.1:14551:ardupilot"]
 SET_TIMEOUT = 0.25
@@ -27,6 +30,12 @@ EXCESS_PERIOD = 10.0  # s
 DETECTION_PERIOD = 5.0
 DETECTIONS = 64
 TWINS = 16
+ACTIONS: Mapping[str, Action] = {
+    "Hold": lambda system, now: system.hold(now),
+    "Return": lambda system, now: return_home(system, ignored, now),
+    "Land": lambda system, now: land(system, NO_PLACE, ignored, now),
+    "Stop": lambda system, now: system.helm.stop(now),
+}
 CHANGES = (imc.VehicleState, imc.PlanControlState, imc.ArmingState, imc.AutopilotMode)
 
 
@@ -57,6 +66,17 @@ class MAVLink(Task):
     status_rate: float = param(2.0, "Hz", "Rate of SYS_STATUS.", minimum=0, maximum=200)
     hold_speed: float = param(1.2, "m/s", "Speed back to the place where it was told to hold.", minimum=0.1, maximum=20)
     takeoff_altitude: float = param(10.0, "m", "Altitude above home of a takeoff without one.", minimum=1, maximum=120)
+    gcs_timeout: float = param(
+        0.0,
+        "s",
+        "Silence of all ground stations after which a vehicle that does what one has asked for does `GCS Action`; "
+        "0 for never.",
+        name="GCS Timeout",
+        minimum=0,
+    )
+    gcs_action: str = param(
+        "Hold", "", "What a vehicle does that its ground stations have lost.", name="GCS Action", choices=tuple(ACTIONS)
+    )
     maximum_peers: int = param(8, "1", "Most ground stations on one udpin link.", minimum=1, maximum=64, editable=False)
     peer_timeout: float = param(30.0, "s", "Silence after which a ground station is forgotten.", minimum=1)
 
@@ -78,6 +98,7 @@ class MAVLink(Task):
         self.detected: dict[int, float] = {}
         self.pump_timer: Timer | None = None
         self.twins: set[object] = set()
+        self.heard_at: float | None = None
         logs = self.vehicle.log_root / self.system_name
         self.autopilot = MavlinkSystem(
             load_dialect(),
@@ -116,6 +137,7 @@ class MAVLink(Task):
         self.autopilot.forget_old(self.now)
         self.autopilot.helm.look_after(self.now)
         self.autopilot.transfers.forget_silent(self.now)
+        self.watch_stations()
         for link in self.open_links:
             link.forget_silent(self.now - self.peer_timeout * self.speed)
         if self.now >= self.excess_due and any(link.dropped for link in self.open_links):
@@ -131,6 +153,17 @@ class MAVLink(Task):
         state = State.NORMAL if not troubles else State.FAULT if self.open_links else State.ERROR
         self.set_entity_state(state, "; ".join([*troubles, figures]))
         self.pump()
+
+    def watch_stations(self) -> None:
+        """Act when no station has been heard for too long, if one has asked for what the vehicle does."""
+        system, heard = self.autopilot, self.heard_at
+        lost = heard is not None and self.now - heard > self.gcs_timeout * self.speed
+        if not self.gcs_timeout or not lost:
+            return
+        self.heard_at = None
+        if system.errand or system.mission.state is MissionState.ACTIVE:
+            self.log.warning(f"no ground station for {self.gcs_timeout:g} s: {self.gcs_action}")
+            ACTIONS[self.gcs_action](system, self.now)
 
     def open(self, words: str, trouble: str) -> None:
         """Open a link; if that fails, the same reason is logged only once."""
@@ -179,6 +212,7 @@ class MAVLink(Task):
         elif not addressed(message, self.autopilot.system):
             self.counts["foreign"] += 1
         else:
+            self.heard_at = self.now
             session.hear(message, self.now)
             serve(session, message, self.now)
             self.show_changes()
@@ -297,6 +331,12 @@ class MAVLink(Task):
             self.show_changes()
         elif isinstance(reply, imc.PlanDB):
             self.autopilot.mission.hear_database(reply, self.now)
+
+    @consume
+    def recall(self, database: imc.PlanDBState) -> None:
+        """Show the mission that was uploaded before the vehicle or this task has restarted."""
+        names = {info.plan_id for info in database.plans_info if isinstance(info, imc.PlanDBInformation)}
+        self.autopilot.mission.recall(names, self.now)
 
     def reach(self, numbers: Sequence[int]) -> None:
         """Tell all stations which items of the mission are over."""

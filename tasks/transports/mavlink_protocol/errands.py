@@ -8,7 +8,7 @@ from mavlink import FLAVOURS
 from mavlink.missions import BadItem, Command, Item, MissionResult, plan_of
 from tasks.transports.mavlink_protocol.helm import Outcome, Then, chain
 from tasks.transports.mavlink_protocol.orders import DONE, Finish, Reply, Result
-from tasks.transports.mavlink_protocol.session import Session
+from tasks.transports.mavlink_protocol.system import MavlinkSystem
 
 DEGREES = 1e7
 GLOBAL, RELATIVE = 0, 3  # MAV_FRAME
@@ -19,55 +19,53 @@ RESULTS = {
 }
 NOWHERE = Reply(Result.TEMPORARILY_REJECTED, "The position is unknown")
 Place = tuple[float, float]
+NO_PLACE: Place = (math.nan, math.nan)
 
 
 def go(
-    session: Session, place: Place, frame: int | None, z: float, speed: float, finish: Finish, now: float
+    system: MavlinkSystem, place: Place, frame: int | None, z: float, speed: float, finish: Finish, now: float
 ) -> Reply | None:
     """Go to a place and keep station there; without one only change the depth or altitude."""
-    system = session.autopilot
     found = system.place()
     if found is None:
         return NOWHERE
     if not _given(place):
         place = found[1].lat, found[1].lon
-    frame, z = _level(session, frame, z, found[1].relative)
+    frame, z = _level(system, frame, z, found[1].relative)
     there = _item(Command.NAV_WAYPOINT, frame, place, z)
     stay = there._replace(command=Command.NAV_LOITER_UNLIM)
-    return _send(session, "goto", [*_speed(speed), there, stay], finish, now)
+    return _send(system, "goto", [*_speed(speed), there, stay], finish, now)
 
 
-def return_home(session: Session, finish: Finish, now: float) -> Reply | None:
+def return_home(system: MavlinkSystem, finish: Finish, now: float) -> Reply | None:
     """Come home: an AUV to the surface there and a boat keep station, an aircraft lands."""
-    system = session.autopilot
     if system.home is None:
         return Reply(Result.TEMPORARILY_REJECTED, "Home is not known yet")
     home = system.home.lat, system.home.lon
     command = Command.NAV_LOITER_UNLIM if system.kind.afloat else Command.NAV_RETURN_TO_LAUNCH
-    return _send(session, "return", [_item(command, RELATIVE, home, 0.0)], finish, now)
+    return _send(system, "return", [_item(command, RELATIVE, home, 0.0)], finish, now)
 
 
-def take_off(session: Session, frame: int | None, z: float, finish: Finish, now: float) -> Reply | None:
+def take_off(system: MavlinkSystem, frame: int | None, z: float, finish: Finish, now: float) -> Reply | None:
     """Climb to an altitude above home, or to one in the frame of COMMAND_INT; without one to the usual altitude."""
-    system = session.autopilot
     if system.aloft:
         return Reply(Result.DENIED, "Takeoff denied: the vehicle is in the air")
     if not math.isfinite(z):
         frame, z = RELATIVE, system.takeoff_altitude()
     frame = RELATIVE if frame is None else frame
-    return _send(session, "takeoff", [_item(Command.NAV_TAKEOFF, frame, (0.0, 0.0), z)], finish, now)
+    return _send(system, "takeoff", [_item(Command.NAV_TAKEOFF, frame, (0.0, 0.0), z)], finish, now)
 
 
-def land(session: Session, place: Place, finish: Finish, now: float) -> Reply | None:
+def land(system: MavlinkSystem, place: Place, finish: Finish, now: float) -> Reply | None:
     """Land here or at a place; an AUV comes to the surface."""
-    if session.autopilot.place() is None:
+    if system.place() is None:
         return NOWHERE
     given = place if _given(place) and place != (0.0, 0.0) else (0.0, 0.0)
-    return _send(session, "land", [_item(Command.NAV_LAND, RELATIVE, given, 0.0)], finish, now)
+    return _send(system, "land", [_item(Command.NAV_LAND, RELATIVE, given, 0.0)], finish, now)
 
 
 def orbit(
-    session: Session,
+    system: MavlinkSystem,
     place: Place,
     level: tuple[int | None, float],
     radius: float,
@@ -76,14 +74,13 @@ def orbit(
     now: float,
 ) -> Reply | None:
     """Circle around a place, or around here, until something else is asked for; a negative radius: counterclockwise."""
-    system = session.autopilot
     found, settings = system.place(), system.mission_settings("orbit")
     if found is None:
         return NOWHERE
     if not _given(place):
         place = found[1].lat, found[1].lon
     radius = radius if math.isfinite(radius) and radius else settings.radius
-    frame, z = _level(session, *level, found[1].relative)
+    frame, z = _level(system, *level, found[1].relative)
     items = [*_speed(speed), _item(Command.NAV_LOITER_TURNS, frame, place, z)._replace(param1=1.0, param3=radius)]
 
     def forever(plan: imc.PlanSpecification) -> imc.PlanSpecification:
@@ -92,12 +89,11 @@ def orbit(
         assert isinstance(last.data, imc.Loiter)
         return plan.replace(maneuvers=(*before, last.replace(data=last.data.replace(duration=0))))
 
-    return _send(session, "orbit", items, finish, now, forever)
+    return _send(system, "orbit", items, finish, now, forever)
 
 
-def steer(session: Session, finish: Finish, now: float) -> Reply | None:
+def steer(system: MavlinkSystem, finish: Finish, now: float) -> Reply | None:
     """Let ground stations steer, until another mode is chosen."""
-    system = session.autopilot
     if not system.kind.afloat:
         return Reply(Result.DENIED, "Mode TELEOPERATION denied: an aircraft is not steered by hand here")
     plan = chain("steered", [imc.Teleoperation(custom=f"src={system.imc_id}")])
@@ -106,7 +102,7 @@ def steer(session: Session, finish: Finish, now: float) -> Reply | None:
 
 
 def _send(
-    session: Session,
+    system: MavlinkSystem,
     name: str,
     items: Sequence[Item],
     finish: Finish,
@@ -114,13 +110,16 @@ def _send(
     change: Callable[[imc.PlanSpecification], imc.PlanSpecification] = lambda plan: plan,
 ) -> Reply | None:
     """Start a plan of items; the order is answered when the vehicle has accepted or refused it."""
-    system = session.autopilot
     try:
         plan = plan_of(items, FLAVOURS["generic"], system.mission_settings(name)).plan
     except BadItem as bad:
         return Reply(RESULTS.get(bad.result, Result.DENIED), f"{name.capitalize()} denied: {bad.reason}")
     system.helm.start(change(plan), _judge(name, finish), now)
     return None
+
+
+def ignored(reply: Reply) -> None:
+    """The answer to an errand that no station has asked for."""
 
 
 def _judge(name: str, finish: Finish) -> Then:
@@ -140,9 +139,9 @@ def _speed(speed: float) -> list[Item]:
     return [Item(RELATIVE, Command.DO_CHANGE_SPEED, param2=speed)] if speed > 0.0 else []
 
 
-def _level(session: Session, frame: int | None, z: float, present: float) -> tuple[int, float]:
+def _level(system: MavlinkSystem, frame: int | None, z: float, present: float) -> tuple[int, float]:
     """Frame and z of an order: without z, as high as now; altitudes of COMMAND_LONG are above the sea."""
-    afloat = session.autopilot.kind.afloat
+    afloat = system.kind.afloat
     if not math.isfinite(z):
         return RELATIVE, min(0.0, present) if afloat else present
     frame = GLOBAL if frame is None else frame

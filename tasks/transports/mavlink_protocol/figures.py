@@ -1,12 +1,15 @@
 """The latest messages on the bus that ground stations see; what nobody reports any more is forgotten."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TypeVar
 
 import imc
 
 M = TypeVar("M", bound=imc.Message)
+Measurement = imc.Voltage | imc.Current | imc.FuelLevel | imc.CpuUsage | imc.IndicatedSpeed | imc.Temperature
+BATTERY = "Batter"
+LANDS = "LAND"  # AutopilotMode of an aircraft that lands by itself
 
 LASTING: Mapping[type[imc.Message], float] = {
     imc.EstimatedState: 3.0,
@@ -23,9 +26,13 @@ USUALLY = 10.0  # s without a report until a figure is unknown
 
 
 class Figures:
-    """The latest message of each kind and source; `label` is that of the entity that sends it."""
+    """The latest message of each kind and source; `label` is that of the entity that sends it.
 
-    def __init__(self) -> None:
+    `labels()` are those of all entities: which of them are batteries decides whose voltage and current count.
+    """
+
+    def __init__(self, labels: Callable[[], Iterable[str]]) -> None:
+        self._labels = labels
         self._found: dict[type[imc.Message], dict[str, tuple[float, imc.Message]]] = {}
 
     def take(self, message: imc.Message, label: str, now: float) -> None:
@@ -62,3 +69,69 @@ class Figures:
                 del self._found[kind]
                 gone.append(kind)
         return gone
+
+    @property
+    def state(self) -> imc.EstimatedState | None:
+        """The present estimate; None if it is missing or old."""
+        return self.latest(imc.EstimatedState)
+
+    @property
+    def vehicle(self) -> imc.VehicleState | None:
+        return self.latest(imc.VehicleState)
+
+    @property
+    def plan(self) -> imc.PlanControlState | None:
+        return self.latest(imc.PlanControlState)
+
+    @property
+    def motors(self) -> bool | None:
+        """Whether the motors of an aircraft run; None if unknown."""
+        arming = self.latest(imc.ArmingState)
+        return None if arming is None else arming.state == imc.ArmingState.State.ARMED
+
+    @property
+    def lands(self) -> bool:
+        """Whether an aircraft lands by itself."""
+        mode = self.latest(imc.AutopilotMode)
+        return mode is not None and mode.mode == LANDS
+
+    @property
+    def voltage(self) -> float:
+        """In V; if several entities measure it, the batteries count. NaN: unknown."""
+        return self._of_battery(imc.Voltage)
+
+    @property
+    def current(self) -> float:
+        """In A; NaN: unknown."""
+        return self._of_battery(imc.Current)
+
+    @property
+    def fuel(self) -> float:
+        """In %; NaN: unknown."""
+        return value_of(self.latest(imc.FuelLevel))
+
+    @property
+    def airspeed(self) -> float:
+        """Through water or air, in m/s; NaN: unknown."""
+        return value_of(self.latest(imc.IndicatedSpeed))
+
+    @property
+    def throttle(self) -> float:
+        """That of the strongest thruster, in %; NaN: unknown."""
+        thrusters = self.by_label(imc.SetThrusterActuation).values()
+        if (throttle := self.latest(imc.Throttle)) is not None:
+            return throttle.value
+        return max((abs(thruster.value) * 100.0 for thruster in thrusters), default=math.nan)
+
+    def powers(self, label: str) -> bool:
+        """Whether an entity is a battery, or may be the supply, since none is called so."""
+        return BATTERY in label or not any(BATTERY in label for label in self._labels())
+
+    def _of_battery(self, kind: type[imc.Voltage] | type[imc.Current]) -> float:
+        found = [message for label, message in self.by_label(kind).items() if self.powers(label)]
+        return value_of(found[-1] if found else None)
+
+
+def value_of(message: Measurement | None) -> float:
+    """The value of a measurement; NaN if there is none."""
+    return math.nan if message is None else message.value

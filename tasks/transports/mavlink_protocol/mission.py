@@ -1,6 +1,6 @@
 """The mission that all ground stations and IMC consoles share: its items, its plan, its fence, its progress."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from enum import IntEnum
 
 import imc
@@ -150,6 +150,12 @@ class Mission:
             self._end(plan)
         self._fetched = self._fetched if running else ""
         return (self.plan, self.state, self.current) != before
+
+    def recall(self, stored: Collection[str], now: float) -> None:
+        """Make the plan that was uploaded the mission, if it is among those stored and there is no other."""
+        name = self._settings().name
+        if self.plan is None and name in stored:
+            self._fetch(name, now)
 
     def hear_database(self, reply: imc.PlanDB, now: float) -> None:
         """A console has changed a plan: if it is the mission, or there is none, stations see the new one."""

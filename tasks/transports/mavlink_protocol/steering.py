@@ -27,7 +27,7 @@ def set_mode(session: Session, mode: Mode, number: int, finish: Finish, now: flo
         case Mode.HOLD | Mode.GUIDED:
             system.hold(now, lambda _: finish(DONE))
             mode = Mode.HOLD  # in ArduPilot's GUIDED mode a vehicle holds until it gets a place
-        case Mode.MANUAL if (system.errand or not moving(system.vehicle)) and not system.aloft:
+        case Mode.MANUAL if (system.errand or not moving(system.figures.vehicle)) and not system.aloft:
             if system.errand:
                 system.helm.stop(now)
             system.held = False
@@ -39,13 +39,13 @@ def set_mode(session: Session, mode: Mode, number: int, finish: Finish, now: flo
         case Mode.MISSION:
             _start(session, None, finish, now)
         case Mode.RETURN:
-            reply = return_home(session, finish, now)
+            reply = return_home(system, finish, now)
         case Mode.LAND:
-            reply = land(session, (math.nan, math.nan), finish, now)
+            reply = land(system, (math.nan, math.nan), finish, now)
         case Mode.TELEOPERATION:
-            reply = steer(session, finish, now)
+            reply = steer(system, finish, now)
         case Mode.TAKEOFF:
-            reply = take_off(session, None, math.nan, finish, now)
+            reply = take_off(system, None, math.nan, finish, now)
         case _:
             return Reply(Result.DENIED, f"Mode {mode.name} denied: {_choices(session)}")
     if reply is None or reply.result is Result.ACCEPTED:
@@ -73,7 +73,7 @@ def _arm(session: Session, order: Order, now: float) -> Reply:
         return Reply(Result.DENIED, f"Arming denied: {system.obstacle}")
     if not wish and system.aloft:
         return Reply(Result.DENIED, "Disarming denied: the vehicle is in the air")
-    if not wish and moving(system.vehicle):
+    if not wish and moving(system.figures.vehicle):
         if not force and system.mode is not Mode.HOLD:
             return Reply(Result.DENIED, "Disarming denied: the vehicle is executing a maneuver")
         system.helm.stop(now)
@@ -121,24 +121,24 @@ def _set_current(session: Session, order: Order, now: float) -> Reply | None:
 
 
 def _reposition(session: Session, order: Order, now: float) -> Reply | None:
-    return go(session, order.place, order.frame, order.params[6], order.params[0], order.finish, now)
+    return go(session.autopilot, order.place, order.frame, order.params[6], order.params[0], order.finish, now)
 
 
 def _take_off(session: Session, order: Order, now: float) -> Reply | None:
-    return take_off(session, order.frame, order.params[6], order.finish, now)
+    return take_off(session.autopilot, order.frame, order.params[6], order.finish, now)
 
 
 def _land(session: Session, order: Order, now: float) -> Reply | None:
-    return land(session, order.place, order.finish, now)
+    return land(session.autopilot, order.place, order.finish, now)
 
 
 def _return(session: Session, order: Order, now: float) -> Reply | None:
-    return return_home(session, order.finish, now)
+    return return_home(session.autopilot, order.finish, now)
 
 
 def _orbit(session: Session, order: Order, now: float) -> Reply | None:
     radius, speed = order.params[0], order.params[1]
-    return orbit(session, order.place, (order.frame, order.params[6]), radius, speed, order.finish, now)
+    return orbit(session.autopilot, order.place, (order.frame, order.params[6]), radius, speed, order.finish, now)
 
 
 def _change_speed(session: Session, order: Order, now: float) -> Reply | None:

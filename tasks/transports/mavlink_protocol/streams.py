@@ -8,7 +8,8 @@ import imc
 from imc import coordinates
 from mavlink import ARMED, CUSTOM_MODE, Fields, Flavour, Mode, from_imc, instruments
 from mavlink.missions import first_item, opaque_id
-from tasks.transports.mavlink_protocol.system import MavlinkSystem, value_of
+from tasks.transports.mavlink_protocol.figures import value_of
+from tasks.transports.mavlink_protocol.system import MavlinkSystem
 
 MOST_BATTERIES = 16
 NO_MISSION = 0xFFFF
@@ -58,7 +59,7 @@ def _sys_status(system: MavlinkSystem, _: Flavour, now: float) -> Fields:
     states = [(entity.label, entity.state) for entity in system.entities() if entity.stateful]
     bits = from_imc.sensors(states, located=system.place() is not None, ready=not system.obstacle)
     load = value_of(system.figures.latest(imc.CpuUsage))
-    return from_imc.system_status(bits, load, system.voltage, system.current, system.fuel)
+    return from_imc.system_status(bits, load, system.figures.voltage, system.figures.current, system.figures.fuel)
 
 
 def _system_time(system: MavlinkSystem, _: Flavour, now: float) -> Fields:
@@ -71,12 +72,12 @@ def _gps_raw(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
 
 
 def _attitude(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
-    state = system.state
+    state = system.figures.state
     return from_imc.attitude(state, system.time(state)) if state is not None else None
 
 
 def _attitude_quaternion(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
-    state = system.state
+    state = system.figures.state
     return instruments.attitude_quaternion(state, system.time(state)) if state is not None else None
 
 
@@ -92,7 +93,7 @@ def _local_position(system: MavlinkSystem, _: Flavour, now: float) -> Fields | N
 
 def _hud(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
     found = system.place()
-    return from_imc.hud(*found, system.airspeed, system.throttle) if found else None
+    return from_imc.hud(*found, system.figures.airspeed, system.figures.throttle) if found else None
 
 
 def _altitude(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
@@ -133,13 +134,13 @@ def _batteries(system: MavlinkSystem, _: Flavour, now: float) -> Sequence[Fields
     figures = system.figures
     voltages, currents = figures.by_label(imc.Voltage), figures.by_label(imc.Current)
     temperatures = figures.by_label(imc.Temperature)
-    labels = sorted(label for label in voltages if system.powers(label))[:MOST_BATTERIES]
+    labels = sorted(label for label in voltages if system.figures.powers(label))[:MOST_BATTERIES]
     return [
         instruments.battery(
             number,
             voltages[label].value,
             value_of(currents.get(label)),
-            system.fuel if number == 0 else math.nan,
+            system.figures.fuel if number == 0 else math.nan,
             value_of(temperatures.get(label)),
         )
         for number, label in enumerate(labels)
@@ -148,12 +149,12 @@ def _batteries(system: MavlinkSystem, _: Flavour, now: float) -> Sequence[Fields
 
 def _extended_state(system: MavlinkSystem, _: Flavour, now: float) -> Fields:
     medium = system.figures.latest(imc.VehicleMedium)
-    if system.kind.afloat or system.motors is None:
+    if system.kind.afloat or system.figures.motors is None:
         return from_imc.extended_state(None if medium is None else medium.medium, system.armed_or_moving)
-    vehicle = system.vehicle
+    vehicle = system.figures.vehicle
     kind = vehicle.maneuver_type if vehicle is not None else None
-    rises, lands = kind == imc.Takeoff.ID, kind == imc.Land.ID or system.lands
-    return from_imc.flying_state(system.motors, rises=rises, lands=lands)
+    rises, lands = kind == imc.Takeoff.ID, kind == imc.Land.ID or system.figures.lands
+    return from_imc.flying_state(system.figures.motors, rises=rises, lands=lands)
 
 
 def _air_pressure(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
@@ -176,7 +177,7 @@ def _pressure(system: MavlinkSystem, now: float, *, deep: bool) -> Fields | None
 
 def _distances(system: MavlinkSystem, _: Flavour, now: float) -> Sequence[Fields]:
     """The altitude above the bottom or ground, and what is ahead."""
-    state, time = system.state, from_imc.boot_ms(now, system.boot)
+    state, time = system.figures.state, from_imc.boot_ms(now, system.boot)
     found = [instruments.distance(state.alt, instruments.DOWN, 0, time)] if state is not None else []
     ahead = [m for label, m in system.figures.by_label(imc.Distance).items() if "Echo Sounder" in label]
     valid = [m.value for m in ahead if m.validity == imc.Distance.Validity.VALID]
@@ -230,7 +231,9 @@ def _current_mode(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields
 
 def _high_latency(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
     state, place = system.place() or (None, None)
-    measured = instruments.high_latency(state, place, system.airspeed, system.throttle, system.fuel)
+    measured = instruments.high_latency(
+        state, place, system.figures.airspeed, system.figures.throttle, system.figures.fuel
+    )
     number = system.custom_mode(flavour)
     return {
         "timestamp": from_imc.boot_ms(now, system.boot),

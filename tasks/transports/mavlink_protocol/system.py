@@ -40,11 +40,8 @@ HANDOVER = 2.0  # s of silence after which another station may steer
 BELOW = 1.0  # m inside its limits that a plan keeps
 DEPTH = imc.ZUnits.DEPTH
 REMEMBERED = 10
-BATTERY = "Batter"
-LANDS = "LAND"  # AutopilotMode of an aircraft that lands by itself
 OpMode = imc.VehicleState.OpMode
 WORKING = (OpMode.SERVICE, OpMode.MANEUVER, OpMode.EXTERNAL)
-Measurement = imc.Voltage | imc.Current | imc.FuelLevel | imc.CpuUsage | imc.IndicatedSpeed | imc.Temperature
 
 
 class MavlinkSystem:
@@ -90,7 +87,7 @@ class MavlinkSystem:
         self.say = say
         self._speed = speed
         self.takeoff_altitude = takeoff_altitude
-        self.figures = Figures()
+        self.figures = Figures(lambda: [entity.label for entity in self.entities()])
         self.rates = rates
         self.home: from_imc.Home | None = None
         self.last_fix: imc.GpsFix | None = None
@@ -118,7 +115,7 @@ class MavlinkSystem:
         The first valid estimate gives home, but latitude and longitude 0 only until there is another. A new activity
         ends a requested hold.
         """
-        ran = self.motors
+        ran = self.figures.motors
         self.figures.take(message, label, now)
         match message:
             case imc.EstimatedState() if self.home is None or self.home.lat == self.home.lon == 0.0:
@@ -140,65 +137,12 @@ class MavlinkSystem:
         """Forget what nobody reports any more; a vehicle whose supervisor is silent is in a critical state."""
         self.is_abandoned |= imc.VehicleState in self.figures.forget_old(now)
 
-    @property
-    def state(self) -> imc.EstimatedState | None:
-        """The present estimate; None if it is missing or old."""
-        return self.figures.latest(imc.EstimatedState)
-
-    @property
-    def vehicle(self) -> imc.VehicleState | None:
-        return self.figures.latest(imc.VehicleState)
-
-    @property
-    def plan(self) -> imc.PlanControlState | None:
-        return self.figures.latest(imc.PlanControlState)
-
-    @property
-    def motors(self) -> bool | None:
-        """Whether the motors of an aircraft run; None if unknown."""
-        arming = self.figures.latest(imc.ArmingState)
-        return None if arming is None else arming.state == imc.ArmingState.State.ARMED
-
-    @property
-    def lands(self) -> bool:
-        """Whether an aircraft lands by itself."""
-        mode = self.figures.latest(imc.AutopilotMode)
-        return mode is not None and mode.mode == LANDS
-
-    @property
-    def voltage(self) -> float:
-        """In V; if several entities measure it, the batteries count. NaN: unknown."""
-        return self._of_battery(imc.Voltage)
-
-    @property
-    def current(self) -> float:
-        """In A; NaN: unknown."""
-        return self._of_battery(imc.Current)
-
-    @property
-    def fuel(self) -> float:
-        """In %; NaN: unknown."""
-        return value_of(self.figures.latest(imc.FuelLevel))
-
-    @property
-    def airspeed(self) -> float:
-        """Through water or air, in m/s; NaN: unknown."""
-        return value_of(self.figures.latest(imc.IndicatedSpeed))
-
-    @property
-    def throttle(self) -> float:
-        """That of the strongest thruster, in %; NaN: unknown."""
-        thrusters = self.figures.by_label(imc.SetThrusterActuation).values()
-        if (throttle := self.figures.latest(imc.Throttle)) is not None:
-            return throttle.value
-        return max((abs(thruster.value) * 100.0 for thruster in thrusters), default=math.nan)
-
     def hold(self, now: float, then: Then = lambda _: None) -> None:
         """Hold: keep station here if it moves, is armed or is under water; otherwise only show the mode.
 
         A vehicle that cannot keep station at least stops.
         """
-        vehicle = self.vehicle
+        vehicle = self.figures.vehicle
         able = vehicle is not None and vehicle.op_mode in WORKING
         holds = self.mode is Mode.HOLD and moving(vehicle)
         self.held = True
@@ -221,7 +165,7 @@ class MavlinkSystem:
 
     @property
     def _is_submerged(self) -> bool:
-        state = self.state
+        state = self.figures.state
         return self.kind.afloat and state is not None and state.depth > SUBMERGED
 
     def _station(self) -> imc.StationKeeping | None:
@@ -272,10 +216,6 @@ class MavlinkSystem:
     def _limit(self, limits: imc.Message) -> None:
         self.publish(limits.replace(dst=self.imc_id))
 
-    def powers(self, label: str) -> bool:
-        """Whether an entity is a battery, or may be the supply, since none is called so."""
-        return BATTERY in label or not any(BATTERY in entity.label for entity in self.entities())
-
     @property
     def shown(self) -> tuple[Mode, bool, int, int, int]:
         """What ground stations must learn immediately: mode and arming, state and progress of the mission."""
@@ -285,9 +225,9 @@ class MavlinkSystem:
     @property
     def mode(self) -> Mode:
         """What the vehicle does; HOLD also if a ground station asked for it and nothing else goes on."""
-        if self.aloft and self.lands:
+        if self.aloft and self.figures.lands:
             return Mode.LAND
-        vehicle = self.vehicle
+        vehicle = self.figures.vehicle
         stays = vehicle is not None and vehicle.maneuver_type == imc.StationKeeping.ID
         match self.errand:
             case "hold":
@@ -303,29 +243,29 @@ class MavlinkSystem:
             case "takeoff" if not stays:
                 return Mode.TAKEOFF
             case _:
-                mode = mode_of(vehicle, self.plan, aloft=self.aloft)
+                mode = mode_of(vehicle, self.figures.plan, aloft=self.aloft)
                 return Mode.HOLD if mode is Mode.MANUAL and self.held else mode
 
     @property
     def errand(self) -> str:
         """What a ground station has asked for and the vehicle does, by a single order; empty if nothing."""
-        plan = self.plan
-        return plan.plan_id if plan is not None and plan.plan_id in ERRANDS and moving(self.vehicle) else ""
+        plan = self.figures.plan
+        return plan.plan_id if plan is not None and plan.plan_id in ERRANDS and moving(self.figures.vehicle) else ""
 
     @property
     def armed_or_moving(self) -> bool:
         """Whether it is armed over MAVLink, moving for any other reason, or has running motors."""
-        return self.armed or moving(self.vehicle) or bool(self.motors)
+        return self.armed or moving(self.figures.vehicle) or bool(self.figures.motors)
 
     @property
     def aloft(self) -> bool:
         """Whether it is an aircraft in the air, that is, with running motors."""
-        return not self.kind.afloat and bool(self.motors)
+        return not self.kind.afloat and bool(self.figures.motors)
 
     @property
     def obstacle(self) -> str:
         """Why the vehicle cannot be armed; empty if it can."""
-        vehicle = self.vehicle
+        vehicle = self.figures.vehicle
         if self.is_abandoned:
             return "VehicleState is missing"
         if vehicle is not None and vehicle.op_mode not in WORKING:
@@ -336,7 +276,7 @@ class MavlinkSystem:
 
     def place(self) -> tuple[imc.EstimatedState, from_imc.Position] | None:
         """The present estimate and its position; None if it is missing, old or impossible."""
-        state = self.state
+        state = self.figures.state
         if state is None or self.home is None:
             return None
         place = from_imc.place_of(state, self.home, afloat=self.kind.afloat, undulation=self.undulation)
@@ -359,7 +299,7 @@ class MavlinkSystem:
         """MAV_STATE."""
         if self.is_abandoned or any(e.stateful and e.state in (State.ERROR, State.FAILURE) for e in self.entities()):
             return CRITICAL
-        vehicle = self.vehicle
+        vehicle = self.figures.vehicle
         return STANDBY if vehicle is None else STATUS.get(vehicle.op_mode, STANDBY)
 
     def choose_number(self, flavour: Flavour, mode: Mode, number: int) -> None:
@@ -376,12 +316,3 @@ class MavlinkSystem:
     def time(self, state: imc.EstimatedState) -> int:
         """The time of an estimate in ms since the start."""
         return from_imc.boot_ms(state.timestamp, self.boot)
-
-    def _of_battery(self, kind: type[imc.Voltage] | type[imc.Current]) -> float:
-        found = [message for label, message in self.figures.by_label(kind).items() if self.powers(label)]
-        return value_of(found[-1] if found else None)
-
-
-def value_of(message: Measurement | None) -> float:
-    """The value of a measurement; NaN if there is none."""
-    return math.nan if message is None else message.value

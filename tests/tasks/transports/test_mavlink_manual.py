@@ -5,6 +5,7 @@ import math
 import pytest
 
 import imc
+from imc import coordinates
 from mavlink import FLAVOURS, encode, load_dialect, split
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import Session
@@ -121,3 +122,50 @@ def test_an_aircraft_is_not_steered(tmp_path):
     console = Helmsman(flown)
     assert console.order(1, 1) == 2
     flown.vehicle.close()
+
+
+@pytest.mark.parametrize("action", ["Hold", "Return", "Land", "Stop"])
+def test_a_vehicle_that_has_lost_its_stations_does_what_its_profile_says(action, tmp_path):
+    flown = Commanded("lauv-noptilus-1", tmp_path)
+    flown.vehicle.start()
+    flown.vehicle.run(15.0)
+    flown.link.gcs_timeout, flown.link.gcs_action = 20.0, action
+    state = flown.link.autopilot.figures.state
+    lat, lon = (math.degrees(angle) for angle in coordinates.absolute(state)[:2])
+    console = Helmsman(flown)
+    link, session = flown.link, console.session
+
+    def say(name, **fields):
+        definition = DIALECT.by_name[name]
+        packet = encode(definition, definition.pack(fields), 0, 255, 190)
+        link.obey(session, split(packet, DIALECT)[0][0])
+
+    place = dict(x=round((lat + 0.01) * 1e7), y=round(lon * 1e7), z=-3.0, frame=6)
+    say("COMMAND_INT", target_system=26, command=192, param1=-1.0, **place)
+    for _ in range(40):
+        flown.vehicle.run(1.0)
+        say("HEARTBEAT", type=6)
+    assert flown.modes[-1] == "GUIDED"
+    flown.vehicle.run(25.0)
+    assert flown.modes[-1] == {"Hold": "HOLD", "Return": "RETURN", "Land": "LAND", "Stop": "MANUAL"}[action]
+    assert flown.log.count(f"no ground station for 20 s: {action}") == 1
+    flown.vehicle.run(60.0)
+    assert flown.log.count(f"no ground station for 20 s: {action}") == 1
+    flown.vehicle.close()
+
+
+def test_the_uploaded_mission_is_there_again_after_a_restart(tmp_path):
+    """The database of a vehicle at real time is a file; the task finds its mission there."""
+    flown = Commanded("lauv-noptilus-1", tmp_path)
+    flown.vehicle.start()
+    flown.vehicle.run(15.0)
+    goto = imc.PlanManeuver(maneuver_id="Goto0", data=imc.Goto(lat=0.7188, lon=-0.152, z=3.0, z_units=1, speed=1.2))
+    plan = imc.PlanSpecification(plan_id="mavlink", start_man_id="Goto0", maneuvers=(goto,))
+    flown.say(imc.PlanDB(op=imc.PlanDB.Op.SET, plan_id="mavlink", arg=plan, dst=flown.vehicle.system))
+    flown.vehicle.run(1.0)
+    flown.link.start()
+    assert flown.link.autopilot.mission.plan is None
+    flown.link.recall(imc.PlanDBState(plans_info=(imc.PlanDBInformation(plan_id="mavlink"),)))
+    flown.vehicle.run(1.0)
+    flown.vehicle.close()
+    assert flown.link.autopilot.mission.plan.plan_id == "mavlink"

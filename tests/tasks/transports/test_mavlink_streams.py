@@ -92,7 +92,7 @@ def test_depths_add_up(said):
     if not found["DISTANCE_SENSOR"]:
         return
     (down,) = [m for m in found["DISTANCE_SENSOR"] if m["orientation"] == 25]
-    state = flown.link.autopilot.state
+    state = flown.link.autopilot.figures.state
     assert down["current_distance"] == pytest.approx(100 * state.alt, abs=1.0)
     if profile in VESSELS:
         assert found["WATER_DEPTH"][0]["distance"] == pytest.approx(state.alt + state.depth, abs=0.1)
