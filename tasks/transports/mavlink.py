@@ -3,19 +3,23 @@
 import errno
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import get_args
 
 import imc
 from imc.discovery import Service, Services, readable_name
 from mavlink import KINDS, SYSTEMS, Flavour, Received, load_dialect, split, system_of, text
 from mavlink.missions import first_item
 from runtime import State, Task, consume, param, periodic
+from runtime.bus import Subscription
 from runtime.kernel import Timer
 from runtime.task import ParameterError
 from tasks.transports.imc_links.sockets import network_speed
 from tasks.transports.mavlink_protocol.commands import look_after
 from tasks.transports.mavlink_protocol.errands import NO_PLACE, ignored, land, return_home
+from tasks.transports.mavlink_protocol.figures import Heard
 from tasks.transports.mavlink_protocol.links import Link, parse_route
 from tasks.transports.mavlink_protocol.mission import MissionState
+from tasks.transports.mavlink_protocol.named_values import parse_named_value
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import DATAGRAMS_PER_SECOND, HEARTBEAT_PERIOD, SOON, Session, addressed
@@ -77,6 +81,13 @@ class MAVLink(Task):
     gcs_action: str = param(
         "Hold", "", "What a vehicle does that its ground stations have lost.", name="GCS Action", choices=tuple(ACTIONS)
     )
+    named_values: list[str] = param(
+        [],
+        "",
+        "Figures sent as NAMED_VALUE_FLOAT, [NAME=]MESSAGE[.FIELD][:ENTITY].",
+        editable=False,
+        usable=parse_named_value,
+    )
     maximum_peers: int = param(8, "1", "Most ground stations on one udpin link.", minimum=1, maximum=64, editable=False)
     peer_timeout: float = param(30.0, "s", "Silence after which a ground station is forgotten.", minimum=1)
 
@@ -118,7 +129,10 @@ class MAVLink(Task):
             speed=lambda: self.hold_speed,
             takeoff_altitude=lambda: self.takeoff_altitude,
             reach=self.reach,
+            named_values=[parse_named_value(text) for text in self.named_values],
         )
+        for kind in {value.kind for value in self.autopilot.named_values} - set(get_args(Heard)):
+            self.vehicle.bus.subscribe(Subscription(kind, self.note, self))
         told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.autopilot.system}")
         self.publish(imc.AnnounceService(service=str(told), service_type=Offered.LOCAL | Offered.EXTERNAL))
         self.shown = self.autopilot.shown
@@ -238,32 +252,7 @@ class MAVLink(Task):
                     session.send_now("MISSION_CURRENT", self.now)
 
     @consume
-    def note(
-        self,
-        message: imc.EstimatedState
-        | imc.VehicleState
-        | imc.PlanControlState
-        | imc.PathControlState
-        | imc.NavigationUncertainty
-        | imc.GpsFix
-        | imc.Acceleration
-        | imc.AngularVelocity
-        | imc.MagneticField
-        | imc.Pressure
-        | imc.Temperature
-        | imc.Distance
-        | imc.Voltage
-        | imc.Current
-        | imc.FuelLevel
-        | imc.CpuUsage
-        | imc.IndicatedSpeed
-        | imc.Throttle
-        | imc.SetThrusterActuation
-        | imc.VehicleMedium
-        | imc.ArmingState
-        | imc.AutopilotMode
-        | imc.OperationalLimits,
-    ) -> None:
+    def note(self, message: Heard) -> None:
         """Take what the vehicle is and does; a change of mode or arming is shown immediately."""
         self.autopilot.hear(message, self.vehicle.entities.label(message.src, message.src_ent), self.now)
         if isinstance(message, CHANGES):

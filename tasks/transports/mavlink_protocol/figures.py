@@ -8,6 +8,32 @@ import imc
 
 M = TypeVar("M", bound=imc.Message)
 Measurement = imc.Voltage | imc.Current | imc.FuelLevel | imc.CpuUsage | imc.IndicatedSpeed | imc.Temperature
+Heard = (
+    imc.EstimatedState
+    | imc.VehicleState
+    | imc.PlanControlState
+    | imc.PathControlState
+    | imc.NavigationUncertainty
+    | imc.GpsFix
+    | imc.Acceleration
+    | imc.AngularVelocity
+    | imc.MagneticField
+    | imc.Pressure
+    | imc.Temperature
+    | imc.Distance
+    | imc.Voltage
+    | imc.Current
+    | imc.FuelLevel
+    | imc.CpuUsage
+    | imc.IndicatedSpeed
+    | imc.Throttle
+    | imc.SetThrusterActuation
+    | imc.VehicleMedium
+    | imc.ArmingState
+    | imc.AutopilotMode
+    | imc.OperationalLimits
+)
+"""What ground stations see of the bus."""
 BATTERY = "Batter"
 LANDS = "LAND"  # AutopilotMode of an aircraft that lands by itself
 

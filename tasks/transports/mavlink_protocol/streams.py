@@ -209,6 +209,11 @@ def _water_depth(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None
     return instruments.water_depth(*found, system.time(found[0])) if found and system.kind.afloat else None
 
 
+def _named_values(system: MavlinkSystem, _: Flavour, now: float) -> Sequence[Fields]:
+    found = (value.fields(system.figures, now, system.boot) for value in system.named_values)
+    return [fields for fields in found if fields is not None]
+
+
 def _modes(system: MavlinkSystem, flavour: Flavour, now: float) -> Sequence[Fields]:
     modes = flavour.modes(system.kind)
     return [
@@ -334,6 +339,7 @@ STREAMS: Mapping[str, Stream] = {
         Stream("CURRENT_MODE", 0.5, 0, "VehicleState, PlanControlState", _current_mode),
         Stream("ESTIMATOR_STATUS", 0.5, 0, "NavigationUncertainty", _estimator),
         Stream("WATER_DEPTH", 0.5, 0, "EstimatedState of vessels", _water_depth),
+        Stream("NAMED_VALUE_FLOAT", 1.0, EXTRA_3, "`Named Values`", _named_values),
         Stream("HIGH_LATENCY2", 0.0, 0, "EstimatedState, VehicleState, FuelLevel", _high_latency, low=0.2),
         Stream("AVAILABLE_MODES", 0.0, 0, "`Vehicle Kind`", _modes, numbered="mode_index"),
         Stream("AUTOPILOT_VERSION", 0.0, 0, "Shoal's version, the name of the vehicle", _version),

@@ -30,6 +30,7 @@ from tasks.transports.mavlink_protocol.helm import Helm, Outcome, Then, chain
 from tasks.transports.mavlink_protocol.metadata import Metadata
 from tasks.transports.mavlink_protocol.mission import ERRANDS, Mission
 from tasks.transports.mavlink_protocol.mission_transfer import MissionTransfer
+from tasks.transports.mavlink_protocol.named_values import NamedValue
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 from tasks.transports.mavlink_protocol.transfers import Transfers
 
@@ -76,6 +77,7 @@ class MavlinkSystem:
         speed: Callable[[], float],
         takeoff_altitude: Callable[[], float] = lambda: 10.0,
         reach: Callable[[Sequence[int]], object] = lambda _: None,
+        named_values: Sequence[NamedValue] = (),
     ):
         self.dialect = dialect
         self.system = system
@@ -87,6 +89,7 @@ class MavlinkSystem:
         self.say = say
         self._speed = speed
         self.takeoff_altitude = takeoff_altitude
+        self.named_values = named_values
         self.figures = Figures(lambda: [entity.label for entity in self.entities()])
         self.rates = rates
         self.home: from_imc.Home | None = None

@@ -10,20 +10,26 @@ import imc
 from mavlink import FLAVOURS, Flavour, load_dialect
 from shoal.missions import parse_plan
 from tasks.transports.mavlink import MAVLink
+from tasks.transports.mavlink_protocol.named_values import parse_named_value
 from tasks.transports.mavlink_protocol.streams import STREAMS
 from tests.tasks.transports.test_mavlink_vehicles import PLANS, Commanded
 
 DIALECT = load_dialect()
 PAGE = Path(__file__).parents[3] / "docs" / "mavlink.md"
 VESSELS = {"lauv-noptilus-1", "otter", "caravel"}
-ALWAYS = set(STREAMS) - {
-    "SCALED_PRESSURE",
-    "SCALED_PRESSURE2",
-    "DISTANCE_SENSOR",
-    "WATER_DEPTH",
-    "RAW_IMU",
-    "HIGHRES_IMU",
-}
+NEVER = {"NAMED_VALUE_FLOAT"}
+ALWAYS = (
+    set(STREAMS)
+    - NEVER
+    - {
+        "SCALED_PRESSURE",
+        "SCALED_PRESSURE2",
+        "DISTANCE_SENSOR",
+        "WATER_DEPTH",
+        "RAW_IMU",
+        "HIGHRES_IMU",
+    }
+)
 BESIDES = {
     "lauv-noptilus-1": {"DISTANCE_SENSOR", "WATER_DEPTH", "RAW_IMU", "HIGHRES_IMU"},
     "otter": {"DISTANCE_SENSOR", "WATER_DEPTH", "RAW_IMU", "HIGHRES_IMU"},
@@ -145,6 +151,43 @@ def test_no_stream_raises_without_a_vehicle(desk, flavour: Flavour):
         for name, stream in STREAMS.items():
             for fields in stream.instances(desk.autopilot, flavour, desk.now):
                 DIALECT.by_name[name].pack(fields)
+
+
+def test_named_values_are_any_numbers_of_the_bus(tmp_path):
+    values = [
+        "SoundSpeed",
+        "warmth=Temperature:CTD Simulator",
+        "drift=NavigationUncertainty.x",
+        "Rpm",
+        "gone=Salinity:Nobody",
+    ]
+    flown = Commanded("lauv-noptilus-1", tmp_path, named_values=values)
+    flown.vehicle.start()
+    flown.vehicle.run(30.0)
+    system = flown.link.autopilot
+    found = STREAMS["NAMED_VALUE_FLOAT"].instances(system, FLAVOURS["px4"], flown.link.now)
+    flown.vehicle.close()
+    named = {fields["name"]: fields["value"] for fields in found}
+    assert set(named) == {b"SoundSpeed", b"warmth", b"drift", b"Rpm"}
+    assert 1450 < named[b"SoundSpeed"] < 1560
+    assert 5 < named[b"warmth"] < 35
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("Salinty", "did you mean Salinity"),
+        ("Salinity.valu", "no number 'valu'; it has value"),
+        ("LogBookEntry", "no number 'value'; it has type, htime"),
+        ("NavigationUncertainty", "no number 'value'; it has x, y"),
+        ("IndicatedSpeed", "give it a name of 1 to 10 letters: NAME=IndicatedSpeed"),
+        ("salinité=Salinity", "1 to 10 letters"),
+        ("", "there is no message"),
+    ],
+)
+def test_wrong_named_values_are_explained(text, words):
+    with pytest.raises(ValueError, match=re.escape(words)):
+        parse_named_value(text)
 
 
 def test_the_documentation_lists_the_streams():

@@ -34,7 +34,7 @@ QUIET = "Simulators.StreamVelocity:Default Speed East=0.1"
 class Commanded:
     """A vehicle that executes its plan until a ground station tells it to hold."""
 
-    def __init__(self, profile, folder, *, autostart=False):
+    def __init__(self, profile, folder, *, autostart=False, **options):
         loaded = load_profile(profile, overrides=[QUIET, "Bathymetry:Data="] if profile == "lauv-noptilus-1" else [])
         loaded.override(f"Plan.Autostart:Enabled={'Simulation' if autostart else 'Never'}")
         made = build(
@@ -47,7 +47,7 @@ class Commanded:
         self.vehicle = made.vehicle
         kind = {"lauv-noptilus-1": "submarine", "hexa-00": "hexacopter"}.get(profile, "boat")
         links = ["udpin:127.0.0.1:0:px4"]
-        self.link = self.vehicle.add(MAVLink, "Transports.MAVLink", links=links, vehicle_kind=kind)
+        self.link = self.vehicle.add(MAVLink, "Transports.MAVLink", links=links, vehicle_kind=kind, **options)
         self.truths, self.modes, self.log = [], [], []
         self.vehicle.tap(imc.SimulatedState, self.truths.append)
         self.vehicle.tap(imc.LogBookEntry, lambda entry: self.log.append(entry.text))
