@@ -24,6 +24,7 @@ class Mode(Enum):
     MISSION = "mission", AUTO | GUIDANCE | STABILIZE
     HOLD = "hold", GUIDANCE | STABILIZE
     GUIDED = "guided", GUIDANCE | STABILIZE
+    OFFBOARD = "offboard", GUIDANCE | STABILIZE
     TELEOPERATION = "teleoperation", MANUAL_INPUT | STABILIZE
     RETURN = "return", AUTO | STABILIZE
     TAKEOFF = "takeoff", AUTO | GUIDANCE | STABILIZE
@@ -65,6 +66,7 @@ COPTER: Mapping[Mode, tuple[int, ...]] = {
     Mode.MISSION: (3,),
     Mode.HOLD: (5, 16, 17, 2),
     Mode.GUIDED: (4,),
+    Mode.OFFBOARD: (4,),
     Mode.RETURN: (6,),
     Mode.TAKEOFF: (4,),
     Mode.LAND: (9,),
@@ -80,6 +82,7 @@ KINDS: Mapping[str, Kind] = {
             Mode.MISSION: (3,),
             Mode.HOLD: (16, 2),
             Mode.GUIDED: (4,),
+            Mode.OFFBOARD: (4,),
             Mode.RETURN: (9,),
         },
         afloat=True,
@@ -93,6 +96,7 @@ KINDS: Mapping[str, Kind] = {
             Mode.MISSION: (10,),
             Mode.HOLD: (5, 4),
             Mode.GUIDED: (15,),
+            Mode.OFFBOARD: (15,),
             Mode.RETURN: (11, 12),
         },
         afloat=True,
@@ -106,6 +110,7 @@ KINDS: Mapping[str, Kind] = {
             Mode.MISSION: (10,),
             Mode.HOLD: (12,),
             Mode.GUIDED: (15,),
+            Mode.OFFBOARD: (15,),
             Mode.RETURN: (11,),
         },
     ),
@@ -120,6 +125,7 @@ PX4_MODES: Mapping[Mode, tuple[int, ...]] = {
     Mode.MISSION: (4 << 16 | 4 << 24,),
     Mode.HOLD: (4 << 16 | 3 << 24,),
     Mode.GUIDED: (4 << 16 | 3 << 24,),  # PX4 goes to a place in its hold
+    Mode.OFFBOARD: (6 << 16,),
     Mode.RETURN: (4 << 16 | 5 << 24,),
     Mode.TAKEOFF: (4 << 16 | 2 << 24,),
     Mode.LAND: (4 << 16 | 6 << 24,),

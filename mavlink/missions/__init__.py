@@ -1,7 +1,7 @@
 """Missions of MAVLink as IMC plans and back, fences as operational limits; without a bus, sockets or clocks."""
 
 from mavlink.missions.chain import resumed
-from mavlink.missions.codes import BadItem, Command, MissionResult, MissionType
+from mavlink.missions.codes import BadItem, Command, MissionResult, MissionType, Refusal
 from mavlink.missions.commands import COMMANDS
 from mavlink.missions.fence import area_of, fence_of
 from mavlink.missions.from_plan import Listing, home_item, items_of
@@ -23,6 +23,7 @@ __all__ = [
     "Listing",
     "MissionResult",
     "MissionType",
+    "Refusal",
     "Settings",
     "Table",
     "area_of",

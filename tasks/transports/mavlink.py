@@ -151,6 +151,7 @@ class MAVLink(Task):
         self.autopilot.forget_old(self.now)
         self.autopilot.helm.look_after(self.now)
         self.autopilot.transfers.forget_silent(self.now)
+        self.autopilot.target.look_after(self.now)
         self.watch_stations()
         for link in self.open_links:
             link.forget_silent(self.now - self.peer_timeout * self.speed)

@@ -22,7 +22,7 @@ from tasks.transports.mavlink_protocol.helm import Helm, Outcome, Then
 
 Phase, Ended = imc.PlanControlState.State, imc.PlanControlState.LastOutcome
 NO_PLAN = "no mission has been uploaded"
-ERRANDS = frozenset(("hold", "goto", "return", "land", "takeoff", "orbit", "steered"))
+ERRANDS = frozenset(("hold", "goto", "return", "land", "takeoff", "orbit", "steered", "follow"))
 """Plans that single orders of ground stations become; they are no missions."""
 REST = "-rest"  # of a mission that continues
 

@@ -82,6 +82,14 @@ def _plain(entry: ParameterEntry) -> str:
     return f"{entry.task.entity.label}, {entry.parameter.name}"
 
 
+def _target(session: Session, message: Received, now: float) -> None:
+    session.autopilot.target.hear(session, message, now)
+
+
+def _attitude_target(session: Session, message: Received, now: float) -> None:
+    session.say(text.WARNING, "Attitude targets are not followed: send positions", now)
+
+
 def _transfer(session: Session, message: Received, now: float) -> None:
     session.autopilot.transfers.hear(session, message, now)
 
@@ -100,6 +108,9 @@ SERVICES: Mapping[str, Callable[[Session, Received, float], None]] = {
     "PARAM_REQUEST_LIST": _parameter_list,
     "PARAM_REQUEST_READ": _read_parameter,
     "PARAM_SET": _set_parameter,
+    "SET_POSITION_TARGET_GLOBAL_INT": _target,
+    "SET_POSITION_TARGET_LOCAL_NED": _target,
+    "SET_ATTITUDE_TARGET": _attitude_target,
     "MANUAL_CONTROL": steer_by_axes,
     "RC_CHANNELS_OVERRIDE": steer_by_channels,
     "FILE_TRANSFER_PROTOCOL": _transfer,

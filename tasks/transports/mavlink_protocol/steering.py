@@ -42,6 +42,8 @@ def set_mode(session: Session, mode: Mode, number: int, finish: Finish, now: flo
             reply = return_home(system, finish, now)
         case Mode.LAND:
             reply = land(system, (math.nan, math.nan), finish, now)
+        case Mode.OFFBOARD:
+            reply = system.target.follow(finish, now, streams=True)
         case Mode.TELEOPERATION:
             reply = steer(system, finish, now)
         case Mode.TAKEOFF:

@@ -32,6 +32,7 @@ from tasks.transports.mavlink_protocol.mission import ERRANDS, Mission
 from tasks.transports.mavlink_protocol.mission_transfer import MissionTransfer
 from tasks.transports.mavlink_protocol.named_values import NamedValue
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
+from tasks.transports.mavlink_protocol.targets import Target
 from tasks.transports.mavlink_protocol.transfers import Transfers
 
 COMPONENT = 1
@@ -105,12 +106,14 @@ class MavlinkSystem:
         self.chosen_speed = 0.0
         self.mission = Mission(self.helm, self.mission_settings, self._limits, self._limit, reach)
         self.transfer = MissionTransfer(self.mission)
+        self.target = Target(self)
         self.metadata = Metadata(name, parameters)
         self.transfers = Transfers(FileTree(self.metadata.files, folders))
         self.publish = publish
         self._steersman: tuple[int, int, int] | None = None
         self._steered_at = -math.inf
         self._chosen = Mode.MANUAL, -1, ""
+        self.chosen = Mode.MANUAL
 
     def hear(self, message: imc.Message, label: str, now: float) -> None:
         """Take a message of the entity with this label.
@@ -241,6 +244,8 @@ class MavlinkSystem:
                 return Mode.RETURN
             case "land":
                 return Mode.LAND
+            case "follow":
+                return Mode.OFFBOARD
             case "steered":
                 return Mode.TELEOPERATION
             case "takeoff" if not stays:
@@ -308,6 +313,7 @@ class MavlinkSystem:
     def choose_number(self, flavour: Flavour, mode: Mode, number: int) -> None:
         """Remember which of a mode's numbers a ground station has chosen: it expects to see that one."""
         self._chosen = mode, number, flavour.name
+        self.chosen = flavour.mode(self.kind, number) if number >= 0 else mode
 
     def custom_mode(self, flavour: Flavour) -> int:
         """The number of the present mode in a flavor."""

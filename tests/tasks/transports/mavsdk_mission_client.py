@@ -14,6 +14,7 @@ from mavsdk.asyncio.plugins.mission import MissionAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
 from mavsdk.component_type import ComponentType
 from mavsdk.mavsdk import Configuration
+from mavsdk.plugins.action import ActionError
 from mavsdk.plugins.mission import MissionItem, MissionPlan
 
 NORTH, EAST = 1 / 111_100.0, 1 / 83_800.0  # degrees per m at 41.2 degrees
@@ -25,6 +26,16 @@ async def first(stream, wanted=lambda value: True):
         if wanted(value):
             return value
     return None
+
+
+async def ready(action):
+    """Arm; on a busy computer a task may be late for a moment, and then arming is denied."""
+    for _ in range(20):
+        try:
+            await action.arm()
+            return
+        except ActionError:
+            await asyncio.sleep(0.5)
 
 
 def item(home, north, east, altitude, speed):
@@ -75,7 +86,7 @@ async def fly(system, kind):
     seen["downloaded"] = [
         [i.latitude_deg - home.latitude_deg, i.relative_altitude_m, i.speed_m_s] for i in back.mission_items
     ]
-    await action.arm()
+    await ready(action)
     await mission.start_mission()
     seen["mission"] = await mode("MISSION")
     await near(30, 0, 15)

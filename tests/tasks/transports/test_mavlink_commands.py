@@ -208,8 +208,8 @@ def test_a_vehicle_that_does_not_answer_is_told_after_some_seconds(desk):
 def test_modes_are_listed_one_by_one_or_all(open_desk):
     for flavour, kind, names in (
         ("ardupilot", "submarine", ["Manual", "Teleoperation", "Mission", "Hold", "Guided", "Return"]),
-        ("px4", "submarine", ["Manual", "Teleoperation", "Mission", "Hold", "Return"]),
-        ("px4", "copter", ["Manual", "Teleoperation", "Mission", "Hold", "Return", "Takeoff", "Land"]),
+        ("px4", "submarine", ["Manual", "Teleoperation", "Mission", "Hold", "Offboard", "Return"]),
+        ("px4", "copter", ["Manual", "Teleoperation", "Mission", "Hold", "Offboard", "Return", "Takeoff", "Land"]),
     ):
         desk = open_desk(flavour, kind)
         found = [m.values for m in desk.command(512, 435)[1]]

@@ -1,0 +1,131 @@
+"""Positions that a program sends again and again: PX4's offboard mode, ArduPilot's guided mode."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import imc
+from imc import coordinates
+from mavlink import Mode, Received, from_imc, text
+from mavlink.missions import MissionResult, Refusal
+from tasks.transports.mavlink_protocol.helm import Outcome, chain
+from tasks.transports.mavlink_protocol.orders import DONE, Finish, Reply, Result
+
+if TYPE_CHECKING:
+    from tasks.transports.mavlink_protocol.session import Session
+    from tasks.transports.mavlink_protocol.system import MavlinkSystem
+
+NO_POSITION, NO_VELOCITY = 0x07, 0x38  # POSITION_TARGET_TYPEMASK
+LOCAL, LOCAL_OFFSET, BODY, BODY_OFFSET = 1, 7, 8, 9  # MAV_FRAME
+RELATIVE = 6
+FRESH = 0.5  # s that a target is young enough to begin with
+SILENCE = 2.0  # s without a target after which an offboard vehicle holds
+PATIENCE = 10.0  # s without a reference after which the maneuver gives up
+SOON = 0.2  # s between references of a stream
+AGAIN = 1.0  # s between repeated references
+Has = imc.Reference.Flags
+
+
+class Target:
+    """The place that a program wants, and since when the vehicle follows it."""
+
+    def __init__(self, system: "MavlinkSystem") -> None:
+        self._system = system
+        self._reference: imc.Reference | None = None
+        self._heard = self._told = -math.inf
+        self._streams = False
+
+    def hear(self, session: "Session", message: Received, now: float) -> None:
+        """Take a target; the vehicle follows it if it is in guided or offboard mode."""
+        try:
+            self._reference = self._reference_of(message)
+        except Refusal as refusal:
+            session.say(text.WARNING, f"Target refused: {refusal}", now)
+            return
+        self._heard = now
+        system = self._system
+        if system.errand == "follow":
+            if now - self._told >= SOON:
+                self._tell(now)
+        elif system.chosen is Mode.GUIDED and system.mode in (Mode.HOLD, Mode.GUIDED):
+            self.follow(lambda reply: session.say(text.WARNING, reply.reason, now) if reply.reason else None, now)
+
+    def follow(self, finish: Finish, now: float, *, streams: bool = False) -> Reply | None:
+        """Follow the targets; if they come as a stream, its end is a reason to hold."""
+        system = self._system
+        if not system.kind.afloat:
+            return Reply(Result.DENIED, "An aircraft does not follow targets here: send it to a place")
+        if streams and now - self._heard > FRESH:
+            return Reply(Result.TEMPORARILY_REJECTED, "Offboard denied: no position target has come")
+        self._streams = streams
+
+        def judge(outcome: Outcome) -> None:
+            finish(DONE if outcome.done else Reply(Result.FAILED, f"Cannot follow: {outcome.reason}"))
+            self._tell(now)
+
+        maneuver = imc.FollowReference(control_src=system.imc_id, control_ent=0xFF, timeout=PATIENCE)
+        system.helm.start(chain("follow", [maneuver]), judge, now)
+        return None
+
+    def look_after(self, now: float) -> None:
+        """Repeat the target, or hold if no more come."""
+        system = self._system
+        if system.errand != "follow":
+            return
+        if self._streams and now - self._heard > SILENCE:
+            system.say(text.WARNING, "No more position targets: holding")
+            system.hold(now)
+        elif now - self._told >= AGAIN:
+            self._tell(now)
+
+    def _tell(self, now: float) -> None:
+        if self._reference is not None:
+            self._told = now
+            self._system.publish(self._reference.replace(dst=self._system.imc_id))
+
+    def _reference_of(self, message: Received) -> imc.Reference:
+        """The reference of a target. Raises Refusal."""
+        system, values = self._system, message.values
+        settings, found = system.mission_settings(), system.place()
+        if values["type_mask"] & NO_POSITION:
+            raise Refusal(MissionResult.INVALID, "only positions are followed, no velocities or accelerations")
+        if found is None:
+            raise Refusal(MissionResult.ERROR, "the position is unknown")
+        if message.name == "SET_POSITION_TARGET_LOCAL_NED":
+            lat, lon, frame, z = self._local(values, *found)
+        else:
+            lat, lon = (math.radians(values[name] * 1e-7) for name in ("lat_int", "lon_int"))
+            frame, z = values["coordinate_frame"], values["alt"]
+        if not (abs(lat) <= math.pi / 2 and abs(lon) <= math.pi and math.isfinite(z)):
+            raise Refusal(MissionResult.INVALID, "the position is not on earth")
+        level = settings.level(frame, min(0.0, z) if settings.kind.afloat and z < 1.0 else z)
+        speed = system.speed
+        if not values["type_mask"] & NO_VELOCITY:
+            speed = math.hypot(values["vx"], values["vy"], values["vz"])
+        if not 0.0 < speed <= settings.fastest:
+            raise Refusal(MissionResult.INVALID, f"{speed:g} m/s is no speed of the vehicle")
+        return imc.Reference(
+            flags=Has.LOCATION | Has.SPEED | Has.Z | Has.DIRECT,
+            lat=lat,
+            lon=lon,
+            z=imc.DesiredZ(value=level.z, z_units=level.z_units),
+            speed=imc.DesiredSpeed(value=speed, speed_units=imc.SpeedUnits.METERS_PS),
+        )
+
+    def _local(
+        self, values: dict[str, Any], state: imc.EstimatedState, place: from_imc.Position
+    ) -> tuple[float, float, int, float]:
+        """Latitude, longitude, frame and altitude of a target in meters from home or from the vehicle."""
+        north, east, down, kind = (values[name] for name in ("x", "y", "z", "coordinate_frame"))
+        home = self._system.home
+        if not all(map(math.isfinite, (north, east, down))) or home is None:
+            raise Refusal(MissionResult.INVALID, "the position is not a number")
+        if kind in (BODY, BODY_OFFSET):
+            c, s = math.cos(state.psi), math.sin(state.psi)
+            north, east = c * north - s * east, s * north + c * east
+        elif kind not in (LOCAL, LOCAL_OFFSET):
+            raise Refusal(MissionResult.UNSUPPORTED_FRAME, f"frame {kind} has no meaning for a target")
+        if kind == LOCAL:
+            lat, lon, _ = coordinates.displace(home.lat, home.lon, 0.0, north, east)
+            return lat, lon, RELATIVE, -down
+        lat, lon, _ = coordinates.displace(place.lat, place.lon, 0.0, north, east)
+        return lat, lon, RELATIVE, place.relative - down
