@@ -189,7 +189,7 @@ def estimator_status(uncertainty: imc.NavigationUncertainty, *, located: bool, t
     """ESTIMATOR_STATUS: standard deviations of the position in m, NaN if unknown."""
 
     def deviation(*variances: float) -> float:
-        return math.sqrt(sum(variances)) if all(0.0 <= v < math.inf for v in variances) else math.nan  # two terms
+        return math.sqrt(math.fsum(variances)) if all(0.0 <= v < math.inf for v in variances) else math.nan
 
     flags = ATTITUDE_OK | VELOCITY_OK | DEPTH_OK | (POSITION_OK if located else 0)
     return {
