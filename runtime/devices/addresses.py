@@ -122,7 +122,9 @@ class SerialConnection:
 
     def write(self, data: bytes) -> int:
         try:
-            return self._port.write(data) or 0
+            return os.write(self._port.fileno(), data)  # pyserial's own write never returns while the line is full
+        except BlockingIOError:
+            return 0
         except OSError as error:
             raise OSError(errno.ENODEV, "unplugged") from error
 

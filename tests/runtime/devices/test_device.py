@@ -213,3 +213,16 @@ def test_what_is_sent_to_a_device_that_does_not_read_is_bounded(cable: Cable) ->
         assert total == accepted.count(True) * 1000 + len(b"start\n")
 
     played(script, port=str(cable.path))
+
+
+def test_a_line_that_takes_nothing_holds_up_nobody(cable: Cable) -> None:
+    async def script(script: Script) -> None:
+        task = sounder_of(script)
+        cable.plug()
+        await until(script, lambda: task.sounder.is_open)
+        assert task.sounder.write(b"x" * 30_000)
+        await script.sleep(0.2)
+        cable.send(b"1.5\n")
+        await until(script, lambda: task.sounder.good == 1)
+
+    played(script, port=str(cable.path))
