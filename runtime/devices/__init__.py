@@ -1,7 +1,7 @@
 """Serial ports and sockets of a driver, and how their bytes become lines and frames."""
 
-from runtime.devices.addresses import Address, Connection, SerialPort, TcpServer, UdpSocket
-from runtime.devices.device import Device, Owner
+from runtime.devices.addresses import Address, Connection, SerialPort, TcpConnection, TcpServer, UdpSocket, look_up
+from runtime.devices.device import Device, Log, Owner
 from runtime.devices.recording import Piece, Recording, Recordings
 from runtime.devices.splitters import Frames, Lines, Splitter, Whole, lines_of, number
 
@@ -11,15 +11,18 @@ __all__ = [
     "Device",
     "Frames",
     "Lines",
+    "Log",
     "Owner",
     "Piece",
     "Recording",
     "Recordings",
     "SerialPort",
     "Splitter",
+    "TcpConnection",
     "TcpServer",
     "UdpSocket",
     "Whole",
     "lines_of",
+    "look_up",
     "number",
 ]

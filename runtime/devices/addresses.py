@@ -12,7 +12,8 @@ MOST_DATAGRAMS = 64
 LARGEST_DATAGRAM = 65535
 SLOWEST_CAP = 1 << 16  # bytes/s
 SOCKET_CAP = 1 << 22  # bytes/s
-KEEPALIVE = {"TCP_KEEPIDLE": 5, "TCP_KEEPINTVL": 2, "TCP_KEEPCNT": 3}  # s, s: a dead peer is noticed in 11 s
+KEEPALIVE = {"TCP_KEEPIDLE": 5, "TCP_KEEPINTVL": 2, "TCP_KEEPCNT": 3, "TCP_USER_TIMEOUT": 11_000}
+"""s, s, probes, ms: a peer that has vanished is noticed in 11 s, also while it owes an answer to what was sent."""
 IN_PROGRESS = (errno.EINPROGRESS, errno.EWOULDBLOCK, errno.EALREADY)
 HINTS = {
     errno.EACCES: "permission denied: is the user in the group of the device, such as dialout?",
@@ -141,10 +142,11 @@ class TcpServer:
     speed = 1e6
     most = SOCKET_CAP
 
-    def __init__(self, host: str, port: int):
+    def __init__(self, host: str, port: int, *, waiting: int = 0):
         self.name = f"tcp://{host}:{port}"
         self._host = "127.0.0.1" if host == "localhost" else host
         self._port = port
+        self._waiting = waiting
 
     @property
     def host(self) -> str:
@@ -156,27 +158,30 @@ class TcpServer:
             raise OSError("its port is not a number from 1 to 65535")
         made = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
         try:
-            made.setblocking(False)
-            made.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-            for name, value in KEEPALIVE.items():
-                if hasattr(socket, name):
-                    made.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
-            made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            connection = TcpConnection(made, waiting=self._waiting)
             code = made.connect_ex((host, self._port))
             if code and code not in IN_PROGRESS:
                 raise OSError(code, os.strerror(code))
         except (OSError, ValueError, OverflowError) as error:
             made.close()
             raise plain(error) from None
-        return TcpConnection(made)
+        return connection
 
 
 class TcpConnection:
-    """A TCP connection, perhaps still being made."""
+    """A TCP connection, perhaps still being made. The system keeps `waiting` bytes for a slow peer; 0: many."""
 
-    def __init__(self, opened: socket.socket):
+    def __init__(self, opened: socket.socket, *, waiting: int = 0):
         self._socket = opened
         self._ready = False
+        opened.setblocking(False)
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        for name, value in KEEPALIVE.items():
+            if hasattr(socket, name):
+                opened.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
+        opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if waiting:
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, waiting)
 
     def fileno(self) -> int:
         return self._socket.fileno()

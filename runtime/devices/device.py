@@ -52,7 +52,8 @@ class Device:
     `good` counts the pieces that the handler took, `bad` those that are damaged, or that it did not understand: it
     raised ValueError, LookupError or struct.error. `skipped` counts bytes that belong to no piece. While the device is
     missing, `trouble` has been called with the reason, and opening it is tried again, at least every 5 s; "" ends the
-    trouble.
+    trouble. Whoever closes the device in `trouble` keeps the reason out of the log book. `log` is where it reports
+    instead of its owner's log book.
     """
 
     def __init__(
@@ -64,10 +65,12 @@ class Device:
         *,
         opened: Callable[[], object] | None = None,
         trouble: Callable[[str], object] = lambda _: None,
+        log: Log | None = None,
     ):
         self.name = address.name
         self.good = self.bad = 0
         self._owner = owner
+        self._log = log or owner.log
         self._address = address
         self._splitter = splitter
         self._handler = handler
@@ -91,6 +94,11 @@ class Device:
     @property
     def is_open(self) -> bool:
         return (self._connection is not None and not self._connecting) or self._send is not None
+
+    @property
+    def waiting(self) -> int:
+        """Bytes that `write` has accepted and the device has not."""
+        return len(self._outgoing)
 
     def open(self) -> None:
         """Try to open it as soon as the present handler ends, and again until it succeeds."""
@@ -142,7 +150,7 @@ class Device:
         self._heard_at, self._retry = now, FIRST_RETRY
         if self._told:
             self._told = ""
-            self._owner.log.info(f"{self.name} sends again")
+            self._log.info(f"{self.name} sends again")
         if now - self._second >= SECOND:
             self._second, self._pieces, self._bytes, self._work = now, 0, 0, 0
         self._bytes += len(data)
@@ -240,7 +248,7 @@ class Device:
         if not self._paused:
             self._paused = True
             count = f"{self._pieces} pieces, {self._bytes / 1024.0:.0f} KiB"
-            self._owner.log.warning(f"{self.name} sends more than can be handled ({count} in a second): the rest waits")
+            self._log.warning(f"{self.name} sends more than can be handled ({count} in a second): the rest waits")
 
     def _go_on(self, connection: Connection) -> None:
         if connection is self._connection:
@@ -249,15 +257,17 @@ class Device:
     def _count_bad(self, what: str) -> None:
         self.bad += 1
         if str(self.bad).strip("0") == "1":  # 1, 10, 100 ...
-            self._owner.log.warning(f"{self.name}: " + (f"{self.bad} bad, the last " if self.bad > 1 else "") + what)
+            self._log.warning(f"{self.name}: " + (f"{self.bad} bad, the last " if self.bad > 1 else "") + what)
 
     def _report(self, text: str) -> None:
         named = f"{self.name}: {text}"
         self._trouble(named)
+        if self._closed:
+            return
         now = self._owner.now_ns
         if text != self._told and now - self._logged.get(text, -LOG_PERIOD) >= LOG_PERIOD:
             self._told, self._logged[text] = text, now
-            self._owner.log.error(named)
+            self._log.error(named)
 
     def _drop(self) -> None:
         connection, self._connection = self._connection, None

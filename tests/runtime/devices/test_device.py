@@ -222,7 +222,7 @@ def test_a_line_that_takes_nothing_holds_up_nobody(cable: Cable) -> None:
         await until(script, lambda: task.sounder.is_open)
         assert task.sounder.write(b"x" * 30_000)
         await script.sleep(0.2)
-        cable.send(b"1.5\n")
+        cable.send(b"part of a line\n1.5\n")
         await until(script, lambda: task.sounder.good == 1)
 
-    played(script, port=str(cable.path))
+    assert depths(played(script, port=str(cable.path))) == [1.5]

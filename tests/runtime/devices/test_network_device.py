@@ -5,6 +5,7 @@ import socket
 import pytest
 
 from runtime import Script, State
+from runtime.devices.addresses import KEEPALIVE
 from tests.runtime.devices.sounder import depths, played, sounder_of, states, until
 
 
@@ -59,6 +60,21 @@ def test_a_tcp_server_that_never_answers_is_given_up_and_tried_again(monkeypatch
         for filler in fillers:
             filler.close()
     assert f"tcp://127.0.0.1:{number}: no answer" in run.log
+
+
+def test_a_tcp_server_that_takes_nothing_any_more_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(KEEPALIVE, "TCP_USER_TIMEOUT", 300)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        async def script(script: Script) -> None:
+            task = sounder_of(script)
+            await until(script, lambda: task.sounder.is_open)
+            while task.sounder.is_open and task.sounder.write(b"x" * 50_000):
+                await script.sleep(0.02)
+            await until(script, lambda: "timed out" in task.entity.description)
+
+        run = played(script, kind="tcp", port="127.0.0.1", number=server.getsockname()[1])
+    assert any("timed out" in line for line in run.log)
 
 
 def test_datagrams_are_pieces_and_are_answered() -> None:
