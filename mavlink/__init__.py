@@ -19,6 +19,7 @@ from mavlink.modes import (
     mode_of,
     moving,
 )
+from mavlink.signing import Signing, SigningTime, parse_key
 from mavlink.text import chunks
 from mavlink.tlog import Recorded, Tlog
 from mavlink.to_imc import AUTOPILOT_NONE, ENTITIES, GROUND_STATION, AutopilotTranslator
@@ -45,6 +46,8 @@ __all__ = [
     "Mode",
     "Received",
     "Recorded",
+    "Signing",
+    "SigningTime",
     "StreamSplitter",
     "Tlog",
     "chunks",
@@ -54,6 +57,7 @@ __all__ = [
     "load_dialect",
     "mode_of",
     "moving",
+    "parse_key",
     "split",
     "system_of",
     "text",

@@ -1,7 +1,8 @@
 """Frames of MAVLink 1 and 2, in datagrams and in streams of bytes."""
 
+import re
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from fastcrc import crc16
@@ -18,6 +19,7 @@ LONGEST_FRAME = LONGEST_HEADER + 255 + 2 + SIGNATURE
 
 _HEADER = struct.Struct("<xBBxBBBHB")  # length, flags, sequence, system, component, message id
 _CHECKSUM = struct.Struct("<H")
+_magic = re.compile(b"[\xfd\xfe]").search
 _crc = crc16.mcrf4xx
 
 
@@ -56,14 +58,26 @@ class Received:
         return self._values
 
 
-def encode(definition: Definition, payload: bytes, sequence: int, system: int, component: int) -> bytes:
-    """A MAVLink 2 frame: zeros at the end of the payload are cut, but never its first byte."""
+def encode(
+    definition: Definition,
+    payload: bytes,
+    sequence: int,
+    system: int,
+    component: int,
+    sign: Callable[[bytes], bytes] | None = None,
+) -> bytes:
+    """A MAVLink 2 frame: zeros at the end of the payload are cut, but never its first byte.
+
+    `sign` gives the signature of what it covers; see `Signing.signer`.
+    """
     body = payload.rstrip(b"\0") or payload[:1]
-    number = definition.id
+    number, flags = definition.id, SIGNED if sign is not None else 0
     content = (
-        bytes((len(body), 0, 0, sequence, system, component, number & 0xFF, number >> 8 & 0xFF, number >> 16)) + body
+        bytes((len(body), flags, 0, sequence, system, component, number & 0xFF, number >> 8 & 0xFF, number >> 16))
+        + body
     )
-    return b"\xfd" + content + _CHECKSUM.pack(_crc(content + definition.salt))
+    frame = b"\xfd" + content + _CHECKSUM.pack(_crc(content + definition.salt))
+    return frame + sign(frame) if sign is not None else frame
 
 
 def split(datagram: bytes, dialect: Dialect) -> tuple[list[Received], int]:
@@ -79,20 +93,33 @@ def split(datagram: bytes, dialect: Dialect) -> tuple[list[Received], int]:
 class StreamSplitter:
     """Finds the messages in a stream of bytes that comes in pieces, such as TCP or a serial line; see `split`.
 
-    What looks like the beginning of a frame is kept until its end has come, at most LONGEST_FRAME bytes.
+    What looks like the beginning of a frame is kept until its end has come, at most LONGEST_FRAME bytes. `passed`
+    counts the bytes before it.
     """
 
     def __init__(self, dialect: Dialect) -> None:
+        self.passed = 0
         self._dialect = dialect
         self._kept = b""
         self._damaged = False
 
+    @property
+    def waiting(self) -> int:
+        """How many bytes are kept."""
+        return len(self._kept)
+
     def feed(self, data: bytes) -> tuple[list[Received], int]:
         """The messages that are complete, and the number of damaged stretches that have begun."""
         data = self._kept + data
-        scan = _scan(data, self._dialect, whole=False, damaged=self._damaged)
-        self._kept = data[scan.end :]
-        self._damaged = scan.damaged
+        return self._take(data, _scan(data, self._dialect, whole=False, damaged=self._damaged))
+
+    def give_up(self) -> tuple[list[Received], int]:
+        """No longer wait for the end of a frame: the messages in what is kept, which is all that may be damaged."""
+        return self._take(self._kept, _scan(self._kept, self._dialect, whole=True, damaged=self._damaged))
+
+    def _take(self, data: bytes, scan: "_Scan") -> tuple[list[Received], int]:
+        self._kept, self._damaged = data[scan.end :], scan.damaged
+        self.passed += scan.end
         return scan.found, scan.damages
 
 
@@ -111,19 +138,23 @@ def _scan(data: bytes, dialect: Dialect, *, whole: bool, damaged: bool = False) 
     by_id, size = dialect.by_id, len(data)
     place = damages = 0
     while place < size:
-        end = 0
-        if data[place] in MAGICS:
-            if size - place < LONGEST_HEADER and not whole:
+        if data[place] not in MAGICS:
+            damages += not damaged
+            damaged = True
+            magic = _magic(data, place)
+            place = magic.start() if magic is not None else size
+            continue
+        if size - place < LONGEST_HEADER and not whole:
+            break
+        end, message = frame_at(data, place, by_id)
+        if end > size:
+            if not whole:
                 break
-            end, message = frame_at(data, place, by_id)
-            if end > size:
-                if not whole:
-                    break
-                end = 0
-            elif message is not None:
-                found.append(message)
-            elif end < size and data[end] not in MAGICS:  # unknown messages count as frames if one follows
-                end = 0
+            end = 0
+        elif message is not None:
+            found.append(message)
+        elif end < size and data[end] not in MAGICS:  # unknown messages count as frames if one follows
+            end = 0
         damages += not (end or damaged)
         damaged = not end
         place = end or place + 1

@@ -59,11 +59,11 @@ class Tap:
         self._left = burst
         self._then = now
 
-    def take(self, now: float) -> bool:
-        """Whether one more may pass at the time `now` (s)."""
+    def take(self, now: float, cost: float = 1.0) -> bool:
+        """Whether one more, or what costs as much as `cost`, may pass at the time `now` (s)."""
         self._left = min(self._burst, self._left + max(0.0, now - self._then) * self._rate)
         self._then = now
-        if self._left < 1.0:
+        if self._left < cost:
             return False
-        self._left -= 1.0
+        self._left -= cost
         return True

@@ -180,6 +180,17 @@ def test_a_stream_waits_for_the_end_of_a_frame_and_gives_up_a_false_one():
     assert len(found) == 21
 
 
+def test_a_frame_whose_end_never_comes_is_given_up():
+    good = pymavlink_frame(PING)
+    splitter = StreamSplitter(DIALECT)
+    assert splitter.feed(b"noise\xfd\xff\x00\x00" + good + good) == ([], 1)
+    assert (splitter.passed, splitter.waiting) == (5, 4 + 2 * len(good))
+    found, damages = splitter.give_up()
+    assert ([m.name for m in found], damages, splitter.waiting) == (["PING", "PING"], 0, 0)
+    assert splitter.give_up() == ([], 0)
+    assert [m.name for m in splitter.feed(good)[0]] == ["PING"]
+
+
 @settings(max_examples=200)
 @given(st.lists(st.one_of(st.binary(max_size=80), st.sampled_from([pymavlink_frame(PING), pymavlink_frame(ATTITUDE)]))))
 def test_no_datagram_raises(parts):
