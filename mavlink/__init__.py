@@ -19,7 +19,7 @@ from mavlink.modes import (
     mode_of,
     moving,
 )
-from mavlink.signing import Signing, SigningTime, parse_key
+from mavlink.signing import UNSIGNED, Signing, SigningTime, parse_key
 from mavlink.text import chunks
 from mavlink.tlog import Recorded, Tlog
 from mavlink.to_imc import AUTOPILOT_NONE, ENTITIES, GROUND_STATION, AutopilotTranslator
@@ -38,6 +38,7 @@ __all__ = [
     "STANDBY",
     "STATUS",
     "SYSTEMS",
+    "UNSIGNED",
     "AutopilotTranslator",
     "Dialect",
     "Fields",

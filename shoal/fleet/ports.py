@@ -1,16 +1,14 @@
 """Ports, and a MAVLink id, of its own for each vehicle of a fleet on one computer."""
 
-import re
-
 from mavlink import SYSTEMS, system_of
 from runtime.profile import Profile
 from runtime.vehicle import find_task
+from tasks.transports.mavlink_protocol.routes import parse_route
 
 STEP = 10  # ports between two vehicles: some tasks take the next free one of a few
 PORTS = ("Local Port", "Port", "Control Port")
 LINKS = "Links"
 SYSTEM_ID = "Transports.MAVLink", "System Id"
-_WAITING = re.compile(r"(\b(?:udpin|tcpin|tcp-server):[^:,\s]*:)(\d{1,5})")
 
 
 def own_ports(profile: Profile, place: int) -> list[str]:
@@ -24,10 +22,24 @@ def own_ports(profile: Profile, place: int) -> list[str]:
             text = section.value(parameter.name) or parameter.format(parameter.default)
             if parameter.name in PORTS and text.isdecimal() and int(text):
                 found.append(f"{section.name}:{parameter.name}={moved(int(text), place)}")
-            elif parameter.name == LINKS and _WAITING.search(text):
-                links = _WAITING.sub(lambda match: f"{match[1]}{moved(int(match[2]), place)}", text)
-                found.append(f"{section.name}:{parameter.name}={links}")
+            elif parameter.name == LINKS:
+                links = ", ".join(own_link(item.strip(), place) for item in text.split(","))
+                found += [f"{section.name}:{parameter.name}={links}"] if links != text else []
     return found
+
+
+def own_link(text: str, place: int) -> str:
+    """A link of MAVLink, with another port if the vehicle listens there."""
+    try:
+        route = parse_route(text)
+    except ValueError:
+        return text
+    if not route.listens:
+        return text
+    head, options = text.partition("?")[::2] if "//" in text else text.rsplit(":", 1)
+    mark = "?" if "//" in text else ":"
+    head = f"{head.removesuffix(f':{route.port}')}:{moved(route.port, place)}"
+    return f"{head}{mark}{options}" if options else head
 
 
 def moved(port: int, place: int) -> int:

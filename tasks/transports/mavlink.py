@@ -1,15 +1,13 @@
 """MAVLink 2 for ground stations and scripts: QGroundControl, Mission Planner, MAVProxy, MAVSDK."""
 
-import errno
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import get_args
 
 import imc
 from imc.discovery import Service, Services, readable_name
-from mavlink import KINDS, SYSTEMS, Flavour, Received, load_dialect, split, system_of, text
+from mavlink import KINDS, SYSTEMS, Received, load_dialect, system_of, text
 from mavlink.missions import first_item
-from runtime import State, Task, consume, param, periodic
+from runtime import Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.kernel import Timer
 from runtime.task import ParameterError
@@ -17,20 +15,21 @@ from tasks.transports.imc_links.sockets import network_speed
 from tasks.transports.mavlink_protocol.commands import look_after
 from tasks.transports.mavlink_protocol.errands import NO_PLACE, ignored, land, return_home
 from tasks.transports.mavlink_protocol.figures import Heard
-from tasks.transports.mavlink_protocol.links import Link, parse_route
+from tasks.transports.mavlink_protocol.keys import Keys, usable_route
+from tasks.transports.mavlink_protocol.links import Link, Peer, name_of
 from tasks.transports.mavlink_protocol.mission import MissionState
 from tasks.transports.mavlink_protocol.named_values import parse_named_value
+from tasks.transports.mavlink_protocol.network import Network
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 from tasks.transports.mavlink_protocol.services import serve
-from tasks.transports.mavlink_protocol.session import DATAGRAMS_PER_SECOND, HEARTBEAT_PERIOD, SOON, Session, addressed
+from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, SOON, Session, addressed
 from tasks.transports.mavlink_protocol.streams import STREAMS
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
 
 Action = Callable[[MavlinkSystem, float], object]
 Offered = imc.AnnounceService.ServiceType
-LINKS = ["udpout:127.0.0.1:14550:ardupilot", "udpout:127.0.0.1:14540:px4", "udpin:127.0.0.1:14551:ardupilot"]
+LINKS = ["udpout://127.0.0.1:14550", "udpout://127.0.0.1:14540?flavour=px4", "udpin://127.0.0.1:14551"]
 SET_TIMEOUT = 0.25
-EXCESS_PERIOD = 10.0  # s
 DETECTION_PERIOD = 5.0
 DETECTIONS = 64
 TWINS = 16
@@ -44,7 +43,7 @@ CHANGES = (imc.VehicleState, imc.PlanControlState, imc.ArmingState, imc.Autopilo
 
 
 class MAVLink(Task):
-    """MAVLink 2 over UDP: telemetry, commands and parameters; each link reports the autopilot of its flavor."""
+    """MAVLink 2 over UDP, TCP and serial lines: telemetry, commands and parameters, with a flavor for each link."""
 
     external = True
     requires = "mavlink"
@@ -52,9 +51,10 @@ class MAVLink(Task):
     links: list[str] = param(
         LINKS,
         "",
-        "UDP links, SCHEME:ADDRESS:PORT:FLAVOR; udpout calls a station, udpin waits for stations.",
+        "Links, SCHEME://ADDRESS[:PORT]?flavour=..&rates=..&key=..; udpin and tcpin wait for stations, udpout, "
+        "udpbcast and tcpout call them, serial:///dev/ttyUSB0?baud=57600 is a line.",
         editable=False,
-        usable=parse_route,
+        usable=usable_route,
     )
     system_id: int = param(
         0, "1", "MAVLink system id; 0 derives it from the IMC id.", minimum=0, maximum=SYSTEMS, editable=False
@@ -88,7 +88,9 @@ class MAVLink(Task):
         editable=False,
         usable=parse_named_value,
     )
-    maximum_peers: int = param(8, "1", "Most ground stations on one udpin link.", minimum=1, maximum=64, editable=False)
+    maximum_peers: int = param(
+        8, "1", "Most ground stations on a link that waits for them.", minimum=1, maximum=64, editable=False
+    )
     peer_timeout: float = param(30.0, "s", "Silence after which a ground station is forgotten.", minimum=1)
 
     def configure(self) -> None:
@@ -100,14 +102,13 @@ class MAVLink(Task):
         }
 
     def start(self) -> None:
-        self.open_links: list[Link] = []
         self.speed = network_speed(self)
-        self.counts: Counter[str] = Counter()
-        self.excess_due = 0.0
-        self.closed: dict[str, str] = dict.fromkeys(self.links, "")
+        self.keys = Keys(self)
+        self.network = Network(self.links, self)
         self.asked: dict[str, Timer] = {}
         self.detected: dict[int, float] = {}
         self.pump_timer: Timer | None = None
+        self.pumping = False
         self.twins: set[object] = set()
         self.heard_at: float | None = None
         logs = self.vehicle.log_root / self.system_name
@@ -139,11 +140,9 @@ class MAVLink(Task):
         self.values = {entry.id: entry.value for entry in self.autopilot.parameters}
 
     def stop(self) -> None:
-        for link in self.open_links:
-            self.unwatch(link.socket)
-            link.close()
+        self.network.close()
         self.autopilot.transfers.close()
-        self.open_links = []
+        self.keys.close()
 
     @periodic(1.0)
     def look_after_links(self) -> None:
@@ -153,20 +152,9 @@ class MAVLink(Task):
         self.autopilot.transfers.forget_silent(self.now)
         self.autopilot.target.look_after(self.now)
         self.watch_stations()
-        for link in self.open_links:
-            link.forget_silent(self.now - self.peer_timeout * self.speed)
-        if self.now >= self.excess_due and any(link.dropped for link in self.open_links):
-            self.excess_due = self.now + EXCESS_PERIOD
-            excess = ", ".join(words for link in self.open_links if (words := link.excess()))
-            self.log.warning(f"datagrams dropped, a station may send {DATAGRAMS_PER_SECOND:g} per second: {excess}")
-        for words, trouble in list(self.closed.items()):
-            self.open(words, trouble)
-        troubles = [trouble for trouble in self.closed.values() if trouble]
-        peers = sum(session.contact for session in self.sessions())  # integers
-        counts = ", ".join(f"{name} {count}" for name, count in sorted(self.counts.items()) if count)
-        figures = f"{peers} in contact" + (f"; {counts}" if counts else "")
-        state = State.NORMAL if not troubles else State.FAULT if self.open_links else State.ERROR
-        self.set_entity_state(state, "; ".join([*troubles, figures]))
+        self.keys.look_after(self.now)
+        self.network.look_after(self.now - self.peer_timeout * self.speed)
+        self.set_entity_state(*self.network.state())
         self.pump()
 
     def watch_stations(self) -> None:
@@ -180,60 +168,45 @@ class MAVLink(Task):
             self.log.warning(f"no ground station for {self.gcs_timeout:g} s: {self.gcs_action}")
             ACTIONS[self.gcs_action](system, self.now)
 
-    def open(self, words: str, trouble: str) -> None:
-        """Open a link; if that fails, the same reason is logged only once."""
-        try:
-            link = Link(parse_route(words), self.meet, peers=self.maximum_peers, counts=self.counts, speed=self.speed)
-        except (ValueError, OSError) as error:
-            reason = str(error) if isinstance(error, ValueError) else f"{words}: {error.strerror}"
-            if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
-                reason += " by another vehicle or program; tried again until it is free, or change the port in Links"
-            if reason != trouble:
-                self.log.error(reason)
-            self.closed[words] = reason
-            return
-        del self.closed[words]
-        self.open_links.append(link)
-        if not link.route.is_local:
-            self.log.warning(
-                f"{words}: MAVLink is not signed here; anyone who reaches this link can command the vehicle"
-            )
-        self.watch(link.socket, self.receive)
+    def meet(self, link: Link, transmit: Callable[[bytes], object]) -> Session:
+        route = link.route
+        flavour, line = route.flavour, route.speed
+        return Session(
+            self.autopilot, flavour, transmit, self.now, self.speed, line=line, low=route.low, sign=link.signer
+        )
 
-    def meet(self, flavour: Flavour, transmit: Callable[[bytes], object]) -> Session:
-        return Session(self.autopilot, flavour, transmit, self.now, self.speed)
+    def sessions(self) -> list[Session]:
+        return self.network.sessions()
 
-    def sessions(self) -> Iterator[Session]:
-        return (session for link in self.open_links for session in link.sessions.values())
-
-    def receive(self) -> None:
-        """Take what has arrived; count what is damaged, for other vehicles, or too much."""
-        for link in self.open_links:
-            for peer, datagram in link.datagrams():
-                if not link.admits(peer, self.now):
-                    self.counts["dropped"] += 1
-                    continue
-                messages, damages = split(datagram, self.autopilot.dialect)
-                self.counts["malformed"] += damages + (not datagram)
-                for message in messages:
-                    if message.system == self.autopilot.system:
-                        self.name_twin(f"{peer[0]}:{peer[1]}")
-                    self.obey(link.session(peer), message)
-        self.pump()
-
-    def obey(self, session: Session | None, message: Received) -> None:
+    def take(self, link: Link, peer: Peer, message: Received) -> None:
+        """Obey a message that is for this vehicle."""
+        if message.system == self.autopilot.system:
+            self.name_twin(name_of(peer))
+        session = link.session(peer)
         if session is None:
-            self.counts["refused"] += 1
-        elif not addressed(message, self.autopilot.system):
-            self.counts["foreign"] += 1
+            link.refuse(peer)
+            return
+        session.receipts.note(message)
+        if addressed(message, self.autopilot.system):
+            self.obey(session, message)
         else:
-            self.heard_at = self.now
-            session.hear(message, self.now)
+            link.counts["foreign"] += 1
+
+    def obey(self, session: Session, message: Received) -> None:
+        self.heard_at = self.now
+        session.hear(message, self.now)
+        if message.name == "SETUP_SIGNING":
+            session.say(text.WARNING, "No keys over the air: give the link a key file", self.now)
+        elif not (session.low and message.name == "REQUEST_DATA_STREAM"):  # stations ask for all at 4 Hz, unasked
             serve(session, message, self.now)
             self.show_changes()
+        if not self.pumping:
+            self.pumping = True
+            self.after(0.0, self.pump)
 
     def pump(self) -> None:
         """Send what is due on all links, and schedule the next call."""
+        self.pumping = False
         if self.pump_timer is not None:
             self.pump_timer.cancel()
         self.autopilot.transfer.look_after(self.now)

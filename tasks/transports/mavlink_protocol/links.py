@@ -1,145 +1,217 @@
-"""UDP links to ground stations, which the vehicle calls or waits for."""
+"""Links: what datagrams and streams of bytes have in common, from the frames that arrive to the sessions."""
 
-import ipaddress
-import socket
+import errno
 from collections import Counter
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
+from typing import Any, Protocol
 
-from mavlink import FLAVOURS, LONGEST_DATAGRAM, Flavour, text
-from runtime.problem import suggestion
+from mavlink import UNSIGNED, Received, Signing, StreamSplitter, split, text
+from runtime.devices import Owner
+from tasks.transports.mavlink_protocol.keys import Keys
+from tasks.transports.mavlink_protocol.routes import Route
 from tasks.transports.mavlink_protocol.session import DATAGRAM_BURST, DATAGRAMS_PER_SECOND, Session
+from tasks.transports.mavlink_protocol.system import MavlinkSystem
 
-Address = tuple[str, int]
-AT_ONCE = 32
-SCHEMES = ("udpout", "udpin")
+Peer = tuple[Any, ...]
+"""The address of a peer: of a socket, or the device of a serial line."""
+
+LARGE = 256.0  # bytes that cost as much as a message
 MOST_NAMED = 64
 OTHERS = ("others", 0)
+SILENCE = 5.0  # s after which a station may have to make room for another
 
 
-@dataclass(frozen=True, slots=True)
-class Route:
-    """One link in a profile: if `listens`, the vehicle waits for ground stations, else it calls one."""
+class Host(Owner, Protocol):
+    """What links need of their task; `speed` is that of its clock."""
 
-    text: str
-    listens: bool
-    address: Address
-    flavour: Flavour
+    maximum_peers: int
+    speed: float
+    autopilot: MavlinkSystem
+    keys: Keys
 
     @property
-    def is_local(self) -> bool:
-        """Whether only programs of this computer can use the link."""
-        return ipaddress.IPv4Address(self.address[0]).is_loopback
+    def now(self) -> float: ...
 
+    def meet(self, link: "Link", transmit: Callable[[bytes], object]) -> Session:
+        """A session with a new peer."""
+        ...
 
-def parse_route(text: str) -> Route:
-    """Parses a link such as "udpout:127.0.0.1:14550:ardupilot". Raises ValueError with the reason."""
-    parts = text.strip().split(":")
-    if len(parts) == 4 and parts[0] not in SCHEMES:
-        raise ValueError(f"{text!r}: {parts[0]!r} is not a scheme; {suggestion(parts[0], SCHEMES)}")
-    if len(parts) != 4:
-        raise ValueError(f"{text!r} is not udpout:ADDRESS:PORT:FLAVOR or udpin:ADDRESS:PORT:FLAVOR")
-    scheme, host, port, flavour = parts
-    host = "127.0.0.1" if host == "localhost" else host
-    try:
-        ipaddress.IPv4Address(host)
-    except ValueError:
-        raise ValueError(f"{text!r}: {host!r} is not an IPv4 address") from None
-    if not (port.isascii() and port.isdecimal() and 0 < int(port) < 65536):
-        raise ValueError(f"{text!r}: {port!r} is not a port (1 to 65535)")
-    if flavour not in FLAVOURS:
-        raise ValueError(f"{text!r}: {flavour!r} is not a flavor; {suggestion(flavour, FLAVOURS)}")
-    return Route(text.strip(), scheme == "udpin", (host, int(port)), FLAVOURS[flavour])
+    def take(self, link: "Link", peer: Peer, message: Received) -> None:
+        """Obey a message."""
+        ...
 
 
 class Link:
-    """An open link and the sessions on it; `meet(flavour, transmit)` makes a new one.
+    """A way to ground stations, and the sessions on it. Subclasses open it, pass on what arrives, and send frames.
 
-    A link that listens has at most `peers` sessions. Frames that cannot be sent are counted in `counts`, datagrams of
-    those who send too many in `dropped`. `speed` is that of the vehicle's clock. Raises OSError if the address cannot
-    be used.
+    `number` counts the links of the vehicle. What is not taken is counted in `counts`; `dropped` has those who send too
+    much. While the link cannot be used, `trouble` has the reason.
     """
 
-    def __init__(
-        self,
-        route: Route,
-        meet: Callable[[Flavour, Callable[[bytes], object]], Session],
-        *,
-        peers: int,
-        counts: Counter[str],
-        speed: float = 1.0,
-    ):
+    def __init__(self, route: Route, number: int, host: Host):
         self.route = route
-        self.sessions: dict[Address, Session] = {}
-        self.dropped: Counter[Address] = Counter()
-        self._strangers = text.Tap(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, 0.0)
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._meet = meet
-        self._peers = peers
-        self._counts = counts
+        self.sessions: dict[Peer, Session] = {}
+        self.counts: Counter[str] = Counter()
+        self.dropped: Counter[Peer] = Counter()
+        self.trouble = ""
+        self.signing: Signing | None = None
+        self.is_open = False
+        self._number = number
+        self._host = host
+        self._warned = False
+        self._named: set[str] = set()
+        self._strangers = text.Tap(DATAGRAMS_PER_SECOND / host.speed, DATAGRAM_BURST, 0.0)
+
+    def open(self) -> None:
+        """Open it; if that fails, the reason is logged once, and it may be called again."""
+        route = self.route
         try:
-            self.socket.setblocking(False)
-            if route.listens:
-                self.socket.bind(route.address)
-            else:
-                self.socket.connect(route.address)
-                self.session(route.address)
-        except OSError:
-            self.socket.close()
-            raise
+            self.signing = self._host.keys.signing(route.key) if route.key else None
+            self.open_here()
+        except (ValueError, OSError) as error:
+            self.fail(error)
+            return
+        self.is_open = True
+        if not (self._warned or route.is_local or route.is_guarded):
+            self._warned = True
+            unsigned = "unsigned frames are accepted here" if route.key else "MAVLink is not signed here"
+            self._host.log.warning(f"{route.text}: {unsigned}; anyone who reaches this link can command the vehicle")
 
-    def datagrams(self) -> Iterator[tuple[Address, bytes]]:
-        """The datagrams that have arrived, AT_ONCE at most, and their sources."""
-        for _ in range(AT_ONCE):
-            try:
-                data, source = self.socket.recvfrom(LONGEST_DATAGRAM)
-            except BlockingIOError:
-                return
-            except OSError:
-                continue  # an earlier frame was refused: nobody listens there
-            yield source, data
+    def open_here(self) -> None:
+        """Open what is below. Raises OSError."""
+        raise NotImplementedError
 
-    def admits(self, peer: Address, now: float) -> bool:
-        """Whether to read a datagram of a peer; all who have no session share one limit."""
+    def close(self) -> None:
+        raise NotImplementedError
+
+    def send(self, frame: bytes, peer: Peer) -> None:
+        """Send a frame, without waiting; what cannot be sent is counted."""
+        raise NotImplementedError
+
+    def look_after(self) -> None:
+        """Called once a second."""
+        if not self.is_open:
+            self.open()
+
+    def fail(self, error: Exception) -> None:
+        reason = f"{self.route.text}: {getattr(error, 'strerror', '') or error}"
+        if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
+            reason += " by another vehicle or program; tried again until it is free, or change the port in Links"
+        if reason != self.trouble:
+            self._host.log.error(reason)
+        self.trouble = reason
+
+    def receive(self, peer: Peer, data: bytes, splitter: StreamSplitter | None = None) -> int:
+        """Take a datagram, or what `splitter` has to split; returns the number of good messages.
+
+        All who have no session share one limit.
+        """
         session = self.sessions.get(peer)
-        if (session.admit if session is not None else self._strangers).take(now):
-            return True
-        self.dropped[peer if peer in self.dropped or len(self.dropped) < MOST_NAMED else OTHERS] += 1
-        return False
+        tap = self._strangers if session is None else session.admit
+        if not tap.take(self._host.now, max(1.0, len(data) / LARGE)):
+            self._drop(peer, 1)
+            return 0
+        found, damages = split(data, self._host.autopilot.dialect) if splitter is None else splitter.feed(data)
+        self.counts["malformed"] += damages + (not data)
+        return self.accept(peer, found, tap)
+
+    def accept(self, peer: Peer, messages: list[Received], tap: text.Tap) -> int:
+        """Obey messages, except those that are not signed as they should be; returns how many there were."""
+        good = 0
+        for place, message in enumerate(messages):
+            if not self.reaches(peer):
+                break  # it went while it was answered
+            if place and not tap.take(self._host.now):
+                self._drop(peer, len(messages) - place)
+                break
+            fault = self.signing.fault(message) if self.signing is not None else ""
+            if fault and not (self.route.open and fault == UNSIGNED):
+                self.counts[fault] += 1
+                continue
+            good += 1
+            self._host.take(self, peer, message)
+        return good
+
+    def session(self, peer: Peer) -> Session | None:
+        """The session with a peer, a new one if needed; None if the link is full."""
+        found = self.sessions.get(peer)
+        if found is None and (self.has_room() or self.make_room()):
+            found = self.sessions[peer] = self._host.meet(self, lambda frame: self.send(frame, peer))
+        return found
+
+    def reaches(self, peer: Peer) -> bool:
+        """Whether something can be sent to a peer."""
+        return True
+
+    def has_room(self) -> bool:
+        return len(self.sessions) < self._host.maximum_peers
+
+    def make_room(self) -> bool:
+        """Let the peer go that has been silent longest; False if all have been heard lately."""
+        peer, session = min(self.sessions.items(), key=lambda item: item[1].heard_at)
+        if self._host.now - session.heard_at < SILENCE * self._host.speed:
+            return False
+        self.part(peer)
+        return True
+
+    def part(self, peer: Peer) -> None:
+        """End the session with a peer."""
+        session = self.sessions.pop(peer, None)
+        if session is not None:
+            session.lose()
+
+    def keeps(self, peer: Peer) -> bool:
+        """Whether a peer that has been silent for long keeps its session."""
+        return True
+
+    def forget_silent(self, since: float) -> None:
+        """End the contact with peers that have been silent since a time (s since 1970)."""
+        for peer, session in list(self.sessions.items()):
+            if session.heard_at < since:
+                if not self.keeps(peer):
+                    self.part(peer)
+                elif session.contact:
+                    session.lose()
+
+    def refuse(self, peer: Peer) -> None:
+        """Count somebody for whom there is no room, and name each computer once."""
+        self.counts["refused"] += 1
+        full = f"has its {self._host.maximum_peers} stations"
+        self.name_once(str(peer[0]), f"{full}: {peer[0]} was refused")
+
+    def name_once(self, who: str, words: str) -> None:
+        if who not in self._named and len(self._named) < MOST_NAMED:
+            self._named.add(who)
+            self._host.log.warning(f"{self.route.text} {words}")
 
     def excess(self) -> str:
         """Who has sent too much since the last call, for people; empty if nobody."""
         worst = self.dropped.most_common(3)
         rest = len(self.dropped) - len(worst)
         self.dropped.clear()
-        named = ", ".join(f"{number} of {host}:{port}" for (host, port), number in worst)
+        named = ", ".join(f"{number} of {name_of(peer)}" for peer, number in worst)
         return named + (f" and those of {rest} more" if rest else "")
 
-    def session(self, peer: Address) -> Session | None:
-        """The session with a peer, a new one if needed; None if the link is full."""
-        found = self.sessions.get(peer)
-        if found is None and (not self.route.listens or len(self.sessions) < self._peers):
-            found = self.sessions[peer] = self._meet(self.route.flavour, lambda frame: self._send(frame, peer))
-        return found
+    def figures(self) -> str:
+        """What was counted, for people; empty if nothing was."""
+        losses = sorted(
+            (loss for session in self.sessions.values() for loss in session.receipts.losses()),
+            key=lambda loss: -loss.lost,
+        )
+        words = [f"{name} {count}" for name, count in sorted(self.counts.items()) if count]
+        words += [f"lost {lost} of {sent} from {system}/{part}" for system, part, lost, sent in losses[:3]]
+        return f"{self.route.text}: {', '.join(words)}" if words else ""
 
-    def forget_silent(self, since: float) -> None:
-        """Forget peers that have been silent since a time (s since 1970); the peer of a udpout link is kept."""
-        for peer, session in list(self.sessions.items()):
-            if session.heard_at < since:
-                session.lose()
-                if self.route.listens:
-                    del self.sessions[peer]
+    @property
+    def signer(self) -> Callable[[bytes], bytes] | None:
+        return self.signing.signer(self._number) if self.signing is not None else None
 
-    def close(self) -> None:
-        self.socket.close()
+    def _drop(self, peer: Peer, count: int) -> None:
+        self.counts["dropped"] += count
+        self.dropped[peer if peer in self.dropped or len(self.dropped) < MOST_NAMED else OTHERS] += count
 
-    def _send(self, frame: bytes, peer: Address) -> None:
-        try:
-            if self.route.listens:
-                self.socket.sendto(frame, peer)
-            else:
-                self.socket.send(frame)
-        except ConnectionRefusedError:
-            pass  # no ground station yet
-        except OSError:
-            self._counts["unsent"] += 1
+
+def name_of(peer: Peer) -> str:
+    """A peer, for people."""
+    host, *port = peer[:2]
+    return ":".join((f"[{host}]" if port and ":" in host else host, *map(str, port)))

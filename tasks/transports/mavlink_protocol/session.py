@@ -1,24 +1,32 @@
 """The conversation with one ground station: sequence numbers, rates, parameter list, answers."""
 
 import itertools
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from mavlink import Fields, Flavour, Received, encode, text
 from tasks.transports.mavlink_protocol.orders import Dialogue
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry
+from tasks.transports.mavlink_protocol.receipts import Receipts
 from tasks.transports.mavlink_protocol.streams import STREAMS
 from tasks.transports.mavlink_protocol.system import COMPONENT, MavlinkSystem
+from tasks.transports.mavlink_protocol.transfers import AT_ONCE, Asker
 from tasks.transports.mavlink_protocol.transfers import PERIOD as FILE_PERIOD
-from tasks.transports.mavlink_protocol.transfers import Asker
 
 HEARTBEAT_PERIOD = 1.0
 LIST_PERIOD = 0.02
 LIST_BURST = 5
+SHARE = 0.5  # of what a slow line carries, for a list or a file
+PARAMETER, PART = 50.0, 280.0  # bytes of a parameter and of a part of a file, with a signature
 TEXTS_PER_SECOND, TEXT_BURST = 5.0, 15.0
+LOW_CHUNKS_PER_SECOND, LOW_CHUNK_BURST, LOW_NOTICES = 1.0, 4.0, 3  # of texts on slow links
+LOW: Mapping[str, float] = {name: stream.low for name, stream in STREAMS.items()}
+"""The default rates of slow links."""
+
 DATAGRAMS_PER_SECOND, DATAGRAM_BURST = 500.0, 500.0
 QUICKEST = 0.005
-PATIENCE = 0.25  # s for the next item of a mission
+PATIENCE, LOW_PATIENCE = 0.25, 1.5  # s for the next item of a mission
 SOON = 0.001  # s; what is due within this time is sent now: s since 1970 are only exact to a microsecond
 
 
@@ -26,7 +34,9 @@ class Session:
     """The conversation with one peer; `transmit` sends a frame to it.
 
     A peer is in contact from its first message until it has been silent too long; only then are texts sent to it.
-    Times `now` are the vehicle's, of which `speed` seconds pass in one of the peer; rates are the peer's.
+    Times `now` are the vehicle's, of which `speed` seconds pass in one of the peer; rates are the peer's. `line` is how
+    many bytes per second reach the peer; `low` is whether it gets few of them unless it asks for more. `sign` makes the
+    signatures of frames.
     """
 
     def __init__(
@@ -36,15 +46,22 @@ class Session:
         transmit: Callable[[bytes], object],
         now: float,
         speed: float = 1.0,
+        *,
+        line: float = math.inf,
+        low: bool = False,
+        sign: Callable[[bytes], bytes] | None = None,
     ):
         self.autopilot = autopilot
         self.flavour = flavour
+        self.low = low
         self.heard_at = now
         self.contact = False
+        self.receipts = Receipts()
         self.admit = text.Tap(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, now)
-        self.patience = PATIENCE * speed
+        self.patience = (LOW_PATIENCE if low else PATIENCE) * speed
         self._speed = speed
         self._transmit = transmit
+        self._sign = sign
         self._sequence = itertools.cycle(range(256))
         self._periods: dict[str, float] = {}
         self._due: dict[str, float] = {}
@@ -52,7 +69,11 @@ class Session:
         self.readers: dict[Asker, Received] = {}
         self._listing: list[ParameterEntry] = []
         self._listing_due = now
-        self._texts = text.Tap(TEXTS_PER_SECOND / speed, TEXT_BURST, now)
+        self._listing_period = max(LIST_PERIOD, LIST_BURST * PARAMETER / (SHARE * line)) * speed
+        self._reading_due = now
+        self._reading_period = max(FILE_PERIOD, AT_ONCE * PART / (SHARE * line)) * speed
+        rate, burst = (LOW_CHUNKS_PER_SECOND, LOW_CHUNK_BURST) if low else (TEXTS_PER_SECOND, TEXT_BURST)
+        self._texts = text.Tap(rate / speed, burst, now)
         self._text_number = 0
         self._last_text = (now, "")
 
@@ -61,8 +82,9 @@ class Session:
         self.heard_at = now
         if not self.contact:
             self.contact = True
-            for severity, words in self.autopilot.notices:
-                self._say(severity, words)
+            notices = list(self.autopilot.notices)
+            for severity, words in notices[-LOW_NOTICES:] if self.low else notices:
+                self._say(self._chunks(severity, words))
 
     def lose(self) -> None:
         """End the contact with a silent peer; the next one starts with the default rates."""
@@ -108,15 +130,17 @@ class Session:
     def say(self, severity: int, words: str, now: float) -> None:
         """Send a text, unless it repeats the last one or there have been too many."""
         again = words == self._last_text[1] and now - self._last_text[0] < self._speed
-        if self.contact and not again and self._texts.take(now):
-            self._last_text = (now, words)
-            self._say(severity, words)
+        if self.contact and not again:
+            chunks = self._chunks(severity, words)
+            if self._texts.take(now, len(chunks) if self.low else 1.0):
+                self._last_text = (now, words)
+                self._say(chunks)
 
     def period(self, name: str) -> float:
         """Seconds between two messages with a name; 0 if it is not streamed."""
         if name == "HEARTBEAT":
             return HEARTBEAT_PERIOD
-        rate = self.autopilot.rates().get(name, 0.0)
+        rate = self._rates().get(name, 0.0)
         return self._periods.get(name, 1.0 / rate if rate > 0.0 else 0.0)
 
     def set_period(self, name: str, period: float | None) -> None:
@@ -129,7 +153,7 @@ class Session:
     def pump(self, now: float) -> float:
         """Send what is due, and return when the next message is due (s since 1970)."""
         self.autopilot.forget_old(now)
-        for name in ("HEARTBEAT", *dict.fromkeys((*self.autopilot.rates(), *self._periods))):
+        for name in ("HEARTBEAT", *dict.fromkeys((*self._rates(), *self._periods))):
             period = self.period(name) * self._speed
             due = self._due.get(name, now)
             if period <= 0.0:
@@ -144,20 +168,28 @@ class Session:
         if self._listing and self._listing_due < now + SOON:
             for _ in range(min(LIST_BURST, len(self._listing))):
                 self.send_parameter(self._listing.pop())
-            self._listing_due = now + LIST_PERIOD * self._speed
+            self._listing_due = now + self._listing_period
         due = min(*self._due.values(), self._listing_due if self._listing else now + HEARTBEAT_PERIOD * self._speed)
-        if self.readers and self.autopilot.transfers.pump(self, now):
-            due = min(due, now + FILE_PERIOD * self._speed)
-        return due
+        if self.readers and self._reading_due < now + SOON:
+            self.autopilot.transfers.pump(self, now)
+            self._reading_due = now + self._reading_period
+        return min(due, self._reading_due) if self.readers else due
 
-    def _say(self, severity: int, words: str) -> None:
+    def _rates(self) -> Mapping[str, float]:
+        return LOW if self.low else self.autopilot.rates()
+
+    def _chunks(self, severity: int, words: str) -> list[Fields]:
         self._text_number = self._text_number % 0xFFFF + 1
-        for fields in text.chunks(severity, words, self._text_number):
+        return text.chunks(severity, words, self._text_number)
+
+    def _say(self, chunks: list[Fields]) -> None:
+        for fields in chunks:
             self.send("STATUSTEXT", fields)
 
     def _send_payload(self, name: str, payload: bytes) -> None:
         definition = self.autopilot.dialect.by_name[name]
-        self._transmit(encode(definition, payload, next(self._sequence), self.autopilot.system, COMPONENT))
+        system = self.autopilot.system
+        self._transmit(encode(definition, payload, next(self._sequence), system, COMPONENT, self._sign))
 
 
 def addressed(message: Received, system: int) -> bool:

@@ -90,6 +90,22 @@ def test_check_looks_into_texts_that_name_links_and_messages(shoal, tmp_path):
     assert "did you mean 'px4'?" in result.output
 
 
+def test_check_tries_the_keys_of_links_and_nobody_shows_them(shoal, tmp_path):
+    key, raw = tmp_path / "mavlink.key", "0123456789abcdef" * 4
+    key.write_text("sardines\n")
+    (tmp_path / "mine.ini").write_text(
+        "[Require lauv-noptilus-1.ini]\n[Transports.MAVLink]\n"
+        f"Links = udpin://?key={key}, tcpin://?key={tmp_path}/none, udpin://?key={raw}\n"
+    )
+    result = shoal("check", "mine", "-p", "Kinematic")
+    start = "mine.ini:3: warning: [Transports.MAVLink] Links: "
+    assert f"{start}tcpin://: the key {tmp_path}/none cannot be used: No such file or directory" in result.output
+    assert f"{start}'udpin://?key=...': 'key' is the path of a file that holds the key, not the key" in result.output
+    assert result.output.count("Links") == 2
+    assert raw not in result.output
+    assert "sardines" not in result.output + shoal("explain", "mine", "Transports.MAVLink").output
+
+
 def test_check_names_entities_that_nobody_has_and_options_of_a_model_that_nobody_reads(shoal, tmp_path):
     (tmp_path / "mine.ini").write_text(
         "[Require otter.ini]\n[Monitors.Entities]\nDefault Monitoring = Navigaton, GPS\n"

@@ -11,7 +11,7 @@ from runtime.problem import ProfileError
 from runtime.profile import load_profile
 from runtime.vehicle import check, find_task
 from shoal.fleet import FleetFileError, Roster, load_roster
-from shoal.fleet.ports import own_ports
+from shoal.fleet.ports import own_link, own_ports
 from tests.shoal.fleet.settings import option, setting
 
 FLEET = """
@@ -88,8 +88,23 @@ def test_only_ports_at_which_a_vehicle_listens_are_moved() -> None:
     profile = load_profile("lauv-noptilus-1")
     assert own_ports(profile, 0) == []
     (links,) = [text for text in own_ports(profile, 2) if ":Links=" in text]
-    assert "udpin:127.0.0.1:14571:ardupilot" in links
-    assert "udpout:127.0.0.1:14550:ardupilot" in links, "the ground station stays where it is"
+    assert "udpin://127.0.0.1:14571" in links
+    assert "udpout://127.0.0.1:14550" in links, "the ground station stays where it is"
+
+
+@pytest.mark.parametrize(
+    ("link", "moved"),
+    [
+        ("udpin:127.0.0.1:14551:px4", "udpin:127.0.0.1:14571:px4"),
+        ("udpin://127.0.0.1:14551?flavour=px4", "udpin://127.0.0.1:14571?flavour=px4"),
+        ("tcpin://", "tcpin://:5780"),
+        ("tcpin://[::1]?key=/etc/key", "tcpin://[::1]:5780?key=/etc/key"),
+        ("udpin://:14550", "udpin://:14570"),
+        *[(link, link) for link in ("udpbcast://10.0.0.255:14550", "tcpout://a", "serial:///dev/ttyS0", "wrong", "")],
+    ],
+)
+def test_only_links_that_listen_are_moved(link: str, moved: str) -> None:
+    assert own_link(link, 2) == moved
 
 
 def test_numbers_may_be_words_and_words_numbers(tmp_path: Path) -> None:

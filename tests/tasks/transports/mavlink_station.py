@@ -1,10 +1,12 @@
 """A ground station by pymavlink, and vehicles with MAVLink to talk to."""
 
 import math
+import os
 import socket
+import tty
 
 import imc
-from mavlink import encode, load_dialect, split
+from mavlink import StreamSplitter, encode, load_dialect, split
 from runtime import ParameterError, Task, param
 from runtime.testing import simulate
 from tasks.transports.mavlink import MAVLink
@@ -28,10 +30,10 @@ class Winch(Task):
 class Station:
     """The socket of a ground station."""
 
-    def __init__(self, script, port=0, system=255):
+    def __init__(self, script, port=0, system=255, host=HOST):
         self.script = script
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.socket.bind((HOST, port))
+        self.socket = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind((host, port))
         self.socket.setblocking(False)
         self.port = self.socket.getsockname()[1]
         self.system = system
@@ -40,8 +42,14 @@ class Station:
         self.sequence = []
 
     def send(self, name, **fields):
+        self.transmit(self.frame(name, **fields))
+
+    def frame(self, name, sequence=0, **fields):
         definition = DIALECT.by_name[name]
-        self.socket.sendto(encode(definition, definition.pack(fields), 0, self.system, 190), self.vehicle)
+        return encode(definition, definition.pack(fields), sequence, self.system, 190)
+
+    def transmit(self, data):
+        self.socket.sendto(data, self.vehicle)
 
     def order(self, command, *params, target=26):
         named = {f"param{i}": value for i, value in enumerate(params, 1)}
@@ -84,6 +92,86 @@ class Station:
         for _ in range(100):
             await self.script.sleep(seconds / 100)
         return self.take()
+
+
+class StreamStation(Station):
+    """A ground station at the other end of a stream of bytes; subclasses `read` and `transmit`."""
+
+    def __init__(self, script, system=255):
+        self.script = script
+        self.system = system
+        self.vehicle = "connected"
+        self.inbox = []
+        self.sequence = []
+        self.splitter = StreamSplitter(DIALECT)
+        self.damages = 0
+
+    def take(self):
+        while data := self.read():
+            messages, damages = self.splitter.feed(data)
+            self.damages += damages
+            self.inbox += messages
+            self.sequence += [message.sequence for message in messages]
+        return self.inbox
+
+
+class TcpStation(StreamStation):
+    """A ground station that connects, or takes a socket that is connected; its system keeps `room` bytes for it."""
+
+    def __init__(self, script, place, system=255, room=0):
+        super().__init__(script, system)
+        if isinstance(place, socket.socket):
+            self.socket = place
+        else:
+            self.socket = socket.socket(socket.AF_INET6 if ":" in place[0] else socket.AF_INET)
+            if room:
+                self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, room)
+            self.socket.connect(place)
+        self.socket.setblocking(False)
+        self.ended = False
+
+    def read(self):
+        try:
+            data = self.socket.recv(4096)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            data = b""
+        self.ended |= not data
+        return data
+
+    def transmit(self, data):
+        self.socket.sendall(data)
+
+
+class SerialStation(StreamStation):
+    """A ground station at the end of a line, which the vehicle knows by a path."""
+
+    def __init__(self, script, path, system=255):
+        super().__init__(script, system)
+        self.path = path
+        self.plug()
+
+    def plug(self):
+        self.end, own = os.openpty()
+        tty.setraw(own)
+        os.set_blocking(self.end, False)
+        self.path.unlink(missing_ok=True)
+        self.path.symlink_to(os.ttyname(own))
+        os.close(own)
+
+    def unplug(self):
+        os.close(self.end)
+        self.path.unlink()
+
+    def read(self):
+        try:
+            return os.read(self.end, 4096)
+        except OSError:
+            return b""
+
+    def transmit(self, data):
+        os.write(self.end, data)
 
 
 def sail(script, *links, tasks=(), seconds=120.0, clock=None, **parameters):

@@ -22,7 +22,7 @@ def test_bad_link_is_a_fault_and_the_others_go_on():
         await station.meet()
         entity = mavlink(control).entity
         assert entity.state is State.FAULT
-        assert "'nonsense' is not udpout" in entity.description
+        assert "'nonsense': not SCHEME" in entity.description
 
     port = free_port()
     run = sail(script, "nonsense", f"udpout:{HOST}:{port}:px4")
@@ -59,7 +59,7 @@ def test_stations_on_a_listening_link_come_and_go():
             await station.expect("HEARTBEAT")
         await control.sleep(2.0)
         assert stations[2].take() == []
-        assert task.counts["refused"] >= 1
+        assert task.network.counts["refused"] >= 1
         assert "2 in contact" in task.entity.description
         for _ in range(40):
             stations[0].send("HEARTBEAT", type=6)
@@ -99,7 +99,7 @@ def test_a_station_of_a_scaled_vehicle_has_its_own_seconds():
         await station.meet((HOST, port))
         names = [message.name for message in await station.quiet(20.0)]
         assert 1 <= names.count("HEARTBEAT") <= 2
-        assert len(mavlink(control).open_links[0].sessions) == 1, "it was silent for 1 s"
+        assert len(mavlink(control).network.links[0].sessions) == 1, "it was silent for 1 s"
 
     port = free_port()
     sail(script, f"udpin:{HOST}:{port}:px4", clock=ScaledClock(20.0), peer_timeout=2.0)
@@ -115,24 +115,24 @@ def test_rubbish_and_floods_are_counted_and_nobody_else_suffers():
             bad.socket.sendto(rubbish, bad.vehicle)
         bad.order(400, 1, target=99)
         await good.quiet(1.0)
-        assert task.counts["malformed"] >= 6
-        assert task.counts["foreign"] == 1
+        assert task.network.counts["malformed"] >= 6
+        assert task.network.counts["foreign"] == 1
         for _ in range(15):
             for _ in range(100):
                 bad.order(400, 2)
             good.order(512, 148)
             assert (await good.expect("COMMAND_ACK"))["result"] == 0
-        assert task.counts["dropped"] > 0
+        assert task.network.counts["dropped"] > 0
         bad.take()
         await good.quiet(1.1)
         for name in ("malformed", "foreign", "dropped"):
-            assert f"{name} {task.counts[name]}" in task.entity.description
+            assert f"{name} {task.network.counts[name]}" in task.entity.description
         assert task.entity.state is State.NORMAL
 
     port = free_port()
     run = sail(script, f"udpin:{HOST}:{port}:px4", clock=WallClock())
     (told,) = run.log
-    assert re.search(rf"datagrams dropped, a station may send 500 per second: \d+ of {HOST}:\d+$", told)
+    assert re.search(rf"frames dropped, a station may send 500 per second: \d+ of {HOST}:\d+$", told)
 
 
 def test_a_flood_of_many_stations_is_dropped_unread_and_the_first_station_is_served():
@@ -148,9 +148,9 @@ def test_a_flood_of_many_stations_is_dropped_unread_and_the_first_station_is_ser
             await control.sleep(0.002)
         good.order(512, 148)
         assert (await good.expect("COMMAND_ACK"))["result"] == 0
-        assert task.counts["dropped"] > 500
+        assert task.network.counts["dropped"] > 500
         allowed = 500 + 500 * (control.now - before) + 50
-        assert task.counts["malformed"] / 200 <= allowed, "those without a session share one limit"
+        assert task.network.counts["malformed"] / 200 <= allowed, "those without a session share one limit"
         for each in flood:
             each.close()
 

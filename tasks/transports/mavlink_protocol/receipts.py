@@ -1,0 +1,65 @@
+"""How many frames of each sender were lost on their way, by their sequence numbers."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from mavlink import Received
+
+LATE = 128  # a number so far ahead, of 256, is one that is behind: a datagram was overtaken
+MOST_SENDERS = 16
+
+
+class Loss(NamedTuple):
+    """A sender, and how many of its frames were lost, of how many."""
+
+    system: int
+    component: int
+    lost: int
+    sent: int
+
+
+@dataclass(slots=True)
+class _Sender:
+    """The last number, the one of a frame that came late (-1: none), and the counts."""
+
+    last: int
+    late: int = -1
+    received: int = 1
+    lost: int = 0
+
+    def count(self, number: int) -> None:
+        ahead = (number - self.last) % 256
+        if ahead == 0:
+            return  # a copy
+        self.received += 1
+        if ahead < LATE:
+            self.lost += ahead - 1
+        elif number != (self.late + 1) % 256 or self.late < 0:
+            self.late, self.lost = number, max(0, self.lost - 1)
+            return
+        self.last, self.late = number, -1  # two in a row that are late: the sender has begun anew
+
+
+class Receipts:
+    """What has come from one peer, behind which several senders may be.
+
+    Frames of messages that the dialect lacks, and those that were dropped unread, count as lost.
+    """
+
+    def __init__(self) -> None:
+        self._senders: dict[tuple[int, int], _Sender] = {}
+
+    def note(self, message: Received) -> None:
+        place = message.system, message.component
+        sender = self._senders.get(place)
+        if sender is not None:
+            sender.count(message.sequence)
+        elif len(self._senders) < MOST_SENDERS:
+            self._senders[place] = _Sender(message.sequence)
+
+    def losses(self) -> Iterator[Loss]:
+        """The senders of which frames were lost."""
+        for (system, component), sender in self._senders.items():
+            if sender.lost:
+                yield Loss(system, component, sender.lost, sender.lost + sender.received)
