@@ -101,16 +101,16 @@ class Link:
             self._host.log.error(reason)
         self.trouble = reason
 
-    def receive(self, peer: Peer, data: bytes, splitter: StreamSplitter | None = None) -> int:
+    def receive(self, peer: Peer, data: bytes, splitter: StreamSplitter | None = None) -> int | None:
         """Take a datagram, or what `splitter` has to split; returns the number of good messages.
 
-        All who have no session share one limit.
+        What exceeds the limit is not read: None. All who have no session share one limit.
         """
         session = self.sessions.get(peer)
         tap = self._strangers if session is None else session.admit
         if not tap.take(self._host.now, max(1.0, len(data) / LARGE)):
             self._drop(peer, 1)
-            return 0
+            return None
         found, damages = split(data, self._host.autopilot.dialect) if splitter is None else splitter.feed(data)
         self.counts["malformed"] += damages + (not data)
         return self.accept(peer, found, tap)

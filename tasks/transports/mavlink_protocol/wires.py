@@ -110,7 +110,8 @@ class Wire:
 
     def _receive(self, data: bytes) -> None:
         good = self._link.receive(self._peer, data, self._splitter)
-        self.rubbish = 0 if good else self.rubbish + len(data)
+        if good is not None:
+            self.rubbish = 0 if good else self.rubbish + len(data)
 
     def _flush(self) -> None:
         self._flushing = False
@@ -216,7 +217,7 @@ class ListenerLink(Link):
             if peer in self.sessions:
                 wire.look_after()
 
-    def receive(self, peer: Peer, data: bytes, splitter: StreamSplitter | None = None) -> int:
+    def receive(self, peer: Peer, data: bytes, splitter: StreamSplitter | None = None) -> int | None:
         good = super().receive(peer, data, splitter)
         if not good and peer in self._wires and self._wires[peer][0].rubbish > LONGEST_RUBBISH:
             self.counts["cut off"] += 1

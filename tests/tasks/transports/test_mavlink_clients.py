@@ -57,12 +57,12 @@ class Surveyor(Task):
 
 
 @contextlib.contextmanager
-def afloat(flavour):
-    """A vehicle in its own thread, its task Surveyor, and the port that it sends to."""
+def afloat(flavour, link="udpout://127.0.0.1:{port}?flavour={flavour}"):
+    """A vehicle in its own thread, its task Surveyor, and the port of its link."""
     port = free_port()
     vehicle = Vehicle("lauv-noptilus-1", 0x1A, clock=WallClock(), profile=NoProfile())
     surveyor = vehicle.add(Surveyor, "Surveyor")
-    vehicle.add(MAVLink, "Transports.MAVLink", links=[f"udpout:127.0.0.1:{port}:{flavour}"])
+    vehicle.add(MAVLink, "Transports.MAVLink", links=[link.format(port=port, flavour=flavour)])
     vehicle.start()
     thread = threading.Thread(target=vehicle.run, daemon=True)
     thread.start()
@@ -110,9 +110,15 @@ def test_mavsdk():
 class MAVProxy:
     """The console of a MAVProxy process."""
 
-    def __init__(self, port, folder):
+    def __init__(self, port, folder, scheme="udpin"):
         script = Path(sys.executable).with_name("mavproxy.py")
-        command = [sys.executable, "-u", str(script), f"--master=udpin:127.0.0.1:{port}", f"--state-basedir={folder}"]
+        command = [
+            sys.executable,
+            "-u",
+            str(script),
+            f"--master={scheme}:127.0.0.1:{port}",
+            f"--state-basedir={folder}",
+        ]
         self.process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,
@@ -180,3 +186,23 @@ def test_mavproxy(tmp_path):
     ]
     expected = {"roll": 0.1, "pitch": -0.2, "yaw": -1.0, "rollspeed": 0.01, "pitchspeed": 0.02, "yawspeed": -0.03}
     assert {name: attitude[name] for name in expected} == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("link", "scheme"), [("tcpin://127.0.0.1:{port}", "tcp"), ("udpin://127.0.0.1:{port}?key={key}", "udpout")]
+)
+def test_mavproxy_by_tcp_and_signed(tmp_path, link, scheme):
+    key = tmp_path / "mavlink.key"
+    key.write_text("sardines\n")
+    with afloat("ardupilot", link.replace("{key}", str(key))) as (_, port):
+        console = MAVProxy(port, tmp_path, scheme)
+        try:
+            if "key" in link:
+                time.sleep(1.0)
+                assert "Detected vehicle" not in console.output
+                console.expect(r"Setup signing key", "signing key sardines")
+            console.expect(r"Detected vehicle 26:1")
+            console.expect(r"COMPONENT_ARM_DISARM: ACCEPTED\s+ARMED", "arm throttle")
+        finally:
+            console.process.kill()
+            console.process.wait()

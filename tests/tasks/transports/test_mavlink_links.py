@@ -1,12 +1,16 @@
 """Links of every scheme on real sockets and lines: who connects, vanishes, does not read, or sends rubbish."""
 
+import contextlib
 import os
 import socket
+import struct
+import threading
+import time
 
 import pytest
 
 from runtime import State
-from runtime.kernel import ScaledClock
+from runtime.kernel import ScaledClock, WallClock
 from tests.outside import free_port
 from tests.tasks.transports.mavlink_station import (
     HOST,
@@ -253,6 +257,29 @@ def test_a_station_that_does_not_read_gets_what_is_new_and_holds_up_nobody():
     assert told(run) == []
 
 
+def test_a_connection_that_ends_while_it_is_answered_ends_nothing_else():
+    async def script(control):
+        good = TcpStation(control, (HOST, port), system=254)
+        await greet(good)
+        for _ in range(5):
+            station = TcpStation(control, (HOST, port))
+            await greet(station)
+            station.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            station.transmit(b"".join(station.frame("COMMAND_LONG", command=519) for _ in range(20)))
+            station.socket.close()  # by a reset: the answers find nobody
+            for session in mavlink(control).sessions():
+                for _ in range(3):
+                    session.send_now("SYSTEM_TIME", control.now)
+            mavlink(control).pump()
+        await until(control, lambda: len(mavlink(control).sessions()) == 1)
+        await greet(good)
+        assert mavlink(control).network.counts["refused"] == 0
+
+    port = tcp_port()
+    run = sail(script, f"tcpin://{HOST}:{port}", clock=WallClock())
+    assert told(run) == []
+
+
 def test_a_tcp_server_comes_late_goes_and_comes_back():
     async def script(control):
         task = mavlink(control)
@@ -341,3 +368,60 @@ def test_lost_frames_are_counted_for_each_sender():
 
     port = free_port()
     sail(script, f"udpin://{HOST}:{port}")
+
+
+@contextlib.contextmanager
+def flooded(place, data, kind):
+    """Send 1 MB/s from another thread; a connection that is ended is made again."""
+
+    def send():
+        sender, due = None, time.monotonic()
+        while not done.wait(max(0.0, due - time.monotonic())):
+            due += 0.01
+            try:
+                if sender is None:
+                    sender = socket.socket(socket.AF_INET, kind)
+                    sender.connect(place)
+                for begin in range(0, 10_000, 1000):
+                    sender.sendall(data[begin : begin + 1000])
+            except OSError:
+                sender = None
+
+    done = threading.Event()
+    thread = threading.Thread(target=send)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+@pytest.mark.parametrize("scheme", ["udpin", "tcpin"])
+@pytest.mark.parametrize("what", ["noise", "wrong sums", "wrong targets"])
+def test_a_megabyte_of_rubbish_a_second_costs_no_rate(scheme, what):
+    async def script(control):
+        station = Station(control)
+        station.vehicle = (HOST, good)
+        station.order(511, 2, 20_000)
+        await station.expect("SYSTEM_TIME")
+        with flooded((HOST, bad), data, kind):
+            await control.sleep(0.1)
+            station.take()
+            station.inbox.clear()
+            began = control.now
+            for _ in range(25):
+                await control.sleep(0.02)
+                station.take()
+            arrived, passed = sum(m.name == "SYSTEM_TIME" for m in station.inbox), control.now - began
+            await greet(station)
+        assert arrived == pytest.approx(50.0 * passed, abs=2.0)
+        assert mavlink(control).network.counts["dropped"] > 100 or mavlink(control).network.counts["cut off"] > 2
+
+    kind = socket.SOCK_DGRAM if scheme == "udpin" else socket.SOCK_STREAM
+    frame = Station(None).frame("COMMAND_LONG", target_system=99, command=400, param1=1)
+    frames = {"noise": os.urandom(10_000), "wrong sums": frame[:-1] + bytes((frame[-1] ^ 1,)), "wrong targets": frame}
+    data = (frames[what] * 1000)[:10_000]
+    good, bad = free_port(), free_port() if scheme == "udpin" else tcp_port()
+    run = sail(script, f"udpin://{HOST}:{good}", f"{scheme}://{HOST}:{bad}", clock=WallClock())
+    assert len(told(run)) <= 2, "named once each, however many connections are made"
