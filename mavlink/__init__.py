@@ -4,6 +4,7 @@ from mavlink import from_imc, instruments, text
 from mavlink.dialect import Dialect, Fields, load_dialect
 from mavlink.frames import LONGEST_DATAGRAM, Received, StreamSplitter, encode, split
 from mavlink.from_imc import SYSTEMS, system_of
+from mavlink.meanings import ENTITIES
 from mavlink.modes import (
     ARMED,
     CRITICAL,
@@ -22,7 +23,7 @@ from mavlink.modes import (
 from mavlink.signing import UNSIGNED, Signing, SigningTime, parse_key
 from mavlink.text import chunks
 from mavlink.tlog import Recorded, Tlog
-from mavlink.to_imc import AUTOPILOT_NONE, ENTITIES, GROUND_STATION, AutopilotTranslator
+from mavlink.to_imc import AUTOPILOT_NONE, GROUND_STATION, AutopilotTranslator
 
 __all__ = [
     "ARMED",

@@ -1,8 +1,7 @@
 """Translates the MAVLink messages of an autopilot to IMC."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator
-from datetime import UTC, datetime
+from collections.abc import Callable, Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,26 +9,38 @@ import imc
 from imc.coordinates import displace
 from mavlink.dialect import Dialect
 from mavlink.frames import Received
+from mavlink.meanings import (
+    AUTOPILOT,
+    BATTERIES,
+    DEPTH,
+    FIRST_TIME,
+    GPS,
+    IMU,
+    LAST_TIME,
+    NAVIGATION,
+    PRESSURE,
+    SUBMARINE,
+    Fix,
+    Said,
+    distance,
+    entry,
+    magnetic,
+    numbered,
+    pressure,
+    sensed,
+    stamped,
+    state,
+    supply,
+    system_type,
+)
 from mavlink.modes import mode_name
 
 GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
 LONGEST_EXTRAPOLATION = 1.0  # s
 DOWN = 25  # orientation of a DISTANCE_SENSOR
-FIRST_TIME, LAST_TIME = 946_684_800_000_000, 4_102_444_800_000_000  # µs: years 2000 and 2100
 GROUND_STATION = 6  # type in HEARTBEAT
-SUBMARINE = 12
 AUTOPILOT_NONE = 8
-ENTITIES = ("Autopilot", "Navigation", "GPS", "Batteries", "IMU", "Pressure Sensor", "Depth Sensor", "Range Finder")
-"""Labels of the entities that send messages; their ids count from 1."""
-
-_KINDS = {
-    imc.SystemType.UUV: (SUBMARINE,),
-    imc.SystemType.USV: (11,),
-    imc.SystemType.UGV: (10,),
-    imc.SystemType.STATICSENSOR: (0, 5),
-}
 MOST_BATTERIES, MOST_TEXTS = 15, 16
-_Said = Iterable[tuple[str, imc.Message]]
 
 
 class AutopilotTranslator:
@@ -46,9 +57,9 @@ class AutopilotTranslator:
         self._position: Any = None
         self._altitude = -1.0
         self._mode: imc.AutopilotMode | None = None
-        self._date = (0, 0, 0, 0.0)
+        self._utc: float | None = None
         self._texts: dict[int, list[str]] = {}
-        self._handlers: dict[str, Callable[[Any], _Said]] = {
+        self._handlers: dict[str, Callable[[Any], Said]] = {
             "HEARTBEAT": self._heartbeat,
             "ATTITUDE": self._attitude,
             "GLOBAL_POSITION_INT": self._global_position,
@@ -59,8 +70,8 @@ class AutopilotTranslator:
             "SYS_STATUS": _status,
             "BATTERY_STATUS": _battery,
             "VFR_HUD": _speeds,
-            "SCALED_PRESSURE": lambda m: _pressure("Pressure Sensor", m),
-            "SCALED_PRESSURE2": lambda m: _pressure("Depth Sensor", m),
+            "SCALED_PRESSURE": lambda m: _pressure(PRESSURE, m),
+            "SCALED_PRESSURE2": lambda m: _pressure(DEPTH, m),
             "RAW_IMU": _imu,
             "STATUSTEXT": self._text,
         }
@@ -73,21 +84,16 @@ class AutopilotTranslator:
     def hear(self, received: Received, time: float) -> Iterator[tuple[str, imc.Message]]:
         """A message in IMC: labels of entities, and messages with `time` (s since 1970 UTC) in their headers."""
         message = SimpleNamespace(**received.values)
-        for label, said in self._handlers[received.name](message):
-            if isinstance(said, imc.LogBookEntry):
-                said = said.replace(htime=time)
-            elif isinstance(said, imc.Acceleration | imc.AngularVelocity | imc.MagneticField):
-                said = said.replace(time=message.time_usec / 1e6)
-            yield label, said.replace(timestamp=time)
+        yield from stamped(self._handlers[received.name](message), time, getattr(message, "time_usec", 0) / 1e6)
 
     @property
     def system_type(self) -> imc.SystemType:
         """The type of the system in IMC."""
-        return next((kind for kind, types in _KINDS.items() if self.type in types), imc.SystemType.UAV)
+        return system_type(self.type)
 
-    def _heartbeat(self, m: Any) -> _Said:
+    def _heartbeat(self, m: Any) -> Said:
         self.type = m.type
-        yield "Autopilot", imc.Heartbeat()
+        yield AUTOPILOT, imc.Heartbeat()
         autonomy = imc.AutopilotMode.Autonomy
         level = autonomy.AUTO if m.base_mode & 12 else autonomy.ASSISTED if m.base_mode & 16 else autonomy.MANUAL
         mode = imc.AutopilotMode(
@@ -95,29 +101,25 @@ class AutopilotTranslator:
         )
         if mode != self._mode:
             self._mode = mode
-            yield "Autopilot", mode
+            yield AUTOPILOT, mode
 
-    def _global_position(self, m: Any) -> _Said:
+    def _global_position(self, m: Any) -> Said:
         self._position = m
         return ()
 
-    def _distance(self, m: Any) -> _Said:
+    def _distance(self, m: Any) -> Said:
         valid = m.min_distance < m.current_distance < m.max_distance
         if m.orientation == DOWN:
             self._altitude = m.current_distance / 100.0 if valid else -1.0
-        validity = imc.Distance.Validity
-        yield (
-            "Range Finder",
-            imc.Distance(validity=validity.VALID if valid else validity.INVALID, value=m.current_distance / 100.0),
-        )
+        return distance(m.current_distance / 100.0, valid)
 
-    def _range(self, m: Any) -> _Said:
+    def _range(self, m: Any) -> Said:
         self._altitude = m.distance if m.distance > 0.0 else -1.0
         return ()
 
-    def _attitude(self, m: Any) -> _Said:
+    def _attitude(self, m: Any) -> Said:
         position = self._position
-        yield "IMU", imc.EulerAngles(time=m.time_boot_ms / 1e3, phi=m.roll, theta=m.pitch, psi=m.yaw)
+        yield IMU, imc.EulerAngles(time=m.time_boot_ms / 1e3, phi=m.roll, theta=m.pitch, psi=m.yaw)
         if position is None or (position.lat == 0 and position.lon == 0):
             return
         age = (m.time_boot_ms - position.time_boot_ms) / 1e3
@@ -126,75 +128,35 @@ class AutopilotTranslator:
         lat, lon, height = math.radians(position.lat / 1e7), math.radians(position.lon / 1e7), position.alt / 1e3
         lat, lon, height = displace(lat, lon, height, vx * age, vy * age, vz * age)
         depth = max(0.0, vz * age - position.relative_alt / 1e3) if self.type == SUBMARINE else -1.0
-        u, v, w = _to_body(m.roll, m.pitch, m.yaw, vx, vy, vz)
-        yield (
-            "Navigation",
-            imc.EstimatedState(
-                lat=lat,
-                lon=lon,
-                height=height,
-                phi=m.roll,
-                theta=m.pitch,
-                psi=m.yaw,
-                u=u,
-                v=v,
-                w=w,
-                vx=vx,
-                vy=vy,
-                vz=vz,
-                p=m.rollspeed,
-                q=m.pitchspeed,
-                r=m.yawspeed,
-                depth=depth,
-                alt=self._altitude,
-            ),
-        )
+        attitude, rates = (m.roll, m.pitch, m.yaw), (m.rollspeed, m.pitchspeed, m.yawspeed)
+        yield NAVIGATION, state((lat, lon, height), attitude, (vx, vy, vz), rates, depth, self._altitude)
 
-    def _system_time(self, m: Any) -> _Said:
-        if FIRST_TIME < m.time_unix_usec < LAST_TIME:
-            date = datetime.fromtimestamp(m.time_unix_usec / 1e6, UTC)
-            seconds = date.hour * 3600 + date.minute * 60 + date.second + date.microsecond / 1e6
-            self._date = (date.year, date.month, date.day, seconds)
+    def _system_time(self, m: Any) -> Said:
+        if FIRST_TIME < m.time_unix_usec / 1e6 < LAST_TIME:
+            self._utc = m.time_unix_usec / 1e6
         return ()
 
-    def _gps(self, m: Any) -> _Said:
-        flags, kinds = imc.GpsFix.Validity, imc.GpsFix.Type
-        validity, (year, month, day, seconds) = 0, self._date
-        if year:
-            validity |= flags.VALID_DATE | flags.VALID_TIME
-        for good, flag in (
-            (m.fix_type >= 2, flags.VALID_POS),
-            (m.cog != 0xFFFF, flags.VALID_COG),
-            (m.vel != 0xFFFF, flags.VALID_SOG),
-            (m.eph != 0xFFFF, flags.VALID_HDOP),
-            (m.epv != 0xFFFF, flags.VALID_VDOP),
-            (m.h_acc != 0, flags.VALID_HACC),
-            (m.v_acc != 0, flags.VALID_VACC),
-        ):
-            validity |= flag if good else 0
-        yield (
-            "GPS",
-            imc.GpsFix(
-                validity=validity,
-                type=kinds.DIFFERENTIAL if m.fix_type >= 4 else kinds.STANDALONE,
-                utc_year=year,
-                utc_month=month,
-                utc_day=day,
-                utc_time=seconds,
-                lat=math.radians(m.lat / 1e7),
-                lon=math.radians(m.lon / 1e7),
-                height=(m.alt_ellipsoid or m.alt) / 1e3,
-                satellites=0 if m.satellites_visible == 0xFF else m.satellites_visible,
-                cog=math.radians(m.cog / 100.0) if m.cog != 0xFFFF else 0.0,
-                sog=m.vel / 100.0 if m.vel != 0xFFFF else 0.0,
-                hdop=m.eph / 100.0 if m.eph != 0xFFFF else 0.0,
-                vdop=m.epv / 100.0 if m.epv != 0xFFFF else 0.0,
-                hacc=m.h_acc / 1e3,
-                vacc=m.v_acc / 1e3,
-            ),
-        )
+    def _gps(self, m: Any) -> Said:
+        def known(value: int, scale: float, missing: int = 0xFFFF) -> float | None:
+            return value / scale if value != missing else None
 
-    def _text(self, m: Any) -> _Said:
+        fix = Fix(
+            m.fix_type,
+            m.lat / 1e7,
+            m.lon / 1e7,
+            (m.alt_ellipsoid or m.alt) / 1e3,
+            utc=self._utc,
+            satellites=m.satellites_visible if m.satellites_visible != 0xFF else None,
+            sog=known(m.vel, 100.0),
+            cog=known(m.cog, 100.0),
+            hdop=known(m.eph, 100.0),
+            vdop=known(m.epv, 100.0),
+            hacc=known(m.h_acc, 1e3, 0),
+            vacc=known(m.v_acc, 1e3, 0),
+        )
+        yield GPS, fix.message()
+
+    def _text(self, m: Any) -> Said:
         """A text comes in one piece, or in pieces of 50 characters, the last of them shorter."""
         text, number = m.text.decode("utf-8", "replace"), m.id
         if number:
@@ -206,62 +168,43 @@ class AutopilotTranslator:
             if len(text) >= 50:
                 return
             text = "".join(self._texts.pop(number))
-        types = imc.LogBookEntry.Type
-        critical, severity = types.CRITICAL, int(m.severity)
-        kinds = (critical, critical, critical, types.ERROR, types.WARNING, types.INFO, types.INFO, types.DEBUG)
-        yield "Autopilot", imc.LogBookEntry(type=kinds[min(severity, 7)], context="STATUSTEXT", text=text)
+        yield AUTOPILOT, entry(int(m.severity), "STATUSTEXT", text)
 
 
-def _status(m: Any) -> _Said:
-    return _supply("Batteries", m.voltage_battery, m.current_battery, m.battery_remaining)
+def _status(m: Any) -> Said:
+    return _supply(BATTERIES, m.voltage_battery, m.current_battery, m.battery_remaining)
 
 
-def _battery(m: Any) -> _Said:
+def _battery(m: Any) -> Said:
     """Batteries after the first one, which is in SYS_STATUS."""
     if m.id == 0 or m.id > MOST_BATTERIES:
         return ()
     cells = [cell for cell in m.voltages if cell != 0xFFFF]
     total = sum(cells) if cells else 0xFFFF  # integers
-    return _supply(f"Batteries {m.id + 1}", total, m.current_battery, m.battery_remaining)
+    return _supply(numbered(BATTERIES, m.id), total, m.current_battery, m.battery_remaining)
 
 
-def _supply(label: str, millivolts: int, centiamperes: int, percent: int) -> _Said:
-    if millivolts != 0xFFFF:
-        yield label, imc.Voltage(value=millivolts / 1e3)
-    if centiamperes != -1:
-        yield label, imc.Current(value=centiamperes / 100.0)
-    if percent != -1:
-        yield label, imc.FuelLevel(value=percent)
-
-
-def _speeds(m: Any) -> _Said:
-    yield "Autopilot", imc.IndicatedSpeed(value=m.airspeed)
-    yield "Autopilot", imc.TrueSpeed(value=m.groundspeed)
-    yield "Autopilot", imc.Throttle(value=m.throttle)
-
-
-def _pressure(label: str, m: Any) -> _Said:
-    yield label, imc.Pressure(value=m.press_abs)
-    yield label, imc.Temperature(value=m.temperature / 100.0)
-
-
-def _imu(m: Any) -> _Said:
-    g = GRAVITY / 1e3
-    yield "IMU", imc.Acceleration(x=m.xacc * g, y=m.yacc * g, z=m.zacc * g)
-    yield "IMU", imc.AngularVelocity(x=m.xgyro / 1e3, y=m.ygyro / 1e3, z=m.zgyro / 1e3)
-    if m.xmag or m.ymag or m.zmag:
-        yield "IMU", imc.MagneticField(x=m.xmag / 1e3, y=m.ymag / 1e3, z=m.zmag / 1e3)
-
-
-def _to_body(phi: float, theta: float, psi: float, north: float, east: float, down: float) -> tuple[float, ...]:
-    """A north-east-down vector in the body frame; as in `world.attitude`, which this package cannot import."""
-    cphi, sphi, ct, st, cpsi, spsi = *_cs(phi), *_cs(theta), *_cs(psi)
-    return (
-        ct * cpsi * north + ct * spsi * east - st * down,
-        (sphi * st * cpsi - cphi * spsi) * north + (sphi * st * spsi + cphi * cpsi) * east + sphi * ct * down,
-        (cphi * st * cpsi + sphi * spsi) * north + (cphi * st * spsi - sphi * cpsi) * east + cphi * ct * down,
+def _supply(label: str, millivolts: int, centiamperes: int, percent: int) -> Said:
+    return supply(
+        label,
+        millivolts / 1e3 if millivolts != 0xFFFF else None,
+        centiamperes / 100.0 if centiamperes != -1 else None,
+        percent if percent != -1 else None,
     )
 
 
-def _cs(angle: float) -> tuple[float, float]:
-    return math.cos(angle), math.sin(angle)
+def _speeds(m: Any) -> Said:
+    yield AUTOPILOT, imc.IndicatedSpeed(value=m.airspeed)
+    yield AUTOPILOT, imc.TrueSpeed(value=m.groundspeed)
+    yield AUTOPILOT, imc.Throttle(value=m.throttle)
+
+
+def _pressure(label: str, m: Any) -> Said:
+    return pressure(label, m.press_abs, m.temperature / 100.0)
+
+
+def _imu(m: Any) -> Said:
+    g = GRAVITY / 1e3
+    gyro, acceleration = (m.xgyro / 1e3, m.ygyro / 1e3, m.zgyro / 1e3), (m.xacc * g, m.yacc * g, m.zacc * g)
+    yield from sensed(IMU, gyro, acceleration)
+    yield from magnetic(IMU, (m.xmag / 1e3, m.ymag / 1e3, m.zmag / 1e3))
