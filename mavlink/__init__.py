@@ -1,10 +1,10 @@
 """MAVLink without sockets: messages, frames, .tlog files, and conversion to and from IMC."""
 
-from mavlink import from_imc, instruments, text
+from mavlink import dataflash, from_dataflash, from_imc, from_ulog, instruments, text, ulog
 from mavlink.dialect import Dialect, Fields, load_dialect
 from mavlink.frames import LONGEST_DATAGRAM, Received, StreamSplitter, encode, split
 from mavlink.from_imc import SYSTEMS, system_of
-from mavlink.meanings import ENTITIES
+from mavlink.meanings import ENTITIES, Flight
 from mavlink.modes import (
     ARMED,
     CRITICAL,
@@ -20,6 +20,7 @@ from mavlink.modes import (
     mode_of,
     moving,
 )
+from mavlink.records import Record
 from mavlink.signing import UNSIGNED, Signing, SigningTime, parse_key
 from mavlink.text import chunks
 from mavlink.tlog import Recorded, Tlog
@@ -44,17 +45,22 @@ __all__ = [
     "Dialect",
     "Fields",
     "Flavour",
+    "Flight",
     "Kind",
     "Mode",
     "Received",
+    "Record",
     "Recorded",
     "Signing",
     "SigningTime",
     "StreamSplitter",
     "Tlog",
     "chunks",
+    "dataflash",
     "encode",
+    "from_dataflash",
     "from_imc",
+    "from_ulog",
     "instruments",
     "load_dialect",
     "mode_of",
@@ -63,4 +69,5 @@ __all__ = [
     "split",
     "system_of",
     "text",
+    "ulog",
 ]

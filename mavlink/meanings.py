@@ -12,6 +12,8 @@ ENTITIES = ("Autopilot", "Navigation", "GPS", "Batteries", "IMU", "Pressure Sens
 """Labels of the entities that send messages; their ids count from 1."""
 
 AUTOPILOT, NAVIGATION, GPS, BATTERIES, IMU, PRESSURE, DEPTH, RANGE = ENTITIES
+DOWN = 25  # orientation of what measures distances
+LONGEST_EXTRAPOLATION = 1.0  # s
 FIRST_TIME, LAST_TIME = 946_684_800.0, 4_102_444_800.0  # s: years 2000 and 2100
 SUBMARINE = 12  # MAV_TYPE
 MOST_TOGETHER = 100  # parameters in one message
@@ -165,6 +167,19 @@ def stamped(said: Said, time: float, measured: float) -> Iterator[tuple[str, imc
         elif isinstance(message, imc.Acceleration | imc.AngularVelocity | imc.MagneticField):
             message = message.replace(time=measured)
         yield label, message.replace(timestamp=time)
+
+
+@dataclass(slots=True)
+class Flight:
+    """What is known of a vehicle before its log is translated; `start` is the UTC time at which its clock was 0."""
+
+    system: int = 1
+    type: int = 0
+    start: float | None = None
+
+    @property
+    def system_type(self) -> imc.SystemType:
+        return system_type(self.type)
 
 
 @dataclass

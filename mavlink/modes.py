@@ -131,7 +131,7 @@ PX4_MODES: Mapping[Mode, tuple[int, ...]] = {
     Mode.LAND: (4 << 16 | 6 << 24,),
 }
 
-PX4 = 12  # MAV_AUTOPILOT
+ARDUPILOT, PX4 = 3, 12  # MAV_AUTOPILOT
 PX4_NAMES: Mapping[tuple[int, int], str] = {
     (1, 0): "MANUAL",
     (2, 0): "ALTCTL",

@@ -13,10 +13,12 @@ from mavlink.meanings import (
     AUTOPILOT,
     BATTERIES,
     DEPTH,
+    DOWN,
     FIRST_TIME,
     GPS,
     IMU,
     LAST_TIME,
+    LONGEST_EXTRAPOLATION,
     NAVIGATION,
     PRESSURE,
     SUBMARINE,
@@ -36,8 +38,6 @@ from mavlink.meanings import (
 from mavlink.modes import mode_name
 
 GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
-LONGEST_EXTRAPOLATION = 1.0  # s
-DOWN = 25  # orientation of a DISTANCE_SENSOR
 GROUND_STATION = 6  # type in HEARTBEAT
 AUTOPILOT_NONE = 8
 MOST_BATTERIES, MOST_TEXTS = 15, 16

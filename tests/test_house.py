@@ -37,7 +37,7 @@ OPEN = {  # modules that are imported as they are
     "runtime.testing",
     *("imc.coordinates.arrays", "imc.schema.yamltree"),  # need NumPy and PyYAML, which are slow to import
     *(f"shoal.logs.export.{form}" for form in ("mcap", "netcdf", "parquet", "csv", "llf")),  # need their libraries
-    *("shoal.logs.edit.mcap_import", "shoal.logs.edit.tlog_import"),
+    *("shoal.logs.edit.mcap_import", "shoal.logs.edit.tlog_import", "shoal.logs.edit.flight_import"),
     "runtime.vehicle.vehicle",  # its file's name ends what is shown of a traceback
     "runtime.kernel.kernel",
 }

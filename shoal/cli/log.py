@@ -16,7 +16,7 @@ COMMANDS = {
     "report": ("shoal.cli.log_report", "Draw a log as one HTML page: track, depth, states, errors, plans."),
     "doctor": ("shoal.cli.log_doctor", "Find what is wrong with a log, and repair it."),
     "export": ("shoal.cli.log_export", "Write a log as MCAP, NetCDF, Parquet, CSV or LLF."),
-    "import": ("shoal.cli.log_export", "Convert an MCAP or .tlog file to a log."),
+    "import": ("shoal.cli.log_export", "Convert an MCAP, .tlog, .BIN or .ulg file to a log."),
 }
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple, TypeAlias
 import click
 
 import imc
+from imc.lsf import ReportShare
 from runtime.logs import summarize
 from runtime.problem import printable
 from shoal.cli.log_change import TIMES, read_time, split_words
@@ -108,24 +109,23 @@ def export(
 @click.command()
 @click.argument("file", type=LOG)
 @click.argument("out", type=LOG, required=False)
-@click.option("--system", default="", help="A name for the first vehicle of a .tlog file; mavlink-<id> by default.")
+@click.option("--system", default="", help="A name for the vehicle, the first one of a .tlog; mavlink-<id> by default.")
 @click.option("--force", is_flag=True, help="Write to an existing folder, and replace the log in it.")
 def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
-    """Convert FILE, an MCAP of `shoal log export` or a MAVLink .tlog, to a log in the folder OUT.
+    """Convert FILE to a log in the folder OUT: an MCAP of `shoal log export`, a MAVLink .tlog, the .BIN of an
+    ArduPilot, or the .ulg of a PX4.
 
-    An MCAP gives the same log, packet for packet. Each autopilot of a .tlog becomes a system, and its MAVLink messages
-    become IMC messages: state, GPS, batteries, sensors, modes, texts.
+    An MCAP gives the same log, packet for packet. Each autopilot becomes a system, and what it measured, did and said
+    becomes IMC messages: state, GPS, batteries, sensors, modes, missions, parameters, texts.
     """
     out = out or Path(file.stem)
     with refusals():
         if file.exists() and not file.is_file():  # a device has no end, and a pipe would be waited for
             raise ValueError(f"{file}: not a regular file")
-        with file.open("rb") as opened:
-            mcap = opened.read(len(MCAP_MAGIC)) == MCAP_MAGIC
-        with _extra("analysis" if mcap else "mavlink"):
-            write = _mcap_reader() if mcap else _tlog_reader(system)
-        with new_folder(out, force) as part, progress(file) as tell:
-            warnings = write(file, part, tell)
+        with _extra("analysis" if _begins(file, MCAP_MAGIC) else "mavlink"):
+            write = _reader(file, system)
+            with new_folder(out, force) as part, progress(file) as tell:
+                warnings = write(file, part, tell)
         packets = len(imc.Log(out))
     click.echo(printable(f"{number(packets, 'message')}: {out}"))
     for warning in warnings:
@@ -150,18 +150,35 @@ def _writer(form: str, raw: bool, images: bool) -> Writer:
     return lambda source, path, tell: write(source, path, raw, images, tell)
 
 
-def _mcap_reader() -> Callable[[Path, Path, ReportBytes], list[str]]:
-    from shoal.logs.edit.mcap_import import import_mcap
+def _begins(file: Path, magic: bytes) -> bool:
+    with file.open("rb") as opened:
+        return opened.read(len(magic)) == magic
 
-    return lambda file, folder, _: import_mcap(file, folder)
 
+def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportShare], list[str]]:
+    """What imports a file: by how it begins or, if its beginning is damaged, by its name; a .tlog begins anyhow."""
+    if not file.stat().st_size:
+        raise ValueError(f"{file}: the file is empty")
+    if _begins(file, MCAP_MAGIC):
+        from shoal.logs.edit.mcap_import import import_mcap
 
-def _tlog_reader(system: str) -> Callable[[Path, Path, ReportBytes], list[str]]:
+        return lambda path, folder, _: import_mcap(path, folder)
+    from mavlink import dataflash, ulog
+    from shoal.logs.edit.flight_import import import_dataflash, import_ulog
     from shoal.logs.edit.tlog_import import import_tlog
 
-    def read(file: Path, folder: Path, tell: ReportBytes) -> list[str]:
-        done = import_tlog(file, folder, system, tell)
-        return [f"{number(done.lost, 'byte')} of {file} skipped: not in a MAVLink frame"] if done.lost else []
+    ending = file.suffix.lower()
+    if _begins(file, ulog.MAGIC) or ending == ".ulg":
+        convert = import_ulog
+    elif _begins(file, dataflash.HEAD) or ending == ".bin":
+        convert = import_dataflash
+    else:
+        convert = import_tlog
+
+    def read(path: Path, folder: Path, tell: ReportShare) -> list[str]:
+        done = convert(path, folder, system, tell)
+        lost = f"{number(done.lost, 'byte')} of {path} skipped: in no whole record"
+        return [*([lost] if done.lost else []), *done.notes]
 
     return read
 

@@ -20,7 +20,7 @@ from shoal.logs.whole_run import as_one, newest_log
 
 F = TypeVar("F", bound=Callable[..., Any])
 LOG = click.Path(path_type=Path)
-IMPORTED = (".mcap", ".tlog")
+IMPORTED = (".mcap", ".tlog", ".bin", ".ulg")
 MOST_REASONS = 3
 
 

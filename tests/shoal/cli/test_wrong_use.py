@@ -110,7 +110,7 @@ MISTAKES = [
     (f"log merge {LOG} nothere -o out", "nothere: no such log"),
     (f"log export {LOG} out.xyz", "unknown ending '.xyz'"),
     (f"log report {LOG} -o rubbish/page.html", "Not a directory"),
-    ("log import rubbish out", "rubbish: neither an MCAP file nor a .tlog"),
+    ("log import rubbish out", "rubbish: not an MCAP, .tlog, .BIN or .ulg file"),
     ("log import nothere out", "nothere: No such file or directory"),
     ("log import /dev/zero out", "/dev/zero: not a regular file"),
     ("log import pipe out", "pipe: not a regular file"),

@@ -11,7 +11,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 import imc
 from mavlink import AutopilotTranslator, Tlog, load_dialect
-from shoal.logs.edit.tlog_import import BadTlog, import_tlog
+from shoal.logs.edit.imported import NothingToImport
+from shoal.logs.edit.tlog_import import import_tlog
 
 TLOG = Path(__file__).parents[3] / "data" / "logs" / "ardusub.tlog"
 DIALECT = load_dialect()
@@ -173,5 +174,5 @@ def test_good_frames_around_damage_are_found(tmp_path):
 
 @pytest.mark.parametrize("data", [b"", b"not a log of MAVLink" * 100, Recorder(255).add(1.7e9, heartbeat(6)).data])
 def test_files_without_an_autopilot_are_refused(tmp_path, data):
-    with pytest.raises(BadTlog, match=r"a\.tlog"):
+    with pytest.raises(NothingToImport, match=r"a\.tlog"):
         imported(tmp_path, data)

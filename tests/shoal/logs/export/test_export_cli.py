@@ -9,6 +9,8 @@ from click.testing import CliRunner
 
 import imc
 from shoal.cli import main
+from shoal.logs.edit.tlog_import import import_tlog
+from tests.mavlink.flights import DataFlashWriter, ULogWriter
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 HEADER = {"src": 0x1A, "src_ent": 7}
@@ -126,7 +128,7 @@ def test_empty_logs_and_other_files_are_refused(shoal, make_log, tmp_path):
     assert shoal("export", tmp_path / "nowhere")[0] == 2
     (tmp_path / "a.tlog").write_bytes(b"garbage" * 100)
     code, said = shoal("import", "a.tlog")
-    assert (code, "a.tlog: neither an MCAP file nor a .tlog: no autopilot in its 700 bytes" in said) == (2, True)
+    assert (code, "a.tlog: not an MCAP, .tlog, .BIN or .ulg file: no autopilot in its 700 bytes" in said) == (2, True)
     assert not (tmp_path / "a").exists()
 
 
@@ -140,6 +142,39 @@ def test_a_tlog_is_imported_under_a_name(shoal, tmp_path):
     assert code == 0
     assert "337 bytes" in said
     assert next(imc.Log(tmp_path / "dive").messages("Announce")).sys_name == "bluerov"
+
+
+FLIGHTS = {
+    "a.BIN": DataFlashWriter().add(1.0, "MSG", Message="ArduSub V4.1.1").data,
+    "a.ulg": ULogWriter().text(1.0, 6, "hello").text(2.0, 6, "again").data,
+}
+
+
+@pytest.mark.parametrize("name", FLIGHTS)
+def test_the_logs_of_autopilots_are_imported_and_what_is_damaged_is_told(shoal, tmp_path, name):
+    (tmp_path / name).write_bytes(FLIGHTS[name] + bytes(100) + FLIGHTS[name][-100:])
+    code, said = shoal("import", name, "flight")
+    assert (code, f"bytes of {name} skipped: in no whole record" in said) == (0, True), said
+    assert f"{name}: no GPS has told the time" in said
+    assert imc.Log(tmp_path / "flight").counts()["Announce"] == 1
+
+
+@pytest.mark.parametrize("name", ["a.BIN", "a.ulg", "a.tlog", "a"])
+@pytest.mark.parametrize("data", [b"", b"\xff" * 5_000_000], ids=["empty", "garbage"])
+def test_garbage_is_refused_by_name_and_leaves_no_folder(shoal, tmp_path, name, data):
+    (tmp_path / name).write_bytes(data)
+    code, said = shoal("import", name, "flight")
+    assert (code, f"{name}: " in said, len(said) < 200) == (2, True, True), said
+    assert not (tmp_path / "flight").exists()
+
+
+def test_progress_is_a_share_of_the_file(tmp_path):
+    """It was the number of bytes, so the bar was full at once."""
+    told = []
+    (tmp_path / "log").mkdir()
+    import_tlog(LOGS / "ardusub.tlog", tmp_path / "log", progress=told.append)
+    assert told
+    assert all(0.0 < share <= 1.0 for share in told)
 
 
 def test_a_missing_extra_is_named(shoal, rpms, monkeypatch):

@@ -1,0 +1,82 @@
+"""What the imports of autopilots' logs share: the log that is written, and what is said of it."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import imc
+from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
+from imc.lsf import LsfWriter, packed_schema
+from mavlink import ENTITIES
+from runtime.profile import derived_id, load_profile, own_etc
+
+
+class NothingToImport(ValueError):
+    """A file from which nothing can be imported; the text says which, and why."""
+
+
+@dataclass
+class Imported:
+    """What was imported: records in the file, bytes outside of them, IMC messages written, by system.
+
+    notes: what a person should know of it.
+    """
+
+    records: int = 0
+    lost: int = 0
+    messages: dict[str, int] = field(default_factory=dict[str, int])
+    notes: list[str] = field(default_factory=list[str])
+
+
+class SystemLog:
+    """One system of a log that is written: it introduces itself before its first message."""
+
+    def __init__(self, writer: LsfWriter, name: str, log: str) -> None:
+        self.name = name
+        self.count = 0
+        self._writer = writer
+        self._log = log
+        self._id = _address(name)
+        self._labels = {label: number for number, label in enumerate(ENTITIES, 1)}
+
+    def introduce(self, time: float, kind: imc.SystemType) -> None:
+        """Write what a log begins with, unless it is there."""
+        if self.count:
+            return
+        self._say(ENTITIES[0], imc.LoggingControl(timestamp=time, op=imc.LoggingControl.Op.STARTED, name=self._log))
+        self._say(ENTITIES[0], imc.Announce(timestamp=time, sys_name=self.name, sys_type=kind))
+        for label in ENTITIES:
+            self._name(label, time)
+
+    def write(self, said: Iterable[tuple[str, imc.Message]]) -> None:
+        """Write messages with their times, after the labels of their entities."""
+        for label, message in said:
+            if label not in self._labels:
+                self._name(label, message.timestamp)
+            self._say(label, message)
+
+    def stop(self, time: float) -> None:
+        self._say(ENTITIES[0], imc.LoggingControl(timestamp=time, op=imc.LoggingControl.Op.STOPPED, name=self._log))
+
+    def _name(self, label: str, time: float) -> None:
+        entity = self._labels.setdefault(label, len(self._labels) + 1)
+        self._write(entity, imc.EntityInfo(timestamp=time, id=entity, label=label, component="MAVLink"))
+
+    def _say(self, label: str, message: imc.Message) -> None:
+        self._write(self._labels[label], message)
+
+    def _write(self, entity: int, message: imc.Message) -> None:
+        packet = imc.encode_as(message, message.timestamp, self._id, entity, UNKNOWN_SYSTEM, UNKNOWN_ENTITY)
+        self._writer.write(packet)
+        self.count += 1
+
+
+def open_writer(folder: Path) -> LsfWriter:
+    """Data.lsf.gz of a new log, with its definitions beside it."""
+    (folder / "IMC.xml.gz").write_bytes(packed_schema(imc.builtin()))
+    return LsfWriter(folder / "Data.lsf.gz")
+
+
+def _address(name: str) -> int:
+    systems = load_profile(own_etc() / "common" / "imc-addresses.ini", vehicle=name).systems
+    return systems.get(name, derived_id(name))
