@@ -2,6 +2,7 @@
 
 from mavlink import dataflash, from_dataflash, from_imc, from_ulog, instruments, text, ulog
 from mavlink.dialect import Dialect, Fields, load_dialect
+from mavlink.dialogues import DialogueTranslator
 from mavlink.frames import LONGEST_DATAGRAM, Received, StreamSplitter, encode, split
 from mavlink.from_imc import SYSTEMS, system_of
 from mavlink.meanings import ENTITIES, Flight
@@ -43,6 +44,7 @@ __all__ = [
     "UNSIGNED",
     "AutopilotTranslator",
     "Dialect",
+    "DialogueTranslator",
     "Fields",
     "Flavour",
     "Flight",

@@ -4,7 +4,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from imc.lsf import ReportShare
-from mavlink import AUTOPILOT_NONE, GROUND_STATION, AutopilotTranslator, Dialect, Tlog, load_dialect
+from mavlink import (
+    AUTOPILOT_NONE,
+    GROUND_STATION,
+    AutopilotTranslator,
+    Dialect,
+    DialogueTranslator,
+    Received,
+    Tlog,
+    load_dialect,
+)
 from shoal.logs.edit.imported import Imported, NothingToImport, SystemLog, open_writer
 
 AUTOPILOT = 1  # component
@@ -14,6 +23,14 @@ AUTOPILOT = 1  # component
 class _System:
     log: SystemLog
     translator: AutopilotTranslator
+    dialogues: DialogueTranslator
+
+    def hear(self, message: Received, time: float) -> None:
+        self.log.introduce(time, self.translator.system_type)
+        if message.component == AUTOPILOT and message.name in self.translator.kinds:
+            self.log.write(self.translator.hear(message, time))
+        if message.name in self.dialogues.kinds:
+            self.log.write(self.dialogues.hear(message, time))
 
 
 def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None) -> Imported:
@@ -31,31 +48,36 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportShar
     writer = open_writer(folder)
     try:
         systems: dict[int, _System] = {}
-        for number, kind in kinds.items():
+        for number, (kind, autopilot) in kinds.items():
             name = system if system and not systems else f"mavlink-{number}"
-            systems[number] = _System(SystemLog(writer, name, path.stem), AutopilotTranslator(dialect, kind))
-        for number, (time, message) in enumerate(tlog.read(AutopilotTranslator(dialect).kinds)):
+            dialogues = DialogueTranslator(dialect, number, kind, autopilot)
+            systems[number] = _System(SystemLog(writer, name, path.stem), AutopilotTranslator(dialect, kind), dialogues)
+        wanted = frozenset[str]().union(*(heard.translator.kinds | heard.dialogues.kinds for heard in systems.values()))
+        for number, (time, message) in enumerate(tlog.read(wanted)):
             heard = systems.get(message.system)
             if heard is not None and message.component == AUTOPILOT:
-                heard.log.introduce(time, heard.translator.system_type)
-                heard.log.write(heard.translator.hear(message, time))
+                heard.hear(message, time)
                 last = time
+            asked = systems.get(message.values.get("target_system", 0)) if heard is None else None
+            if asked is not None and asked.log.count:  # a station has told it something
+                asked.hear(message, time)
             if number % 1000 == 0:
                 progress(tlog.position / tlog.size)
         for heard in systems.values():
+            heard.log.write(heard.dialogues.finish(last))
             heard.log.stop(last)
     finally:
         writer.close()
     return Imported(tlog.frames, tlog.lost, {heard.log.name: heard.log.count for heard in systems.values()})
 
 
-def _kinds(path: Path, dialect: Dialect) -> dict[int, int]:
-    """MAV_TYPE of the systems with an autopilot, by MAVLink id."""
-    found: dict[int, int] = {}
+def _kinds(path: Path, dialect: Dialect) -> dict[int, tuple[int, int]]:
+    """MAV_TYPE and MAV_AUTOPILOT of the systems with an autopilot, by MAVLink id."""
+    found: dict[int, tuple[int, int]] = {}
     for _, message in Tlog(path, dialect).read(frozenset({"HEARTBEAT"})):
         if message.system in found or message.component != AUTOPILOT:
             continue
         kind, autopilot = message.values["type"], message.values["autopilot"]
         if kind != GROUND_STATION and autopilot != AUTOPILOT_NONE:
-            found[message.system] = kind
+            found[message.system] = kind, autopilot
     return found
