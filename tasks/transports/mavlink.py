@@ -25,6 +25,7 @@ from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, SOON, Session, addressed
 from tasks.transports.mavlink_protocol.streams import STREAMS
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
+from tasks.transports.mavlink_protocol.telemetry_log import TelemetryLogs
 
 Action = Callable[[MavlinkSystem, float], object]
 Offered = imc.AnnounceService.ServiceType
@@ -93,6 +94,8 @@ class MAVLink(Task):
     )
     peer_timeout: float = param(30.0, "s", "Silence after which a ground station is forgotten.", minimum=1)
 
+    tlog: bool = param(False, "", "Record all frames in the folder of the log, as Data.tlog.", editable=False)
+
     def configure(self) -> None:
         if not self.links:
             raise ParameterError("Links", "is empty: add a link, or disable the task")
@@ -134,6 +137,9 @@ class MAVLink(Task):
         )
         for kind in {value.kind for value in self.autopilot.named_values} - set(get_args(Heard)):
             self.vehicle.bus.subscribe(Subscription(kind, self.note, self))
+        self.recorder = TelemetryLogs(self.autopilot.dialect, logs, self.log.warning) if self.tlog else None
+        if self.recorder is not None:
+            self.recorder.enter(self.vehicle.log_folder)
         told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.autopilot.system}")
         self.publish(imc.AnnounceService(service=str(told), service_type=Offered.LOCAL | Offered.EXTERNAL))
         self.shown = self.autopilot.shown
@@ -143,10 +149,14 @@ class MAVLink(Task):
         self.network.close()
         self.autopilot.transfers.close()
         self.keys.close()
+        if self.recorder is not None:
+            self.recorder.close()
 
     @periodic(1.0)
     def look_after_links(self) -> None:
         """Forget silent peers and old figures, retry links that could not be opened, and report the state."""
+        if self.recorder is not None:
+            self.recorder.flush()
         self.autopilot.forget_old(self.now)
         self.autopilot.helm.look_after(self.now)
         self.autopilot.transfers.forget_silent(self.now)
@@ -171,6 +181,8 @@ class MAVLink(Task):
     def meet(self, link: Link, transmit: Callable[[bytes], object]) -> Session:
         route = link.route
         flavour, line = route.flavour, route.speed
+        if self.recorder is not None:
+            transmit = self.recorder.sending(flavour, transmit, lambda: self.now)
         return Session(
             self.autopilot, flavour, transmit, self.now, self.speed, line=line, low=route.low, sign=link.signer
         )
@@ -187,6 +199,8 @@ class MAVLink(Task):
             link.refuse(peer)
             return
         session.receipts.note(message)
+        if self.recorder is not None:
+            self.recorder.hear(session.flavour, message, self.now)
         if addressed(message, self.autopilot.system):
             self.obey(session, message)
         else:
@@ -272,6 +286,12 @@ class MAVLink(Task):
         self.values[entry.id] = entry.value
         for session in self.sessions():
             session.send_parameter(entry)
+
+    @consume
+    def follow_log(self, log: imc.LoggingControl) -> None:
+        """Record where the vehicle logs now."""
+        if self.recorder is not None:
+            self.recorder.follow(log)
 
     @consume(others=True)
     def meet_vehicle(self, other: imc.Announce) -> None:

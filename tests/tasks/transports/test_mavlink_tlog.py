@@ -1,0 +1,209 @@
+"""The recording of MAVLink links in the folder of the log: read by pymavlink, and imported."""
+
+import resource
+from collections import Counter
+
+import pytest
+from pymavlink import mavutil
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+import imc
+from mavlink import FLAVOURS, Tlog, encode, load_dialect, split
+from runtime.kernel import parse_clock
+from runtime.profile import load_profile
+from runtime.testing import simulate
+from runtime.vehicle import build
+from shoal.logs.edit.tlog_import import import_tlog
+from tasks.transports.logging import Logging
+from tasks.transports.mavlink import MAVLink
+from tasks.transports.mavlink_protocol.telemetry_log import MOST_WAITING, TelemetryLogs
+from tests.outside import free_ports
+from tests.tasks.transports.mavlink_station import DIALECT, HOST, STATE, Station
+
+SIGNED, ARDUPILOT = 0x01, FLAVOURS["ardupilot"]
+Op = imc.LoggingControl.Op
+
+
+def frame(number=0):
+    definition = DIALECT.by_name["HEARTBEAT"]
+    return encode(definition, definition.pack({"type": 12, "autopilot": 3}), number % 256, 26, 1)
+
+
+def theirs(path):
+    """What pymavlink reads: names by the system that sent them, and times."""
+    file, names, times = mavutil.mavlink_connection(str(path)), Counter(), []
+    while (message := file.recv_msg()) is not None:
+        names[message.get_srcSystem(), message.get_type()] += 1
+        times.append(message._timestamp)
+    return names, times
+
+
+@pytest.fixture
+def sail(tmp_path):
+    def run(script, *links, seconds=30.0, **parameters):
+        async def through(control):
+            await script(control)
+            control.task.vehicle.stop()
+
+        tasks = [(Logging, {"flush_interval": 1.0}), (MAVLink, {"links": list(links), "tlog": True, **parameters})]
+        return simulate(tasks, [STATE], seconds=seconds, log_root=tmp_path, script=through)
+
+    return run
+
+
+def test_all_frames_of_both_sides_are_recorded_and_can_be_read_and_imported(sail, tmp_path):
+    async def script(control):
+        await station.meet_with(control)
+        station.order(400, 1, target=26)
+        await station.expect("COMMAND_ACK")
+        await control.sleep(3.0)
+        received.update((m.system, m.name) for m in station.all)
+
+    class Noting(Station):
+        def __init__(self):
+            super().__init__(None, port)
+            self.all = []
+
+        async def meet_with(self, control):
+            self.script = control
+            await self.meet()
+
+        def take(self):
+            before = len(self.inbox)
+            super().take()
+            self.all += self.inbox[before:]
+            return self.inbox
+
+    port, other = free_ports(2)
+    received, station = Counter(), Noting()
+    sail(script, f"udpout:{HOST}:{port}:ardupilot", f"udpout:{HOST}:{other}:px4")
+    station.socket.close()
+    (path,) = tmp_path.rglob("Data.tlog")
+    names, times = theirs(path)
+    (system,) = {system for system, _ in received}
+    assert all(0 <= names[key] - count <= 30 for key, count in received.items()), (names, received)
+    assert (names[255, "HEARTBEAT"], names[255, "COMMAND_LONG"], names[system, "COMMAND_ACK"]) == (1, 1, 1)
+    assert not any(name == "BAD_DATA" for _, name in names)
+    assert times == sorted(times)
+    assert (path.parent / "Data-px4.tlog").stat().st_size > 1000
+    (tmp_path / "again").mkdir()
+    done = import_tlog(path, tmp_path / "again")
+    assert (done.lost, list(done.messages)) == (0, [f"mavlink-{system}"])
+    assert imc.Log(tmp_path / "again").counts()["EstimatedState"] > 20
+
+
+@pytest.mark.parametrize(("profile", "kind"), [("lauv-noptilus-1", 12), ("otter", 11), ("hexa-00", 13)])
+def test_a_shipped_vehicle_leaves_a_recording_beside_its_log(profile, kind, tmp_path):
+    loaded = load_profile(profile)
+    clock = parse_clock("virtual", loaded.start_time_ns)
+    selected = loaded.select(["Simulation"])
+    vehicle = build(loaded, selected, clock=clock, log_root=tmp_path / "log", state_folder=tmp_path / "db").vehicle
+    names = {12: "submarine", 11: "boat", 13: "hexacopter"}
+    links = [f"udpout:{HOST}:{free_ports(1)[0]}:ardupilot"]
+    vehicle.add(MAVLink, "Transports.MAVLink", links=links, vehicle_kind=names[kind], tlog=True)
+    vehicle.start()
+    vehicle.run(5.0)
+    vehicle.close()
+    paths = sorted(tmp_path.rglob("Data.lsf.gz"))  # two of those that begin a plan by themselves
+    assert sorted(tmp_path.rglob("Data.tlog")) == [path.with_name("Data.tlog") for path in paths]
+    path = max((path.with_name("Data.tlog") for path in paths), key=lambda path: path.stat().st_size)
+    (tmp_path / "again").mkdir()
+    import_tlog(path, tmp_path / "again", system=profile)
+    log = imc.Log(tmp_path / "again")
+    (announce,) = log.messages("Announce")
+    types = {12: imc.SystemType.UUV, 11: imc.SystemType.USV, 13: imc.SystemType.UAV}
+    assert (announce.sys_name, announce.sys_type) == (profile, types[kind])
+    assert log.counts()["Heartbeat"] >= 4
+
+
+def test_each_log_has_its_own_recording(sail, tmp_path):
+    async def script(control):
+        await control.sleep(3.5)
+        control.task.publish(imc.LoggingControl(op=Op.REQUEST_START, name="dive"))
+        await control.sleep(3.0)
+        control.task.publish(imc.LoggingControl(op=Op.REQUEST_STOP))
+        await control.sleep(3.0)
+
+    sail(script, f"udpout:{HOST}:{free_ports(1)[0]}:px4")
+    first, second = sorted(tmp_path.rglob("Data.tlog"))
+    assert second.parent.name.endswith("_dive")
+    ends = [[time for time, _ in Tlog(path, DIALECT).read(frozenset({"HEARTBEAT"}))] for path in (first, second)]
+    assert [len(times) for times in ends] == [4, 3]
+    assert ends[0][-1] < ends[1][0]
+
+
+def test_nothing_is_recorded_unless_it_is_asked_for(sail, tmp_path):
+    async def script(control):
+        await control.sleep(3.0)
+
+    sail(script, f"udpout:{HOST}:{free_ports(1)[0]}:px4", tlog=False)
+    assert not list(tmp_path.rglob("*.tlog"))
+
+
+@pytest.fixture
+def logs(tmp_path):
+    made = TelemetryLogs(load_dialect(), tmp_path, told.append)
+    told.clear()
+    yield made
+    made.close()
+
+
+told = []
+
+
+def test_a_full_disk_is_told_once_survived_and_costs_no_frame(logs, tmp_path):
+    send = logs.sending(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
+    logs.enter(tmp_path)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for number in range(300):
+        if number == 100:
+            logs.flush()
+            resource.setrlimit(resource.RLIMIT_FSIZE, ((tmp_path / "Data.tlog").stat().st_size + 50, hard))
+        if number == 200:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        send(frame(number))
+        logs.flush()
+    log = Tlog(tmp_path / "Data.tlog", DIALECT)
+    assert [m.sequence for _, m in log.read(frozenset({"HEARTBEAT"}))] == [number % 256 for number in range(300)]
+    assert log.lost == 0
+    assert [words.split(":")[0] for words in told] == [
+        "MAVLink is not recorded",
+        "MAVLink is recorded again; 0 frames were lost",
+    ]
+
+
+def test_what_waits_for_a_folder_that_is_not_there_is_bounded(logs, tmp_path):
+    send = logs.sending(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
+    logs.enter(tmp_path / "nowhere")
+    many = MOST_WAITING // (len(frame()) + 8) + 10
+    for number in range(many):
+        send(frame(number))
+    (tmp_path / "nowhere").mkdir()
+    logs.flush()
+    assert (tmp_path / "nowhere/Data.tlog").stat().st_size <= MOST_WAITING
+    assert "10 frames were lost" in told[-1]
+
+
+@pytest.mark.parametrize("name", ["../../outside", "/tmp/outside"])
+def test_the_name_of_a_log_leads_nowhere_else(logs, tmp_path, name):
+    send = logs.sending(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
+    logs.follow(imc.LoggingControl(op=Op.STARTED, name=name))
+    send(frame())
+    logs.flush()
+    assert (told, list(tmp_path.parent.glob("outside*"))) == ([], [])
+
+
+def test_signatures_and_keys_are_not_recorded(logs, tmp_path):
+    link = mavlink.MAVLink(None, srcSystem=26, srcComponent=1)
+    link.signing.secret_key, link.signing.sign_outgoing, link.signing.link_id = b"k" * 32, True, 0
+    signed = mavlink.MAVLink_heartbeat_message(12, 3, 81, 0, 4, 3).pack(link)
+    assert signed[2] == SIGNED
+    send = logs.sending(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
+    logs.enter(tmp_path)
+    assert send(signed) == signed
+    secret = mavlink.MAVLink_setup_signing_message(26, 1, b"secret" * 5 + b"xy", 1).pack(mavlink.MAVLink(None))
+    (received,) = split(secret, DIALECT)[0]
+    logs.hear(ARDUPILOT, received, 1.7e9)
+    logs.flush()
+    assert theirs(tmp_path / "Data.tlog")[0] == {(26, "HEARTBEAT"): 1}
+    assert b"secret" not in (tmp_path / "Data.tlog").read_bytes()
