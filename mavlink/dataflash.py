@@ -118,9 +118,10 @@ def _time(values: dict[str, Any], clock: Clock) -> float:
 
 
 def _headers(formats: dict[int, _Format]) -> re.Pattern[bytes]:
-    """Headers of the types that are declared: the search skips what cannot be one at the speed of C."""
-    types = b"".join(re.escape(bytes((number,))) for number in sorted(formats))
-    return re.compile(HEAD + b"[" + types + b"]", re.DOTALL)
+    """Headers of the types that are declared, and of FMT with the beginning of a name."""
+    types = b"".join(re.escape(bytes((number,))) for number in sorted(formats) if number != FMT)
+    others = b"|[" + types + b"]" if types else b""
+    return re.compile(HEAD + rb"(?:\x80..[!-~]" + others + b")", re.DOTALL)
 
 
 def _declared(values: dict[str, Any]) -> _Format | None:

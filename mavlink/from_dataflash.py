@@ -43,7 +43,7 @@ BUILDS = {1: 10, 2: 2, 3: 1, 4: 5, 7: SUBMARINE, 12: 7, 13: 4}
 """VER.BU -> MAV_TYPE."""
 
 FIRMWARE = {"Sub": SUBMARINE, "Copter": 2, "Plane": 1, "Rover": 10, "Tracker": 5, "Blimp": 7}
-BOAT = 2  # FRAME_CLASS of a rover
+BOAT = 2.0  # FRAME_CLASS of a rover
 ROVER, SURFACE_BOAT = 10, 11
 GPS_EPOCH = 315_964_800  # s
 WEEK = 604_800
@@ -63,24 +63,32 @@ BY_HAND = frozenset({"MANUAL", "ACRO"})
 
 def survey(log: DataFlash) -> Flight:
     """What the whole file says about the vehicle: parameters and the first good time come late."""
-    flight, frame = Flight(), 0.0
+    flight, afloat = Flight(), False
     for time, name, values, _ in log.read(frozenset({"PARM", "MSG", "VER", "GPS"})):
-        record = SimpleNamespace(**values)
-        if name == "PARM" and values.get("Name") in ("SYSID_THISMAV", "MAV_SYSID"):
-            flight.system = int(record.Value) if 1 <= record.Value <= 255 else 1
-        elif name == "PARM" and values.get("Name") == "FRAME_CLASS":
-            frame = record.Value
+        value = values.get("Value")
+        if name == "PARM" and isinstance(value, float):
+            if values.get("Name") in ("SYSID_THISMAV", "MAV_SYSID") and 1 <= value <= 255:
+                flight.system = int(value)
+            afloat |= values.get("Name") == "FRAME_CLASS" and value == BOAT
         elif name == "VER":
             flight.type = BUILDS.get(values.get("BU", 0), flight.type)
         elif name == "MSG" and not flight.type:
-            banner = values.get("Message", "")
-            flight.type = next((kind for word, kind in FIRMWARE.items() if word in banner and " V" in banner), 0)
-        elif name == "GPS" and flight.start is None and values.get("Status", 0) >= 3:
-            utc = _utc(values)
-            flight.start = utc - time if utc is not None and FIRST_TIME < utc < LAST_TIME else None
-    if flight.type == ROVER and frame == BOAT:
+            banner = str(values.get("Message"))
+            flight.type = next((kind for word, kind in FIRMWARE.items() if f"{word} V" in banner), 0)
+        elif name == "GPS" and flight.start is None:
+            flight.start = _start(time, values)
+    if flight.type == ROVER and afloat:
         flight.type = SURFACE_BOAT
     return flight
+
+
+def _start(time: float, values: Mapping[str, Any]) -> float | None:
+    """The UTC time at which the clock was 0, by a GPS that has a fix."""
+    try:
+        utc = _utc(values) if values["Status"] >= 3 else None
+    except (KeyError, TypeError, OverflowError):
+        return None
+    return utc - time if utc is not None and FIRST_TIME < utc < LAST_TIME else None
 
 
 class DataFlashTranslator:

@@ -53,12 +53,14 @@ def survey(log: ULog) -> Flight:
     """What the whole file says about the vehicle; the time comes with the first position of a GPS."""
     flight = Flight()
     for time, name, values, _ in log.read(frozenset({PARAMETER, *PLACES})):
-        if name == PARAMETER and values["key"] == "MAV_SYS_ID" and 1 <= values["value"] <= 255:
-            flight.system = int(values["value"])
-        elif name == PARAMETER and values["key"] == "MAV_TYPE":
-            flight.type = int(values["value"])
-        elif name in PLACES and flight.start is None and values.get("fix_type", 0) >= 3:
-            utc = values.get("time_utc_usec", 0) / 1e6
+        value = values.get("value")
+        if isinstance(value, int) and values["key"] == "MAV_SYS_ID" and 1 <= value <= 255:
+            flight.system = value
+        elif isinstance(value, int) and values["key"] == "MAV_TYPE":
+            flight.type = value
+        elif name in PLACES and flight.start is None and values.get("fix_type") in range(3, 9):
+            microseconds = values.get("time_utc_usec")
+            utc = microseconds / 1e6 if isinstance(microseconds, int) else 0.0
             flight.start = utc - time if FIRST_TIME < utc < LAST_TIME else None
     return flight
 

@@ -1,10 +1,12 @@
 """Import of the logs that ArduPilot and PX4 write: units, frames, times, and what damage leaves."""
 
 import math
+import random
 
 import pytest
 
 import imc
+from mavlink.ulog import BadULog
 from shoal.logs.edit.flight_import import import_dataflash, import_ulog
 from shoal.logs.edit.imported import NothingToImport
 from tests.mavlink.flights import DataFlashWriter, ULogWriter
@@ -152,3 +154,39 @@ def test_a_log_without_anything_is_refused_by_name(tmp_path, convert):
     data = DataFlashWriter().data if convert is import_dataflash else ULogWriter().data
     with pytest.raises(NothingToImport, match=r"a\.log"):
         imported(tmp_path, data, convert)
+
+
+def spoiled(data, seed):
+    """The data with a few bytes changed, left out and put in."""
+    chance, found = random.Random(seed), bytearray(data)
+    for _ in range(chance.randrange(1, 12)):
+        place, count = chance.randrange(len(found)), chance.randrange(30)
+        kind = chance.randrange(4)
+        if kind == 0:
+            del found[place : place + count]
+        elif kind == 1:
+            found[place:place] = chance.randbytes(count)
+        elif kind == 2:
+            found[place : place + 8] = b"\xff\xff\xff\x7f" * 2
+        else:
+            found[place] = chance.randrange(256)
+    return bytes(found)
+
+
+@pytest.mark.parametrize("convert", [import_dataflash, import_ulog])
+def test_damage_of_any_kind_leads_to_a_log_or_a_refusal(tmp_path, convert):
+    """A parameter without a value ended the import."""
+    flown = sub().add(10.5, "ATT", Roll=1.0).add(10.6, "MODE", ModeNum=3) if convert is import_dataflash else px4()
+    whole = flown.data
+    made, refused = 0, ["a.log"]
+    for seed in range(40):
+        (tmp_path / "a.log").write_bytes(spoiled(whole, seed))
+        (folder := tmp_path / str(seed)).mkdir()
+        try:
+            convert(tmp_path / "a.log", folder)
+        except (NothingToImport, BadULog) as error:
+            refused.append(str(error))
+        else:
+            made += imc.Log(folder).losses == []
+    assert made > 25
+    assert all("a.log" in words for words in refused)
