@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 import imc
-from imc.coordinates import StartPoint
+from imc.coordinates import StartPoint, absolute
 from runtime import Frame, ParameterError, State, Task, consume, param, periodic
-from tasks.vision.photos import photo_name, write_png
+from tasks.vision.photos import ORDERS, describe_picture, photo_name, series_of, write_png
 from world.objects import parse_gliders
 from world.optics import PRESETS, Lens, Projection, preset_lens
 from world.pictures import INTERPOLATIONS, SCENES, Camera, Pose, void_warning
 
 Op = imc.LoggingControl.Op
 LEAST_VISIBILITY = 0.1  # m
+SOON = 1e-3  # s by which a picture may be early
 
 
 class FisheyeCamera(Task):
@@ -25,7 +26,8 @@ class FisheyeCamera(Task):
 
     The top of the image points to the bow. Gliders lie at `MUGs` north and east of the vehicle's first position. The
     altitude of EstimatedState is the height above seabed or sea; without it, the sea is at z = 0. On a wall clock, a
-    frame that is due while the previous one is still computed is dropped and counted.
+    frame that is due while the previous one is still computed is dropped and counted. Each picture that is written is
+    told by an Event "Picture"; Events "Take Pictures" and "Stop Pictures" ask for some.
     """
 
     requires = "vision"
@@ -90,6 +92,7 @@ class FisheyeCamera(Task):
             importlib.import_module("PIL.PngImagePlugin")
         self.taken = self.dropped = 0
         self._busy = False
+        self._wanted, self._period, self._next = 0.0, 0.0, self.now
         self._folder, self._kept = self._log_root, 0
         self._state: imc.EstimatedState | None = None
         self._origin = StartPoint()
@@ -118,6 +121,29 @@ class FisheyeCamera(Task):
         elif log.op == Op.STOPPED:
             self._keep_in(self._log_root)
 
+    @consume(others=True)
+    def take_pictures(self, order: imc.Event) -> None:
+        """Write the next images, as many and as often as asked for, or no more."""
+        if order.topic not in ORDERS or self.system not in (order.src, order.dst):
+            return
+        try:
+            series = series_of(order, self.entity.label)
+        except ValueError as error:
+            self.log.warning(f"{order.topic}: {error}")
+            return
+        if series is not None:
+            importlib.import_module("PIL.PngImagePlugin")
+            self._wanted, self._period = series
+            self._next = self.now
+
+    def _is_wanted(self) -> bool:
+        """Whether to write the image that is exposed now."""
+        if not self._wanted or self.now < self._next - SOON:
+            return self.save_images
+        self._wanted -= 1
+        self._next = max(self._next + self._period, self.now)
+        return True
+
     @periodic("frame_rate")
     def expose(self) -> None:
         if self._state is None:
@@ -131,24 +157,38 @@ class FisheyeCamera(Task):
             return
         pose = self._pose(self._state)
         frame = self.now, self.taken, self._describe(pose)
-        path = None
-        if self.save_images:
+        path, told = None, ""
+        if self._is_wanted():
             path = self._folder / "Photos" / photo_name(self.entity.label, self._kept, self.now)
+            told = self._tell(path, self._state)
             self._kept += 1
         self.taken += 1
         self._busy = True
-        self.offload(_shoot, self.camera, pose, path, then=partial(self._deliver, frame), latency=self.latency)
+        self.offload(_shoot, self.camera, pose, path, then=partial(self._deliver, frame, told), latency=self.latency)
 
     def _keep_in(self, folder: Path) -> None:
         """Write images to this folder; in a new folder, their numbers start at 0."""
         if folder != self._folder:
             self._folder, self._kept = folder, 0
 
-    def _deliver(self, frame: tuple[float, int, dict[str, float]], shot: tuple[NDArray[np.uint8], str]) -> None:
+    def _tell(self, path: Path, state: imc.EstimatedState) -> str:
+        """Where and when a picture is taken."""
+        file = path.relative_to(self._log_root).as_posix()
+        try:
+            place = absolute(state)
+        except (ArithmeticError, ValueError):
+            place = (math.nan,) * 3  # an impossible latitude is no reason to lose the picture
+        return describe_picture(file, self._kept, self.now, place, state.depth, (state.phi, state.theta, state.psi))
+
+    def _deliver(
+        self, frame: tuple[float, int, dict[str, float]], told: str, shot: tuple[NDArray[np.uint8], str]
+    ) -> None:
         self._busy = False
         image, error = shot
         time, index, info = frame
         self.share(Frame(time, self.entity.label, index, image, info))
+        if told and not error:
+            self.publish(imc.Event(topic="Picture", data=told))
         if error:
             self.set_entity_state(State.FAILURE, error)
         else:

@@ -1,18 +1,52 @@
-"""Pictures on disk."""
+"""Pictures on disk, and the events that ask for them and tell of them."""
 
 import io
+import math
 import re
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+import imc
+
+TAKE, STOP = ORDERS = ("Take Pictures", "Stop Pictures")
 COMPRESSION = 1  # of 9: a third of the time of the default 6, for files a fifth larger
 
 
 def photo_name(camera: str, index: int, time: float) -> str:
     """The name of picture `index` of a camera in its folder, taken at `time` (s since 1970 UTC)."""
     return f"{re.sub(r'[^A-Za-z0-9]+', '_', camera)}_{index:06d}_{time:.3f}.png"
+
+
+def series_of(order: imc.Event, camera: str) -> tuple[float, float] | None:
+    """How many pictures a camera is asked for, and the seconds between them; None if others are asked.
+
+    `data` is "camera=LABEL;count=N;period=S": without a label all cameras are asked, and without a count one picture;
+    0 means pictures until they are stopped. Raises ValueError with the reason.
+    """
+    given = dict(item.strip().split("=", 1) for item in order.data.split(";") if "=" in item)
+    if given.get("camera", camera) != camera:
+        return None
+    if order.topic == STOP:
+        return 0.0, 0.0
+    count, period = (float(given.get(name, default)) for name, default in (("count", 1.0), ("period", 0.0)))
+    if not (count >= 0.0 and count.is_integer() and 0.0 <= period < math.inf):
+        raise ValueError(f"{order.data!r} asks for {count:g} pictures every {period:g} s")
+    return count or math.inf, period
+
+
+def describe_picture(
+    file: str, number: int, time: float, place: tuple[float, float, float], depth: float, angles: tuple[float, ...]
+) -> str:
+    """The data of the Event "Picture": `file` is below the folder of the vehicle's logs, angles are written in °.
+
+    `place` is latitude and longitude (rad) and height above the ellipsoid (m), `angles` are roll, pitch and yaw (rad).
+    """
+    lat, lon, height = place
+    roll, pitch, yaw = map(math.degrees, angles)
+    where = f"lat={math.degrees(lat):.8f};lon={math.degrees(lon):.8f};height={height:.3f};depth={depth:.3f}"
+    return f"file={file};number={number};time={time:.6f};{where};roll={roll:.3f};pitch={pitch:.3f};yaw={yaw:.3f}"
 
 
 def write_png(path: Path, image: NDArray[np.uint8]) -> str:

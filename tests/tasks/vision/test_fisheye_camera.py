@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 
 import imc
+from imc.coordinates import absolute
 from runtime import Frame, ParameterError
 from runtime.kernel import VirtualClock, WallClock
 from runtime.profile import load_profile
@@ -115,6 +116,46 @@ def test_two_runs_are_equal_to_the_byte(tmp_path, interpolation):
     ]
     assert runs[0].packets == runs[1].packets
     assert photos(tmp_path / "a") == photos(tmp_path / "b") != {}
+
+
+def ask(time, topic="Take Pictures", data="", **header):
+    return imc.Event(timestamp=time, topic=topic, data=data, **header)
+
+
+def pictures(run):
+    events = [dict(item.split("=") for item in e.data.split(";")) for e in run.of(imc.Event) if e.topic == "Picture"]
+    return [(float(e["time"]) - run.vehicle.start_time, e) for e in events]
+
+
+def test_pictures_are_taken_on_request(tmp_path):
+    orders = [
+        ask(0.3),
+        ask(0.9, data="camera=FisheyeCamera;count=2;period=0.5"),
+        ask(2.0, data="count=0;period=0.2"),
+        ask(2.45, data="camera=Another", topic="Stop Pictures"),
+        ask(2.55, topic="Stop Pictures"),
+        ask(2.6, data="camera=Another"),
+    ]
+    feed = sorted([*states(3.0, psi=0.5, lat=0.7, lon=-0.1, height=50.0), *orders], key=lambda m: m.timestamp)
+    run = simulate(FisheyeCamera, feed=feed, seconds=3.0, frame_rate=10, log_root=tmp_path, system="ship", **SMALL)
+    times = [time for time, _ in pictures(run)]
+    assert times == pytest.approx([0.3, 0.9, 1.4, 2.0, 2.2, 2.4], abs=0.11)
+    assert {f"ship/{told['file']}" for _, told in pictures(run)} == set(photos(tmp_path))
+    assert [int(told["number"]) for _, told in pictures(run)] == list(range(6))
+    time, told = pictures(run)[-1]
+    lat, lon, height = absolute(state(x=time - 0.05, lat=0.7, lon=-0.1, height=50.0))
+    assert math.radians(float(told["lat"])) == pytest.approx(lat, abs=2e-8)
+    assert math.radians(float(told["lon"])) == pytest.approx(lon, abs=2e-8)
+    assert (float(told["height"]), float(told["depth"])) == (pytest.approx(height, abs=1e-3), 5.0)
+    assert float(told["yaw"]) == pytest.approx(math.degrees(0.5), abs=1e-3)
+
+
+@pytest.mark.parametrize("data", ["count=-1", "count=x", "count=1.5", "count=nan", "period=inf", "period=-1"])
+def test_a_senseless_order_takes_no_picture(tmp_path, data):
+    feed = sorted([*states(), ask(0.1, data=data)], key=lambda m: m.timestamp)
+    run = simulate(FisheyeCamera, feed=feed, log_root=tmp_path, **SMALL)
+    assert not pictures(run)
+    assert any("Take Pictures" in text for text in run.log)
 
 
 def test_a_log_outside_of_the_root_gets_no_photos(tmp_path):
