@@ -1,6 +1,6 @@
 """MAVLink without sockets: messages, frames, .tlog files, and conversion to and from IMC."""
 
-from mavlink import dataflash, from_dataflash, from_imc, from_ulog, instruments, text, ulog
+from mavlink import cameras, dataflash, from_dataflash, from_imc, from_ulog, instruments, text, ulog
 from mavlink.dialect import Dialect, Fields, load_dialect
 from mavlink.dialogues import DialogueTranslator
 from mavlink.frames import LONGEST_DATAGRAM, Received, StreamSplitter, encode, split
@@ -57,6 +57,7 @@ __all__ = [
     "SigningTime",
     "StreamSplitter",
     "Tlog",
+    "cameras",
     "chunks",
     "dataflash",
     "encode",

@@ -126,6 +126,17 @@ def boot_ms(time: float, boot: float) -> int:
     return max(0, round((time - boot) * 1e3)) & 0xFFFFFFFF if math.isfinite(time) else 0
 
 
+def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
+    """w, x, y, z of the rotation from north, east, down to the body; rotations about z, then y, then x."""
+    (cr, sr), (cp, sp), (cy, sy) = ((math.cos(angle / 2), math.sin(angle / 2)) for angle in (roll, pitch, yaw))
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+
+
 def attitude(state: imc.EstimatedState, time: int) -> Fields | None:
     angles = state.phi, state.theta, state.psi
     rates = state.p, state.q, state.r

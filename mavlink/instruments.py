@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import imc
 from mavlink.dialect import Fields
-from mavlink.from_imc import UNKNOWN_16, Home, Position, boot_ms, degrees_e7, velocity_of
+from mavlink.from_imc import UNKNOWN_16, Home, Position, boot_ms, degrees_e7, quaternion, velocity_of
 
 GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
 DOWN, FORWARD = 25, 0  # MAV_SENSOR_ORIENTATION
@@ -55,15 +55,13 @@ def attitude_quaternion(state: imc.EstimatedState, time: int) -> Fields | None:
     """ATTITUDE_QUATERNION: from north, east, down to the body; rotations about z, then y, then x."""
     if not all(map(math.isfinite, (state.phi, state.theta, state.psi, state.p, state.q, state.r))):
         return None
-    (cr, sr), (cp, sp), (cy, sy) = (
-        (math.cos(angle / 2), math.sin(angle / 2)) for angle in (state.phi, state.theta, state.psi)
-    )
+    q1, q2, q3, q4 = quaternion(state.phi, state.theta, state.psi)
     return {
         "time_boot_ms": time,
-        "q1": cr * cp * cy + sr * sp * sy,
-        "q2": sr * cp * cy - cr * sp * sy,
-        "q3": cr * sp * cy + sr * cp * sy,
-        "q4": cr * cp * sy - sr * sp * cy,
+        "q1": q1,
+        "q2": q2,
+        "q3": q3,
+        "q4": q4,
         "rollspeed": state.p,
         "pitchspeed": state.q,
         "yawspeed": state.r,

@@ -12,9 +12,12 @@ from runtime.bus import Subscription
 from runtime.kernel import Timer
 from runtime.task import ParameterError
 from tasks.transports.imc_links.sockets import network_speed
+from tasks.transports.mavlink_protocol.camera_services import hearers, serve_camera
+from tasks.transports.mavlink_protocol.cameras import find_cameras, parse_video
 from tasks.transports.mavlink_protocol.commands import look_after
 from tasks.transports.mavlink_protocol.errands import NO_PLACE, ignored, land, return_home
 from tasks.transports.mavlink_protocol.figures import Heard
+from tasks.transports.mavlink_protocol.gallery import Gallery
 from tasks.transports.mavlink_protocol.keys import Keys, usable_route
 from tasks.transports.mavlink_protocol.links import Link, Peer, name_of
 from tasks.transports.mavlink_protocol.mission import MissionState
@@ -22,7 +25,7 @@ from tasks.transports.mavlink_protocol.named_values import parse_named_value
 from tasks.transports.mavlink_protocol.network import Network
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
 from tasks.transports.mavlink_protocol.services import serve
-from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, SOON, Session, addressed
+from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, SOON, Session
 from tasks.transports.mavlink_protocol.streams import STREAMS
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
 from tasks.transports.mavlink_protocol.telemetry_log import TelemetryLogs
@@ -95,6 +98,11 @@ class MAVLink(Task):
     peer_timeout: float = param(30.0, "s", "Silence after which a ground station is forgotten.", minimum=1)
 
     tlog: bool = param(False, "", "Record all frames in the folder of the log, as Data.tlog.", editable=False)
+    cameras: bool = param(True, "", "Show each camera of the vehicle as a component of its own.", editable=False)
+    video_streams: list[str] = param(
+        [], "", "Videos of cameras: ENTITY LABEL=rtsp://ADDRESS.", editable=False, usable=parse_video
+    )
+    detection_markers: bool = param(False, "", "Show detected objects on maps, as ADSB_VEHICLE, for 60 s.")
 
     def configure(self) -> None:
         if not self.links:
@@ -115,6 +123,8 @@ class MAVLink(Task):
         self.twins: set[object] = set()
         self.heard_at: float | None = None
         logs = self.vehicle.log_root / self.system_name
+        videos = dict(map(parse_video, self.video_streams))
+        mounted = find_cameras(self.vehicle.tasks, logs, videos, lambda: self.detection_markers)
         self.autopilot = MavlinkSystem(
             load_dialect(),
             name=self.system_name,
@@ -134,12 +144,14 @@ class MAVLink(Task):
             takeoff_altitude=lambda: self.takeoff_altitude,
             reach=self.reach,
             named_values=[parse_named_value(text) for text in self.named_values],
+            cameras=mounted if self.cameras else (),
         )
         for kind in {value.kind for value in self.autopilot.named_values} - set(get_args(Heard)):
             self.vehicle.bus.subscribe(Subscription(kind, self.note, self))
         self.recorder = TelemetryLogs(self.autopilot.dialect, logs, self.log.warning) if self.tlog else None
         if self.recorder is not None:
             self.recorder.enter(self.vehicle.log_folder)
+        self.gallery = Gallery(self.autopilot, self.sessions)
         told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.autopilot.system}")
         self.publish(imc.AnnounceService(service=str(told), service_type=Offered.LOCAL | Offered.EXTERNAL))
         self.shown = self.autopilot.shown
@@ -162,6 +174,7 @@ class MAVLink(Task):
         self.autopilot.transfers.forget_silent(self.now)
         self.autopilot.target.look_after(self.now)
         self.watch_stations()
+        self.gallery.look_after(self.now)
         self.keys.look_after(self.now)
         self.network.look_after(self.now - self.peer_timeout * self.speed)
         self.set_entity_state(*self.network.state())
@@ -201,18 +214,20 @@ class MAVLink(Task):
         session.receipts.note(message)
         if self.recorder is not None:
             self.recorder.hear(session.flavour, message, self.now)
-        if addressed(message, self.autopilot.system):
-            self.obey(session, message)
+        if parts := hearers(session, message):
+            self.obey(session, message, parts)
         else:
             link.counts["foreign"] += 1
 
-    def obey(self, session: Session, message: Received) -> None:
+    def obey(self, session: Session, message: Received, parts: Sequence[Session] = ()) -> None:
+        """Let the autopilot, or the components of `parts`, answer a message."""
         self.heard_at = self.now
         session.hear(message, self.now)
         if message.name == "SETUP_SIGNING":
             session.say(text.WARNING, "No keys over the air: give the link a key file", self.now)
         elif not (session.low and message.name == "REQUEST_DATA_STREAM"):  # stations ask for all at 4 Hz, unasked
-            serve(session, message, self.now)
+            for part in parts or (session,):
+                (serve if part.camera is None else serve_camera)(part, message, self.now)
             self.show_changes()
         if not self.pumping:
             self.pumping = True
@@ -261,6 +276,11 @@ class MAVLink(Task):
             self.detected.clear()
         self.detected[mug.id] = self.now
         self.say(text.NOTICE, f"DETECT MUG {mug.id} " + self.autopilot.describe(mug.x, mug.y))
+
+    @consume
+    def watch_cameras(self, message: imc.Event | imc.EstimatedMugState | imc.EntityParameters) -> None:
+        """Tell ground stations of pictures, detections and settings."""
+        self.gallery.hear(message, self.vehicle.entities.label(message.src, message.src_ent), self.now)
 
     @consume
     def show_changed(self, reply: imc.EntityParameters) -> None:

@@ -173,11 +173,12 @@ class FisheyeCamera(Task):
 
     def _tell(self, path: Path, state: imc.EstimatedState) -> str:
         """Where and when a picture is taken."""
-        file = path.relative_to(self._log_root).as_posix()
+        path, root = path.resolve(), self._log_root.resolve()
+        file = (path.relative_to(root) if path.is_relative_to(root) else path).as_posix()
         try:
             place = absolute(state)
         except (ArithmeticError, ValueError):
-            place = (math.nan,) * 3  # an impossible latitude is no reason to lose the picture
+            place = math.nan, math.nan, math.nan  # an impossible latitude is no reason to lose the picture
         return describe_picture(file, self._kept, self.now, place, state.depth, (state.phi, state.theta, state.psi))
 
     def _deliver(

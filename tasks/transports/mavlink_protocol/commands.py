@@ -12,7 +12,7 @@ Command = Callable[[Session, Order, float], Reply | None]
 COMMANDS: Mapping[int, Command] = {**inquiries.COMMANDS, **steering.COMMANDS}
 
 
-def obey(session: Session, message: Received, now: float) -> None:
+def obey(session: Session, message: Received, now: float, commands: Mapping[int, Command] = COMMANDS) -> None:
     """Carry out COMMAND_LONG or COMMAND_INT, acknowledge it, and send the reason if it is refused.
 
     An order that takes time is acknowledged when the vehicle has answered, and before that as in progress if that
@@ -31,7 +31,7 @@ def obey(session: Session, message: Received, now: float) -> None:
             acknowledge(session, message, reply, now)
 
     order = order_of(message, finish)
-    reply = COMMANDS.get(order.command, _unsupported)(session, order, now)
+    reply = commands.get(order.command, _unsupported)(session, order, now)
     if reply is not None:
         session.dialogues.pop(key, None)
         acknowledge(session, message, reply, now)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from mavlink import text
 from tasks.transports.mavlink_protocol.orders import DONE, Order, Reply, Result
 from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, Session
-from tasks.transports.mavlink_protocol.streams import STREAMS
 
 
 def send_banner(session: Session, now: float) -> None:
@@ -15,7 +14,7 @@ def send_banner(session: Session, now: float) -> None:
 
 def _offered(session: Session, number: int | None) -> str:
     definition = session.autopilot.dialect.by_id.get(-1 if number is None else number)
-    return definition.name if definition is not None and definition.name in STREAMS else ""
+    return definition.name if definition is not None and definition.name in session.streams else ""
 
 
 def _request_message(session: Session, order: Order, now: float) -> Reply:

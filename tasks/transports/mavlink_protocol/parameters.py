@@ -73,7 +73,7 @@ class ParameterEntry:
     def _checked(self, value: float) -> str:
         parameter = self.parameter
         if self.type == REAL32:
-            wanted = float(str(np.float32(value)))  # 0.1, not 0.10000000149
+            wanted = written(value)
         elif value != int(value):
             raise Refusal(OUT_OF_RANGE, f"{value:g} is not an integer")
         elif parameter.type is int:
@@ -141,7 +141,8 @@ def identifiers(names: Iterable[tuple[str, str]]) -> dict[tuple[str, str], str]:
         salt = crc32(f"{label}\0{parameter}".encode(errors="surrogateescape"))
         if len(name) > LONGEST or name in taken or not name:
             head = _abbreviate(_words(label), LABEL_LETTERS)
-            stem = f"{head}_{_abbreviate(_words(parameter), LONGEST - 3 - len(head))}"
+            head += "_" if head else ""
+            stem = head + _abbreviate(_words(parameter), LONGEST - 2 - len(head))
             name = _salted(stem, salt)
             while name in taken:
                 salt += 1
@@ -149,6 +150,11 @@ def identifiers(names: Iterable[tuple[str, str]]) -> dict[tuple[str, str], str]:
         taken.add(name)
         chosen[label, parameter] = name
     return dict(sorted(chosen.items(), key=lambda item: item[1]))
+
+
+def written(value: float) -> float:
+    """The shortest number with the same 32 bits: 0.1, not 0.10000000149."""
+    return float(str(np.float32(value)))
 
 
 def fits(parameter: Parameter, value: Any) -> bool:
@@ -161,7 +167,7 @@ def fits(parameter: Parameter, value: Any) -> bool:
 
 
 def _words(text: str) -> list[str]:
-    return [word.upper() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+", text)]
+    return [word.upper() for word in re.findall(r"[A-Z]{2,}s\b|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+", text)]
 
 
 def _abbreviate(words: list[str], letters: int) -> str:

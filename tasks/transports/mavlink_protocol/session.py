@@ -2,10 +2,12 @@
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from mavlink import Fields, Flavour, Received, encode, text
+from tasks.transports.mavlink_protocol.cameras import Camera
 from tasks.transports.mavlink_protocol.orders import Dialogue
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry
 from tasks.transports.mavlink_protocol.receipts import Receipts
@@ -36,7 +38,8 @@ class Session:
     A peer is in contact from its first message until it has been silent too long; only then are texts sent to it.
     Times `now` are the vehicle's, of which `speed` seconds pass in one of the peer; rates are the peer's. `line` is how
     many bytes per second reach the peer; `low` is whether it gets few of them unless it asks for more. `sign` makes the
-    signatures of frames.
+    signatures of frames. It is the conversation of the autopilot or of a `camera`; that of the autopilot has those of
+    the cameras in `cameras`, except on slow links.
     """
 
     def __init__(
@@ -50,8 +53,16 @@ class Session:
         line: float = math.inf,
         low: bool = False,
         sign: Callable[[bytes], bytes] | None = None,
+        camera: Camera | None = None,
     ):
         self.autopilot = autopilot
+        self.camera = camera
+        self.component = COMPONENT if camera is None else camera.component
+        self.streams = STREAMS if camera is None else camera.streams
+        mounted = autopilot.cameras if camera is None and not low else ()
+        self.cameras = [
+            Session(autopilot, flavour, transmit, now, speed, line=line, sign=sign, camera=camera) for camera in mounted
+        ]
         self.flavour = flavour
         self.low = low
         self.heard_at = now
@@ -67,7 +78,8 @@ class Session:
         self._due: dict[str, float] = {}
         self.dialogues: dict[tuple[int, int, int], Dialogue] = {}
         self.readers: dict[Asker, Received] = {}
-        self._listing: list[ParameterEntry] = []
+        self.last_capture = 0
+        self._listing: list[Callable[[], object]] = []
         self._listing_due = now
         self._listing_period = max(LIST_PERIOD, LIST_BURST * PARAMETER / (SHARE * line)) * speed
         self._reading_due = now
@@ -80,9 +92,11 @@ class Session:
     def hear(self, message: Received, now: float) -> None:
         """Note the sender; a station that is new, or was silent, gets the latest notices."""
         self.heard_at = now
+        for camera in self.cameras:
+            camera.hear(message, now)
         if not self.contact:
             self.contact = True
-            notices = list(self.autopilot.notices)
+            notices = list(self.autopilot.notices) if self.camera is None else []
             for severity, words in notices[-LOW_NOTICES:] if self.low else notices:
                 self._say(self._chunks(severity, words))
 
@@ -94,6 +108,8 @@ class Session:
         self._listing = []
         self.dialogues.clear()
         self.readers.clear()
+        for camera in self.cameras:
+            camera.lose()
 
     def send(self, name: str, fields: Fields) -> None:
         definition = self.autopilot.dialect.by_name[name]
@@ -105,7 +121,7 @@ class Session:
 
     def send_now(self, name: str, now: float, number: int = 0) -> bool:
         """Send an offered message, or one of its instances, once; False while the vehicle does not know its values."""
-        found = STREAMS[name].instances(self.autopilot, self.flavour, now, number)
+        found = self.streams[name].instances(self.autopilot, self.flavour, now, number)
         for fields in found:
             self.send(name, fields)
         return bool(found)
@@ -123,8 +139,11 @@ class Session:
         self._send_payload("PARAM_VALUE", entry.encoded(self.flavour) + payload[4:])
 
     def list_parameters(self, now: float) -> None:
-        """Start sending all parameters, a few at a time."""
-        self._listing = list(reversed(list(self.autopilot.parameters)))
+        self.send_all([partial(self.send_parameter, entry) for entry in self.autopilot.parameters], now)
+
+    def send_all(self, sends: Sequence[Callable[[], object]], now: float) -> None:
+        """Start sending the items of a list, a few at a time; a list that is not finished is dropped."""
+        self._listing = list(reversed(sends))
         self._listing_due = now
 
     def say(self, severity: int, words: str, now: float) -> None:
@@ -167,15 +186,19 @@ class Session:
             self._due[name] = due
         if self._listing and self._listing_due < now + SOON:
             for _ in range(min(LIST_BURST, len(self._listing))):
-                self.send_parameter(self._listing.pop())
+                self._listing.pop()()
             self._listing_due = now + self._listing_period
         due = min(*self._due.values(), self._listing_due if self._listing else now + HEARTBEAT_PERIOD * self._speed)
         if self.readers and self._reading_due < now + SOON:
             self.autopilot.transfers.pump(self, now)
             self._reading_due = now + self._reading_period
-        return min(due, self._reading_due) if self.readers else due
+        due = min(due, self._reading_due) if self.readers else due
+        return min([due, *(camera.pump(now) for camera in self.cameras)])
 
     def _rates(self) -> Mapping[str, float]:
+        """Of what is streamed by default, in Hz."""
+        if self.camera is not None:
+            return self.camera.rates
         return LOW if self.low else self.autopilot.rates()
 
     def _chunks(self, severity: int, words: str) -> list[Fields]:
@@ -189,11 +212,11 @@ class Session:
     def _send_payload(self, name: str, payload: bytes) -> None:
         definition = self.autopilot.dialect.by_name[name]
         system = self.autopilot.system
-        self._transmit(encode(definition, payload, next(self._sequence), system, COMPONENT, self._sign))
+        self._transmit(encode(definition, payload, next(self._sequence), system, self.component, self._sign))
 
 
-def addressed(message: Received, system: int) -> bool:
-    """Whether a message is for this vehicle: sent to it, to all, or without a target, and not by itself."""
+def addressed(message: Received, system: int, component: int = COMPONENT) -> bool:
+    """Whether a message is for a component: sent to it, to all, or without a target, and not by itself."""
     values = message.values
-    to_us = values.get("target_system", 0) in (0, system) and values.get("target_component", 0) in (0, COMPONENT)
-    return to_us and (message.system, message.component) != (system, COMPONENT)
+    to_us = values.get("target_system", 0) in (0, system) and values.get("target_component", 0) in (0, component)
+    return to_us and (message.system, message.component) != (system, component)

@@ -5,6 +5,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import imc
 from imc import coordinates
@@ -35,6 +36,9 @@ from tasks.transports.mavlink_protocol.parameters import ParameterEntry, Paramet
 from tasks.transports.mavlink_protocol.targets import Target
 from tasks.transports.mavlink_protocol.transfers import Transfers
 
+if TYPE_CHECKING:
+    from tasks.transports.mavlink_protocol.cameras import Camera
+
 COMPONENT = 1
 SUBMERGED = 0.3  # m
 SUBMARINE = 12  # MAV_TYPE
@@ -42,6 +46,7 @@ HANDOVER = 2.0  # s of silence after which another station may steer
 BELOW = 1.0  # m inside its limits that a plan keeps
 DEPTH = imc.ZUnits.DEPTH
 REMEMBERED = 10
+PICTURES = "Save Images"  # the option by which a camera takes pictures
 OpMode = imc.VehicleState.OpMode
 WORKING = (OpMode.SERVICE, OpMode.MANEUVER, OpMode.EXTERNAL)
 
@@ -55,7 +60,7 @@ class MavlinkSystem:
     whose state counts for arming; `boot` is when the vehicle started, in s since 1970. `undulation` is the height of
     the geoid above the ellipsoid, in m. `rates()` are the rates of the messages streamed by default, in Hz, `speed()`
     is that of what ground stations ask for, in m/s, `takeoff_altitude()` is in m above home. Stations can
-    read the files in `folders`, by name.
+    read the files in `folders`, by name. `cameras` are components of their own.
     """
 
     def __init__(
@@ -79,12 +84,14 @@ class MavlinkSystem:
         takeoff_altitude: Callable[[], float] = lambda: 10.0,
         reach: Callable[[Sequence[int]], object] = lambda _: None,
         named_values: Sequence[NamedValue] = (),
+        cameras: "Sequence[Camera]" = (),
     ):
         self.dialect = dialect
         self.system = system
         self.imc_id = imc_id
         self.kind = kind
         self.parameters = parameters
+        self.cameras = cameras
         self.helm = Helm(publish, imc_id)
         self.set_parameter = set_parameter
         self.say = say
@@ -212,6 +219,8 @@ class MavlinkSystem:
             deepest=limits.max_depth - BELOW if limits.mask & mask.MAX_DEPTH else math.inf,
             highest=limits.max_altitude - BELOW if limits.mask & mask.MAX_ALT else math.inf,
             fastest=limits.max_speed if limits.mask & mask.MAX_SPEED else math.inf,
+            camera=next((camera.label for camera in self.cameras if camera.takes_pictures), ""),
+            switch=PICTURES,
             aloft=self.aloft,
             name=name,
         )
@@ -285,10 +294,14 @@ class MavlinkSystem:
     def place(self) -> tuple[imc.EstimatedState, from_imc.Position] | None:
         """The present estimate and its position; None if it is missing, old or impossible."""
         state = self.figures.state
-        if state is None or self.home is None:
+        place = self.position(state) if state is not None else None
+        return (state, place) if state is not None and place is not None else None
+
+    def position(self, state: imc.EstimatedState) -> from_imc.Position | None:
+        """The position in an estimate; None if it is impossible, or home is unknown."""
+        if self.home is None:
             return None
-        place = from_imc.place_of(state, self.home, afloat=self.kind.afloat, undulation=self.undulation)
-        return (state, place) if place is not None else None
+        return from_imc.place_of(state, self.home, afloat=self.kind.afloat, undulation=self.undulation)
 
     def describe(self, north: float, east: float) -> str:
         """Latitude and longitude (degrees) of a point at an offset (m) from the vehicle; the offset if unknown."""

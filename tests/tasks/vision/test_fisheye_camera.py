@@ -150,6 +150,16 @@ def test_pictures_are_taken_on_request(tmp_path):
     assert float(told["yaw"]) == pytest.approx(math.degrees(0.5), abs=1e-3)
 
 
+def test_a_picture_is_told_below_a_relative_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    started = imc.LoggingControl(op=imc.LoggingControl.Op.STARTED, name="20260101/000000")
+    feed = [started, *states(), ask(0.9)]
+    run = simulate(FisheyeCamera, feed=feed, seconds=1.2, log_root=Path("log"), system="ship", **SMALL)
+    ((_, told),) = pictures(run)
+    assert told["file"].startswith("20260101/000000/Photos/FisheyeCamera_000000_")
+    assert (tmp_path / "log/ship" / told["file"]).exists()
+
+
 @pytest.mark.parametrize("data", ["count=-1", "count=x", "count=1.5", "count=nan", "period=inf", "period=-1"])
 def test_a_senseless_order_takes_no_picture(tmp_path, data):
     feed = sorted([*states(), ask(0.1, data=data)], key=lambda m: m.timestamp)
