@@ -29,6 +29,7 @@ from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, SOON, Se
 from tasks.transports.mavlink_protocol.streams import STREAMS
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
 from tasks.transports.mavlink_protocol.telemetry_log import TelemetryLogs
+from tasks.transports.mavlink_protocol.thumbnails import Studio
 
 Action = Callable[[MavlinkSystem, float], object]
 Offered = imc.AnnounceService.ServiceType
@@ -152,6 +153,7 @@ class MAVLink(Task):
         if self.recorder is not None:
             self.recorder.enter(self.vehicle.log_folder)
         self.gallery = Gallery(self.autopilot, self.sessions)
+        self.studio = Studio(self.offload)
         told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.autopilot.system}")
         self.publish(imc.AnnounceService(service=str(told), service_type=Offered.LOCAL | Offered.EXTERNAL))
         self.shown = self.autopilot.shown
@@ -223,6 +225,8 @@ class MAVLink(Task):
         """Let the autopilot, or the components of `parts`, answer a message."""
         self.heard_at = self.now
         session.hear(message, self.now)
+        if message.name == "DATA_TRANSMISSION_HANDSHAKE":
+            self.studio.hear(session, message, self.now)
         if message.name == "SETUP_SIGNING":
             session.say(text.WARNING, "No keys over the air: give the link a key file", self.now)
         elif not (session.low and message.name == "REQUEST_DATA_STREAM"):  # stations ask for all at 4 Hz, unasked

@@ -189,6 +189,12 @@ class Camera:
         url = f"mftp://[;comp=1]/logs/{picture.file}"
         return cameras.image_captured(picture, index, url, from_imc.boot_ms(picture.time, boot))
 
+    @property
+    def latest_file(self) -> Path | None:
+        """That of the last picture; None if there is none below the folder of the logs."""
+        path = (self._root / self._pictures[-1].file).resolve() if self._pictures else self._root
+        return path if path.is_file() and path.is_relative_to(self._root.resolve()) else None
+
     def detect(self, mug: imc.EstimatedMugState, system: MavlinkSystem, now: float) -> None:
         """Remember where an object is."""
         found = system.place()

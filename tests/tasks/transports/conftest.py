@@ -11,6 +11,7 @@ from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import Session, addressed
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
 from tests.tasks.transports.console import PROFILES, Console
+from tests.tasks.transports.mavlink_dive import Dive
 
 DIALECT = load_dialect()
 BOOT = 1000.0
@@ -143,3 +144,20 @@ def noptilus(tmp_path_factory):
     found.calm()
     yield found
     found.vehicle.close()
+
+
+@pytest.fixture(scope="module")
+def diving(tmp_path_factory):
+    """An AUV under water, on its first circle."""
+    found = Dive(tmp_path_factory.mktemp("vehicle"), detection_markers=True)
+    found.run(40.0)
+    yield found
+    found.vehicle.close()
+
+
+@pytest.fixture
+def dive(diving):
+    """Both stations are heard of, and have read everything."""
+    for station in range(2):
+        diving.ask("HEARTBEAT", 0, station=station, seconds=0, type=6)
+    return diving

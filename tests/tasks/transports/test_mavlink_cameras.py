@@ -1,8 +1,8 @@
 """The cameras of a shipped vehicle as components of their own: pictures, detections, settings."""
 
+import io
 import json
 import math
-import re
 import struct
 import subprocess
 import sys
@@ -12,118 +12,35 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from PIL import Image
 
 import imc
 from imc.coordinates import displacement
-from mavlink import FLAVOURS, encode, load_dialect, split
-from runtime.kernel import parse_clock
-from runtime.profile import load_profile
-from runtime.vehicle import build
+from mavlink import encode, split
 from shoal.missions import prepare
-from tasks.transports.mavlink import MAVLink
-from tasks.transports.mavlink_protocol.camera_streams import ALL
-from tasks.transports.mavlink_protocol.cameras import parse_video
-from tasks.transports.mavlink_protocol.links import Link
-from tests.outside import free_port
-
-DIALECT = load_dialect()
-PROFILE = "lauv-noptilus-1"
-FISHEYE, MUG = 100, 101
-ACCEPTED, REJECTED, DENIED, UNSUPPORTED = range(4)
-REQUEST_MESSAGE, START, STOP = 512, 2000, 2001
-TEXT, REAL32, INT32 = 11, 9, 6
-PATIENCE = 60.0
-
-
-class Dive:
-    """An AUV with both cameras, and a ground station without a socket."""
-
-    def __init__(self, folder, **parameters):
-        quiet = [f"Vision.FisheyeCamera:{option}" for option in ("Save Images=false", "Size=64", "Face Size=32")]
-        loaded = load_profile(PROFILE, overrides=quiet)
-        made = build(
-            loaded,
-            loaded.select(["Kinematic", "Camera"]),
-            clock=parse_clock("virtual", loaded.start_time_ns),
-            log_root=folder / "log",
-            state_folder=folder / "db",
-        )
-        self.vehicle = made.vehicle
-        links = [f"udpin:127.0.0.1:{free_port()}:px4"]
-        self.task = self.vehicle.add(MAVLink, "Transports.MAVLink", links=links, **{"peer_timeout": 1e6, **parameters})
-        self.truths, self.mugs = [], []
-        self.vehicle.tap(imc.SimulatedState, self.truths.append)
-        self.vehicle.tap(imc.EstimatedMugState, self.mugs.append)
-        self.vehicle.start()
-        self.run(2.0)
-        self.sessions = [self._meet(number) for number in range(2)]
-
-    def _meet(self, number):
-        frames = []
-        link: Link = self.task.open_links[0]
-        session = link.sessions["station", number] = self.task.meet(FLAVOURS["px4"], frames.append)
-        session.frames = frames
-        return session
-
-    def run(self, seconds):
-        self.vehicle.run(seconds)
-
-    def said(self, station=0):
-        """What a station got since the last call."""
-        frames = self.sessions[station].frames
-        found = [message for frame in frames for message in split(frame, DIALECT)[0]]
-        frames.clear()
-        return found
-
-    def ask(self, name, component=FISHEYE, *, station=0, seconds=0.4, **fields):
-        """The answers of cameras and autopilot to a message, without what is streamed."""
-        definition = DIALECT.by_name[name]
-        fields = {"target_system": self.task.autopilot.system, "target_component": component, **fields}
-        (message,), _ = split(encode(definition, definition.pack(fields), 0, 255, 190), DIALECT)
-        self.said(station)
-        self.task.obey(self.sessions[station], message)
-        if seconds:
-            self.run(seconds)
-        streams = {name for name, rate in self.task.rates.items() if rate} | {"CAMERA_TRACKING_GEO_STATUS"}
-        streams |= {"ADSB_VEHICLE"}
-        return [m for m in self.said(station) if m.name not in streams and (m.name, m.component) != ("STATUSTEXT", 1)]
-
-    def order(self, command, *params, component=FISHEYE, **more):
-        """The result of an order and what else came."""
-        named = {f"param{number}": value for number, value in enumerate(params, 1)}
-        found = self.ask("COMMAND_LONG", component, command=command, **named, **more)
-        (ack,) = [m for m in found if m.name == "COMMAND_ACK"]
-        assert (ack.values["command"], ack.values["target_system"]) == (command, 255)
-        return ack.values["result"], [m for m in found if m is not ack]
-
-    def texts(self, station=0):
-        return [m.values["text"].decode() for m in self.said(station) if m.name == "STATUSTEXT"]
-
-
-@pytest.fixture(scope="module")
-def dive(tmp_path_factory):
-    """Under water, on its first circle."""
-    found = Dive(tmp_path_factory.mktemp("vehicle"), detection_markers=True)
-    found.run(40.0)
-    yield found
-    found.vehicle.close()
-
-
-@pytest.fixture(autouse=True)
-def attentive(dive):
-    """Both stations are heard of, and have read everything."""
-    for station in range(2):
-        dive.ask("HEARTBEAT", 0, station=station, seconds=0, type=6)
+from tests.outside import free_port, until
+from tests.tasks.transports.mavlink_dive import (
+    ACCEPTED,
+    DENIED,
+    DIALECT,
+    FISHEYE,
+    INT32,
+    MUG,
+    PATIENCE,
+    PROFILE,
+    REJECTED,
+    REQUEST_MESSAGE,
+    START,
+    STOP,
+    UNSUPPORTED,
+    named,
+)
 
 
 def pose(event):
     """Latitude and longitude in degrees, depth in m."""
     told = dict(item.split("=") for item in event.data.split(";"))
     return tuple(float(told[name]) for name in ("lat", "lon", "depth"))
-
-
-def named(messages, name):
-    return [m for m in messages if m.name == name]
 
 
 def test_each_camera_is_a_component_with_its_own_numbers(dive):
@@ -205,6 +122,21 @@ def test_a_picture_is_taken_where_and_when_it_says(dive):
     assert (result, again.values) == (ACCEPTED, values)
     assert dive.order(REQUEST_MESSAGE, 263, before + 1)[0] == DENIED
     assert dive.order(REQUEST_MESSAGE, 263, math.inf)[0] == DENIED
+
+
+def test_the_last_picture_comes_as_a_thumbnail(dive):
+    dive.order(START, 0, 0, 1, 0)
+    dive.run(2.0)
+    found = dive.ask("DATA_TRANSMISSION_HANDSHAKE", type=1, jpg_quality=60, seconds=2.0)
+    (about,) = named(found, "DATA_TRANSMISSION_HANDSHAKE")
+    pieces = named(found, "ENCAPSULATED_DATA")
+    assert {m.component for m in (about, *pieces)} == {FISHEYE}
+    assert [m.values["seqnr"] for m in pieces] == list(range(about.values["packets"]))
+    jpeg = b"".join(bytes(m.values["data"]) for m in pieces)[: about.values["size"]]
+    with Image.open(io.BytesIO(jpeg)) as picture:
+        picture.load()
+        assert (picture.format, picture.size) == ("JPEG", (about.values["width"], about.values["height"]))
+    assert not named(dive.ask("DATA_TRANSMISSION_HANDSHAKE", type=1, size=10, packets=1), "ENCAPSULATED_DATA")
 
 
 def test_a_repeated_order_takes_one_picture(dive):
@@ -293,75 +225,6 @@ def test_a_detected_glider_is_shown_where_it_is(dive):
     assert not named(dive.said(), "ADSB_VEHICLE")
 
 
-def test_settings_are_numbers_texts_and_lists(dive):
-    found = named(dive.ask("PARAM_EXT_REQUEST_LIST", seconds=2.0), "PARAM_EXT_VALUE")
-    values = {m.values["param_id"]: m.values for m in found}
-    assert [m.values["param_index"] for m in found] == list(range(found[0].values["param_count"]))
-    assert {m.component for m in found} == {FISHEYE}
-    assert (values[b"SCENE"]["param_value"], values[b"SCENE"]["param_type"]) == (b"Seabed", TEXT)
-    assert (values[b"MUGS"]["param_value"], values[b"MUGS"]["param_type"]) == (b"1.0 0.3", TEXT)
-    assert values[b"FRAME_RATE"]["param_type"] == REAL32
-    assert values[b"SAVE_IMAGES"]["param_type"] == INT32
-    (one,) = dive.ask("PARAM_EXT_REQUEST_READ", param_id=b"SCENE", param_index=-1)
-    assert one.values == values[b"SCENE"]
-    (one,) = dive.ask("PARAM_EXT_REQUEST_READ", param_index=found[3].values["param_index"])
-    assert one.values == found[3].values
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "kind", "attribute", "expected"),
-    [
-        (b"SCENE", b"Sea Surface", TEXT, "scene", "Sea Surface"),
-        (b"SCENE", b"Seabed", TEXT, "scene", "Seabed"),
-        (b"MUGS", b"1 2, 3 4", TEXT, "mugs", ["1 2", "3 4"]),
-        (b"FRAME_RATE", struct.pack("<f", 0.9), REAL32, "frame_rate", 0.9),
-        (b"FRAME_RATE", struct.pack("<f", 1.0), REAL32, "frame_rate", 1.0),
-    ],
-)
-def test_a_setting_is_changed_and_all_learn_it(dive, name, value, kind, attribute, expected):
-    dive.said(1)
-    found = dive.ask("PARAM_EXT_SET", param_id=name, param_value=value, param_type=kind)
-    (ack,) = named(found, "PARAM_EXT_ACK")
-    assert (ack.component, ack.values["param_id"], ack.values["param_result"]) == (FISHEYE, name, 0)
-    assert getattr(dive.vehicle.task("Vision.FisheyeCamera"), attribute) == expected
-    (told,) = named(dive.said(1), "PARAM_EXT_VALUE")
-    assert told.values["param_value"] == ack.values["param_value"]
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "kind", "result"),
-    [
-        (b"SCENE", b"Moon", TEXT, 1),
-        (b"SCENE", b"\xff\xfe", TEXT, 1),
-        (b"SCENE", struct.pack("<i", 1), INT32, 1),
-        (b"FRAME_RATE", struct.pack("<f", math.nan), REAL32, 1),
-        (b"FRAME_RATE", struct.pack("<f", -1.0), REAL32, 1),
-        (b"SAVE_IMAGES", struct.pack("<i", 7), INT32, 1),
-        (b"NOTHING", b"x", TEXT, 1),
-        (b"VISIBILITY", struct.pack("<f", 0.01), REAL32, 2),  # valid, but the task refuses it
-    ],
-)
-def test_a_bad_setting_is_refused(dive, name, value, kind, result):
-    before = dive.vehicle.task("Vision.FisheyeCamera").parameter_set.snapshot()
-    found = dive.ask("PARAM_EXT_SET", param_id=name, param_value=value, param_type=kind, seconds=2.0)
-    (ack,) = named(found, "PARAM_EXT_ACK")
-    assert (ack.values["param_id"], ack.values["param_result"]) == (name, result)
-    assert dive.vehicle.task("Vision.FisheyeCamera").parameter_set.snapshot() == before
-
-
-def test_a_long_text_is_cut_and_not_lost(dive):
-    camera = dive.vehicle.task("Vision.FisheyeCamera")
-    before, camera.mugs = camera.mugs, [f"{n} {n}" for n in range(60)]
-    (shown,) = dive.ask("PARAM_EXT_REQUEST_READ", param_id=b"MUGS", param_index=-1)
-    value = shown.values["param_value"]
-    assert len(value) <= 128
-    assert value.decode().endswith("…")
-    (ack,) = named(dive.ask("PARAM_EXT_SET", param_id=b"MUGS", param_value=value, param_type=TEXT), "PARAM_EXT_ACK")
-    assert ack.values["param_result"] == 0
-    assert len(camera.mugs) == 60
-    camera.mugs = before
-
-
 def test_a_camera_in_trouble_says_why_it_takes_no_picture(dive):
     camera = dive.vehicle.task("Vision.FisheyeCamera")
     state = camera.entity.state
@@ -374,18 +237,18 @@ def test_a_camera_in_trouble_says_why_it_takes_no_picture(dive):
 
 @settings(max_examples=300)
 @given(st.data())
-def test_no_message_to_a_camera_raises(dive, data):
+def test_no_message_to_a_camera_raises(diving, data):
     definition = data.draw(st.sampled_from(list(DIALECT.by_id.values())))
     payload = bytearray(definition.fill(data.draw(st.binary(max_size=255))))
     place = 0
     for field in definition.fields:
         size = struct.calcsize(f"<{field.length or ''}{field.kind}")
         if field.name in ("target_system", "target_component"):
-            payload[place] = dive.task.autopilot.system if field.name == "target_system" else FISHEYE
+            payload[place] = diving.task.autopilot.system if field.name == "target_system" else FISHEYE
         place += size
     (message,), _ = split(encode(definition, bytes(payload), 0, 255, 190), DIALECT)
-    dive.task.obey(dive.sessions[1], message)
-    dive.said(1)
+    diving.task.obey(diving.sessions[1], message)
+    diving.said(1)
 
 
 @settings(max_examples=300)
@@ -394,36 +257,10 @@ def test_no_message_to_a_camera_raises(dive, data):
     st.lists(st.floats(width=32), min_size=7, max_size=7),
     st.sampled_from([FISHEYE, MUG]),
 )
-def test_no_order_to_a_camera_raises(dive, command, params, component):
+def test_no_order_to_a_camera_raises(diving, command, params, component):
     fields = {f"param{number}": value for number, value in enumerate(params, 1)}
-    found = dive.ask("COMMAND_LONG", component, seconds=0, command=command, **fields)
+    found = diving.ask("COMMAND_LONG", component, seconds=0, command=command, **fields)
     assert [m.component for m in named(found, "COMMAND_ACK")] == [component]
-
-
-def test_a_camera_has_the_video_of_the_profile(tmp_path):
-    address = "rtsp://127.0.0.1:8554/down"
-    dive = Dive(tmp_path, video_streams=[f"Fisheye Camera={address}"], peer_timeout=60.0)
-    for command, *params in ((REQUEST_MESSAGE, 269), (2504, 0)):
-        result, (video,) = dive.order(command, *params)
-        assert (result, video.name, video.values["uri"]) == (ACCEPTED, "VIDEO_STREAM_INFORMATION", address.encode())
-        assert (video.values["count"], video.values["type"], video.values["hfov"]) == (1, 0, 180)
-    assert dive.order(521)[1][0].values["flags"] == 2 | 256
-    assert dive.order(2504, 0, component=MUG)[0] == UNSUPPORTED
-    dive.vehicle.close()
-
-
-@pytest.mark.parametrize("words", ["Fisheye Camera", "Fisheye Camera=http://x", "=rtsp://x", "A=rtsp://" + "x" * 200])
-def test_a_wrong_video_is_refused(words):
-    with pytest.raises(ValueError, match="is not ENTITY LABEL=rtsp://ADDRESS"):
-        parse_video(words)
-
-
-def test_cameras_can_be_hidden(tmp_path):
-    dive = Dive(tmp_path, cameras=False)
-    dive.run(3.0)
-    assert {m.component for m in dive.said()} == {1}
-    assert not dive.ask("COMMAND_LONG", command=521)
-    dive.vehicle.close()
 
 
 def test_a_mission_switches_the_camera(dive):
@@ -444,6 +281,8 @@ def test_mavsdk_uses_the_cameras(tmp_path):
     thread = threading.Thread(target=vehicle.run, daemon=True)
     thread.start()
     try:
+        camera = vehicle.task("Vision.FisheyeCamera").entity
+        assert until(lambda: camera.state == imc.EntityState.State.NORMAL), "before its first frame it takes no picture"
         command = [sys.executable, str(Path(__file__).with_name("mavsdk_camera_client.py")), str(port)]
         done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     finally:
@@ -464,13 +303,3 @@ def test_mavsdk_uses_the_cameras(tmp_path):
     assert altitude == pytest.approx(-told[0][2], abs=2e-3)
     assert sum(seen["settings"]) > 10
     assert (seen["scene"], seen["rate"]) == ("Sea Surface", 2.5)
-
-
-def test_the_documentation_lists_what_cameras_say(dive):
-    page = (Path(__file__).parents[3] / "docs" / "mavlink.md").read_text()
-    section = page.partition("## Cameras")[2].partition("\n## ")[0]
-    rows = re.findall(r"^\| ([A-Z0-9_]+) \| (.+?) \| (.+?) \|$", section, re.MULTILINE)
-    shown = [(name, float(hertz) if hertz.isdecimal() else 0.0, sources) for name, hertz, sources in rows]
-    assert shown == [(name, rate, sources) for name, rate, sources, _ in ALL]
-    said = [stream for camera in dive.task.autopilot.cameras for stream in camera.streams.values()]
-    assert {(stream.name, stream.rate, stream.sources) for stream in said} < set(shown)
