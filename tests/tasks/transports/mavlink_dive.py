@@ -1,11 +1,12 @@
 """An AUV with both cameras, and ground stations without sockets that talk to them."""
 
 import imc
-from mavlink import FLAVOURS, encode, load_dialect, split
+from mavlink import encode, load_dialect, split
 from runtime.kernel import parse_clock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from tasks.transports.mavlink import MAVLink
+from tasks.transports.mavlink_protocol.camera_services import hearers
 from tasks.transports.mavlink_protocol.links import Link
 from tests.outside import free_port
 
@@ -43,8 +44,8 @@ class Dive:
 
     def _meet(self, number):
         frames = []
-        link: Link = self.task.open_links[0]
-        session = link.sessions["station", number] = self.task.meet(FLAVOURS["px4"], frames.append)
+        link: Link = self.task.network.links[0]
+        session = link.sessions["station", number] = self.task.meet(link, frames.append)
         session.frames = frames
         return session
 
@@ -64,7 +65,8 @@ class Dive:
         fields = {"target_system": self.task.autopilot.system, "target_component": component, **fields}
         (message,), _ = split(encode(definition, definition.pack(fields), 0, 255, 190), DIALECT)
         self.said(station)
-        self.task.obey(self.sessions[station], message)
+        if parts := hearers(self.sessions[station], message):
+            self.task.obey(self.sessions[station], message, parts)
         if seconds:
             self.run(seconds)
         streams = {name for name, rate in self.task.rates.items() if rate} | {"CAMERA_TRACKING_GEO_STATUS"}
