@@ -214,6 +214,12 @@ class TcpConnection:
         self._socket.close()
 
 
+class Datagram(bytes):
+    """A datagram, and the host and port that it came from."""
+
+    source: tuple[str, int] | None = None
+
+
 class UdpSocket:
     """A UDP socket that receives at a port and, if `to` is set, sends to a host and port, and hears only this host."""
 
@@ -243,11 +249,12 @@ class UdpSocket:
 
 
 class UdpConnection:
-    """An open UDP socket. Without a destination it answers whom it heard last."""
+    """An open UDP socket. Without a destination it answers whom it heard last, or whom `answer` has chosen."""
 
     def __init__(self, opened: socket.socket, to: tuple[str, int] | None):
         self._socket = opened
         self._fixed = to is not None
+        self._chosen = False
         self._to = to
 
     def fileno(self) -> int:
@@ -265,12 +272,19 @@ class UdpConnection:
                 break
             except ConnectionRefusedError:  # an answer to something that was sent
                 continue
-            if not self._fixed:
-                self._to = sender[:2]
-            elif self._to is not None and sender[0] != self._to[0]:
+            if self._fixed and self._to is not None and sender[0] != self._to[0]:
                 continue
-            found.append(data)
+            if not (self._fixed or self._chosen):
+                self._to = sender[:2]
+            datagram = Datagram(data)
+            datagram.source = sender[:2]
+            found.append(datagram)
         return found
+
+    def answer(self, sender: tuple[str, int]) -> None:
+        """Send to this one from now on, whoever else is heard."""
+        if not self._fixed:
+            self._to, self._chosen = sender, True
 
     def write(self, data: bytes) -> int:
         if self._to is not None:

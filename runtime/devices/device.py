@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from runtime.devices.addresses import Address, Connection, look_up, words
+from runtime.devices.addresses import Address, Connection, Datagram, UdpConnection, look_up, words
 from runtime.devices.recording import Piece
 from runtime.devices.splitters import Splitter
 from runtime.kernel import SECOND, Readable
@@ -133,6 +133,11 @@ class Device:
         if not self._flushing:
             self._flush()
         return True
+
+    def answer(self, piece: bytes) -> None:
+        """From now on `write` sends to the sender of this datagram, when several send to one port; else no effect."""
+        if isinstance(self._connection, UdpConnection) and isinstance(piece, Datagram) and piece.source is not None:
+            self._connection.answer(piece.source)
 
     def close(self) -> None:
         """Close it for good."""

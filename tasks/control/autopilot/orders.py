@@ -1,0 +1,100 @@
+"""Commands to an autopilot, each of which it has to acknowledge."""
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from mavlink import Fields
+
+ACCEPTED, IN_PROGRESS = 0, 5
+RESULTS = ("accepted", "temporarily rejected", "denied", "unsupported", "failed", "in progress", "cancelled",
+           "accepted only as COMMAND_LONG", "accepted only as COMMAND_INT", "refused for its frame")  # fmt: skip
+PATIENCE, LONG_PATIENCE, TRIES = 0.7, 10.0, 4  # s, s while it is in progress
+MOST = 64
+SILENT = -1  # the result of a command that was never acknowledged
+
+Then = Callable[[int], object]
+
+
+def in_words(result: int) -> str:
+    """A MAV_RESULT for people."""
+    if result == SILENT:
+        return "not acknowledged"
+    return RESULTS[result] if result < len(RESULTS) else f"answered with {result}"
+
+
+@dataclass(slots=True)
+class Order:
+    """One command: the name of its message, its fields, what to do with the result, and when it is sent again."""
+
+    message: str
+    fields: Fields
+    then: Then
+    tries: int = 0
+    due: float = 0.0
+
+
+class Orders:
+    """Sends one command at a time, again without an answer; urgent ones overtake those that wait.
+
+    `transmit(message, fields)` sends. An acknowledgment counts if it names the command.
+    """
+
+    def __init__(self, transmit: Callable[[str, Fields], object]) -> None:
+        self._transmit = transmit
+        self._waiting: deque[Order] = deque()
+        self._current: Order | None = None
+
+    @property
+    def busy(self) -> bool:
+        return self._current is not None
+
+    def give(self, message: str, fields: Fields, then: Then, now: float, *, urgent: bool = False) -> None:
+        """Send a command as soon as those before it are settled."""
+        order = Order(message, fields, then)
+        if len(self._waiting) >= MOST:
+            self._waiting.pop()
+        if urgent:
+            self._waiting.appendleft(order)
+        else:
+            self._waiting.append(order)
+        self.look_after(now)
+
+    def forget(self) -> None:
+        """Drop all commands: who should acknowledge them is not there any more."""
+        self._waiting.clear()
+        self._current = None
+
+    def hear(self, command: int, result: int, now: float) -> None:
+        """Take an acknowledgment."""
+        current = self._current
+        if current is None or current.fields["command"] != command:
+            return
+        if result == IN_PROGRESS:
+            current.due = now + LONG_PATIENCE
+            return
+        self._settle(current, result, now)
+
+    def look_after(self, now: float) -> None:
+        """Send what is due."""
+        current = self._current
+        if current is None:
+            if not self._waiting:
+                return
+            current = self._current = self._waiting.popleft()
+        elif now < current.due:
+            return
+        if current.tries >= TRIES:
+            self._settle(current, SILENT, now)
+            return
+        if current.message == "COMMAND_LONG":
+            self._transmit(current.message, {**current.fields, "confirmation": current.tries})
+        else:
+            self._transmit(current.message, current.fields)
+        current.tries += 1
+        current.due = now + PATIENCE
+
+    def _settle(self, order: Order, result: int, now: float) -> None:
+        self._current = None
+        order.then(result)
+        self.look_after(now)

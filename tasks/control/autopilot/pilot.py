@@ -1,0 +1,297 @@
+"""Decides what an autopilot is told: its mode, whether it is armed, where it goes."""
+
+import math
+from collections.abc import Callable, Sequence
+from enum import Enum, auto
+
+from mavlink import Fields
+from tasks.control.autopilot.kinds import Body
+from tasks.control.autopilot.leg import Leg, Whereabouts
+from tasks.control.autopilot.orders import ACCEPTED, in_words
+
+SET_MODE, ARM, TAKEOFF, CHANGE_SPEED, REPOSITION, ORBIT = 176, 400, 22, 178, 192, 34  # MAV_CMD
+CUSTOM_MODE = 1
+GLOBAL, RELATIVE = 0, 6  # MAV_FRAME: above the sea, above home
+ONLY_POSITION = 0x0DF8  # ignore velocity, acceleration and yaw of a position target
+AIR_SPEED, GROUND_SPEED = 0, 1
+RETRY, TRIES = 1.5, 3  # s
+ALOFT = 1.0  # m above home; higher, it is in the air
+WINGS_ALOFT = 15.0  # m; higher, a plane has taken off
+IN_AIR = 2  # MAV_LANDED_STATE
+
+Give = Callable[[str, Fields, Callable[[int], object]], object]
+
+
+class Errand(Enum):
+    """What the pilot has to do; ENDS is what follows an Abort, or a long time without a maneuver."""
+
+    NONE = auto()
+    HOLD = auto()
+    ENDS = auto()
+    GO = auto()
+    TAKE_OFF = auto()
+    LAND = auto()
+
+
+LED = (Errand.GO, Errand.TAKE_OFF, Errand.LAND)
+
+
+class Pilot:
+    """Leads an autopilot step by step: mode, arming, speed and target, each confirmed before the next.
+
+    What the autopilot says counts: a command is done when HEARTBEAT shows it. A mode that changes after it was reached
+    is the will of a person or a failsafe, and is not fought.
+
+    give: sends a command, and calls with its result. send: sends a message. say: tells people. why: what the autopilot
+    has said last, or "".
+    """
+
+    def __init__(
+        self,
+        give: Give,
+        send: Callable[[str, Fields], object],
+        say: Callable[[str], object],
+        why: Callable[[], str],
+    ) -> None:
+        self._give, self._send, self._say, self._why = give, send, say, why
+        self.body: Body | None = None
+        self.mode, self.armed, self.landed_state = -1, False, 0
+        self.at: Whereabouts | None = None
+        self.leg: Leg | None = None
+        self.error = ""
+        self.errand = Errand.NONE
+        self.since = -math.inf
+        self._ending, self._number = "hold", 0
+        self._begin(Errand.NONE, -math.inf)
+
+    @property
+    def stands(self) -> bool:
+        """Whether it is on the ground, as far as it can leave it."""
+        return not self.armed
+
+    @property
+    def leads(self) -> bool:
+        return self.errand in LED
+
+    def follow(self, leg: Leg, now: float) -> None:
+        """Carry out a leg."""
+        self.leg, self.error = leg, ""
+        self._begin(Errand.TAKE_OFF if leg.takes_off else Errand.LAND if leg.lands else Errand.GO, now)
+
+    def release(self, now: float) -> None:
+        """Hold where it is; unless somebody else has taken over."""
+        self.leg, self.error = None, ""
+        taken, self._taken = self._taken, False
+        if not taken and self.errand is not Errand.ENDS:
+            self._begin(Errand.HOLD, now)
+
+    def end(self, ending: str, now: float) -> None:
+        """End in the mode `ending`: hold, return, land or disarm."""
+        self.leg, self._ending = None, ending
+        self._begin(Errand.ENDS, now)
+
+    def lose(self) -> None:
+        """The autopilot has gone; what it was told may be forgotten there."""
+        self.leg = None
+        self._begin(Errand.NONE, -math.inf)
+        self.mode, self.at = -1, None
+
+    def refuse(self, reason: str) -> None:
+        """Something cannot be done: the plan must end."""
+        self.error, self.leg = reason, None
+        self._begin(Errand.NONE, -math.inf)
+
+    def retry(self) -> None:
+        """Commands that were given have been dropped."""
+        self._asked = False
+
+    def step(self, now: float) -> None:
+        """Do what is next."""
+        body = self.body
+        if body is None or self._asked or self.mode < 0 or now < self._due:
+            return
+        if self.errand in (Errand.HOLD, Errand.ENDS):
+            self._rest(body, now)
+        elif self.leg is not None and self.at is not None:
+            self._lead(body, self.leg, self.at, now)
+
+    def _begin(self, errand: Errand, now: float) -> None:
+        self.errand, self.since = errand, now
+        self._settled = self._sent = self._sped = self._asked = False
+        self._taken = False
+        self._landing = self._had_arms = False
+        self._tries, self._due = 0, -math.inf
+        self._number += 1
+
+    def _rest(self, body: Body, now: float) -> None:
+        """Reach the mode of an errand without a leg."""
+        if not self.armed:
+            self._begin(Errand.NONE, now)
+            return
+        if self.errand is Errand.HOLD:
+            wanted = body.hold
+        elif self._ending == "disarm" and not body.flies:
+            self._arm(now, 0)
+            return
+        else:
+            ways = {"return": body.back, "land": body.land, "disarm": body.land}
+            wanted = ways.get(self._ending) or (body.back if self._ending == "land" and body.flies else body.hold)
+        if self._settled and self.mode != wanted:
+            self._say("another mode was chosen: Shoal does not steer now")
+            self._begin(Errand.NONE, now)
+            return
+        self._reach(now, wanted)
+
+    def _lead(self, body: Body, leg: Leg, at: Whereabouts, now: float) -> None:
+        if self.errand is Errand.LAND and self.stands:
+            leg.near = True
+        elif self.errand is Errand.TAKE_OFF and not self._aloft(body, at):
+            self._take_off(body, leg, at, now)
+        elif self.errand is Errand.LAND and leg.arrived:
+            self._land(body, now)
+        elif body.flies and self.stands:
+            self.refuse("on the ground: take off first")
+        elif self._reach(now, body.guided, *self._also(body, leg)) and (body.flies or self._arm(now, 1)):
+            self._go(body, leg, at, now)
+
+    def _also(self, body: Body, leg: Leg) -> Sequence[int]:
+        """Other modes in which the leg may be: those into which the autopilot goes by itself."""
+        after = [body.takeoff] if self.errand is Errand.TAKE_OFF and self._sent else []
+        around = [body.orbit] if leg.radius and self._sent else []
+        return [mode for mode in (*after, *around) if mode is not None]
+
+    def _aloft(self, body: Body, at: Whereabouts) -> bool:
+        """Whether a takeoff needs no command of its own: it is in the air already, and did not take off just now."""
+        if not self.armed:
+            return False
+        if body.roams:
+            return at.above_home > WINGS_ALOFT
+        return not self._sent and (at.above_home > ALOFT or self.landed_state == IN_AIR)
+
+    def _take_off(self, body: Body, leg: Leg, at: Whereabouts, now: float) -> None:
+        if self._sent and self.stands:
+            self.refuse(f"it did not take off{self._because()}")
+            return
+        if body.roams and not body.px4 and body.takeoff is not None:
+            if self._reach(now, body.takeoff):
+                self._arm(now, 1)
+            return
+        also = [mode for mode in (body.takeoff,) if mode is not None] if self._sent else []
+        if not self._reach(now, body.guided, *also) or not self._arm(now, 1) or self._sent:
+            return
+        height = at.amsl - at.above_home + leg.height if body.px4 else leg.height
+        place = (math.nan, math.nan, math.nan) if body.px4 else (0.0, 0.0, 0.0)
+        self._command("a takeoff", TAKEOFF, (0.0, 0.0, 0.0, *place, height))
+
+    def _land(self, body: Body, now: float) -> None:
+        if body.land is None:
+            self.refuse(f"a {body.name} cannot land on command")
+        else:
+            if not self._landing:
+                self._landing, self._settled, self._tries = True, False, 0
+            self._reach(now, body.land)
+
+    def _go(self, body: Body, leg: Leg, at: Whereabouts, now: float) -> None:
+        if body.targets:
+            if not self._sped:
+                self._sped = True
+                self._speed(GROUND_SPEED, leg.speed)
+            lat, lon = leg.target(at)
+            self._send(
+                "SET_POSITION_TARGET_GLOBAL_INT",
+                {
+                    "coordinate_frame": RELATIVE,
+                    "type_mask": ONLY_POSITION,
+                    "lat_int": _degrees(lat),
+                    "lon_int": _degrees(lon),
+                    "alt": leg.height,
+                },
+            )
+            return
+        if self._sent:
+            return
+        if body.roams and not self._sped:
+            self._sped = True
+            self._speed(AIR_SPEED, leg.speed)
+            return
+        height = at.amsl - at.above_home + leg.height
+        place: Fields = {"frame": GLOBAL, "x": _degrees(leg.lat), "y": _degrees(leg.lon), "z": height}
+        if leg.radius and body.orbit is not None:
+            turn = (leg.side * leg.radius, leg.speed, 0.0, math.nan)
+            self._command("an orbit", ORBIT, turn, place)
+        else:
+            counter = 1.0 if leg.side < 0 else 0.0
+            yaw = math.nan if body.px4 else counter  # ArduPlane takes the sense of the circle from it
+            self._command("the leg", REPOSITION, (leg.speed, 1.0, leg.side * leg.radius, yaw), place)
+
+    def _reach(self, now: float, wanted: int, *also: int) -> bool:
+        """Whether it is in the wanted mode; asks for it, if not."""
+        if self.mode == wanted or self.mode in also:
+            self._settled, self._tries = True, 0
+            return True
+        if self._settled and self.leads:
+            self.refuse("a pilot or a failsafe has chosen another mode: Shoal does not steer now")
+            self._taken = True
+            return False
+        main, sub = (wanted >> 16 & 0xFF, wanted >> 24) if wanted > 0xFFFF else (wanted, 0)
+        self._ask("the mode", SET_MODE, (float(CUSTOM_MODE), float(main), float(sub)), now)
+        return False
+
+    def _arm(self, now: float, wanted: int) -> bool:
+        """Whether it is armed, or disarmed, as wanted; asks for it, if not."""
+        if self.armed == bool(wanted):
+            self._had_arms = True
+            return True
+        if self._had_arms and self.leads:
+            self.refuse(f"it was disarmed{self._because()}")
+        else:
+            self._ask("arming" if wanted else "disarming", ARM, (float(wanted),), now)
+        return False
+
+    def _ask(self, what: str, command: int, values: Sequence[float], now: float) -> None:
+        """Give a command until HEARTBEAT shows its effect; a leg is given up when that takes too long."""
+        if self._tries >= TRIES and self.leads:
+            self.refuse(f"{what} was accepted, but did not come{self._because()}")
+            return
+        self._tries += 1
+        self._due = now + RETRY
+        self._order(what, "COMMAND_LONG", {"command": command, **_numbered(values)}, final=self._tries == TRIES)
+
+    def _command(self, what: str, command: int, values: Sequence[float], place: Fields | None = None) -> None:
+        """Give a command once; a leg that the autopilot refuses is given up."""
+        self._sent = True
+        name = "COMMAND_LONG" if place is None else "COMMAND_INT"
+        self._order(what, name, {"command": command, **_numbered(values), **(place or {})}, final=True)
+
+    def _speed(self, kind: int, speed: float) -> None:
+        fields = {"command": CHANGE_SPEED, **_numbered((kind, speed, -1.0))}
+        self._order("the speed", "COMMAND_LONG", fields, final=False, aloud=True)
+
+    def _order(self, what: str, message: str, fields: Fields, *, final: bool, aloud: bool = False) -> None:
+        self._asked, number = True, self._number
+
+        def settle(result: int) -> None:
+            if number != self._number:  # about an errand that is over
+                return
+            self._asked = False
+            if result == ACCEPTED:
+                return
+            reason = f"{what} was {in_words(result)}{self._because()}"
+            if final and self.leads:
+                self.refuse(reason)
+            elif final or aloud:
+                self._say(reason)
+
+        self._give(message, fields, settle)
+
+    def _because(self) -> str:
+        text = self._why()
+        return f": {text}" if text else ""
+
+
+def _numbered(values: Sequence[float]) -> dict[str, float]:
+    return {f"param{number}": value for number, value in enumerate(values, 1)}
+
+
+def _degrees(angle: float) -> int:
+    return round(math.degrees(angle) * 1e7)
