@@ -67,7 +67,7 @@ class MAVLink(Task):
     near_radius: float = param(
         2.0, "m", "A path is done within this distance of its end.", name="Radius To Endpoint", minimum=0.1
     )
-    height_tolerance: float = param(1.0, "m", "A path is done within this distance of its height.", minimum=0.1)
+    height_tolerance: float = param(0.4, "m", "A path is done within this distance of its height.", minimum=0.1)
     ending: str = param("hold", "", "What it does after an Abort.", choices=("hold", "return", "land", "disarm"))
     idle_timeout: float = param(
         60.0, "s", "An aircraft ends its flight after this time without a maneuver; 0 for never.", minimum=0
@@ -310,7 +310,7 @@ class MAVLink(Task):
         self._asked, sensors = self.now, self.sensor_rate
         self.connection.orders.forget()
         self.pilot.retry()
-        rates = {"ATTITUDE": self.attitude_rate, "GLOBAL_POSITION_INT": self.position_rate, "SYS_STATUS": 1.0}
+        rates = {"ATTITUDE": self.attitude_rate, "GLOBAL_POSITION_INT": self.position_rate, "SYS_STATUS": 2.0}
         rates |= dict.fromkeys(("GPS_RAW_INT", "VFR_HUD", "RAW_IMU", "DISTANCE_SENSOR"), sensors)
         slow = ("EXTENDED_SYS_STATE", "SYSTEM_TIME", "BATTERY_STATUS", "SCALED_PRESSURE", "SCALED_PRESSURE2")
         self.connection.ask_for({**rates, **dict.fromkeys(slow, 1.0)}, self.now)

@@ -117,9 +117,8 @@ class Pilot:
 
     def _begin(self, errand: Errand, now: float) -> None:
         self.errand, self.since = errand, now
-        self._settled = self._sent = self._sped = self._asked = False
-        self._taken = False
-        self._landing = self._had_arms = False
+        self._sent = self._sped = self._asked = self._taken = self._had_arms = False
+        self._reached: int | None = None
         self._tries, self._due = 0, -math.inf
         self._number += 1
 
@@ -136,7 +135,7 @@ class Pilot:
         else:
             ways = {"return": body.back, "land": body.land, "disarm": body.land}
             wanted = ways.get(self._ending) or (body.back if self._ending == "land" and body.flies else body.hold)
-        if self._settled and self.mode != wanted:
+        if self._reached is not None and self.mode != wanted:
             self._say("another mode was chosen: Shoal does not steer now")
             self._begin(Errand.NONE, now)
             return
@@ -187,8 +186,6 @@ class Pilot:
         if body.land is None:
             self.refuse(f"a {body.name} cannot land on command")
         else:
-            if not self._landing:
-                self._landing, self._settled, self._tries = True, False, 0
             self._reach(now, body.land)
 
     def _go(self, body: Body, leg: Leg, at: Whereabouts, now: float) -> None:
@@ -227,9 +224,10 @@ class Pilot:
     def _reach(self, now: float, wanted: int, *also: int) -> bool:
         """Whether it is in the wanted mode; asks for it, if not."""
         if self.mode == wanted or self.mode in also:
-            self._settled, self._tries = True, 0
+            if self._reached != wanted:
+                self._reached, self._tries = wanted, 0
             return True
-        if self._settled and self.leads:
+        if self._reached == wanted and self.leads:
             self.refuse("a pilot or a failsafe has chosen another mode: Shoal does not steer now")
             self._taken = True
             return False

@@ -177,6 +177,7 @@ class StandIn:
             wanted = self.towards((0.0, 0.0, self.at[2])) if away > 0.5 else (0.0, 0.0, -1.0)
         elif self.armed and self.kind == "plane" and self.mode == self.modes["takeoff"]:
             wanted = (math.cos(self.heading) * 15.0, math.sin(self.heading) * 15.0, 3.0)
+            self.at[2] = max(self.at[2], 0.11)
         elif self.armed and self.circle is not None:
             wanted = self.around(*self.circle)
         elif self.armed and self.target is not None:
@@ -242,9 +243,7 @@ class StandIn:
 
     def tell_24(self, ms):
         lat, lon, alt = self.position()
-        self.link.gps_raw_int_send(
-            ms * 1000, 3, round(1e7 * lat), round(1e7 * lon), round(1e3 * alt), 90, 90, 0, 0, 12
-        )
+        self.link.gps_raw_int_send(ms * 1000, 3, round(1e7 * lat), round(1e7 * lon), round(1e3 * alt), 90, 90, 0, 0, 12)
 
     def tell_1(self, ms):
         bits = 0x0200002F

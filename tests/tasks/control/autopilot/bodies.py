@@ -1,0 +1,108 @@
+"""A vehicle of a shipped profile, whose body is a stand-in for an autopilot in another process, on real sockets."""
+
+import contextlib
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import imc
+from imc.addresses import UNKNOWN_ENTITY
+from shoal.missions import parse_plan, prepare
+from tests.outside import ALONE, free_port, until
+
+SPEED = 10.0
+CONSOLE = 0x4000
+OPERATOR = imc.PlanControl
+
+
+class Body:
+    """A running vehicle and its autopilot; `said` has all messages by type, `modes` what the autopilot was in."""
+
+    def __init__(self, profile, folder, *options, kind="copter", overrides=()):
+        self.port, self.options, self.kind, self.others = free_port(), options, kind, []
+        self.said = {}
+        address = f"Control.Autopilot.MAVLink:Address=udpin://127.0.0.1:{self.port}"
+        patient = ["Monitors.Entities:Report Timeout=60", "Supervisors.Failsafe:Silence Timeout=20"]
+        never = [setting for setting in ALONE if "MAVLink" not in setting] + ["Transports.MAVLink:Enabled=Never"]
+        made = prepare(
+            profile,
+            ["Hardware"],
+            clock=f"{SPEED:g}x",
+            overrides=[address, *patient, *never, *overrides],
+            log_root=folder / "log",
+            state_folder=folder / "db",
+        )
+        self.vehicle = made.vehicle
+        for kind_of in (imc.EstimatedState, imc.PlanControlState, imc.AutopilotMode, imc.EntityState,
+                        imc.LogBookEntry, imc.ArmingState, imc.VehicleState, imc.PathControlState,
+                        imc.PlanControl):  # fmt: skip
+            self.said[kind_of] = []
+            self.vehicle.tap(kind_of, self.said[kind_of].append)
+        self.vehicle.start()
+        self.thread = threading.Thread(target=self.vehicle.run, daemon=True)
+        self.thread.start()
+        self.autopilot = self.stand_in(*options, kind=self.kind)
+
+    def stand_in(self, *options, kind="copter"):
+        program = str(Path(__file__).with_name("stand_in.py"))
+        command = [sys.executable, program, str(self.port), "--kind", kind, "--speed", f"{SPEED:g}", *options]
+        started = subprocess.Popen(command, stdin=subprocess.PIPE, text=True)
+        self.others.append(started)
+        return started
+
+    def tell(self, words, autopilot=None):
+        pipe = (autopilot or self.autopilot).stdin
+        pipe.write(words + "\n")
+        pipe.flush()
+
+    def publish(self, message):
+        packet = imc.encode_as(message, self.vehicle.kernel.now_ns / 1e9, CONSOLE, 0xFF, self.vehicle.system,
+                               UNKNOWN_ENTITY)  # fmt: skip
+        self.vehicle.kernel.post(self.vehicle.bus.publish, imc.decode(packet), packet, None)
+
+    def last(self, kind):
+        return self.said[kind][-1] if self.said[kind] else None
+
+    def state(self, label):
+        entity = self.vehicle.entities.find(label)
+        return f"{entity.state.name}: {entity.description}"
+
+    def texts(self):
+        return [entry.text for entry in self.said[imc.LogBookEntry]]
+
+    @property
+    def modes(self):
+        return [mode.mode for mode in self.said[imc.AutopilotMode]]
+
+    @property
+    def armed(self):
+        return self.last(imc.ArmingState).state == imc.ArmingState.State.ARMED
+
+    def wait(self, condition, patience=20.0):
+        return until(condition, patience, told=lambda: (self.texts()[-8:], self.modes))
+
+    def ready(self):
+        self.wait(lambda: (s := self.last(imc.VehicleState)) and s.op_mode == imc.VehicleState.OpMode.SERVICE)
+
+    def start(self, text):
+        plan = parse_plan("plan: test\norigin: 41.185°, -8.7062°\nspeed: 5 m/s\nmaneuvers:\n" + text)
+        self.publish(OPERATOR(op=OPERATOR.Op.START, plan_id="test", arg=plan, request_id=1))
+
+    def outcome(self):
+        """How the plan ended, once it has begun."""
+        states = self.said[imc.PlanControlState]
+        began = next((i for i, s in enumerate(states) if s.state == imc.PlanControlState.State.EXECUTING), None)
+        if began is None or states[-1].state == imc.PlanControlState.State.EXECUTING:
+            return None
+        return imc.PlanControlState.LastOutcome(states[-1].last_outcome).name
+
+    def close(self):
+        for started in self.others:
+            with contextlib.suppress(OSError):
+                started.stdin.close()
+            started.kill()
+            started.wait()
+        self.vehicle.kernel.post(self.vehicle.stop)
+        self.thread.join(20.0)
+        self.vehicle.close()
