@@ -29,6 +29,7 @@ REPEAT = 5.0  # s after which messages that do not come are asked for again
 RECENT = 5.0  # s; a text so recent may say why a command was refused
 TICK = 5.0  # Hz; how often targets are sent
 REPORTS = 1.0  # s
+LARGEST_LAT, LARGEST_LON = 900_000_000, 1_800_000_000  # 1e-7 °
 LOUD = 4  # MAV_SEVERITY: warnings, and worse
 STUCK = AlongTrack(20.0, 0.05, 0.0)
 PATH_CONTROL = "Path Control"  # the entity that shows whether a path can be followed
@@ -171,6 +172,9 @@ class MAVLink(Task):
                 self._ask()
             time = self._clock.time(boot / 1e3, self.now)
         if message.name == "GLOBAL_POSITION_INT":
+            if abs(message.values["lat"]) > LARGEST_LAT or abs(message.values["lon"]) > LARGEST_LON:
+                self.counts["unsound"] += 1
+                return
             self._placed, self._position = self.now, message.values
         for label, said in self._translator.hear(message, time):
             entity = self.entity if label == ENTITIES[0] else self._parts.get(label)

@@ -11,25 +11,29 @@ from imc.addresses import UNKNOWN_ENTITY
 from shoal.missions import parse_plan, prepare
 from tests.outside import ALONE, free_port, until
 
-SPEED = 10.0
+SPEED = 20.0
 CONSOLE = 0x4000
 OPERATOR = imc.PlanControl
+
+
+PATIENT = ("Control.Autopilot.MAVLink:Input Timeout=60", "Supervisors.Failsafe:Silence Timeout=60")
 
 
 class Body:
     """A running vehicle and its autopilot; `said` has all messages by type, `modes` what the autopilot was in."""
 
-    def __init__(self, profile, folder, *options, kind="copter", overrides=()):
+    def __init__(self, profile, folder, *options, kind="copter", speed=SPEED, overrides=PATIENT):
+        self.speed = speed
         self.port, self.options, self.kind, self.others = free_port(), options, kind, []
         self.said = {}
         address = f"Control.Autopilot.MAVLink:Address=udpin://127.0.0.1:{self.port}"
-        patient = ["Monitors.Entities:Report Timeout=60", "Supervisors.Failsafe:Silence Timeout=20"]
+        patient = "Monitors.Entities:Report Timeout=60"
         never = [setting for setting in ALONE if "MAVLink" not in setting] + ["Transports.MAVLink:Enabled=Never"]
         made = prepare(
             profile,
             ["Hardware"],
-            clock=f"{SPEED:g}x",
-            overrides=[address, *patient, *never, *overrides],
+            clock=f"{speed:g}x",
+            overrides=[address, patient, *never, *overrides],
             log_root=folder / "log",
             state_folder=folder / "db",
         )
@@ -46,7 +50,7 @@ class Body:
 
     def stand_in(self, *options, kind="copter"):
         program = str(Path(__file__).with_name("stand_in.py"))
-        command = [sys.executable, program, str(self.port), "--kind", kind, "--speed", f"{SPEED:g}", *options]
+        command = [sys.executable, program, str(self.port), "--kind", kind, "--speed", f"{self.speed:g}", *options]
         started = subprocess.Popen(command, stdin=subprocess.PIPE, text=True)
         self.others.append(started)
         return started

@@ -26,8 +26,9 @@ MODES = {
     "boat": {"guided": 15, "hold": 5, "return": 11, "start": 0},
     "submarine": {"guided": 4, "hold": 16, "return": 9, "start": 19},
     "plane": {"guided": 15, "hold": 12, "return": 11, "takeoff": 13, "start": 0},
-    "px4": {"guided": 4 << 16 | 3 << 24, "hold": 4 << 16 | 3 << 24, "return": 4 << 16 | 5 << 24, "land": 4 << 16 | 6 << 24,
-            "takeoff": 4 << 16 | 2 << 24, "orbit": 3 << 16 | 1 << 24, "start": 4 << 16 | 3 << 24},
+    "px4": {"guided": 4 << 16 | 3 << 24, "hold": 4 << 16 | 3 << 24, "return": 4 << 16 | 5 << 24,
+            "land": 4 << 16 | 6 << 24, "takeoff": 4 << 16 | 2 << 24, "orbit": 3 << 16 | 1 << 24,
+            "start": 4 << 16 | 3 << 24},
 }  # fmt: skip
 TYPES = {"copter": 2, "rover": 10, "boat": 11, "submarine": 12, "plane": 1, "px4": 2}
 FLYING = ("copter", "plane", "px4")
@@ -98,10 +99,14 @@ class StandIn:
                 self.streams[number] = 1.0 / max(1, message.req_message_rate)
         elif name == "TIMESYNC" and message.tc1 == 0:
             self.link.timesync_send(int(self.now * 1e9), message.ts1)
-        elif name == "SET_POSITION_TARGET_GLOBAL_INT" and self.mode == self.modes["guided"] and not self.px4:
-            if message.type_mask == POSITION_ONLY and message.coordinate_frame == 6 and self.can_move():
-                self.circle = None
-                self.target = (*self.local(message.lat_int / 1e7, message.lon_int / 1e7), message.alt)
+        elif name == "SET_POSITION_TARGET_GLOBAL_INT" and self.is_led(message):
+            self.circle = None
+            self.target = (*self.local(message.lat_int / 1e7, message.lon_int / 1e7), message.alt)
+
+    def is_led(self, target):
+        kind = target.type_mask, target.coordinate_frame
+        guided = self.mode == self.modes["guided"] and not self.px4
+        return guided and kind == (POSITION_ONLY, 6) and self.can_move()
 
     def can_move(self):
         return self.armed and (self.kind not in FLYING or self.flying)
@@ -190,7 +195,7 @@ class StandIn:
             self.at[axis] += self.velocity[axis] * dt
         if self.kind in FLYING and self.at[2] <= 0.1:
             self.at[2], self.velocity = 0.0, [0.0, 0.0, 0.0]
-            if self.armed and self.now - max(self.armed_at, self.landed_since) > 10.0 or self.down():
+            if self.now - max(self.armed_at, self.landed_since) > 10.0 or self.down():
                 self.armed = False
         else:
             self.landed_since = self.now

@@ -6,13 +6,13 @@ import pytest
 
 import imc
 from imc.coordinates import displacement
-from tests.tasks.control.autopilot.bodies import Body
+from tests.tasks.control.autopilot.bodies import PATIENT, Body
 
 HOME = math.radians(41.185), math.radians(-8.7062)
 SQUARE = """
   - takeoff: {altitude: 6, speed: 2 m/s}
-  - goto: {north: 25, altitude: 8}
-  - goto: {north: 25, east: 25, altitude: 8}
+  - goto: {north: 15, altitude: 8}
+  - goto: {north: 15, east: 15, altitude: 8}
   - land: {}
 """
 
@@ -42,10 +42,10 @@ def test_a_copter_takes_off_flies_two_legs_and_lands(body):
     assert copter.wait(copter.outcome) == "SUCCESS", "\n".join(copter.texts())
     assert not copter.armed
     places = [place(state) for state in copter.said[imc.EstimatedState]]
-    for corner in ((25.0, 0.0, 8.0), (25.0, 25.0, 8.0)):
+    for corner in ((15.0, 0.0, 8.0), (15.0, 15.0, 8.0)):
         assert min(math.dist(corner, at) for at in places) < 2.0
-    assert places[-1] == pytest.approx((25.0, 25.0, 0.0), abs=1.5)
-    assert copter.modes[0] == "STABILIZE" and copter.modes[1:] == ["GUIDED", "LAND"]
+    assert places[-1] == pytest.approx((15.0, 15.0, 0.0), abs=1.5)
+    assert copter.modes == ["STABILIZE", "GUIDED", "LAND"]
 
 
 def test_px4_takes_off_circles_hovers_and_lands(body):
@@ -65,7 +65,7 @@ def test_px4_takes_off_circles_hovers_and_lands(body):
 
 
 def test_a_boat_goes_circles_and_keeps_station(body):
-    boat = body("autopilot-boat", "--old", kind="boat", overrides=["Maneuver.Loiter:Minimum Radius=8"])
+    boat = body("autopilot-boat", "--old", kind="boat", overrides=[*PATIENT, "Maneuver.Loiter:Minimum Radius=8"])
     boat.ready()
     boat.start("""
   - goto: {north: 20, speed: 3 m/s, depth: 0}
@@ -81,7 +81,7 @@ def test_a_boat_goes_circles_and_keeps_station(body):
 
 
 def test_a_submarine_dives_to_a_depth(body):
-    sub = body("autopilot-boat", kind="submarine", overrides=["General:Absolute Maximum Depth=10"])
+    sub = body("autopilot-boat", kind="submarine", overrides=[*PATIENT, "General:Absolute Maximum Depth=10"])
     sub.ready()
     sub.start("  - goto: {north: 10, speed: 2 m/s, depth: 4}")
     assert sub.wait(sub.outcome) == "SUCCESS", "\n".join(sub.texts())
@@ -93,7 +93,7 @@ def test_a_plane_takes_off_and_circles_at_the_end_of_its_leg(body):
     plane = body(
         "autopilot-copter",
         kind="plane",
-        overrides=[radius, radius.replace("Radius To Endpoint=80", "Height Tolerance=5")],
+        overrides=[*PATIENT, radius, radius.replace("Radius To Endpoint=80", "Height Tolerance=5")],
     )
     plane.ready()
     plane.start("""
@@ -123,7 +123,7 @@ def test_the_mode_that_a_pilot_chooses_is_not_fought(body):
 
 
 def test_a_killed_autopilot_is_an_error_and_a_new_one_works(body):
-    copter = body("autopilot-copter")
+    copter = body("autopilot-copter", speed=8.0, overrides=())
     flying(copter)
     copter.autopilot.kill()
     assert copter.wait(copter.outcome) == "FAILURE", "\n".join(copter.texts())
@@ -133,14 +133,14 @@ def test_a_killed_autopilot_is_an_error_and_a_new_one_works(body):
     copter.autopilot = copter.stand_in(kind="copter")
     copter.wait(lambda: copter.last(imc.VehicleState).op_mode == imc.VehicleState.OpMode.SERVICE)
     failed = next(entry for entry in copter.said[imc.LogBookEntry] if "no HEARTBEAT" in entry.text)
-    assert failed.htime - silent_since == pytest.approx(3.0, abs=1.6)
+    assert failed.htime - silent_since == pytest.approx(3.0, abs=2.0)
     copter.said[imc.PlanControlState].clear()
     copter.start("  - takeoff: {altitude: 5, speed: 2 m/s}\n  - land: {}\n")
     assert copter.wait(copter.outcome) == "SUCCESS", "\n".join(copter.texts())
 
 
 def test_an_abort_lands_and_an_idle_copter_too(body):
-    copter = body("autopilot-copter", overrides=["Control.Autopilot.MAVLink:Idle Timeout=5"])
+    copter = body("autopilot-copter", overrides=[*PATIENT, "Control.Autopilot.MAVLink:Idle Timeout=5"])
     flying(copter)
     copter.publish(imc.Abort())
     copter.wait(lambda: copter.modes[-1] == "LAND" and not copter.armed)
@@ -172,5 +172,4 @@ def test_foreigners_garbage_and_what_is_no_number_have_no_effect(body):
     assert copter.wait(copter.outcome) == "SUCCESS", "\n".join(copter.texts())
     states = copter.said[imc.EstimatedState]
     assert all(abs(place(state)[0]) < 60.0 and math.isfinite(state.phi + state.p) for state in states)
-    assert "foreign" in copter.state("Autopilot") and "unsound" in copter.state("Autopilot")
-    assert "damaged" in copter.state("Autopilot")
+    assert all(word in copter.state("Autopilot") for word in ("damaged", "foreign", "unsound"))
