@@ -49,7 +49,7 @@ class MAVLink(Task):
     requires = "mavlink"
 
     address: str = param(
-        "udpin://127.0.0.1:14550",
+        "udpin://127.0.0.1:14560",
         "",
         "Where it is: udpin://, udpout://, tcpout://HOST:PORT or serial:///DEVICE?baud=.",
         editable=False,
@@ -157,6 +157,7 @@ class MAVLink(Task):
         pilot.mode, pilot.armed = values["custom_mode"], bool(values["base_mode"] & ARMED)
         if first or self._lost:
             self._lost = False
+            pilot.meet(pilot.mode, pilot.armed, self.now)
             self.connection.compare_clocks(self.now_ns)
             self._ask()
         self.publish(imc.ArmingState(state=Status.ARMED if pilot.armed else Status.DISARMED))
@@ -300,7 +301,7 @@ class MAVLink(Task):
     def _lose(self) -> None:
         """The autopilot has fallen silent."""
         self._lost = True
-        self.pilot.lose()
+        self.pilot.lose(self.now)
         self.connection.orders.forget()
         words = f"no HEARTBEAT of the autopilot for {self.input_timeout:g} s"
         self.log.error(words)

@@ -62,12 +62,8 @@ class Pilot:
         self.errand = Errand.NONE
         self.since = -math.inf
         self._ending, self._number = "hold", 0
+        self._lost_in: int | None = None
         self._begin(Errand.NONE, -math.inf)
-
-    @property
-    def stands(self) -> bool:
-        """Whether it is on the ground, as far as it can leave it."""
-        return not self.armed
 
     @property
     def leads(self) -> bool:
@@ -90,11 +86,25 @@ class Pilot:
         self.leg, self._ending = None, ending
         self._begin(Errand.ENDS, now)
 
-    def lose(self) -> None:
-        """The autopilot has gone; what it was told may be forgotten there."""
-        self.leg = None
-        self._begin(Errand.NONE, -math.inf)
-        self.mode, self.at = -1, None
+    def lose(self, now: float) -> None:
+        """The autopilot has fallen silent: the leg is over, and it has to hold when it is back."""
+        self.leg, self.at = None, None
+        if self.errand is not Errand.NONE:
+            self._begin(self.errand if self.errand is Errand.ENDS else Errand.HOLD, now)
+        self._lost_in, self.mode = self.mode, -1
+
+    def meet(self, mode: int, armed: bool, now: float) -> None:
+        """The autopilot is heard, for the first time or again.
+
+        In another mode than before somebody else leads it. One that flies in GUIDED was led by this task before a
+        restart.
+        """
+        before, self._lost_in = self._lost_in, None
+        if before is not None and before != mode:
+            self._begin(Errand.NONE, now)
+        body = self.body
+        if before is None and body is not None and armed and mode == body.guided and mode != body.hold:
+            self._begin(Errand.HOLD, now)
 
     def refuse(self, reason: str) -> None:
         """Something cannot be done: the plan must end."""
@@ -142,13 +152,13 @@ class Pilot:
         self._reach(now, wanted)
 
     def _lead(self, body: Body, leg: Leg, at: Whereabouts, now: float) -> None:
-        if self.errand is Errand.LAND and self.stands:
+        if self.errand is Errand.LAND and not self.armed:
             leg.near = True
         elif self.errand is Errand.TAKE_OFF and not self._aloft(body, at):
             self._take_off(body, leg, at, now)
         elif self.errand is Errand.LAND and leg.arrived:
             self._land(body, now)
-        elif body.flies and self.stands:
+        elif body.flies and not self.armed:
             self.refuse("on the ground: take off first")
         elif self._reach(now, body.guided, *self._also(body, leg)) and (body.flies or self._arm(now, 1)):
             self._go(body, leg, at, now)
@@ -168,7 +178,7 @@ class Pilot:
         return not self._sent and (at.above_home > ALOFT or self.landed_state == IN_AIR)
 
     def _take_off(self, body: Body, leg: Leg, at: Whereabouts, now: float) -> None:
-        if self._sent and self.stands:
+        if self._sent and not self.armed:
             self.refuse(f"it did not take off{self._because()}")
             return
         if body.roams and not body.px4 and body.takeoff is not None:

@@ -1,6 +1,7 @@
 """Plans of the profiles autopilot-copter and autopilot-boat, carried out by a stand-in for their autopilots."""
 
 import math
+import signal
 
 import pytest
 
@@ -137,6 +138,22 @@ def test_a_killed_autopilot_is_an_error_and_a_new_one_works(body):
     copter.said[imc.PlanControlState].clear()
     copter.start("  - takeoff: {altitude: 5, speed: 2 m/s}\n  - land: {}\n")
     assert copter.wait(copter.outcome) == "SUCCESS", "\n".join(copter.texts())
+
+
+def test_after_an_outage_the_copter_holds_unless_somebody_else_leads_it(body):
+    copter = body("autopilot-copter", speed=8.0, overrides=PATIENT[1:])
+    flying(copter)
+    copter.autopilot.send_signal(signal.SIGSTOP)
+    copter.wait(lambda: copter.state("Autopilot").startswith("ERROR: "))
+    assert copter.wait(copter.outcome) == "FAILURE"
+    copter.autopilot.send_signal(signal.SIGCONT)
+    copter.wait(lambda: copter.modes[-1] == "BRAKE")
+    copter.autopilot.send_signal(signal.SIGSTOP)
+    copter.wait(lambda: copter.state("Autopilot").startswith("ERROR: "))
+    copter.tell("mode 6")
+    copter.autopilot.send_signal(signal.SIGCONT)
+    copter.wait(lambda: not copter.armed)
+    assert copter.modes[-2:] == ["BRAKE", "RTL"]
 
 
 def test_an_abort_lands_and_an_idle_copter_too(body):
