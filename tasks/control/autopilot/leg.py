@@ -11,6 +11,7 @@ from world.attitude import wrap
 Flags = imc.DesiredPath.Flags
 Reached = imc.PathControlState.Flags
 Units = imc.ZUnits
+WHERE = {Units.DEPTH: "a depth", Units.ALTITUDE: "an altitude above the bottom", Units.HEIGHT: "a height"}
 KEPT_FLAGS = Flags.NO_Z | Flags["_3DTRACK"] | Flags.CCLOCKW
 LONGEST = 25000.0  # m
 UNKNOWN_ETA = 0xFFFF
@@ -51,7 +52,7 @@ def height_above_home(path: imc.DesiredPath, at: Whereabouts, undulation: float,
     if path.end_z_units == Units.ALTITUDE and flies:
         return path.end_z
     if path.end_z_units != Units.DEPTH or flies:
-        raise ValueError(f"this autopilot cannot go to a {Units(path.end_z_units).name.lower()}")
+        raise ValueError(f"this autopilot cannot go to {WHERE.get(path.end_z_units, 'this kind of z')}")
     if path.end_z > 0.0 and not dives:
         raise ValueError("this vehicle cannot dive")
     return -path.end_z

@@ -107,6 +107,17 @@ def test_a_plane_takes_off_and_circles_at_the_end_of_its_leg(body):
     plane.wait(lambda: plane.modes[-1] == "RTL")  # it cannot land on command
 
 
+def test_who_disarms_a_boat_is_not_contradicted(body):
+    boat = body("autopilot-boat", kind="boat")
+    boat.ready()
+    boat.start("  - goto: {north: 200, speed: 3 m/s, depth: 0}")
+    boat.wait(lambda: place(boat.last(imc.EstimatedState))[0] > 5.0)
+    boat.tell("disarm")
+    assert boat.wait(boat.outcome) == "FAILURE"
+    assert "it was disarmed" in "\n".join(boat.texts())
+    assert [state.state for state in boat.said[imc.ArmingState]][-1] == imc.ArmingState.State.DISARMED
+
+
 def flying(copter, then="  - goto: {north: 400, altitude: 6}\n"):
     copter.ready()
     copter.start("  - takeoff: {altitude: 6, speed: 2 m/s}\n" + then)
