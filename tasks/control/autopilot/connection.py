@@ -1,6 +1,7 @@
 """What a companion computer tells an autopilot: that it is there, and what it wants to hear."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from mavlink import AUTOPILOT_NONE, GROUND_STATION, Dialect, Fields, Received, encode
 from tasks.control.autopilot.orders import ACCEPTED, Orders
@@ -11,6 +12,7 @@ AUTOPILOT = 1  # component
 REQUEST_MESSAGE, SET_MESSAGE_INTERVAL = 512, 511  # MAV_CMD
 AUTOPILOT_VERSION = 148
 GROUPS = (1, 2, 6, 10, 11, 12)  # MAV_DATA_STREAM: sensors, status, position, attitude, VFR_HUD, the rest
+ESSENTIAL = ("ATTITUDE", "GLOBAL_POSITION_INT")
 NOBODY = 0
 
 Rates = Mapping[str, float]
@@ -70,19 +72,20 @@ class Connection:
             self.send("HEARTBEAT", {**status, "mavlink_version": 3})
 
     def ask_for(self, rates: Rates, now: float) -> None:
-        """Ask for messages by name, each at its rate (Hz); by groups, if the autopilot does not know how."""
-        refused: list[int] = []
+        """Ask for messages by name, each at its rate (Hz); by groups, if an essential one is refused."""
+        refused: list[str] = []
 
-        def settle(result: int) -> None:
-            if result != ACCEPTED and not refused:
-                refused.append(result)
+        def settle(name: str, result: int) -> None:
+            if result != ACCEPTED and name in ESSENTIAL and not refused:
+                refused.append(name)
                 self._ask_for_groups(max(rates.values()))
 
         version = {"command": REQUEST_MESSAGE, "param1": float(AUTOPILOT_VERSION)}
         self.orders.give("COMMAND_LONG", version, lambda _: None, now)
         for name, rate in rates.items():
             wanted = {"param1": float(self.dialect.by_name[name].id), "param2": 1e6 / rate if rate > 0.0 else -1.0}
-            self.orders.give("COMMAND_LONG", {"command": SET_MESSAGE_INTERVAL, **wanted}, settle, now)
+            then = partial(settle, name)
+            self.orders.give("COMMAND_LONG", {"command": SET_MESSAGE_INTERVAL, **wanted}, then, now)
 
     def _ask_for_groups(self, rate: float) -> None:
         for group in GROUPS:

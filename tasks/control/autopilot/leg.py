@@ -1,6 +1,7 @@
 """One path for an autopilot: where it leads, how far the vehicle has come, and the point to send it to."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import imc
@@ -11,7 +12,11 @@ from world.attitude import wrap
 Flags = imc.DesiredPath.Flags
 Reached = imc.PathControlState.Flags
 Units = imc.ZUnits
-WHERE = {Units.DEPTH: "a depth", Units.ALTITUDE: "an altitude above the bottom", Units.HEIGHT: "a height"}
+WHERE: Mapping[int, str] = {
+    Units.DEPTH: "a depth",
+    Units.ALTITUDE: "an altitude above the bottom",
+    Units.HEIGHT: "a height",
+}
 KEPT_FLAGS = Flags.NO_Z | Flags["_3DTRACK"] | Flags.CCLOCKW
 LONGEST = 25000.0  # m
 UNKNOWN_ETA = 0xFFFF

@@ -6,17 +6,16 @@ from collections.abc import Mapping
 from functools import partial
 
 import imc
-from mavlink import ARMED, ENTITIES, AutopilotTranslator, Fields, Received, StreamSplitter, load_dialect, split
+from mavlink import ARMED, ENTITIES, Fields, Received, StreamSplitter, load_dialect, split
 from runtime import ParameterError, State, Task, consume, expect, param, periodic
 from runtime.devices import Device
-from runtime.task import Entity
 from runtime.vehicle import general_number
 from tasks.control.autopilot.address import Place, parse_place
-from tasks.control.autopilot.clock import RemoteClock
-from tasks.control.autopilot.connection import Connection
+from tasks.control.autopilot.connection import ESSENTIAL, Connection
 from tasks.control.autopilot.health import HEALTH, health_of
+from tasks.control.autopilot.hearing import STALE, Hearing
 from tasks.control.autopilot.kinds import SUBMARINE, body_of
-from tasks.control.autopilot.leg import Leg, Reach, Whereabouts, height_above_home
+from tasks.control.autopilot.leg import Leg, Reach, height_above_home
 from tasks.control.autopilot.orders import Then
 from tasks.control.autopilot.pilot import Errand, Pilot
 from tasks.control.loops import EnabledLoops
@@ -24,16 +23,13 @@ from tasks.control.path.divergence import AlongTrack, Divergence
 
 Loops = imc.CLoopsMask
 Status = imc.ArmingState.State
-STALE = 2.0  # s; an older position is none
 REPEAT = 5.0  # s after which messages that do not come are asked for again
 RECENT = 5.0  # s; a text so recent may say why a command was refused
 TICK = 5.0  # Hz; how often targets are sent
 REPORTS = 1.0  # s
-LARGEST_LAT, LARGEST_LON = 900_000_000, 1_800_000_000  # 1e-7 °
 LOUD = 4  # MAV_SEVERITY: warnings, and worse
 STUCK = AlongTrack(20.0, 0.05, 0.0)
 PATH_CONTROL = "Path Control"  # the entity that shows whether a path can be followed
-SILENT_KINDS = (imc.Heartbeat,)  # the daemon has one of its own
 
 
 class MAVLink(Task):
@@ -87,15 +83,11 @@ class MAVLink(Task):
         self.counts: Counter[str] = Counter()
         datagrams = self._place.scheme.startswith("udp")
         self._split = partial(split, dialect=dialect) if datagrams else StreamSplitter(dialect).feed
-        self._translator = AutopilotTranslator(dialect)
-        self._clock = RemoteClock()
+        self._hearing = Hearing(dialect, self.geoid_undulation)
         self._loops = EnabledLoops(Loops.PATH)
         self._text, self._text_at = "", -math.inf
         self._limit = math.inf
-        self._state: imc.EstimatedState | None = None
-        self._beaten = self._asked = self._placed = self._reported = -math.inf
-        self._heard: dict[str, float] = {}
-        self._position: Mapping[str, int] = {}
+        self._beaten = self._asked = self._reported = -math.inf
         self._lost = False
         self._divergence = Divergence(STUCK, None)
         self.device = self._open(self._place)
@@ -126,7 +118,6 @@ class MAVLink(Task):
 
     def _take(self, message: Received) -> None:
         name, values = message.name, message.values
-        self._heard[name] = self.now
         if name == "HEARTBEAT":
             self.note_beat(values)
         elif name == "COMMAND_ACK":
@@ -134,15 +125,14 @@ class MAVLink(Task):
                 self.connection.orders.hear(values["command"], values["result"], self.now)
         elif name == "TIMESYNC":
             if values["tc1"] > 0:
-                self._clock.compare(values["ts1"] / 1e9, values["tc1"] / 1e9, self.now)
+                self._hearing.clock.compare(values["ts1"] / 1e9, values["tc1"] / 1e9, self.now)
         elif name == "EXTENDED_SYS_STATE":
             self.pilot.landed_state = values["landed_state"]
         elif name == "SYS_STATUS":
             self._judge_parts(values)
         elif name == "STATUSTEXT" and values["severity"] <= LOUD:
             self._text, self._text_at = values["text"].decode(errors="replace"), self.now
-        if name in self._translator.kinds:
-            self._translate(message)
+        self._translate(message)
 
     @expect(every="input_timeout")
     def note_beat(self, values: Mapping[str, int]) -> None:
@@ -150,7 +140,7 @@ class MAVLink(Task):
         pilot, first = self.pilot, self._beaten == -math.inf
         if first:
             pilot.body = body_of(values["autopilot"], values["type"])
-            self._translator.type = values["type"]
+            self._hearing.meet(values["type"], flies=pilot.body is not None and pilot.body.flies)
             self.log.info(f"the autopilot is {self.connection.system}: {pilot.body.name if pilot.body else 'unknown'}")
         before = pilot.mode, pilot.armed
         self._beaten = self.now
@@ -165,59 +155,38 @@ class MAVLink(Task):
             self._act()
 
     def _translate(self, message: Received) -> None:
-        boot = message.values.get("time_boot_ms")
-        time = self.now
-        if boot is not None:
-            if self._clock.hear(boot / 1e3, self.now):
-                self.log.warning("the autopilot has started anew")
-                self._ask()
-            time = self._clock.time(boot / 1e3, self.now)
-        if message.name == "GLOBAL_POSITION_INT":
-            if abs(message.values["lat"]) > LARGEST_LAT or abs(message.values["lon"]) > LARGEST_LON:
-                self.counts["unsound"] += 1
-                return
-            self._placed, self._position = self.now, message.values
-        for label, said in self._translator.hear(message, time):
+        restarts = self._hearing.restarts
+        for label, said in self._hearing.take(message, self.now):
             entity = self.entity if label == ENTITIES[0] else self._parts.get(label)
-            if entity is None or isinstance(said, SILENT_KINDS):
+            if entity is None:
                 continue
-            if not _is_sound(said):
-                self.counts["unsound"] += 1
-            elif isinstance(said, imc.EstimatedState):
-                if self.now - self._placed <= STALE:
-                    self._steer(said, entity)
-            else:
-                self.publish(said, keep_time=True, entity=entity)
+            self.publish(said, keep_time=True, entity=entity)
+            if isinstance(said, imc.EstimatedState):
+                self.set_entity_state(State.NORMAL, "active", entity=entity)
+                self._steer()
+        if self._hearing.restarts > restarts:
+            self.log.warning("the autopilot has started anew")
+            self._ask()
 
-    def _steer(self, state: imc.EstimatedState, entity: Entity) -> None:
-        """Publish a state, and see how far the vehicle has come."""
-        position, pilot = self._position, self.pilot
-        amsl, above = state.height, state.height + (position["relative_alt"] - position["alt"]) / 1e3
-        if self._translator.type != SUBMARINE and pilot.body is not None and pilot.body.flies and state.alt < 0.0:
-            state = state.replace(alt=max(0.0, above))  # as for Shoal's own multirotor: above the start
-        state = state.replace(height=amsl + self.geoid_undulation)
-        self._state = state
-        pilot.at = Whereabouts(state.lat, state.lon, amsl, above, state.vx, state.vy, state.vz, state.psi)
-        self.publish(state, keep_time=True, entity=entity)
-        self.set_entity_state(State.NORMAL, "active", entity=entity)
+    def _steer(self) -> None:
+        """See how far the vehicle has come."""
+        pilot, at = self.pilot, self._hearing.at
+        pilot.at = at
         leg = pilot.leg
-        if leg is None:
+        if leg is None or at is None:
             return
-        arrived = leg.advance(pilot.at, Reach(self.near_radius, self.height_tolerance))
+        arrived = leg.advance(at, Reach(self.near_radius, self.height_tolerance))
         if arrived:
             self._act()
-        where = leg.progress(pilot.at)
+        where = leg.progress(at)
         if leg.near or leg.loitering or leg.arrived:
             self._divergence.restart(self.now)
         elif error := self._divergence.error(self.now, where, where.course, 0.0):
             pilot.refuse(error)
             return
         if arrived or self.now - self._reported >= REPORTS:
-            self._report(leg, pilot.at)
-
-    def _report(self, leg: Leg, at: Whereabouts) -> None:
-        self._reported = self.now
-        self.publish(leg.report(at))
+            self._reported = self.now
+            self.publish(leg.report(at))
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
@@ -239,7 +208,7 @@ class MAVLink(Task):
             pilot.refuse("the autopilot is unknown, or its position is")
             return
         body, at = pilot.body, pilot.at
-        dives = self._translator.type == SUBMARINE
+        dives = self.connection.type == SUBMARINE
         try:
             height = height_above_home(path, at, self.geoid_undulation, flies=body.flies, dives=dives)
             pilot.follow(Leg(path, at, min(height, self._highest, self._limit)), self.now)
@@ -253,7 +222,8 @@ class MAVLink(Task):
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        if self.addressed(abort):
+        """End the flight; but one of the vehicle itself does not interrupt a pilot whom Shoal does not lead."""
+        if self.addressed(abort) and not (abort.src == self.system and self.pilot.errand is Errand.NONE):
             self._loops.mask = 0
             self.pilot.end(self.ending, self.now)
             self._act()
@@ -278,10 +248,11 @@ class MAVLink(Task):
         if not self.connection.met or self._lost:
             return
         self.connection.compare_clocks(self.now_ns)
-        missing = [name for name in ("ATTITUDE", "GLOBAL_POSITION_INT") if self._silent(name)]
-        if missing and self.now - self._asked > REPEAT:
+        missing = [name for name in ESSENTIAL if self._hearing.silent(name, self.now)]
+        late = self.now - self._asked > REPEAT
+        if missing and late:
             self._ask()
-        if self._silent("GLOBAL_POSITION_INT") or self._silent("ATTITUDE"):
+        if missing and (late or self._parts["Navigation"].state is State.NORMAL):
             self._mark("Navigation", State.ERROR, f"no {' and no '.join(missing)} for {STALE:g} s")
 
     def _act(self) -> None:
@@ -295,7 +266,8 @@ class MAVLink(Task):
     def _words(self) -> str:
         pilot = self.pilot
         name = pilot.body.name if pilot.body is not None else "unknown, cannot be steered"
-        counts = "".join(f", {count} {what}" for what, count in sorted(self.counts.items()) if count)
+        numbers = {**self.counts, "unsound": self._hearing.unsound}
+        counts = "".join(f", {count} {what}" for what, count in sorted(numbers.items()) if count)
         return f"{name}, {'armed' if pilot.armed else 'disarmed'}{counts}"
 
     def _lose(self) -> None:
@@ -320,9 +292,6 @@ class MAVLink(Task):
         slow = ("EXTENDED_SYS_STATE", "SYSTEM_TIME", "BATTERY_STATUS", "SCALED_PRESSURE", "SCALED_PRESSURE2")
         self.connection.ask_for({**rates, **dict.fromkeys(slow, 1.0)}, self.now)
 
-    def _silent(self, name: str) -> bool:
-        return self.now - self._heard.get(name, -math.inf) > STALE
-
     def _judge_parts(self, values: Mapping[str, int]) -> None:
         """Show the health of sensors as the states of their entities."""
         for label in HEALTH:
@@ -336,13 +305,3 @@ class MAVLink(Task):
 
     def _why(self) -> str:
         return self._text if self.now - self._text_at <= RECENT else ""
-
-
-def _is_sound(message: imc.Message) -> bool:
-    """Whether all numbers of a message are finite, and its position is on Earth."""
-    for item in imc.fields(type(message)):
-        value = getattr(message, item.name)
-        if isinstance(value, float) and not math.isfinite(value):
-            return False
-    lat, lon = getattr(message, "lat", 0.0), getattr(message, "lon", 0.0)
-    return abs(lat) <= 0.5 * math.pi and abs(lon) <= math.pi

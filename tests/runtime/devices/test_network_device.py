@@ -5,7 +5,8 @@ import socket
 import pytest
 
 from runtime import Script, State
-from runtime.devices.addresses import KEEPALIVE
+from runtime.devices.addresses import KEEPALIVE, Datagram, UdpSocket
+from tests.outside import free_port
 from tests.runtime.devices.sounder import depths, played, sounder_of, states, until
 
 
@@ -97,3 +98,24 @@ def test_datagrams_are_pieces_and_are_answered() -> None:
 
         run = played(script, kind="udp", number=number)
     assert depths(run) == [1.5, 2.5, 3.5]
+
+
+def test_an_answer_may_go_to_one_of_several_senders() -> None:
+    port = free_port()
+    opened = UdpSocket(port, "127.0.0.1", None).open("")
+    first, second = (socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2))
+    with first, second:
+        for sender, text in ((first, b"ours"), (second, b"foreign")):
+            sender.bind(("127.0.0.1", 0))
+            sender.sendto(text, ("127.0.0.1", port))
+        pieces = opened.read()
+        assert pieces == [b"ours", b"foreign"]
+        assert isinstance(pieces[0], Datagram)
+        assert pieces[0].source == first.getsockname()
+        opened.answer(first.getsockname())
+        second.sendto(b"foreign", ("127.0.0.1", port))
+        assert opened.read() == [b"foreign"]
+        opened.write(b"answer")
+        first.settimeout(5.0)
+        assert first.recv(100) == b"answer"
+    opened.close()

@@ -89,6 +89,14 @@ def test_without_message_intervals_it_asks_for_groups():
     assert {6, 10} <= set(groups)
 
 
+def test_a_single_message_that_is_unknown_changes_nothing_else():
+    answers = [(0.1, frame("COMMAND_ACK", command=512))]
+    answers += [(0.2 + 0.01 * n, frame("COMMAND_ACK", command=511, result=0 if n < 3 else 2)) for n in range(20)]
+    run = heard(at(0.0), *answers, at(1.0))
+    assert len([m for m in sent(run, "COMMAND_LONG") if m.values["command"] == 511]) == 12
+    assert not sent(run, "REQUEST_DATA_STREAM")
+
+
 def test_messages_that_do_not_come_are_asked_for_again():
     beats = [(float(time), frame("HEARTBEAT", **BEAT)) for time in range(12)]
     run = heard(*beats)
@@ -111,13 +119,13 @@ def test_the_first_autopilot_stays_and_others_are_foreign():
 def test_an_attitude_that_is_no_number_is_left_out(wrong):
     run = heard(at(0.0), (0.1, frame("ATTITUDE", time_boot_ms=100100, **wrong)), at(1.0))
     assert len(run.of(imc.EstimatedState)) == 2
-    assert run.task.counts["unsound"] > 0
+    assert run.task._hearing.unsound > 0
 
 
 def test_a_place_off_the_earth_is_left_out():
     run = heard(at(0.0), at(1.0, lat=1_000_000_000), at(1.5, lon=2_000_000_000))
     assert {round(math.degrees(state.lat), 4) for state in run.of(imc.EstimatedState)} == {41.185}
-    assert run.task.counts["unsound"] == 2
+    assert run.task._hearing.unsound == 2
 
 
 def test_an_old_position_is_none():
@@ -148,3 +156,14 @@ def test_sensors_have_the_health_that_the_autopilot_sees():
 def test_heights_are_above_the_ellipsoid_and_an_aircraft_knows_its_height_above_home():
     state = heard(at(0.0), geoid_undulation=54.6).of(imc.EstimatedState)[0]
     assert (state.height, state.alt, state.depth) == pytest.approx((94.6, 10.0, -1.0))
+
+
+@pytest.mark.parametrize(("source", "mode"), [(None, None), (0x4001, 9.0)])
+def test_an_abort_of_the_vehicle_itself_does_not_interrupt_a_pilot(source, mode):
+    abort = imc.Abort(timestamp=1.5) if source is None else imc.Abort(timestamp=1.5, src=source)
+    flying = frame("HEARTBEAT", **{**BEAT, "base_mode": 129, "custom_mode": 5})
+    run = simulate(
+        MAVLink, [abort], stream=[(0.1, flying), (1.0, flying), (3.0, flying)], address=SERIAL, ending="land"
+    )
+    modes = [m.values["param2"] for m in sent(run, "COMMAND_LONG") if m.values["command"] == 176]
+    assert set(modes) == ({mode} if mode else set())
