@@ -30,12 +30,13 @@ class Order:
     message: str
     fields: Fields
     then: Then
+    urgent: bool = False
     tries: int = 0
     due: float = 0.0
 
 
 class Orders:
-    """Sends one command at a time, again without an answer; urgent ones overtake those that wait.
+    """Sends one command at a time, again without an answer; urgent ones overtake the others.
 
     `transmit(message, fields)` sends. An acknowledgment counts if it names the command.
     """
@@ -51,10 +52,14 @@ class Orders:
 
     def give(self, message: str, fields: Fields, then: Then, now: float, *, urgent: bool = False) -> None:
         """Send a command as soon as those before it are settled."""
-        order = Order(message, fields, then)
+        order = Order(message, fields, then, urgent)
         if len(self._waiting) >= MOST:
             self._waiting.pop()
         if urgent:
+            if self._current is not None and not self._current.urgent:
+                self._current.tries = 0
+                self._waiting.appendleft(self._current)
+                self._current = None
             self._waiting.appendleft(order)
         else:
             self._waiting.append(order)

@@ -1,7 +1,6 @@
-"""Plans of the profiles autopilot-copter and autopilot-boat, carried out by a stand-in for their autopilots."""
+"""Plans of the profiles autopilot-copter and autopilot-rover, carried out by a stand-in for their autopilots."""
 
 import math
-import signal
 
 import pytest
 
@@ -66,7 +65,7 @@ def test_px4_takes_off_circles_hovers_and_lands(body):
 
 
 def test_a_boat_goes_circles_and_keeps_station(body):
-    boat = body("autopilot-boat", "--old", kind="boat", overrides=[*PATIENT, "Maneuver.Loiter:Minimum Radius=8"])
+    boat = body("autopilot-rover", "--old", kind="boat", overrides=[*PATIENT, "Maneuver.Loiter:Minimum Radius=8"])
     boat.ready()
     boat.start("""
   - goto: {north: 20, speed: 3 m/s, depth: 0}
@@ -82,7 +81,7 @@ def test_a_boat_goes_circles_and_keeps_station(body):
 
 
 def test_a_submarine_dives_to_a_depth(body):
-    sub = body("autopilot-boat", kind="submarine", overrides=[*PATIENT, "General:Absolute Maximum Depth=10"])
+    sub = body("autopilot-rover", kind="submarine", overrides=[*PATIENT, "General:Absolute Maximum Depth=10"])
     sub.ready()
     sub.start("  - goto: {north: 10, speed: 2 m/s, depth: 4}")
     assert sub.wait(sub.outcome) == "SUCCESS", "\n".join(sub.texts())
@@ -108,7 +107,7 @@ def test_a_plane_takes_off_and_circles_at_the_end_of_its_leg(body):
 
 
 def test_who_disarms_a_boat_is_not_contradicted(body):
-    boat = body("autopilot-boat", kind="boat")
+    boat = body("autopilot-rover", kind="boat")
     boat.ready()
     boat.start("  - goto: {north: 200, speed: 3 m/s, depth: 0}")
     boat.wait(lambda: place(boat.last(imc.EstimatedState))[0] > 5.0)
@@ -149,22 +148,6 @@ def test_a_killed_autopilot_is_an_error_and_a_new_one_works(body):
     copter.said[imc.PlanControlState].clear()
     copter.start("  - takeoff: {altitude: 5, speed: 2 m/s}\n  - land: {}\n")
     assert copter.wait(copter.outcome) == "SUCCESS", "\n".join(copter.texts())
-
-
-def test_after_an_outage_the_copter_holds_unless_somebody_else_leads_it(body):
-    copter = body("autopilot-copter", speed=8.0, overrides=PATIENT[1:])
-    flying(copter)
-    copter.autopilot.send_signal(signal.SIGSTOP)
-    copter.wait(lambda: copter.state("Autopilot").startswith("ERROR: "))
-    assert copter.wait(copter.outcome) == "FAILURE"
-    copter.autopilot.send_signal(signal.SIGCONT)
-    copter.wait(lambda: copter.modes[-1] == "BRAKE")
-    copter.autopilot.send_signal(signal.SIGSTOP)
-    copter.wait(lambda: copter.state("Autopilot").startswith("ERROR: "))
-    copter.tell("mode 6")
-    copter.autopilot.send_signal(signal.SIGCONT)
-    copter.wait(lambda: not copter.armed)
-    assert copter.modes[-2:] == ["BRAKE", "RTL"]
 
 
 def test_an_abort_lands_and_an_idle_copter_too(body):

@@ -9,7 +9,7 @@ import pytest
 import imc
 from mavlink import StreamSplitter, Tlog, encode, load_dialect
 from runtime import State
-from runtime.testing import simulate
+from runtime.testing import START, simulate
 from shoal.logs.edit.tlog_import import import_tlog
 from tasks.control.autopilot.mavlink import MAVLink
 
@@ -39,6 +39,17 @@ def at(time, boot=None, **values):
 def sent(run, name):
     splitter = StreamSplitter(DIALECT)
     return [m for _, data in run.sent for m in splitter.feed(data)[0] if m.name == name]
+
+
+def modes(run, since=0.0):
+    """The modes that it asked for; TIMESYNC tells when."""
+    splitter, now, found = StreamSplitter(DIALECT), 0.0, set()
+    for message in (m for _, data in run.sent for m in splitter.feed(data)[0]):
+        if message.name == "TIMESYNC":
+            now = message.values["ts1"] / 1e9 - START
+        elif message.name == "COMMAND_LONG" and message.values["command"] == 176 and now >= since:
+            found.add(message.values["param2"])
+    return found
 
 
 def asked(run):
@@ -165,5 +176,30 @@ def test_an_abort_of_the_vehicle_itself_does_not_interrupt_a_pilot(source, mode)
     run = simulate(
         MAVLink, [abort], stream=[(0.1, flying), (1.0, flying), (3.0, flying)], address=SERIAL, ending="land"
     )
-    modes = [m.values["param2"] for m in sent(run, "COMMAND_LONG") if m.values["command"] == 176]
-    assert set(modes) == ({mode} if mode else set())
+    assert modes(run) == ({mode} if mode else set())
+
+
+@pytest.mark.parametrize(("later", "asked_for"), [(4, {17.0}), (6, set())])
+def test_after_an_outage_the_copter_holds_unless_somebody_else_leads_it(later, asked_for):
+    def portion(time, mode):
+        beat = frame("HEARTBEAT", **{**BEAT, "base_mode": 129, "custom_mode": mode})
+        return time, beat + at(time)[1][len(frame("HEARTBEAT", **BEAT)) :]
+
+    loops = imc.ControlLoops(mask=imc.CLoopsMask.PATH, enable=1, scope_ref=1)
+    path = imc.DesiredPath(
+        end_lat=math.radians(41.19), end_lon=math.radians(-8.7062), end_z=20.0, end_z_units=imc.ZUnits.ALTITUDE,
+        speed=5.0, speed_units=imc.SpeedUnits.METERS_PS,
+    )  # fmt: skip
+    plan = [loops.replace(timestamp=2.0), path.replace(timestamp=2.1)]
+    over = [loops.replace(timestamp=6.0, enable=0, scope_ref=2)]
+    led = [portion(0.0, 5), *(portion(float(time), 4) for time in range(1, 5))]
+    stream = led + [portion(12.0 + time, later) for time in range(4)]
+    run = simulate(MAVLink, plan + over, stream=stream, address=SERIAL)
+    assert modes(run, since=11.0) == asked_for
+    assert run.of(imc.PathControlState)
+
+
+def test_a_copter_that_the_task_led_before_it_was_restarted_holds():
+    beat = frame("HEARTBEAT", **{**BEAT, "base_mode": 129})
+    run = heard((0.0, beat), (1.0, beat), (2.0, beat))
+    assert modes(run) == {17.0}

@@ -86,8 +86,8 @@ def test_a_command_without_an_answer_is_given_up_and_urgent_ones_overtake():
     line.give(3, 0.0, urgent=True)
     for tenth in range(40):
         line.orders.look_after(tenth / 10.0)
-    assert line.results == [(1, SILENT)]
-    assert [command for command, _ in line.sent] == [1, 1, 1, 1, 3, 3]
+    assert line.results == [(3, SILENT)]
+    assert [command for command, _ in line.sent] == [1, 3, 3, 3, 3, 1, 1]
 
 
 def test_the_clock_of_the_autopilot():
