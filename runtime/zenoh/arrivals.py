@@ -1,4 +1,4 @@
-"""Receives packets: each once, those that were missed counted, and none in the vehicle's name from a stranger."""
+"""Receives packets: each once, those that were missed counted, and none that its sender may not send."""
 
 import contextlib
 import queue
@@ -8,10 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import imc
-from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import LARGEST_PACKET, SMALLEST_PACKET
 from runtime.zenoh.faults import FaultCounter
+from runtime.zenoh.gate import Gate
 from runtime.zenoh.keys import PREFIX, chunk, heard, heard_elsewhere
 from runtime.zenoh.publishers import LATCHED
 
@@ -37,23 +36,20 @@ class _Last:
 class Arrivals:
     """The subscribers of a session, and the threads that read them.
 
-    `receive` gets the packets. `own` is the system id of the vehicle, if this is one; `is_sibling` says of a session
-    (zenoh id) whether it runs another part of it.
+    `receive` gets the packets that `gate` lets pass; None lets all pass.
     """
 
     def __init__(
         self,
         receive: Callable[[bytes], None],
-        own: int | None,
-        is_sibling: Callable[[str], bool],
+        gate: Gate | None,
         tell: Callable[[str], None],
     ) -> None:
         self.lost = FaultCounter("of other processes were lost on the way", tell)
         self.oversize = FaultCounter("were too large for a packet and were dropped", tell)
-        self.strange = FaultCounter("in the name of this vehicle, but from other processes, were dropped", tell)
+        self.strange = FaultCounter("of others that may not send them were dropped", tell)
         self._receive = receive
-        self._own = own
-        self._is_sibling = is_sibling
+        self._gate = gate
         self._last: dict[tuple[zenoh.ZenohId, int], _Last] = {}
         self._lock = threading.Lock()
         self._closed = threading.Event()
@@ -70,7 +66,7 @@ class Arrivals:
         import zenoh.ext
 
         for_all, commands = heard(vehicle, messages)
-        of_siblings = [] if self._own is None else [heard_elsewhere(vehicle)]
+        of_siblings = [] if self._gate is None else [heard_elsewhere(vehicle)]
         for expression in (*for_all, *commands, *of_siblings):
             ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(RING)
             subscriber = session.declare_subscriber(expression, ring, allowed_origin=zenoh.Locality.REMOTE)
@@ -102,7 +98,7 @@ class Arrivals:
         self._subscribers.clear()
 
     def arrive(self, sample: "zenoh.Sample") -> None:
-        """Pass on the packet of a sample, unless it has arrived before, is too large, or a stranger's."""
+        """Pass on the packet of a sample, unless it has arrived before, is too large, or not its sender's to send."""
         source, name = sample.source_info, ""
         if source is not None:
             whose, number = source.source_id, source.source_sn
@@ -122,10 +118,11 @@ class Arrivals:
             self.oversize.count(f"last: {len(payload)} bytes at {sample.key_expr}")
             return
         packet = payload.to_bytes()
-        source = imc.packet_source(packet) if len(packet) >= SMALLEST_PACKET else UNKNOWN_SYSTEM
-        if source == self._own and not self._is_sibling(name):
-            self.strange.count(f"last at {sample.key_expr}")
-            return
+        if self._gate is not None and len(packet) >= SMALLEST_PACKET:
+            place = str(sample.key_expr)
+            if why := self._gate.objection(place, packet, name):
+                self.strange.count(f"last at {place}: {why}")
+                return
         self._receive(packet)
 
     def _meet(self, publisher: "tuple[zenoh.ZenohId, int]", number: int) -> "_Last":

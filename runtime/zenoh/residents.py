@@ -1,5 +1,6 @@
 """Which systems are on the bus themselves, by the tokens of their processes."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, cast
 
 from runtime.zenoh.keys import PREFIX
@@ -12,10 +13,11 @@ MOST_TOKENS = 4096
 
 
 class Residents:
-    """`systems` are the ids of the vehicles of which a process runs on the bus."""
+    """The vehicles of which a process runs on the bus: their ids, and these by the names in their keys."""
 
     def __init__(self) -> None:
         self.systems: frozenset[int] = frozenset()
+        self.ids: Mapping[str, frozenset[int]] = {}
         self._tokens: dict[str, int] = {}
         self._subscriber: Any = None
 
@@ -42,3 +44,7 @@ class Residents:
             except ValueError:
                 return  # none of ours
         self.systems = frozenset(self._tokens.values())
+        ids: dict[str, set[int]] = {}
+        for token, system in self._tokens.items():
+            ids.setdefault(token.split("/")[1], set()).add(system)
+        self.ids = {name: frozenset(numbers) for name, numbers in ids.items()}

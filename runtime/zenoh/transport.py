@@ -14,6 +14,7 @@ from runtime.zenoh.arrivals import Arrivals
 from runtime.zenoh.config import SESSIONS, Layout, ZenohConfig, explain
 from runtime.zenoh.faults import FaultCounter
 from runtime.zenoh.frames import Frames
+from runtime.zenoh.gate import Gate
 from runtime.zenoh.keys import HEARD
 from runtime.zenoh.meeting import MeetingPoint, is_held
 from runtime.zenoh.outbox import Outbox
@@ -40,7 +41,7 @@ class ZenohTransport:
     request run here. `note` gets the name of another process of the vehicle, and whether it has appeared or gone;
     `tell` gets warnings; both from any thread. `frames` carries those of the vehicle.
     Counted: `lost`, packets of Shoal processes that did not arrive here (full queue, broken link); `oversize`, payloads
-    larger than any packet; `strange`, packets in the name of the vehicle from elsewhere; `unsent`, packets that zenoh
+    larger than any packet; `strange`, packets that their senders may not send, see Gate; `unsent`, packets that zenoh
     refused.
     """
 
@@ -56,7 +57,10 @@ class ZenohTransport:
         tell: Callable[[str], None] = logger.warning,
     ) -> None:
         self.config = config
-        self.arrivals = Arrivals(self._take, None if part is None else part.system, self._is_sibling, tell)
+        self._residents = Residents()
+        vehicles, ids = config.security.vehicles or (), lambda: self._residents.ids
+        gate = None if part is None else Gate(part, vehicles, ids, system_name, self._is_sibling)
+        self.arrivals = Arrivals(self._take, gate, tell)
         self.unsent = FaultCounter("could not be sent", tell)
         self._part = part
         self._concerns = concerns
@@ -67,7 +71,6 @@ class ZenohTransport:
         self._session: zenoh.Session | None = None
         self._meeting_point = MeetingPoint(config)
         self._presence: Presence | None = None
-        self._residents = Residents()
         self._scout: Scout | None = None
         self._publishers: Publishers | None = None
         self._outbox = Outbox(self.unsent)

@@ -80,7 +80,7 @@ class RemoteControl(Task):
 
     @consume(others=True)
     def obey(self, actions: imc.RemoteActions) -> None:
-        if not self._loops.mask or actions.dst not in (self.system, UNKNOWN_SYSTEM):
+        if not self._loops.mask or not self.concerns(actions):
             return
         if self._operator.source not in (None, actions.src):
             return

@@ -63,7 +63,7 @@ class DB(Task):
     @consume(others=True)
     def serve(self, request: imc.PlanDB) -> None:
         """Answer a request; one that fails changes nothing."""
-        if request.type != Type.REQUEST or request.dst not in (self.system, UNKNOWN_SYSTEM, BROADCAST):
+        if request.type != Type.REQUEST or not self.concerns(request):
             return
         if self._copies.knows(request):
             answer = self._copies.answer(request)

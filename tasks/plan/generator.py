@@ -1,7 +1,6 @@
 """Makes plans from templates, on request."""
 
 import imc
-from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.coordinates import absolute
 from imc.tuples import read_tuples
 from runtime import Script, State, Task, consume, param
@@ -45,7 +44,7 @@ class Generator(Task):
 
     @consume(others=True)
     def obey(self, request: imc.PlanGeneration) -> None:
-        if request.op == Op.REQUEST and request.dst in (self.system, UNKNOWN_SYSTEM, BROADCAST):
+        if request.op == Op.REQUEST and self.concerns(request):
             self._obey(request)
 
     def _obey(self, request: imc.PlanGeneration) -> None:

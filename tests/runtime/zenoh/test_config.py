@@ -237,9 +237,7 @@ def test_the_sources_of_relayed_packets_do_not_fill_the_memory(monkeypatch: pyte
 
 def test_lost_and_repeated_packets_are_told_by_their_numbers(caplog: pytest.LogCaptureFixture) -> None:
     packets: list[bytes] = []
-    receiver = Arrivals(
-        packets.append, lambda system: False, lambda zid: False, logging.getLogger("shoal.zenoh").warning
-    )
+    receiver = Arrivals(packets.append, None, logging.getLogger("shoal.zenoh").warning)
 
     def arrive(number: int, publisher: int = 1) -> None:
         source = SimpleNamespace(source_id=SimpleNamespace(zid="zid", eid=publisher), source_sn=number)

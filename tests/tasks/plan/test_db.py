@@ -114,6 +114,11 @@ def test_what_is_for_others_and_replies_are_ignored():
     assert served(ask(Op.GET_STATE, dst=0x001B), ask(Op.GET_STATE, type=Type.SUCCESS)) == []
 
 
+def test_a_request_of_another_vehicle_for_all_is_its_own_and_one_of_a_console_is_served():
+    (reply,) = served(ask(Op.SET, "a", A, src=0x2201, dst=0xFFFF), ask(Op.GET_STATE, dst=0xFFFF))
+    assert reply.arg.plan_count == 0
+
+
 def test_a_plan_that_is_started_with_its_specification_is_kept():
     start = imc.PlanControl(timestamp=1.0, src=CCU, dst=OWN, plan_id="a", arg=A)
     other = start.replace(plan_id="z")
