@@ -10,7 +10,7 @@ import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import SMALLEST_PACKET
 from runtime.bus.frame import Frame, FrameCarrier
-from runtime.bus.inbox import Inbox
+from runtime.bus.inbox import Inbox, Request
 from runtime.kernel import Kernel, owner_of
 
 AT_ONCE = 64  # packets from other processes taken at a time; then the vehicle's own timers come first
@@ -263,6 +263,7 @@ class Bus:
     def _receive(self, packet: bytes) -> None:
         if not self._transports:
             return
+        request = packet if isinstance(packet, Request) else None
         try:
             message, packet = self.decode_first(packet)
         except imc.DecodeError as error:
@@ -272,6 +273,8 @@ class Bus:
         if message.src == self.system and not self.admit(message):
             self.refused += 1
             return
+        if request is not None:
+            packet = request.of(packet)
         self._deliver(message, packet, None)
 
     def _deliver(self, message: imc.Message, packet: bytes, origin: object) -> None:
@@ -286,9 +289,14 @@ class Bus:
             heard = (s for s in self._route(kind) if own or s.others)
             route = routes[kind] = tuple((s.handler, s.owner, s.packets) for s in heard)
         enqueue = self.kernel.enqueue
+        request = packet if isinstance(packet, Request) else None
+        if request is not None:
+            enqueue((request.handled, (True,)))
         for handler, owner, packets in route:
             if origin is None or owner is not origin:
                 enqueue((handler, (message, packet) if packets else (message,)))
+        if request is not None:
+            enqueue((request.handled, (False,)))
 
     def _forget_routes(self) -> None:
         self._routes.clear()

@@ -2,6 +2,7 @@
 
 import struct
 from collections import Counter, deque
+from collections.abc import Callable
 from threading import Lock
 
 from imc import Abort
@@ -19,6 +20,22 @@ ABORT = Abort.ID
 TO_ALL = (UNKNOWN_SYSTEM, ANNOUNCED)
 
 Place = tuple[int, bool]
+
+
+class Request(bytes):
+    """A packet whose sender waits for what becomes of it.
+
+    `handled` is called in the kernel's thread, with True just before the handlers of the message run, and with False
+    after the last one; not at all if the packet is dropped.
+    """
+
+    handled: Callable[[bool], object]
+
+    def of(self, packet: bytes) -> "Request":
+        """The same request with another packet: this one without the bytes after its end."""
+        other = Request(packet)
+        other.handled = self.handled
+        return other
 
 
 class _Queue:

@@ -17,6 +17,14 @@ from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.processes import Processes
 from runtime.vehicle.vehicle import Vehicle
 
+OF_ONE_TASK = (
+    imc.QueryEntityParameters,
+    imc.SetEntityParameters,
+    imc.QueryTypedEntityParameters,
+    imc.SaveEntityParameters,
+    imc.PushEntityParameters,
+    imc.PopEntityParameters,
+)
 SIMULATED = {"Simulation", "Kinematic"}
 
 
@@ -170,6 +178,7 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
             vehicle.entities.label,
             part=Part(vehicle.name, vehicle.system, here, vehicle.process or MAIN),
             concerns=partial(_concerns, vehicle),
+            speaks_for=partial(_speaks_for, vehicle),
             note=None if others is None else lambda name, runs: vehicle.kernel.post(others.note, name, runs),
             tell=lambda words: vehicle.kernel.post(vehicle.daemon.log.warning, words),
         )
@@ -188,11 +197,27 @@ def _zenoh_origin(profile: Profile) -> Origin:
 
 
 def _concerns(vehicle: Vehicle, request: imc.Message) -> bool:
-    """Whether this process of the vehicle answers a request: for parameters that of the task, else the main one."""
+    """Whether this process of the vehicle answers a request: for parameters that of the task, else the main one.
+
+    Raises LookupError in the main process if no process answers.
+    """
     asked = getattr(request, "entity_name", "") or getattr(request, "name", "")
-    if isinstance(request, imc.QueryEntityParameters | imc.SetEntityParameters | imc.QueryTypedEntityParameters):
-        return vehicle.daemon.answering(asked) is not None
-    return not vehicle.process
+    if not (isinstance(request, OF_ONE_TASK) and asked):
+        return not vehicle.process
+    if vehicle.daemon.answering(asked) is not None:
+        return True
+    entity = vehicle.entities.find(asked)
+    if not vehicle.process and (entity is None or not entity.process):
+        raise LookupError(f"no task of {vehicle.name} has the entity label {quoted(asked)}")
+    if not vehicle.process and entity is not None and entity.orphan:
+        raise LookupError(f"{asked} is in process {entity.process}, which does not run")
+    return False
+
+
+def _speaks_for(vehicle: Vehicle, number: int) -> bool:
+    """Whether this process of the vehicle answers for an entity; each process also has what others said of theirs."""
+    entity = vehicle.entities.by_id(number)
+    return entity is None or vehicle.daemon.reports(entity)
 
 
 def doubts(vehicle: Vehicle, profile: Profile) -> list[Problem]:

@@ -40,7 +40,7 @@ class Daemon(ParameterService):
             self._has_told_all = True
             self._tell_all()
         for entity in self.vehicle.entities:
-            if entity.stateful and self._reports(entity):
+            if entity.stateful and self.reports(entity):
                 self.publish(imc.EntityState(state=entity.state, description=entity.description), entity=entity)
         self._report_excess()
 
@@ -49,10 +49,10 @@ class Daemon(ParameterService):
         if self._is_main:
             self.tell_entities()
         else:
-            for entity in filter(self._reports, self.vehicle.entities):
+            for entity in filter(self.reports, self.vehicle.entities):
                 self.publish(_described(entity), entity=entity)
         for task in self.vehicle.tasks:
-            if self._reports(task.entity):
+            if self.reports(task.entity):
                 self._tell(task)
 
     def tell_entities(self) -> None:
@@ -64,7 +64,7 @@ class Daemon(ParameterService):
         """Whether this process speaks for the vehicle; the others for their own entities only."""
         return not self.vehicle.process
 
-    def _reports(self, entity: Entity) -> bool:
+    def reports(self, entity: Entity) -> bool:
         """Whether this process reports the state of an entity."""
         return self._is_main if entity is self.entity else not entity.process or entity.orphan
 

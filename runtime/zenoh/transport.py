@@ -16,6 +16,7 @@ from runtime.zenoh.faults import FaultCounter
 from runtime.zenoh.frames import Frames
 from runtime.zenoh.gate import Gate
 from runtime.zenoh.keys import HEARD
+from runtime.zenoh.last import LastMessages
 from runtime.zenoh.meeting import MeetingPoint, is_held
 from runtime.zenoh.outbox import Outbox
 from runtime.zenoh.presence import Part, Presence
@@ -38,8 +39,9 @@ class ZenohTransport:
     `system_name(id)` and `entity_label(system, entity)` give the names in keys; the number replaces an empty label.
     `part` is what of a vehicle runs here: another process that runs the same is refused, and packets in the name of the
     vehicle are taken only from processes that run its other parts. `concerns` says whether the tasks that answer a
-    request run here. `note` gets the name of another process of the vehicle, and whether it has appeared or gone;
-    `tell` gets warnings; both from any thread. `frames` carries those of the vehicle.
+    request run here, or raises LookupError with the reason why nobody does; `speaks_for` says whether the last messages
+    of an entity are this process's to tell. `note` gets the name of another process of the vehicle, and whether it has
+    appeared or gone; `tell` gets warnings; both from any thread. `frames` carries those of the vehicle.
     Counted: `lost`, packets of Shoal processes that did not arrive here (full queue, broken link); `oversize`, payloads
     larger than any packet; `strange`, packets that their senders may not send, see Gate; `unsent`, packets that zenoh
     refused.
@@ -53,6 +55,7 @@ class ZenohTransport:
         *,
         part: Part | None = None,
         concerns: Callable[[imc.Message], bool] = lambda _: True,
+        speaks_for: Callable[[int], bool] = lambda _: True,
         note: Callable[[str, bool], None] | None = None,
         tell: Callable[[str], None] = logger.warning,
     ) -> None:
@@ -64,6 +67,7 @@ class ZenohTransport:
         self.unsent = FaultCounter("could not be sent", tell)
         self._part = part
         self._concerns = concerns
+        self._speaks_for = speaks_for
         self._note = note
         self._tell = tell
         self._system_name = system_name
@@ -113,7 +117,7 @@ class ZenohTransport:
         atexit.register(self._abandon)  # an interpreter that ends while threads wait in zenoh aborts
         self._outbox.open()
         self._publishers = Publishers(session, self.config.vehicle)
-        last = self._publishers.last
+        last = LastMessages(str(session.info.zid()), self._publishers.last, self._speaks_for)
         self._residents.open(session)
         self._answers = Answers(session, self._part, self._outbox, last, self._take, self._concerns)
         self.arrivals.open(session, self.config.vehicle, self.config.hear)
@@ -134,6 +138,8 @@ class ZenohTransport:
         if self._session is None or self._answers is None:
             return
         place = type(message), message.src, message.src_ent, message.dst
+        if self._answers.is_handling and isinstance(message, imc.LogBookEntry):
+            self._answers.remark(message)
         try:
             publisher = self._short.get(place)
             if publisher is None:

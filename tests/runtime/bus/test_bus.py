@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import imc
 from runtime import Task, consume, param, periodic
-from runtime.bus import Bus, Subscription
+from runtime.bus import Bus, Request, Subscription
 from runtime.kernel import Kernel, VirtualClock
 from runtime.profile import load_profile
 from runtime.testing import simulate
@@ -78,6 +78,25 @@ def test_until_resume_everything_is_kept_in_order():
     bus.resume()
     kernel.run()
     assert [message.value for message in heard] == [1.0, 2.0]
+    kernel.close()
+
+
+def test_who_sent_a_request_knows_when_its_handlers_run_also_if_it_came_before_the_vehicle_had_started():
+    kernel = Kernel(VirtualClock(0))
+    bus, told, wire = Bus(kernel, OWN), [], Wire()
+    bus.attach(wire)
+    bus.subscribe(Subscription(imc.Message, lambda message, packet: told.append(packet), others=True, packets=True))
+    for value in (1.0, 2.0):
+        request = Request(depth(value, OTHER)[1] + b"behind the packet")
+        request.handled = lambda begins, value=value: told.append((value, begins))
+        wire.receive(request)
+    wire.receive(depth(3.0, OTHER)[1])
+    kernel.run()
+    assert told == []
+    bus.resume()
+    kernel.run()
+    first, second, third = (depth(value, OTHER)[1] for value in (1.0, 2.0, 3.0))
+    assert told == [(1.0, True), first, (1.0, False), (2.0, True), second, (2.0, False), third]
     kernel.close()
 
 

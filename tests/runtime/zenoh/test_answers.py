@@ -57,6 +57,32 @@ def test_a_vehicle_answers_queries_and_a_late_joiner_has_its_state_at_once(netwo
     (reply,) = ask(process, imc.EntityList(), op=QUERY)["replies"]
     assert "Navigation=" in reply["list"]
 
+    # A command without a reply comes back; what is not accepted is refused with its reason, and takes no later reply.
+    set_, hdop = imc.SetEntityParameters(), "GPS Maximum HDOP"
+    for value in ("banana", "4.5", "banana", "banana", "5.5"):
+        answer = ask(
+            process, set_, name="Navigation", params=[{"abbrev": "EntityParameter", "name": hdop, "value": value}]
+        )
+        assert answer["seconds"] < 1.0 * slowness()
+        if value == "banana":
+            assert answer["replies"] == []
+            assert f"{hdop} = 'banana' from 0x4123: " in answer["errors"][0]
+        else:
+            assert value in answer["replies"][0]["text"]
+    (reply,) = ask(process, imc.SaveEntityParameters(), name="Navigation")["replies"]
+    assert reply["abbrev"] == "SaveEntityParameters"
+    for message, fields, reason in (
+        (imc.QueryEntityParameters(), {"name": "NoSuch"}, f"no task of {NAME} has the entity label 'NoSuch'"),
+        (imc.QueryEntityInfo(), {"dst_ent": 253}, f"{NAME} has no answer to this QueryEntityInfo"),
+        (imc.EstimatedState(), {}, "EstimatedState is no request"),
+        (imc.PlanDB(), {"dst": 0x1234}, "is addressed (dst) to 0x1234; this is 0x001A"),
+        (imc.PlanDB(), {"type": DB.Type.SUCCESS}, "the type of a PlanDB that asks is REQUEST (0)"),
+    ):
+        answer = ask(process, message, **fields)
+        assert answer["replies"] == []
+        assert reason in answer["errors"][0]
+        assert answer["seconds"] < 1.0 * slowness()
+
     # What is no request is refused with its reason.
     for key, request, reason in (
         ("PlanDB", {"abbrev": "PlanControl", "src": CONSOLE}, "belongs to"),
@@ -81,6 +107,8 @@ def test_a_vehicle_answers_queries_and_a_late_joiner_has_its_state_at_once(netwo
     process.until(lambda answer: "dive" not in answer["replies"][0]["text"], f"get imc/{NAME}/@q/PlanDBState")
     (state,) = process.ask(f"late imc/{NAME}/PlanDBState/* 0.4")["heard"]
     assert "dive" not in state["text"]
+    (reply,) = ask(process, imc.Abort())["replies"]
+    assert reply["abbrev"] == "Abort"
 
 
 def test_births_and_deaths_are_seen_within_a_second(network: Network, tmp_path: Path) -> None:

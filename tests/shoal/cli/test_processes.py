@@ -54,6 +54,9 @@ def test_a_process_of_a_vehicle_is_started_killed_and_started_again(network: Net
     wait_until(lambda: parameters(asker, CAMERA), main)
     assert parameters(asker, CAMERA)[0]["name"] == CAMERA
     assert len(parameters(asker, "Daemon")) == 1, "one of the two processes answers"
+    state = f"get imc/{NAME}/@q/EntityState/MUG_Camera"
+    asker.until(lambda answer: "state=1" in answer["replies"][0]["text"], state)
+    assert "starts" not in asker.ask(state)["replies"][0]["text"], "what the main process has said before"
     (listed,) = asker.ask(f"late imc/{NAME}/EntityList/* 0.5")["heard"]
     assert f"{CAMERA}={camera_id()}" in listed["list"].split(";")
 

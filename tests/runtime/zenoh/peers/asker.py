@@ -35,9 +35,13 @@ def header(message: imc.Message) -> dict[str, object]:
     return {name: value for name, value in plain.items() if value is not None}
 
 
+def made(fields: dict[str, Any]) -> imc.Message:
+    kind: Any = getattr(imc, fields.pop("abbrev"))
+    return kind(**{name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()})
+
+
 def message_of(text: str) -> bytes:
-    fields = json.loads(text)
-    return imc.encode(getattr(imc, fields.pop("abbrev"))(timestamp=time.time(), **fields))
+    return imc.encode(json.loads(text, object_hook=made).replace(timestamp=time.time()))
 
 
 def get(session: Any, key: str, request: str = "") -> dict[str, object]:
