@@ -28,6 +28,8 @@ class Daemon(ParameterService):
     def stop(self) -> None:
         self._tell_next = 0.0
         self._report_excess()
+        if malformed := self.vehicle.bus.malformed:
+            self.log.warning(f"{malformed} malformed packet{'s' * (malformed != 1)} of others dropped in this run")
 
     @periodic(1.0)
     def beat(self) -> None:

@@ -145,9 +145,11 @@ class Status:
         )
 
     def _messages(self) -> str:
-        dropped = self.vehicle.bus.inbox.dropped.total
-        count = self.vehicle.bus.delivered
-        return f"{count} message{'s' * (count != 1)}" + (f", {dropped} of others dropped" if dropped else "")
+        bus = self.vehicle.bus
+        parts = [f"{bus.delivered} message{'s' * (bus.delivered != 1)}"]
+        for number, what in ((bus.inbox.dropped.total, "of others dropped"), (bus.malformed, "of others malformed")):
+            parts += [f"{number} {what}"] * bool(number)
+        return ", ".join(parts)
 
     def _position(self) -> str:
         state = self.state

@@ -22,6 +22,9 @@ LOSSY = 0.02  # part of the packets
 CARRIERS = ("in contact", "dropped", "within range", "packets taken")
 """What entities that talk to a network say of it; nothing else that a vehicle sends tells whom it does not hear."""
 
+UNHEARD = "a firewall closes its port; or its Consoles do not list us; or it has not heard our Announce"
+UNLISTED = "the name of our certificate or user is not in its Commanders, see [Zenoh]; or it is too busy"
+
 ADVICE = {
     "not announced": "its Announce does not get here: multicast 224.0.75.69, broadcast and the ports of discovery "
     "30100-30104 must be open; or it announces another address",
@@ -174,10 +177,8 @@ def _judge(network: Network, system: System, contact: Contact) -> list[Finding]:
             "a firewall closes our port; or its Consoles list does not have us; or its contact timeout has passed",
         )
     elif contact.asked and not contact.answered:
-        tell(
-            "is heard, but does not answer: here to vehicle is silent",
-            "a firewall closes its port; or its Consoles do not list us; or it has not heard our Announce",
-        )
+        over_zenoh = contact.rates.get("zenoh", 0.0) == rate
+        tell("is heard, but does not answer: here to vehicle is silent", UNLISTED if over_zenoh else UNHEARD)
     elif contact.answered < contact.asked:
         lost = 100.0 * (1.0 - contact.answered / contact.asked)
         tell(f"answers only {contact.answered} of {contact.asked} questions ({lost:.0f} % lost)", "the link is bad")
@@ -209,7 +210,9 @@ def _of_here(network: Network, name: str, found: Diagnosis) -> list[Finding]:
         findings.append(Finding("", f"{whom} is not heard", "start it; `shoal ls` lists who is there"))
     for link, trouble in found.links.items():
         if trouble and (not working or not vehicles):
-            findings.append(Finding("", f"{link}: {trouble}", "start a vehicle with --bus zenoh, or see --connect"))
+            refused = "did not let us in" in trouble
+            advice = "name ours in --zenoh-config" if refused else "start a vehicle with --bus zenoh, or see --connect"
+            findings.append(Finding("", f"{link}: {trouble}", advice))
     for link in network.links:
         if getattr(link, "deaf", False):
             text = "all ports of discovery are taken by other programs of this computer: no announcement is heard"

@@ -10,6 +10,7 @@ from runtime.kernel import VirtualClock
 from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
 from shoal.cli.status import Status
+from tests.runtime.bus.transport_contract import Wire
 
 STARTED = imc.LoggingControl.Op.STARTED
 INFINITE = float("inf")
@@ -56,6 +57,21 @@ def test_a_title_is_no_markup(tmp_path):
 def test_detections_are_shown_where_there_are_any(tmp_path):
     assert "detections" not in show(tmp_path, width=400)
     assert "last: MUG 3 at +1.00 m north" in show(tmp_path, imc.EstimatedMugState(id=3, x=1.0), width=400)
+
+
+def test_malformed_packets_of_others_are_counted_in_the_last_line_and_in_the_log_book(tmp_path):
+    vehicle = Vehicle("v", 0x1A, clock=VirtualClock(0), profile=NoProfile(), log_root=tmp_path)
+    status, wire, texts = Status(vehicle, "a vehicle", None), Wire(), []
+    vehicle.tap(imc.LogBookEntry, lambda entry: texts.append(entry.text))
+    vehicle.bus.attach(wire)
+    vehicle.start()
+    for packet in (b"", b"junk of a stranger", imc.encode(imc.Depth(src=7))[:-1]):
+        wire.receive(packet)
+    vehicle.run(1.0)
+    vehicle.close()
+    assert "messages, 3 of others malformed" in status.summary()
+    assert "3 malformed packets of others dropped in this run" in texts
+    assert sum(text.startswith("packet from 0x") for text in texts) == 3
 
 
 @pytest.mark.parametrize("width", [1, 3, 5])

@@ -1,14 +1,23 @@
 """The end of a link to zenoh."""
 
 import asyncio
+import json
 import threading
+import time
+from pathlib import Path
+from typing import Any
 
 import pytest
 import zenoh
 
-from shoal.network import Network, ZenohLink
+import imc
+from runtime.zenoh import Part, ZenohConfig, ZenohTransport
+from shoal.network import Diagnosis, Network, ZenohLink, diagnose
 from tests.outside import PATIENCE
 from tests.runtime.zenoh.processes import local_port
+from tests.runtime.zenoh.test_security import certificates
+
+PARTS = (("certificate", "pem"), ("private_key", "key"))
 
 
 def test_no_thread_is_in_zenoh_when_a_command_ends(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -29,3 +38,62 @@ def test_no_thread_is_in_zenoh_when_a_command_ends(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(zenoh, "open", join_slowly)
     asyncio.run(look())
     assert not [thread.name for thread in threading.enumerate() if thread.name == "zenoh open"]
+
+
+@pytest.mark.parametrize("whose", ["", "foreign"])
+def test_who_is_turned_away_is_told_so_and_not_that_nobody_listens(whose: str, openssl: str, tmp_path: Path) -> None:
+    """A client without a certificate, and with one of another authority."""
+    for folder in (tmp_path, tmp_path / "foreign"):
+        folder.mkdir(exist_ok=True)
+        certificates(openssl, folder, "pole")
+    endpoint = f"tls/127.0.0.1:{local_port()}"
+    listening: Any = zenoh.Config()
+    tls = "transport/link/tls"
+    own = {"listen_certificate": "pole.pem", "listen_private_key": "pole.key", "root_ca_certificate": "ca.pem"}
+    for name, file in own.items():
+        listening.insert_json5(f"{tls}/{name}", json.dumps(str(tmp_path / file)))
+    listening.insert_json5(f"{tls}/enable_mtls", "true")
+    listening.insert_json5("scouting/multicast/enabled", "false")
+    listening.insert_json5("listen/endpoints", json.dumps([endpoint]))
+    ours = {"root_ca_certificate": str(tmp_path / "ca.pem"), "enable_mtls": bool(whose)}
+    if whose:
+        ours |= {f"connect_{part}": str(tmp_path / whose / f"pole.{end}") for part, end in PARTS}
+    (tmp_path / "ours.json5").write_text(json.dumps({"transport": {"link": {"tls": ours}}}))
+
+    async def look() -> str:
+        link = ZenohLink([endpoint], tmp_path / "ours.json5")
+        async with Network([link]):
+            end = time.monotonic() + PATIENCE
+            while "has not answered yet" in link.trouble and time.monotonic() < end:
+                await asyncio.sleep(0.05)
+            return link.trouble
+
+    with zenoh.open(listening):
+        trouble = asyncio.run(look())
+    assert trouble.startswith(f"{endpoint} did not let us in: it wants a certificate of its own authority")
+    assert asyncio.run(look()) == f"nobody listens at {endpoint}"
+
+
+def test_the_doctor_names_the_list_of_commanders_of_a_vehicle_that_is_heard_over_zenoh_and_does_not_answer() -> None:
+    port = local_port()
+    config = ZenohConfig(local_port=port, scouting="none", vehicle="pole")
+    vehicle = ZenohTransport(config, lambda _: "pole", lambda *_: "Navigation", part=Part("pole", 0x1A, 1))
+    vehicle.open(lambda _: None)
+
+    async def speak() -> None:
+        while True:
+            message = imc.EstimatedState(src=0x1A, src_ent=7, timestamp=time.time())
+            vehicle.send(message, imc.encode(message))
+            await asyncio.sleep(0.05)
+
+    async def look() -> Diagnosis:
+        speaking = asyncio.create_task(speak())
+        async with Network([ZenohLink([f"tcp/127.0.0.1:{port}"])]) as network:
+            found = await diagnose(network, "pole", seconds=0.6, patience=0.1)
+        speaking.cancel()
+        return found
+
+    findings = asyncio.run(look()).findings
+    vehicle.close()
+    (finding,) = [each for each in findings if "does not answer" in each.text]
+    assert "is not in its Commanders, see [Zenoh]" in finding.advice
