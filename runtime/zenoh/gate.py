@@ -66,8 +66,10 @@ class Gate:
         ids, is_listed = self._ids().get(name, frozenset[int]()), name in self._listed
         if name == self._name or (ids and source not in ids):
             return f"of 0x{source:04X}, which is not {name}"
-        if is_listed and (source in OPERATORS or chunk(self._system_name(source)) not in (name, f"0x{source:04X}")):
-            return f"of {self._system_name(source)}, which is not {name}"
+        if is_listed:
+            owner = self._system_name(source)  # by the profile: the ids of a token are what the vehicle says itself
+            if source in OPERATORS or (owner != name and chunk(owner) not in (name, f"0x{source:04X}")):
+                return f"of {owner}, which is not {name}"
         is_vehicle = is_listed or (ids and source not in OPERATORS)
         if is_vehicle and kind in OBEYED_FROM_ALL and destination in TO_ALL:
             return f"{OBEYED_FROM_ALL[kind]} of another vehicle for all"
