@@ -3,6 +3,7 @@
 from runtime.zenoh.config import LOCAL_PORT, ZenohConfig, explain
 from runtime.zenoh.keys import chunk, key
 from runtime.zenoh.meeting import MeetingPoint
+from runtime.zenoh.memory import Opener
 from runtime.zenoh.presence import DAEMON, Part, here
 from runtime.zenoh.presence import parse as parse_token
 from runtime.zenoh.transport import ZenohTransport
@@ -11,6 +12,7 @@ __all__ = [
     "DAEMON",
     "LOCAL_PORT",
     "MeetingPoint",
+    "Opener",
     "Part",
     "ZenohConfig",
     "ZenohTransport",

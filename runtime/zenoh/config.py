@@ -19,6 +19,7 @@ LOCAL_PORT = 7447
 SESSION_OFFSET = 53
 SESSIONS = 32
 LONGEST_STALL = 250_000  # µs for which commands wait for a receiver that is 1 MB of them behind; then it is cut off
+LONGEST_FRAME = 1_000_000  # µs until a frame that does not go through shared memory has been sent, else it is dropped
 
 _ENDPOINT = re.compile(r"(?:tcp|udp|tls|quic|ws)/[^\s/?#]+:\d{1,5}(?:[?#]\S*)?")
 _KEYWORDS = ("loopback", "none", "auto")
@@ -167,8 +168,9 @@ class ZenohConfig:
         for priority in ("real_time", "data"):
             put(f"transport/link/tx/queue/size/{priority}", None, 16)
         put("transport/link/tx/queue/congestion_control/block/wait_before_close", None, LONGEST_STALL)
-        for limit in ("wait_before_drop", "max_wait_before_drop_fragments"):
-            put(f"transport/link/tx/queue/congestion_control/drop/{limit}", None, 200)  # µs
+        # A packet waits 0.2 ms for room; the pieces of a frame, which a thread of its own sends, longer and longer.
+        for limit, longest in (("wait_before_drop", 200), ("max_wait_before_drop_fragments", LONGEST_FRAME)):
+            put(f"transport/link/tx/queue/congestion_control/drop/{limit}", None, longest)
         try:
             self.security.apply(lambda name, value: insert(config, name, value), self.vehicle)
         except zenoh.ZError as error:

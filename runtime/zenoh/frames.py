@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import msgspec
 
 from runtime.bus import Frame
+from runtime.zenoh.config import explain
 from runtime.zenoh.faults import FaultCounter
 from runtime.zenoh.keys import PREFIX, chunk
+from runtime.zenoh.memory import ADVICE, lockable
 
 if TYPE_CHECKING:
     import zenoh
@@ -51,13 +53,15 @@ class Frames:
         self._is_sibling = is_sibling
         self._session: zenoh.Session | None = None
         self._publishers: dict[str, Any] = {}
+        self._tell = tell
+        self._shares = True
         self._pool: tuple[int, Any] = (0, None)
         self._waiting: queue.Queue[Frame | None] = queue.Queue(MOST_WAITING)
         self._subscriber: Any = None
         self._threads: list[threading.Thread] = []
 
-    def open(self, session: "zenoh.Session") -> None:
-        self._session = session
+    def open(self, session: "zenoh.Session", *, shares_memory: bool = True) -> None:
+        self._session, self._shares = session, shares_memory
 
     def share(self, frame: Frame) -> None:
         """Send a frame soon, if another process wants it; never waits."""
@@ -128,15 +132,26 @@ class Frames:
                 self.unsent.count(f"{frame.camera}: {error}")
 
     def _in_shared_memory(self, pixels: bytes) -> Any:
-        """The pixels in a buffer that another process can read, or as they are if there is no room."""
+        """The pixels in a buffer that another process can read, or as they are if there is no room.
+
+        What does not fit into the memory that may be locked is told once, and not tried again with each frame.
+        """
         import zenoh
         import zenoh.shm
 
         size, pool = self._pool
-        try:
-            if size < len(pixels):
+        if self._shares and size < len(pixels):
+            try:
                 pool = zenoh.shm.ShmProvider.default_backend(cast(Any, len(pixels) * POOL))
-                self._pool = len(pixels), pool
+            except zenoh.ZError as error:
+                self._shares, pool = False, None
+                needed = f"{len(pixels) * POOL / 2**20:.3g} MB are needed, and {lockable()}"
+                words = "frames go to other processes without shared memory, which is slower"
+                self._tell(f"{words}: {needed}; {ADVICE} [{explain(error)}]")
+            self._pool = len(pixels), pool
+        if pool is None or self._pool[0] < len(pixels):
+            return pixels
+        try:
             buffer = pool.alloc(len(pixels), policy=zenoh.shm.GarbageCollect())
         except zenoh.ZError:
             return pixels

@@ -9,6 +9,7 @@ import threading
 from typing import TYPE_CHECKING, Any, cast
 
 from runtime.zenoh.config import ZenohConfig, explain, insert, is_loopback
+from runtime.zenoh.memory import Opener
 
 if TYPE_CHECKING:
     import zenoh
@@ -25,8 +26,9 @@ class MeetingPoint:
     that waits for a port. They serve the clients that connect there.
     """
 
-    def __init__(self, config: ZenohConfig) -> None:
+    def __init__(self, config: ZenohConfig, opener: Opener) -> None:
         self._config = config
+        self._opener = opener
         self._wanted: list[str] = []
         self._sessions: list[zenoh.Session] = []
         self._closing = threading.Event()
@@ -68,7 +70,7 @@ class MeetingPoint:
         insert(config, "connect/endpoints", [])
         insert(config, "open/return_conditions/connect_scouted", False)
         try:
-            self._sessions.append(zenoh.open(config))
+            self._sessions.append(self._opener.open(config))
         except zenoh.ZError as error:
             if not any(map(is_held, free)):
                 raise ConnectionError(f"zenoh cannot listen at {', '.join(free)}: {explain(error)}") from None

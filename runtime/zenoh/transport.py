@@ -18,6 +18,7 @@ from runtime.zenoh.gate import Gate
 from runtime.zenoh.keys import HEARD
 from runtime.zenoh.last import LastMessages
 from runtime.zenoh.meeting import MeetingPoint, is_held
+from runtime.zenoh.memory import Opener
 from runtime.zenoh.outbox import Outbox
 from runtime.zenoh.presence import Part, Presence
 from runtime.zenoh.publishers import Publisher, Publishers
@@ -73,7 +74,8 @@ class ZenohTransport:
         self._system_name = system_name
         self._entity_label = entity_label
         self._session: zenoh.Session | None = None
-        self._meeting_point = MeetingPoint(config)
+        self._opener = Opener(tell)
+        self._meeting_point = MeetingPoint(config, self._opener)
         self._presence: Presence | None = None
         self._scout: Scout | None = None
         self._publishers: Publishers | None = None
@@ -94,6 +96,7 @@ class ZenohTransport:
         try:
             self._session, layout, neighbours = self._enter()
         except ConnectionError:
+            self._opener.close()
             self._meeting_point.close()
             raise
         session = self._session
@@ -122,7 +125,7 @@ class ZenohTransport:
         self._answers = Answers(session, self._part, self._outbox, last, self._take, self._concerns)
         self.arrivals.open(session, self.config.vehicle, self.config.hear)
         if self.frames is not None:
-            self.frames.open(session)
+            self.frames.open(session, shares_memory=self._opener.shares)
 
     @property
     def systems(self) -> frozenset[int]:
@@ -197,7 +200,7 @@ class ZenohTransport:
                 held.append(layout.session)
                 continue
             try:
-                return zenoh.open(layout.config), layout, held
+                return self._opener.open(layout.config), layout, held
             except zenoh.ZError as error:
                 if not (layout.session and is_held(layout.session)):
                     raise ConnectionError(f"zenoh: {explain(error)}") from None
@@ -207,6 +210,7 @@ class ZenohTransport:
         """Undeclare, then close: a session that closes before its subscribers may wait for them forever."""
         if self._scout is not None:
             self._scout.close()
+        self._opener.close()
         self._outbox.close()
         for part in (self._presence, self._residents, self._answers, self.frames, self.arrivals, self._publishers):
             if part is not None:

@@ -46,6 +46,8 @@ UMask=0022
 Environment=PYTHONUNBUFFERED=1
 OOMScoreAdjust=-500
 LimitCORE=0
+# Frames of cameras go to other processes through shared memory, which zenoh locks: 6 of each size.
+LimitMEMLOCK=256M
 
 # What it may write, and do. Devices stay visible, since one that is plugged in later must be found: who may open them
 # is a matter of their group.

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import imc
-from runtime.zenoh import MeetingPoint, ZenohConfig, explain, here, parse_token
+from runtime.zenoh import MeetingPoint, Opener, ZenohConfig, explain, here, parse_token
 
 ANSWERS = (imc.VehicleState, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState)
 TOLD = (imc.LogBookEntry.Type.ERROR, imc.LogBookEntry.Type.CRITICAL)
@@ -43,14 +43,16 @@ class Watch:
         import zenoh
 
         config = ZenohConfig.from_options({"Mode": "router", "Scouting": "none", **options})
-        self._meeting = MeetingPoint(config)
+        self._opener = Opener()
+        self._meeting = MeetingPoint(config, self._opener)
         self._meeting.open()
         client = ZenohConfig.from_options({**_own(options), "Mode": "client", "Scouting": "none"})
         joined: Any = client.build().config
         joined.insert_json5("transport/unicast/open_timeout", str(OPENING))
         try:
-            self._session: Any = zenoh.open(joined)
+            self._session: Any = self._opener.open(joined)
         except zenoh.ZError as error:
+            self._opener.close()
             self._meeting.close()
             words = f"no zenoh at port {client.local_port} of this computer: {explain(error)}"
             hint = "another program has it, or it wants a password: see Local Port and User under zenoh: in the file"
@@ -124,6 +126,7 @@ class Watch:
         self._entries.append((str(sample.key_expr).split("/")[1], sample.payload.to_bytes()))
 
     def close(self) -> None:
+        self._opener.close()
         self._log_books.undeclare()
         self._session.close()
         self._meeting.close()

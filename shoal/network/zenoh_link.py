@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 from urllib.parse import unquote
 
 import imc
-from runtime.zenoh import LOCAL_PORT, ZenohConfig, chunk, explain, key, parse_token
+from runtime.zenoh import LOCAL_PORT, Opener, ZenohConfig, chunk, explain, key, parse_token
 from shoal.network.link import EVERYBODY, FAR, NEAR, Arrival, Console, Ear
 
 if TYPE_CHECKING:
@@ -60,6 +60,7 @@ class ZenohLink:
         self._config = ZenohConfig(
             mode="client", local_port=0, listen=(), connect=self._connect, scouting="none", config_file=config_file
         )
+        self._opener = Opener()
         self._wanted: dict[str, Callable[[], object] | None] = {}  # key expression: its end
         self._asked: dict[str, None] = {}
         self._waiting: deque[_Sample] = deque()
@@ -133,6 +134,7 @@ class ZenohLink:
                 await self._retrying
         if self._opening is not None:  # Python would abort if it ended while this thread comes back from zenoh
             await asyncio.to_thread(self._opening.join, LAST_TRY)
+        await asyncio.to_thread(self._opener.close)
         session, self._session = self._session, None
         if session is not None:
             with suppress(TimeoutError):
@@ -181,7 +183,7 @@ class ZenohLink:
             session: zenoh.Session | None = None
             error: zenoh.ZError | None = None
             try:
-                session = zenoh.open(self._config.build().config)
+                session = self._opener.open(self._config.build().config)
             except zenoh.ZError as trouble:
                 error = trouble
             with suppress(RuntimeError):  # the loop has ended

@@ -1,6 +1,8 @@
 """What is no frame of the vehicle is counted and dropped."""
 
+import itertools
 import logging
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,8 +11,12 @@ import numpy as np
 import pytest
 import zenoh
 
+from runtime.bus import Frame
+from runtime.zenoh import Part, ZenohConfig, ZenohTransport
 from runtime.zenoh.frames import Frames, Head
 from runtime.zenoh.keys import heard
+from tests.outside import until
+from tests.runtime.zenoh.processes import Network
 
 SIBLING = "5b"
 HEAD = msgspec.msgpack.encode(Head(12.5, "Front", 7, 2, 3, {"fov": 1.5}))
@@ -56,6 +62,29 @@ def test_strangers_and_rubbish_are_counted(frames: Frames, wrong: Any, caplog: p
     assert frames._taken(wrong) is None
     assert frames.strange.total == 1
     assert "imc/v/@frame/Front" in caplog.text
+
+
+def test_frames_of_4_mb_arrive_without_shared_memory(network: Network) -> None:
+    def joined(process: str, entities: int) -> ZenohTransport:
+        config = ZenohConfig(local_port=network.local_port, scouting="none", vehicle="v")
+        part = Part("v", 1, entities, process)
+        transport = ZenohTransport(config, "0x{:04X}".format, lambda *_: "Daemon", part=part)
+        transport.open(lambda packet: None)
+        return transport
+
+    with ThreadPoolExecutor() as pool:
+        main, vision = pool.map(joined, ("main", "vision"), (0b001, 0b010))
+    assert main.frames is not None
+    assert vision.frames is not None
+    got: list[Frame] = []
+    main.frames.want(got.append)
+    vision.frames._shares = False
+    image = np.full((1024, 1024, 4), 7, np.uint8)
+    numbers = itertools.count()
+    until(lambda: vision.frames.share(Frame(1.0, "Front", next(numbers), image, {})) or len(got) > 3, every=0.05)
+    assert all(np.array_equal(frame.image, image) for frame in got)
+    for transport in (main, vision):
+        transport.close()
 
 
 def test_a_vehicle_hears_of_others_only_what_it_wants() -> None:

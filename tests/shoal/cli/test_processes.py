@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import sys
 import time
 from itertools import pairwise
 from pathlib import Path
@@ -101,14 +102,14 @@ class Camera(Task):
     @periodic(20.0)
     def take(self):
         self.count += 1
-        image = np.full((64, 96, 4), self.count % 256, np.uint8)
+        image = np.full((SIZE, 96, 4), self.count % 256, np.uint8)
         self.share(Frame(self.now, "Front", self.count, image, {"fov": 1.5}))
 
 class Viewer(Task):
     @consume
     def look(self, frame: Frame):
         same = bool((frame.image == frame.index % 256).all())
-        self.publish(imc.Depth(value=frame.index if same and frame.image.shape == (64, 96, 4) else -1.0))
+        self.publish(imc.Depth(value=frame.index if same and frame.image.shape == (SIZE, 96, 4) else -1.0))
 """
 
 PROFILE = """
@@ -132,17 +133,36 @@ Enabled = Always
 """
 
 
+# Debian's limit for users; root would not be bound by it.
+LIMITED = """import os, resource, sys
+resource.setrlimit(resource.RLIMIT_MEMLOCK, (int(sys.argv[1]), int(sys.argv[1])))
+unbound = ["setpriv", "--bounding-set", "-ipc_lock"] if os.geteuid() == 0 else []
+os.execvp((unbound or sys.argv[2:])[0], unbound + sys.argv[2:])"""
+
+
 @pytest.mark.heavy
-def test_frames_reach_the_tasks_of_another_process(network: Network, tmp_path: Path) -> None:
-    (tmp_path / "pictures.py").write_text(TASKS)
+@pytest.mark.parametrize(
+    ("rows", "limit", "told"),
+    [
+        (64, "unlimited", ""),
+        (12_000, "8388608", "frames go to other processes without shared memory, which is slower: 26.4 MB are needed"),
+        (64, "0", "zenoh: no shared memory, since this process may lock 0 MB of memory"),
+    ],
+)
+def test_frames_reach_the_tasks_of_another_process(
+    network: Network, tmp_path: Path, rows: int, limit: str, told: str
+) -> None:
+    (tmp_path / "pictures.py").write_text(f"SIZE = {rows}\n{TASKS}")
     profile = tmp_path / "lauv-test-2.ini"
     profile.write_text(PROFILE.format(network.local_port))
-    run = network.add(
-        "-m", "shoal.cli", "run", profile, "--code", tmp_path, "--log-dir", tmp_path / "log", "--for", "8s"
-    )
+    command = ["-m", "shoal.cli", "run", profile, "--code", tmp_path, "--log-dir", tmp_path / "log", "--for", "8s"]
+    run = network.add(*(["-c", LIMITED, limit, sys.executable] if limit != "unlimited" else []), *command)
     assert run.popen.wait(40) == 0, run.errors
     (log,) = tmp_path.rglob("Data.lsf*")
-    shown = [m.value for m in imc.Log(log.parent) if isinstance(m, imc.Depth)]
+    messages = list(imc.Log(log.parent))
+    texts = [m.text for m in messages if isinstance(m, imc.LogBookEntry) and m.text.startswith(told)]
+    assert not told or 1 <= len(texts) <= 2, texts  # each process says it once
+    shown = [m.value for m in messages if isinstance(m, imc.Depth)]
     assert len(shown) > 20, run.errors
     assert shown == sorted(set(shown))
     assert min(shown) > 0

@@ -45,6 +45,7 @@ def test_the_unit_runs_the_vehicle_and_is_watched(folder: Path) -> None:
     assert (unit["User"], unit["SupplementaryGroups"]) == ("shoal", "dialout")
     assert (unit["ProtectSystem"], unit["NoNewPrivileges"], unit["StateDirectory"]) == ("strict", "yes", "shoal")
     assert unit["WorkingDirectory"] == str(folder)
+    assert unit["LimitMEMLOCK"] == "256M"
 
 
 @pytest.mark.parametrize(
