@@ -1,9 +1,10 @@
-"""The end of a run: in order after a signal, at once after a second one, and in time whatever hangs."""
+"""The end of a run: in order after a signal, at once after a later one, and in time whatever hangs."""
 
 import contextlib
 import os
 import signal
 import sys
+import time
 import traceback
 from collections.abc import Callable, Generator
 from types import FrameType
@@ -14,13 +15,14 @@ from runtime.vehicle import Vehicle
 from runtime.vehicle import vehicle as vehicle_module
 
 STOPPING_TIME = 0.8  # s from a signal to the end, whatever hangs
+SAME_STOP = 1.0  # s
 STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 OWN_FILES = (kernel.__file__, vehicle_module.__file__)
 
 
 @contextlib.contextmanager
 def guarded(vehicle: Vehicle) -> Generator[Watchdog]:
-    """Name what hangs in a run, and let signals end it: the first in order, within a second, a second one at once."""
+    """Name what hangs in a run, and let signals end it: the first in order, within a second, a later one at once."""
     watchdog = Watchdog(vehicle.kernel, _leave)
     stop = _stopper(vehicle, watchdog)
     previous = {n: signal.signal(n, stop) for n in STOPPING if signal.getsignal(n) is not signal.SIG_IGN}
@@ -53,18 +55,18 @@ def own_part(error: Exception) -> str:
 
 
 def _stopper(vehicle: Vehicle, watchdog: Watchdog) -> Callable[[int, FrameType | None], None]:
-    """A signal handler: the first signal ends the run in order, the second immediately.
+    """A signal handler: the first signal ends the run in order, one more than SAME_STOP later immediately.
 
-    A second SIGHUP does not: a closed terminal sends it twice.
+    Until then it is the same stop: `timeout` and systemd signal a process and its group. SIGHUP never ends it at once.
     """
-    asked: list[int] = []
+    asked: list[float] = []
 
     def stop(number: int, _: FrameType | None) -> None:
-        asked.append(number)
+        asked.append(time.monotonic())
         if len(asked) == 1:
             vehicle.kernel.post(vehicle.stop)
             watchdog.expect_end(STOPPING_TIME, hasty=True)
-        elif signal.Signals(number).name != "SIGHUP":
+        elif asked[-1] - asked[0] > SAME_STOP and signal.Signals(number).name != "SIGHUP":
             _leave("stopped by a second signal")
 
     return stop

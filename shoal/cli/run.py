@@ -204,7 +204,7 @@ def swim(
 ) -> NoReturn:
     """Run a vehicle to its end, for `duration` (s) or until a signal, show its status, and exit with its exit status.
 
-    A first signal ends the run in order, within a second whatever hangs; a second one ends it immediately.
+    A first signal ends the run in order, within a second whatever hangs; a later one ends it immediately.
 
     `start` is False if it continues from a snapshot. A snapshot is saved beside its log every `snapshot_every` (s); one
     that the disk refuses is reported and left out.

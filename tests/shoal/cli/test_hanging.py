@@ -102,6 +102,21 @@ def test_a_signal_ends_it_in_a_second_whatever_hangs_and_the_log_can_be_read(tmp
     assert imc.Log(log).counts()["SimulatedState"] > 100
 
 
+@pytest.mark.parametrize("gap", [0.001, 0.1])
+def test_signals_of_the_same_moment_are_one_stop(tmp_path, gap):
+    """`timeout` signals its child, and then its group."""
+    process = begin(tmp_path, "nothing")
+    until(process, "hanging now")
+    for _ in range(3):
+        process.send_signal(signal.SIGTERM)
+        time.sleep(gap)
+    rest = process.communicate(timeout=20)[0]
+    assert process.returncode == 0, rest
+    assert "second signal" not in rest
+    (log,) = (tmp_path / "log").glob("*/*/*")
+    assert imc.Log(log).counts()["SimulatedState"] > 100
+
+
 def test_an_endless_loop_is_named_and_its_task_restarts_on_a_vehicle(tmp_path):
     process = begin(tmp_path, "loop", "--keep-going", "--for", "8s")
     text = process.communicate(timeout=60)[0]
