@@ -34,8 +34,8 @@ class Processes:
         return [e for e in self._vehicle.entities if e.process and process in ("", e.process)]
 
     def note(self, process: str, runs: bool) -> None:
-        """A process has appeared, or gone."""
-        if runs == (process in self.running):
+        """A process has appeared, or gone; when the vehicle ends, all go."""
+        if runs == (process in self.running) or self._vehicle.stopped or self._vehicle.closing:
             return
         log = self._vehicle.daemon.log
         if runs:

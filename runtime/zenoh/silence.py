@@ -63,8 +63,10 @@ def limit(links: set[tuple[End, End]]) -> set[tuple[End, End]]:
             if not os.readlink(f"{SOCKETS}/{name}").startswith("socket:"):
                 continue
             with socket.socket(fileno=os.dup(int(name))) as opened:
+                if opened.family not in (socket.AF_INET, socket.AF_INET6) or opened.type != socket.SOCK_STREAM:
+                    continue
                 ends = _end(*opened.getsockname()[:2]), _end(*opened.getpeername()[:2])
-                if opened.type == socket.SOCK_STREAM and ends in links:
+                if ends in links:
                     opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, LONGEST)
                     found.add(ends)
     return found

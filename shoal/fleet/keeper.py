@@ -1,6 +1,7 @@
 """Starts processes, and starts those again that end, with a growing pause."""
 
 import contextlib
+import signal
 import subprocess
 import threading
 import time
@@ -11,6 +12,7 @@ LONGEST_PAUSE = 60.0  # s
 HEALTHY_AFTER = 60.0  # s
 ENDING = 3.0  # s from the request to end to its being killed
 MOST_LINES = 20
+FROM_OUTSIDE = {signal.Signals[name] for name in ("SIGKILL", "SIGTERM", "SIGINT") if name in signal.Signals.__members__}
 
 
 class Child:
@@ -69,7 +71,7 @@ class Child:
         self._due = now + pause
         self.ended_well = not restart
         how = f"was killed by signal {-status}" if status < 0 else f"has ended with status {status}"
-        why = f" ({self.last})" if self.last else ""
+        why = f" ({self.last})" if self.last and -status not in FROM_OUTSIDE else ""
         return f"{how}{why}{f'; it starts again in {pause:g} s' if restart else ''}"
 
     def _read(self, popen: subprocess.Popen[bytes]) -> None:

@@ -2,7 +2,7 @@
 
 The attacker is in a second namespace, at the other end of a cable (a veth pair). Argument: a folder. Prints one JSON
 object: what the attacker could reach, and what the plain program received. With `twins` before the folder: another
-vehicle of the same name there, and what it is told.
+vehicle of the same name there, and what it is told. With `cut`: another process of the vehicle there, and a cut cable.
 """
 
 import contextlib
@@ -23,6 +23,7 @@ VEHICLE, ATTACKER = "10.99.0.1", "10.99.0.2"
 NAME = "lauv-noptilus-1"
 GROUP = "224.0.75.69"
 PATIENCE = 20.0
+CUT = 30.0  # s
 WATCH = 3.0  # s; zenoh's own scouting asks at 0, 1, 3 s
 
 
@@ -185,6 +186,46 @@ def twins(folder: Path, enter: list[str]) -> dict[str, Any]:
         first.wait(PATIENCE)
 
 
+def cut(folder: Path, enter: list[str]) -> dict[str, Any]:
+    """A vehicle on both computers, over TLS, whose cable is cut for CUT s: when that was noticed, when all was back.
+
+    The cable is not unplugged, which the computers would see at once: both send to an address that nobody has.
+    """
+    pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    command = [sys.executable, "-m", "shoal.cli", "run", NAME, "-p", "Simulation", "--bus", "zenoh"]
+    files = {"Root Certificate": "ca.pem", "Certificate": f"{NAME}.pem", "Private Key": f"{NAME}.key"}
+    settings = [f"Zenoh:{option}={folder / file}" for option, file in files.items()]
+    settings += [f"Zenoh:Vehicles={NAME}", "Simulators.MUGDetectionCamera:Process=vision"]
+    command += [word for setting in settings for word in ("--set", setting)]
+    endpoint = f"tls/{VEHICLE}:7448"
+    near = [*command, "--alone", "--log-dir", str(folder / "near"), "--set", f"Zenoh:Listen={endpoint}"]
+    far = [*command, "--process", "vision", "--log-dir", str(folder / "far"), "--set", f"Zenoh:Connect={endpoint}"]
+    first = subprocess.Popen(near, **pipes)
+    told = lines(first)
+    wait_for(told, "LOG ")
+    second = subprocess.Popen([*enter, *far], **pipes)
+    lines(second)
+    try:
+        wait_for(told, "process vision runs")
+        sides = ([], "cable0", ATTACKER), (enter, "cable1", VEHICLE)
+        for side, cable, other in sides:
+            nobody = ["lladdr", "02:00:00:00:00:99", "nud", "permanent", "dev", cable]
+            subprocess.run([*side, "ip", "neigh", "replace", other, *nobody], check=True)
+        began = time.monotonic()
+        wait_for(told, "process vision has ended")
+        noticed = time.monotonic() - began
+        time.sleep(max(0.0, CUT - noticed))
+        for side, cable, other in sides:
+            subprocess.run([*side, "ip", "neigh", "del", other, "dev", cable], check=True)
+        ended = time.monotonic()
+        wait_for(told, "process vision runs")
+        return {"noticed": noticed, "back": time.monotonic() - ended}
+    finally:
+        for process in (second, first):
+            process.terminate()
+            process.wait(PATIENCE)
+
+
 def listen() -> None:
     """A zenoh program without any configuration, which stays after its first message."""
     import zenoh
@@ -205,6 +246,8 @@ if __name__ == "__main__":
             print(json.dumps(attack(json.loads(ports), float(seconds))))
         case ["twins", folder]:
             main(Path(folder), twins)
+        case ["cut", folder]:
+            main(Path(folder), cut)
         case [folder]:
             main(Path(folder), scene)
         case _:

@@ -71,8 +71,10 @@ def check_lists(bus: Process, commander: Process, listener: Process) -> None:
     assert "SetEntityParameters" not in bus.ask("status")["names"]
 
 
-def certificates(openssl: str, folder: Path, *names: str, days: int = 2, **usage: str) -> None:
-    """An authority, and certificates that it has signed for these names, at 127.0.0.1; they end in so many days.
+def certificates(
+    openssl: str, folder: Path, *names: str, days: int = 2, address: str = "127.0.0.1", **usage: str
+) -> None:
+    """An authority, and certificates that it has signed for these names, at an address; they end in so many days.
 
     `usage` are further names with the extendedKeyUsage of each.
     """
@@ -85,7 +87,7 @@ def certificates(openssl: str, folder: Path, *names: str, days: int = 2, **usage
     for name in (*names, *usage):
         make("req", *key, "-subj", f"/CN={name}", "-keyout", f"{name}.key", "-out", f"{name}.csr")
         limit = f"extendedKeyUsage={usage[name]}\n" if name in usage else ""
-        (folder / f"{name}.ext").write_text(f"subjectAltName=IP:127.0.0.1\n{limit}")
+        (folder / f"{name}.ext").write_text(f"subjectAltName=IP:{address}\n{limit}")
         make(
             "x509", "-req", "-in", f"{name}.csr", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial",
             "-days", str(days), "-extfile", f"{name}.ext", "-out", f"{name}.pem",

@@ -70,6 +70,7 @@ def test_a_process_of_a_vehicle_is_started_killed_and_started_again(network: Net
     before = len(asker.ask(f"late imc/{NAME}/EstimatedMugState/* 1.5")["heard"])
     assert before > 0
     (vision,) = children(main.popen.pid)
+    os.kill(vision, signal.SIGTERM)  # as systemd does: to all of a service
     main.popen.send_signal(signal.SIGTERM)
     assert main.popen.wait(20) == 0, main.errors
     watcher.line_where(token=token("vision"), born=False)
@@ -87,6 +88,7 @@ def test_a_process_of_a_vehicle_is_started_killed_and_started_again(network: Net
     texts = [m.text for m in messages if isinstance(m, imc.LogBookEntry)]
     assert any("was killed by signal 9" in text for text in texts)
     assert not any("another process publishes" in text for text in texts)
+    assert texts.count("process vision has ended") == 1, "an ordered end is no failure"
 
 
 TASKS = """

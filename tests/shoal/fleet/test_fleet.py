@@ -141,6 +141,16 @@ def test_a_process_that_fails_starts_again_after_a_growing_pause_with_its_reason
     keeper.stop()
 
 
+def test_who_is_killed_from_outside_has_not_said_why() -> None:
+    child = Child("good", script("import sys, time; print('all well', file=sys.stderr, flush=True); time.sleep(60)"))
+    keeper = Keeper([child], restart=False)
+    keeper.look()
+    until(lambda: child.last == "all well")
+    assert child.popen is not None
+    child.popen.kill()
+    assert until(keeper.look) == [(child, "was killed by signal 9")]
+
+
 def test_a_process_that_ends_well_or_must_not_start_again_stays_ended() -> None:
     good, bad = Child("good", script("")), Child("bad", script("raise SystemExit(3)"))
     keeper = Keeper([good, bad], restart=False)
