@@ -8,7 +8,7 @@ from pathlib import Path
 import imc
 from runtime.bus import Bus, known_here
 from runtime.kernel import Clock, Kernel, as_error
-from runtime.problem import Origin, Problem, ProfileError, misspelled, quoted
+from runtime.problem import COMMAND_LINE, Origin, Problem, ProfileError, misspelled, quoted
 from runtime.profile import ENTITY_IDS, EVERY_TASK, MAIN, Option, Profile, Section, default_label, dune
 from runtime.task import EntityError, ParameterError, Task, allot, consumers, with_place
 from runtime.vehicle.catalogue import TaskImportError, find_task, missing_extra, why_missing
@@ -172,6 +172,8 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
     try:
         config = ZenohConfig.from_options(profile.options("Zenoh"), profile.path.parent)
         config = replace(config, vehicle=vehicle.name)
+        if absent := config.absent():
+            raise ValueError(absent)
         transport = ZenohTransport(
             config,
             vehicle.systems.name,
@@ -186,14 +188,19 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
         vehicle.bus.frames = transport.frames
         vehicle.daemon.tells_all = True
     except ValueError as error:
-        raise ProfileError([Problem("error", *_zenoh_origin(profile), str(error))]) from None
+        raise ProfileError([Problem("error", *_zenoh_origin(profile, str(error)), str(error))]) from None
 
 
-def _zenoh_origin(profile: Profile) -> Origin:
-    """The line of the option in [Zenoh] that is wrong by itself; that of the section if it is none."""
+def _zenoh_origin(profile: Profile, error: str) -> Origin:
+    """The place of the option in [Zenoh] that is wrong by itself, or that the error names; else of the section.
+
+    Of options that do not go together, the one of the command line is named.
+    """
     wrong = [option.origin for option, found in zenoh_options(profile) if isinstance(found, str)]
+    named = [option.origin for option in profile.config.options("Zenoh") if option.name in error]
+    found = [*wrong, *sorted(named, key=lambda origin: origin != COMMAND_LINE)]
     section = profile.config.sections.get("Zenoh")
-    return wrong[0] if wrong else section.origin if section else Origin(str(profile.path))
+    return found[0] if found else section.origin if section else Origin(str(profile.path))
 
 
 def _concerns(vehicle: Vehicle, request: imc.Message) -> bool:

@@ -93,6 +93,8 @@ class _Checker:
                 self._say("error", option.origin, found)
             else:
                 self._check_heard(option, found.hear or ())
+                if absent := found.absent():
+                    self._say("warning", option.origin, absent)
 
     def _check_heard(self, option: Option, names: tuple[str, ...]) -> None:
         if not names:

@@ -2,6 +2,7 @@
 
 import json
 import re
+import socket
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +25,7 @@ LONGEST_FRAME = 1_000_000  # µs until a frame that does not go through shared m
 _ENDPOINT = re.compile(r"(?:tcp|udp|tls|quic|ws)/[^\s/?#]+:\d{1,5}(?:[?#]\S*)?")
 _KEYWORDS = ("loopback", "none", "auto")
 _LOOPBACKS = ("loopback", "lo", LOOPBACK)
+_ADDRESS = re.compile(r"[\d.]+|[\da-fA-F]*:[\da-fA-F:.]*")
 _GROUP_ADDRESS = "224.0.0.224:7446"
 _ANY_PORT = re.compile(r":0(?:[?#]|$)")
 _GROUP = re.compile(r"[\w.:\[\]]+:\d{1,5}")
@@ -56,7 +58,7 @@ class Layout:
 class ZenohConfig:
     """How a process joins the bus; None means the value of the configuration file, else the default in brackets.
 
-    mode: "peer", "router" or "client" ["router" with endpoints beyond this computer, else "peer"].
+    mode: "peer", "router" or "client" ["router" with endpoints or scouting beyond this computer, else "peer"].
     local_port: TCP port of 127.0.0.1 for clients; 0 disables it. The sessions of a computer listen at the first free
         ones of SESSIONS ports from SESSION_OFFSET after it, and each connects to all below its own.
     listen: further endpoints to listen at, such as "tls/0.0.0.0:7448" [none]. One process of a computer listens at the
@@ -105,6 +107,13 @@ class ZenohConfig:
             found[name.lower().replace(" ", "_")] = folder / value if isinstance(value, Path) else value
         return cls(**values, security=Security(**secrets))
 
+    def absent(self) -> str:
+        """What is wrong with Scouting: an interface that this computer does not have; "" if nothing."""
+        names = [] if self.scouting in (None, *_KEYWORDS) else (self.scouting or "").split(",")
+        have = [name for _, name in socket.if_nameindex()]
+        wrong = next((name for name in names if name not in have and not _ADDRESS.fullmatch(name)), "")
+        return f"[Zenoh] Scouting: this computer has no interface {wrong!r}, only {', '.join(have)}" if wrong else ""
+
     def build(self, place: int = 0) -> Layout:
         """How a session joins that takes the session port number `place`.
 
@@ -127,13 +136,20 @@ class ZenohConfig:
             if wanted is not None or get(name) is None:
                 insert(config, name, default if wanted is None else wanted)
 
+        scouting = self.scouting
+        if scouting is None:
+            in_file = get("scouting/multicast/interface") or "loopback"
+            scouting = "none" if get("scouting/multicast/enabled") is False else in_file
+        by_zenoh = scouting not in ("none", *_LOOPBACKS)
         # A peer passes nothing on between its own computer and others.
         ends = (*(self.listen or ()), *(self.connect or ()))
-        put("mode", self.mode, "peer" if all(map(is_loopback, ends)) else "router")
+        put("mode", self.mode, "router" if by_zenoh or not all(map(is_loopback, ends)) else "peer")
         mode = get("mode")
         listen = _list(self.listen, get("listen/endpoints"), mode)
         connect = _list(self.connect, get("connect/endpoints"), mode)
         beyond = [endpoint for endpoint in (*listen, *connect) if not is_loopback(endpoint)]
+        if by_zenoh and mode != "client" and all(map(is_loopback, listen)):
+            listen.append(f"{'tls' if self.security.certificate else 'tcp'}/0.0.0.0:0")  # for those whom it finds
         session = ""
         if self.local_port and not (mode == "client" and connect):
             meeting_point = _here(self.local_port)
@@ -147,16 +163,12 @@ class ZenohConfig:
         insert(config, "connect/endpoints", connect)
         put("connect/retry", None, {"period_init_ms": 500, "period_max_ms": 1000, "period_increase_factor": 2})
 
-        scouting = self.scouting
-        if scouting is None:
-            in_file = get("scouting/multicast/interface") or "loopback"
-            scouting = "none" if get("scouting/multicast/enabled") is False else in_file
-        by_zenoh = scouting not in ("none", *_LOOPBACKS)
         group = self.scouting_address or get("scouting/multicast/address") or _GROUP_ADDRESS
         insert(config, "scouting/multicast/enabled", by_zenoh)
         insert(config, "scouting/multicast/address", group)
         if by_zenoh:
             insert(config, "scouting/multicast/interface", scouting)
+            put("scouting/multicast/autoconnect", None, {role: ["router", "peer"] for role in ("router", "peer")})
         else:
             # Sessions of this computer are found at their ports; gossip would connect to all that these know elsewhere.
             put("scouting/gossip/autoconnect", None, [])
@@ -177,14 +189,15 @@ class ZenohConfig:
             raise ValueError(f"[Zenoh]: {explain(error)}") from None
         except ValueError as error:
             raise ValueError(f"[Zenoh] {error}") from None
-        open_to = [f"scouts on {scouting}"] if by_zenoh else []
+        encrypted = set(get("transport/link/protocols") or ["tcp"]) <= {"tls", "quic"}
+        open_to = [f"scouts on {scouting}"] if by_zenoh and not (encrypted and _is_guarded(get, mode, ())) else []
         return Layout(
             config=config,
             role=mode,
             session=session,
             fixed=fixed,
             group=group if session and scouting != "none" else "",
-            exposed=[] if _is_guarded(get, mode, beyond, by_zenoh) else [*beyond, *open_to],
+            exposed=[*(beyond if not _is_guarded(get, mode, beyond) else ()), *open_to],
             listen=[*fixed, *others],
             connect=connect,
         )
@@ -201,12 +214,9 @@ def is_loopback(endpoint: str) -> bool:
     return protocol.startswith("unix") or host in ("localhost", "::1") or host.startswith("127.")
 
 
-def _is_guarded(get: Callable[[str], Any], mode: str, beyond: Iterable[str], scouts: bool) -> bool:
+def _is_guarded(get: Callable[[str], Any], mode: str, beyond: Iterable[str]) -> bool:
     """Whether all links beyond the computer are encrypted, and others get in only by name and access control."""
-    secured = all(endpoint.startswith(ENCRYPTED) for endpoint in beyond)
-    if scouts and not set(get("transport/link/protocols") or ["tcp"]) <= {"tls", "quic"}:
-        secured = False
-    return secured and (mode == "client" or guards(get))
+    return all(endpoint.startswith(ENCRYPTED) for endpoint in beyond) and (mode == "client" or guards(get))
 
 
 def explain(error: Exception) -> str:

@@ -1,8 +1,9 @@
 """Run in a network namespace of its own: a vehicle, a plain zenoh program beside it, and an attacker on its network.
 
 The attacker is in a second namespace, at the other end of a cable (a veth pair). Argument: a folder. Prints one JSON
-object: what the attacker could reach, and what the plain program received. With `twins` before the folder: another
-vehicle of the same name there, and what it is told. With `cut`: another process of the vehicle there, and a cut cable.
+object: what the attacker could reach, and what the plain program received. A word before the folder is another scene.
+`twins`: another vehicle of the same name there, and what it is told; `scouts`: and they find each other by multicast;
+`cut`: another process of the vehicle there, and a cut cable.
 """
 
 import contextlib
@@ -16,6 +17,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -168,15 +170,22 @@ def scene(folder: Path, enter: list[str]) -> dict[str, Any]:
     }
 
 
-def twins(folder: Path, enter: list[str]) -> dict[str, Any]:
-    """A vehicle here that others can connect to, and another of the same name where `enter` leads to."""
+def twins(folder: Path, enter: list[str], *, scout: bool = False) -> dict[str, Any]:
+    """A vehicle here that others can connect to, and another of the same name where `enter` leads to.
+
+    With `scout` they have to find each other.
+    """
     pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
     command = [sys.executable, "-m", "shoal.cli", "run", NAME, "-p", "Simulation", "--bus", "zenoh", "--log-dir"]
     endpoint = f"tcp/{VEHICLE}:7448"
-    first = subprocess.Popen([*command, str(folder / "first"), "--set", f"Zenoh:Listen={endpoint}"], **pipes)
+    listen, connect = ["--set", f"Zenoh:Listen={endpoint}"], ["--set", f"Zenoh:Connect={endpoint}"]
+    if scout:
+        listen, connect = (["--set", f"Zenoh:Scouting={cable}"] for cable in ("cable0", "cable1"))
+        for side, cable in (([], "cable0"), (enter, "cable1")):
+            subprocess.run([*side, "ip", "route", "add", "224.0.0.0/4", "dev", cable], check=True)
+    first = subprocess.Popen([*command, str(folder / "first"), *listen], **pipes)
     try:
         wait_for(lines(first), "LOG ")
-        connect = ["--set", f"Zenoh:Connect={endpoint}"]
         second = subprocess.run(
             [*enter, *command, str(folder / "second"), *connect], **pipes, timeout=PATIENCE, check=False
         )
@@ -246,6 +255,8 @@ if __name__ == "__main__":
             print(json.dumps(attack(json.loads(ports), float(seconds))))
         case ["twins", folder]:
             main(Path(folder), twins)
+        case ["scouts", folder]:
+            main(Path(folder), partial(twins, scout=True))
         case ["cut", folder]:
             main(Path(folder), cut)
         case [folder]:

@@ -127,6 +127,7 @@ MUTUAL = "{transport: {link: {tls: {enable_mtls: true}}}, access_control: {enabl
         ({"listen": ("tcp/127.0.0.1:7448", "tcp/[::1]:7448")}, None, []),
         ({"scouting": "auto"}, None, ["scouts on auto"]),
         ({"scouting": "eth0"}, MUTUAL, ["scouts on eth0"]),
+        ({"scouting": "eth0", "listen": ("tls/0.0.0.0:7448",)}, MUTUAL, ["scouts on eth0"]),
         ({"scouting": "lo"}, None, []),
         ({}, '{scouting: {multicast: {interface: "eth0"}}}', ["scouts on eth0"]),
         ({}, '{listen: {endpoints: ["tcp/[::]:7448"]}}', ["tcp/[::]:7448"]),
@@ -143,6 +144,19 @@ def test_what_others_can_reach_without_certificates_is_told(
     assert layout.exposed == exposed
     by_zenoh = json.loads(layout.config.get_json("scouting/multicast/enabled"))
     assert by_zenoh == any(word.startswith("scouts") for word in exposed)
+
+
+@pytest.mark.parametrize(
+    ("listen", "listens"),
+    [((), ["tcp/0.0.0.0:0"]), (("tcp/0.0.0.0:7448",), []), (("tcp/127.0.0.1:7448",), ["tcp/0.0.0.0:0"])],
+)
+def test_who_scouts_on_a_network_listens_there_and_connects_to_those_found(
+    listen: tuple[str, ...], listens: list[str]
+) -> None:
+    config = ZenohConfig(scouting="eth0", listen=listen)
+    assert built(config, "mode") == "router", "what others publish reaches all of this computer"
+    assert built(config, "listen/endpoints")[1:] == listens
+    assert built(config, "scouting/multicast/autoconnect")["router"] == ["router", "peer"]
 
 
 def test_a_client_listens_nowhere_and_connects_where_it_is_told() -> None:

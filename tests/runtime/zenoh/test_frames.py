@@ -75,13 +75,14 @@ def test_frames_of_4_mb_arrive_without_shared_memory(network: Network) -> None:
     with ThreadPoolExecutor() as pool:
         main, vision = pool.map(joined, ("main", "vision"), (0b001, 0b010))
     assert main.frames is not None
-    assert vision.frames is not None
+    sender = vision.frames
+    assert sender is not None
     got: list[Frame] = []
     main.frames.want(got.append)
-    vision.frames._shares = False
+    sender._shares = False
     image = np.full((1024, 1024, 4), 7, np.uint8)
     numbers = itertools.count()
-    until(lambda: vision.frames.share(Frame(1.0, "Front", next(numbers), image, {})) or len(got) > 3, every=0.05)
+    until(lambda: sender.share(Frame(1.0, "Front", next(numbers), image, {})) or len(got) > 3, every=0.05)
     assert all(np.array_equal(frame.image, image) for frame in got)
     for transport in (main, vision):
         transport.close()

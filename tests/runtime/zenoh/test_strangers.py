@@ -44,10 +44,11 @@ def test_an_attacker_on_the_network_reaches_nothing_hears_nothing_and_is_not_obe
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize("how", ["twins", "scouts"])
 def test_a_second_copy_on_another_computer_is_refused_and_both_addresses_named(
-    namespace: list[str], tmp_path: Path
+    namespace: list[str], tmp_path: Path, how: str
 ) -> None:
-    seen = played(namespace, "twins", str(tmp_path))
+    seen = played(namespace, how, str(tmp_path))
     assert seen["status"] == 2
     assert seen["runs"], "the first one goes on"
     told = seen["told"].splitlines()[-1]

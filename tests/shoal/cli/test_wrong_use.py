@@ -58,6 +58,14 @@ MISTAKES = [
     ("run otter --clock slow", "slow"),
     ("run otter --bus tcp", "tcp"),
     ("run otter -p Simulation --bus zenoh --set Zenoh:Mode=peeer", "command line: error: [Zenoh] Mode"),
+    (
+        "run otter -p Simulation --bus zenoh --set Zenoh:Scouting=eth99",
+        "Error: command line: error: [Zenoh] Scouting: this computer has no interface 'eth99', only ",
+    ),
+    (
+        "run otter -p Simulation --bus zenoh --set Zenoh:Commanders=ground",
+        "Error: command line: error: [Zenoh] Commanders, Listeners and Vehicles need Root Certificate or Users File",
+    ),
     ("run otter --set GPS", "it must be Section:Option=value"),
     ("run otter --set Simulators.GSP:HACC=1", "there is no section [Simulators.GSP] (did you mean 'Simulators.GPS'?)"),
     ("run otter --set Generl:Seed=1", "there is no section [Generl] (did you mean 'General'?)"),
