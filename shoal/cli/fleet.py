@@ -123,9 +123,11 @@ def _run(roster: Roster, duration: float | None) -> int:
                     asked = now
                     display.show(watch.alive(), watch.ask(), keeper)
                 time.sleep(LOOK_PERIOD)
+        failing = [child.name for child in keeper.children if child.failures]
     finally:
         keeper.stop()
         watch.close()
+    display.end(time.monotonic() - began, failing, keeper)
     return 1 if any(child.failures for child in keeper.children) and not roster.restart else 0
 
 
@@ -134,6 +136,7 @@ class _Display:
 
     def __init__(self, roster: Roster) -> None:
         self._roster = roster
+        self._heard: set[str] = set()
         self._console = Console(highlight=False, markup=False, emoji=False)
         self.is_live = self._console.is_terminal
         self._live = Live(console=self._console, auto_refresh=False, transient=True) if self.is_live else None
@@ -150,27 +153,52 @@ class _Display:
     def tell(self, words: str) -> None:
         self._console.print(Text(printable(f"{time.strftime('%H:%M:%S', time.gmtime())} {words}")), soft_wrap=True)
 
+    def end(self, seconds: float, failing: list[str], keeper: Keeper) -> None:
+        failed = f", failing: {', '.join(failing)}" if failing else ""
+        self.tell(f"{self._roster.name} has ended after {seconds:.1f} s, {_restarts(keeper)}{failed}")
+
     def show(self, alive: set[str], views: dict[str, View], keeper: Keeper) -> None:
         if self._live is not None:
             self._live.update(self._table(alive, views, keeper), refresh=True)
             return
         members = self._roster.members
-        run = sum(chunk(member.name) in alive for member in members)
-        seen = [views[chunk(member.name)] for member in members if chunk(member.name) in views]
-        erring = sum(view.errors > 0 for view in seen)
-        oldest = max((view.age for view in seen), default=0.0)
-        self.tell(f"STATUS  {run} of {len(members)} run, {erring} with errors, oldest state {oldest:.1f} s")
+        states = {member.name: self._state(chunk(member.name), alive, views) for member in members}
+        erring = [m.name for m in members if (view := views.get(chunk(m.name))) is not None and view.errors]
+        words = [f"{sum(not state for state in states.values())} of {len(members)} run"]
+        for kind in dict.fromkeys(filter(None, states.values())):
+            words.append(f"{kind}: {', '.join(name for name, state in states.items() if state == kind)}")
+        words += [f"with errors: {', '.join(erring)}"] if erring else []
+        self.tell(f"STATUS  {'; '.join(words)}")
+
+    def _state(self, name: str, alive: set[str], views: dict[str, View]) -> str:
+        """What keeps a vehicle (name as in keys) from running; "" if nothing."""
+        if views.get(name, View()).age < OLD:
+            self._heard.add(name)
+        elif name in alive:
+            return "silent" if name in self._heard else "starting"
+        return "" if name in alive else "not running"
 
     def _table(self, alive: set[str], views: dict[str, View], keeper: Keeper) -> Table:
         table = plain_table("vehicle", "mode", "plan", "position", "battery", "errors", "age", right=("errors", "age"))
         for member in self._roster.members:
             view = views.get(chunk(member.name), View())
-            runs = chunk(member.name) in alive
-            mode = view.mode if runs else "not running"
-            colour = "" if runs and not view.errors and view.age < OLD else "yellow" if runs else "red"
+            state = self._state(chunk(member.name), alive, views)
+            colour = "red" if state == "not running" else "yellow" if state or view.errors else ""
             age = f"{view.age:.1f} s" if view.age < 1e6 else "-"
-            cells = (member.name, mode or "starting", view.plan, view.place, view.battery, str(view.errors), age)
+            cells = (
+                member.name,
+                state or view.mode or "starting",
+                view.plan,
+                view.place,
+                view.battery,
+                str(view.errors),
+                age,
+            )
             table.add_row(*(Text(printable(cell)) for cell in cells), style=colour)
-        restarts = sum(child.restarts for child in keeper.children)
-        table.caption = f"{self._roster.name}: {restarts} restarts; Ctrl-C stops"
+        table.caption = f"{self._roster.name}: {_restarts(keeper)}; Ctrl-C stops"
         return table
+
+
+def _restarts(keeper: Keeper) -> str:
+    number = sum(child.restarts for child in keeper.children)
+    return f"{number} restart{'s' * (number != 1)}"

@@ -93,6 +93,9 @@ ExecStartPre=-/bin/sh -c 'test -e /run/shoal-{vehicle}/waited || timeout {second
 @click.option("-V", "--vehicle", callback=not_empty, help="Name of the vehicle, instead of the profile's.")
 @overrides_option
 @code_option
+@click.option(
+    "--bus", type=click.Choice(["inprocess", "zenoh"]), help="Bus to use instead of the profile's [default: inprocess]"
+)
 @click.option("--process", metavar="NAME", help="Run only the sections with this Process; main for those without one.")
 @click.option("--alone", is_flag=True, help="Do not start the other processes: they run on other computers.")
 @click.option("--user", default="shoal", show_default=True, help="User that runs the vehicle.")
@@ -114,6 +117,7 @@ ExecStartPre=-/bin/sh -c 'test -e /run/shoal-{vehicle}/waited || timeout {second
     metavar="SECONDS",
     help="Longest wait at boot until the clock is set; 0 is none.",
 )
+@click.option("--force", is_flag=True, help="Replace a file that differs.")
 @click.option("-o", "--output", help="File to write, - for the terminal  [default: shoal-VEHICLE[-PROCESS].service]")
 def service(
     profile: str,
@@ -122,12 +126,14 @@ def service(
     vehicle: str,
     overrides: tuple[str, ...],
     code: tuple[Path, ...],
+    bus: str | None,
     process: str | None,
     alone: bool,
     user: str,
     groups: tuple[str, ...],
     log_dir: Path,
     wait_for_clock: int,
+    force: bool,
     output: str | None,
 ) -> None:
     """Write a systemd unit that runs the vehicle PROFILE from boot on; see docs/deploy.md.
@@ -148,7 +154,7 @@ def service(
         problems = check(loaded, {}, selected, find_task)
         if errors := [problem for problem in problems if problem.severity == "error"]:
             raise ProfileError(errors)
-        part = part_of(process, loaded.processes(selected), loaded.bus == "zenoh")
+        part = part_of(process, loaded.processes(selected), (bus or loaded.bus) == "zenoh")
     except (ProfileError, ValueError) as error:
         raise click.ClickException(str(error)) from None
     sections = [section.name for section in loaded.config.sorted_sections() if loaded.enabled(section.name, selected)]
@@ -166,6 +172,7 @@ def service(
     options += [word for folder in config_dir for word in ("-d", str(folder.resolve()))]
     options += [word for folder in code for word in ("--code", str(folder.resolve()))]
     options += [word for override in overrides for word in ("--set", override)]
+    options += ["--bus", bus] if bus is not None else []
     options += ["--process", process] if process is not None else []
     options += ["--alone"] if alone else []
     options += ["--log-dir", str(log_dir)]
@@ -193,6 +200,8 @@ def service(
         click.echo(text, nl=False)
         return
     path = Path(output or f"shoal-{name}.service")
+    if not force and path.exists() and path.read_bytes() != text.encode():
+        raise click.ClickException(f"{path} exists, differs and was not changed; --force replaces it")
     with naming(path):
         path.write_text(text, encoding="utf-8")
     click.echo(f"wrote {path}\n")

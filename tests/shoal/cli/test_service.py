@@ -111,6 +111,21 @@ def test_each_computer_of_a_vehicle_has_a_unit_for_its_process(folder: Path, wor
     assert unit["RuntimeDirectory"] == f"shoal-{name}"
 
 
+def test_a_unit_that_was_changed_by_hand_is_not_replaced_unasked(folder: Path) -> None:
+    words = ["lauv-noptilus-1", "-p", "Hardware", "--bus", "zenoh"]
+    assert shoal(*words).exit_code == shoal(*words).exit_code == 0, "the same again"
+    unit = folder / "shoal-lauv-noptilus-1.service"
+    assert " --bus zenoh --log-dir " in unit.read_text()
+    changed = unit.read_text() + "# mine\n"
+    unit.write_text(changed)
+    refused = shoal(*words)
+    assert refused.exit_code != 0
+    assert f"{unit.name} exists, differs and was not changed; --force replaces it" in refused.output
+    assert unit.read_text() == changed
+    assert shoal(*words, "--force").exit_code == 0
+    assert "# mine" not in unit.read_text()
+
+
 def test_it_waits_for_the_clock_once_a_boot(folder: Path) -> None:
     unit = options(shoal("otter", "-p", "Simulation", "--wait-for-clock", "1", "-o", "-").stdout)
     assert (unit["RuntimeDirectory"], unit["RuntimeDirectoryPreserve"]) == ("shoal-otter", "restart")

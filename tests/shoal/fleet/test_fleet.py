@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -33,6 +34,7 @@ vehicles:
   - {{name: "lauv-{{number}}", count: 2}}
   - {{name: otter-1, profile: otter}}
 """
+GONE = "STATUS  2 of 3 run; (silent|not running): lauv-1\n"  # zenoh gives a process up that says nothing for 10 s
 NAMES = {"lauv-1", "lauv-2", "otter-1"}
 
 
@@ -93,6 +95,40 @@ def test_a_fleet_is_started_kept_and_stopped(network: Network, tmp_path: Path, p
     again = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=40)
     assert again.returncode == 2
     assert "no fleet" in again.stderr
+
+
+@pytest.mark.heavy
+def test_the_status_names_who_does_not_run_and_who_is_silent_and_the_end_is_told(
+    network: Network, tmp_path: Path
+) -> None:
+    file = tmp_path / "fleet.yaml"
+    file.write_text(fleet_file(network, 1))
+    command = [
+        sys.executable,
+        "-m",
+        "shoal.cli",
+        "fleet",
+        str(file),
+        "--log-dir",
+        str(tmp_path / "log"),
+        "--for",
+        "34s",
+    ]
+    with subprocess.Popen(command, cwd=REPOSITORY, stdout=subprocess.PIPE, text=True) as run:
+        assert run.stdout is not None
+        lines: list[str] = []
+        for line in run.stdout:
+            lines.append(line)
+            if line.endswith("STATUS  3 of 3 run\n"):
+                frozen = children(run.pid)[0]
+                os.kill(frozen, signal.SIGSTOP)
+            elif re.search(GONE, line):
+                os.kill(frozen, signal.SIGCONT)
+    assert run.returncode == 0, lines
+    assert any(re.search(GONE, line) for line in lines), lines
+    assert lines[-1].endswith(" s, 0 restarts\n"), lines
+    assert f" test-{network.local_port} has ended after 34." in lines[-1]
+    assert not any("inf" in line for line in lines)
 
 
 @pytest.mark.heavy
