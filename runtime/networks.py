@@ -1,10 +1,16 @@
 """The networks of this computer."""
 
+import errno
 import socket
 import struct
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
 from typing import NamedTuple
 
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
+MOST_REFUSALS = 256
+RECEIVE_ERRORS, ERROR_QUEUE = 11, 0x2000  # IP_RECVERR, MSG_ERRQUEUE of Linux: who refused a packet
 SIOCGIFADDR, SIOCGIFBRDADDR = 0x8915, 0x8919  # of Linux: an interface's address, and that of all in its network
 
 
@@ -46,3 +52,20 @@ def interfaces() -> list[Interface]:
                 broadcast = "" if is_local(address) else ask(SIOCGIFBRDADDR, name)
                 found.append(Interface(name, address, "" if broadcast == EVERYWHERE else broadcast))
     return found or [Interface("lo", LOOPBACK, "")]
+
+
+def note_refusals(sender: socket.socket) -> None:
+    """Have a UDP socket remember who refuses its packets, where the system can; see `refusals`."""
+    with suppress(OSError):
+        sender.setsockopt(socket.IPPROTO_IP, RECEIVE_ERRORS, 1)
+
+
+def refusals(sender: socket.socket) -> Iterator[tuple[str, int]]:
+    """The addresses and ports where nobody listens, as the computers there say of packets that were sent."""
+    for _ in range(MOST_REFUSALS):
+        try:
+            _, notes, _, place = sender.recvmsg(0, 128, ERROR_QUEUE)
+        except OSError:
+            return
+        if any(data[:4] == errno.ECONNREFUSED.to_bytes(4, sys.byteorder) for _, _, data in notes):
+            yield place[:2]

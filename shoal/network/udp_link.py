@@ -21,9 +21,9 @@ from imc.discovery import (
     readable_name,
     targets,
 )
-from runtime.networks import EVERYWHERE, interfaces
+from runtime.networks import EVERYWHERE, interfaces, refusals
 from shoal.network.link import EVERYBODY, FAR, NEAR, Arrival, Console, Ear
-from shoal.network.udp_sockets import bound, listening, own_address, refusals, waiting
+from shoal.network.udp_sockets import bound, listening, own_address, waiting
 
 USUAL_PORTS = range(6002, 6007)  # where vehicles listen; asked if no announcement can be heard
 BEAT = 1.0  # s
@@ -199,7 +199,7 @@ class UDPLink:
 
     def _look_for_refusals(self) -> None:
         """Systems whose computer says that nobody listens any more have ended."""
-        for place in refusals(self._data):
+        for place in map(Endpoint._make, refusals(self._data)):
             self._refused.add(place)
             for peer in self._everybody():
                 if place == peer.endpoint:

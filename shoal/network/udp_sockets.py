@@ -6,12 +6,10 @@ from contextlib import suppress
 
 from imc.discovery import LOOPBACK, MULTICAST, Endpoint
 from imc.layout import LARGEST_PACKET
-from runtime.networks import EVERYWHERE, interfaces
+from runtime.networks import EVERYWHERE, interfaces, note_refusals
 
 AT_ONCE = 256  # datagrams read before the rest of the program comes to its turn
 BUFFER = 4 << 20  # bytes
-MOST_REFUSALS = 256
-RECEIVE_ERRORS, ERROR_QUEUE = 11, 0x2000  # IP_RECVERR, MSG_ERRQUEUE of Linux: who refused a packet
 
 
 def bound(address: str, port: int) -> socket.socket:
@@ -21,8 +19,7 @@ def bound(address: str, port: int) -> socket.socket:
         one.setblocking(False)
         with suppress(OSError):
             one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
-        with suppress(OSError):
-            one.setsockopt(socket.IPPROTO_IP, RECEIVE_ERRORS, 1)
+        note_refusals(one)
         if address == EVERYWHERE:
             one.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
             one.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
@@ -59,16 +56,6 @@ def waiting(one: socket.socket, failed: Callable[[], object]) -> Iterable[tuple[
             failed()
             return
         yield packet, Endpoint(*sender[:2])
-
-
-def refusals(one: socket.socket) -> Iterable[Endpoint]:
-    """Where nobody listens any more, as the computers there say of packets that were sent."""
-    for _ in range(MOST_REFUSALS):
-        try:
-            _, _, _, address = one.recvmsg(0, 0, ERROR_QUEUE)
-        except OSError:
-            return
-        yield Endpoint(*address[:2])
 
 
 def own_address(place: Endpoint) -> str:

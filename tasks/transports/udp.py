@@ -7,8 +7,9 @@ import imc
 from imc.addresses import BROADCAST, UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
 from runtime import State, consume, param, periodic
+from runtime.networks import note_refusals, refusals
 from runtime.profile import items
-from tasks.transports.imc_links.consoles import Consoles
+from tasks.transports.imc_links.consoles import REPORTS, Consoles
 from tasks.transports.imc_links.datagrams import Datagram
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate, sender
 from tasks.transports.imc_links.listening import ports_from, tell_opened
@@ -18,7 +19,7 @@ from tasks.transports.imc_links.reach import Reach
 from tasks.transports.imc_links.reader import Reader
 from tasks.transports.imc_links.recent import Recent
 from tasks.transports.imc_links.sending import Carrier, given
-from tasks.transports.imc_links.sockets import bound, network_address, network_time
+from tasks.transports.imc_links.sockets import bound, network_address, network_time, send
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
 OUT_OF_RANGE = "out of range"
@@ -170,7 +171,8 @@ class UDP(Carrier):
                 trouble = f"cannot listen at {self.place}: {error.strerror}"
                 continue
             self.trouble, self.port = "", self.socket.getsockname()[1]
-            self.reader = Reader(self, [self.socket], self.take)
+            note_refusals(self.socket)
+            self.reader = Reader(self, [self.socket], self.take, self.part)
             service = Service("imc+udp", self.place, self.port)
             tell_opened(self, service, self.local_port, self.commanders.risk, announced=self.announce_service)
             self.refresh()
@@ -197,8 +199,8 @@ class UDP(Carrier):
         bus, judge, now = self.vehicle.bus, self.gate.judge, network_time(self)
         decode, publish, forwards = bus.decode_first, bus.publish, not self.local_messages_only
         for datagram, address, port in datagrams:
-            peer = judge(datagram, address, port, now)
             try:
+                peer = judge(datagram, address, port, now)
                 if isinstance(peer, str):
                     peer = self.turn_away(datagram, address, port, peer)
                     if peer is None:
@@ -216,6 +218,7 @@ class UDP(Carrier):
             self.taken += 1
             peer.taken += 1
             peer.heard = now
+            peer.commands = peer.commands or message.ID not in REPORTS
             if peer.sees == address:
                 peer.there = now
             elif not peer.stays(address, now):
@@ -286,11 +289,19 @@ class UDP(Carrier):
         """Send a packet; one that cannot be sent is counted, and the first of each place and reason named."""
         assert self.socket is not None
         try:
-            self.socket.sendto(packet, endpoint)
+            send(self.socket, packet, endpoint)
         except OSError as error:
             why = error.strerror or str(error)
             if self.unsent.add(f"not sent ({why})", str(endpoint)):
                 self.log.warning(f"packets cannot be sent to {endpoint}: {why}")
+
+    def part(self) -> None:
+        """End the contact with those whose programs have ended: their computers refuse what is sent there."""
+        assert self.socket is not None
+        for place in set(map(Endpoint._make, refusals(self.socket))):
+            for peer in self.peers.refuse(place, network_time(self)):
+                self.log.info(f"lost contact with {peer.name} (0x{peer.system:04X}): nobody listens at {place}")
+                self.refresh()
 
     @periodic(1.0)
     def look_after_peers(self) -> None:

@@ -11,15 +11,15 @@ from tasks.transports.imc_links.peers import ELSEWHERE, MALFORMED, UNKNOWN, Peer
 
 SPOOFED = "sent as this vehicle"
 NOT_LISTED = "command of a console that is not listed"
-ANNOUNCE = imc.Announce.ID
-STRANGERS = 20.0  # Announces per second of all systems that are unknown yet
+ANNOUNCE, ABORT = imc.Announce.ID, imc.Abort.ID
+STRANGERS = 20.0  # Announces, and as many Aborts, per second of all systems that are unknown yet
 
 
 class Gate:
     """Judges datagrams by their first bytes, before they are decoded.
 
     `system` is the id of this vehicle: what claims to be from it is spoofed. Systems at an endpoint of `static` need
-    no Announce, nor does any with `ignore_filter`. Each may send `rate` per second.
+    no Announce, nor does any with `ignore_filter`, nor an Abort for this vehicle. Each may send `rate` per second.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class Gate:
         self._static = static
         self._ignore_filter = ignore_filter
         self._rate = rate
-        self._strangers = Peer(UNKNOWN_SYSTEM, "")
+        self._strangers, self._helpers = Peer(UNKNOWN_SYSTEM, ""), Peer(UNKNOWN_SYSTEM, "")
 
     def judge(self, packet: bytes, address: str, port: int, now: float) -> Peer | str:
         """The peer that a datagram is from; else the reason to drop it."""
@@ -56,6 +56,8 @@ class Gate:
         peer = self._peers.sender(source, address, now, self._rate)
         if peer is UNKNOWN:
             peer = self._meet(source, address, port, now)
+            if peer is UNKNOWN and self._helps(packet, now):
+                peer = Peer(source, f"0x{source:04X}", sees=address)
         if not self._open and isinstance(peer, Peer):
             return peer if self._consoles.allow(source, address, imc.packet_id(packet)) else NOT_LISTED
         return peer
@@ -65,6 +67,11 @@ class Gate:
         if reason not in (UNKNOWN, ELSEWHERE):
             return False
         return imc.packet_id(packet) == ANNOUNCE and self._strangers.admits(now, STRANGERS)
+
+    def _helps(self, packet: bytes, now: float) -> bool:
+        """Whether a stranger's datagram is an Abort for this vehicle: who needs it may find no room to announce."""
+        wanted = imc.packet_id(packet) == ABORT and imc.header(packet).dst == self._system
+        return wanted and self._helpers.admits(now, STRANGERS)
 
     def _meet(self, source: int, address: str, port: int, now: float) -> Peer | str:
         if (address, port) in self._static:

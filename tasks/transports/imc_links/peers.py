@@ -2,13 +2,15 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from ipaddress import IPv4Address
 
 from imc.discovery import PERIOD, Endpoint, Services, readable_name
 
 MOST_PEERS = 64
+SHARE = MOST_PEERS // 4  # of one address; beyond it, its peers are the first to give way
+QUIET = 2.0  # s; a peer that sends Heartbeat is not silent for so long, even if its port refuses what it is sent
 MOST_ADDRESSES = 16  # of one peer
 STAY = 1.0  # s without a datagram from an address until one from an earlier one counts more
 KEPT = 4.5 * PERIOD  # s that an address counts after it was announced last
@@ -28,6 +30,7 @@ class Peer:
 
     `sees` is where its datagrams come from, None before the first; `heard` is when the last one came, `there` when the
     last one came from `sees` (s). `places` are the addresses that it was seen at, `greeted` is when it was greeted (s).
+    `commands` is whether it has sent more than reports.
     """
 
     system: int
@@ -41,6 +44,7 @@ class Peer:
     places: dict[str, None] = field(default_factory=dict[str, None])
     greeted: float = -math.inf
     taken: int = 0
+    commands: bool = False
     left: float = math.inf  # datagrams that it may still send at once
     filled: float = 0.0  # when `left` was brought up to date (s)
 
@@ -78,7 +82,8 @@ class Peer:
 
 
 class Peers:
-    """The peers of one vehicle, at most 64; those whose system id is in `kept` are never forgotten for others.
+    """The peers of one vehicle, at most 64. If there are more, another one gives way: one that is not in contact, or of
+    an address with more than its share, or that never commanded, or the longest silent; none in `kept` or `called`.
 
     A peer is in contact until it is silent for `timeout` seconds; those in `called` need not send anything first.
 
@@ -90,6 +95,7 @@ class Peers:
         self.kept, self.called = kept, called
         self.timeout = timeout
         self.by_id: dict[int, Peer] = {}
+        self._gone: list[Peer] = []  # from contact, for others
 
     def __iter__(self) -> Iterator[Peer]:
         return iter(self.by_id.values())
@@ -140,13 +146,24 @@ class Peers:
     def forget(self, now: float) -> list[Peer]:
         """Forget those who neither announced nor sent anything for long; returns those whose contact was lost."""
         lost = [peer for peer in self.by_id.values() if peer.sees is not None and not self.in_contact(peer, now)]
-        for peer in lost:
-            peer.sees = None
-            peer.places.clear()
+        self._part(lost)
         silent = [s for s, peer in self.by_id.items() if peer.sees is None and now - peer.announced > KEPT]
         for system in silent:
             del self.by_id[system]
+        gone, self._gone = self._gone, []
+        return gone + lost
+
+    def refuse(self, place: Endpoint, now: float) -> list[Peer]:
+        """Nobody listens at a place any more; returns the silent peers there, who are no longer in contact."""
+        each = self.by_id.values()
+        lost = [p for p in each if p.sees is not None and p.endpoint == place and now - p.heard > QUIET]
+        self._part(lost)
         return lost
+
+    def _part(self, lost: Iterable[Peer]) -> None:
+        for peer in lost:
+            peer.sees = None
+            peer.places.clear()
 
     def dismiss(self, reached: Callable[[int], bool]) -> list[Peer]:
         """Forget the systems that are reached by another way; returns them."""
@@ -156,11 +173,21 @@ class Peers:
         return moved
 
     def _make_room(self, now: float) -> bool:
-        """Forget the peer that is not in contact and announced itself longest ago."""
-        spare = [p for p in self.by_id.values() if not self.in_contact(p, now) and p.system not in self.kept]
+        """Forget the peer that is worth least; nobody may shut out an operator by many names."""
+        spare = [p for p in self.by_id.values() if p.system not in self.kept and p.system not in self.called]
         if not spare:
             return False
-        del self.by_id[min(spare, key=lambda peer: peer.announced).system]
+        count = Counter(peer.sees for peer in spare)
+
+        def worth(peer: Peer) -> tuple[bool, bool, bool, float]:
+            if not self.in_contact(peer, now):
+                return False, False, False, peer.announced
+            return True, count[peer.sees] <= SHARE, peer.commands, peer.heard
+
+        least = min(spare, key=worth)
+        if self.in_contact(least, now):
+            self._gone.append(least)
+        del self.by_id[least.system]
         return True
 
 

@@ -14,11 +14,20 @@ SO_MEMINFO, MEMINFO = 55, struct.Struct("9I")  # of Linux; the last number count
 
 
 class Reader:
-    """Calls `take` with the datagrams that arrive at the sockets, until it is closed."""
+    """Calls `take` with the datagrams that arrive at the sockets, until it is closed.
 
-    def __init__(self, task: Task, sockets: Sequence[socket.socket], take: Callable[[list[Datagram]], object]):
+    If a socket has none to read, `failed` is called: a packet from there was refused.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        sockets: Sequence[socket.socket],
+        take: Callable[[list[Datagram]], object],
+        failed: Callable[[], object] = lambda: None,
+    ):
         self._task = task
-        self._take = take
+        self._take, self._failed = take, failed
         self._datagrams = best_way()
         self._full = dict.fromkeys(sockets, 0)  # readings in a row that found as many as they could
         self._readings = {each: lambda each=each: self._read(each) for each in sockets}
@@ -47,7 +56,10 @@ class Reader:
         try:
             datagrams = self._datagrams(readable)
         except OSError:
-            return  # an earlier packet was refused: nobody listens there
+            datagrams = []
+        if not datagrams:
+            self._failed()
+            return
         self._take(datagrams)
         self._full[readable] = full = self._full[readable] + 1 if len(datagrams) == AT_ONCE else 0
         if full >= ROUNDS and readable in self._readings:

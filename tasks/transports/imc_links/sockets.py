@@ -68,6 +68,14 @@ def bound(address: str, port: int) -> socket.socket:
     return opened
 
 
+def send(sender: socket.socket, packet: bytes, place: tuple[str, int]) -> None:
+    """Send a packet. Raises OSError."""
+    try:
+        sender.sendto(packet, place)
+    except OSError:  # maybe of an earlier packet that was refused; then this one was not sent
+        sender.sendto(packet, place)
+
+
 def announce_sockets(address: str, port: int, group: str = MULTICAST) -> list[socket.socket]:
     """Sockets that take announcements: sent to `address`, the group, and, unless it is of loopback, to all.
 

@@ -8,6 +8,7 @@ import pytest
 
 import imc
 from imc.discovery import Service, Services
+from tasks.transports.imc_links.peers import MOST_PEERS
 from tests.tasks.transports.imc_station import Station, afloat
 
 OWN = 0x001A
@@ -125,6 +126,33 @@ def test_a_peer_that_sends_by_turns_from_two_addresses_is_greeted_once(vessel):
     time.sleep(1.0)
     one.send(imc.Heartbeat())
     assert one.get(imc.EulerAngles), "it has come back"
+
+
+def test_any_number_of_systems_shuts_out_neither_an_operator_nor_an_abort(tmp_path):
+    """More of them than there is room for, all from one address."""
+    with afloat(tmp_path) as vessel:
+        fakes = Station(vessel, address="127.0.0.9")
+        aborts = vessel.hears(imc.Abort)
+        for system in range(0x4800, 0x4800 + MOST_PEERS):
+            fakes.announce(src=system)
+            vessel.until(lambda system=system: vessel.udp.peers.find(system))
+            fakes.send(imc.Heartbeat(src=system))
+        vessel.until(lambda: len(vessel.udp.peers.contacts(time.time())) == MOST_PEERS)
+        Station(vessel, 0x4012).send(imc.Abort(dst=OWN))
+        vessel.until(lambda: [abort.src for abort in aborts if abort.src != OWN] == [0x4012])
+        operator = Station(vessel, 0x4011).join()
+        assert operator.get(imc.EstimatedState).src == OWN
+
+
+def test_a_console_that_has_ended_is_no_longer_in_contact(vessel):
+    console = Station(vessel, system=0x4204).join()
+    console.get(imc.EulerAngles)
+    console.socket.close()
+    vessel.logged(f"lost contact with ccu-test (0x4204): nobody listens at 127.0.0.1:{console.port}")
+    assert 0x4204 not in [peer.system for peer, _ in vessel.udp.peers.contacts(time.time())]
+    other = Station(vessel, system=0x4205).join()
+    assert other.get(imc.EulerAngles)
+    assert not vessel.udp.unsent["not sent (Connection refused)"]
 
 
 def test_nothing_comes_back_and_nothing_is_forwarded_to_others(vessel):

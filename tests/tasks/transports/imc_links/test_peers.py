@@ -5,7 +5,7 @@ import pytest
 import imc
 from imc.discovery import Endpoint, Service, Services
 from tasks.transports.imc_links.consoles import REPORTS, Consoles
-from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate
+from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, STRANGERS, Gate
 from tasks.transports.imc_links.peers import (
     ELSEWHERE,
     KEPT,
@@ -183,7 +183,55 @@ def test_more_systems_than_there_is_room_for():
     assert peers.find(999)
     for peer in peers:
         peer.sees, peer.heard = "10.0.0.7", NOW + 1000
-    assert peers.announce(2000, "late", Services(), NOW + 1000) is None, "all others are in contact"
+    assert peers.announce(2000, "late", Services(), NOW + 1000)
+    assert len(peers) == MOST_PEERS
+    assert peers.find(1), "a listed console stays"
+    assert [peer.name for peer in peers.forget(NOW + 1000)] == ["x937"], "who gave way, though in contact"
+
+
+def test_nobody_shuts_out_an_operator_by_many_names():
+    """First gives way who has more than a share of the places, then who never commanded, then the longest silent."""
+    peers = Peers()
+
+    def join(system, address, commands=False):
+        peer = peers.announce(system, "", Services(), NOW)
+        peer.sees, peer.heard, peer.commands = address, NOW + system / 1e3, commands
+
+    join(1, "10.0.0.1", commands=True)
+    join(2, "10.0.0.1")
+    for system in range(100, 162):
+        join(system, "10.0.0.9", commands=True)
+    for system in range(200, 246):
+        join(system, f"10.0.1.{system}")
+    assert [peers.find(system) is not None for system in (1, 2, 100, 145, 146, 161)] == [True] * 2 + [False] * 2 + [
+        True
+    ] * 2
+    join(300, "10.0.2.1")
+    assert peers.find(1), "it has commanded"
+    assert not peers.find(2), "the longest silent of those that have not"
+
+
+def test_a_place_that_refuses_packets_ends_the_contact_of_who_is_silent():
+    scene = Scene()
+    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    scene.sends()
+    place = Endpoint("10.0.0.7", 6001)
+    assert scene.peers.refuse(place, NOW + 1) == [], "it sends Heartbeat: its port may only be closed"
+    assert [peer.system for peer in scene.peers.refuse(place, NOW + 3)] == [CONSOLE]
+    assert scene.targets(NOW + 3) == []
+    assert isinstance(scene.sends(now=NOW + 4), Peer)
+    assert scene.targets(NOW + 4) == [place]
+
+
+def test_an_abort_for_this_vehicle_needs_no_announce():
+    def obeyed(scene, target):
+        return isinstance(scene.sends(packet(message=imc.Abort(dst=target))), Peer)
+
+    assert obeyed(Scene(), OWN)
+    assert not obeyed(Scene(), 0xFFFF)
+    assert not obeyed(Scene(consoles=["0x4043"]), OWN)
+    scene = Scene()
+    assert sum(obeyed(scene, OWN) for _ in range(100)) == STRANGERS
 
 
 def test_drops_are_counted_by_sender_and_their_number_is_bounded():
