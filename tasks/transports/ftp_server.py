@@ -53,12 +53,24 @@ class FTPServer:
         self._acceptor: Any = import_module("pyftpdlib.servers").FTPServer(
             self._listener, _session(self, timeout), ioloop=self._loop
         )
-        self._acceptor.max_cons, self._acceptor.max_cons_per_ip = MOST_SESSIONS, MOST_OF_ONE
+        self.clients: dict[Any, str] = {}  # sessions that are open, the longest idle first, and their addresses
 
     @property
     def sessions(self) -> int:
         """Number of clients that are connected."""
         return len(self._acceptor.ip_map)
+
+    def make_room(self, address: str) -> bool:
+        """End the session that was idle longest if there are too many, in all or from one address."""
+        count = Counter(self.clients.values())
+        if count[address] < MOST_OF_ONE and len(self.clients) < MOST_SESSIONS:
+            return True
+        crowded = address if count[address] >= MOST_OF_ONE else count.most_common(1)[0][0]
+        idle = [each for each, place in self.clients.items() if place == crowded and each.is_idle()]
+        if idle:
+            self.counts["idle clients ended"] += 1
+            idle[0].close()
+        return bool(idle)
 
     def run(self) -> None:
         """Serve until `stop`; for a thread of its own."""
@@ -153,12 +165,24 @@ def _session(server: FTPServer, timeout: float) -> Any:
         }
 
         def handle(self) -> None:
+            if not server.make_room(self.remote_ip):
+                self.handle_max_cons()
+                return
+            server.clients[self] = self.remote_ip
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD)
             handlers.FTPHandler.handle(self)
+
+        def close(self) -> None:
+            server.clients.pop(self, None)
+            handlers.FTPHandler.close(self)
+
+        def is_idle(self) -> bool:
+            return self.data_channel is None and self._out_dtp_queue is None
 
         def pre_process_command(self, line: str, cmd: str, arg: str) -> None:
             if not self.connected:
                 return  # what it has sent before it was cut off
+            server.clients[self] = server.clients.pop(self, self.remote_ip)
             if len(self.producer_fifo) > MOST_ANSWERS:
                 server.counts["cut off"] += 1
                 self.close()

@@ -8,7 +8,7 @@ from contextlib import suppress
 import imc
 from runtime import param, periodic
 from runtime.kernel import Timer
-from tasks.transports.imc_links.consoles import Consoles
+from tasks.transports.imc_links.consoles import REPORTS, Consoles
 from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED
 from tasks.transports.imc_links.peers import MALFORMED, ON_THE_BUS, Drops
 from tasks.transports.imc_links.recent import Recent
@@ -33,7 +33,8 @@ class Stream:
         self.parser = imc.StreamParser()
         self.waiting = bytearray()
         self.systems: OrderedDict[int, None] = OrderedDict()
-        self.taken = 0
+        self.taken, self.commands = 0, False
+        self.heard = now  # when it connected, or sent a packet last
         self.left, self.filled = 0.0, now
         self.rubbish = 0  # bytes since the last good packet
         self.deaf: OSError | None = None  # why the peer takes nothing more
@@ -191,6 +192,7 @@ class StreamCarrier(Carrier):
             return
         self.taken += 1
         stream.taken += 1
+        stream.heard, stream.commands = network_time(self), stream.commands or kind not in REPORTS
         stream.belongs(head.src)
         if not self.local_messages_only:
             self.carry(message, packet)

@@ -1,6 +1,7 @@
 """IMC over TCP for those who connect."""
 
 import socket
+from collections import Counter
 
 from imc.discovery import Service
 from runtime import State, param
@@ -10,15 +11,18 @@ from tasks.transports.imc_links.streams import Stream, StreamCarrier
 
 PORTS_TRIED = 6  # from Port on, as in DUNE
 AT_ONCE = 8  # connections accepted at a time
+IDLE = 1.0  # s without a packet after which a connection may have to give way
 PAUSE = 0.01  # s, after so many
 REFUSED = "connections refused, since there were too many"
+GAVE_WAY = "connections ended for others"
 
 
 class Server(StreamCarrier):
     """Exchanges IMC packets with the programs that connect; nobody has to announce itself.
 
     A client that leaves much unread, sends what is no IMC, or has vanished, is cut off. Nothing goes back to its
-    sender. A client may also connect for one packet only.
+    sender. A client may also connect for one packet only. If there are too many, one that was idle for a second gives
+    way, or one of another address that has more than half of them.
     """
 
     address: str = param(
@@ -84,7 +88,7 @@ class Server(StreamCarrier):
                 if self.drops.add(f"connections failed ({error.strerror})", "anybody"):
                     self.log.warning(f"a connection failed: {error.strerror}")
                 break
-            if len(self.streams) < self.maximum_connections:
+            if len(self.streams) < self.maximum_connections or self.make_room(address):
                 self.adopt(Stream(opened, address, f"{address}:{port}", network_time(self)))
                 continue
             opened.close()
@@ -92,6 +96,23 @@ class Server(StreamCarrier):
                 self.log.warning(f"{self.maximum_connections} are connected: {address} was refused")
         self.unwatch(self.listener)
         network_after(self, PAUSE, self.go_on_accepting)
+
+    def make_room(self, address: str) -> bool:
+        """End the connection that is worth least, so that nobody shuts out an operator by many."""
+        now, count = network_time(self), Counter(stream.address for stream in self.streams)
+
+        def is_fair(stream: Stream) -> bool:
+            return count[stream.address] <= self.maximum_connections // 2
+
+        def worth(stream: Stream) -> tuple[bool, bool, float]:
+            return is_fair(stream), stream.commands, stream.heard
+
+        spare = [s for s in self.streams if now - s.heard > IDLE or not (is_fair(s) or s.address == address)]
+        if not spare:
+            return False
+        least = min(spare, key=worth)
+        self.lose(least, "too many are connected", warn=self.drops.add(GAVE_WAY, least.address))
+        return True
 
     def go_on_accepting(self) -> None:
         if self.listener is not None:

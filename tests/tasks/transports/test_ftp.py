@@ -13,7 +13,7 @@ from runtime import State
 from runtime.kernel import WallClock
 from runtime.testing import simulate
 from tasks.transports.ftp import FTP
-from tasks.transports.ftp_server import MOST_OF_ONE, FTPServer
+from tasks.transports.ftp_server import MOST_OF_ONE, MOST_SESSIONS, FTPServer
 from tests.outside import until
 
 HOST = "127.0.0.1"
@@ -220,18 +220,41 @@ def test_no_data_is_sent_to_another_computer(serve):
     assert refused(serve(), "PORT 10,0,0,1,20,20")[0] == "5"
 
 
-def test_one_address_gets_only_so_many_sessions(serve):
+def connected(client, address=HOST):
+    """One more session with the server of a client."""
+    another = ftplib.FTP(timeout=10)
+    another.connect(HOST, client.server.port, source_address=(address, 0))
+    return another
+
+
+def test_one_address_gets_only_so_many_sessions_and_the_longest_idle_gives_way(serve, logs):
+    with (logs / "large").open("wb") as large:
+        large.truncate(1 << 26)
     first = serve()
-    more = []
-    for _ in range(MOST_OF_ONE - 1):
-        client = ftplib.FTP(timeout=10)
-        client.connect(HOST, first.server.port)
-        more.append(client)
+    transfers = [first.transfercmd("RETR large")]
+    others = [connected(first) for _ in range(MOST_OF_ONE - 1)]
+    others[0].sendcmd("NOOP")
+    others.append(connected(first))
+    with pytest.raises((EOFError, OSError)):
+        others.pop(1).sendcmd("NOOP")
+    for client in others:
+        client.login()
+        transfers.append(client.transfercmd("RETR large"))
     with pytest.raises(ftplib.error_temp):
-        ftplib.FTP(timeout=10).connect(HOST, first.server.port)
-    for client in more:
-        client.close()
+        connected(first)
+    for each in (*others, *transfers):
+        each.close()
+
+
+def test_idle_sessions_of_others_shut_nobody_out(serve):
+    first = serve()
+    others = [connected(first, "127.0.0.2") for _ in range(MOST_OF_ONE)]
+    others += [connected(first, "127.0.0.3") for _ in range(MOST_SESSIONS - MOST_OF_ONE)]
     assert lines(first, "NLST") == ["20260101"]
+    assert connected(first).login().startswith("230")
+    assert lines(first, "NLST") == ["20260101"], "it has one session only"
+    for each in others:
+        each.close()
 
 
 def test_silent_sessions_end(serve):

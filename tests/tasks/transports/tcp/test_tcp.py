@@ -203,6 +203,34 @@ def test_there_is_room_for_so_many_and_no_more():
     assert any("127.0.0.1 was refused" in line for line in run(test, maximum_connections=4).log)
 
 
+def test_idle_connections_shut_nobody_out():
+    """One that has commanded stays; nor does it help to be busy in many connections from one address."""
+
+    async def test(script, server, depths):
+        def connect(address):
+            return Peer(socket.create_connection((HOST, server.open_port), source_address=(address, 0)))
+
+        operator = connect(HOST)
+        operator.send(packet(imc.Abort()))
+        idle = [connect(HOST) for _ in range(3)]
+        await until(script, lambda: len(server.streams) == 4 and len(depths.heard) == 1)
+        await script.sleep(1.1)
+        late = connect(HOST)
+        late.send(packet(imc.Abort(), 0x4001))
+        await until(script, lambda: len(depths.heard) == 2)
+        await until(script, lambda: idle[0].take() is not None and idle[0].closed)
+        for peer in (operator, late, *idle[1:]):
+            peer.send(packet(imc.Heartbeat()))
+        await until(script, lambda: len(depths.heard) == 6)
+        connect("127.0.0.2").send(packet(imc.Abort(), 0x4002))
+        await until(script, lambda: len(depths.heard) == 7)
+        await until(script, lambda: idle[1].take() is not None and idle[1].closed)
+        assert not operator.closed
+
+    log = run(test, maximum_connections=4).log
+    assert sum("ended: too many are connected" in line for line in log) == 1
+
+
 def test_a_peer_that_vanishes_is_noticed():
     async def test(script, server, depths):
         peer = Peer.of(server.open_port)
