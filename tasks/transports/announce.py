@@ -51,14 +51,18 @@ class Announce(Task):
         "Who gets announcements; empty means [General] Network Address: 127.0.0.1 is this computer only.",
         editable=False,
     )
-    announcement_periodicity: float = param(PERIOD, "s", "Time between two announcements.", minimum=1, maximum=60)
+    announcement_periodicity: float = param(
+        PERIOD, "s", "Time between two announcements.", minimum=1, maximum=60, editable=False
+    )
     system_type: str = param("uuv", "", "Kind of system.", choices=SYSTEM_TYPES)
-    enable_loopback: bool = param(True, "", "Announce to this computer.")
-    enable_multicast: bool = param(True, "", "Announce to the multicast group.")
-    enable_broadcast: bool = param(True, "", "Announce by broadcast.")
+    enable_loopback: bool = param(True, "", "Announce to this computer.", editable=False)
+    enable_multicast: bool = param(True, "", "Announce to the multicast group.", editable=False)
+    enable_broadcast: bool = param(True, "", "Announce by broadcast.", editable=False)
     multicast_address: str = param(MULTICAST, "", "The multicast group.", editable=False)
-    ports: list[int] = param(list(PORTS), "1", "Ports that systems listen on.", minimum=1, maximum=65535, size=(1, 16))
-    ignored_interfaces: list[str] = param([], "", "Names of interfaces that are not used.")
+    ports: list[int] = param(
+        list(PORTS), "1", "Ports that systems listen on.", minimum=1, maximum=65535, size=(1, 16), editable=False
+    )
+    ignored_interfaces: list[str] = param([], "", "Names of interfaces that are not used.", editable=False)
 
     def configure(self) -> None:
         self.place = network_address(self, self.address)

@@ -96,7 +96,9 @@ class MAVLink(Task):
     maximum_peers: int = param(
         8, "1", "Most ground stations on a link that waits for them.", minimum=1, maximum=64, editable=False
     )
-    peer_timeout: float = param(30.0, "s", "Silence after which a ground station is forgotten.", minimum=1)
+    peer_timeout: float = param(
+        30.0, "s", "Silence after which a ground station is forgotten.", minimum=1, editable=False
+    )
 
     tlog: bool = param(False, "", "Record all frames in the folder of the log, as Data.tlog.", editable=False)
     cameras: bool = param(True, "", "Show each camera of the vehicle as a component of its own.", editable=False)

@@ -72,14 +72,25 @@ class UDP(Carrier):
         editable=False,
     )
     announce_service: bool = param(True, "", "Announce where to send packets to this vehicle.", editable=False)
-    dynamic_nodes: bool = param(True, "", "Send to the systems that announce themselves.")
+    dynamic_nodes: bool = param(True, "", "Send to the systems that announce themselves.", editable=False)
     call_systems: list[str] = param(
-        [], "", "Systems, by name or id, to which to send once they announce themselves; others first have to send."
+        [],
+        "",
+        "Systems, by name or id, to which to send once they announce themselves; others first have to send.",
+        editable=False,
     )
-    static_destinations: list[str] = param([], "", "Where to send in any case, ADDRESS:PORT.", usable=parse_endpoint)
-    ignore_filter: bool = param(False, "", "Take packets of systems that have not announced themselves.")
-    contact_timeout: float = param(30.0, "s", "Silence after which a system gets no more packets.", minimum=1)
-    maximum_rate: float = param(2000.0, "Hz", "Most packets per second that a system may send.", minimum=1)
+    static_destinations: list[str] = param(
+        [], "", "Where to send in any case, ADDRESS:PORT.", usable=parse_endpoint, editable=False
+    )
+    ignore_filter: bool = param(
+        False, "", "Take packets of systems that have not announced themselves.", editable=False
+    )
+    contact_timeout: float = param(
+        30.0, "s", "Silence after which a system gets no more packets.", minimum=1, editable=False
+    )
+    maximum_rate: float = param(
+        2000.0, "Hz", "Most packets per second that a system may send.", minimum=1, editable=False
+    )
     communication_range: float = param(
         0.0, "m", "Range of the simulated radio, in mode Simulation; 0 is unlimited.", minimum=0
     )
@@ -89,9 +100,13 @@ class UDP(Carrier):
         "",
         "Messages that the simulated radio carries at any range.",
         usable=message_named,
+        editable=False,
     )
     consoles: list[str] = param(
-        [], "", "Systems that may command, NAME or NAME@ADDRESS; others then only report. Empty lets all command."
+        [],
+        "",
+        "Systems that may command, NAME or NAME@ADDRESS; others then only report. Empty lets all command.",
+        editable=False,
     )
     peer_rates: list[str] = param(
         [], "", "Rates for one system instead of Rate Limiters, SYSTEM/MESSAGE:HZ.", usable=parse_peer_rate

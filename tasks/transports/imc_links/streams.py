@@ -88,9 +88,14 @@ class Stream:
 class StreamCarrier(Carrier):
     """Exchanges packets by connections; a subclass makes them, and calls `adopt` with each."""
 
-    maximum_rate: float = param(2000.0, "Hz", "Most packets per second that are taken from a connection.", minimum=10)
+    maximum_rate: float = param(
+        2000.0, "Hz", "Most packets per second that are taken from a connection.", minimum=10, editable=False
+    )
     consoles: list[str] = param(
-        [], "", "Systems that may command, NAME or NAME@ADDRESS; others then only report. Empty lets all command."
+        [],
+        "",
+        "Systems that may command, NAME or NAME@ADDRESS; others then only report. Empty lets all command.",
+        editable=False,
     )
 
     def configure(self) -> None:

@@ -42,7 +42,7 @@ class Server(StreamCarrier):
     announce_service: bool = param(
         True, "", "Announce the server; Neptus then sends its commands by TCP.", editable=False
     )
-    maximum_connections: int = param(32, "1", "Most connections at a time.", minimum=1, maximum=256)
+    maximum_connections: int = param(32, "1", "Most connections at a time.", minimum=1, maximum=256, editable=False)
 
     def configure(self) -> None:
         self.place = network_address(self, self.address)

@@ -240,6 +240,36 @@ def test_another_system_with_the_name_of_this_vehicle_is_reported(vessel):
     vessel.until(lambda: "is also used by 0x4801" in vessel.discovery.entity.description)
 
 
+@pytest.mark.parametrize(
+    ("task", "name", "value"),
+    [
+        ("UDP", "Consoles", "0x4001"),
+        ("UDP", "Maximum Rate", "1"),
+        ("UDP", "Contact Timeout", "1"),
+        ("UDP", "Static Destinations", "10.0.0.7:6001"),
+        ("UDP", "Ignore Filter", "true"),
+        ("TCP.Server", "Consoles", "0x4001"),
+        ("TCP.Server", "Maximum Rate", "10"),
+        ("TCP.Server", "Maximum Connections", "1"),
+        ("Announce", "Enable Loopback", "false"),
+        ("Announce", "Ports", "1"),
+    ],
+)
+def test_who_commands_and_reaches_the_vehicle_is_up_to_its_profile(vessel, task, name, value):
+    """Otherwise any console could shut out all others, with their Abort."""
+    parameters = vessel.vehicle.task(f"Transports.{task}").parameter_set
+    before = parameters.text(parameters.find(name))
+    assert before != value
+    console = Station(vessel, system=0x4206).join()
+    wish = imc.EntityParameter(name=name, value=value)
+    label = vessel.vehicle.task(f"Transports.{task}").entity.label
+    console.send(imc.SetEntityParameters(name=label, params=(wish,), dst=OWN))
+    told = f"{name} = {value!r} from 0x4206: cannot be changed while the vehicle runs"
+    vessel.logged(told)
+    vessel.until(lambda: any(told in entry.text for entry in console.messages(imc.LogBookEntry)))
+    assert parameters.text(parameters.find(name)) == before
+
+
 def test_services_of_the_vehicle_are_announced_with_their_slash(vessel):
     listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     listener.bind(("127.0.0.1", next(p for p in vessel.ports if p != vessel.discovery.port)))
