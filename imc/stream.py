@@ -35,7 +35,8 @@ class StreamParser:
     A packet is accepted if its CRC is right, even if its id is unknown; the search continues after it. Otherwise the
     search continues one byte later, so that a damaged length hides no good packet. If bytes look like the start of a
     packet, the parser waits for the rest and keeps at most 65535 bytes. `close` stops waiting (at the end of the
-    stream, or after a silence) and searches the bytes after that start.
+    stream, or after a silence) and searches the bytes after that start; `overtake_packets` does so for a start that has
+    been waited for too long, if there is a packet behind it.
 
     losses: the latest 1000 stretches that are not messages, oldest first; adjoining ones are joined.
     lost: number of bytes in all of them, including those no longer listed.
@@ -48,6 +49,7 @@ class StreamParser:
         self._search = re.compile(b"|".join(map(re.escape, (self._little, self._big)))).search
         self._waiting = bytearray()
         self._needed = 0
+        self._looked, self._undecided = 1, list[int]()  # by `overtake_packets`: how far, and starts in there
         self._offset = 0
         self._adjoining = False
         self.losses: deque[Loss] = deque(maxlen=1000)
@@ -68,6 +70,45 @@ class StreamParser:
     def close_packets(self) -> list[bytes]:
         """Like `close`, not decoded."""
         return self._scan(bytes, final=True)
+
+    @property
+    def unfinished(self) -> int | None:
+        """Where in the stream the packet starts whose rest is waited for; None if none is."""
+        return self._offset if self._waiting else None
+
+    def overtake_packets(self) -> list[bytes]:
+        """The packets behind the start of the unfinished one, not decoded, if there is any: that start was damaged.
+
+        Without any it may be that of a large packet on a slow link, and is waited for further.
+        """
+        start = self._packet_behind()
+        if start is None:
+            return []
+        self._lose(0, start, _TRUNCATED)
+        self._drop(start)
+        return self._scan(bytes, final=False)
+
+    def _packet_behind(self) -> int | None:
+        """Where the first whole packet behind the unfinished one starts; nothing is looked at twice."""
+        data = bytes(self._waiting)
+        starts, position = self._undecided, self._looked
+        while match := self._search(data, position):
+            starts.append(match.start())
+            position = match.start() + 1
+        self._looked, self._undecided = max(1, len(data) - 1), []
+        for start in starts:
+            order = "little" if data.startswith(self._little, start) else "big"
+            size = int.from_bytes(data[start + 4 : start + 6], order) + SMALLEST_PACKET
+            if len(data) - start < 6 or len(data) - start < size <= LARGEST_PACKET:
+                self._undecided.append(start)
+            elif size <= LARGEST_PACKET and _crc_is_right(memoryview(data)[start : start + size], order):
+                return start
+        return None
+
+    def _drop(self, length: int) -> None:
+        del self._waiting[:length]
+        self._offset += length
+        self._looked, self._undecided = 1, []
 
     def _take(self, data: bytes, accept: Callable[[bytes], T]) -> list[T]:
         self._waiting += data
@@ -114,8 +155,8 @@ class StreamParser:
         if final and position < length:
             self._lose(position, length - position, _TRUNCATED)
             position = length
-        del self._waiting[:position]
-        self._offset += position
+        if position:
+            self._drop(position)
         return found
 
     def _skip_garbage(self, data: bytes, position: int, final: bool) -> int:

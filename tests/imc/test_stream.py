@@ -3,7 +3,7 @@
 import gzip
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 
@@ -52,6 +52,33 @@ def test_packet_that_cannot_be_decoded_is_a_loss_of_its_own() -> None:
     assert len(parser.feed(BEAT + short + short + BEAT)) == 2
     reason = "EstimatedState: payload of 9 bytes is too short"
     assert list(parser.losses) == [(22, 31, reason), (53, 31, reason)]
+
+
+@pytest.mark.parametrize("claim", [200, 2000, 60000])
+@pytest.mark.parametrize("order", ["little", "big"])
+def test_a_damaged_length_hides_no_packet_for_long(claim: int, order: Literal["little", "big"]) -> None:
+    parser = imc.StreamParser()
+    damaged = bytearray(imc.encode(imc.Heartbeat(timestamp=1.0, src=1), order))
+    damaged[4:6] = claim.to_bytes(2, order)
+    large = imc.encode(imc.DevDataText(value="x" * 100))
+    assert parser.feed_packets(bytes(damaged) + BEAT[:5]) == []
+    assert parser.overtake_packets() == []
+    assert parser.unfinished == 0
+    assert parser.feed_packets(BEAT[5:] + b"T" + BEAT + large[:60]) == []
+    assert parser.overtake_packets() == [BEAT, BEAT]
+    assert parser.feed_packets(large[60:]) == [large], "it had only begun"
+    assert parser.lost == len(damaged) + 1
+    assert parser.unfinished is None
+
+
+def test_a_large_packet_on_a_slow_link_is_waited_for() -> None:
+    parser = imc.StreamParser()
+    large = imc.encode(imc.DevDataText(value="T\xfe" * 2000))
+    found = []
+    for start in range(0, len(large), 100):
+        found += parser.feed_packets(large[start : start + 100]) + parser.overtake_packets()
+    assert found == [large]
+    assert parser.lost == 0
 
 
 def test_memory_is_bounded() -> None:

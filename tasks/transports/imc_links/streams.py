@@ -19,6 +19,7 @@ READ_SIZE = 4096  # bytes taken from a connection at a time
 LONGEST_WAIT = 1 << 20  # bytes that a peer leaves unread before it is cut off
 LONGEST_RUBBISH = 1 << 17  # bytes that are no packets, in a row, before a peer is cut off
 RUBBISH = 8  # bytes that cost as much as a packet
+LONGEST_UNFINISHED = 1.0  # s that a packet may need before one behind it counts more
 RETRY = 0.02  # s until what found no room is sent again
 MOST_SYSTEMS = 64  # whose packets came by one connection, and are not sent back
 REPEATS = 1024  # forwarded packets that are remembered
@@ -36,7 +37,8 @@ class Stream:
         self.taken, self.commands = 0, False
         self.heard = now  # when it connected, or sent a packet last
         self.left, self.filled = 0.0, now
-        self.rubbish = 0  # bytes since the last good packet
+        self.rubbish = self.lost = 0  # bytes that are no packets: since the last good one, and told in all
+        self.awaited = False  # whether a timer will look behind an unfinished packet
         self.deaf: OSError | None = None  # why the peer takes nothing more
         opened.setblocking(False)
         opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -143,7 +145,6 @@ class StreamCarrier(Carrier):
 
     def receive(self, stream: Stream) -> None:
         """Take what has arrived; a peer that sends too much has to wait."""
-        before = stream.parser.lost
         try:
             packets = stream.read()
         except OSError as error:
@@ -152,13 +153,9 @@ class StreamCarrier(Carrier):
         ended = packets is None
         for packet in stream.parser.close_packets() if packets is None else packets:
             self.take(stream, packet)
-        rubbish = stream.parser.lost - before
+        rubbish = self.note_rubbish(stream)
         stream.rubbish = rubbish + (0 if packets else stream.rubbish)
-        if rubbish and self.drops.add(MALFORMED, stream.address):
-            reason = stream.parser.losses[-1].reason
-            self.log.warning(
-                f"{stream.name} has sent bytes that are no packet: {reason}; further ones are only counted"
-            )
+        self.await_rest(stream)
         if ended and stream.deaf is not None and stream.deaf.errno != errno.EPIPE:
             self.lose(stream, stream.deaf.strerror or str(stream.deaf), warn=stream.taken > 0)
         elif ended:
@@ -170,6 +167,33 @@ class StreamCarrier(Carrier):
             if pause and stream in self.streams:
                 self.unwatch(stream.socket)
                 network_after(self, pause, self.go_on, stream)
+
+    def note_rubbish(self, stream: Stream) -> int:
+        """The number of bytes that were no packets since the last time; the first ones of a peer are named."""
+        rubbish = stream.parser.lost - stream.lost
+        stream.lost += rubbish
+        if rubbish and self.drops.add(MALFORMED, stream.address):
+            reason = stream.parser.losses[-1].reason
+            self.log.warning(
+                f"{stream.name} has sent bytes that are no packet: {reason}; further ones are only counted"
+            )
+        return rubbish
+
+    def await_rest(self, stream: Stream) -> None:
+        """Look behind a packet that stays unfinished: a damaged length must not hide an Abort."""
+        if not stream.awaited and (start := stream.parser.unfinished) is not None:
+            stream.awaited = True
+            network_after(self, LONGEST_UNFINISHED, self.overtake, stream, start)
+
+    def overtake(self, stream: Stream, start: int) -> None:
+        stream.awaited = False
+        if stream not in self.streams:
+            return
+        if stream.parser.unfinished == start:
+            for packet in stream.parser.overtake_packets():
+                self.take(stream, packet)
+            self.note_rubbish(stream)
+        self.await_rest(stream)
 
     def go_on(self, stream: Stream) -> None:
         """Read again from a peer that had to wait."""

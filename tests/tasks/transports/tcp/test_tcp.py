@@ -103,6 +103,24 @@ def test_packets_may_come_in_pieces_and_between_rubbish():
     assert any("bytes that are no packet" in line for line in run(test).log)
 
 
+def test_a_damaged_length_makes_the_server_deaf_for_a_moment_only():
+    async def test(script, server, depths):
+        peer = Peer.of(server.open_port)
+        peer.send(bytes.fromhex("54fe050000f0") + packet(imc.Abort()))
+        began = time.monotonic()
+        await until(script, lambda: depths.heard)
+        assert time.monotonic() - began < 2.5
+        damaged = bytearray(packet(imc.Heartbeat()))
+        damaged[4:6] = (2000).to_bytes(2, "little")
+        peer.send(bytes(damaged))
+        for _ in range(10):
+            peer.send(packet(imc.Heartbeat()))
+        await until(script, lambda: len(depths.heard) == 11)
+        assert server.drops["malformed"][HOST] == 2
+
+    assert any("bytes that are no packet: truncated" in line for line in run(test).log)
+
+
 def test_what_claims_to_be_the_vehicle_or_is_not_allowed_is_dropped_and_named():
     async def test(script, server, depths):
         peer = Peer.of(server.open_port)
