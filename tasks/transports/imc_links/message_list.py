@@ -4,9 +4,11 @@ import math
 from collections.abc import Callable, Iterable
 
 import imc
+from imc.addresses import ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM
 from runtime.problem import nearest, quoted
 from tasks.transports.imc_links.custom_filters import Custom, parse_custom
 
+EVERYBODY = (ANNOUNCED, BROADCAST, UNKNOWN_SYSTEM)
 MOST_SOURCES = 1024  # whose rate is measured, per type of message
 EARLY = 0.1  # of a period: how much sooner or later a message may come, so that a source at just the rate loses none
 
@@ -54,11 +56,11 @@ def known_entities(item: str) -> None:
 class MessageList:
     """The messages that a transport sends: their types, and which of them pass.
 
-    `names` are those of messages; a message of `rates` passes so often per second and entity, one of `entities` only if
-    an entity with one of these labels sent it; it also has to pass the filters of `custom`. What they refuse does not
-    count for its rate, except where they compare with what was sent before. If a message is listed twice, the last item
-    counts. `label(system, entity)` is the label of an entity. `unknown` are the names
-    that `schema` does not have.
+    `names` are those of messages; a message of `rates` passes so often per second and entity, or at any time if it is
+    an answer, addressed to who asked; one of `entities` only if an entity with one of these labels sent it; it also has
+    to pass the filters of `custom`. What they refuse does not count for its rate, except where they compare with what
+    was sent before. If a message is listed twice, the last item counts. `label(system, entity)` is the label of an
+    entity. `unknown` are the names that `schema` does not have.
     Raises ValueError for an item that is not in the syntax.
     """
 
@@ -124,6 +126,8 @@ class _Filter:
     def passes(self, message: imc.Message, now: float) -> bool:
         if not self.concerns(message):
             return False
+        if message.dst not in (*EVERYBODY, message.src):
+            return True
         source = (message.src, message.src_ent)
         period, due = self._period, self._due.get(source, now)
         if due > now + 2.0 * period:  # the clock was set back

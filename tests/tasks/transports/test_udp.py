@@ -55,6 +55,27 @@ def test_who_comes_is_answered_at_once_and_told_the_last_states(vessel):
         time.sleep(0.06)
 
 
+def test_each_question_for_states_is_answered_whatever_the_rate_of_the_telemetry(vessel):
+    console = Station(vessel, system=0x4502).join()
+    console.get(imc.EntityState)
+    asked = {entity.id for entity in vessel.vehicle.entities if entity.stateful}
+    for _ in range(3):
+        console.packets()
+        console.send(imc.QueryEntityState(dst=OWN))
+        found = set()
+
+        def complete(found=found):
+            found |= {m.src_ent for m in console.messages(imc.EntityState) if m.dst == console.system}
+            return found == asked
+
+        vessel.until(complete, 2.0)
+        gps = vessel.vehicle.find("GPS").entity.id
+        console.send(imc.QueryEntityInfo(id=gps, dst=OWN, dst_ent=gps))
+        assert console.get(imc.EntityInfo, 2.0).id == gps
+        console.send(imc.GetOperationalLimits(dst=OWN))
+        assert console.get(imc.OperationalLimits, 2.0)
+
+
 def labels(vessel, *names):
     return [e.id for e in vessel.vehicle.entities if e.label in (*names, "Echo Sounder")]
 

@@ -57,6 +57,14 @@ def test_a_rate_of_zero_sends_none_and_no_rate_sends_all():
     assert sent(listed(), state, 10, 10) == 100
 
 
+def test_an_answer_has_no_rate_and_takes_none_from_what_is_for_everybody():
+    state, messages = imc.EstimatedState(src=26, src_ent=5), listed(rates=["EstimatedState:1"])
+    assert sent(messages, state.replace(dst=0x4001), 100, 1) == 100
+    assert sent(messages, state, 100, 2) == sent(listed(rates=["EstimatedState:1"]), state, 100, 2)
+    assert sent(messages, state.replace(dst=26), 100, 0.5, 1e9 + 2.0) == 0, "for itself"
+    assert sent(listed(rates=["EstimatedState:0"]), state.replace(dst=0x4001), 10, 1) == 0
+
+
 def test_a_clock_that_is_set_back_stops_nothing():
     messages = listed(rates=["EstimatedState:2"])
     state = imc.EstimatedState(src=26, src_ent=5)
