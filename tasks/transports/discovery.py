@@ -241,6 +241,7 @@ class Discovery(Task):
     @periodic(1.0)
     def survey(self) -> None:
         """Forget who is out of range, and report who is within."""
+        self.drops.forget(network_time(self))
         since = network_time(self) - FORGOTTEN
         for system, runs in list(self.seen.items()):
             runs[:] = [run for run in runs if run.last > since]

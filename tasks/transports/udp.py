@@ -327,6 +327,8 @@ class UDP(Carrier):
             if not self.missed:
                 self.log.warning("packets come faster than they can be read: some are lost")
             self.missed = missed
+        self.drops.forget(network_time(self))
+        self.unsent.forget(network_time(self))
         moved, lost = self.peers.dismiss(self.vehicle.bus.reaches), self.peers.forget(network_time(self))
         for peer in moved:
             self.log.info(f"{peer.name} (0x{peer.system:04X}) is on the zenoh bus, and no longer in contact over UDP")

@@ -15,6 +15,7 @@ MOST_ADDRESSES = 16  # of one peer
 STAY = 1.0  # s without a datagram from an address until one from an earlier one counts more
 KEPT = 4.5 * PERIOD  # s that an address counts after it was announced last
 MOST_NAMED = 64  # senders whose drops are counted by name
+NAMED = 300.0  # s
 OTHERS = "others"
 
 UNKNOWN = "not announced"
@@ -192,17 +193,33 @@ class Peers:
 
 
 class Drops:
-    """How many datagrams were dropped, by reason and sender; senders beyond the first 64 of a reason share a name."""
+    """How many datagrams were dropped, by reason and sender; senders beyond the first 64 of a reason share a name.
+
+    `forget(now)`, called now and then, makes room: senders of which nothing was dropped for 300 s lose their names.
+    """
 
     def __init__(self) -> None:
         self._counts: dict[str, Counter[str]] = {}
+        self._active: set[tuple[str, str]] = set()
+        self._forgot = -math.inf
 
     def add(self, reason: str, sender: str) -> bool:
         """Count one; whether it is the first of this sender for this reason, so that it is worth a warning."""
         senders = self._counts.setdefault(reason, Counter())
         sender = sender if sender in senders or len(senders) < MOST_NAMED else OTHERS
         senders[sender] += 1
+        self._active.add((reason, sender))
         return senders[sender] == 1
+
+    def forget(self, now: float) -> None:
+        """Make room for new names."""
+        if now - self._forgot < NAMED:
+            return
+        for reason, senders in self._counts.items():
+            for sender in [each for each in senders if each != OTHERS and (reason, each) not in self._active]:
+                senders[OTHERS] += senders.pop(sender)
+        self._active.clear()
+        self._forgot = now
 
     def __getitem__(self, reason: str) -> Counter[str]:
         """How many of each sender were dropped for a reason."""

@@ -255,6 +255,7 @@ class StreamCarrier(Carrier):
 
     @periodic(1.0)
     def look_after(self) -> None:
+        self.drops.forget(network_time(self))
         self.report()
 
     def report(self) -> None:

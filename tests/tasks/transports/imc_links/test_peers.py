@@ -246,6 +246,18 @@ def test_drops_are_counted_by_sender_and_their_number_is_bounded():
     assert str(Drops()) == ""
 
 
+def test_a_new_sender_is_named_however_many_there_were_long_ago():
+    drops = Drops()
+    for i in range(100):
+        drops.add("not announced", f"b{i}")
+    for now in range(1000):
+        drops.add("not announced", "b7")
+        drops.forget(NOW + now)
+    assert drops.add("not announced", "late")
+    assert not drops.add("not announced", "b7"), "it goes on"
+    assert dict(drops["not announced"]) == {"b7": 1002, "others": 99, "late": 1}
+
+
 def test_recent_packets_are_known_again_and_the_oldest_forgotten():
     recent = Recent(3)
     assert [recent.has(data) for data in (b"a", b"b", b"a", b"c", b"d", b"a")] == [False] * 2 + [True] + [False] * 3
