@@ -30,6 +30,7 @@ BEAT = 1.0  # s
 AGAIN = (0.5, 0.6, 1.5, 2.5)  # s between the first Announces, of which a radio may lose some; then PERIOD
 SILENCE = 4.0  # s; a system that we send Heartbeat sends its own at 1 Hz
 UNSEEN = 2.5 * PERIOD  # s without Announce
+MISSED = 600.0  # s for which a system that fell silent is called
 MOST_PEERS = 256
 
 
@@ -65,6 +66,7 @@ class UDPLink:
         self._ports = ports
         self._peers: dict[int, _Peer] = {}
         self._twins: dict[str, _Peer] = {}  # further systems with the id of a peer, by their run
+        self._missed: dict[int, _Peer] = {}  # fell silent: its network may come back
         self._sockets: list[socket.socket] = []
         self._beating: asyncio.Task[None] | None = None
         self._uid = str(time.time_ns())
@@ -140,12 +142,18 @@ class UDPLink:
                 self._announce()
                 next_announce = now + next(wait, PERIOD)
             for peer in self._everybody():
-                if now - peer.announced > UNSEEN or (peer.heard and now - peer.heard > SILENCE):
+                if peer.heard and now - peer.heard > SILENCE:
+                    self._lose(peer)
+                    self._missed[peer.id] = peer
+                elif now - peer.announced > UNSEEN:
                     self._lose(peer)
                 elif peer.heard:
                     self._send(self._packet(imc.Heartbeat(), peer.id), peer.endpoint)
                 else:
                     self._greet(peer)
+            self._missed = {id: peer for id, peer in self._missed.items() if now - peer.heard < MISSED}
+            for peer in self._missed.values():
+                self._greet(peer)
             await asyncio.sleep(min(BEAT, next_announce - now))
 
     def _announce(self) -> None:
@@ -201,6 +209,7 @@ class UDPLink:
         """Systems whose computer says that nobody listens any more have ended."""
         for place in map(Endpoint._make, refusals(self._data)):
             self._refused.add(place)
+            self._missed = {id: peer for id, peer in self._missed.items() if peer.endpoint != place}
             for peer in self._everybody():
                 if place == peer.endpoint:
                     self._lose(peer)
@@ -256,6 +265,7 @@ class UDPLink:
             if len(self._peers) >= MOST_PEERS:
                 return
             self._twins.pop(uid, None)
+            self._missed.pop(announce.src, None)
             known = self._peers[announce.src] = _Peer(announce.src, name, uid, places[0], now)
         known.endpoint, known.announced = places[0], now
         self._ear.appeared(self, name, uid, f"at {places[0]}", announce.src)
@@ -276,7 +286,7 @@ class UDPLink:
                 continue
             source = int.from_bytes(packet[14:16], order)
             self._has_heard = self._has_heard or source != self._console.id
-            peer = self._peers.get(source)
+            peer = self._peers.get(source) or self._found_again(source, sender)
             if peer is None:  # damaged in the header, or another protocol
                 peer = next((one for one in self._peers.values() if one.endpoint == sender), None)
             if peer is None and self._is_asked(sender):
@@ -291,6 +301,17 @@ class UDPLink:
             else:
                 peer.heard = time.monotonic()
                 self._ear.arrived(self, Arrival(packet, peer.name, "", f"at {sender}"))
+
+    def _found_again(self, source: int, sender: Endpoint) -> _Peer | None:
+        """A system that fell silent and is heard again, before it has announced itself again."""
+        peer = self._missed.get(source)
+        if peer is None or peer.endpoint.address != sender.address:
+            return None
+        del self._missed[source]
+        self._peers[source] = peer
+        peer.announced = time.monotonic()
+        self._ear.appeared(self, peer.name, peer.uid, f"at {peer.endpoint}", source)
+        return peer
 
     def _is_asked(self, sender: Endpoint) -> bool:
         """Whether a system without a name answers where we asked, since no announcement can be heard."""

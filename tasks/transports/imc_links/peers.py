@@ -14,6 +14,7 @@ QUIET = 2.0  # s; a peer that sends Heartbeat is not silent for so long, even if
 MOST_ADDRESSES = 16  # of one peer
 STAY = 1.0  # s without a datagram from an address until one from an earlier one counts more
 KEPT = 4.5 * PERIOD  # s that an address counts after it was announced last
+MISSED = 600.0  # s that a system which was in contact may be silent, and come back without an Announce
 MOST_NAMED = 64  # senders whose drops are counted by name
 NAMED = 300.0  # s
 OTHERS = "others"
@@ -148,7 +149,11 @@ class Peers:
         """Forget those who neither announced nor sent anything for long; returns those whose contact was lost."""
         lost = [peer for peer in self.by_id.values() if peer.sees is not None and not self.in_contact(peer, now)]
         self._part(lost)
-        silent = [s for s, peer in self.by_id.items() if peer.sees is None and now - peer.announced > KEPT]
+        silent = [
+            system
+            for system, peer in self.by_id.items()
+            if peer.sees is None and now - peer.announced > (MISSED if peer.taken else KEPT)
+        ]
         for system in silent:
             del self.by_id[system]
         gone, self._gone = self._gone, []

@@ -10,6 +10,7 @@ from tasks.transports.imc_links.peers import (
     ELSEWHERE,
     KEPT,
     MALFORMED,
+    MISSED,
     MOST_PEERS,
     TOO_FAST,
     UNKNOWN,
@@ -115,6 +116,19 @@ def test_silence_ends_the_contact_and_later_the_peer():
     assert [peer.name for peer in scene.peers.forget(NOW + 31)] == ["ccu"]
     assert scene.targets(NOW + 31) == []
     scene.peers.forget(NOW + KEPT + 1)
+    assert len(scene.peers) == 0
+
+
+def test_who_was_in_contact_is_heard_at_once_after_a_long_cut():
+    scene = Scene()
+    scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
+    scene.sends().taken = 1
+    for now in (61, 62):
+        scene.peers.forget(NOW + now)
+    assert isinstance(scene.sends(now=NOW + 62), Peer), "its next Announce may be 10 s away"
+    assert scene.targets(NOW + 62) == [Endpoint("10.0.0.7", 6001)]
+    scene.peers.forget(NOW + 62 + MISSED)
+    scene.peers.forget(NOW + 62 + MISSED)
     assert len(scene.peers) == 0
 
 
