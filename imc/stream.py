@@ -49,7 +49,8 @@ class StreamParser:
         self._search = re.compile(b"|".join(map(re.escape, (self._little, self._big)))).search
         self._waiting = bytearray()
         self._needed = 0
-        self._looked, self._undecided = 1, list[int]()  # by `overtake_packets`: how far, and starts in there
+        self._looked = 1  # how far `overtake_packets` has looked
+        self._undecided: list[int] = []  # starts of packets that it has seen
         self._offset = 0
         self._adjoining = False
         self.losses: deque[Loss] = deque(maxlen=1000)
