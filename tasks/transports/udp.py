@@ -54,7 +54,7 @@ class UDP(Carrier):
 
     A system gets packets as soon as it has announced itself and sent one, until it is silent for `Contact Timeout`; it
     may move to another address or port. A packet is put on the bus only if its system has announced the address that it
-    comes from. Nothing goes back to its sender, and nothing is forwarded twice.
+    comes from, or if it is an Abort for this vehicle. Nothing goes back to its sender, and nothing is forwarded twice.
     """
 
     address: str = param(
