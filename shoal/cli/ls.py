@@ -16,8 +16,17 @@ from runtime.problem import printable
 from shoal.cli.hand import clock_text, json_option, no, on_network, print_line, reach_options, seconds
 from shoal.network import Network, System
 
-KINDS = (imc.VehicleState, imc.EstimatedState, imc.PlanControlState, imc.FuelLevel, imc.Heartbeat)
-SHOWN = (imc.VehicleState, imc.EstimatedState)
+KINDS = (
+    imc.EntityList,
+    imc.EntityInfo,
+    imc.EntityState,
+    imc.VehicleState,
+    imc.EstimatedState,
+    imc.PlanControlState,
+    imc.FuelLevel,
+    imc.Heartbeat,
+)
+SHOWN = (imc.VehicleState, imc.EstimatedState, imc.EntityState)
 FIRST, LONGEST = 0.2, 0.75  # s to hear who is there, and what they say
 SILENT = 2.0  # s after which a long wait is explained
 REFRESH = 0.25  # s
@@ -60,18 +69,39 @@ def ls(watch: bool, duration: float | None, reach: dict[str, Any], as_json: bool
 async def _gather(network: Network, duration: float | None) -> None:
     """Wait until every vehicle that is there has said what is shown, but not long."""
     began = time.monotonic()
-    has_told = duration is not None
+    has_told, labels, known = duration is not None, Labels(network), 0
     while (past := time.monotonic() - began) < (network.patience if duration is None else duration):
         await asyncio.sleep(0.02)
         there = network.vehicles()
+        labels.ask(there)
+        before, known = known, sum(len(system.latest) for system in there)  # integers
         if not there and not has_told and past > SILENT and network.patience > PERIOD:
             has_told = True
             why = f"since DUNE announces itself every {PERIOD:g} s"
             click.echo(f"nobody has answered yet; waiting up to {network.patience:g} s, {why}", err=True)
         if duration is not None or not there or past < FIRST:
             continue
-        if past > LONGEST or all(system.last_of(kind) is not None for system in there for kind in SHOWN):
+        is_complete = all(system.last_of(kind) is not None for system in there for kind in SHOWN)
+        if past > LONGEST or (is_complete and known == before and not labels.missing(there)):
             return
+
+
+class Labels:
+    """Has the systems that report errors tell the labels of their entities; each once a second at most."""
+
+    def __init__(self, network: Network) -> None:
+        self._network = network
+        self._asked: dict[str, float] = {}
+
+    def missing(self, systems: list[System]) -> list[System]:
+        return [system for system in systems if any(label.isdecimal() for label in system.errors)]
+
+    def ask(self, systems: list[System]) -> None:
+        now = time.monotonic()
+        for system in self.missing(systems):
+            if system.id is not None and now - self._asked.get(system.name, -math.inf) > 1.0:
+                self._asked[system.name] = now
+                self._network.ask_labels(system)
 
 
 async def _draw(network: Network, duration: float | None) -> None:
@@ -79,7 +109,9 @@ async def _draw(network: Network, duration: float | None) -> None:
     began = time.monotonic()
     console = Console(highlight=False, markup=False, emoji=False)
     with Live(_table([]), console=console, refresh_per_second=10) as live:
+        labels = Labels(network)
         while duration is None or time.monotonic() - began < duration:
+            labels.ask(network.vehicles())
             live.update(_table(network.vehicles()))
             await network.news(REFRESH)
 
@@ -88,7 +120,9 @@ async def _tell(network: Network, duration: float | None, as_json: bool) -> None
     """A line when a vehicle appears, changes its state or its troubles, or is gone."""
     before: dict[str, str] = {}
     began = time.monotonic()
+    labels = Labels(network)
     while duration is None or time.monotonic() - began < duration:
+        labels.ask(network.vehicles())
         now = {system.name: "; ".join([state_text(system), *troubles(system)]) for system in network.vehicles()}
         for name in sorted({*before, *now}):
             if before.get(name) == now.get(name):
@@ -118,7 +152,7 @@ def as_values(system: System) -> dict[str, object]:
         "lon": lon,
         "depth": state.depth if state is not None else None,
         "battery": fuel.value if fuel is not None else None,
-        "errors": [name for name in _errors(system).split(",") if name],
+        "errors": list(system.errors),
         "age": system.age,
         "network": sorted(system.links),
         "places": system.places,
@@ -167,16 +201,11 @@ def _table(systems: list[System]) -> Table:
             "" if state is None else _degrees(*position(state)),
             "" if state is None else f"{state.depth:.1f} m",
             "" if fuel is None else f"{fuel.value:.0f} %",
-            printable(_errors(system)),
+            printable(",".join(system.errors)),
             f"{system.age:.1f} s",
             ", ".join(sorted(system.links)),
         )
     return table
-
-
-def _errors(system: System) -> str:
-    vehicle = system.last_of(imc.VehicleState)
-    return vehicle.error_ents if vehicle is not None else ""
 
 
 def _degrees(lat: float, lon: float) -> str:

@@ -192,6 +192,11 @@ def _judge(network: Network, system: System, contact: Contact) -> list[Finding]:
     for reason, number in sorted(contact.missed.items()):
         if not reason.startswith("lost") or number > LOSSY * total:
             tell(f"{number} packets: {reason}", advice_for(reason))
+    for entity, description in system.errors.items():
+        tell(
+            f"{entity} is not well{description and f': {description}'}",
+            f"`shoal spy {system.name} LogBookEntry` shows why",
+        )
     for entity, words in contact.says.items():
         ours = f"0x{network.console.id:04X}"
         for part in words.split(";"):

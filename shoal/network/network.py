@@ -202,8 +202,7 @@ class Network:
             if system is not None and system.id is not None and system.is_there and (alone or system.clash):
                 if system.clash:
                     break
-                query = self.address(system, imc.EntityList(op=imc.EntityList.Op.QUERY)).replace(src_ent=LABELS)
-                self._send(system, query, imc.encode(query))
+                self.ask_labels(system)
                 return system
             await self.news(min(left, 0.05))
         raise NetworkError(self._why_not(name))
@@ -212,6 +211,11 @@ class Network:
     def patience(self) -> float:
         """How long it makes sense to wait for somebody to appear (s)."""
         return max((link.patience for link in self.links), default=0.0)
+
+    def ask_labels(self, system: System) -> None:
+        """Ask a system for the labels of its entities, which `System.label` then knows."""
+        query = self.address(system, imc.EntityList(op=imc.EntityList.Op.QUERY)).replace(src_ent=LABELS)
+        self._send(system, query, imc.encode(query))
 
     def _patience(self, name: str) -> float:
         known = self.systems.get(name)

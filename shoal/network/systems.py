@@ -17,6 +17,7 @@ MOST_KEPT = 2048  # messages of one system
 MOST_LABELS = 255
 SILENCE = 5.0  # s; a system sends Heartbeat at 1 Hz
 STEP = 60.0  # s; a time stamp that is older than this before the last one means that the clock was set
+WRONG = (imc.EntityState.State.FAULT, imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
 FRESH = 3.0  # s; a packet that also comes over another network counts only if the first was silent for so long
 
 
@@ -134,6 +135,20 @@ class System:
     def all_of(self, kind: type[M]) -> Iterator[M]:
         """The last message of a type from each entity."""
         return (message for message in list(self.latest.values()) if isinstance(message, kind))
+
+    @property
+    def errors(self) -> dict[str, str]:
+        """The entities that report an error, a fault or a failure, by label, and what they say of it.
+
+        VehicleState names only those that it was told to watch.
+        """
+        states = sorted(self.all_of(imc.EntityState), key=lambda state: state.src_ent)
+        found = {self.label(state.src_ent): state.description for state in states if state.state in WRONG}
+        vehicle = self.last_of(imc.VehicleState)
+        for label in vehicle.error_ents.split(",") if vehicle is not None else ():
+            if label:
+                found.setdefault(label, "")
+        return found
 
     def label(self, entity: int) -> str:
         """The label of an entity, its number if it is unknown."""

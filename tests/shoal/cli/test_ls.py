@@ -3,13 +3,18 @@
 import asyncio
 import contextlib
 import json
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
 
 from shoal.cli import main
 from shoal.network.systems import System
+from tests.outside import until
+from tests.shoal.network.running import running
 from tests.shoal.network.station import OWN, Station, discovery_ports, living
+
+NO_GPS = ("Sensors.GPS:Enabled=Always", "Sensors.GPS:Serial Port - Device=/dev/no-gps", "Simulators.GPS:Enabled=Never")
 
 
 def ls(monkeypatch: pytest.MonkeyPatch, *options: str, name: str = "other") -> Result:
@@ -57,3 +62,14 @@ def test_a_long_wait_for_a_program_that_does_not_answer_is_explained(monkeypatch
         result = asyncio.run(act())
     explained = "nobody has answered yet; waiting up to 11 s, since DUNE announces itself every 10 s\n"
     assert (result.exit_code, result.stderr, "station" in result.stdout) == (0, explained, True)
+
+
+def test_errors_are_those_of_all_entities(tmp_path: Path) -> None:
+    """VehicleState names only those that a monitor watches; this vehicle has none, as with `-p Hardware`."""
+    settings = [word for setting in NO_GPS for word in ("--set", setting)]
+    with running(tmp_path, *settings, "--set", "Monitors.Entities:Enabled=Never", network="udp"):
+        run = CliRunner().invoke
+        until(lambda: "GPS" in json.loads(run(main, ["ls", "--json"]).stdout or "[{}]")[0].get("errors", ()))
+        found = json.loads(run(main, ["link", "--for", "1s", "--json"]).stdout)
+    texts = [finding["text"] for finding in found["findings"]]
+    assert "GPS is not well: /dev/no-gps: No such file or directory" in texts
