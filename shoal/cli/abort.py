@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from shoal.cli.hand import json_option, print_line, reach_options, vehicle_argument, with_vehicle
+from shoal.cli.hand import json_option, print_line, reach_options, vehicle_argument, with_namesakes
 from shoal.network import AsyncRemoteVehicle
 
 
@@ -15,14 +15,17 @@ from shoal.network import AsyncRemoteVehicle
 def abort(vehicle: str, reach: dict[str, Any], as_json: bool) -> None:
     """Have VEHICLE stop everything at once, and wait until it says that it has.
 
+    If several vehicles have this name or its id, all of them abort.
+
     Exit status 1 if it does not confirm it: then act as if it went on.
     """
 
-    async def act(there: AsyncRemoteVehicle) -> None:
+    async def act(there: AsyncRemoteVehicle) -> str:
         await there.abort()
+        return "all of them have" if there.system.clash else f"{vehicle} has"
 
-    with_vehicle(vehicle, reach, act)
+    who = with_namesakes(vehicle, reach, act)
     if as_json:
         print_line({"aborted": True})
     else:
-        click.echo(f"{vehicle} has aborted")
+        click.echo(f"{who} aborted")

@@ -86,6 +86,20 @@ def with_vehicle(name: str, reach: Mapping[str, Any], act: Callable[[AsyncRemote
     return _finish(run())
 
 
+def with_namesakes(
+    name: str, reach: Mapping[str, Any], act: Callable[[AsyncRemoteVehicle], Coroutine[Any, Any, T]]
+) -> T:
+    """The same also where several vehicles have this name or its id, for what concerns all of them; says so."""
+
+    async def find(network: Network) -> T:
+        system = await network.find(name, takes_clash=True)
+        if system.clash:
+            click.echo(printable(f"{system.name}: {system.clash}"), err=True)
+        return await act(AsyncRemoteVehicle(network, system))
+
+    return on_network(reach, find)
+
+
 def _finish(task: Coroutine[Any, Any, T]) -> T:
     try:
         return asyncio.run(task)

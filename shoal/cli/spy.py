@@ -27,7 +27,7 @@ from shoal.cli.hand import (
     reach_options,
     seconds,
     vehicle_argument,
-    with_vehicle,
+    with_namesakes,
 )
 from shoal.network import AsyncRemoteVehicle, VehicleLost, field_of, parse_where
 
@@ -93,7 +93,7 @@ def spy(
             if not sieve.passed:
                 no(sieve.nothing(duration or 0.0))
 
-    with_vehicle(vehicle, {**reach, "messages": schema}, act)
+    with_namesakes(vehicle, {**reach, "messages": schema}, act)
 
 
 class Sieve:

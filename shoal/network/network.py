@@ -160,7 +160,7 @@ class Network:
                 except TimeoutError:
                     self.check(system)
                     continue
-                if message.src == system.id:
+                if message.src in system.ids:
                     yield message
         finally:
             self.end(listener)
@@ -184,10 +184,11 @@ class Network:
             self.end(listener)
         raise NoAnswer(f"no {kind.__name__} from {system.name}{entity and f' ({entity})'} within {timeout:g} s")
 
-    async def find(self, name: str, timeout: float | None = None) -> System:
+    async def find(self, name: str, timeout: float | None = None, *, takes_clash: bool = False) -> System:
         """The system of a name, as soon as its id is known; without a time-out, as long as there is hope.
 
-        Raises NetworkError that says who is there instead.
+        Raises NetworkError that says who is there instead; and, without `takes_clash`, if several vehicles have the
+        name or its id.
         """
         if not name.strip() or any(sign in name for sign in "*?$#/"):
             raise NetworkError(f"{printable(name)!r} is not the name of one vehicle")
@@ -200,7 +201,7 @@ class Network:
             system = self.systems.get(name)
             alone = time.monotonic() > self._opened + COMPANY
             if system is not None and system.id is not None and system.is_there and (alone or system.clash):
-                if system.clash:
+                if system.clash and not takes_clash:
                     break
                 self.ask_labels(system)
                 return system
@@ -251,9 +252,10 @@ class Network:
         self._send(system, message, packet)
         return packet
 
-    def address(self, system: System, message: imc.Message) -> imc.Message:
+    def address(self, system: System, message: imc.Message, number: int | None = None) -> imc.Message:
         """The message with our header; raises EncodeError if it does not fit a packet."""
-        header = {"src": self.console.id, "src_ent": 0, "dst": system.id, "timestamp": time.time()}
+        destination = system.id if number is None else number
+        header = {"src": self.console.id, "src_ent": 0, "dst": destination, "timestamp": time.time()}
         return message.replace(**header)
 
     async def ask(
@@ -265,15 +267,17 @@ class Network:
         *,
         timeout: float | None = None,
         repeat: float = REPEAT,
+        number: int | None = None,
     ) -> A:
         """Send a request, and again every `repeat` s, until `answer` finds what it needs in a message of these types.
 
-        Copies are equal to the last byte, so that a vehicle can know them. Raises NoAnswer, VehicleLost, and what
-        `answer` raises.
+        Copies are equal to the last byte, so that a vehicle can know them. `number` is the id of the one that is meant,
+        of several with one name. Raises NoAnswer, VehicleLost, and what `answer` raises.
         """
         timeout = _time_for(system) if timeout is None else timeout
         listener = self.listen(system, kinds)
-        packet = imc.encode(self.address(system, request))
+        number = system.id if number is None else number
+        packet = imc.encode(self.address(system, request, number))
         deadline, attempt = time.monotonic() + timeout, 0
         try:
             while (left := deadline - time.monotonic()) > 0.0:
@@ -285,7 +289,7 @@ class Network:
                         _, message = await listener.next(wait)
                     except TimeoutError:
                         break
-                    found = answer(message) if message.src == system.id else None
+                    found = answer(message) if message.src == number else None
                     if found is not None:
                         return found
                 self.check(system)

@@ -65,19 +65,33 @@ class System:
         return self.id is None or self.id not in OPERATORS
 
     @property
+    def ids(self) -> list[int]:
+        """Its id; if several vehicles have its name, those of all."""
+        return sorted({*([] if self.id is None else [self.id]), *self.others})
+
+    @property
+    def has_twin(self) -> bool:
+        """Whether two vehicles have both its name and its id. One may have several processes on zenoh."""
+        return sum(link == "udp" for link, _ in self.parts) > max(1, len(self.ids))  # integers
+
+    @property
     def clash(self) -> str:
-        """That several vehicles use this name or id; empty if it is one. One may have several processes on zenoh."""
+        """That several vehicles use this name or id; empty if it is one."""
         if self.others:
-            ids = ", ".join(f"0x{number:04X}" for number in sorted([self.id or 0, *self.others]))
+            ids = ", ".join(f"0x{number:04X}" for number in self.ids)
             words = f"several vehicles have this name, with the ids {ids}"
-        elif sum(link == "udp" for link, _ in self.parts) > 1:  # integers
+        elif self.has_twin:
             words = "several vehicles have this name and id"
-        elif rivals := [rival for rival in self.rivals if rival.is_there]:
+        elif rivals := self.present_rivals:
             where = "; ".join(" ".join((rival.name, *rival.places)) for rival in rivals)
             words = f"its id 0x{self.id or 0:04X} is also that of {where}"
         else:
             return ""
         return f"{words} ({'; '.join(self.places)})" if self.places else words
+
+    @property
+    def present_rivals(self) -> "list[System]":
+        return [rival for rival in self.rivals if rival.is_there]
 
     @property
     def places(self) -> list[str]:

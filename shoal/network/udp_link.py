@@ -112,7 +112,8 @@ class UDPLink:
         """The vehicle's profile decides what it sends."""
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
-        for peer in self._peers.values():
+        # An abort is for all vehicles of a name: to let one of two go on would be the dangerous mistake.
+        for peer in self._everybody() if isinstance(message, imc.Abort) else self._peers.values():
             if system in (peer.name, EVERYBODY):
                 self._send(packet, peer.endpoint)
 

@@ -1,5 +1,6 @@
 """A vehicle that runs elsewhere: its messages, plans, parameters; requests to it."""
 
+import asyncio
 from collections.abc import AsyncGenerator
 from contextlib import suppress
 from typing import TypeVar, overload
@@ -7,6 +8,7 @@ from typing import TypeVar, overload
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.discovery import Services
+from shoal.network.link import NetworkError
 from shoal.network.logs import Logs
 from shoal.network.network import Network, NoAnswer
 from shoal.network.parameters import Parameters
@@ -114,11 +116,34 @@ class AsyncRemoteVehicle:
         return await self.network.ask(self.system, message, (answer,), fits, timeout=timeout)
 
     async def abort(self) -> None:
-        """Stop everything at once. Raises NoAnswer if the vehicle does not confirm it."""
+        """Stop everything at once, of all vehicles that have this name or its id.
+
+        Raises NetworkError, such as NoAnswer, if one of them does not confirm it.
+        """
+        tried: set[tuple[str, int]] = set()
+        troubles: list[str] = []
+        while new := [each for each in self._namesakes() if (each[0].name, each[1]) not in tried]:
+            tried |= {(system.name, number) for system, number in new}
+            found = await asyncio.gather(*(self._abort(*each) for each in new), return_exceptions=True)
+            if other := next((e for e in found if e is not None and not isinstance(e, NetworkError)), None):
+                raise other
+            if len(tried) == 1 and isinstance(found[0], NetworkError) and not self.system.clash:
+                raise found[0]
+            troubles += [f"0x{n:04X}: {error}" for (_, n), error in zip(new, found, strict=True) if error is not None]
+        if self.system.has_twin:
+            troubles.append("they cannot be told apart: perhaps only one has confirmed it")
+        if troubles:
+            raise NoAnswer(f"{self.system.clash}; all were told to abort, but {'; '.join(troubles)}")
+
+    def _namesakes(self) -> list[tuple[System, int]]:
+        systems = [self.system, *self.system.present_rivals]
+        return [(system, number) for system in systems for number in system.ids]
+
+    async def _abort(self, system: System, number: int) -> None:
 
         def confirms(message: imc.Message) -> bool | None:
             """Aborted, or where a transport does not carry that, the mode that follows."""
             in_error = isinstance(message, imc.VehicleState) and message.op_mode == imc.VehicleState.OpMode.ERROR
             return True if isinstance(message, imc.Aborted) or in_error else None
 
-        await self.network.ask(self.system, imc.Abort(), (imc.Aborted, imc.VehicleState), confirms)
+        await self.network.ask(system, imc.Abort(), (imc.Aborted, imc.VehicleState), confirms, number=number)
