@@ -1,6 +1,6 @@
 """A transport that joins the buses of several processes."""
 
-from runtime.zenoh.config import LOCAL_PORT, ZenohConfig, explain
+from runtime.zenoh.config import LOCAL_PORT, ZenohConfig, endpoints_in, explain
 from runtime.zenoh.keys import chunk, key
 from runtime.zenoh.meeting import MeetingPoint
 from runtime.zenoh.memory import Opener
@@ -17,6 +17,7 @@ __all__ = [
     "ZenohConfig",
     "ZenohTransport",
     "chunk",
+    "endpoints_in",
     "explain",
     "here",
     "key",

@@ -228,6 +228,17 @@ def insert(config: "zenoh.Config", name: str, value: object) -> None:
     cast(Any, config).insert_json5(name, json.dumps(value))
 
 
+def endpoints_in(path: Path) -> list[str]:
+    """Where a client with this configuration file connects to. Raises ValueError for an invalid file."""
+    import zenoh
+
+    try:
+        text = zenoh.Config.from_file(path).get_json("connect/endpoints")
+    except zenoh.ZError as error:
+        raise ValueError(f"{path}: {explain(error)}") from None
+    return _list(None, json.loads(text), "client")
+
+
 def _list(wanted: tuple[str, ...] | None, in_file: list[str] | dict[str, list[str]] | None, mode: str) -> list[str]:
     """The wanted endpoints, else those of the file, which may list them by mode."""
     if wanted is not None:

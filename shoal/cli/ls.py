@@ -62,6 +62,8 @@ def ls(watch: bool, duration: float | None, reach: dict[str, Any], as_json: bool
                     click.echo(printable(f"{readable_name(system.name)}: {text}"), err=True)
         if not found:
             no(network.nobody())
+        for text in network.unreached:
+            click.echo(printable(text), err=True)
 
     on_network(reach, act)
 

@@ -2,11 +2,13 @@
 
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import imc
 from imc.addresses import OPERATORS
 from imc.discovery import LOOPBACK, PORTS, Endpoint, Service
+from runtime.zenoh import endpoints_in
 from shoal.network.blocking import Connection
 from shoal.network.link import Console, Link
 from shoal.network.network import Network
@@ -30,8 +32,9 @@ def make_network(
 
     An endpoint is `zenoh` or `udp` (of this computer), one of zenoh such as tcp/10.0.0.7:7447, or an address for IMC:
     imc+udp://10.0.0.7:6002/, imc+tcp://10.0.0.7:7001/, or imc+udp://0.0.0.0/ for all networks of this computer. Without
-    endpoints those in the environment are used. `messages` are those of its vehicles, by default the built-in ones.
-    Raises ValueError for a wrong endpoint.
+    endpoints those in the environment are used, or those for zenoh in `zenoh_config`, a file. Each endpoint of zenoh is
+    a network of its own, since a client of zenoh joins one only. `messages` are those of its vehicles, by default the
+    built-in ones. Raises ValueError for a wrong endpoint or file.
     """
     texts = [endpoints] if isinstance(endpoints, str) else list(endpoints) or [os.environ.get(ENDPOINTS, "")]
     given = [word.strip() for text in texts for word in text.split(",") if word.strip()]
@@ -42,7 +45,7 @@ def make_network(
     of_tcp: list[Endpoint] = []
     for endpoint in given or ["zenoh", "udp"]:
         if endpoint in ("zenoh", "udp"):
-            of_zenoh += [LOCAL] if endpoint == "zenoh" else []
+            of_zenoh += ((_in_file(zenoh_config) if not given else []) or [LOCAL]) if endpoint == "zenoh" else []
             of_udp += [Endpoint(LOOPBACK, 0)] if endpoint == "udp" else []
         elif endpoint.startswith("imc+tcp:"):
             of_tcp.append(_server(endpoint))
@@ -53,10 +56,12 @@ def make_network(
         else:
             raise ValueError(f"{endpoint!r} is not an endpoint such as {EXAMPLES}")
     links: list[Link] = []
-    links += [ZenohLink(of_zenoh, zenoh_config)] if of_zenoh else []
+    of_zenoh = list(dict.fromkeys(of_zenoh))
+    names = [f"zenoh {endpoint}" for endpoint in of_zenoh] if len(of_zenoh) > 1 else ["zenoh"]
+    links += [ZenohLink([each], zenoh_config, name) for each, name in zip(of_zenoh, names, strict=False)]
     links += [UDPLink(of_udp, _ports())] if of_udp else []
     links += [TCPLink(of_tcp)] if of_tcp else []
-    return Network(links, _console(), _schema(messages))
+    return Network(links, _console(), _schema(messages), expects_all=bool(given or len(of_zenoh) > 1))
 
 
 def connect(
@@ -82,6 +87,12 @@ def connect(
     ValueError for a wrong endpoint.
     """
     return Connection(name, lambda: make_network(endpoints, zenoh_config, messages), timeout)
+
+
+def _in_file(path: Path | None) -> list[str]:
+    with suppress(ModuleNotFoundError):  # without zenoh the link says so
+        return [] if path is None else endpoints_in(path)
+    return []
 
 
 def _schema(messages: object) -> imc.Schema | None:

@@ -24,7 +24,7 @@ CARRIERS = ("in contact", "dropped", "within range", "packets taken")
 
 UNHEARD = "a firewall closes its port; or its Consoles do not list us; or it has not heard our Announce"
 UNLISTED = "the name of our certificate or user is not in its Commanders, see [Zenoh]; or it is too busy"
-
+TAKEN = "another program"
 ADVICE = {
     "not announced": "its Announce does not get here: multicast 224.0.75.69, broadcast and the ports of discovery "
     "30100-30104 must be open; or it announces another address",
@@ -35,7 +35,7 @@ ADVICE = {
     "schema mismatch": "it defines this message in another way: compare the versions of IMC",
     "lost on the way": "the link is too slow for what the vehicle sends, or this program for what it asked for",
     "from ": "a second system uses its id, or it has two addresses and announces only one",
-    "another program uses our id": "give each program its own (SHOAL_CONSOLE), and list all in Consoles",
+    TAKEN: "give each program its own (SHOAL_CONSOLE), and list all in Consoles",
     "this program is too slow": "ask for fewer messages",
     "announced without": "its transport for packets does not run, or listens nowhere",
     "announcement": "a program that does not speak IMC sends to the ports of discovery",
@@ -214,10 +214,8 @@ def _of_here(network: Network, name: str, found: Diagnosis) -> list[Finding]:
         whom = name or "any vehicle"
         findings.append(Finding("", f"{whom} is not heard", "start it; `shoal ls` lists who is there"))
     for link, trouble in found.links.items():
-        if trouble and (not working or not vehicles):
-            refused = "did not let us in" in trouble
-            advice = "name ours in --zenoh-config" if refused else "start a vehicle with --bus zenoh, or see --connect"
-            findings.append(Finding("", f"{link}: {trouble}", advice))
+        if trouble and (not working or not vehicles or network.expects_all):
+            findings.append(Finding("", f"{link}: {trouble}", _advice_for_link(link, trouble)))
     for link in network.links:
         if getattr(link, "deaf", False):
             text = "all ports of discovery are taken by other programs of this computer: no announcement is heard"
@@ -227,6 +225,16 @@ def _of_here(network: Network, name: str, found: Diagnosis) -> list[Finding]:
     for (peer, reason), number in sorted(network.strangers.items()):
         findings.append(Finding(peer, f"{number} packets: {reason}", advice_for(reason)))
     return findings
+
+
+def _advice_for_link(link: str, trouble: str) -> str:
+    if trouble.startswith(TAKEN):
+        return advice_for(trouble)
+    if "did not let us in" in trouble:
+        return "name ours in --zenoh-config"
+    if link.startswith("zenoh"):
+        return "start a vehicle with --bus zenoh, or see --connect"
+    return "see that a vehicle serves it there, and --connect"
 
 
 def advice_for(reason: str) -> str:

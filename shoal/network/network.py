@@ -40,15 +40,22 @@ class NoAnswer(NetworkError):
 class Network:
     """Hears all links; `systems` by name. An asynchronous context manager.
 
-    Systems with one name and several ids are two vehicles: neither is commanded, see `System.others`.
+    Systems with one name and several ids are two vehicles: neither is commanded, see `System.others`. `expects_all`:
+    that a link does not work is worth to be told also if others do.
     """
 
     def __init__(
-        self, links: Sequence[Link], console: Console | None = None, messages: imc.Schema | None = None
+        self,
+        links: Sequence[Link],
+        console: Console | None = None,
+        messages: imc.Schema | None = None,
+        *,
+        expects_all: bool = False,
     ) -> None:
         number = random.SystemRandom().choice(range(OPERATORS.start + 0x1000, OPERATORS.stop - 1))
         self.console = console or Console(number, f"0x{number:04X}")
         self.links = tuple(links)
+        self.expects_all = expects_all
         self.messages = messages or imc.builtin()
         self.systems = Systems()
         self.strangers: dict[tuple[str, str], int] = {}
@@ -312,8 +319,16 @@ class Network:
 
     def nobody(self) -> str:
         """The sentence for a network without vehicles."""
+        return f"no vehicle is on the network{self._troubles()}"
+
+    def _troubles(self) -> str:
         troubles = "; ".join(link.trouble for link in self.links if link.trouble)
-        return f"no vehicle is on the network{f' ({troubles})' if troubles else ''}"
+        return f" ({troubles})" if troubles else ""
+
+    @property
+    def unreached(self) -> list[str]:
+        """What is wrong with networks where the user wants to look."""
+        return [link.trouble for link in self.links if link.trouble] if self.expects_all else []
 
     def _why_not(self, name: str) -> str:
         system = self.systems.get(name)
@@ -323,9 +338,8 @@ class Network:
             return f"{name} is there, but says nothing"
         there = [system.name for system in self.vehicles()]
         if there:
-            return (
-                f"no vehicle {printable(name)!r} on the network; {suggestion(name, there) or '`shoal ls` lists them'}"
-            )
+            hint = suggestion(name, there) or "`shoal ls` lists them"
+            return f"no vehicle {printable(name)!r} on the network; {hint}{self._troubles() if self.unreached else ''}"
         return self.nobody()
 
 

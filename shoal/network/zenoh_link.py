@@ -46,14 +46,17 @@ class _Sample(NamedTuple):
 class ZenohLink:
     """The systems that publish below imc/ on a zenoh bus.
 
-    `connect` are the endpoints to connect to; `config_file` is zenoh's own configuration, for TLS and passwords.
+    `connect` are the endpoints of which the first that answers is joined; `config_file` is zenoh's own configuration,
+    for TLS and passwords.
     Each packet is taken once, however many ways lead here; the numbers in packets of Shoal show which were lost.
     """
 
-    name = "zenoh"
     brings_all = True
 
-    def __init__(self, connect: Collection[str] = (LOCAL,), config_file: Path | None = None) -> None:
+    def __init__(
+        self, connect: Collection[str] = (LOCAL,), config_file: Path | None = None, name: str = "zenoh"
+    ) -> None:
+        self.name = name
         self._connect = tuple(connect)
         self.trouble = f"{', '.join(self._connect)} has not answered yet"
         self.is_far = not all("/127." in endpoint or "/localhost:" in endpoint for endpoint in connect)

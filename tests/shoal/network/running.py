@@ -48,6 +48,7 @@ class Running:
         for name in ("Announce", "Discovery"):
             words += ["--set", f"Transports.{name}:Ports={','.join(map(str, ports))}"]
         off = ("Transports.MAVLink", "Simulators.MUGDetectionCamera", "Plan.Autostart")
+        off += ("Monitors.HostResources",)  # this computer is busy with tests
         quiet = [word for section in off for word in ("--set", f"{section}:Enabled=Never")]
         quiet += ["--clock", "4x"]  # it boots sooner
         command = [sys.executable, "-m", "shoal.cli", "run", profile, "-p", "Simulation", *words, *quiet, *options]

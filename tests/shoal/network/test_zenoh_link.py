@@ -1,9 +1,11 @@
-"""The end of a link to zenoh."""
+"""Links to zenoh: where they lead, and their end."""
 
 import asyncio
 import json
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ import zenoh
 
 import imc
 from runtime.zenoh import Part, ZenohConfig, ZenohTransport
-from shoal.network import Diagnosis, Network, ZenohLink, diagnose
+from shoal.network import Diagnosis, Network, NetworkError, ZenohLink, diagnose, make_network
 from tests.outside import PATIENCE
 from tests.runtime.zenoh.processes import local_port
 from tests.runtime.zenoh.test_security import certificates
@@ -97,3 +99,65 @@ def test_the_doctor_names_the_list_of_commanders_of_a_vehicle_that_is_heard_over
     vehicle.close()
     (finding,) = [each for each in findings if "does not answer" in each.text]
     assert "is not in its Commanders, see [Zenoh]" in finding.advice
+
+
+@contextmanager
+def speaking(name: str, number: int) -> Iterator[str]:
+    """A system that says something all the time, on a network of its own; its endpoint."""
+    endpoint = f"tcp/127.0.0.1:{local_port()}"
+    listen = {"mode": "peer", "listen": {"endpoints": [endpoint]}, "scouting": {"multicast": {"enabled": False}}}
+    with zenoh.open(zenoh.Config.from_json5(json.dumps(listen))) as session:
+        has_ended = threading.Event()
+
+        def speak() -> None:
+            while not has_ended.wait(0.02):
+                packet = imc.encode_as(imc.Heartbeat(), time.time(), number, 0, 0xFFFF, 0xFF)
+                session.put(f"imc/{name}/Heartbeat/Daemon", packet)
+
+        thread = threading.Thread(target=speak)
+        thread.start()
+        try:
+            yield endpoint
+        finally:
+            has_ended.set()
+            thread.join()
+
+
+async def names(network: Network, count: int) -> set[str]:
+    with suppress(TimeoutError):
+        async with asyncio.timeout(PATIENCE):
+            while len(network.vehicles()) < count:
+                await network.news(0.1)
+    return {system.name for system in network.vehicles()}
+
+
+def test_each_of_several_endpoints_is_joined_and_one_that_does_not_answer_is_named() -> None:
+    missing = f"tcp/127.0.0.1:{local_port()}"
+
+    async def look(*endpoints: str) -> None:
+        async with make_network([",".join(endpoints)]) as network:
+            network.want(None, (imc.Heartbeat,))
+            assert await names(network, 2) == {"first", "second"}
+            assert network.unreached == [f"nobody listens at {missing}"]
+            with pytest.raises(NetworkError, match=f"no vehicle 'third' on the network; .*nobody listens at {missing}"):
+                await network.find("third", 0.1)
+
+    with speaking("first", 0x0B01) as first, speaking("second", 0x0B02) as second:
+        asyncio.run(look(first, missing, second))
+
+
+def test_a_configuration_file_says_where_to_connect(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("SHOAL_CONNECT", raising=False)
+    path = tmp_path / "ground.json5"
+
+    async def look() -> None:
+        async with make_network(zenoh_config=path) as network:
+            network.want(None, (imc.Heartbeat,))
+            assert "first" in await names(network, 1)
+
+    with speaking("first", 0x0B01) as first:
+        path.write_text(f'{{mode: "client", connect: {{endpoints: ["{first}"]}}}}')
+        asyncio.run(look())
+    path.write_text("{mode: 3}")
+    with pytest.raises(ValueError, match=r"ground\.json5"):
+        make_network(zenoh_config=path)
