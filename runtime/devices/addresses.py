@@ -135,9 +135,9 @@ class SerialConnection:
 
 
 class TcpServer:
-    """A TCP server to connect to, such as a converter of serial ports."""
+    """A TCP server to connect to, such as a converter of serial ports, which passes on lines that have begun before."""
 
-    midway = False
+    midway = True
     datagrams = False
     speed = 1e6
     most = SOCKET_CAP

@@ -114,7 +114,7 @@ class Device:
         """What to say if nothing that is understood has come for this time."""
         if not self._unheeded:
             return f"{self.name}: no data for {seconds:g} s"
-        hint = "; is the baud rate right?" if self._address.midway else ""
+        hint = "; is the baud rate right?" if self._address.midway and not self._address.host else ""
         return f"{self.name}: nothing valid for {seconds:g} s, in {self._unheeded} bytes{hint}"
 
     def write(self, data: bytes) -> bool:
