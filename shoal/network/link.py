@@ -51,8 +51,8 @@ class Ear(Protocol):
         """A system, or another process of it (`part`), is there, at a place; `number` is its id, if that is known."""
         ...
 
-    def vanished(self, link: "Link", system: str, part: str) -> None:
-        """A part of a system has ended, or the way to it."""
+    def vanished(self, link: "Link", system: str, part: str, *, is_told: bool) -> None:
+        """A part of a system is not there any more; `is_told`: something said so, it has not only fallen silent."""
         ...
 
     def dropped(self, link: "Link", peer: str, reason: str, number: int = 1) -> None:

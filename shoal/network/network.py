@@ -22,6 +22,7 @@ REPEAT = 0.4  # s between copies of a request that is not answered
 GRACE = 1.0  # s in which a system that vanished may come back by another way
 PATIENCE = 3.0  # s for an answer
 COMPANY = 0.15  # s in which a second vehicle of the same name answers our first Announce, too
+TOLD = 2.5  # s since its last packet, after which a system that vanishes has fallen silent before; Heartbeat has 1 Hz
 LONGEST = 8.0  # s for a system to say its id
 LATE = 6.0  # s more for the first answer: DUNE sends nothing for 5 s
 LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
@@ -115,13 +116,15 @@ class Network:
         if number is not None:
             self.systems.identify(found, number, place)
         found.links[link.name] = link
+        found.has_ended = False
         found.parts[link.name, part] = place or found.parts.get((link.name, part), "")
         self.systems.changed.set()
 
-    def vanished(self, link: Link, system: str, part: str) -> None:
+    def vanished(self, link: Link, system: str, part: str, *, is_told: bool) -> None:
         found = self.systems.get(system)
         if found is None:
             return
+        found.has_ended = is_told and found.age < TOLD  # zenoh tells of the end of one that it has not heard, too
         found.parts.pop((link.name, part), None)
         if not any(name == link.name for name, _ in found.parts):
             found.links.pop(link.name, None)
@@ -244,9 +247,9 @@ class Network:
     def check(self, system: System) -> None:
         """Raise VehicleLost if a system is not there any more."""
         if not system.is_there:
-            last = f"last heard {system.age:.0f} s ago" if system.last else "it has ended"
+            how = "gone; it has ended" if system.has_ended else f"not heard any more, since {system.age:.0f} s"
             troubles = "; ".join(link.trouble for link in self.links if link.trouble and link.name in system.heard)
-            raise VehicleLost(f"{system.name} is gone; {last}{f' ({troubles})' if troubles else ''}")
+            raise VehicleLost(f"{system.name} is {how}{f' ({troubles})' if troubles else ''}")
 
     def number(self) -> int:
         """The number of the next request."""

@@ -27,7 +27,7 @@ class System:
 
     parts: where its processes are, by link and process. heard: packets by link. missed: what did not arrive, or could
     not be read, by reason. others: further ids that use its name. rivals: further systems that use its id. clock: its
-    time stamps less our time (s), the smallest difference of the last packets.
+    time stamps less our time (s), the smallest difference of the last packets. has_ended: whether its end was told.
     """
 
     name: str
@@ -41,13 +41,14 @@ class System:
     rivals: "list[System]" = field(default_factory=list["System"])
     labels: dict[int, str] = field(default_factory=dict[int, str])
     clock: float = float("nan")
-    began: float = field(default_factory=time.monotonic)
+    heard_at: float = field(default_factory=time.monotonic)
+    has_ended: bool = False
     latest: dict[tuple[str, int], imc.Message] = field(default_factory=dict[tuple[str, int], imc.Message])
 
     @property
     def age(self) -> float:
-        """Time since its last packet (s)."""
-        return time.monotonic() - max(self.last.values(), default=self.began)
+        """Time since its last packet, or before the first since it appeared (s)."""
+        return time.monotonic() - self.heard_at
 
     @property
     def is_there(self) -> bool:
@@ -120,7 +121,7 @@ class System:
         `is_heard` is whether the packets of this link count, as `takes` says.
         """
         if is_heard:
-            self.last[link.name] = time.monotonic()
+            self.last[link.name] = self.heard_at = time.monotonic()
         self.links.setdefault(link.name, link)
         self.note_clock(message.timestamp)
         if entity and message.src_ent <= MOST_LABELS:

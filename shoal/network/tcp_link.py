@@ -19,6 +19,7 @@ RETRY = 1.0  # s
 BEAT = 1.0  # s
 SILENCE = 5.0  # s after which a system, whose Heartbeat comes at 1 Hz, is gone
 NAMELESS = 0.6  # s until a system that does not announce itself is called by its id
+CLOSED = "has closed the connection"
 MOST_SYSTEMS = 64  # of one connection
 MOST_WAITING = 1 << 20  # bytes that the other side leaves unread
 
@@ -95,13 +96,14 @@ class TCPLink:
                 tried.set()
                 line.began = time.monotonic()
                 beating = asyncio.create_task(self._beat(line))
+                trouble = ""
                 try:
                     trouble = await self._read(line, reader)
                 finally:
                     beating.cancel()
                     line.writer.close()
                     line.writer = None
-                    self._lose(line)
+                    self._lose(line, is_told=trouble == CLOSED)
                 self._tell(line, f"{line.place} {trouble}")
             await asyncio.sleep(RETRY)
 
@@ -131,7 +133,7 @@ class TCPLink:
                 self._take(line, packet)
             if parser.lost > before:
                 self._ear.dropped(self, str(line.place), f"between packets: {parser.losses[-1].reason}")
-        return "has closed the connection"
+        return CLOSED
 
     def _take(self, line: _Line, packet: bytes) -> None:
         source = imc.header(packet).src
@@ -150,11 +152,11 @@ class TCPLink:
         if not name or name == known or (known is None and len(line.names) >= MOST_SYSTEMS):
             return
         if known is not None:
-            self._ear.vanished(self, known, f"{line.place} {source}")
+            self._ear.vanished(self, known, f"{line.place} {source}", is_told=True)
         line.names[source] = name
         self._ear.appeared(self, name, f"{line.place} {source}", f"at {line.place}", source)
 
-    def _lose(self, line: _Line) -> None:
+    def _lose(self, line: _Line, *, is_told: bool) -> None:
         names, line.names = line.names, {}
         for source, name in names.items():
-            self._ear.vanished(self, name, f"{line.place} {source}")
+            self._ear.vanished(self, name, f"{line.place} {source}", is_told=is_told)

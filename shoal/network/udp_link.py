@@ -144,10 +144,10 @@ class UDPLink:
                 next_announce = now + next(wait, PERIOD)
             for peer in self._everybody():
                 if peer.heard and now - peer.heard > SILENCE:
-                    self._lose(peer)
+                    self._lose(peer, is_told=False)
                     self._missed[peer.id] = peer
                 elif now - peer.announced > UNSEEN:
-                    self._lose(peer)
+                    self._lose(peer, is_told=False)
                 elif peer.heard:
                     self._send(self._packet(imc.Heartbeat(), peer.id), peer.endpoint)
                 else:
@@ -213,15 +213,15 @@ class UDPLink:
             self._missed = {id: peer for id, peer in self._missed.items() if peer.endpoint != place}
             for peer in self._everybody():
                 if place == peer.endpoint:
-                    self._lose(peer)
+                    self._lose(peer, is_told=True)
 
     def _everybody(self) -> list[_Peer]:
         return [*self._peers.values(), *self._twins.values()]
 
-    def _lose(self, peer: _Peer) -> None:
+    def _lose(self, peer: _Peer, *, is_told: bool) -> None:
         if self._twins.pop(peer.uid, None) is None:
             self._peers.pop(peer.id, None)
-        self._ear.vanished(self, peer.name, peer.uid)
+        self._ear.vanished(self, peer.name, peer.uid, is_told=is_told)
 
     def _read_announcements(self) -> None:
         assert self._discovery is not None
@@ -260,7 +260,7 @@ class UDPLink:
                 self._ear.appeared(self, name, uid, f"at {places[0]}", announce.src)
             return
         if known is not None and (known.uid, known.name) != (uid, name):
-            self._lose(known)
+            self._lose(known, is_told=True)
             known = None
         if known is None:
             if len(self._peers) >= MOST_PEERS:

@@ -295,7 +295,7 @@ class ZenohLink:
 
     def _lose(self, expression: str, system: str, part: str) -> None:
         if expression not in self._present and self._session is not None:
-            self._ear.vanished(self, system, part)
+            self._ear.vanished(self, system, part, is_told=True)
 
     def _arrive(self, sample: _Sample) -> None:
         chunks = sample.key.split("/")

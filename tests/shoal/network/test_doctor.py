@@ -234,8 +234,34 @@ def test_a_system_that_ends_is_gone_within_a_second():
             while network.vehicles():
                 await asyncio.sleep(0.02)
                 assert time.monotonic() - began < 1.0 * slowness()
+            with pytest.raises(VehicleLost, match="station is gone; it has ended"):
+                network.check(network.systems["station"])
             with pytest.raises(NetworkError, match="no vehicle is on the network"):
                 await network.find("station", 0.1)
+
+    asyncio.run(act())
+
+
+def test_a_system_that_falls_silent_is_not_said_to_have_ended(monkeypatch):
+    """Its process may have been stopped, or the way to it been cut."""
+    monkeypatch.setattr("shoal.network.udp_link.SILENCE", 0.5)
+
+    async def act() -> None:
+        ports = discovery_ports()
+        station = Station(ports)
+        task = asyncio.create_task(station.live(announces=True, beats=True))
+        async with Network([UDPLink(ports=ports)]) as network:
+            system = await network.find("station")
+            await asyncio.sleep(0.5)
+            task.cancel()
+            silent = time.monotonic()
+            async with asyncio.timeout(20.0):
+                while system.is_there:
+                    await asyncio.sleep(0.02)
+            with pytest.raises(VehicleLost, match=r"station is not heard any more, since \d+ s"):
+                network.check(system)
+            assert system.age == pytest.approx(time.monotonic() - silent, abs=0.3 * slowness())
+        station.close()
 
     asyncio.run(act())
 
