@@ -116,6 +116,20 @@ class Parameter:
                 return word.strip()[match.end() :]
         return ""
 
+    def parse_alone(self, text: str) -> Any:
+        """The checked value of a text that was sent while the vehicle runs. Raises ValueError with the reason.
+
+        A profile of DUNE may have "12 cm" for 12; whoever sends that, or nothing, means something else. Only a whole
+        number may be sent with decimals, as consoles do: "3.0".
+        """
+        value = self.parse(text)
+        is_number = self.type in (int, float)
+        if is_number and not self.is_list and not text.strip():
+            raise ValueError(f"'' is not a number{self._limits()}")
+        if (rest := self.surplus(text).strip()) and (self.type is not int or rest.strip("0") != "."):
+            raise ValueError(f"{text.strip()!r} is not a number: {rest!r} is too much{self._limits()}")
+        return value
+
     def doubts(self, text: str) -> list[str]:
         """Why items of `text` have no effect."""
         found: list[str] = []

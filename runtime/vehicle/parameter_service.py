@@ -144,7 +144,7 @@ class ParameterService(Task):
         if not parameter.editable:
             return "cannot be changed while the vehicle runs"
         try:
-            parameter.parse(entry.value)
+            parameter.parse_alone(entry.value)
             statement(parameter.name, entry.value)
         except ValueError as error:
             return str(error)

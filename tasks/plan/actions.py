@@ -139,7 +139,7 @@ def _refusal(label: str, entry: imc.EntityParameter, task: Task | None, vehicle:
     if not parameter.editable:
         return f"{label}: {entry.name} cannot be changed while the vehicle runs"
     try:
-        parameter.parse(entry.value)
+        parameter.parse_alone(entry.value)
     except ValueError as error:
         return f"{label}: {entry.name}: {error}"
     return ""

@@ -119,6 +119,27 @@ def test_a_rate_that_no_clock_can_keep_is_refused(rate, words):
         simulate(Valve, rate=float(rate))
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "reason"),
+    [
+        ("Flow", "12 cm", "'12 cm' is not a number: 'cm' is too much"),
+        ("Flow", "2,5", "'2,5' is not a number: ',5' is too much"),
+        ("Flow", "3abc", "'3abc' is not a number: 'abc' is too much"),
+        ("Flow", "", "'' is not a number"),
+        ("Turns", "3.5", "'3.5' is not a number: '.5' is too much"),
+        ("Levels", "1, 2 m", "'1, 2 m' is not a number: 'm' is too much"),
+    ],
+)
+def test_a_number_that_is_sent_stands_alone(name, text, reason):
+    run = simulate(Valve, [setting(1.0, **{name: text})], seconds=2.0)
+    assert (run.task.flow, run.task.turns, run.task.levels) == (1.0, 2, [1.0, 2.0])
+    assert any(f"{name} = {text!r} from 0x4001: {reason}" in line for line in run.log), run.log
+
+
+def test_a_whole_number_may_be_sent_with_decimals():
+    assert simulate(Valve, [setting(1.0, Turns="3.0", Flow=" 2.5 ")], seconds=2.0).task.turns == 3
+
+
 def test_popping_activates_and_deactivates():
     feed = [
         imc.PushEntityParameters(name="Valve", timestamp=1.0),
