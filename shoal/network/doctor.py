@@ -27,7 +27,7 @@ UNLISTED = "the name of our certificate or user is not in its Commanders, see [Z
 TAKEN = "another program"
 ADVICE = {
     "not announced": "its Announce does not get here: multicast 224.0.75.69, broadcast and the ports of discovery "
-    "30100-30104 must be open; or it announces another address",
+    "30100-30104 must be open; or it announces another address; or only every 10 s, and --for 11s hears it",
     "wrong CRC": "something on the way changes packets, or another protocol speaks to this port",
     "truncated": "a packet was cut on the way: datagrams above the MTU need a path that carries fragments",
     "synchronization": "this is not IMC: another program speaks to this port",
@@ -211,8 +211,8 @@ def _of_here(network: Network, name: str, found: Diagnosis) -> list[Finding]:
     working = [link for link, trouble in found.links.items() if not trouble]
     vehicles = [contact for contact in found.contacts if contact.is_vehicle]
     if not vehicles:
-        whom = name or "any vehicle"
-        findings.append(Finding("", f"{whom} is not heard", "start it; `shoal ls` lists who is there"))
+        whom = f"{name} is not" if name else "no vehicle is"
+        findings.append(Finding("", f"{whom} heard", "start it; `shoal ls` lists who is there"))
     for link, trouble in found.links.items():
         if trouble and (not working or not vehicles or network.expects_all):
             findings.append(Finding("", f"{link}: {trouble}", _advice_for_link(link, trouble)))

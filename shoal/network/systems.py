@@ -108,8 +108,8 @@ class System:
         return max([*fresh, link], key=lambda each: each.brings_all).name == link.name
 
     def count(self, link: Link, message: imc.Message) -> None:
-        """Count a packet, and what cannot be read of it."""
-        self.heard[link.name] += 1
+        """Count a packet, and what cannot be read of it. Announce goes to everybody: it is no sign of a contact."""
+        self.heard[link.name] += not isinstance(message, imc.Announce)
         if isinstance(message, imc.Unknown):
             self.missed[f"unknown message id {message.id}"] += 1
         elif message.surplus:

@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import imc
+from imc.addresses import OPERATORS
 from imc.discovery import (
     BROADCAST,
     LOOPBACK,
@@ -295,6 +296,8 @@ class UDPLink:
                 name = f"0x{source:04X}"
                 peer = self._peers[source] = _Peer(source, name, name, sender, now + 1e9)
                 self._ear.appeared(self, name, name, f"at {sender}", source)
+            if peer is None and source in OPERATORS:
+                continue  # another console, which greets everybody; its Announce comes every 10 s
             if peer is None:
                 self._ear.dropped(self, f"0x{source:04X} at {sender.address}", "not announced")
             elif peer.endpoint.address != sender.address:

@@ -67,8 +67,24 @@ def test_a_vehicle_that_writes_its_log_book_all_the_time_is_not_listened_to_for_
 
 
 def test_a_system_that_only_announces_itself():
-    (text,) = texts(examine(beats=False, also=lambda s: ()))
-    assert "vehicle to here is silent" in text or "does not answer" in text
+    found = examine(beats=False)
+    assert texts(found) == ["station: announces itself, but sends nothing to us: vehicle to here is silent"]
+    assert found.contacts[0].rates == {"udp": 0.0}
+
+
+def test_another_console_that_greets_us_before_its_announce_is_nothing_wrong():
+    def greeting(station):
+        return [imc.encode_as(imc.Heartbeat(), time.time(), 0x4001, 0, 0xFFFF, 0xFF)]
+
+    assert texts(examine(announces=False, beats=False, also=greeting)) == [": no vehicle is heard"]
+
+
+def test_what_the_entities_of_a_vehicle_report_is_told():
+    def states(station):
+        fault = imc.EntityState(state=imc.EntityState.State.FAULT, description="id 0x0B01 is also used by evil")
+        return [station.packet(imc.EntityInfo(label="Service Discovery")), station.packet(fault)]
+
+    assert texts(examine(also=states))[1:] == ["station: Service Discovery is not well: id 0x0B01 is also used by evil"]
 
 
 def test_a_system_that_does_not_announce_itself():
@@ -201,8 +217,11 @@ def test_two_programs_with_one_id_are_told_of():
                     "another program at 127.0.0.1 uses the id 0x4101: "
                     "give each program its own (SHOAL_CONSOLE), and list all in Consoles"
                 )
-                found = texts(await diagnose(network, seconds=0.1, patience=0.1))
-                assert any(text.endswith("another program uses our id 0x4101") for text in found), found
+                network.expects_all = True
+                found = (await diagnose(network, seconds=0.1, patience=0.1)).findings
+                taken = [finding for finding in found if "another program" in finding.text]
+                assert [finding.text.partition("another program ")[2][:4] for finding in taken] == ["at 1", "uses"]
+                assert {finding.advice[:32] for finding in taken} == {"give each program its own (SHOAL"}
             while system.is_there:
                 await asyncio.sleep(0.02)
             with pytest.raises(VehicleLost, match=r"station is gone; .* \(another program at .* uses the id 0x4101: "):
