@@ -9,6 +9,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Mission", "NetworkError", "Report", "connect", "fly"]
 
+PACKAGES = ("missions", "network")
 NETWORK = ("NetworkError", "connect")
 
 
@@ -16,4 +17,6 @@ def __getattr__(name: str) -> Any:
     """Import missions and networks at first use, so that `shoal --help` starts fast."""
     if name in __all__:
         return getattr(import_module("shoal.network" if name in NETWORK else "shoal.missions"), name)
+    if name in PACKAGES:
+        return import_module(f"shoal.{name}")
     raise AttributeError(f"module 'shoal' has no attribute {name!r}")

@@ -52,6 +52,17 @@ def test_links_and_pictures_exist(document):
             assert (document.parent / target).exists(), target
 
 
+def test_what_documents_say_of_shoal_is_found_by_import_shoal():
+    """Also in a sentence, or a program that is not run."""
+    told = {
+        name for document in DOCUMENTS for name in re.findall(r"\bshoal(?:\.[A-Za-z_]+)+(?=\()", document.read_text())
+    }
+    assert "shoal.missions.load_plan" in told
+    code = "\n".join(["import shoal", *sorted(told)])
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+
+
 def test_promises_name_tests_that_exist():
     rows = re.findall(r"^\| (?!promise|-)(.+?) \| (.+) \|$", (ROOT / "docs/promises.md").read_text(), re.MULTILINE)
     assert len(rows) > 90
