@@ -4,7 +4,7 @@ import asyncio
 import re
 import time
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -54,7 +54,8 @@ class Logs:
     async def fetch(self, log: RemoteLog, folder: Path, progress: Callable[[int], object] = lambda _: None) -> Path:
         """Copy a log into a folder, below the name of the vehicle; returns where it is.
 
-        What is there already is not transferred again, also a part of a file. `progress` gets the number of bytes of
+        What is there already is not transferred again, also a part of a file, if its first and its last 64 KiB are as
+        they are there; else it is transferred from the beginning. `progress` gets the number of bytes of
         each step, in another thread. Raises NetworkError, and OSError for the folder.
         """
         place = await self._place()
@@ -118,6 +119,29 @@ def names_in(session: "FTP", folder: str, kind: str) -> dict[str, int]:
     return dict(sorted(found.items()))
 
 
+def _agrees(session: "FTP", source: str, part: Path, size: int) -> bool:
+    """Whether a file is the beginning of one of the server, as far as its first and last piece tell."""
+    if not size:
+        return True
+    with part.open("rb") as ours:
+        for start in {0, max(0, size - BLOCK)}:
+            ours.seek(start)
+            piece = ours.read(BLOCK)
+            if piece != _piece(session, source, start, len(piece)):
+                return False
+    return True
+
+
+def _piece(session: "FTP", source: str, start: int, size: int) -> bytes:
+    import ftplib
+
+    with session.transfercmd(f"RETR {source}", start or None) as line, line.makefile("rb") as data:
+        found = data.read(size)
+    with suppress(ftplib.error_temp):  # 426: we did not wait for the rest
+        session.voidresp()
+    return found
+
+
 def _fetch(place: Endpoint, log: RemoteLog, target: Path, progress: Callable[[int], object]) -> None:
     target.mkdir(parents=True, exist_ok=True)
     with _session(place) as session:
@@ -128,8 +152,9 @@ def _fetch(place: Endpoint, log: RemoteLog, target: Path, progress: Callable[[in
                     progress(size)
                     continue
                 final.rename(part)  # a log that was being written: what is there is its beginning
+            source = f"/{log.name}/{name}"
             done = part.stat().st_size if part.exists() else 0
-            if done > size:
+            if done > size or not _agrees(session, source, part, done):
                 part.unlink()
                 done = 0
             progress(done)
@@ -142,5 +167,5 @@ def _fetch(place: Endpoint, log: RemoteLog, target: Path, progress: Callable[[in
                             rest = rest[out.write(rest) :]
                     progress(len(block))
 
-                session.retrbinary(f"RETR /{log.name}/{name}", write, BLOCK, rest=done or None)
+                session.retrbinary(f"RETR {source}", write, BLOCK, rest=done or None)
             part.rename(final)

@@ -173,9 +173,14 @@ def test_logs_are_copied_and_the_rest_of_a_broken_copy_too(vehicle: RemoteVehicl
     assert len(whole) >= logs[0].files["Data.lsf.gz"] > 0
     assert imc.Log(data).counts()["LoggingControl"] >= 1
     data.unlink()
-    (copy / "Data.lsf.gz.part").write_bytes(whole[: len(whole) // 2])
-    vehicle.log.fetch(logs[0], tmp_path)
-    assert data.read_bytes()[: len(whole)] == whole
+    half, steps = whole[: len(whole) // 2], []
+    for part, resumes in ((half, True), (b"damaged" + half[7:], False), (half[:-7] + b"damaged", False)):
+        data.unlink(missing_ok=True)
+        (copy / "Data.lsf.gz.part").write_bytes(part)
+        steps.clear()
+        vehicle.log.fetch(logs[0], tmp_path, steps.append)
+        assert (len(half) in steps) is resumes
+        assert data.read_bytes()[: len(whole)] == whole
 
 
 def test_a_log_that_does_not_fit_on_our_disk_is_no_fault_of_the_server(
