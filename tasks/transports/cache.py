@@ -9,6 +9,7 @@ from imc.addresses import OPERATORS
 from imc.layout import FOOTER_SIZE, HEADER_SIZE
 from runtime import Task, consume, param, periodic
 from runtime.bus import Subscription
+from runtime.problem import naming, of_file
 from tasks.transports.imc_links.message_list import message_named
 
 Op = imc.CacheControl.Op
@@ -113,7 +114,7 @@ class Cache(Task):
     def _written(self, error: OSError | None) -> None:
         self._writing = False
         if error is not None:
-            self.log.error(f"the cache cannot be written: {error.filename}: {error.strerror}")
+            self.log.error(f"the cache cannot be written: {of_file(error)}")
 
 
 def write(folder: Path, files: Mapping[str, bytes | None]) -> OSError | None:
@@ -126,7 +127,8 @@ def write(folder: Path, files: Mapping[str, bytes | None]) -> OSError | None:
                 path.unlink(missing_ok=True)
             else:
                 part = path.with_suffix(".part")
-                part.write_bytes(data)
+                with naming(part):
+                    part.write_bytes(data)
                 os.replace(part, path)
     except OSError as error:
         return error

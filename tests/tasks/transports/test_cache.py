@@ -103,6 +103,15 @@ def test_a_full_or_forbidden_disk_is_told(tmp_path):
     assert any("the cache cannot be written" in line for line in log)
 
 
+def test_a_full_disk_is_told_with_the_file_that_did_not_fit(tmp_path):
+    folder = tmp_path / "lauv" / "Cache"
+    folder.mkdir(parents=True)
+    (folder / "OperationalLimits.part").symlink_to("/dev/full")
+    _, log = live(tmp_path, LIMITS, seconds=1.3)
+    expected = f"the cache cannot be written: {folder}/OperationalLimits.part: No space left on device"
+    assert expected in log
+
+
 def test_a_virtual_run_keeps_nothing_for_the_next():
     kind = imc.CacheControl
     feed = [
