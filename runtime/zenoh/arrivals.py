@@ -4,6 +4,7 @@ import contextlib
 import queue
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,7 @@ MOST_PUBLISHERS = 65536
 AT_ONCE = 256  # packets taken at a time, then as long a pause: the other threads of this process come to their turn
 LONGEST_PAUSE = 0.005  # s; a process that was halted goes on at once
 SETTLING = 0.05  # s in which a present state arrives by itself, in order; what is missing then is taken from the past
+AGAIN = 0.5  # s; copies of one packet come within milliseconds
 ENDING = 0.5  # s
 
 
@@ -51,6 +53,7 @@ class Arrivals:
         self._receive = receive
         self._gate = gate
         self._last: dict[tuple[zenoh.ZenohId, int], _Last] = {}
+        self._latest: deque[tuple[float, bytes]] = deque(maxlen=64)
         self._lock = threading.Lock()
         self._closed = threading.Event()
         self._states: queue.Queue[zenoh.Sample | None] = queue.Queue(RING)
@@ -123,7 +126,18 @@ class Arrivals:
             if why := self._gate.objection(place, packet, name):
                 self.strange.count(f"last at {place}: {why}")
                 return
+        if "*" in str(sample.key_expr) and not self._is_new(packet):
+            return  # a key with wildcards reaches several subscribers
         self._receive(packet)
+
+    def _is_new(self, packet: bytes) -> bool:
+        """Whether a packet has not just come; the same one may be sent again later."""
+        now = time.monotonic()
+        with self._lock:
+            if any(other == packet and now - at < AGAIN for at, other in self._latest):
+                return False
+            self._latest.append((now, packet))
+        return True
 
     def _meet(self, publisher: "tuple[zenoh.ZenohId, int]", number: int) -> "_Last":
         if len(self._last) >= MOST_PUBLISHERS:

@@ -146,6 +146,27 @@ def test_garbage_is_counted_and_costs_nothing_else(network: Network) -> None:
     assert sum("too large for a packet" in line for line in bus.errors) == 1
 
 
+def test_a_packet_under_a_key_with_wildcards_arrives_once_each_time_it_is_sent() -> None:
+    zenoh = pytest.importorskip("zenoh")
+    config = ZenohConfig(local_port=local_port(), scouting="none")
+    transport = ZenohTransport(config, lambda system: f"system-{system}", lambda *_: "Tank")
+    packet = imc.encode(imc.Abort(src=0x4001, timestamp=1.0))
+    received: queue.Queue[bytes] = queue.Queue()
+    transport.open(received.put)
+    client = zenoh.Config.from_json5(
+        f'{{mode: "client", connect: {{endpoints: ["tcp/127.0.0.1:{config.local_port}"]}}}}'
+    )
+    try:
+        with zenoh.open(client) as session:
+            for _ in range(2):
+                session.put("imc/**", packet)
+                assert received.get(timeout=PATIENCE) == packet
+                time.sleep(0.6)
+            assert received.empty()
+    finally:
+        transport.close()
+
+
 def test_a_port_held_by_something_else_keeps_nobody_apart_and_is_taken_over(network: Network) -> None:
     with socket.socket() as other:
         other.bind(("127.0.0.1", network.local_port))
