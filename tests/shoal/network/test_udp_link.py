@@ -17,7 +17,7 @@ class Ear:
     def appeared(self, link, system, part, place, number=None):
         self.there.add(system)
 
-    def vanished(self, link, system, part):
+    def vanished(self, link, system, part, *, is_told):
         self.there.discard(system)
 
     def arrived(self, link, arrival):
