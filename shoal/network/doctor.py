@@ -14,7 +14,7 @@ from shoal.network.systems import System
 
 PROBES = 5
 ENOUGH = 2  # probes without any answer
-PATIENCE = 0.5  # s for the answer to a probe
+PATIENCE = 1.0  # s for the answer to a probe; a busy computer is no bad link
 LAST_WORDS = 0.3  # s for a word in its log book
 WELL = ("in contact", "within range", "new system")
 APART = 2.0  # s between two clocks

@@ -152,9 +152,10 @@ class ZenohLink:
             try:
                 session = await self._join()
             except zenoh.ZError as error:
-                self.trouble = f"zenoh: {explain(error)}"
+                trouble = f"zenoh: {explain(error)}"
                 if "connect" in str(error).lower():
-                    self.trouble = await asyncio.to_thread(_why_not, self._connect)
+                    trouble = await asyncio.to_thread(_why_not, self._connect)
+                self.trouble = trouble
                 opened.set()
                 await asyncio.sleep(RETRY)
                 continue
