@@ -1,7 +1,7 @@
 """A vehicle that runs elsewhere: its messages, plans, parameters; requests to it."""
 
 import asyncio
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Mapping
 from contextlib import suppress
 from typing import TypeVar, overload
 
@@ -87,18 +87,25 @@ class AsyncRemoteVehicle:
         kind, usual = type(message), imc.builtin()
         ours = imc.signature(kind)
         theirs = imc.signature(usual.by_id(kind.ID)) if kind.ID in usual.types_by_id else ""
-        announce = self.system.last_of(imc.Announce)
-        if announce is None and ours != theirs and not self._has_asked:
+        own = self._announced()
+        if own is None and ours != theirs and not self._has_asked:
             self._has_asked = True
-            with suppress(NoAnswer):
-                announce = await self.latest(imc.Announce, timeout=ANNOUNCED)
-        own = None if announce is None else Services.parse(announce.services).messages
+            self.network.want(self.system, (imc.Announce,))
+            with suppress(TimeoutError):
+                async with asyncio.timeout(ANNOUNCED):
+                    while (own := self._announced()) is None:
+                        await asyncio.sleep(ANNOUNCED / 20)
         if own is None or isinstance(message, imc.Unknown) or ours == (theirs := own.get(kind.ID, theirs)):
             return
         what = f"{kind.__name__} (id {kind.ID})"
         if not theirs:
             raise Refused(f"{self.name} has no message {what}: name its file in [General] Messages there")
         raise Refused(f"{self.name} defines {what} in another way: use the same file here and in [General] Messages")
+
+    def _announced(self) -> Mapping[int, str] | None:
+        """The messages of its own that the vehicle announces; the Announce that begins its log does not tell them."""
+        told = (Services.parse(found.services).messages for found in self.system.all_of(imc.Announce))
+        return next((messages for messages in told if messages is not None), None)
 
     async def request(self, message: imc.Message, answer: type[M], *, timeout: float | None = None) -> M:
         """Send a message, again and again, until a message of a type comes to us or to all. Raises NoAnswer.
