@@ -166,6 +166,7 @@ def test_mavsdk_finds_a_shipped_vehicle_well(profile, tmp_path):
 FAR_AWAY = {"submarine": (1.2, -3.0), "boat": (1.2, 0.0), "hexacopter": (5.0, 12.0)}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("profile", "kind", "clock"),
     [("lauv-noptilus-1", "submarine", "10x"), ("otter", "boat", "10x"), ("hexa-00", "hexacopter", "8x")],
