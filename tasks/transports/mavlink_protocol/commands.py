@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 
 from mavlink import Received, text
 from tasks.transports.mavlink_protocol import inquiries, steering
-from tasks.transports.mavlink_protocol.orders import Dialogue, Order, Reply, Result, order_of
+from tasks.transports.mavlink_protocol.orders import REPEATED, Dialogue, Order, Reply, Result, order_of
 from tasks.transports.mavlink_protocol.session import Session
 
 Command = Callable[[Session, Order, float], Reply | None]
@@ -18,12 +18,14 @@ def obey(session: Session, message: Received, now: float, commands: Mapping[int,
     An order that takes time is acknowledged when the vehicle has answered, and before that as in progress if that
     takes long.
     """
-    key = message.system, message.component, message.values["command"]
+    system, command = session.autopilot, message.values["command"]
+    key = message.system, message.component, command
     last = session.dialogues.get(key)
-    if last is not None and last.repeats(message, now):
+    if last is not None and last.repeats(message, system.orders, now):
         acknowledge(session, message, last.reply or Reply(Result.IN_PROGRESS), now)
         return
-    dialogue = Dialogue(message, now, now + session.patience)
+    system.orders += command in steering.COMMANDS
+    dialogue = Dialogue(message, now, now + session.patience, system.orders)
 
     def finish(reply: Reply) -> None:
         if dialogue.reply is None:
@@ -41,6 +43,9 @@ def obey(session: Session, message: Received, now: float, commands: Mapping[int,
 
 def look_after(session: Session, now: float) -> float | None:
     """Tell who waits for an answer that it takes time; returns when the next one has waited long, in s since 1970."""
+    for key, dialogue in list(session.dialogues.items()):
+        if dialogue.reply is not None and now - dialogue.since >= REPEATED:
+            del session.dialogues[key]
     waiting = [d for d in session.dialogues.values() if d.reply is None and d.impatient < math.inf]
     for dialogue in waiting:
         if now >= dialogue.impatient:

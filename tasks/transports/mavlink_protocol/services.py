@@ -34,6 +34,7 @@ def _set_mode(session: Session, message: Received, now: float) -> None:
         if reply.result is not Result.ACCEPTED:
             session.say(text.WARNING, reply.reason, now)
 
+    session.autopilot.orders += 1
     number = message.values["custom_mode"]
     reply = set_mode(session, session.flavour.mode(session.autopilot.kind, number), number, finish, now)
     if reply is not None:

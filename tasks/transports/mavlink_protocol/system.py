@@ -111,6 +111,7 @@ class MavlinkSystem:
         self.undulation = undulation
         self.uid = hashlib.sha256(name.encode(errors="surrogateescape")).digest()
         self.chosen_speed = 0.0
+        self.orders = 0  # that stations have given
         self.mission = Mission(self.helm, self.mission_settings, self._limits, self._limit, reach)
         self.transfer = MissionTransfer(self.mission)
         self.target = Target(self)

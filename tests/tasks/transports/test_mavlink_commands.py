@@ -193,6 +193,32 @@ def test_an_order_that_takes_time_is_acknowledged_when_the_vehicle_has_answered(
     assert len(desk.requests) == 1
 
 
+@pytest.mark.parametrize("between", ["hold", "mode", "nothing"])
+def test_the_same_place_again_after_another_order_is_meant(desk, between):
+    """COMMAND_INT has no count of its repetitions."""
+    desk.locate()
+    desk.autopilot.hear(MANEUVER, "", desk.now)
+    place = dict(target_system=26, command=192, param1=-1.0, x=401000000, y=-86000000, z=-3.0, frame=6)
+    desk.ask("COMMAND_INT", **place)
+    if between == "hold":
+        desk.command(176, *HOLD)
+    elif between == "mode":
+        desk.ask("SET_MODE", target_system=26, base_mode=1, custom_mode=4 << 16 | 3 << 24)
+    desk.now += 1.0
+    desk.ask("COMMAND_INT", **place)
+    went = [request for request in desk.requests if request.plan_id == "goto"]
+    assert len(went) == (1 if between == "nothing" else 2)
+
+
+def test_answers_that_are_no_longer_needed_are_forgotten(desk):
+    desk.locate()
+    for command in (192, 193, 20):
+        desk.ask("COMMAND_LONG", target_system=26, command=command)
+    assert desk.session.dialogues
+    look_after(desk.session, desk.now + 6.0)
+    assert not desk.session.dialogues
+
+
 def test_a_vehicle_that_does_not_answer_is_told_after_some_seconds(desk):
     desk.answers = False
     desk.locate()
