@@ -90,23 +90,28 @@ class Definition:
 
         A short payload is filled with zeros; bytes beyond the definition are ignored.
         """
-        names, size, unpack = tuple(field.name for field in self.fields), self.size, self.layout.unpack
-        if any(field.length for field in self.fields):
-            return lambda payload: dict(self._grouped(unpack(self.fill(payload))))
+        items = ", ".join(f"{field.name!r}: {place}" for field, place in self._places())
+        lines = (
+            "def unpack(payload):",
+            "    items = read(payload if len(payload) == size else payload[:size].ljust(size, zero))",
+            f"    return {{{items}}}",
+        )
+        space: dict[str, Any] = {"read": self.layout.unpack, "size": self.size, "zero": b"\0"}
+        # Compiled, since a dict of named items takes half the time of one that is made from pairs.
+        exec(compile("\n".join(lines), f"<mavlink {self.name}>", "exec"), space)
+        return space["unpack"]
 
-        def numbers(payload: bytes) -> dict[str, Any]:
-            whole = payload if len(payload) == size else payload[:size].ljust(size, b"\0")
-            return dict(zip(names, unpack(whole), strict=True))
-
-        return numbers
-
-    def _grouped(self, items: Sequence[Any]) -> Iterator[tuple[str, Any]]:
+    def _places(self) -> Iterator[tuple[Field, str]]:
+        """Each field, and the Python expression that takes it from `items`."""
         place = 0
-        for item in self.fields:
-            count = item.length if item.length and item.kind != "s" else 1
-            value: Any = items[place : place + count] if count > 1 else items[place]
-            yield item.name, value.partition(b"\0")[0] if item.kind == "s" else value
-            place += count
+        for field in self.fields:
+            if field.kind == "s":
+                yield field, f"items[{place}].partition(zero)[0]"
+            elif field.length > 1:
+                yield field, f"items[{place}:{place + field.length}]"
+            else:
+                yield field, f"items[{place}]"
+            place += field.length if field.kind != "s" and field.length else 1
 
     def fill(self, payload: bytes) -> bytes:
         """`payload`, cut or filled with zeros to the size of the definition."""
