@@ -1,6 +1,7 @@
 """Simulates a fisheye camera that looks down from the vehicle."""
 
 import importlib
+import importlib.util
 import math
 from functools import partial
 from pathlib import Path
@@ -47,7 +48,12 @@ class FisheyeCamera(Task):
         "Pixels per unit of r: 1 for coefficients in px/radⁿ; 0 fits the field of view to the image.",
         minimum=0,
     )
-    interpolation: str = param("nearest", "", "Interpolation between the pixels of a view.", choices=INTERPOLATIONS)
+    interpolation: str = param(
+        "nearest",
+        "",
+        "Interpolation between the pixels of a view; opencv is bilinear, too, and differs by 1 here and there.",
+        choices=INTERPOLATIONS,
+    )
     scene: str = param("Seabed", "", "What is below the vehicle.", choices=SCENES)
     visibility: float = param(
         0.0,
@@ -69,6 +75,8 @@ class FisheyeCamera(Task):
     def configure(self) -> None:
         if 0.0 < self.visibility < LEAST_VISIBILITY:
             raise ParameterError("Visibility", f"must be 0 or at least {LEAST_VISIBILITY} m, not {self.visibility:g} m")
+        if self.interpolation == "opencv" and importlib.util.find_spec("cv2") is None:
+            raise ParameterError("Interpolation", "opencv needs `pip install opencv-python-headless`")
         projection = self._projection()
         self.camera = Camera(
             projection,
@@ -240,8 +248,7 @@ class FisheyeCamera(Task):
         try:
             if self.lens_coefficients:
                 name = "Lens Coefficients" if 0.0 < self.field_of_view <= 360.0 else name
-                k1, k2, k3, k4 = self.lens_coefficients
-                lens = Lens((k1, k2, k3, k4), fov)
+                lens = Lens(tuple(self.lens_coefficients), fov)
             else:
                 lens = preset_lens(self.lens, fov)
             return Projection(lens, self.size, self.focal_length)

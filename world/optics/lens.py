@@ -24,7 +24,7 @@ class Lens:
     ValueError if r does not grow over the whole field of view, or if `fov` lies outside (0, 2π].
     """
 
-    k: tuple[float, float, float, float]
+    k: tuple[float, ...]
     fov: float
 
     def __post_init__(self) -> None:
@@ -34,10 +34,11 @@ class Lens:
             raise ValueError(f"a lens has four finite coefficients, not {list(self.k)}")
         if not any(self.k):
             raise ValueError("all coefficients of the lens are zero")
-        if not self._least_slope() > 0.0:
+        fold = self._fold()
+        if fold is not None:
             raise ValueError(
-                f"the image radius of the lens {list(self.k)} does not grow up to "
-                f"{math.degrees(self.fov / 2):g}° off its axis: one pixel would show two directions"
+                f"the image radius of the lens {list(self.k)} does not grow beyond {math.degrees(fold):.4g}° off its "
+                f"axis: up to {math.degrees(self.edge):g}°, one pixel would show two directions"
             )
 
     @property
@@ -70,11 +71,14 @@ class Lens:
             phi = np.clip(phi - (self.radius(phi) - r) / self.slope(phi), 0.0, self.edge)
         return phi
 
-    def _least_slope(self) -> float:
-        _, k2, k3, k4 = self.k
-        bends = np.roots([12 * k4, 6 * k3, 2 * k2])
-        inside = [float(b.real) for b in bends if abs(b.imag) < 1e-12 and 0.0 < b.real < self.edge]
-        return min(float(self.slope(phi)) for phi in (0.0, self.edge, *inside))
+    def _fold(self) -> float | None:
+        """The angle (rad) from which on r no longer grows; None if that is beyond the edge."""
+        k1, k2, k3, k4 = self.k
+        if not k1 > 0.0:
+            return 0.0
+        # A root of the slope at which it only touches zero may come out as a pair that is not quite real.
+        flat = (float(root.real) for root in np.roots([4 * k4, 3 * k3, 2 * k2, k1]) if abs(root.imag) < 1e-7)
+        return min((phi for phi in flat if 0.0 < phi <= self.edge), default=None)
 
     @cached_property
     def _table(self) -> tuple[Floats, Floats]:
@@ -100,7 +104,7 @@ PRESETS: Mapping[str, Preset] = MappingProxyType(
         # Fit of sin(phi), 2e-4 f off at most up to 85°.
         "orthographic": Preset((0.997724, 0.014693, -0.197519, 0.026511), math.radians(170.0)),
         # Camera 0 of TUM-VI (Kannala-Brandt), fitted to 97.5°.
-        "tumvi_195": Preset((1.0072, -0.03706, 0.06068, -0.028182)),
+        "tumvi_195": Preset((1.0072, -0.03706, 0.06068, -0.028182), math.radians(195.0)),
         # Published calibration of WoodScape: 339.749, -31.988, 48.275, -7.201 px/radⁿ.
         "woodscape": Preset((1.0, -0.0941519, 0.1420903, -0.0211951)),
     }

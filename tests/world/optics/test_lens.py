@@ -65,10 +65,28 @@ def test_presets_follow_their_names(name, ideal, widest, error):
     assert np.abs(lens.radius(phi) - ideal(phi)).max() <= error
 
 
-@pytest.mark.parametrize(("name", "fov"), [("stereographic_220", 221), ("orthographic", 171)])
+@pytest.mark.parametrize(("name", "fov"), [("stereographic_220", 221), ("orthographic", 171), ("tumvi_195", 196)])
 def test_presets_are_refused_beyond_their_fit(name, fov):
     with pytest.raises(ValueError, match=f"up to {fov - 1}°"):
         preset_lens(name, math.radians(fov))
+
+
+@pytest.mark.parametrize(
+    ("k", "angle"),
+    [((1.0, 0.0, -0.3, 0.0), "60.4"), ((1.0, -1.0, 1 / 3, 0.0), "57.3"), ((-1.0, 0.0, 0.0, 0.0), "0")],
+)
+def test_a_lens_that_folds_is_refused_with_the_angle(k, angle):
+    with pytest.raises(ValueError, match=f"does not grow beyond {angle}° off its axis: up to 90°"):
+        Lens(k, math.pi)
+
+
+def test_a_lens_may_fold_beyond_its_field_of_view():
+    assert Lens((1.0, 0.0, -0.3, 0.0), math.radians(120.0)).edge_radius > 0.7
+
+
+def test_a_lens_needs_four_coefficients():
+    with pytest.raises(ValueError, match=r"four finite coefficients, not \[1.0, 0.2\]"):
+        Lens((1.0, 0.2), math.pi)
 
 
 def test_the_image_circle_fits_the_image_unless_a_scale_is_given():
@@ -83,9 +101,9 @@ def test_images_without_pixels_are_refused(size, scale):
         Projection(preset_lens("equidistant", math.pi), size, scale)
 
 
-@pytest.mark.parametrize("name", ["equidistant", "tumvi_195"])
-def test_rays_and_pixels_are_inverse(name):
-    projection = Projection(preset_lens(name, math.radians(260)), 33)
+@pytest.mark.parametrize(("name", "fov"), [("equidistant", 260), ("tumvi_195", 195)])
+def test_rays_and_pixels_are_inverse(name, fov):
+    projection = Projection(preset_lens(name, math.radians(fov)), 33)
     rays, inside = projection.rays()
     i, j = np.meshgrid(np.arange(33) + 0.5, np.arange(33) + 0.5)
     np.testing.assert_allclose(projection.project(rays)[inside], np.stack([i, j], axis=-1)[inside], atol=1e-9)

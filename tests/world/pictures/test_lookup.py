@@ -1,8 +1,8 @@
 """The inverse map, and pictures assembled with it."""
 
-import importlib
 import json
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -95,11 +95,19 @@ def test_blended_pixels_show_the_sphere_within_the_gate(sphere):
 
 
 def test_opencv_blends_alike():
-    importlib.import_module("cv2")
     lookup = look_up("equidistant", 220, 128, 64)
     atlas = stack(np.rint(sphere_faces(64)).astype(np.uint8))
-    through_opencv = sampler(lookup, "bilinear")(atlas).astype(int)
+    through_opencv = sampler(lookup, "opencv")(atlas).astype(int)
     assert np.abs(through_opencv - Blend(lookup)(atlas)).max() <= 2
+
+
+def test_bilinear_pictures_do_not_depend_on_opencv(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    lookup = look_up("equidistant", 220, 64, 32)
+    atlas = stack(np.rint(sphere_faces(32)).astype(np.uint8))
+    np.testing.assert_array_equal(sampler(lookup, "bilinear")(atlas), Blend(lookup)(atlas))
+    with pytest.raises(ImportError):
+        sampler(lookup, "opencv")
 
 
 def test_outside_and_void_are_transparent_black():
@@ -124,7 +132,7 @@ def test_the_warning_names_the_widest_field_of_view():
     assert "250.53°" in void_warning(math.radians(270), 5)
 
 
-@pytest.mark.parametrize("interpolation", ["nearest", "bilinear"])
+@pytest.mark.parametrize("interpolation", ["nearest", "bilinear", "opencv"])
 def test_only_the_named_rows_are_read(interpolation):
     lookup = look_up("equidistant", 180, 128, 32)
     assert lookup.rows[0] == (0, 32)
@@ -146,7 +154,7 @@ def test_the_smallest_pictures(size, width):
 
 def test_another_atlas_is_refused():
     lookup = look_up("equidistant", 180, 16, 8)
-    for sample in (Nearest(lookup), Blend(lookup), sampler(lookup, "bilinear")):
+    for sample in (Nearest(lookup), Blend(lookup), sampler(lookup, "opencv")):
         with pytest.raises(ValueError, match="atlas"):
             sample(np.zeros(5 * 64, dtype=np.uint32))
     with pytest.raises(ValueError, match="no pixels"):
