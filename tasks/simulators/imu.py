@@ -4,11 +4,19 @@ import math
 
 import imc
 from runtime import State, Task, consume, param
-from world.attitude import Vector, rotation, wrap
-from world.sensors import STANDARD_GRAVITY, NoiseDensity, NoisyTriad, StandardNormals, specific_force, vins_parameters
+from world.attitude import Vector, wrap
+from world.sensors import (
+    STANDARD_GRAVITY,
+    BodyMotion,
+    InertialSample,
+    InertialSampler,
+    NoiseDensity,
+    NoisyTriad,
+    StandardNormals,
+    vins_parameters,
+)
 
 ARTICLE_INTERVAL = 0.025  # s
-TIMING = 1e-3  # of a period: how early a sample may be, since the resolution of timestamps is 0.24 µs
 
 
 class IMU(Task):
@@ -24,7 +32,7 @@ class IMU(Task):
         "Physical", "", "Physical, or as in AirSim and articles on it.", choices=("Physical", "Original")
     )
     sampling_rate: float = param(
-        100.0, "Hz", "Samples per second, at most the rate of SimulatedState.", minimum=0.1, maximum=1000
+        100.0, "Hz", "Samples per second; each is the mean since the one before.", minimum=0.1, maximum=1000
     )
     generate_noise: bool = param(True, "", "Add noise to all measurements.")
     angular_random_walk: float = param(0.3, "°/√h", "White noise of the gyroscopes.", minimum=0)
@@ -61,9 +69,9 @@ class IMU(Task):
         if not hasattr(self, "gyroscope"):
             self.gyroscope, self.accelerometer = NoisyTriad(gyro), NoisyTriad(accel)
         self.gyroscope.density, self.accelerometer.density = gyro, accel
+        self._sampler = InertialSampler(self.sampling_rate, self.gravity)
 
     def start(self) -> None:
-        self._previous: imc.SimulatedState | None = None
         self._normals = StandardNormals(self.random, 15)
         self._rate_normals = StandardNormals(self.random, 3)
         self._offset = math.radians(self.heading_offset) * self.random.standard_normal() if self.heading_offset else 0.0
@@ -75,39 +83,32 @@ class IMU(Task):
 
     @consume
     def measure(self, truth: imc.SimulatedState) -> None:
-        attitude = truth.phi + truth.theta + truth.psi
-        motion = truth.u + truth.v + truth.w + truth.p + truth.q + truth.r + truth.svx + truth.svy + truth.svz
-        if not math.isfinite(attitude + motion):
+        angles, rates = (truth.phi, truth.theta, truth.psi), (truth.p, truth.q, truth.r)
+        velocity, stream = (truth.u, truth.v, truth.w), (truth.svx, truth.svy, truth.svz)
+        if not all(map(math.isfinite, (*angles, *rates, *velocity, *stream))):
             self.dropped += 1
             self.set_entity_state(State.FAULT, f"SimulatedState is not finite ({self.dropped} dropped)")
             return
         if self.entity.state is State.FAULT:
             self.set_entity_state(State.NORMAL, "active")
-        before, self._previous = self._previous, truth
-        if before is None or truth.timestamp < before.timestamp:
-            self._first = self._sampled = truth.timestamp
-            self._count = 0
-            return
-        elapsed = truth.timestamp - before.timestamp
-        count = math.floor((truth.timestamp - self._first) * self.sampling_rate + TIMING)
-        if elapsed == 0.0 or count <= self._count:
-            return
-        self._count = count
-        interval, self._sampled = truth.timestamp - self._sampled, truth.timestamp
-        rates = truth.p, truth.q, truth.r
-        force = _specific_force(before, truth, elapsed, self.gravity)
-        angles = truth.phi, truth.theta, truth.psi
-        if self.generate_noise:
-            draws = next(self._normals)
-            rates = self.gyroscope.corrupt(rates, interval, draws)
-            force = self.accelerometer.corrupt(force, interval, draws[6:])
-            if self.fidelity == "Physical":
-                sigma = math.radians(self.euler_angles_noise)
-                angles = angles[0] + sigma * draws[12], angles[1] + sigma * draws[13], angles[2] + sigma * draws[14]
-            if self.angular_velocity_noise:
-                sigma, further = math.radians(self.angular_velocity_noise), next(self._rate_normals)
-                rates = rates[0] + sigma * further[0], rates[1] + sigma * further[1], rates[2] + sigma * further[2]
-        self._report(truth.timestamp, angles, rates, force)
+        for sample in self._sampler.feed(BodyMotion(truth.timestamp, angles, rates, velocity, stream)):
+            self._report(*self._disturbed(sample))
+
+    def _disturbed(self, sample: InertialSample) -> tuple[float, Vector, Vector, Vector]:
+        """A sample's time, angles, rates and force, with noise."""
+        angles, rates, force = sample.angles, sample.rates, sample.force
+        if not self.generate_noise:
+            return sample.time, angles, rates, force
+        draws = next(self._normals)
+        rates = self.gyroscope.corrupt(rates, sample.interval, draws)
+        force = self.accelerometer.corrupt(force, sample.interval, draws[6:])
+        if self.fidelity == "Physical":
+            sigma = math.radians(self.euler_angles_noise)
+            angles = angles[0] + sigma * draws[12], angles[1] + sigma * draws[13], angles[2] + sigma * draws[14]
+        if self.angular_velocity_noise:
+            sigma, further = math.radians(self.angular_velocity_noise), next(self._rate_normals)
+            rates = rates[0] + sigma * further[0], rates[1] + sigma * further[1], rates[2] + sigma * further[2]
+        return sample.time, angles, rates, force
 
     def _report(self, time: float, angles: Vector, rates: Vector, force: Vector) -> None:
         phi, theta, psi = angles
@@ -127,20 +128,6 @@ class IMU(Task):
             imc.Acceleration(timestamp=time, time=time, x=x, y=y, z=z),
         ):
             self.publish(message, keep_time=True)
-
-
-def _specific_force(before: imc.SimulatedState, now: imc.SimulatedState, elapsed: float, gravity: float) -> Vector:
-    stream = (
-        (now.svx - before.svx) / elapsed,
-        (now.svy - before.svy) / elapsed,
-        (now.svz - before.svz) / elapsed,
-    )
-    x, y, z = specific_force(rotation(now.phi, now.theta, now.psi), stream, gravity)
-    return (
-        x + (now.u - before.u) / elapsed + now.q * now.w - now.r * now.v,
-        y + (now.v - before.v) / elapsed + now.r * now.u - now.p * now.w,
-        z + (now.w - before.w) / elapsed + now.p * now.v - now.q * now.u,
-    )
 
 
 def _clip(value: Vector, limit: float) -> Vector:

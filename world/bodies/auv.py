@@ -141,7 +141,7 @@ class UnderwaterVehicle:
         self.p, self.q, self.r = p + h * dp, q + h * dq, r + h * dr
         if not abs(self.u) + abs(self.v) + abs(self.w) + abs(self.p) + abs(self.q) + abs(self.r) < LIMIT:
             raise Diverged(f"at {u:.3g}, {v:.3g}, {w:.3g} m/s, {p:.3g}, {q:.3g}, {r:.3g} rad/s")
-        k = half
+        k, pm, qm, rm = half, p + half * dp, q + half * dq, r + half * dr  # the mean rates, as gyroscopes measure them
         an, bn = a - k * (bm * pm + cm * qm + dm * rm), b + k * (am * pm + cm * rm - dm * qm)
         cn, dn = c + k * (am * qm + dm * pm - bm * rm), d + k * (am * rm + bm * qm - cm * pm)
         # Approximates 1/|q|, which is close to 1, without a root.

@@ -109,7 +109,7 @@ class Boat:
             raise Diverged(f"at {u:.3g}, {v:.3g} m/s, {r:.3g} rad/s")
         self.x += h * (c * um - s * vm + north)
         self.y += h * (s * um + c * vm + east)
-        self._psi = wrap(psi + h * rm)
+        self._psi = wrap(psi + half * (r + self.r))
 
     def _spin(self, h: float) -> None:
         """Let the engines follow their actuations for `h` s."""

@@ -113,13 +113,21 @@ class Multirotor:
 
     def _incline(self, h: float) -> None:
         """Tilt and turn towards the commands; on the ground the legs keep it level and hold its heading."""
-        a, stands = self.airframe, self.on_ground
+        stands = self.on_ground
         roll, pitch, turn = (0.0, 0.0, 0.0) if stands else (self._roll, self._pitch, self._turn)
-        stiffness, damping = a.bandwidth * a.bandwidth, 2.0 * a.damping * a.bandwidth
-        self._phi_rate += h * (stiffness * (roll - self.phi) - damping * self._phi_rate)
-        self._theta_rate += h * (stiffness * (pitch - self.theta) - damping * self._theta_rate)
-        self._psi_rate = 0.0 if stands else self._psi_rate + (turn - self._psi_rate) * -math.expm1(-h / a.yaw_lag)
-        self.phi += h * self._phi_rate
-        self.theta += h * self._theta_rate
-        self.psi = wrap(self.psi + h * self._psi_rate)
+        self.phi, self._phi_rate = self._tilted(self.phi, self._phi_rate, roll, h)
+        self.theta, self._theta_rate = self._tilted(self.theta, self._theta_rate, pitch, h)
+        before = 0.0 if stands else self._psi_rate
+        self._psi_rate = turn + (before - turn) * math.exp(-h / self.airframe.yaw_lag)
+        self.psi = wrap(self.psi + 0.5 * h * (before + self._psi_rate))
         self.p, self.q, self.r = body_rates(self.phi, self.theta, self._phi_rate, self._theta_rate, self._psi_rate)
+
+    def _tilted(self, angle: float, rate: float, command: float, h: float) -> tuple[float, float]:
+        """Angle and rate of a damped oscillator after `h` s, with the acceleration of the middle of the step.
+
+        So the rate changes evenly, and its mean over the step is that of the angle: what gyroscopes measure.
+        """
+        stiffness, damping = self.airframe.bandwidth**2, 2.0 * self.airframe.damping * self.airframe.bandwidth
+        push = stiffness * (command - angle - 0.5 * h * rate) - damping * rate
+        change = h * push / (1.0 + 0.5 * h * (damping + 0.5 * h * stiffness))
+        return angle + h * (rate + 0.5 * change), rate + change

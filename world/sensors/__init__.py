@@ -11,12 +11,16 @@ from world.sensors.imu import (
 )
 from world.sensors.mug_detection import UNIFORM_ERROR, CameraPose, Offset, detect, detect_originally, gsd_sigma
 from world.sensors.sonar import Beam
+from world.sensors.strapdown import BodyMotion, InertialSample, InertialSampler
 
 __all__ = [
     "STANDARD_GRAVITY",
     "UNIFORM_ERROR",
     "Beam",
+    "BodyMotion",
     "CameraPose",
+    "InertialSample",
+    "InertialSampler",
     "NoiseDensity",
     "NoisyTriad",
     "Offset",

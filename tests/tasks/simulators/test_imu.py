@@ -109,7 +109,29 @@ def test_it_samples_at_its_own_rate():
     times = [m.timestamp for m in run.of(imc.Acceleration)]
     assert len(times) == 50
     assert np.diff(times) == pytest.approx(0.04, abs=1e-6)
-    assert len(simulate(IMU, feed=rest(2.0, rate=10)).of(imc.Acceleration)) == 20
+
+
+@pytest.mark.parametrize(("states", "rate"), [(10, 100), (100, 1000), (100, 40), (100, 30)])
+def test_it_samples_at_any_rate_whatever_that_of_the_states(states, rate):
+    run = simulate(IMU, feed=rest(2.0, rate=states, p=0.1), sampling_rate=rate, generate_noise=False)
+    times = [m.time for m in run.of(imc.Acceleration)]
+    assert len(times) == 2 * rate
+    assert np.diff(times) == pytest.approx(1.0 / rate, abs=2e-6)
+    assert [m.x for m in run.of(imc.AngularVelocity)] == pytest.approx([0.1] * 2 * rate)
+
+
+def test_a_sample_is_the_mean_since_the_one_before():
+    feed = [imc.SimulatedState(timestamp=k / 100, u=1.0 if k % 10 > 4 else 0.0, q=k / 100) for k in range(201)]
+    run = simulate(IMU, feed=feed, sampling_rate=10.0, generate_noise=False)
+    assert [m.x for m in run.of(imc.Acceleration)][1:] == pytest.approx([0.0] * 19, abs=1e-5)
+    assert [m.y for m in run.of(imc.AngularVelocity)] == pytest.approx([0.1 * k - 0.05 for k in range(1, 21)], abs=1e-6)
+
+
+def test_after_a_long_silence_it_starts_again():
+    feed = [*rest(0.5), *(imc.SimulatedState(timestamp=60 + k / 100) for k in range(51))]
+    times = [m.time for m in simulate(IMU, feed=feed).of(imc.Acceleration)]
+    assert len(times) == 100
+    assert max(np.diff(times)) > 59.0
 
 
 def test_original_gives_true_attitude_and_writes_the_articles_block():

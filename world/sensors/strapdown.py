@@ -1,0 +1,122 @@
+"""What inertial sensors fixed to a moving body measure: means over their sampling intervals."""
+
+import math
+from dataclasses import dataclass
+
+from world.attitude import Vector, rotation, to_ned, wrap
+from world.sensors.imu import specific_force
+
+TIMING = 1e-3  # of a period: a state that is early by less belongs to the sample, since timestamps have 0.24 µs
+LONGEST_GAP = 10.0  # s between states; after a longer one, sampling starts again
+
+
+@dataclass(frozen=True, slots=True)
+class BodyMotion:
+    """The motion of a body at a time (s): angles in rad, rates in rad/s, velocity in m/s.
+
+    `velocity` is in the body frame, relative to water or air; `stream` is the velocity of these, north, east and down.
+    """
+
+    time: float
+    angles: Vector
+    rates: Vector
+    velocity: Vector
+    stream: Vector
+
+    @property
+    def ground_velocity(self) -> Vector:
+        """North, east and down (m/s)."""
+        return _add(to_ned(rotation(*self.angles), self.velocity), self.stream, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class InertialSample:
+    """Means over the `interval` (s) that ends at `time`: rates in rad/s, force in m/s², both body; angles at `time`."""
+
+    time: float
+    interval: float
+    angles: Vector
+    rates: Vector
+    force: Vector
+
+
+class InertialSampler:
+    """Makes samples, `rate` a second, of a motion that is given as states, at that rate or any other.
+
+    Between two states, the acceleration over ground is constant, and angles and rates change evenly. So the mean force
+    of an interval without rotation, times its length, is exactly the change of velocity less gravity's.
+    """
+
+    def __init__(self, rate: float, gravity: float):
+        self.rate = rate
+        self.gravity = gravity
+        self._last: BodyMotion | None = None
+        self._first = self._sampled = 0.0
+        self._count = 0
+        self._turned: Vector = (0.0, 0.0, 0.0)  # integral of the rates since the last sample
+        self._pushed: Vector = (0.0, 0.0, 0.0)  # integral of the force
+
+    def feed(self, state: BodyMotion) -> list[InertialSample]:
+        """The samples that are due up to `state`."""
+        last, self._last = self._last, state
+        if last is None or not 0.0 <= state.time - last.time <= LONGEST_GAP:
+            self._first = self._sampled = state.time
+            self._count = 0
+            self._turned = self._pushed = (0.0, 0.0, 0.0)
+            return []
+        if state.time == last.time:
+            return []
+        step = _Step(last, state)
+        samples: list[InertialSample] = []
+        begin = last.time
+        for number in range(self._count + 1, math.floor((state.time - self._first) * self.rate + TIMING) + 1):
+            end = self._first + number / self.rate
+            end = state.time if state.time - end < TIMING / self.rate else max(begin, end)
+            self._integrate(step, begin, end)
+            samples.append(self._sample(step, end))
+            begin, self._count = end, number
+        self._integrate(step, begin, state.time)
+        return samples
+
+    def _integrate(self, step: "_Step", begin: float, end: float) -> None:
+        length, middle = end - begin, 0.5 * (begin + end)
+        if length > 0.0:
+            r = rotation(*step.angles(middle))
+            self._turned = _add(self._turned, step.rates(middle), length)
+            self._pushed = _add(self._pushed, specific_force(r, step.acceleration, self.gravity), length)
+
+    def _sample(self, step: "_Step", time: float) -> InertialSample:
+        interval = time - self._sampled
+        (p, q, r), (x, y, z) = self._turned, self._pushed
+        self._sampled = time
+        self._turned = self._pushed = (0.0, 0.0, 0.0)
+        rates, force = (p / interval, q / interval, r / interval), (x / interval, y / interval, z / interval)
+        return InertialSample(time, interval, step.angles(time), rates, force)
+
+
+class _Step:
+    """The motion between two states."""
+
+    def __init__(self, begin: BodyMotion, end: BodyMotion):
+        self._begin = begin
+        self._length = end.time - begin.time
+        before, after = begin.ground_velocity, end.ground_velocity
+        self.acceleration = _scaled(_add(after, before, -1.0), 1.0 / self._length)
+        self._turn = tuple(wrap(new - old) for old, new in zip(begin.angles, end.angles, strict=True))
+        self._spin = _add(end.rates, begin.rates, -1.0)
+
+    def angles(self, time: float) -> Vector:
+        share = (time - self._begin.time) / self._length
+        phi, theta, psi = (old + share * turn for old, turn in zip(self._begin.angles, self._turn, strict=True))
+        return phi, theta, psi
+
+    def rates(self, time: float) -> Vector:
+        return _add(self._begin.rates, self._spin, (time - self._begin.time) / self._length)
+
+
+def _add(a: Vector, b: Vector, factor: float) -> Vector:
+    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
+
+
+def _scaled(a: Vector, factor: float) -> Vector:
+    return factor * a[0], factor * a[1], factor * a[2]
