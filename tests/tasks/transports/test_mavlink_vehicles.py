@@ -27,7 +27,7 @@ PLANS = {
     "caravel": FAR.format(speed=1.2) + "  - goto: {north: 300, depth: 0}",
     "hexa-00": FAR.format(speed=5) + "  - takeoff: {altitude: 15}\n  - goto: {north: 600, altitude: 15}",
 }
-HOLD_AT, END = 60.0, 240.0  # s
+HOLD_AT, END = 60.0, 150.0  # s
 QUIET = "Simulators.StreamVelocity:Default Speed East=0.1"
 
 
