@@ -2,6 +2,8 @@
 
 import math
 
+STEEPEST = 1e-3  # least cosine of the pitch: straight up or down, roll and yaw cannot be told apart
+
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
 
@@ -48,6 +50,18 @@ def body_rates(phi: float, theta: float, phi_rate: float, theta_rate: float, psi
         phi_rate - psi_rate * math.sin(theta),
         theta_rate * cr + psi_rate * cp * sr,
         psi_rate * cp * cr - theta_rate * sr,
+    )
+
+
+def turned(angles: Vector, rates: Vector, seconds: float) -> Vector:
+    """Euler angles (rad) after some moments at body rates p, q, r (rad/s); Fossen 2011, eq. 2.26, one step."""
+    (phi, theta, psi), (p, q, r) = angles, rates
+    cr, sr, cp = math.cos(phi), math.sin(phi), math.cos(theta)
+    yaw = (q * sr + r * cr) / math.copysign(max(abs(cp), STEEPEST), cp)
+    return (
+        wrap(phi + seconds * (p + yaw * math.sin(theta))),
+        theta + seconds * (q * cr - r * sr),
+        wrap(psi + seconds * yaw),
     )
 
 

@@ -2,7 +2,7 @@
 
 from imc.coordinates.patterns import rows, rows_of, spacing, swath
 from imc.coordinates.start import NOWHERE, StartPoint
-from imc.coordinates.wgs84 import FLATTENING, SEMI_MAJOR_AXIS, absolute, displace, displacement
+from imc.coordinates.wgs84 import FLATTENING, SEMI_MAJOR_AXIS, absolute, displace, displacement, offset
 
 __all__ = [
     "FLATTENING",
@@ -12,6 +12,7 @@ __all__ = [
     "absolute",
     "displace",
     "displacement",
+    "offset",
     "rows",
     "rows_of",
     "spacing",

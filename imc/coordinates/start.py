@@ -1,7 +1,7 @@
 """Keeps the position where a vehicle was first seen, also when the reference position of its states moves."""
 
 from imc.coordinates.wgs84 import displacement
-from imc.messages import EstimatedState
+from imc.messages import EstimatedState, SimulatedState
 
 NOWHERE: tuple[float, float] = (0.0, 0.0)  # rad, of systems that do not know their position
 
@@ -18,7 +18,7 @@ class StartPoint:
         self.north = self.east = 0.0
         self._reference: tuple[float, float] = NOWHERE
 
-    def follow(self, state: EstimatedState) -> None:
+    def follow(self, state: EstimatedState | SimulatedState) -> None:
         """Take the next state, whose position must be finite."""
         reference = state.lat, state.lon
         if not self.known or (self._reference == NOWHERE != reference):

@@ -39,6 +39,12 @@ def displacement(
     return -slat * outward + clat * dz, -slon * dx + clon * dy, -clat * outward - slat * dz
 
 
+def offset(lat: float, lon: float, to_lat: float, to_lon: float) -> tuple[float, float]:
+    """Offsets north and east (m) of the second position (rad), both at the surface."""
+    north, east, _ = displacement(lat, lon, 0.0, to_lat, to_lon, 0.0)
+    return north, east
+
+
 def absolute(state: EstimatedState) -> tuple[float, float, float]:
     """Position of a vehicle (rad, rad, m): its reference position displaced by its offsets."""
     return displace(state.lat, state.lon, state.height, state.x, state.y, state.z)

@@ -3,10 +3,10 @@
 import math
 
 import imc
+from imc.coordinates import offset
 from runtime import ParameterError, State, Task, consume, param, periodic
-from tasks.simulators.seabed import OUT_OF_BOUNDS, SOUNDING_RADIUS, TIDE, offset
 from world.attitude import Vector
-from world.sea import BathymetryError, read_bathymetry
+from world.sea import OUT_OF_BOUNDS, SOUNDING_RADIUS, TIDE, BathymetryError, read_bathymetry
 from world.sensors import Beam
 
 NEAREST = 0.2  # m, of the echo sounder

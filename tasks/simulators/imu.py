@@ -83,15 +83,14 @@ class IMU(Task):
 
     @consume
     def measure(self, truth: imc.SimulatedState) -> None:
-        angles, rates = (truth.phi, truth.theta, truth.psi), (truth.p, truth.q, truth.r)
-        velocity, stream = (truth.u, truth.v, truth.w), (truth.svx, truth.svy, truth.svz)
-        if not all(map(math.isfinite, (*angles, *rates, *velocity, *stream))):
+        motion = BodyMotion.of(truth)
+        if not motion.is_finite:
             self.dropped += 1
             self.set_entity_state(State.FAULT, f"SimulatedState is not finite ({self.dropped} dropped)")
             return
         if self.entity.state is State.FAULT:
             self.set_entity_state(State.NORMAL, "active")
-        for sample in self._sampler.feed(BodyMotion(truth.timestamp, angles, rates, velocity, stream)):
+        for sample in self._sampler.feed(motion):
             self._report(*self._disturbed(sample))
 
     def _disturbed(self, sample: InertialSample) -> tuple[float, Vector, Vector, Vector]:

@@ -4,11 +4,21 @@ import math
 from collections import Counter
 
 import imc
-from imc.coordinates import StartPoint
+from imc.coordinates import StartPoint, offset
 from runtime import ParameterError, State, Task, consume, param
 from world.objects import parse_gliders
 from world.optics import Pinhole
-from world.sensors import UNIFORM_ERROR, CameraPose, Offset, detect, detect_originally, gsd_sigma, mug_original
+from world.sea import BathymetryError, seabed_in_use
+from world.sensors import (
+    UNIFORM_ERROR,
+    BodyMotion,
+    CameraPose,
+    Offset,
+    detect,
+    detect_originally,
+    gsd_sigma,
+    mug_original,
+)
 
 SMALLEST_FIELD = 1e-3  # °
 NO_ALTITUDE = "no altitude"
@@ -20,11 +30,15 @@ class MUGDetectionCamera(Task):
     """Publishes an EstimatedMugState for each glider in the image: its offset north and east (m), and its number.
 
     The gliders lie on the target plane, at `MUGs` north and east of the vehicle's first position. A detection goes from
-    north-east-down to the pixel, back through the pixel's center, and gets an error that grows with the height.
+    where vehicle and glider really are (SimulatedState, [Bathymetry]) to the pixel, back through the pixel's center
+    with the attitude and altitude that the vehicle believes, and gets an error that grows with the height. Without
+    SimulatedState, the estimate counts as the truth.
 
     `Original` follows the README of the original task, `Original Code` its source: both at every state, with its flaws
     (see mug_original). The source assumes an altitude of 10 m and adds the same error to each detection.
     """
+
+    transient = ("_seabed",)
 
     fidelity: str = param(
         "Physical", "", "Physically right, or like the original.", choices=("Physical", "Original", "Original Code")
@@ -87,14 +101,25 @@ class MUGDetectionCamera(Task):
             self.offsets = parse_gliders(self.mugs)
         except ValueError as error:
             raise ParameterError("MUGs", str(error)) from None
+        try:
+            self._seabed = seabed_in_use(self.vehicle.profile.value)
+        except BathymetryError as error:
+            raise ParameterError("Target Plane", f"[Bathymetry]: {error}") from None
 
     def start(self) -> None:
         self.skipped: Counter[str] = Counter()
-        self._origin = StartPoint()
+        self._origin, self._true_origin = StartPoint(), StartPoint()
+        self._truth: imc.SimulatedState | None = None
         self._first = self._last = -math.inf
         self._image = -1
         self._warned, self._began = -math.inf, self.now
         self.set_entity_state(State.BOOT, "waiting for EstimatedState")
+
+    @consume
+    def follow(self, truth: imc.SimulatedState) -> None:
+        if math.isfinite(truth.lat + truth.lon + truth.x + truth.y + truth.z):
+            self._truth = truth
+            self._true_origin.follow(truth)
 
     @consume
     def look(self, state: imc.EstimatedState) -> None:
@@ -105,17 +130,46 @@ class MUGDetectionCamera(Task):
         self._origin.follow(state)
         if not self._due(state.timestamp):
             return
-        self.set_entity_state(State.NORMAL, "active")
-        find = detect if self.fidelity == "Physical" else detect_originally
-        view = CameraPose(state.phi, state.theta, state.psi, self._height(state))
-        for number, (north, east) in enumerate(self.offsets, start=1):
-            mug = self._origin.north + north - state.x, self._origin.east + east - state.y
+        truth = self._recent_truth()
+        estimated = truth is None and self.fidelity == "Physical"
+        self.set_entity_state(State.NORMAL, "active, looks from EstimatedState" if estimated else "active")
+        believed = CameraPose(state.phi, state.theta, state.psi, self._height(state))
+        for number, place in enumerate(self.offsets, start=1):
             draws = self._draw()
-            seen = find(self.camera, view, mug)
+            if truth is not None:
+                view, mug = self._true_view(truth, place, believed.height)
+            else:
+                view = believed
+                mug = self._origin.north + place[0] - state.x, self._origin.east + place[1] - state.y
+            if self.fidelity == "Physical":
+                seen = detect(self.camera, view, mug, believed)
+            else:
+                seen = detect_originally(self.camera, view, mug)
             if seen is not None:
                 scale = self._error_scale(abs(view.height), mug)
                 x, y = seen[0] + scale[0] * draws[0], seen[1] + scale[1] * draws[1]
                 self.publish(imc.EstimatedMugState(id=number, x=x, y=y))
+
+    def _recent_truth(self) -> imc.SimulatedState | None:
+        truth = self._truth
+        if truth is None or self.fidelity != "Physical" or self.now - truth.timestamp > self.maximum_age:
+            return None
+        return truth if BodyMotion.of(truth).is_finite else None
+
+    def _true_view(self, truth: imc.SimulatedState, place: Offset, believed_height: float) -> tuple[CameraPose, Offset]:
+        """The pose of the camera now, with its height above a glider; north and east (m) to the glider."""
+        (north, east, down), angles = BodyMotion.of(truth).moved(self.now - truth.timestamp)
+        at = self._true_origin.north + place[0], self._true_origin.east + place[1]
+        if self.target_plane == "Surface":
+            height = -truth.z - down
+        elif self.target_plane == "Depth":
+            height = self.target_depth - truth.z - down
+        elif self._seabed is None:
+            height = believed_height
+        else:
+            base = offset(*self._seabed.reference, truth.lat, truth.lon)
+            height = self._seabed.depth(base[0] + at[0], base[1] + at[1]) - truth.z - down
+        return CameraPose(*angles, height), (at[0] - truth.x - north, at[1] - truth.y - east)
 
     def _fault(self, state: imc.EstimatedState) -> str:
         if self.blindness:

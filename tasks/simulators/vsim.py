@@ -4,10 +4,10 @@ import math
 from collections.abc import Callable, Iterator
 
 import imc
+from imc.coordinates import offset
 from runtime import ParameterError, State, consume, param, periodic
 from runtime.problem import Doubt, misspelled, printable, quoted
 from tasks.simulators.power import Powered
-from tasks.simulators.seabed import offset, read_seabed
 from tasks.simulators.steps import Steps
 from world.bodies import (
     Boat,
@@ -20,7 +20,7 @@ from world.bodies import (
     read_boat_model,
     read_underwater_model,
 )
-from world.sea import BathymetryError, Grounding
+from world.sea import BathymetryError, Grounding, read_seabed
 
 MODEL = "VSIM/Model/"
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT

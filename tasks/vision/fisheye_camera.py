@@ -10,15 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 import imc
-from imc.coordinates import StartPoint, absolute
+from imc.coordinates import absolute
 from runtime import Frame, ParameterError, State, Task, consume, param, periodic
 from tasks.vision.photos import ORDERS, describe_picture, photo_name, series_of, write_png
+from tasks.vision.viewpoint import View, Viewpoint
 from world.objects import parse_gliders
 from world.optics import PRESETS, Lens, Projection, preset_lens
 from world.pictures import INTERPOLATIONS, SCENES, Camera, Pose, void_warning
+from world.sea import BathymetryError, seabed_in_use
 
 Op = imc.LoggingControl.Op
 LEAST_VISIBILITY = 0.1  # m
+ESTIMATED = "EstimatedState, since there is no SimulatedState"
 SOON = 1e-3  # s by which a picture may be early
 
 
@@ -26,7 +29,9 @@ class FisheyeCamera(Task):
     """Shares frames of the seabed under a diving vehicle, or of the sea under a flying one, and of gliders on it.
 
     The top of the image points to the bow. Gliders lie at `MUGs` north and east of the vehicle's first position. The
-    altitude of EstimatedState is the height above seabed or sea; without it, the sea is at z = 0. On a wall clock, a
+    camera is where the vehicle really is at the exposure: SimulatedState, above the bottom of [Bathymetry] where
+    sonars measure that. Without SimulatedState it is where EstimatedState is, and the entity says so; the altitude is
+    then the height above seabed or sea; without it, the sea is at z = 0. On a wall clock, a
     frame that is due while the previous one is still computed is dropped and counted. Each picture that is written is
     told by an Event "Picture"; Events "Take Pictures" and "Stop Pictures" ask for some.
     """
@@ -70,7 +75,7 @@ class FisheyeCamera(Task):
     )
     latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
 
-    transient = ("camera", "_folder")
+    transient = ("camera", "_folder", "_seabed")
 
     def configure(self) -> None:
         if 0.0 < self.visibility < LEAST_VISIBILITY:
@@ -92,6 +97,10 @@ class FisheyeCamera(Task):
         warnings = [void_warning(projection.lens.fov, self.faces)]
         if projection.circle > self.size + 1e-6:
             warnings.append(f"the image circle of {projection.circle:.0f} px is cut off at {self.size} px")
+        try:
+            self._seabed = seabed_in_use(self.vehicle.profile.value)
+        except BathymetryError as error:
+            raise ParameterError("Scene", f"[Bathymetry]: {error}") from None
         for text in filter(None, warnings):
             self.after(0.0, self.log.warning, text)  # later: at load, no task receives messages yet
 
@@ -99,11 +108,10 @@ class FisheyeCamera(Task):
         if self.save_images:
             importlib.import_module("PIL.PngImagePlugin")
         self.taken = self.dropped = 0
-        self._busy = False
+        self._busy, self._true = False, True
         self._wanted, self._period, self._next = 0.0, 0.0, self.now
         self._folder, self._kept = self._log_root, 0
-        self._state: imc.EstimatedState | None = None
-        self._origin = StartPoint()
+        self.viewpoint = Viewpoint(self.camera.mugs, sea=self.scene == "Sea Surface")
         self.set_entity_state(State.BOOT, "waiting for EstimatedState")
 
     def restored(self) -> None:
@@ -112,10 +120,11 @@ class FisheyeCamera(Task):
 
     @consume
     def follow(self, state: imc.EstimatedState) -> None:
-        """Keep the state, and update the start position."""
-        self._state = state
-        if math.isfinite(state.lat + state.lon + state.x + state.y):
-            self._origin.follow(state)
+        self.viewpoint.follow(state)
+
+    @consume
+    def follow_truth(self, truth: imc.SimulatedState) -> None:
+        self.viewpoint.follow_truth(truth)
 
     @consume
     def note_log(self, log: imc.LoggingControl) -> None:
@@ -154,25 +163,28 @@ class FisheyeCamera(Task):
 
     @periodic("frame_rate")
     def expose(self) -> None:
-        if self._state is None:
+        state = self.viewpoint.estimate
+        if state is None:
             return
-        fault = self._fault(self._state)
-        if fault:
-            self.set_entity_state(State.FAULT, fault)
+        view = self.viewpoint.view(self.now, self.vehicle.start_time, self._seabed)
+        if isinstance(view, str):
+            self.set_entity_state(State.FAULT, view)
             return
         if self._busy and not self.vehicle.virtual:  # a latency alone does not keep a camera from the next exposure
             self.dropped += 1
             return
-        pose = self._pose(self._state)
-        frame = self.now, self.taken, self._describe(pose)
+        frame = self.now, self.taken, self._describe(view.pose)
+        if self._true is not view.true:
+            self._true = view.true
+            self.log.info(f"pictures are taken from {'SimulatedState' if view.true else ESTIMATED}")
         path, told = None, ""
         if self._is_wanted():
             path = self._folder / "Photos" / photo_name(self.entity.label, self._kept, self.now)
-            told = self._tell(path, self._state)
+            told = self._tell(path, state)
             self._kept += 1
         self.taken += 1
         self._busy = True
-        self.offload(_shoot, self.camera, pose, path, then=partial(self._deliver, frame, told), latency=self.latency)
+        self.offload(_shoot, self.camera, view, path, then=partial(self._deliver, frame, told), latency=self.latency)
 
     def _keep_in(self, folder: Path) -> None:
         """Write images to this folder; in a new folder, their numbers start at 0."""
@@ -202,29 +214,6 @@ class FisheyeCamera(Task):
             self.set_entity_state(State.FAILURE, error)
         else:
             self.set_entity_state(State.NORMAL, f"{index + 1} frames, {self.dropped} dropped")
-
-    def _fault(self, state: imc.EstimatedState) -> str:
-        pose = state.lat + state.lon + state.x + state.y + state.z + state.phi + state.theta + state.psi + state.depth
-        if not math.isfinite(pose):
-            return "no position or attitude"
-        return "" if self._height(state) > 0.0 else "no altitude"
-
-    def _height(self, state: imc.EstimatedState) -> float:
-        if 0.0 < state.alt < math.inf:
-            return state.alt
-        return -state.z if self.scene == "Sea Surface" else 0.0
-
-    def _pose(self, state: imc.EstimatedState) -> Pose:
-        return Pose(
-            north=state.x - self._origin.north,
-            east=state.y - self._origin.east,
-            height=self._height(state),
-            depth=state.depth,
-            roll=state.phi,
-            pitch=state.theta,
-            yaw=state.psi,
-            time=self.now - self.vehicle.start_time,
-        )
 
     def _describe(self, pose: Pose) -> dict[str, float]:
         """Angles in rad, lengths in m, the focal length in px."""
@@ -262,7 +251,7 @@ class FisheyeCamera(Task):
             raise ParameterError("MUGs", str(error)) from None
 
 
-def _shoot(camera: Camera, pose: Pose, path: Path | None) -> tuple[NDArray[np.uint8], str]:
+def _shoot(camera: Camera, view: View, path: Path | None) -> tuple[NDArray[np.uint8], str]:
     """The picture, and an error text if it could not be saved."""
-    image = camera.picture(pose)
+    image = camera.picture(view.pose, view.rises)
     return image, write_png(path, image) if path else ""

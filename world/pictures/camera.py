@@ -1,6 +1,6 @@
 """A fisheye camera that looks down from a vehicle into a rendered scene."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from zlib import crc32
@@ -33,10 +33,13 @@ class Camera:
     mugs: tuple[tuple[float, float], ...] = ()
     seed: int = 0
 
-    def picture(self, pose: Pose) -> NDArray[np.uint8]:
-        """RGBA (size, size, 4) at a pose; all zero outside the image circle."""
+    def picture(self, pose: Pose, rises: Sequence[float] = ()) -> NDArray[np.uint8]:
+        """RGBA (size, size, 4) at a pose; all zero outside the image circle.
+
+        `rises` (m) says how much higher each glider lies than the ground beneath the camera; 0 by default.
+        """
         assemble, renderer = self._tables
-        return assemble(renderer.render(pose))
+        return assemble(renderer.render(pose, rises))
 
     @cached_property
     def _tables(self) -> tuple[Callable[[NDArray[np.uint32]], NDArray[np.uint8]], Renderer]:

@@ -23,7 +23,7 @@ def camera(pose: Pose) -> NDArray[np.float64]:
 class Renderer:
     """Draws `rows` (see Lookup) of five or six faces of `width` px; all rows by default.
 
-    `mugs` are positions of gliders in m north and east of the scene's origin.
+    `mugs` are positions of gliders in m north and east of the scene's origin, on the ground beneath the camera.
     """
 
     def __init__(
@@ -41,20 +41,23 @@ class Renderer:
         self.mugs = tuple(mugs)
         self.caster = Caster(width)
 
-    def render(self, pose: Pose) -> NDArray[np.uint32]:
-        """The atlas of the faces (see faces.empty_atlas) at a pose; its height must be positive."""
+    def render(self, pose: Pose, rises: Sequence[float] = ()) -> NDArray[np.uint32]:
+        """The atlas of the faces (see faces.empty_atlas) at a pose; its height must be positive.
+
+        `rises` (m) says how much higher each glider lies than the ground beneath the camera.
+        """
         atlas = empty_atlas(len(self.faces), self.width)
         turns = camera(pose) @ self.faces
         self.caster.cast(atlas, turns, self.rows, self.scene.planes(pose), (pose.north, pose.east), pose.time)
         pixels = atlas[:-1].view(np.uint8).reshape(len(turns), self.width, self.width, 4)
-        for mug in self.place(pose):
+        for mug in self.place(pose, rises):
             look = self.scene.seen(pose, -mug.centre[2] / float(np.linalg.norm(mug.centre)))
             for face, turn, rows in zip(pixels, turns, self.rows, strict=True):
                 draw(face, turn, rows, mug, look)
         return atlas
 
-    def place(self, pose: Pose) -> list[Mug]:
+    def place(self, pose: Pose, rises: Sequence[float] = ()) -> list[Mug]:
         """The gliders as seen from the camera, the farthest first."""
-        down = pose.height - self.scene.floating
-        mugs = [Mug((north - pose.north, east - pose.east, down)) for north, east in self.mugs]
+        places = zip(self.mugs, rises or (0.0,) * len(self.mugs), strict=True)
+        mugs = [Mug((north - pose.north, east - pose.east, pose.height - rise)) for (north, east), rise in places]
         return sorted(mugs, key=lambda mug: -float(np.linalg.norm(mug.centre)))

@@ -9,7 +9,6 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from world.pictures import light, texture
-from world.pictures.mug import RADIUS
 from world.pictures.planes import Layer, Plane
 
 Floats = NDArray[np.floating[Any]]
@@ -39,7 +38,6 @@ class Seabed:
     """Rippled sand below, the waves of the sea surface above, and water in between."""
 
     visibility = 20.0
-    floating = RADIUS  # height of a glider's center above the ground, m
 
     def __init__(self, visibility: float, random: Generator):
         self.water = light.water(visibility)
@@ -81,7 +79,6 @@ class SeaSurface:
     """A wind sea below, sky and clouds above."""
 
     visibility = 20e3
-    floating = 0.0
 
     def __init__(self, visibility: float, random: Generator):
         self.air = light.air(visibility)

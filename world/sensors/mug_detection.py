@@ -24,13 +24,18 @@ class CameraPose(NamedTuple):
     height: float
 
 
-def detect(camera: Pinhole, view: CameraPose, target: Offset) -> Offset | None:
-    """North and east (m, from the camera) of the pixel that shows `target`; None if it is outside the image."""
-    r = rotation(view.phi, view.theta, view.psi)
-    point = camera.project(r, (*target, view.height))
+def detect(camera: Pinhole, view: CameraPose, target: Offset, believed: CameraPose | None = None) -> Offset | None:
+    """North and east (m, from the camera) of the pixel that shows `target`; None if it is outside the image.
+
+    `view` is where the camera really is. Where the pixel's ray meets the ground is computed with the pose that the
+    vehicle believes, so that its errors are those of the result.
+    """
+    point = camera.project(rotation(view.phi, view.theta, view.psi), (*target, view.height))
     if point is None or not camera.covers(*point):
         return None
-    return camera.locate(r, math.floor(point[0]) + 0.5, math.floor(point[1]) + 0.5, view.height)
+    pose = believed or view
+    r = rotation(pose.phi, pose.theta, pose.psi)
+    return camera.locate(r, math.floor(point[0]) + 0.5, math.floor(point[1]) + 0.5, pose.height)
 
 
 def detect_originally(camera: Pinhole, view: CameraPose, target: Offset) -> Offset | None:

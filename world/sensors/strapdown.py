@@ -2,8 +2,9 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
-from world.attitude import Vector, rotation, to_ned, wrap
+from world.attitude import Vector, rotation, to_ned, turned, wrap
 from world.sensors.imu import specific_force
 
 TIMING = 1e-3  # of a period: a state that is early by less belongs to the sample, since timestamps have 0.24 µs
@@ -22,6 +23,25 @@ class BodyMotion:
     rates: Vector
     velocity: Vector
     stream: Vector
+
+    @classmethod
+    def of(cls, state: Any) -> "BodyMotion":
+        """That of a SimulatedState of IMC."""
+        return cls(
+            state.timestamp,
+            (state.phi, state.theta, state.psi),
+            (state.p, state.q, state.r),
+            (state.u, state.v, state.w),
+            (state.svx, state.svy, state.svz),
+        )
+
+    @property
+    def is_finite(self) -> bool:
+        return all(map(math.isfinite, (*self.angles, *self.rates, *self.velocity, *self.stream)))
+
+    def moved(self, seconds: float) -> tuple[Vector, Vector]:
+        """The way north, east and down (m) in some moments, and the angles (rad) after them."""
+        return _scaled(self.ground_velocity, seconds), turned(self.angles, self.rates, seconds)
 
     @property
     def ground_velocity(self) -> Vector:

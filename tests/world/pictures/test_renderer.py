@@ -10,7 +10,6 @@ import pytest
 from world.optics import Projection, preset_lens
 from world.pictures import Camera, Pose
 from world.pictures.light import CONTRAST_LEFT, water
-from world.pictures.mug import RADIUS
 from world.pictures.renderer import camera
 
 DIVING = Pose(north=3.0, east=-2.0, height=4.0, depth=6.0)
@@ -47,7 +46,7 @@ def centroid(difference):
 def test_a_glider_appears_where_it_projects_to(pose, mug):
     scene = "Seabed" if pose.depth else "Sea Surface"
     with_mug, without = (fisheye(scene, 220, mugs=mugs, visibility=200.0) for mugs in ((mug,), ()))
-    down = pose.height - (RADIUS if pose.depth else 0.0)
+    down = pose.height
     expected = with_mug.projection.project(np.array([mug[0] - pose.north, mug[1] - pose.east, down]) @ camera(pose))
     difference = np.abs(with_mug.picture(pose).astype(float) - without.picture(pose)).sum(axis=-1)
     assert difference.max() > 100

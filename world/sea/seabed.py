@@ -3,8 +3,7 @@
 import math
 from collections.abc import Callable
 
-from imc.coordinates import displacement
-from world.sea import Bathymetry, BathymetryError, read_bathymetry
+from world.sea.bathymetry import Bathymetry, BathymetryError, read_bathymetry
 
 SECTION = "Simulators.Environment"
 SOUNDING_RADIUS = 10.0  # m
@@ -26,10 +25,14 @@ def read_seabed(value: Callable[[str, str], str]) -> Bathymetry | None:
     return read_bathymetry(value, radius, elsewhere, _number(value, "Tide Level", TIDE))
 
 
-def offset(lat: float, lon: float, to_lat: float, to_lon: float) -> tuple[float, float]:
-    """North and east (m) from one position (rad) to another, at the surface."""
-    north, east, _ = displacement(lat, lon, 0.0, to_lat, to_lon, 0.0)
-    return north, east
+def seabed_in_use(value: Callable[[str, str], str]) -> Bathymetry | None:
+    """The bottom, if the sonars of the modes that run measure it; else None. Raises BathymetryError."""
+    modes = {"Always", *_words(value("General", "Selected"))}
+    return None if modes.isdisjoint(_words(value(SECTION, "Enabled"))) else read_seabed(value)
+
+
+def _words(text: str) -> list[str]:
+    return [word.strip() for word in text.split(",")]
 
 
 def _number(value: Callable[[str, str], str], option: str, default: float) -> float:

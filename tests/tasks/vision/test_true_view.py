@@ -1,0 +1,112 @@
+"""Cameras of whole vehicles look from where the vehicle really is when the picture is taken."""
+
+import math
+
+import numpy as np
+import pytest
+
+import imc
+from runtime import Frame
+from runtime.kernel import VirtualClock
+from runtime.profile import load_profile
+from runtime.testing import simulate
+from runtime.vehicle import build
+from tasks.simulators.mug_detection_camera import MUGDetectionCamera
+from tasks.vision.fisheye_camera import FisheyeCamera
+from world.optics import Projection, preset_lens
+from world.pictures import Pose
+from world.pictures.renderer import camera
+from world.sea import seabed_in_use
+
+LAT, LON = math.radians(41.185), math.radians(-8.7062)
+GLIDERS = ((3.0, 1.0), (8.0, -4.0), (-5.0, 6.0), (15.0, 10.0))
+CONTEXT = {"lauv-noptilus-1": "Seabed", "otter": "Seabed", "caravel": "Seabed", "hexa-00": "Sea Surface"}
+PROJECTION = Projection(preset_lens("equidistant", math.pi), 1024)
+
+
+def sailed(profile, folder):
+    """The true states, the frames and the bottom of a simulated vehicle, that goes its own way for 40 s."""
+    loaded = load_profile(profile)
+    selected = loaded.select("Simulation")
+    vehicle = build(loaded, selected, clock=VirtualClock(loaded.start_time_ns), log_root=folder).vehicle
+    options = {"size": 32, "face_size": 16, "frame_rate": 7.0, "scene": CONTEXT[profile]}
+    vehicle.add(FisheyeCamera, "Vision.FisheyeCamera/Trial", entity_label="Trial", **options)
+    truths, frames = [], []
+    vehicle.tap(imc.SimulatedState, truths.append)
+    vehicle.tap(Frame, frames.append)
+    vehicle.start()
+    vehicle.run(40.0)
+    vehicle.close()
+    return truths, frames, seabed_in_use(loaded.value)
+
+
+def true_pose(truths, time):
+    """Position and angles at a time, between two states."""
+    times = np.array([truth.timestamp for truth in truths])
+    after = int(np.searchsorted(times, time - 1e-5))
+    rows = [(t.x, t.y, t.z, t.phi, t.theta, t.psi) for t in truths[max(0, after - 1) : after + 1]]
+    share = (time - times[after - 1]) / (times[after] - times[after - 1])
+    columns = np.unwrap(np.array(rows), axis=0)
+    return columns[0] + share * (columns[1] - columns[0])
+
+
+def pixels(pose, downs):
+    """Where the camera sees the gliders, `downs` (m) below it."""
+    to_gliders = [(n - pose.north, e - pose.east, down) for (n, e), down in zip(GLIDERS, downs, strict=True)]
+    return PROJECTION.project(np.array(to_gliders) @ camera(pose))
+
+
+@pytest.mark.parametrize("profile", CONTEXT)
+def test_gliders_are_where_the_logged_truth_puts_them(profile, tmp_path):
+    truths, frames, seabed = sailed(profile, tmp_path)
+    start = truths[0]
+    assert len(frames) > 200
+    errors = []
+    for frame in frames[::3]:
+        x, y, z, phi, theta, psi = true_pose(truths, frame.time)
+        info = frame.info
+        bottom = seabed.depth(x, y) if seabed is not None and CONTEXT[profile] == "Seabed" else 0.0
+        lying = [seabed.depth(start.x + n, start.y + e) if bottom else 0.0 for n, e in GLIDERS]
+        truth = Pose(x - start.x, y - start.y, bottom - z, 0.0, phi, theta, psi)
+        used = Pose(info["north"], info["east"], info["height"], 0.0, info["phi"], info["theta"], info["psi"])
+        shown = pixels(used, [used.height + down - bottom for down in lying])
+        errors.append(shown - pixels(truth, [down - z for down in lying]))
+    apart = np.linalg.norm(np.concatenate(errors), axis=1)
+    apart = apart[np.isfinite(apart)]
+    assert len(apart) > 50
+    assert math.sqrt(np.mean(apart**2)) <= 0.5
+    assert apart.max() <= 1.5
+
+
+def truth(time, **fields):
+    return imc.SimulatedState(timestamp=time, lat=LAT, lon=LON, **{"z": 0.0, **fields})
+
+
+def estimate(time, **fields):
+    return imc.EstimatedState(timestamp=time, lat=LAT, lon=LON, **{"alt": 10.0, **fields})
+
+
+def test_a_detection_has_the_errors_of_navigation():
+    """A vehicle that believes it is 3 m farther north, and turned by 10°, sees the glider elsewhere on its map."""
+    turn = math.radians(10.0)
+    feed = [truth(0.0), estimate(0.0), truth(0.1, x=1.0), estimate(0.1, x=4.0, psi=turn)]
+    run = simulate(MUGDetectionCamera, feed=feed, detection_rate=0.0, error_model="None", mugs=["3 0"])
+    first, second = run.of(imc.EstimatedMugState)
+    assert (first.x, first.y) == pytest.approx((3.0, 0.0), abs=0.02)
+    assert (second.x, second.y) == pytest.approx((2.0 * math.cos(turn), 2.0 * math.sin(turn)), abs=0.02)
+
+
+def test_the_true_state_is_carried_on_to_the_exposure():
+    feed = [truth(0.0, u=2.0, r=0.5), estimate(0.0), estimate(0.5, alt=10.0)]
+    run = simulate(MUGDetectionCamera, feed=feed, detection_rate=0.0, error_model="None", mugs=["3 0"])
+    _, second = run.of(imc.EstimatedMugState)
+    assert (second.x, second.y) == pytest.approx((2.0 * math.cos(0.25), -2.0 * math.sin(0.25)), abs=0.02)
+
+
+def test_without_a_recent_truth_it_looks_from_the_estimate_and_says_so():
+    feed = [truth(0.0), estimate(0.0), estimate(2.0, x=1.0)]
+    run = simulate(MUGDetectionCamera, feed=feed, detection_rate=0.0, error_model="None", mugs=["3 0"])
+    assert run.of(imc.EstimatedMugState)[-1].x == pytest.approx(2.0, abs=0.02)
+    assert run.task.entity.description == "active, looks from EstimatedState"
+    frames = simulate(FisheyeCamera, feed=[estimate(k / 20, x=k / 20) for k in range(40)], size=32, face_size=16)
+    assert frames.log == ["pictures are taken from EstimatedState, since there is no SimulatedState"]
