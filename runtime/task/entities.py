@@ -82,6 +82,11 @@ class Entities:
         self._by_id.pop(entity.id, None)
         self._by_label.pop(entity.label, None)
 
+    @property
+    def labels(self) -> list[str]:
+        """The labels of all tasks of the profile, also of those that do not run now."""
+        return sorted({*self._known, *self._by_label})
+
     def find(self, label: str) -> Entity | None:
         return self._by_label.get(label)
 

@@ -20,6 +20,7 @@ BEAT = 1.0  # s
 SILENCE = 5.0  # s after which a system, whose Heartbeat comes at 1 Hz, is gone
 NAMELESS = 0.6  # s until a system that does not announce itself is called by its id
 CLOSED = "has closed the connection"
+LONGEST_UNFINISHED = 1.0  # s that a packet may need before one behind it counts more
 MOST_SYSTEMS = 64  # of one connection
 MOST_WAITING = 1 << 20  # bytes that the other side leaves unread
 
@@ -119,17 +120,29 @@ class TCPLink:
     async def _read(self, line: _Line, reader: asyncio.StreamReader) -> str:
         """Take packets until the connection ends, or is silent; which of the two."""
         parser = imc.StreamParser()
+        heard = since = time.monotonic()
+        start = parser.unfinished
         data = b"..."
         while data:
+            until = heard + SILENCE if start is None else min(heard + SILENCE, since + LONGEST_UNFINISHED)
+            packets: list[bytes] = []
+            before = parser.lost
             try:
-                async with asyncio.timeout(SILENCE):
+                async with asyncio.timeout(until - time.monotonic()):
                     data = await reader.read(LARGEST_PACKET)
+                heard = time.monotonic()
+                packets = parser.feed_packets(data) if data else parser.close_packets()
             except TimeoutError:
-                return f"has sent nothing for {SILENCE:g} s"
+                if time.monotonic() >= heard + SILENCE:
+                    return f"has sent nothing for {SILENCE:g} s"
             except OSError:
                 break
-            before = parser.lost
-            for packet in parser.feed_packets(data) if data else parser.close_packets():
+            if parser.unfinished != start:
+                start, since = parser.unfinished, time.monotonic()
+            elif start is not None and time.monotonic() >= since + LONGEST_UNFINISHED:
+                packets += parser.overtake_packets()  # a damaged length must not hide what is behind it
+                start, since = parser.unfinished, time.monotonic()
+            for packet in packets:
                 self._take(line, packet)
             if parser.lost > before:
                 self._ear.dropped(self, str(line.place), f"between packets: {parser.losses[-1].reason}")

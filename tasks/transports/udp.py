@@ -26,6 +26,7 @@ OUT_OF_RANGE = "out of range"
 BREAK = 1.0  # s between two greetings of one system
 REPEATS = 1024  # forwarded packets that are remembered
 WHY = {
+    MALFORMED: "it is no packet of IMC",
     UNKNOWN: "it has to send an Announce first",
     SPOOFED: "it sends our packets back, or is a second vehicle with our id",
     NOT_LISTED: "see Consoles",

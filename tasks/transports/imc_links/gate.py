@@ -11,6 +11,7 @@ from tasks.transports.imc_links.peers import ELSEWHERE, MALFORMED, UNKNOWN, Peer
 
 SPOOFED = "sent as this vehicle"
 NOT_LISTED = "command of a console that is not listed"
+STARTS = tuple(imc.Message.SYNC.to_bytes(2, order) for order in ("little", "big"))
 ANNOUNCE, ABORT = imc.Announce.ID, imc.Abort.ID
 STRANGERS = 20.0  # Announces, and as many Aborts, per second of all systems that are unknown yet
 
@@ -51,6 +52,8 @@ class Gate:
         if peer is not None and peer.sees == address and peer.filled == now and peer.left >= 1.0 and self._open:
             peer.left -= 1.0  # most packets of a burst need no more than this
             return peer
+        if packet[:2] not in STARTS:
+            return MALFORMED
         if source == self._system:
             return SPOOFED
         peer = self._peers.sender(source, address, now, self._rate)
@@ -85,5 +88,6 @@ class Gate:
 
 
 def sender(packet: bytes, address: str) -> str:
-    """Who sent a datagram, for people."""
-    return address if len(packet) < SMALLEST_PACKET else f"0x{imc.packet_source(packet):04X} at {address}"
+    """Who sent a datagram, for people; what is no packet names nobody."""
+    is_packet = len(packet) >= SMALLEST_PACKET and packet[:2] in STARTS
+    return f"0x{imc.packet_source(packet):04X} at {address}" if is_packet else address

@@ -6,6 +6,7 @@ from typing import TypeVar
 import imc
 from runtime import Task, param
 from runtime.bus import Subscription
+from runtime.problem import Doubt, misspelled, quoted, suggestion
 from runtime.task import ParameterError
 from tasks.transports.imc_links.custom_filters import parse_custom
 from tasks.transports.imc_links.message_list import (
@@ -76,6 +77,24 @@ class Carrier(Task):
         given("Custom Filters", lambda: [parse_custom(item) for item in custom if item.strip()])
         schema, label = self.vehicle.bus.messages, self.vehicle.entities.label
         return MessageList(names, rates, entities, custom, schema=schema, label=label)
+
+    def doubts(self) -> Iterator[Doubt]:
+        known = self.vehicle.entities.labels
+        for option, labels in self.named_entities():
+            for label in sorted(labels.difference(known)):
+                near = misspelled(label, known)
+                # Several are a list that vehicles share: it names entities that only some of them have.
+                if near or (len(labels) == 1 and self.local_messages_only):
+                    text = f"{option}: no task of the profile has the entity {quoted(label)}"
+                    yield Doubt(option, text, f"did you mean {quoted(near)}?" if near else suggestion(label, known))
+
+    def named_entities(self) -> Iterator[tuple[str, frozenset[str]]]:
+        """The labels in each item of the filters, with the option that has it."""
+        for item in filter(str.strip, self.filtered_entities):
+            yield "Filtered Entities", parse_entities(item)[1]
+        for kind, words in map(parse_custom, filter(str.strip, self.custom_filters)):
+            if not kind.words:
+                yield "Custom Filters", words
 
     def start(self) -> None:
         self.subscriptions: list[Subscription] = []

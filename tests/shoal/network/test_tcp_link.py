@@ -124,6 +124,18 @@ def test_what_is_no_imc_is_counted() -> None:
     asyncio.run(act())
 
 
+def test_a_damaged_length_hides_what_is_behind_it_for_a_second_only() -> None:
+    async def act() -> None:
+        beat = packet(imc.Heartbeat())
+        damaged = beat[:4] + (60000).to_bytes(2, "little") + beat[6:]
+        announce = packet(imc.Announce(sys_name="buoy", services=""))
+        async with serving(damaged, announce) as port, reaching(port) as net:
+            assert (await net.find("buoy", 10.0)).id == OWN
+            assert [what for _, what in net.strangers] == ["between packets: truncated"]
+
+    asyncio.run(act())
+
+
 @pytest.mark.parametrize("endpoint", ["imc+tcp://0.0.0.0:7001/", "imc+tcp://", "imc+ftp://10.0.0.7/", "imc+tcp://a:0"])
 def test_wrong_endpoints_are_named(endpoint: str) -> None:
     with pytest.raises(ValueError, match="is not"):

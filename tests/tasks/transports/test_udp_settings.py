@@ -169,3 +169,17 @@ def test_a_wrong_option_names_its_line(tmp_path, option, value, reason):
         Afloat("lauv-noptilus-1", tmp_path, f"Transports.UDP:{option}={value}")
     assert f"{option}: {reason}" in str(raised.value)
     assert "command line" in str(raised.value)
+
+
+def test_an_entity_that_no_task_has_is_doubted_with_the_nearest(tmp_path):
+    filters = "Acceleration:Nothere, Distance:Altimetre+DVL Filtered, Temperature:CTD+Elsewhere, Voltage:Batteries"
+    with afloat(
+        tmp_path,
+        f"Transports.UDP:Filtered Entities={filters}",
+        "Transports.UDP:Custom Filters=EntityStateChangeFilter:GSP, LogBookEntryFilter:ERROR",
+    ) as vessel:
+        assert [(doubt.text, doubt.hint) for doubt in vessel.udp.doubts()] == [
+            ("Filtered Entities: no task of the profile has the entity 'Nothere'", ""),
+            ("Filtered Entities: no task of the profile has the entity 'Altimetre'", "did you mean 'Altimeter'?"),
+            ("Custom Filters: no task of the profile has the entity 'GSP'", "did you mean 'GPS'?"),
+        ]

@@ -5,7 +5,7 @@ import pytest
 import imc
 from imc.discovery import Endpoint, Service, Services
 from tasks.transports.imc_links.consoles import REPORTS, Consoles
-from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, STRANGERS, Gate
+from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, STRANGERS, Gate, sender
 from tasks.transports.imc_links.peers import (
     ELSEWHERE,
     KEPT,
@@ -150,9 +150,10 @@ def test_strangers_need_an_announce_unless_the_profile_knows_them():
     assert trusting.targets() == [], "nothing is sent to an address that nobody announced"
 
 
-@pytest.mark.parametrize("data", [b"", b"\x54\xfe", bytes(21)])
-def test_what_is_too_short_for_a_packet_is_malformed(data):
+@pytest.mark.parametrize("data", [b"", b"\x54\xfe", bytes(21), b"\x55" * 40])
+def test_what_is_no_packet_is_malformed_and_names_no_source(data):
     assert Scene().sends(data) == MALFORMED
+    assert sender(data, "10.0.0.7") == "10.0.0.7"
 
 
 def test_listed_consoles_command_from_their_addresses_and_others_report():
