@@ -1,13 +1,15 @@
 """The logs of a vehicle, over the FTP server that it announces."""
 
 import asyncio
+import os
 import re
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import imc
 from imc.discovery import PERIOD, Endpoint, Services
@@ -20,19 +22,33 @@ if TYPE_CHECKING:
     from ftplib import FTP
 
 PATIENCE = 10.0  # s of silence of the server
+SHORT = 3.0  # s for a connection, while there is another address to try
 BLOCK = 1 << 16  # bytes
 MOST_LOGS = 10000
 PART = ".part"
+OTHER = ".other"
 CURE = "pip install 'shoal[ftp]' on its computer, and start it again"
 _NAME = re.compile(r"[^/\\\0]{1,200}")
+_ADDRESS = re.compile(r"\d+\.\d+\.\d+\.\d+")
+
+
+class Facts(NamedTuple):
+    """What a server says of a file: its size in bytes, and when it was changed last (s since 1970; 0 if unknown)."""
+
+    size: int = 0
+    changed: float = 0.0
 
 
 @dataclass(frozen=True)
 class RemoteLog:
-    """A log on the vehicle: its name is date and time, such as 20260101/120000_survey; sizes in bytes by file."""
+    """A log on the vehicle: its name is date and time, such as 20260101/120000_survey.
+
+    files: sizes in bytes by file. changed: when they were changed last, in whole s since 1970; 0 where that is unknown.
+    """
 
     name: str
     files: dict[str, int]
+    changed: dict[str, float] = field(default_factory=dict[str, float])
 
     @property
     def size(self) -> int:
@@ -48,30 +64,32 @@ class Logs:
 
     async def list(self) -> list[RemoteLog]:
         """All logs, the oldest first. Raises NetworkError if the vehicle serves none."""
-        place = await self._place()
-        return await asyncio.to_thread(all_logs, place)
+        places = await self._places()
+        return await asyncio.to_thread(all_logs, places)
 
     async def fetch(self, log: RemoteLog, folder: Path, progress: Callable[[int], object] = lambda _: None) -> Path:
         """Copy a log into a folder, below the name of the vehicle; returns where it is.
 
-        What is there already is not transferred again, also a part of a file, if its first and its last 64 KiB are as
-        they are there; else it is transferred from the beginning. `progress` gets the number of bytes of
-        each step, in another thread. Raises NetworkError, and OSError for the folder.
+        What is there already is not transferred again, also a part of a file, if size and date, or its first and its
+        last 64 KiB, are as they are there; else it is transferred from the beginning, and a whole file that differs is
+        kept with .other behind its name. `progress` gets the number of bytes of each step, in another thread. Raises
+        NetworkError, and OSError for the folder.
         """
-        place = await self._place()
+        places = await self._places()
         target = folder / self._system.name / log.name
-        await asyncio.to_thread(_fetch, place, log, target, progress)
+        await asyncio.to_thread(_fetch, places, log, target, progress)
         return target
 
-    async def _place(self) -> Endpoint:
-        """Where the vehicle serves its logs: it says so in its Announce, every 10 s."""
+    async def _places(self) -> Sequence[Endpoint]:
+        """Where the vehicle serves its logs, as its Announce says every 10 s; first where its packets come from."""
         self._network.want(self._system, (imc.Announce,))
         deadline = time.monotonic() + 1.2 * PERIOD
         while (left := deadline - time.monotonic()) > 0.0:
             # Of several entities: the log begins with an Announce of the vehicle, too.
             texts = [announce.services for announce in self._system.all_of(imc.Announce)]
-            for place in (place for text in texts for place in Services.parse(text).endpoints("ftp")):
-                return place
+            if places := [place for text in texts for place in Services.parse(text).endpoints("ftp")]:
+                near = set(_ADDRESS.findall(" ".join(self._system.places)))
+                return sorted(dict.fromkeys(places), key=lambda place: place.address not in near)
             try:
                 await self._network.next(self._system, imc.Announce, left, takes_old=True)
             except NoAnswer:
@@ -80,53 +98,76 @@ class Logs:
 
 
 @contextmanager
-def _session(place: Endpoint) -> Generator["FTP"]:
-    """A session with a server; what goes wrong in it is a NetworkError."""
+def _session(places: Sequence[Endpoint]) -> Generator["FTP"]:
+    """A session with a server, at the first of its addresses that answers; what goes wrong in it is a NetworkError."""
     import ftplib  # slow to import, and few need it
 
+    place = places[0]
     try:
         with ftplib.FTP(timeout=PATIENCE) as session:
-            session.connect(place.address, place.port)
+            for place in places:
+                is_last = place == places[-1]
+                try:
+                    session.connect(place.address, place.port, PATIENCE if is_last else SHORT)
+                except OSError:
+                    if is_last:
+                        raise
+                    continue
+                break
+            session.timeout = PATIENCE
+            assert session.sock is not None  # it is connected
+            session.sock.settimeout(PATIENCE)
             session.login()
             session.voidcmd("TYPE I")
             yield session
     except (*ftplib.all_errors, ValueError) as error:  # the latter: a name that is not UTF-8, or an answer that is odd
         if isinstance(error, OSError) and error.filename is not None:
             raise  # of our own disk
-        raise NetworkError(f"the server of logs at {place}: {error}") from None
+        where = ", ".join(map(str, places[: places.index(place) + 1]))
+        raise NetworkError(f"the server of logs at {where}: {error}") from None
 
 
-def all_logs(place: Endpoint) -> list[RemoteLog]:
+def all_logs(places: Sequence[Endpoint]) -> list[RemoteLog]:
     """The logs that a server has, the oldest first. Raises NetworkError."""
     found: list[RemoteLog] = []
-    with _session(place) as session:
+    with _session(places) as session:
         for day in names_in(session, "", "dir"):
             for log in names_in(session, f"/{day}", "dir"):
                 files = names_in(session, f"/{day}/{log}", "file")
-                found.append(RemoteLog(f"{day}/{log}", files))
+                sizes = {name: facts.size for name, facts in files.items()}
+                changed = {name: facts.changed for name, facts in files.items()}
+                found.append(RemoteLog(f"{day}/{log}", sizes, changed))
                 if len(found) >= MOST_LOGS:
                     return found
     return sorted(found, key=lambda log: log.name)
 
 
-def names_in(session: "FTP", folder: str, kind: str) -> dict[str, int]:
-    """Names and sizes in a folder. A server may say anything: a name must not lead elsewhere on this computer."""
-    found: dict[str, int] = {}
+def names_in(session: "FTP", folder: str, kind: str) -> dict[str, Facts]:
+    """What is in a folder, by name. A server may say anything: a name must not lead elsewhere on this computer."""
+    found: dict[str, Facts] = {}
     for name, facts in session.mlsd(folder or "/"):
         if facts.get("type") == kind and _NAME.fullmatch(name) and name not in (".", ".."):
             size = facts.get("size", "0")
-            found[name] = int(size) if size.isdecimal() else 0
+            found[name] = Facts(int(size) if size.isdecimal() else 0, _date(facts.get("modify", "")))
     return dict(sorted(found.items()))
 
 
-def _agrees(session: "FTP", source: str, part: Path, size: int) -> bool:
-    """Whether a file is the beginning of one of the server, as far as its first and last piece tell."""
+def _date(text: str) -> float:
+    """A date of MLSD, such as 20260101120000, in UTC; 0 if it is none."""
+    try:
+        return datetime.strptime(text[:14], "%Y%m%d%H%M%S").replace(tzinfo=UTC).timestamp()
+    except ValueError:
+        return 0.0
+
+
+def _agrees(session: "FTP", source: str, path: Path, size: int) -> bool:
+    """Whether so much of a file is as on the server, as far as its first and last piece tell."""
     if not size:
         return True
-    with part.open("rb") as ours:
+    with path.open("rb") as ours:
         for start in {0, max(0, size - BLOCK)}:
             ours.seek(start)
-            piece = ours.read(BLOCK)
+            piece = ours.read(min(BLOCK, size - start))
             if piece != _piece(session, source, start, len(piece)):
                 return False
     return True
@@ -142,17 +183,32 @@ def _piece(session: "FTP", source: str, start: int, size: int) -> bytes:
     return found
 
 
-def _fetch(place: Endpoint, log: RemoteLog, target: Path, progress: Callable[[int], object]) -> None:
+def _is_there(session: "FTP", source: str, path: Path, size: int, changed: float) -> bool:
+    """Whether we have all of a file. A part of it gets another name to be continued, so does a file that differs."""
+    try:
+        ours = path.stat()
+    except FileNotFoundError:
+        return False
+    if ours.st_size == size and changed and int(ours.st_mtime) == int(changed):
+        return True
+    if not _agrees(session, source, path, min(size, ours.st_size)):
+        path.replace(path.with_name(path.name + OTHER))
+        return False
+    if ours.st_size < size:  # a log that was being written: what is there is its beginning
+        path.replace(path.with_name(path.name + PART))
+        return False
+    return True
+
+
+def _fetch(places: Sequence[Endpoint], log: RemoteLog, target: Path, progress: Callable[[int], object]) -> None:
     target.mkdir(parents=True, exist_ok=True)
-    with _session(place) as session:
+    with _session(places) as session:
         for name, size in log.files.items():
-            final, part = target / name, target / (name + PART)
-            if final.exists():
-                if final.stat().st_size >= size:
-                    progress(size)
-                    continue
-                final.rename(part)  # a log that was being written: what is there is its beginning
+            final, part, changed = target / name, target / (name + PART), log.changed.get(name, 0.0)
             source = f"/{log.name}/{name}"
+            if _is_there(session, source, final, size, changed):
+                progress(size)
+                continue
             done = part.stat().st_size if part.exists() else 0
             if done > size or not _agrees(session, source, part, done):
                 part.unlink()
@@ -168,4 +224,7 @@ def _fetch(place: Endpoint, log: RemoteLog, target: Path, progress: Callable[[in
                     progress(len(block))
 
                 session.retrbinary(f"RETR {source}", write, BLOCK, rest=done or None)
-            part.rename(final)
+            if changed:
+                with suppress(OSError):  # some disks keep no dates; then the pieces are compared
+                    os.utime(part, (changed, changed))
+            part.replace(final)

@@ -1,5 +1,6 @@
 """What a server of logs may say."""
 
+import asyncio
 import contextlib
 import re
 import socket
@@ -9,9 +10,12 @@ from typing import Any
 
 import pytest
 
+import imc
 from imc.discovery import Endpoint
 from shoal.network.link import NetworkError
-from shoal.network.logs import all_logs, names_in
+from shoal.network.logs import Facts, Logs, RemoteLog, all_logs, names_in
+from shoal.network.network import Network
+from shoal.network.systems import System
 
 
 class Hostile(FTP):
@@ -20,13 +24,13 @@ class Hostile(FTP):
     def mlsd(self, path: str = "", facts: Any = ()) -> Any:
         for name in ("..", ".", "/etc/passwd", "..\\x", "a/../../b", "", "a\0b", "x" * 300, "20260101"):
             yield name, {"type": "dir"}
-        yield "20260102", {"type": "file", "size": "-3"}
-        yield "20260103", {"type": "file", "size": "12"}
+        yield "20260102", {"type": "file", "size": "-3", "modify": "yesterday"}
+        yield "20260103", {"type": "file", "size": "12", "modify": "20260101000000.5"}
 
 
 def test_no_name_leads_out_of_the_folder() -> None:
-    assert names_in(Hostile(), "", "dir") == {"20260101": 0}
-    assert names_in(Hostile(), "", "file") == {"20260102": 0, "20260103": 12}
+    assert names_in(Hostile(), "", "dir") == {"20260101": Facts()}
+    assert names_in(Hostile(), "", "file") == {"20260102": Facts(), "20260103": Facts(12, 1767225600.0)}
 
 
 def test_a_name_that_is_not_utf_8_is_an_error_of_the_server() -> None:
@@ -48,4 +52,34 @@ def test_a_name_that_is_not_utf_8_is_an_error_of_the_server() -> None:
         threading.Thread(target=serve, daemon=True).start()
         place = Endpoint(*control.getsockname())
         with pytest.raises(NetworkError, match=re.escape(f"the server of logs at {place}: 'utf-8' codec")):
-            all_logs(place)
+            all_logs([place])
+
+
+def test_the_address_that_the_vehicle_is_heard_at_is_tried_first() -> None:
+    system = System("otter", parts={("udp", "1"): "at 10.1.0.2:6002"})
+    services = "ftp://10.0.9.7:30021/;ftp://10.1.0.2:30021/;imc+udp://10.1.0.2:6002/"
+    system.keep(imc.Announce(sys_name="otter", services=services))
+    asked: list[list[Endpoint]] = []
+
+    def look(places: list[Endpoint]) -> list[RemoteLog]:
+        asked.append(places)
+        return []
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("shoal.network.logs.all_logs", look)
+        asyncio.run(Logs(Network([]), system).list())
+    assert asked == [[Endpoint("10.1.0.2", 30021), Endpoint("10.0.9.7", 30021)]]
+
+
+def test_the_next_address_is_tried_if_one_does_not_answer() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as first, socket.create_server(("127.0.0.1", 0)) as second:
+        places = [Endpoint(*server.getsockname()) for server in (first, second)]
+        first.close()
+
+        def serve() -> None:
+            with second.accept()[0] as line:
+                line.sendall(b"421 busy\r\n")
+
+        threading.Thread(target=serve, daemon=True).start()
+        with pytest.raises(NetworkError, match=f"at {places[0]}, {places[1]}: 421 busy"):
+            all_logs(places)

@@ -183,6 +183,23 @@ def test_logs_are_copied_and_the_rest_of_a_broken_copy_too(vehicle: RemoteVehicl
         assert data.read_bytes()[: len(whole)] == whole
 
 
+def test_a_file_that_differs_from_the_one_there_is_kept_aside_and_copied_again(
+    vehicle: RemoteVehicle, tmp_path: Path
+) -> None:
+    log = vehicle.log.list()[0]
+    assert log.changed["Data.lsf.gz"] > 1.7e9
+    data = vehicle.log.fetch(log, tmp_path) / "Data.lsf.gz"
+    whole, aside = data.read_bytes(), data.with_name("Data.lsf.gz.other")
+    data.touch()  # a copy by other means has another date
+    vehicle.log.fetch(log, tmp_path)
+    assert not aside.exists()
+    for ours in (b"damaged" + whole[7:], b"short", whole[:-7] + b"changed" + b"longer"):
+        data.write_bytes(ours)
+        vehicle.log.fetch(log, tmp_path)
+        assert data.read_bytes() == whole
+        assert aside.read_bytes() == ours
+
+
 def test_a_log_that_does_not_fit_on_our_disk_is_no_fault_of_the_server(
     vehicle: RemoteVehicle, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
