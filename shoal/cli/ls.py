@@ -14,7 +14,7 @@ import imc
 from imc.discovery import PERIOD, readable_name
 from runtime.problem import printable
 from shoal.cli.hand import clock_text, json_option, no, on_network, print_line, reach_options, seconds
-from shoal.network import Network, System
+from shoal.network import NEAR, Network, System
 
 KINDS = (
     imc.EntityList,
@@ -71,6 +71,7 @@ def ls(watch: bool, duration: float | None, reach: dict[str, Any], as_json: bool
 async def _gather(network: Network, duration: float | None) -> None:
     """Wait until every vehicle that is there has said what is shown, but not long."""
     began = time.monotonic()
+    longest = LONGEST if network.patience <= NEAR else network.patience  # over a radio, packets get lost and come late
     has_told, labels, known = duration is not None, Labels(network), 0
     while (past := time.monotonic() - began) < (network.patience if duration is None else duration):
         await asyncio.sleep(0.02)
@@ -84,7 +85,7 @@ async def _gather(network: Network, duration: float | None) -> None:
         if duration is not None or not there or past < FIRST:
             continue
         is_complete = all(system.last_of(kind) is not None for system in there for kind in SHOWN)
-        if past > LONGEST or (is_complete and known == before and not labels.missing(there)):
+        if past > longest or (is_complete and known == before and not labels.missing(there)):
             return
 
 

@@ -3,7 +3,7 @@
 from shoal.network.blocking import Connection, RemoteLogs, RemoteParameters, RemotePlans, RemoteVehicle
 from shoal.network.connecting import connect, make_network
 from shoal.network.doctor import Contact, Diagnosis, Finding, diagnose
-from shoal.network.link import Arrival, Console, Ear, Link, NetworkError
+from shoal.network.link import NEAR, Arrival, Console, Ear, Link, NetworkError
 from shoal.network.listener import Listener
 from shoal.network.logs import Logs, RemoteLog
 from shoal.network.network import Network, NoAnswer, VehicleLost
@@ -17,6 +17,7 @@ from shoal.network.where import field_of, parse_where
 from shoal.network.zenoh_link import ZenohLink
 
 __all__ = [
+    "NEAR",
     "Arrival",
     "AsyncRemoteVehicle",
     "Connection",

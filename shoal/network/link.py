@@ -5,7 +5,7 @@ A link finds the systems of one network, brings their packets, and carries packe
 the thread of the event loop.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import NamedTuple, Protocol
 
 import imc
@@ -67,6 +67,8 @@ class Link(Protocol):
     trouble: str
     brings_all: bool
     """Whether it brings all messages of a system, not only those that the system sends to consoles."""
+    piece: int
+    """Bytes of a packet, beyond which it goes in pieces that get lost one by one; 0 if nothing gets lost."""
 
     @property
     def patience(self) -> float:
@@ -88,3 +90,11 @@ class Link(Protocol):
     async def close(self) -> None:
         """Leave. Nothing arrives afterwards."""
         ...
+
+
+def too_long(ways: Sequence[Link], size: int) -> str:
+    """Why a packet of so many bytes may not arrive by the first of these ways; empty if it is not for its length."""
+    piece = ways[0].piece if ways else 0
+    if not piece or size <= piece:
+        return ""
+    return f"its {size} bytes go in {-(-size // piece)} pieces, and one that is lost loses all: try imc+tcp://"

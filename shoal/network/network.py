@@ -11,7 +11,7 @@ from typing import Self, TypeVar
 import imc
 from imc.addresses import OPERATORS
 from runtime.problem import printable, suggestion
-from shoal.network.link import EVERYBODY, EVERYTHING, Arrival, Console, Link, NetworkError
+from shoal.network.link import EVERYBODY, EVERYTHING, Arrival, Console, Link, NetworkError, too_long
 from shoal.network.listener import Listener, kind_of_damage
 from shoal.network.systems import MOST_SYSTEMS, System, Systems
 
@@ -306,19 +306,22 @@ class Network:
         finally:
             self.end(listener)
         what = f"{system.name} does not answer {type(request).__name__} within {timeout:g} s"
-        raise NoAnswer(f"{what}; {self._complaint(system)}")
+        raise NoAnswer(f"{what}; {self._complaint(system, len(packet))}")
 
-    def _complaint(self, system: System) -> str:
-        """What the log book of a system says of our packets, as far as we have it."""
+    def _complaint(self, system: System, size: int) -> str:
+        """What the log book of a system says of our packets, or what else may be the reason."""
         ours = f"packet from 0x{self.console.id:04X} "
         texts = [entry.text for entry in system.all_of(imc.LogBookEntry) if ours in entry.text]
-        return printable(f"its log book: {texts[-1]}" if texts else f"`shoal link {system.name}` tells why")
+        guess = too_long(self._ways(system), size) or f"`shoal link {system.name}` tells why"
+        return printable(f"its log book: {texts[-1]}" if texts else guess)
 
     def _send(self, system: System, message: imc.Message, packet: bytes, attempt: int = 0) -> None:
         """By the way that was heard last; further attempts take the others, too."""
-        links = sorted(system.links.values(), key=lambda link: -system.last.get(link.name, 0.0))
-        if links:
+        if links := self._ways(system):
             links[attempt % len(links)].send(system.name, message, packet)
+
+    def _ways(self, system: System) -> list[Link]:
+        return sorted(system.links.values(), key=lambda link: -system.last.get(link.name, 0.0))
 
     def nobody(self) -> str:
         """The sentence for a network without vehicles."""

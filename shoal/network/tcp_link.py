@@ -41,6 +41,7 @@ class TCPLink:
 
     name = "tcp"
     brings_all = False
+    piece = 0
 
     def __init__(self, places: Collection[Endpoint]) -> None:
         self.is_far = not all(is_local(place.address) or place.address == "localhost" for place in places)

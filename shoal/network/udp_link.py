@@ -60,6 +60,7 @@ class UDPLink:
 
     name = "udp"
     brings_all = False
+    piece = 1472  # of Ethernet, without the headers of IP and UDP
 
     def __init__(self, places: Collection[Endpoint] = (Endpoint(LOOPBACK, 0),), ports: Sequence[int] = PORTS) -> None:
         self.trouble = "not open yet"

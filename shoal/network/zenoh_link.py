@@ -52,6 +52,7 @@ class ZenohLink:
     """
 
     brings_all = True
+    piece = 0
 
     def __init__(
         self, connect: Collection[str] = (LOCAL,), config_file: Path | None = None, name: str = "zenoh"

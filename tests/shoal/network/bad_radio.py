@@ -66,6 +66,7 @@ def scene(folder: Path) -> dict[str, Any]:
                 )
             found["good"] = until_heard(net, list(VEHICLES.values()), 30.0)
             net.change(BAD)
+            found["ls"] = command(net, "ls", "--json")
             found["put"] = [command(net, "plan", name, "put", str(folder / "far.yaml")) for name in VEHICLES.values()]
             found["list"] = [command(net, "plan", name, "list") for name in VEHICLES.values()]
             found["start"] = [command(net, "plan", name, "start", "far", "--no-wait") for name in VEHICLES.values()]

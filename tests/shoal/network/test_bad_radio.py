@@ -28,6 +28,7 @@ def test_commands_over_a_bad_radio_work_or_say_why_not_and_a_cut_is_forgotten_in
     seen: dict[str, Any] = json.loads(done.stdout)
     assert seen["alive"] == [True, True]
     assert seen["good"] < 20.0
+    assert any(system["mode"] and system["lat"] for system in json.loads(seen["ls"]["out"])), seen["ls"]
     commands = [result for name in ("put", "list", "start", "status", "get", "set") for result in seen[name]]
     for result in commands:
         assert result["seconds"] < 30.0
