@@ -45,6 +45,20 @@ class Listener:
         return self._waiting.popleft()
 
 
+def imc_type(kind: object) -> type[imc.Message]:
+    """The type itself. Raises TypeError for what is none, such as the name of one."""
+    if isinstance(kind, type) and issubclass(kind, imc.Message):
+        return kind
+    raise TypeError(f"{kind!r} is not a type of message, such as imc.EstimatedState")
+
+
+def imc_message(message: object) -> imc.Message:
+    """The message itself. Raises TypeError for what is none, such as a type of them."""
+    if isinstance(message, imc.Message):
+        return message
+    raise TypeError(f"{message!r} is not a message, such as imc.Heartbeat()")
+
+
 def kind_of_damage(reason: str) -> str:
     """The kind of an error in a packet, without its numbers: there must not be a count for each."""
     if "CRC" in reason:

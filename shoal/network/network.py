@@ -12,7 +12,7 @@ import imc
 from imc.addresses import OPERATORS
 from runtime.problem import printable, suggestion
 from shoal.network.link import EVERYBODY, EVERYTHING, Arrival, Console, Link, NetworkError, too_long
-from shoal.network.listener import Listener, kind_of_damage
+from shoal.network.listener import Listener, imc_type, kind_of_damage
 from shoal.network.systems import MOST_SYSTEMS, System, Systems
 
 M = TypeVar("M", bound=imc.Message)
@@ -145,14 +145,14 @@ class Network:
         self, system: System | None = None, kinds: Collection[type[imc.Message]] = (), *, takes_old: bool = False
     ) -> Listener:
         """What a system says and what is said to it, or all systems say. To be ended with `end`."""
+        self.want(system, kinds)
         listener = Listener(system, kinds, takes_old=takes_old)
         self._listeners.append(listener)
-        self.want(system, kinds)
         return listener
 
     def want(self, system: System | None, kinds: Collection[type[imc.Message]] = ()) -> None:
-        """Have `System.latest` follow messages of some types, or all."""
-        wanted = frozenset(kind.__name__ for kind in kinds) or EVERYTHING
+        """Have `System.latest` follow messages of some types, or all. Raises TypeError for what is no type of them."""
+        wanted = frozenset(imc_type(kind).__name__ for kind in kinds) or EVERYTHING
         for link in self.links:
             link.want(EVERYBODY if system is None else system.name, wanted)
 

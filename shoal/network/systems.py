@@ -9,6 +9,7 @@ from typing import TypeVar
 
 import imc
 from imc.addresses import OPERATORS
+from imc.discovery import PERIOD
 from shoal.network.link import Arrival, Link
 
 M = TypeVar("M", bound=imc.Message)
@@ -16,6 +17,7 @@ MOST_SYSTEMS = 256
 MOST_KEPT = 2048  # messages of one system
 MOST_LABELS = 255
 SILENCE = 5.0  # s; a system sends Heartbeat at 1 Hz
+FORGOTTEN = 1.2 * PERIOD  # s of silence after which a second vehicle of one name counts no longer
 STEP = 60.0  # s; a time stamp that is older than this before the last one means that the clock was set
 WRONG = (imc.EntityState.State.FAULT, imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
 FRESH = 3.0  # s; a packet that also comes over another network counts only if the first was silent for so long
@@ -28,6 +30,7 @@ class System:
     parts: where its processes are, by link and process. heard: packets by link. missed: what did not arrive, or could
     not be read, by reason. others: further ids that use its name. rivals: further systems that use its id. clock: its
     time stamps less our time (s), the smallest difference of the last packets. has_ended: whether its end was told.
+    seen: when each of its ids was heard last.
     """
 
     name: str
@@ -38,6 +41,7 @@ class System:
     last: dict[str, float] = field(default_factory=dict[str, float])
     missed: Counter[str] = field(default_factory=Counter[str])
     others: dict[int, str] = field(default_factory=dict[int, str])
+    seen: dict[int, float] = field(default_factory=dict[int, float])
     rivals: "list[System]" = field(default_factory=list["System"])
     labels: dict[int, str] = field(default_factory=dict[int, str])
     clock: float = float("nan")
@@ -211,10 +215,20 @@ class Systems(dict[str, System]):
         return system
 
     def identify(self, system: System, number: int, place: str) -> None:
-        """Note the id of a system; another one than before is that of a second vehicle."""
+        """Note the id of a system; another one than before is that of a second vehicle, if the first is still heard."""
+        now = time.monotonic()
+        for silent in [each for each, at in system.seen.items() if now - at > FORGOTTEN and each != number]:
+            del system.seen[silent]
+            system.others.pop(silent, None)
+            if silent == system.id:
+                system.id = None
+        if len(system.seen) < MOST_SYSTEMS or number in system.seen:
+            system.seen[number] = now
         if system.id is None:
+            system.others.pop(number, None)
             system.id = number
-            for rival in [other for other in self.values() if other.id == number and other is not system]:
+            known = [system, *system.rivals]
+            for rival in [other for other in self.values() if other.id == number and other not in known]:
                 if f"0x{number:04X}" not in (system.name, rival.name):  # its own number stands for a name not yet heard
                     rival.rivals.append(system)
                     system.rivals.append(rival)

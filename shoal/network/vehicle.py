@@ -9,6 +9,7 @@ import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.discovery import Services
 from shoal.network.link import NetworkError
+from shoal.network.listener import imc_message, imc_type
 from shoal.network.logs import Logs
 from shoal.network.network import Network, NoAnswer
 from shoal.network.parameters import Parameters
@@ -64,7 +65,7 @@ class AsyncRemoteVehicle:
 
         Raises ValueError for a wrong expression, VehicleLost when the vehicle ends or falls silent.
         """
-        test = parse_where(where, kinds, self.network.messages)
+        test = parse_where(where, tuple(map(imc_type, kinds)), self.network.messages)
         stream = self.network.stream(self.system, kinds)
         try:
             async for message in stream:
@@ -84,7 +85,7 @@ class AsyncRemoteVehicle:
 
     async def _check_type(self, message: imc.Message) -> None:
         """Raise Refused if the vehicle announces that it cannot read a message. One of the user's waits for that."""
-        kind, usual = type(message), imc.builtin()
+        kind, usual = type(imc_message(message)), imc.builtin()
         ours = imc.signature(kind)
         theirs = imc.signature(usual.by_id(kind.ID)) if kind.ID in usual.types_by_id else ""
         own = self._announced()

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
@@ -152,6 +153,17 @@ def test_sentences_show_names_without_control_characters(vehicle: RemoteVehicle)
         vehicle.plan.get("zzz")
     assert str(refusal.value).isprintable()
     vehicle.plan.delete("a\x1b[2J")
+
+
+def test_names_and_classes_in_place_of_messages_are_refused_and_harm_nothing(vehicle: RemoteVehicle) -> None:
+    name, kind = cast(Any, "EstimatedState"), cast(Any, imc.Heartbeat)
+    for ask in (vehicle.messages, vehicle.latest, lambda answer: vehicle.request(imc.Heartbeat(), answer)):
+        with pytest.raises(TypeError, match="'EstimatedState' is not a type of message"):
+            list(ask(name))
+    for given in (kind, name):
+        with pytest.raises(TypeError, match="is not a message"):
+            vehicle.send(given)
+    assert "Daemon=0" in vehicle.request(imc.EntityList(op=imc.EntityList.Op.QUERY), imc.EntityList).list
 
 
 def test_requests_of_any_kind(vehicle: RemoteVehicle) -> None:
