@@ -20,8 +20,10 @@ class FuelLevel(Task):
     entity_label_batteries: str = param("Batteries", "", "Entity of the battery.", name="Entity Label - Batteries")
     initial_level: float = param(100.0, "%", "Level at the start.", minimum=0, maximum=100)
     initial_confidence: float = param(80.0, "%", "Confidence of the published level.", minimum=0, maximum=100)
-    warning_level: float = param(20.0, "%", "Below it the entity is in FAULT.", minimum=0, maximum=100)
-    error_level: float = param(10.0, "%", "Below it the entity is in ERROR.", minimum=0, maximum=100)
+    warning_level: float = param(
+        20.0, "%", "Below it the entity is in FAULT.", minimum=0, maximum=100, visibility="user"
+    )
+    error_level: float = param(10.0, "%", "Below it the entity is in ERROR.", minimum=0, maximum=100, visibility="user")
     battery_timeout: float = param(10.0, "s", "The entity is in FAULT after this time without Current.", minimum=0.1)
 
     def configure(self) -> None:

@@ -38,7 +38,7 @@ class FisheyeCamera(Task):
 
     requires = "vision"
 
-    frame_rate: float = param(5.0, "Hz", "Images per second.", minimum=0.01, maximum=1000)
+    frame_rate: float = param(5.0, "Hz", "Images per second.", minimum=0.01, maximum=1000, visibility="user")
     size: int = param(1024, "px", "Width and height of the image.", minimum=1, maximum=4096)
     face_size: int = param(512, "px", "Width of the views that make up the image.", minimum=1, maximum=4096)
     faces: int = param(5, "", "Number of views; the sixth looks up.", choices=(5, 6))
@@ -71,7 +71,10 @@ class FisheyeCamera(Task):
         ["1.0 0.3"], "", 'North and east (m) of each glider, from the start: "1.0 0.3, 25 5".', name="MUGs"
     )
     save_images: bool = param(
-        False, "", "Write the images as PNG to the folder Photos of the log: <camera>_<number>_<s since 1970>.png."
+        False,
+        "",
+        "Write the images as PNG to the folder Photos of the log: <camera>_<number>_<s since 1970>.png.",
+        visibility="user",
     )
     latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
 

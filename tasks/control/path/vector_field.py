@@ -11,7 +11,12 @@ class VectorField(PathFollower):
     """Steers at an angle that shrinks with the distance from the track (Nelson et al., IEEE T-RO 23(3), 2007)."""
 
     corridor_width: float = param(
-        5.0, "m", "Distance from the track at which the entry angle applies.", name="Corridor -- Width", minimum=0.1
+        5.0,
+        "m",
+        "Distance from the track at which the entry angle applies.",
+        name="Corridor -- Width",
+        minimum=0.1,
+        visibility="user",
     )
     entry_angle: float = param(
         15.0,

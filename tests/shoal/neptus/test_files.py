@@ -147,3 +147,22 @@ def test_mistakes_are_named(tmp_path, monkeypatch, arguments):
     result = CliRunner().invoke(main, ["export", "neptus", *arguments])
     assert result.exit_code == 2
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_operators_set_in_the_field_is_visible_to_users(vehicle):
+    answers = []
+    vehicle.tap(imc.EntityParameters, answers.append)
+    vehicle.start()
+    shown = {
+        section.get("name"): [p.get("name") for p in section.findall("param") if text(p, "visibility") == "user"]
+        for section in Xml.fromstring(parameter_list(vehicle)).findall("section")
+    }
+    assert sorted(shown["Fuel Monitor"]) == ["Error Level", "Warning Level"]
+    query = imc.QueryEntityParameters(name="Fuel Monitor", visibility="user", scope="global")
+    packet = imc.encode_as(query, 0.0, 0x4000, 0, vehicle.system, 255)
+    vehicle.bus.hear(imc.decode(packet), packet)
+    vehicle.run(0.2)
+    found = [[param.name for param in answer.params] for answer in answers if answer.dst == 0x4000]
+    assert found == [["Error Level", "Warning Level"]]
+    if vehicle.name != "hexa-00":
+        assert shown["Path Control"] == ["Corridor -- Width"]
