@@ -93,7 +93,7 @@ def _commands(roster: Roster) -> list[Child]:
 
 
 def _run(roster: Roster, duration: float | None) -> int:
-    """Start all, a little apart, and keep them; the exit status: 1 if one has failed for good."""
+    """Start all, a little apart, and keep them; the exit status: 1 if one is down at the end."""
     children = _commands(roster)
     keeper = Keeper([], restart=roster.restart)
     ending: list[int] = []
@@ -123,12 +123,16 @@ def _run(roster: Roster, duration: float | None) -> int:
                     asked = now
                     display.show(watch.alive(), watch.ask(), keeper)
                 time.sleep(LOOK_PERIOD)
-        failing = [child.name for child in keeper.children if child.failures]
+        seconds = time.monotonic() - began
+        crews = list(zip(keeper.children, roster.crews, strict=False))
+        failing = {member.name for child, crew in crews if child.failures for member in crew}
+        done = {member.name for child, crew in crews if child.ended_well for member in crew} - failing
+        down = display.down(watch.alive(), watch.ask(), failing, done)
     finally:
         keeper.stop()
         watch.close()
-    display.end(time.monotonic() - began, failing, keeper)
-    return 1 if any(child.failures for child in keeper.children) and not roster.restart else 0
+    display.end(seconds, down, failing, keeper)
+    return 1 if down else 0
 
 
 class _Display:
@@ -153,9 +157,19 @@ class _Display:
     def tell(self, words: str) -> None:
         self._console.print(Text(printable(f"{time.strftime('%H:%M:%S', time.gmtime())} {words}")), soft_wrap=True)
 
-    def end(self, seconds: float, failing: list[str], keeper: Keeper) -> None:
-        failed = f", failing: {', '.join(failing)}" if failing else ""
-        self.tell(f"{self._roster.name} has ended after {seconds:.1f} s, {_restarts(keeper)}{failed}")
+    def down(self, alive: set[str], views: dict[str, View], failing: set[str], done: set[str]) -> list[str]:
+        """Who is silent, or has run or failed and does not run; not who has not started yet, or has done its work."""
+        names = [member.name for member in self._roster.members if member.name not in done]
+        states = {name: self._state(chunk(name), alive, views) for name in names}
+        once = {name for name in names if name in failing or chunk(name) in self._heard}
+        return [name for name, how in states.items() if how == "silent" or (how == "not running" and name in once)]
+
+    def end(self, seconds: float, down: list[str], failing: set[str], keeper: Keeper) -> None:
+        words = [f"{self._roster.name} has ended after {seconds:.1f} s", _restarts(keeper)]
+        again = [member.name for member in self._roster.members if member.name in failing.difference(down)]
+        words += [f"down: {', '.join(down)}"] if down else []
+        words += [f"restarted lately: {', '.join(again)}"] if again else []
+        self.tell(", ".join(words))
 
     def show(self, alive: set[str], views: dict[str, View], keeper: Keeper) -> None:
         if self._live is not None:
