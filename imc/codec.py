@@ -26,6 +26,7 @@ from imc.wire_check import first_problem, wire_violations
 ByteOrder = Literal["little", "big"]
 
 _LITTLE = Message.SYNC.to_bytes(2, "little")
+_SIZE_AND_ADDRESS = struct.Struct("<H" + ADDRESS).unpack_from
 _HEADERS = {"little": struct.Struct("<" + HEADER), "big": struct.Struct(">" + HEADER)}
 _UNSUITABLE = (struct.error, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
 
@@ -105,6 +106,7 @@ class Codec:
         self.sync = sync
         self._readers = {"little": _Readers(by_id, "<"), "big": _Readers(by_id, ">")}
         self._fixed: dict[bytes, _Fixed] = {}
+        self._variable: dict[bytes, Reader] = {}
 
     def decode(self, packet: bytes) -> Message:
         """The message in a packet: an instance of its id's class, or Unknown. Bytes after the packet are ignored.
@@ -123,7 +125,7 @@ class Codec:
             # CRC-16/ARC over data and its own little-endian CRC is zero.
             if len(packet) == size and not arc(packet):
                 return cls(*unpack(packet, 6))
-        return self._decode(bytes(packet))
+        return self._read(bytes(packet))
 
     def decode_first(self, data: bytes) -> tuple[Message, bytes]:
         """The message at the start of a datagram, and its packet: without the bytes after it. Raises DecodeError."""
@@ -132,12 +134,34 @@ class Codec:
             size, cls, unpack = fixed
             if len(data) == size and not arc(data):
                 return cls(*unpack(data, 6)), data
-        return self._decode(data), first_packet(data)
+        message = self._read_variable(data)
+        return (message, data) if message is not None else (self._decode(data), first_packet(data))
 
     def reread(self, packet: bytes) -> Message:
         """Like `decode`, for a packet that `encode` has just made: its CRC is not checked again."""
         fixed = self._fixed.get(packet[:6])
-        return self._decode(packet) if fixed is None else fixed.cls(*fixed.unpack(packet, 6))
+        if fixed is not None:
+            return fixed.cls(*fixed.unpack(packet, 6))
+        return self._read(packet)
+
+    def _read(self, packet: bytes) -> Message:
+        message = self._read_variable(packet)
+        return self._decode(packet) if message is None else message
+
+    def _read_variable(self, packet: bytes) -> Message | None:
+        """The message, if `_decode` has already accepted one of this id and of variable size, and nothing is wrong."""
+        read = self._variable.get(packet[:4])
+        if read is None or arc(packet) or len(packet) < SMALLEST_PACKET:
+            return None
+        size, *address = _SIZE_AND_ADDRESS(packet, 4)
+        end = HEADER_SIZE + size
+        if len(packet) != end + FOOTER_SIZE:
+            return None
+        try:
+            message, offset = read(packet, HEADER_SIZE, *address, 0)
+        except struct.error:
+            return None
+        return message if offset == end else None
 
     def _decode(self, packet: bytes) -> Message:
         order = byte_order(packet, self.sync)
@@ -159,10 +183,13 @@ class Codec:
             raise DecodeError(f"{cls.__name__}: payload of {size} bytes is too short")
         if offset < end:
             force_setattr(message, "surplus", packet[offset:end])
-        elif order == "little" and not VARIABLE.intersection(cls.WIRE):
-            self._fixed[packet[:6]] = _Fixed(
-                end + FOOTER_SIZE, cls, struct.Struct("<" + ADDRESS + cls.WIRE).unpack_from
-            )
+        elif order == "big":
+            pass
+        elif VARIABLE.intersection(cls.WIRE):
+            self._variable[packet[:4]] = self._readers[order][id]
+        else:
+            unpack = struct.Struct("<" + ADDRESS + cls.WIRE).unpack_from
+            self._fixed[packet[:6]] = _Fixed(end + FOOTER_SIZE, cls, unpack)
         return message
 
 

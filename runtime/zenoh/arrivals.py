@@ -102,7 +102,7 @@ class Arrivals:
 
     def arrive(self, sample: "zenoh.Sample") -> None:
         """Pass on the packet of a sample, unless it has arrived before, is too large, or not its sender's to send."""
-        source, name = sample.source_info, ""
+        source, name, place = sample.source_info, "", str(sample.key_expr)
         if source is not None:
             whose, number = source.source_id, source.source_sn
             publisher = whose.zid, whose.eid
@@ -115,18 +115,17 @@ class Arrivals:
                     return  # a duplicate: of a state, or two routers that both reach this process have forwarded it
                 last.number, name = number, last.session
             if ahead > 1:
-                self.lost.count(f"last at {sample.key_expr}", ahead - 1)
+                self.lost.count(f"last at {place}", ahead - 1)
         payload = sample.payload
         if len(payload) > LARGEST_PACKET:
-            self.oversize.count(f"last: {len(payload)} bytes at {sample.key_expr}")
+            self.oversize.count(f"last: {len(payload)} bytes at {place}")
             return
         packet = payload.to_bytes()
-        if self._gate is not None and len(packet) >= SMALLEST_PACKET:
-            place = str(sample.key_expr)
-            if why := self._gate.objection(place, packet, name):
-                self.strange.count(f"last at {place}: {why}")
-                return
-        if "*" in str(sample.key_expr) and not self._is_new(packet):
+        gate = self._gate if len(packet) >= SMALLEST_PACKET else None
+        if gate is not None and (why := gate.objection(place, packet, name)):
+            self.strange.count(f"last at {place}: {why}")
+            return
+        if "*" in place and not self._is_new(packet):
             return  # a key with wildcards reaches several subscribers
         self._receive(packet)
 

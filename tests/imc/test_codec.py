@@ -5,8 +5,10 @@ from typing import Any, Literal
 
 import msgspec
 import pytest
+from fastcrc.crc16 import arc
 
 import imc
+from imc.codec import Codec
 from imc.compiler import DEEPEST
 from imc.messages import BY_ID
 
@@ -174,3 +176,30 @@ def test_a_datagram_gives_its_first_message_and_that_packet_alone(message: imc.M
     for damaged in (packet[:-1], packet[:-1] + b"\0\0", b""):
         with pytest.raises(imc.DecodeError):
             codec.decode_first(damaged)
+
+
+def outcome(codec: Codec, data: bytes) -> object:
+    try:
+        return codec.decode_first(data)
+    except imc.DecodeError as error:
+        return str(error)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        imc.LogBookEntry(htime=1.0, text="hier: ä", src=7),
+        imc.PlanSpecification(plan_id="a", maneuvers=(imc.PlanManeuver(data=imc.Goto(speed=1.5)),)),
+        imc.MessagePart(data=b"abc"),
+    ],
+)
+def test_a_codec_that_has_read_a_message_judges_the_next_packets_like_one_that_has_not(message: imc.Message) -> None:
+    packet, used = imc.encode(message), Codec(BY_ID.__getitem__, imc.Message.SYNC)
+    assert used.decode_first(packet)[0] == message
+    longer = imc.encode(message.replace(surplus=b"more"))
+    wrong = [bytes([*packet[:at], packet[at] ^ 1 << at % 8, *packet[at + 1 :]]) for at in range(len(packet))]
+    with_good_crc = [data[:-2] + arc(data[:-2]).to_bytes(2, "little") for data in wrong]
+    for data in (*wrong, *with_good_crc, packet[:-1], packet + b"more", longer, imc.encode(message, "big"), packet):
+        fresh = outcome(Codec(BY_ID.__getitem__, imc.Message.SYNC), data)
+        assert outcome(used, data) == fresh
+        assert not isinstance(fresh, tuple) or used.decode(data) == used.reread(data) == fresh[0]
