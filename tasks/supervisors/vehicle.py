@@ -35,6 +35,9 @@ class Vehicle(Task):
     )
     failsafe_timeout: float = param(5.0, "s", "Longest time without this Heartbeat.", minimum=1.5)
     vital_entities: list[str] = param([], "", "Entities whose errors count even if a plan ignores errors.")
+    reported_entities: list[str] = param(
+        ["Logger"], "", "Further entities whose errors VehicleState names; they do not change the mode."
+    )
 
     def start(self) -> None:
         self._mode = Mode.BOOT
@@ -281,11 +284,15 @@ class Vehicle(Task):
         self._publish_state()
 
     def _publish_state(self) -> None:
+        errors = [*self._errors]
+        if errors or self._mode is not Mode.ERROR:  # an ERROR without them has another reason
+            ill = (self.vehicle.entities.label(self.system, entity) for entity in self._complaints)
+            errors += [label for label in ill if label in self.reported_entities and label not in errors]
         self.publish(
             imc.VehicleState(
                 op_mode=self._mode,
-                error_count=min(255, len(self._errors)),
-                error_ents=",".join(self._errors),
+                error_count=min(255, len(errors)),
+                error_ents=",".join(errors),
                 maneuver_type=self._type,
                 maneuver_stime=self._since,
                 maneuver_eta=self._eta,

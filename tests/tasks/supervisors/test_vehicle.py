@@ -6,7 +6,7 @@ import pytest
 from flying import BROADCAST, CCU, OWN, changes
 
 import imc
-from runtime import Task, consume, periodic
+from runtime import State, Task, consume, periodic
 from runtime.testing import simulate
 from tasks.supervisors.vehicle import Vehicle
 
@@ -288,3 +288,24 @@ def test_a_maneuver_whose_task_fails_is_noticed_at_once():
 def test_the_failure_of_another_entity_changes_nothing():
     other = imc.EntityState(timestamp=4.0, src_ent=200, state=imc.EntityState.State.FAILURE)
     assert modes(watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto()), other))[-1] == "MANEUVER"
+
+
+class Logger(Task):
+    """Has no disk from the fourth to the seventh second."""
+
+    @periodic(1.0)
+    def look(self) -> None:
+        full = 4.0 <= self.now - self.vehicle.start_time < 7.0
+        self.set_entity_state(State.FAILURE if full else State.NORMAL, "No space left on device" if full else "")
+
+
+def test_a_full_disk_is_an_error_of_the_vehicle_that_leaves_its_mode():
+    run = watched(order(Command.EXEC_MANEUVER, maneuver=imc.Goto()), tasks=(Puppet, Logger))
+    begun = [m for m in run.of(imc.VehicleState) if m.timestamp - run.vehicle.start_time >= 2.1]
+    assert {m.op_mode for m in begun} == {Mode.MANEUVER}
+    told = changes((m.error_count, m.error_ents) for m in begun)
+    assert told == [(0, ""), (1, "Logger"), (0, "")]
+    sick = [order(Command.EXEC_MANEUVER, maneuver=imc.Goto()), imc.Abort(timestamp=5.0), SICK.replace(timestamp=5.4)]
+    run = watched(*sick, tasks=(Puppet, Logger))
+    errors = changes(m.error_ents for m in run.of(imc.VehicleState) if m.op_mode == Mode.ERROR)
+    assert errors == ["", "GPS,Logger"], "an ERROR is not put down to the Logger"
