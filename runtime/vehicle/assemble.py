@@ -178,6 +178,7 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
             config,
             vehicle.systems.name,
             vehicle.entities.label,
+            system_id=vehicle.systems.id,
             part=Part(vehicle.name, vehicle.system, here, vehicle.process or MAIN),
             concerns=partial(_concerns, vehicle),
             speaks_for=partial(_speaks_for, vehicle),

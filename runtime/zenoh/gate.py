@@ -25,8 +25,8 @@ class Gate:
     """The rules of one process of a vehicle, `part`.
 
     `vehicles` are the names of other vehicles that access control lets in; `ids` gives the ids of those that run, by
-    their names in keys. `system_name` gives the name of an id, `is_sibling` says of a session (zenoh id) whether it
-    runs another part of this vehicle.
+    their names in keys. `system_name` gives the name of an id, `system_id` the id of a name that the profile lists;
+    `is_sibling` says of a session (zenoh id) whether it runs another part of this vehicle.
     """
 
     def __init__(
@@ -36,6 +36,7 @@ class Gate:
         ids: Callable[[], Mapping[str, frozenset[int]]],
         system_name: Callable[[int], str],
         is_sibling: Callable[[str], bool],
+        system_id: Callable[[str], int | None] = lambda _: None,
     ) -> None:
         self._system = part.system
         self._name = chunk(part.vehicle)
@@ -44,6 +45,7 @@ class Gate:
         self._ids = ids
         self._system_name = system_name
         self._is_sibling = is_sibling
+        self._system_id = system_id
         self._places: dict[str, tuple[str, str]] = {}
 
     def objection(self, key: str, packet: bytes, session: str) -> str:
@@ -66,11 +68,15 @@ class Gate:
         ids, is_listed = self._ids().get(name, frozenset[int]()), name in self._listed
         if name == self._name or (ids and source not in ids):
             return f"of 0x{source:04X}, which is not {name}"
+        known = None if ids else self._system_id(name)  # a vehicle that runs tells its id itself
+        is_known = known is not None and known not in OPERATORS
+        if is_known and source != known:
+            return f"of 0x{source:04X}, which is not {name}"
         if is_listed:
             owner = self._system_name(source)  # by the profile: the ids of a token are what the vehicle says itself
             if source in OPERATORS or (owner != name and chunk(owner) not in (name, f"0x{source:04X}")):
                 return f"of {owner}, which is not {name}"
-        is_vehicle = is_listed or (ids and source not in OPERATORS)
+        is_vehicle = is_listed or is_known or (ids and source not in OPERATORS)
         if is_vehicle and kind in OBEYED_FROM_ALL and destination in TO_ALL:
             return f"{OBEYED_FROM_ALL[kind]} of another vehicle for all"
         return ""

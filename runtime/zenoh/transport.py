@@ -38,6 +38,7 @@ class ZenohTransport:
     """A Transport between all processes of a bus, in whatever order they start.
 
     `system_name(id)` and `entity_label(system, entity)` give the names in keys; the number replaces an empty label.
+    `system_id(name)` gives the id of a system that the profile lists, None for others.
     `part` is what of a vehicle runs here: another process that runs the same is refused, and packets in the name of the
     vehicle are taken only from processes that run its other parts. `concerns` says whether the tasks that answer a
     request run here, or raises LookupError with the reason why nobody does; `speaks_for` says whether the last messages
@@ -54,6 +55,7 @@ class ZenohTransport:
         system_name: Callable[[int], str],
         entity_label: Callable[[int, int], str],
         *,
+        system_id: Callable[[str], int | None] = lambda _: None,
         part: Part | None = None,
         concerns: Callable[[imc.Message], bool] = lambda _: True,
         speaks_for: Callable[[int], bool] = lambda _: True,
@@ -63,7 +65,7 @@ class ZenohTransport:
         self.config = config
         self._residents = Residents()
         vehicles, ids = config.security.vehicles or (), lambda: self._residents.ids
-        gate = None if part is None else Gate(part, vehicles, ids, system_name, self._is_sibling)
+        gate = None if part is None else Gate(part, vehicles, ids, system_name, self._is_sibling, system_id)
         self.arrivals = Arrivals(self._take, gate, tell)
         self.unsent = FaultCounter("could not be sent", tell)
         self._part = part
@@ -203,7 +205,8 @@ class ZenohTransport:
                 return self._opener.open(layout.config), layout, held
             except zenoh.ZError as error:
                 if not (layout.session and is_held(layout.session)):
-                    raise ConnectionError(f"zenoh: {explain(error)}") from None
+                    where = f" cannot listen at {', '.join(layout.listen)}" if layout.listen else ""
+                    raise ConnectionError(f"zenoh{where}: {explain(error)}") from None
         raise ConnectionError(f"zenoh: all {SESSIONS} ports for the processes of this computer are in use")
 
     def _leave(self, session: "zenoh.Session") -> None:

@@ -15,7 +15,7 @@ from tests.outside import until
 from tests.runtime.zenoh.processes import Network
 from tests.runtime.zenoh.test_security import certificates
 
-OWN, OTTER, CARAVEL, GROUND = 0x001A, 0x2201, 0x0804, 0x4001
+OWN, OTTER, CARAVEL, MANTA, GROUND = 0x001A, 0x2201, 0x0804, 0x0805, 0x4001
 NAMES = {OWN: "pole", OTTER: "otter", CARAVEL: "caravel"}
 SIBLING = "5161"
 
@@ -28,7 +28,8 @@ def gate(*listed: str) -> Gate:
     """Of the vehicle pole, while otter runs on the bus."""
     running = {"otter": frozenset({OTTER}), "pole": frozenset({OWN})}
     part = Part("pole", OWN, 1)
-    return Gate(part, listed, lambda: running, named, lambda zid: zid == SIBLING)
+    profile = {"manta": MANTA, "otter": 0x0999, "station": GROUND}
+    return Gate(part, listed, lambda: running, named, lambda zid: zid == SIBLING, profile.get)
 
 
 REFUSED = [
@@ -42,6 +43,8 @@ REFUSED = [
     ("otter/Abort/X", imc.Abort(src=OTTER), "an Abort of another vehicle for all"),
     ("otter/Abort/X", imc.Abort(src=OTTER, dst=0xFFF0), "an Abort of another vehicle for all"),
     ("otter/MessagePart/X", imc.MessagePart(src=OTTER), "a part of a message, which may be a command, of another"),
+    ("manta/Abort/X", imc.Abort(src=GROUND), "of 0x4001, which is not manta"),
+    ("manta/Abort/X", imc.Abort(src=MANTA), "an Abort of another vehicle for all"),
     ("pole/EstimatedState/X", imc.EstimatedState(src=GROUND), "of 0x4001, which is not pole"),
     ("pole/@heard/Heartbeat/ccu", imc.Heartbeat(src=GROUND), "in the name of this vehicle"),
     ("pole/@cmd/Abort/pole", imc.Abort(src=OWN, dst=OWN), "in the name of this vehicle"),
@@ -53,6 +56,8 @@ TAKEN = [
     ("otter/Heartbeat/Daemon", imc.Heartbeat(src=OTTER, dst=0)),
     ("otter/@cmd/PlanControl/ccu", imc.PlanControl(src=GROUND, dst=OTTER)),
     ("ccu/Abort/ccu", imc.Abort(src=GROUND)),
+    ("station/Abort/ccu", imc.Abort(src=0x4002)),
+    ("manta/EstimatedState/Navigation", imc.EstimatedState(src=MANTA)),
     ("ccu/Heartbeat/ccu", imc.Heartbeat(src=GROUND, dst=0xFFF0)),
     ("buoy/Temperature/T", imc.Temperature(src=0x7777)),
     ("pole/@cmd/PlanControl/ccu", imc.PlanControl(src=GROUND, dst=OWN)),
