@@ -157,7 +157,7 @@ class ZenohConfig:
             session = ports.pop() if mode != "client" else ""
             listen = [meeting_point, *listen]
             connect = [meeting_point, *(ports if mode != "client" else ()), *connect]
-        fixed = [] if mode == "client" else [endpoint for endpoint in listen if not _ANY_PORT.search(endpoint)]
+        fixed = [endpoint for endpoint in listen if session and not _ANY_PORT.search(endpoint)]
         others = [] if mode == "client" else [e for e in listen if e not in fixed]
         insert(config, "listen/endpoints", [session, *others] if session else others)
         insert(config, "connect/endpoints", connect)

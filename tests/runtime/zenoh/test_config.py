@@ -14,6 +14,8 @@ from runtime.zenoh import ZenohConfig, ZenohTransport
 from runtime.zenoh.arrivals import Arrivals
 from runtime.zenoh.keys import chunk, key
 from runtime.zenoh.meeting import is_held
+from tests.outside import until
+from tests.runtime.zenoh.processes import local_port
 
 
 @pytest.mark.parametrize(
@@ -213,6 +215,23 @@ def test_a_listener_that_cannot_work_is_an_error_with_its_reason() -> None:
         transport(listen=("tls/127.0.0.1:1",)).open(lambda packet: None)
     with pytest.raises(ConnectionError, match="onnect"):
         transport(mode="client", connect=("tcp/127.0.0.1:1",)).open(lambda packet: None)
+
+
+def test_a_process_that_does_not_join_those_of_its_computer_listens_itself() -> None:
+    port = local_port()
+    packets: list[bytes] = []
+    message = imc.Abort(src=1, timestamp=1.0)
+    one, other = transport(listen=(f"tcp/127.0.0.1:{port}",)), transport(connect=(f"tcp/127.0.0.1:{port}",))
+    one.open(packets.append)
+    try:
+        with pytest.raises(ConnectionError, match=f"{port}"):
+            transport(listen=(f"tcp/127.0.0.1:{port}",)).open(lambda packet: None)
+        other.open(lambda packet: None)
+        until(lambda: other.send(message, imc.encode(message)) or packets, every=0.05)
+    finally:
+        other.close()
+        one.close()
+    assert set(packets) == {imc.encode(message)}
 
 
 def test_a_transport_that_is_not_open_sends_nothing_and_closes_twice() -> None:
