@@ -6,13 +6,14 @@ They go beside the packets: at imc/<vehicle>/@frame/<camera>, the pixels as payl
 import contextlib
 import queue
 import threading
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import msgspec
 
 from runtime.bus import Frame
-from runtime.zenoh.config import explain
+from runtime.zenoh.config import LONGEST_FRAME, explain
 from runtime.zenoh.faults import FaultCounter
 from runtime.zenoh.keys import PREFIX, chunk
 from runtime.zenoh.memory import ADVICE, lockable
@@ -127,7 +128,11 @@ class Frames:
                 pixels = self._in_shared_memory(frame.image.tobytes())
                 publisher = self._publishers[frame.camera]
                 source = zenoh.SourceInfo(publisher.id, frame.index & 0xFFFFFFFF)
+                began = time.monotonic()
                 publisher.put(pixels, attachment=msgspec.msgpack.encode(head), source_info=source)
+                if time.monotonic() - began >= LONGEST_FRAME / 1e6:  # zenoh has dropped it without a word
+                    size, limit = frame.image.nbytes / 1e6, LONGEST_FRAME / 1e6
+                    self.unsent.count(f"{frame.camera}: the network takes longer than {limit:g} s for {size:.3g} MB")
             except (zenoh.ZError, KeyError) as error:
                 self.unsent.count(f"{frame.camera}: {error}")
 

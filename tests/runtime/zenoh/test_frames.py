@@ -84,8 +84,29 @@ def test_frames_of_4_mb_arrive_without_shared_memory(network: Network) -> None:
     numbers = itertools.count()
     until(lambda: sender.share(Frame(1.0, "Front", next(numbers), image, {})) or len(got) > 3, every=0.05)
     assert all(np.array_equal(frame.image, image) for frame in got)
+    assert sender.unsent.total == 0
     for transport in (main, vision):
         transport.close()
+
+
+def test_a_frame_that_the_network_takes_too_long_for_is_counted_and_told(
+    frames: Frames, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    times = iter([10.0, 10.9, 20.0, 21.001])  # before and after each put; zenoh drops a frame after a second
+    monkeypatch.setattr("runtime.zenoh.frames.time", SimpleNamespace(monotonic=times.__next__))
+    sent: list[bytes] = []
+    status = SimpleNamespace(matching=True)
+    frames._publishers["Front"] = SimpleNamespace(
+        matching_status=status, put=lambda pixels, **_: sent.append(pixels), id=None, undeclare=lambda: None
+    )
+    monkeypatch.setattr(zenoh, "SourceInfo", lambda *_: None)
+    frames._shares = False
+    frames.share(Frame(1.0, "Front", 1, np.zeros((1024, 1024, 4), np.uint8), {}))
+    frames.share(Frame(2.0, "Front", 2, np.zeros((1024, 1024, 4), np.uint8), {}))
+    until(lambda: frames.unsent.total, every=0.01)
+    assert (len(sent), frames.unsent.total) == (2, 1)
+    assert "Front: the network takes longer than 1 s for 4.19 MB" in caplog.text
+    frames.close()
 
 
 def test_a_vehicle_hears_of_others_only_what_it_wants() -> None:
