@@ -19,6 +19,7 @@ Mode = Literal["peer", "router", "client"]
 LOCAL_PORT = 7447
 SESSION_OFFSET = 53
 SESSIONS = 32
+LEASE = 6000  # ms; a process that says nothing for so long has gone
 LONGEST_STALL = 250_000  # µs for which commands wait for a receiver that is 1 MB of them behind; then it is cut off
 LONGEST_FRAME = 1_000_000  # µs until a frame that does not go through shared memory has been sent, else it is dropped
 
@@ -176,6 +177,7 @@ class ZenohConfig:
         # Frames are put into shared memory by runtime.zenoh.frames, packets by zenoh itself, from a pool of 17 MB.
         put("transport/shared_memory/enabled", None, True)
         put("transport/shared_memory/transport_optimization/enabled", self.shared_memory, False)
+        put("transport/link/tx/lease", None, LEASE)
         put("timestamping/enabled", None, True)  # zenoh keeps the last state of a publisher by its time
         for priority in ("real_time", "data"):
             put(f"transport/link/tx/queue/size/{priority}", None, 16)

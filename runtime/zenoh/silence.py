@@ -1,6 +1,6 @@
 """Ends links to other computers that are silent for some seconds, so that they can be made again.
 
-zenoh ends a silent link after 10 s, but waits until what it wrote last has left. Behind a cut cable that takes TLS up
+zenoh ends a silent link after LEASE, but waits until what it wrote last has left. Behind a cut cable that takes TLS up
 to a minute, and when the cable is back, the operating system sends again only after another. TCP_USER_TIMEOUT (RFC
 5482) ends such a connection. zenoh has no setting for it, so it is set here, at the sockets that zenoh has opened.
 """
@@ -12,12 +12,12 @@ import socket
 import threading
 from typing import TYPE_CHECKING, Any
 
-from runtime.zenoh.config import is_loopback
+from runtime.zenoh.config import LEASE, is_loopback
 
 if TYPE_CHECKING:
     import zenoh
 
-LONGEST = 6000  # ms; with zenoh's sign of life each 2.5 s, a cut is noticed in less than 10 s
+LONGEST = LEASE  # ms; with zenoh's sign of life each 1.5 s, a cut is noticed in less than 10 s
 PERIOD = 1.0  # s
 SOCKETS = "/proc/self/fd"
 POSSIBLE = hasattr(socket, "TCP_USER_TIMEOUT") and os.path.isdir(SOCKETS)

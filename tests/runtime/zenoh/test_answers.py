@@ -6,6 +6,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 import imc
 from tests.outside import slowness
 from tests.runtime.zenoh.processes import Network, Process
@@ -128,3 +130,21 @@ def test_births_and_deaths_are_seen_within_a_second(network: Network, tmp_path: 
             first = Vehicle(network, tmp_path / "second")
             wait_until(first.swims, first)
             assert process.line() == {"token": token, "born": True}
+
+
+@pytest.mark.heavy
+def test_a_process_that_is_stopped_is_given_up_in_seconds_and_known_again_when_it_goes_on(
+    network: Network, tmp_path: Path
+) -> None:
+    vehicle = Vehicle(network, tmp_path)
+    wait_until(vehicle.swims, vehicle)
+    process = asker(network)
+    process.ask("watch imc/*/@alive/**")
+    token = f"imc/{NAME}/@alive/{SYSTEM:04x}/main"
+    assert process.line() == {"token": token, "born": True}
+    vehicle.popen.send_signal(signal.SIGSTOP)
+    stopped = time.monotonic()
+    assert process.line() == {"token": token, "born": False}
+    assert 2.0 < time.monotonic() - stopped < 8.0 * slowness()
+    vehicle.popen.send_signal(signal.SIGCONT)
+    assert process.line() == {"token": token, "born": True}
