@@ -16,6 +16,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, cast
 
 from runtime.networks import interfaces
+from runtime.zenoh.faults import REPORT_PERIOD
 from runtime.zenoh.keys import PREFIX, alive_key, chunk
 
 if TYPE_CHECKING:
@@ -134,6 +135,7 @@ class Presence:
         self._others: dict[str, Other] = {}
         self._changed = threading.Condition()
         self._accepted = self._has_told = False
+        self._tell_next = 0.0
         self._tell_process = note
         self._watching: Any = None
         self._alive: Any = None
@@ -246,8 +248,13 @@ class Presence:
             self.siblings = frozenset(o.zid for o in parts)
             self._changed.notify_all()
             is_twin = cast(Any, sample).kind == zenoh.SampleKind.PUT and other.entities & self._part.entities
-        if self._accepted and is_twin and other.phase == RUNNING:
-            self._tell(f"{self._part.vehicle} also runs {other.since}; its packets are ignored here. End one of them")
+            twins = sum(o.phase == RUNNING and bool(o.entities & self._part.entities) for o in self._others.values())
+        if self._accepted and is_twin and other.phase == RUNNING and (now := time.monotonic()) >= self._tell_next:
+            self._tell_next = now + REPORT_PERIOD
+            more = f", and in {twins - 1} more processes" if twins > 1 else ""
+            self._tell(
+                f"{self._part.vehicle} also runs {other.since}{more}; its packets are ignored here. End one of them"
+            )
 
 
 def _computer(host: str) -> str:

@@ -5,9 +5,13 @@ import signal
 import time
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
+
+import zenoh
 
 import imc
-from tests.outside import slowness
+from runtime.zenoh import Part, ZenohConfig, ZenohTransport
+from tests.outside import slowness, until
 from tests.runtime.zenoh.processes import PATIENCE, PEERS, Network
 from tests.runtime.zenoh.vehicles import NAME, SYSTEM, Vehicle, wait_until
 
@@ -122,3 +126,23 @@ def test_who_waits_for_a_process_that_does_not_answer_says_so(network: Network, 
     assert "does not answer (stopped, or very busy); waiting up to 5 s" in vehicle.errors[0]
     wait_until(vehicle.swims, vehicle)
     assert not vehicle.ended(), vehicle.errors
+
+
+def test_others_that_claim_to_be_this_vehicle_are_told_once_in_a_while(network: Network) -> None:
+    told: list[str] = []
+    config = ZenohConfig(local_port=network.local_port, scouting="none", vehicle="v")
+    transport = ZenohTransport(
+        config, "0x{:04X}".format, lambda *_: "Daemon", part=Part("v", 1, 0b11), tell=told.append
+    )
+    transport.open(lambda packet: None)
+    settings: Any = zenoh.Config()
+    settings.insert_json5("mode", '"client"')
+    settings.insert_json5("connect/endpoints", f'["tcp/127.0.0.1:{network.local_port}"]')
+    with zenoh.open(settings) as session:
+        liveliness = session.liveliness()
+        claims = [liveliness.declare_token(f"imc/v/@run/running/{n:x}/h/1/{n:x}/ff") for n in range(100)]
+        until(lambda: transport._presence is not None and len(transport._presence._others) == 100)
+        assert len(claims) == 100
+    transport.close()
+    assert len(told) == 1
+    assert told[0].startswith("v also runs on h, process 1, since 1970-01-01 ")
