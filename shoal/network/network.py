@@ -20,11 +20,9 @@ A = TypeVar("A")
 MOST_REPLIES = 64  # remembered, since they may come by several ways
 REPEAT = 0.4  # s between copies of a request that is not answered
 GRACE = 1.0  # s in which a system that vanished may come back by another way
-PATIENCE = 3.0  # s for an answer
 COMPANY = 0.15  # s in which a second vehicle of the same name answers our first Announce, too
 TOLD = 2.5  # s since its last packet, after which a system that vanishes has fallen silent before; Heartbeat has 1 Hz
 LONGEST = 8.0  # s for a system to say its id
-LATE = 6.0  # s more for the first answer: DUNE sends nothing for 5 s
 LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
 BASIC = ("Heartbeat",)
 """What is asked of a system that we talk to, so that its silence is noticed."""
@@ -179,7 +177,7 @@ class Network:
         self, system: System, kind: type[M], timeout: float | None = None, entity: str = "", *, takes_old: bool = False
     ) -> M:
         """The next message of a type, of one entity (label) if it is named. Raises NoAnswer, VehicleLost."""
-        timeout = _time_for(system) if timeout is None else timeout
+        timeout = system.patience if timeout is None else timeout
         listener = self.listen(system, (kind,), takes_old=takes_old)
         deadline = time.monotonic() + timeout
         try:
@@ -284,7 +282,7 @@ class Network:
         Copies are equal to the last byte, so that a vehicle can know them. `number` is the id of the one that is meant,
         of several with one name. Raises NoAnswer, VehicleLost, and what `answer` raises.
         """
-        timeout = _time_for(system) if timeout is None else timeout
+        timeout = system.patience if timeout is None else timeout
         listener = self.listen(system, kinds)
         number = system.id if number is None else number
         packet = imc.encode(self.address(system, request, number))
@@ -347,8 +345,3 @@ class Network:
             hint = suggestion(name, there) or "`shoal ls` lists them"
             return f"no vehicle {printable(name)!r} on the network; {hint}{self._troubles() if self.unreached else ''}"
         return self.nobody()
-
-
-def _time_for(system: System) -> float:
-    """For an answer (s)."""
-    return PATIENCE + (LATE if system.is_mute else 0.0)

@@ -20,6 +20,8 @@ SILENCE = 5.0  # s; a system sends Heartbeat at 1 Hz
 FORGOTTEN = 1.2 * PERIOD  # s of silence after which a second vehicle of one name counts no longer
 STEP = 60.0  # s; a time stamp that is older than this before the last one means that the clock was set
 WRONG = (imc.EntityState.State.FAULT, imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
+PATIENCE = 3.0  # s for an answer
+LATE = 6.0  # s more for the first answer: DUNE sends nothing for 5 s
 FRESH = 3.0  # s; a packet that also comes over another network counts only if the first was silent for so long
 
 
@@ -63,6 +65,11 @@ class System:
     def is_mute(self) -> bool:
         """Whether it has announced itself, but said nothing yet."""
         return all(name == imc.Announce.__name__ for name, _ in self.latest)
+
+    @property
+    def patience(self) -> float:
+        """How long to wait for its answer (s)."""
+        return PATIENCE + (LATE if self.is_mute else 0.0)
 
     @property
     def is_vehicle(self) -> bool:

@@ -1,7 +1,6 @@
 """Systems on a zenoh bus: a client of the processes of this computer, or of an endpoint elsewhere."""
 
 import asyncio
-import socket
 import threading
 from collections import deque
 from collections.abc import Callable, Collection
@@ -13,6 +12,7 @@ from urllib.parse import unquote
 import imc
 from runtime.zenoh import LOCAL_PORT, Opener, ZenohConfig, chunk, explain, key, parse_token
 from shoal.network.link import EVERYBODY, FAR, NEAR, Arrival, Console, Ear
+from shoal.network.zenoh_trouble import why_not
 
 if TYPE_CHECKING:
     import zenoh
@@ -27,12 +27,6 @@ MOST_WAITING = 1 << 16  # packets between zenoh's threads and ours
 AT_ONCE = 512
 MOST_PUBLISHERS = 4096
 CLOSING = 1.0  # s
-OVER_TCP = ("tcp", "tls", "ws")
-ACCEPTING = 0.5  # s for an endpoint to accept a connection
-REFUSED = (
-    "it wants a certificate of its own authority, or a user and password; or its certificate is of another authority; "
-    "or it is stopped, or not zenoh"
-)
 LAST_TRY = 0.3  # s to wait for a connection that is being tried: most are made or refused at once
 
 
@@ -155,7 +149,7 @@ class ZenohLink:
             except zenoh.ZError as error:
                 trouble = f"zenoh: {explain(error)}"
                 if "connect" in str(error).lower():
-                    trouble = await asyncio.to_thread(_why_not, self._connect)
+                    trouble = await asyncio.to_thread(why_not, self._connect)
                 self.trouble = trouble
                 opened.set()
                 await asyncio.sleep(RETRY)
@@ -326,22 +320,6 @@ class ZenohLink:
             self._numbers.clear()
         self._numbers[publisher] = number
         return True
-
-
-def _why_not(endpoints: Collection[str]) -> str:
-    """Why zenoh could not connect, which it does not tell: nobody is there, or who is there did not let us in."""
-    accepting: list[str] = []
-    for endpoint in endpoints:
-        protocol, _, place = endpoint.partition("/")
-        host, _, port = place.partition("?")[0].partition("#")[0].rpartition(":")
-        with suppress(OSError, ValueError):
-            if protocol in OVER_TCP:
-                socket.create_connection((host.strip("[]"), int(port)), ACCEPTING).close()
-                accepting.append(endpoint)
-    if accepting:
-        return f"{', '.join(accepting)} did not let us in: {REFUSED}"
-    unsure = any(endpoint.startswith("quic/") for endpoint in endpoints)
-    return f"nobody listens at {', '.join(endpoints)}" + (f", or did not let us in: {REFUSED}" if unsure else "")
 
 
 def _covers(wide: str, narrow: str) -> bool:

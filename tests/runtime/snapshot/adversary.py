@@ -1,13 +1,19 @@
-"""Forges snapshots: takes a real one, changes parts of it, and gives it a correct checksum."""
+"""Runs vehicles and snapshots; forges these: changes parts of a real one, and gives it a correct checksum."""
 
 import random
 import zlib
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from runtime.kernel import VirtualClock
+from runtime.profile import load_profile
+from runtime.snapshot import Journals, SnapshotError, load
 from runtime.snapshot.snapshot import FORMAT
+from runtime.vehicle import Vehicle, build
+from shoal.rerun import continued
 
 Plain = dict[str, Any]
 Place = tuple[list[Any] | dict[Any, Any], Any]
@@ -112,3 +118,27 @@ def forgeries(state: bytes, count: int, seed: int) -> Iterator[tuple[str, bytes]
 def texts(content: Any) -> list[Place]:
     """Where the texts are."""
     return [(here, key) for here, key in places(content) if isinstance(here[key], str)]
+
+
+def running(profile: str, root: Path, seconds: float = 1.03) -> Vehicle:
+    """A simulated vehicle that has run for a while, and can be saved."""
+    loaded = load_profile(profile)
+    clock = VirtualClock(loaded.start_time_ns)
+    vehicle = build(loaded, {"Simulation"}, clock=clock, seed=1, log_root=root).vehicle
+    Journals(vehicle)
+    vehicle.start()
+    vehicle.run(seconds)
+    return vehicle
+
+
+def outcome(state: bytes, jail: Path, seconds: float = 0.25) -> str:
+    """Why a snapshot is refused; empty if its run goes on. Any other exception is raised."""
+    try:
+        vehicle = continued(load(state), jail / "log")
+        try:
+            vehicle.run(seconds)
+        finally:
+            vehicle.close()
+    except SnapshotError as error:
+        return str(error)
+    return ""
