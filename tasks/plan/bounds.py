@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import imc
 from imc.coordinates import displacement
 from tasks.plan.estimate import corners
-from tasks.plan.graph import Graph
+from tasks.plan.graph import ROUNDING, Graph
 
 Limit = imc.OpLimitsMask
 Units = imc.ZUnits
@@ -90,5 +90,5 @@ def _vertical(maneuver: imc.Message, bounds: Bounds) -> Iterator[str]:
         above = z - bounds.ground
     if isinstance(maneuver, imc.Takeoff) and (units == Units.NONE or (above is not None and above <= 0.0)):
         yield "a Takeoff needs an altitude or height above the ground"
-    if above is not None and (highest := above + max(points, default=0.0)) > bounds.altitude:
+    if above is not None and (highest := above + max(points, default=0.0)) > bounds.altitude + ROUNDING:
         yield f"an altitude of {highest:.0f} m is above the limit of {bounds.altitude:.0f} m"

@@ -13,6 +13,7 @@ LONGEST_ID = 255  # bytes
 HEIGHTS = ("z", "start_z", "end_z", "travel_z")
 SIZES = ("radius", "length", "width", "hstep", "range", "amplitude")
 MARGIN = 1.0  # m; control keeps this far above the greatest depth, as in DUNE
+ROUNDING = 0.002  # m or m/s by which a number of 32 bits may be off
 Actions = tuple[imc.Message | None, ...]
 
 
@@ -179,7 +180,7 @@ def _check_fields(name: str, maneuver: imc.Message, deepest: float) -> None:
                 raise PlanError(f"{name}: {z} is neither a depth nor an altitude")
     afloat = ", the vehicle stays at the surface" if deepest <= 0.0 else ""
     reachable = max(0.0, deepest - MARGIN)
-    if (wanted := max(depths(maneuver), default=0.0)) > reachable:
+    if (wanted := max(depths(maneuver), default=0.0)) > reachable + ROUNDING:
         held = afloat or f": {wanted:g} m, the vehicle goes down to {reachable:g} m"
         raise PlanError(f"{name}: maneuver depth beyond limits{held}")
     if afloat and any(getattr(maneuver, f"{z}_units", None) == imc.ZUnits.ALTITUDE for z in HEIGHTS):

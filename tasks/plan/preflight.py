@@ -9,7 +9,7 @@ from imc.coordinates import absolute
 from runtime.task import ParameterError
 from tasks.plan.bounds import Bounds, grounded, outside
 from tasks.plan.estimate import Powertrain
-from tasks.plan.graph import Graph, PlanError, parse
+from tasks.plan.graph import ROUNDING, Graph, PlanError, parse
 from tasks.plan.outlook import Outlook, foresee, objections
 from tasks.plan.ranges import beyond
 
@@ -84,7 +84,7 @@ def too_fast(graph: Graph, fastest: float) -> Iterator[str]:
     for name, node in graph.nodes.items():
         speed = getattr(node.maneuver, "speed", 0.0)
         units = getattr(node.maneuver, "speed_units", None)
-        if units == imc.SpeedUnits.METERS_PS and speed > fastest:
+        if units == imc.SpeedUnits.METERS_PS and speed > fastest + ROUNDING:
             yield f"{name}: a speed of {speed:g} m/s is above the vehicle's {fastest:g} m/s"
         if units == imc.SpeedUnits.PERCENTAGE and speed > 100.0:
             yield f"{name}: a speed of {speed:g} % is above 100 %"

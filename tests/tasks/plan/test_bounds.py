@@ -85,6 +85,19 @@ def test_heights_are_above_the_ellipsoid():
     assert check(TAKEOFF, goto(altitude=900.0, z_units=imc.ZUnits.HEIGHT), state=None) == ""
 
 
+@pytest.mark.parametrize("height", [84.6, 90.3, 1200.7])
+def test_what_is_exactly_at_a_limit_is_allowed(height):
+    state = imc.decode(imc.encode(STATE.replace(height=height)))
+    highest = goto(altitude=height + 120.0, z_units=imc.ZUnits.HEIGHT, speed=1.1)
+    highest = imc.decode(imc.encode(highest))
+    assert check(TAKEOFF.replace(speed=1.1), highest, state=state, options={"Maximum Absolute Speed": "1.1"}) == ""
+    deepest = imc.decode(imc.encode(imc.Goto(**place(0.0, 0.0), z=48.9, z_units=imc.ZUnits.DEPTH, speed=1.1)))
+    limits = {"Maximum Absolute Speed": "1.1", "Absolute Maximum Depth": "49.9"}
+    assert check(deepest, kinds={imc.Goto.ID}, options=limits) == ""
+    deeper = deepest.replace(z=48.91)
+    assert check(deeper, kinds={imc.Goto.ID}, options=limits).startswith("m0: maneuver depth beyond limits")
+
+
 def test_stricter_limits_count():
     limits = imc.OperationalLimits(mask=imc.OpLimitsMask.MAX_ALT, max_altitude=15.0)
     assert check(TAKEOFF, goto(), limits=limits) == "m1: an altitude of 20 m is above the limit of 15 m"
