@@ -313,7 +313,7 @@ class Engine(Task):
     def _give_up(self, flight: Flight, reason: str) -> None:
         """End a plan at the request of a console; who started it gets the last reply."""
         self._end(flight, Outcome.FAILURE)
-        self._replies.fail(flight.request, reason, flight.statistics)
+        self._replies.fail(flight.request, reason, flight.statistics, meant=True)
 
     def _end(self, flight: Flight, outcome: Outcome) -> None:
         """End a plan: end actions, statistics."""

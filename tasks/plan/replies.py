@@ -31,9 +31,9 @@ class Replies:
         """SUCCESS; an empty `plan_id` is replaced by that of the request."""
         self._answer(request, Type.SUCCESS, info, arg, plan_id)
 
-    def fail(self, request: imc.PlanControl, info: str, arg: imc.Message | None = None) -> None:
-        """FAILURE of a plan that had started."""
-        self._task.log.error(info)
+    def fail(self, request: imc.PlanControl, info: str, arg: imc.Message | None = None, *, meant: bool = False) -> None:
+        """FAILURE of a plan that had started; no error if a console has `meant` it to end."""
+        (self._task.log.info if meant else self._task.log.error)(info)
         self._answer(request, Type.FAILURE, info, arg)
 
     def refuse(self, request: imc.PlanControl, info: str) -> None:

@@ -87,6 +87,9 @@ def test_start_while_running_replaces_the_plan():
     outcomes = [(s.plan_id, s.last_outcome) for s in run.of(imc.PlanControlState)]
     assert ("other", Outcome.FAILURE) in outcomes
     assert last(run) == ("READY", "SUCCESS")
+    kinds = {entry.text: entry.type for entry in run.of(imc.LogBookEntry)}
+    assert kinds["replaced by another plan"] == imc.LogBookEntry.Type.INFO
+    assert imc.LogBookEntry.Type.ERROR not in kinds.values(), "a console has meant it"
 
 
 def test_a_stop_holds_for_the_plan_that_was_to_replace_another_too():
