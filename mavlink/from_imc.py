@@ -230,19 +230,19 @@ def flying_state(motors: bool, *, rises: bool, lands: bool) -> Fields:
     return {"vtol_state": 0, "landed_state": 1 if not motors else 3 if rises else 4 if lands else 2}
 
 
-def sensors(states: Iterable[tuple[str, State]], *, located: bool, ready: bool) -> tuple[int, int]:
+def sensors(states: Iterable[tuple[str, State]], *, located: bool, fenced: bool | None, ready: bool) -> tuple[int, int]:
     """MAV_SYS_STATUS_SENSOR bits that are present, and the healthy ones, from labels and states of entities.
 
-    The GPS bit means that the position is known, by any means; the geofence bit is always healthy, as there is no
-    fence.
+    The GPS bit means that the position is known, by any means. `fenced`: whether the vehicle is inside its fence, None
+    if there is none, which is healthy: MAVProxy reports a breach otherwise.
     """
-    present = GPS | PREARM
+    present = GPS | PREARM | (0 if fenced is None else GEOFENCE)
     ill = (0 if located else GPS) | (0 if ready else PREARM)
     for label, state in states:
         bits = next((bits for word, bits in SENSORS if word in label), 0)
         present |= bits
         ill |= 0 if state == State.NORMAL else bits
-    return present, present & ~ill | GEOFENCE
+    return present, present & ~ill & ~GEOFENCE | (0 if fenced is False else GEOFENCE)
 
 
 def system_status(bits: tuple[int, int], load: float, voltage: float, current: float, fuel: float) -> Fields:

@@ -3,7 +3,7 @@
 from mavlink.missions.chain import resumed
 from mavlink.missions.codes import BadItem, Command, MissionResult, MissionType, Refusal
 from mavlink.missions.commands import COMMANDS
-from mavlink.missions.fence import area_of, fence_of
+from mavlink.missions.fence import area_of, fence_of, inside
 from mavlink.missions.from_plan import Listing, home_item, items_of
 from mavlink.missions.item import Item, first_item, opaque_id
 from mavlink.missions.lister import LISTED
@@ -30,6 +30,7 @@ __all__ = [
     "fence_of",
     "first_item",
     "home_item",
+    "inside",
     "items_of",
     "opaque_id",
     "plan_of",

@@ -70,6 +70,16 @@ def fence_of(limits: imc.OperationalLimits) -> list[Item]:
     return items
 
 
+def inside(limits: imc.OperationalLimits, lat: float, lon: float, margin: float = 0.0) -> bool:
+    """Whether a place (rad), and `margin` m around it, is in the area of the limits, if they have one."""
+    if not limits.mask & AREA:
+        return True
+    c, s = math.cos(limits.orientation), math.sin(limits.orientation)
+    north, east, _ = displacement(limits.lat, limits.lon, 0.0, lat, lon, 0.0)
+    along, across = abs(c * north + s * east) + margin, abs(c * east - s * north) + margin
+    return along <= 0.5 * limits.length and across <= 0.5 * limits.width
+
+
 def _check(item: Item) -> None:
     if item.command == Command.NAV_RALLY_POINT or item.mission_type == MissionType.RALLY:
         raise Refusal(MissionResult.UNSUPPORTED, "rally points are not supported")

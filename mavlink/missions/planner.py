@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import imc
 from mavlink.missions.codes import PARAMETERS, MissionResult, Refusal
+from mavlink.missions.fence import inside
 from mavlink.missions.item import DEGREES, Item
 from mavlink.missions.settings import Level, Settings, Units
 from mavlink.missions.table import Table
@@ -76,7 +77,12 @@ class Planner:
             self._aloft, self._landed = False, True
         self._append(maneuver)
 
-    def _append(self, maneuver: imc.Message) -> None:
+    def _append(self, maneuver: Any) -> None:
+        lat, lon = (getattr(maneuver, axis, 0.0) for axis in ("lat", "lon"))
+        margin = maneuver.radius if isinstance(maneuver, imc.Loiter) else 0.0
+        area = self.settings.area
+        if area is not None and not lat == lon == 0.0 and not inside(area, lat, lon, margin):
+            raise Refusal(MissionResult.INVALID, "is outside the fence, the area of the operational limits")
         name = f"{type(maneuver).__name__}{len(self._steps) - 1}"
         actions = tuple(self.pending)
         self._maneuvers.append(imc.PlanManeuver(maneuver_id=name, data=maneuver, start_actions=actions))

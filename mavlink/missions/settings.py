@@ -22,6 +22,7 @@ from mavlink.modes import Kind
 Units = imc.ZUnits
 SUBMARINE, PLANE = 12, 1  # MAV_TYPE
 FARTHEST_UP = 11_000.0  # m up or down; plans may not ask for more
+WAVES = 0.5  # m; a console sends a boat to the altitude that it shows
 DIGITS = 9  # decimals that a float of 32 bits may need
 
 
@@ -40,7 +41,8 @@ class Settings:
     stations without a radius have `radius` (m); the vehicle turns no tighter than `tightest` (m). `fastest` is in m/s,
     `deepest` and `highest` (above home or ground) in m: 1 m within what the plan engine allows, which keeps a margin
     of depth and measures where the ground is. `switch` of the entity `camera` is true while it takes pictures; no
-    label means no camera. `aloft`: the mission of an aircraft begins in the air. `name` is the plan's.
+    label means no camera. `aloft`: the mission of an aircraft begins in the air. `area` has the area that the vehicle
+    does not leave. `name` is the plan's.
     """
 
     kind: Kind
@@ -55,6 +57,7 @@ class Settings:
     camera: str = ""
     switch: str = "Active"
     aloft: bool = False
+    area: imc.OperationalLimits | None = None
     name: str = "mavlink"
 
     @property
@@ -128,6 +131,8 @@ class Settings:
             raise Refusal(MissionResult.ERROR, "home is not known yet, so altitudes mean nothing")
         else:
             above = z - (self.home.altitude if frame in GLOBAL_FRAMES else 0.0)
+            if above < 0.0:
+                raise _bad_z(f"altitude {above:g} m above home is below the ground there")
             level = Level(to_float32(self.home.height + above), Units.HEIGHT)
         if abs(level.z) > FARTHEST_UP:
             raise _bad_z(f"height {level.z:g} m above the ellipsoid is out of range")
@@ -151,7 +156,7 @@ class Settings:
         """Rovers and boats of ArduPilot ignore altitudes, and consoles send 50 or 100 m by default."""
         if frame in TERRAIN_FRAMES:
             raise Refusal(MissionResult.UNSUPPORTED_FRAME, f"frame {frame}: a boat cannot keep an altitude")
-        if z < 0.0:
+        if z < -WAVES:
             raise _bad_z(f"altitude {z:g} m is below the surface, and a boat stays there")
         return Level(0.0, Units.DEPTH)
 

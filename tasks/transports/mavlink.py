@@ -1,6 +1,6 @@
 """MAVLink 2 for ground stations and scripts: QGroundControl, Mission Planner, MAVProxy, MAVSDK."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import get_args
 
 import imc
@@ -15,12 +15,10 @@ from tasks.transports.imc_links.sockets import network_speed
 from tasks.transports.mavlink_protocol.camera_services import hearers, serve_camera
 from tasks.transports.mavlink_protocol.cameras import find_cameras, parse_video
 from tasks.transports.mavlink_protocol.commands import look_after
-from tasks.transports.mavlink_protocol.errands import NO_PLACE, ignored, land, return_home
 from tasks.transports.mavlink_protocol.figures import Heard
 from tasks.transports.mavlink_protocol.gallery import Gallery
 from tasks.transports.mavlink_protocol.keys import Keys, usable_route
 from tasks.transports.mavlink_protocol.links import Link, Peer, name_of
-from tasks.transports.mavlink_protocol.mission import MissionState
 from tasks.transports.mavlink_protocol.named_values import parse_named_value
 from tasks.transports.mavlink_protocol.network import Network
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
@@ -30,20 +28,14 @@ from tasks.transports.mavlink_protocol.streams import STREAMS
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
 from tasks.transports.mavlink_protocol.telemetry_log import TelemetryLogs
 from tasks.transports.mavlink_protocol.thumbnails import Studio
+from tasks.transports.mavlink_protocol.watch import ACTIONS, Watch
 
-Action = Callable[[MavlinkSystem, float], object]
 Offered = imc.AnnounceService.ServiceType
 LINKS = ["udpout://127.0.0.1:14550", "udpout://127.0.0.1:14540?flavour=px4", "udpin://127.0.0.1:14551"]
 SET_TIMEOUT = 0.25
 DETECTION_PERIOD = 5.0
 DETECTIONS = 64
 TWINS = 16
-ACTIONS: Mapping[str, Action] = {
-    "Hold": lambda system, now: system.hold(now),
-    "Return": lambda system, now: return_home(system, ignored, now),
-    "Land": lambda system, now: land(system, NO_PLACE, ignored, now),
-    "Stop": lambda system, now: system.helm.stop(now),
-}
 CHANGES = (imc.VehicleState, imc.PlanControlState, imc.ArmingState, imc.AutopilotMode)
 
 
@@ -124,7 +116,6 @@ class MAVLink(Task):
         self.pump_timer: Timer | None = None
         self.pumping = False
         self.twins: set[object] = set()
-        self.heard_at: float | None = None
         logs = self.vehicle.log_root / self.system_name
         videos = dict(map(parse_video, self.video_streams))
         mounted = find_cameras(self.vehicle.tasks, logs, videos, lambda: self.detection_markers)
@@ -154,6 +145,7 @@ class MAVLink(Task):
         self.recorder = TelemetryLogs(self.autopilot.dialect, logs, self.log.warning) if self.tlog else None
         if self.recorder is not None:
             self.recorder.enter(self.vehicle.log_folder)
+        self.stations = Watch(self.autopilot)
         self.gallery = Gallery(self.autopilot, self.sessions)
         self.studio = Studio(self.offload)
         told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.autopilot.system}")
@@ -177,23 +169,13 @@ class MAVLink(Task):
         self.autopilot.helm.look_after(self.now)
         self.autopilot.transfers.forget_silent(self.now)
         self.autopilot.target.look_after(self.now)
-        self.watch_stations()
+        if self.gcs_timeout and self.stations.look_after(self.gcs_action, self.gcs_timeout * self.speed, self.now):
+            self.log.warning(f"no ground station for {self.gcs_timeout:g} s: {self.gcs_action}")
         self.gallery.look_after(self.now)
         self.keys.look_after(self.now)
         self.network.look_after(self.now - self.peer_timeout * self.speed)
         self.set_entity_state(*self.network.state())
         self.pump()
-
-    def watch_stations(self) -> None:
-        """Act when no station has been heard for too long, if one has asked for what the vehicle does."""
-        system, heard = self.autopilot, self.heard_at
-        lost = heard is not None and self.now - heard > self.gcs_timeout * self.speed
-        if not self.gcs_timeout or not lost:
-            return
-        self.heard_at = None
-        if system.errand or system.mission.state is MissionState.ACTIVE:
-            self.log.warning(f"no ground station for {self.gcs_timeout:g} s: {self.gcs_action}")
-            ACTIONS[self.gcs_action](system, self.now)
 
     def meet(self, link: Link, transmit: Callable[[bytes], object]) -> Session:
         route = link.route
@@ -225,7 +207,7 @@ class MAVLink(Task):
 
     def obey(self, session: Session, message: Received, parts: Sequence[Session] = ()) -> None:
         """Let the autopilot, or the components of `parts`, answer a message."""
-        self.heard_at = self.now
+        self.stations.hear(message, self.now)
         session.hear(message, self.now)
         if message.name == "DATA_TRANSMISSION_HANDSHAKE":
             self.studio.hear(session, message, self.now)
@@ -266,6 +248,12 @@ class MAVLink(Task):
         self.autopilot.hear(message, self.vehicle.entities.label(message.src, message.src_ent), self.now)
         if isinstance(message, CHANGES):
             self.show_changes()
+
+    @consume(others=True)
+    def note_abort(self, abort: imc.Abort) -> None:
+        if self.addressed(abort):
+            self.autopilot.hear(abort, "", self.now)
+            self.say(text.EMERGENCY, "Abort")
 
     @consume
     def tell(self, entry: imc.LogBookEntry) -> None:

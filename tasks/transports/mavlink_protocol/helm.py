@@ -37,6 +37,10 @@ class Helm:
         """Start a plan, which also goes to the plan database."""
         self._control(imc.PlanControl.Op.START, plan.plan_id, plan, then, now)
 
+    def load(self, plan_id: str, then: Then, now: float) -> None:
+        """Have a plan of the database checked, without starting it."""
+        self._control(imc.PlanControl.Op.LOAD, plan_id, None, then, now)
+
     def stop(self, now: float, then: Then = lambda _: None) -> None:
         """Stop the plan that is executed."""
         self._control(imc.PlanControl.Op.STOP, "", None, then, now)

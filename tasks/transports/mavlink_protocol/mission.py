@@ -67,6 +67,8 @@ class Mission:
         self._maneuver = ""
         self._next: str | None = None
         self._fetched = ""
+        self._phase = Phase.BLOCKED
+        self._is_old = False  # the vehicle still flies what was the mission before
 
     def listed(self, flavour: Flavour) -> list[Item]:
         """The items for stations of a flavor, as they were uploaded."""
@@ -92,7 +94,7 @@ class Mission:
 
         def adopt(outcome: Outcome) -> None:
             if outcome.done:
-                self._adopt(converted.plan, list(items[first:]), converted.table.moved(-first))
+                self._replace(converted.plan, list(items[first:]), converted.table.moved(-first))
                 self._home = items[0] if first else None
             then(outcome)
 
@@ -126,24 +128,42 @@ class Mission:
             plan = rest.replace(plan_id=plan.plan_id + REST)  # the database keeps what is started under its name
         self._helm.start(plan, then, now)
 
-    def choose(self, number: int) -> bool:
-        """Begin at an item when the mission is started next; False if the mission has no such item."""
-        if self.plan is None or not 0 <= number < len(self._items):
+    def examine(self, then: Then, now: float) -> None:
+        """Ask a vehicle that has no plan to do whether the mission could be started now."""
+        if self.plan is not None and self._phase is Phase.READY:
+            self._helm.load(self.plan.plan_id, then, now)
+
+    def choose(self, number: int, then: Then, now: float) -> bool:
+        """Go on at an item: now, or when the mission is started; False if from there on no item moves the vehicle."""
+        maneuver = self._table.maneuver_at(number) if 0 <= number < len(self._items) else None
+        if self.plan is None or maneuver is None:
             return False
-        self._next = self._table.maneuver_at(number)
-        self.current = number
+        if self.state is MissionState.ACTIVE:
+            self.start(then, now, number)
+        else:
+            self._next, self.current = maneuver, number
+            then(Outcome(True))
         return True
+
+    @property
+    def is_obsolete(self) -> bool:
+        """Whether the vehicle still flies the mission that this one has replaced."""
+        return self._is_old
 
     def hear(self, plan: imc.PlanControlState, now: float) -> bool:
         """Follow the vehicle's plan; whether what MISSION_CURRENT says has changed."""
         before = self.plan, self.state, self.current
-        running = plan.state in (Phase.INITIALIZING, Phase.EXECUTING)
-        if not self._is_ours(plan.plan_id):
+        self._phase = Phase(plan.state) if plan.state in set(Phase) else Phase.BLOCKED
+        running = self._phase is Phase.EXECUTING
+        self._is_old = self._is_old and running
+        if self._phase is Phase.INITIALIZING:
+            self._maneuver = ""  # the report still names the plan before
+        elif not self._is_ours(plan.plan_id):
             self._interrupt()
             if running and plan.plan_id not in ERRANDS and plan.plan_id != self._fetched:
                 self._fetched = plan.plan_id
                 self._fetch(plan.plan_id, now)
-        elif running:
+        elif running and not self._is_old:
             self.state, self._next = MissionState.ACTIVE, None
             self._follow(plan.man_id)
         elif self.state is MissionState.ACTIVE:
@@ -162,20 +182,26 @@ class Mission:
         if reply.type != imc.PlanDB.Type.SUCCESS or reply.plan_id in ERRANDS or reply.plan_id.endswith(REST):
             return
         if reply.op == imc.PlanDB.Op.SET and (self.plan is None or self.plan.plan_id == reply.plan_id):
-            self._fetch(reply.plan_id, now)
+            self._fetch(reply.plan_id, now, changed=True)
         elif reply.op == imc.PlanDB.Op.DEL and self.plan is not None and self.plan.plan_id == reply.plan_id:
             self._forget()
 
-    def _fetch(self, plan_id: str, now: float) -> None:
+    def _fetch(self, plan_id: str, now: float, *, changed: bool = False) -> None:
         def adopt(outcome: Outcome) -> None:
             if isinstance(outcome.arg, imc.PlanSpecification) and outcome.arg != self.plan:
                 listing = items_of(outcome.arg, FLAVOURS["generic"], self._settings())
-                self._adopt(outcome.arg, listing.items, listing.table)
+                (self._replace if changed else self._adopt)(outcome.arg, listing.items, listing.table)
 
         self._helm.fetch(plan_id, adopt, now)
 
     def _is_ours(self, plan_id: str) -> bool:
         return self.plan is not None and plan_id in (self.plan.plan_id, self.plan.plan_id + REST)
+
+    def _replace(self, plan: imc.PlanSpecification, items: list[Item], table: Table) -> None:
+        """Take another mission, also while the vehicle flies the one before: it goes on with that until it is told."""
+        flies = self.state is MissionState.ACTIVE or self._is_old
+        self._adopt(plan, items, table)
+        self._is_old = flies
 
     def _adopt(self, plan: imc.PlanSpecification, items: list[Item], table: Table) -> None:
         self._forget()

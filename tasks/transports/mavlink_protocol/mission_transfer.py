@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
 
 from mavlink import Received, text
@@ -192,8 +193,14 @@ class MissionTransfer:
 
     def _set_current(self, session: "Session", message: Received, now: float) -> None:
         """The older form of MAV_CMD_DO_SET_MISSION_CURRENT, which has no acknowledgment."""
-        if not self.mission.choose(message.values["seq"] - first_item(session.flavour)):
-            session.say(text.WARNING, f"The mission has no item {message.values['seq']}", now)
+        seq = message.values["seq"]
+
+        def judge(outcome: Outcome) -> None:
+            if not outcome.done:
+                session.say(text.WARNING, f"Cannot go on at item {seq}: {outcome.reason}", now)
+
+        if not self.mission.choose(number_of(seq, session), judge, now):
+            session.say(text.WARNING, f"No item from {seq} on moves the vehicle", now)
         session.send_now("MISSION_CURRENT", now)
 
     def _is_busy(self, session: "Session", message: Received, kind: int) -> bool:
@@ -224,9 +231,19 @@ class MissionTransfer:
             self._refuse(upload, bad, now)
 
     def _stored(self, upload: Upload, outcome: Outcome, now: float) -> None:
-        if not outcome.done:
-            upload.session.say(text.WARNING, f"Mission refused: {outcome.reason}", now)
         self._finish(upload, MissionResult.ACCEPTED if outcome.done else MissionResult.ERROR, now)
+        say = partial(upload.session.say, text.WARNING, now=now)
+        if not outcome.done:
+            say(f"Mission refused: {outcome.reason}")
+        elif self.mission.is_obsolete:
+            say("The vehicle goes on with the mission before this one, until it is told to start this one")
+
+        def judge(checked: Outcome) -> None:
+            if not checked.done:
+                say(f"The mission is stored, but cannot be started now: {checked.reason}")
+
+        if outcome.done:
+            self.mission.examine(judge, now)
 
     def _refuse(self, upload: Upload, bad: BadItem, now: float) -> None:
         self._finish(upload, bad.result, now)
@@ -245,6 +262,11 @@ class MissionTransfer:
         upload.due = now + upload.session.patience
         seq = len(upload.items)
         upload.session.answer(upload.message, "MISSION_REQUEST_INT", seq=seq, mission_type=upload.kind)
+
+
+def number_of(seq: int, session: "Session") -> int:
+    """The number of an item without home, which stands for the first item: a restart."""
+    return max(0, seq - first_item(session.flavour)) if seq >= 0 else seq
 
 
 def acknowledge(session: "Session", message: Received, result: int, id: int = 0) -> None:

@@ -8,6 +8,7 @@ from mavlink.missions import first_item
 from tasks.transports.mavlink_protocol.errands import go, land, orbit, return_home, steer, take_off
 from tasks.transports.mavlink_protocol.helm import Outcome
 from tasks.transports.mavlink_protocol.mission import NO_PLAN
+from tasks.transports.mavlink_protocol.mission_transfer import number_of
 from tasks.transports.mavlink_protocol.orders import DONE, Finish, Order, Reply, Result
 from tasks.transports.mavlink_protocol.session import Session
 
@@ -112,14 +113,19 @@ def _pause_or_continue(session: Session, order: Order, now: float) -> Reply | No
 
 
 def _set_current(session: Session, order: Order, now: float) -> Reply | None:
-    mission, number = session.autopilot.mission, order.number(1)
-    if number is None or not mission.choose(number - first_item(session.flavour)):
-        return Reply(Result.DENIED, f"The mission has no item {order.params[0]:g}")
+    """Go on at an item, also by the older message; -1 is the present one, or with parameter 2 the first."""
+    mission, seq = session.autopilot.mission, order.number(1)
+    number = -1 if seq is None else number_of(seq, session)
+    if seq == -1:
+        number = 0 if order.number(2) == 1 else mission.current
+
+    def judge(outcome: Outcome) -> None:
+        order.finish(DONE if outcome.done else Reply(Result.FAILED, f"Cannot go on there: {outcome.reason}"))
+
+    if not mission.choose(number, judge, now):
+        return Reply(Result.DENIED, f"No item from {order.params[0]:g} on moves the vehicle")
     session.send_now("MISSION_CURRENT", now)
-    if session.autopilot.mode is Mode.MISSION:
-        _start(session, number - first_item(session.flavour), order.finish, now)
-        return None
-    return DONE
+    return None
 
 
 def _reposition(session: Session, order: Order, now: float) -> Reply | None:

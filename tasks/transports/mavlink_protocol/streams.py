@@ -57,7 +57,7 @@ def _heartbeat(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
 
 def _sys_status(system: MavlinkSystem, _: Flavour, now: float) -> Fields:
     states = [(entity.label, entity.state) for entity in system.entities() if entity.stateful]
-    bits = from_imc.sensors(states, located=system.place() is not None, ready=not system.obstacle)
+    bits = from_imc.sensors(states, located=system.located, fenced=system.is_inside, ready=not system.obstacle)
     load = value_of(system.figures.latest(imc.CpuUsage))
     return from_imc.system_status(bits, load, system.figures.voltage, system.figures.current, system.figures.fuel)
 
@@ -200,8 +200,9 @@ def _highres_imu(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None
 
 def _estimator(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
     uncertainty = system.figures.latest(imc.NavigationUncertainty)
-    located = system.place() is not None
-    return instruments.estimator_status(uncertainty, located=located, time=now) if uncertainty is not None else None
+    if uncertainty is None:
+        return None
+    return instruments.estimator_status(uncertainty, located=system.located, time=now)
 
 
 def _water_depth(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:
@@ -307,35 +308,11 @@ STREAMS: Mapping[str, Stream] = {
         Stream("HOME_POSITION", 1.0, EXTRA_3, "the first EstimatedState", _home),
         Stream("GPS_GLOBAL_ORIGIN", 0.0, 0, "the first EstimatedState", _origin),
         Stream("EXTENDED_SYS_STATE", 1.0, EXTRA_3, "VehicleMedium; ArmingState of aircraft", _extended_state),
-        Stream(
-            "SCALED_PRESSURE",
-            1.0,
-            RAW,
-            "Pressure, Temperature of a barometer or hull",
-            _air_pressure,
-        ),
-        Stream(
-            "SCALED_PRESSURE2",
-            1.0,
-            RAW,
-            "Pressure, Temperature of the depth sensor",
-            _water_pressure,
-        ),
+        Stream("SCALED_PRESSURE", 1.0, RAW, "Pressure, Temperature of a barometer or hull", _air_pressure),
+        Stream("SCALED_PRESSURE2", 1.0, RAW, "Pressure, Temperature of the depth sensor", _water_pressure),
         Stream("DISTANCE_SENSOR", 2.0, EXTRA_3, "EstimatedState, Distance of the echo sounder", _distances),
-        Stream(
-            "RAW_IMU",
-            0.0,
-            RAW,
-            "Acceleration, AngularVelocity, MagneticField",
-            _raw_imu,
-        ),
-        Stream(
-            "HIGHRES_IMU",
-            0.0,
-            0,
-            "Acceleration, AngularVelocity, MagneticField",
-            _highres_imu,
-        ),
+        Stream("RAW_IMU", 0.0, RAW, "Acceleration, AngularVelocity, MagneticField", _raw_imu),
+        Stream("HIGHRES_IMU", 0.0, 0, "Acceleration, AngularVelocity, MagneticField", _highres_imu),
         Stream("CURRENT_MODE", 0.5, 0, "VehicleState, PlanControlState", _current_mode),
         Stream("ESTIMATOR_STATUS", 0.5, 0, "NavigationUncertainty", _estimator),
         Stream("WATER_DEPTH", 0.5, 0, "EstimatedState of vessels", _water_depth),

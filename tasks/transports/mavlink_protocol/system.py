@@ -10,9 +10,6 @@ from typing import TYPE_CHECKING
 import imc
 from imc import coordinates
 from mavlink import (
-    CRITICAL,
-    STANDBY,
-    STATUS,
     Dialect,
     Flavour,
     Kind,
@@ -23,10 +20,11 @@ from mavlink import (
     moving,
     text,
 )
-from mavlink.missions import Settings
-from runtime.task import Entity, State
+from mavlink.missions import Settings, fence_of, inside
+from runtime.task import Entity
 from tasks.transports.mavlink_protocol.figures import Figures
 from tasks.transports.mavlink_protocol.file_tree import FileTree
+from tasks.transports.mavlink_protocol.health import WORKING, Health
 from tasks.transports.mavlink_protocol.helm import Helm, Outcome, Then, chain
 from tasks.transports.mavlink_protocol.metadata import Metadata
 from tasks.transports.mavlink_protocol.mission import ERRANDS, Mission
@@ -47,8 +45,6 @@ BELOW = 1.0  # m inside its limits that a plan keeps
 DEPTH = imc.ZUnits.DEPTH
 REMEMBERED = 10
 PICTURES = "Save Images"  # the option by which a camera takes pictures
-OpMode = imc.VehicleState.OpMode
-WORKING = (OpMode.SERVICE, OpMode.MANEUVER, OpMode.EXTERNAL)
 
 
 class MavlinkSystem:
@@ -104,7 +100,7 @@ class MavlinkSystem:
         self.last_fix: imc.GpsFix | None = None
         self.armed = False
         self.held = False
-        self.is_abandoned = False
+        self.health = Health(entities)
         self.notices: deque[tuple[int, str]] = deque(maxlen=REMEMBERED)
         self.entities = entities
         self.boot = boot
@@ -126,13 +122,16 @@ class MavlinkSystem:
     def hear(self, message: imc.Message, label: str, now: float) -> None:
         """Take a message of the entity with this label.
 
-        The first valid estimate gives home, but latitude and longitude 0 only until there is another. A new activity
-        ends a requested hold.
+        The first valid estimate of an aligned navigation gives home, but latitude and longitude 0 only until there is
+        another. A new activity ends a requested hold.
         """
         ran = self.figures.motors
         self.figures.take(message, label, now)
+        self.health.hear(message, label, lands=self.figures.lands)
         match message:
-            case imc.EstimatedState() if self.home is None or self.home.lat == self.home.lon == 0.0:
+            case imc.EstimatedState() if self.health.aligned and (
+                self.home is None or self.home.lat == self.home.lon == 0.0
+            ):
                 home = from_imc.home_of(message, afloat=self.kind.afloat, undulation=self.undulation)
                 self.home = home or self.home
             case imc.GpsFix() if instruments.has_position(message):
@@ -141,7 +140,6 @@ class MavlinkSystem:
                 self.mission.hear(message, now)
             case imc.VehicleState():
                 self.held = self.held and not moving(message)
-                self.is_abandoned = False
             case imc.ArmingState(state=state) if state != imc.ArmingState.State.ARMED:
                 self.armed = self.armed and not ran
             case _:
@@ -149,7 +147,7 @@ class MavlinkSystem:
 
     def forget_old(self, now: float) -> None:
         """Forget what nobody reports any more; a vehicle whose supervisor is silent is in a critical state."""
-        self.is_abandoned |= imc.VehicleState in self.figures.forget_old(now)
+        self.health.abandoned |= imc.VehicleState in self.figures.forget_old(now)
 
     def hold(self, now: float, then: Then = lambda _: None) -> None:
         """Hold: keep station here if it moves, is armed or is under water; otherwise only show the mode.
@@ -220,6 +218,7 @@ class MavlinkSystem:
             deepest=limits.max_depth - BELOW if limits.mask & mask.MAX_DEPTH else math.inf,
             highest=limits.max_altitude - BELOW if limits.mask & mask.MAX_ALT else math.inf,
             fastest=limits.max_speed if limits.mask & mask.MAX_SPEED else math.inf,
+            area=limits,
             camera=next((camera.label for camera in self.cameras if camera.takes_pictures), ""),
             switch=PICTURES,
             aloft=self.aloft,
@@ -283,20 +282,26 @@ class MavlinkSystem:
     @property
     def obstacle(self) -> str:
         """Why the vehicle cannot be armed; empty if it can."""
-        vehicle = self.figures.vehicle
-        if self.is_abandoned:
-            return "VehicleState is missing"
-        if vehicle is not None and vehicle.op_mode not in WORKING:
-            mode = next((mode.name for mode in OpMode if mode == vehicle.op_mode), f"mode {vehicle.op_mode}")
-            return f"the vehicle is in {mode}" + (f": {vehicle.error_ents}" if vehicle.error_ents else "")
-        ill = next((e for e in self.entities() if e.stateful and e.state != State.NORMAL), None)
-        return f"{ill.label} is in {ill.state.name}: {ill.description}" if ill else ""
+        return self.health.obstacle(self.figures.vehicle)
 
     def place(self) -> tuple[imc.EstimatedState, from_imc.Position] | None:
-        """The present estimate and its position; None if it is missing, old or impossible."""
-        state = self.figures.state
+        """The present estimate and its position; None if it is missing, old or impossible, or never was aligned."""
+        state = self.figures.state if self.health.aligned else None
         place = self.position(state) if state is not None else None
         return (state, place) if state is not None and place is not None else None
+
+    @property
+    def located(self) -> bool:
+        """Whether the position is known, and trusted by the navigation."""
+        return self.place() is not None and self.health.navigates
+
+    @property
+    def is_inside(self) -> bool | None:
+        """Whether the vehicle is inside its fence; None if there is none, or the position is unknown."""
+        limits, found = self._limits(), self.place()
+        if limits is None or found is None or not fence_of(limits):
+            return None
+        return inside(limits, found[1].lat, found[1].lon)
 
     def position(self, state: imc.EstimatedState) -> from_imc.Position | None:
         """The position in an estimate; None if it is impossible, or home is unknown."""
@@ -319,10 +324,7 @@ class MavlinkSystem:
     @property
     def status(self) -> int:
         """MAV_STATE."""
-        if self.is_abandoned or any(e.stateful and e.state in (State.ERROR, State.FAILURE) for e in self.entities()):
-            return CRITICAL
-        vehicle = self.figures.vehicle
-        return STANDBY if vehicle is None else STATUS.get(vehicle.op_mode, STANDBY)
+        return self.health.status(self.figures.vehicle)
 
     def choose_number(self, flavour: Flavour, mode: Mode, number: int) -> None:
         """Remember which of a mode's numbers a ground station has chosen: it expects to see that one."""

@@ -62,7 +62,7 @@ def test_all_commands_are_in_the_table():
 
 def test_frames_are_those_of_the_table():
     def level(frame, craft):
-        z = 20.0 if craft.flies or frame in (10, 11) else 0.0
+        z = 40.0 if craft.flies or frame in (10, 11) else 0.0
         try:
             return imc.ZUnits(plan_of([waypoint(1, 0, z, frame=frame)], PX4, craft).plan.maneuvers[0].data.z_units).name
         except BadItem as bad:

@@ -31,6 +31,9 @@ import imc
 from mavlink.missions import MOST_ITEMS, BadItem, Command, Item, MissionResult, plan_of
 
 C, R = Command, MissionResult
+AREA = imc.OperationalLimits(
+    mask=imc.OpLimitsMask.AREA, lat=BOAT.home.lat, lon=BOAT.home.lon, length=200.0, width=100.0
+)
 DEPTH, ALTITUDE, HEIGHT, NONE = imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE, imc.ZUnits.HEIGHT, imc.ZUnits.NONE
 
 
@@ -65,6 +68,12 @@ def refusal(items, settings=SUBMARINE, flavour=PX4):
          "item 0 (NAV_WAYPOINT): altitude 121 m is above the vehicle's limit of 120 m"),
         ([waypoint(1, 0, -1, frame=TERRAIN)], COPTER, R.INVALID_PARAM7,
          "item 0 (NAV_WAYPOINT): altitude -1 m is below the ground"),
+        ([waypoint(1, 0, 20, frame=ABSOLUTE)], COPTER, R.INVALID_PARAM7,
+         "item 0 (NAV_WAYPOINT): altitude -10 m above home is below the ground there"),
+        ([waypoint(1), waypoint(200)], replace(BOAT, area=AREA), R.INVALID,
+         "item 1 (NAV_WAYPOINT): is outside the fence, the area of the operational limits"),
+        ([waypoint(1), item(18, 30, 0, 0, 2, 0, 75)], replace(BOAT, area=AREA), R.INVALID,
+         "item 1 (NAV_LOITER_TURNS): is outside the fence, the area of the operational limits"),
         ([waypoint(1, 0, 20)], without_home(COPTER), R.ERROR,
          "item 0 (NAV_WAYPOINT): home is not known yet, so altitudes mean nothing"),
         ([waypoint(1)._replace(x=900_000_001)], BOAT, R.INVALID_PARAM5_X,

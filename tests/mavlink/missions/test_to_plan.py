@@ -77,7 +77,7 @@ def test_a_waypoint_without_a_position_changes_only_the_depth():
         (BOAT, 3, 50.0, (0.0, DEPTH)),  # what consoles send by default
         (BOAT, 3, NAN, (0.0, DEPTH)),
         (replace(COPTER, aloft=True), 6, 20.0, (float32(GROUND + 20.0), HEIGHT)),
-        (replace(COPTER, aloft=True), 0, 20.0, (float32(GROUND - 30.0 + 20.0), HEIGHT)),
+        (replace(COPTER, aloft=True), 0, 50.0, (float32(GROUND - 30.0 + 50.0), HEIGHT)),
         (replace(COPTER, aloft=True), 11, 20.0, (20.0, ALTITUDE)),
     ],
 )

@@ -313,7 +313,7 @@ def test_pause_and_continue(afloat):
     assert (rest.start_man_id, len(rest.maneuvers)) == (names[1], 2)
     follow(afloat, phase.EXECUTING, names[1], plan=rest.plan_id)
     assert (console.current()["mission_state"], console.current()["seq"]) == (3, 1)
-    assert console.say("COMMAND_LONG", command=224, param1=2)[-1].values["result"] == ACCEPTED
+    assert console.say("COMMAND_LONG", command=224, param1=2)[0].values["result"] == ACCEPTED
     assert afloat.requests[-1].arg.start_man_id == names[2]
     assert console.say("COMMAND_LONG", command=224, param1=3)[0].values["result"] == 2
 

@@ -115,7 +115,7 @@ def test_silent_sensors_are_not_repeated(said):
         names = {name for name, s in STREAMS.items() if s.instances(system, FLAVOURS["px4"], flown.link.now)}
     finally:
         system.figures._found = kept
-        system.is_abandoned = False
+        system.health.abandoned = False
     assert not names & {
         "GPS_RAW_INT",
         "ATTITUDE",
