@@ -39,8 +39,8 @@ class Settings:
 
     `z` (m below the surface, above home for aircraft) and `speed` (m/s) hold until an item gives another. Circles and
     stations without a radius have `radius` (m); the vehicle turns no tighter than `tightest` (m). `fastest` is in m/s,
-    `deepest` and `highest` (above home or ground) in m: 1 m within what the plan engine allows, which keeps a margin
-    of depth and measures where the ground is. `switch` of the entity `camera` is true while it takes pictures; no
+    `deepest` (1 m within what the plan engine allows, which keeps a margin) and `highest` (above home or ground) in m.
+    `switch` of the entity `camera` is true while it takes pictures; no
     label means no camera. `aloft`: the mission of an aircraft begins in the air. `area` has the area that the vehicle
     does not leave. `name` is the plan's.
     """

@@ -11,6 +11,7 @@ from tasks.plan.graph import ROUNDING, Graph
 
 Limit = imc.OpLimitsMask
 Units = imc.ZUnits
+MEASURED = 0.5  # m by which the height of the ground may be off
 ANYWHERE = imc.Takeoff | imc.IdleManeuver | imc.Land  # allowed on the ground as well
 
 
@@ -85,10 +86,10 @@ def _vertical(maneuver: imc.Message, bounds: Bounds) -> Iterator[str]:
     if units == Units.DEPTH:
         yield "an aerial vehicle cannot go to a depth"
         return
-    above: float | None = z if units == Units.ALTITUDE else None
+    above, error = (z if units == Units.ALTITUDE else None), ROUNDING
     if units == Units.HEIGHT and bounds.ground is not None:
-        above = z - bounds.ground
+        above, error = z - bounds.ground, MEASURED
     if isinstance(maneuver, imc.Takeoff) and (units == Units.NONE or (above is not None and above <= 0.0)):
         yield "a Takeoff needs an altitude or height above the ground"
-    if above is not None and (highest := above + max(points, default=0.0)) > bounds.altitude + ROUNDING:
+    if above is not None and (highest := above + max(points, default=0.0)) > bounds.altitude + error:
         yield f"an altitude of {highest:.0f} m is above the limit of {bounds.altitude:.0f} m"

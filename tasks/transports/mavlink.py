@@ -1,10 +1,11 @@
 """MAVLink 2 for ground stations and scripts: QGroundControl, Mission Planner, MAVProxy, MAVSDK."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import get_args
 
 import imc
-from imc.discovery import Service, Services, readable_name
+from imc.discovery import Service
 from mavlink import KINDS, SYSTEMS, Received, load_dialect, system_of, text
 from mavlink.missions import first_item
 from runtime import Task, consume, param, periodic
@@ -28,6 +29,7 @@ from tasks.transports.mavlink_protocol.streams import STREAMS
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
 from tasks.transports.mavlink_protocol.telemetry_log import TelemetryLogs
 from tasks.transports.mavlink_protocol.thumbnails import Studio
+from tasks.transports.mavlink_protocol.twins import Twins
 from tasks.transports.mavlink_protocol.watch import ACTIONS, Watch
 
 Offered = imc.AnnounceService.ServiceType
@@ -35,7 +37,6 @@ LINKS = ["udpout://127.0.0.1:14550", "udpout://127.0.0.1:14540?flavour=px4", "ud
 SET_TIMEOUT = 0.25
 DETECTION_PERIOD = 5.0
 DETECTIONS = 64
-TWINS = 16
 CHANGES = (imc.VehicleState, imc.PlanControlState, imc.ArmingState, imc.AutopilotMode)
 
 
@@ -115,7 +116,6 @@ class MAVLink(Task):
         self.detected: dict[int, float] = {}
         self.pump_timer: Timer | None = None
         self.pumping = False
-        self.twins: set[object] = set()
         logs = self.vehicle.log_root / self.system_name
         videos = dict(map(parse_video, self.video_streams))
         mounted = find_cameras(self.vehicle.tasks, logs, videos, lambda: self.detection_markers)
@@ -139,6 +139,7 @@ class MAVLink(Task):
             reach=self.reach,
             named_values=[parse_named_value(text) for text in self.named_values],
             cameras=mounted if self.cameras else (),
+            most=self.most,
         )
         for kind in {value.kind for value in self.autopilot.named_values} - set(get_args(Heard)):
             self.vehicle.bus.subscribe(Subscription(kind, self.note, self))
@@ -146,6 +147,7 @@ class MAVLink(Task):
         if self.recorder is not None:
             self.recorder.enter(self.vehicle.log_folder)
         self.stations = Watch(self.autopilot)
+        self.twins = Twins(self.autopilot.system, self.log.warning)
         self.gallery = Gallery(self.autopilot, self.sessions)
         self.studio = Studio(self.offload)
         told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.autopilot.system}")
@@ -186,13 +188,20 @@ class MAVLink(Task):
             self.autopilot, flavour, transmit, self.now, self.speed, line=line, low=route.low, sign=link.signer
         )
 
+    def most(self, option: str) -> float:
+        """A limit in the section General of the profile; infinite if there is none, or the plan engine refuses it."""
+        try:
+            return float(self.vehicle.profile.value("General", option))
+        except ValueError:
+            return math.inf
+
     def sessions(self) -> list[Session]:
         return self.network.sessions()
 
     def take(self, link: Link, peer: Peer, message: Received) -> None:
         """Obey a message that is for this vehicle."""
         if message.system == self.autopilot.system:
-            self.name_twin(name_of(peer))
+            self.twins.name(name_of(peer))
         session = link.session(peer)
         if session is None:
             link.refuse(peer)
@@ -237,9 +246,9 @@ class MAVLink(Task):
         if self.shown != self.autopilot.shown:
             before, self.shown = self.shown, self.autopilot.shown
             for session in self.sessions():
-                if before[:2] != self.shown[:2]:
+                if before[0] != self.shown[0]:
                     session.send_now("HEARTBEAT", self.now)
-                if before[2:] != self.shown[2:]:
+                if before[1] != self.shown[1]:
                     session.send_now("MISSION_CURRENT", self.now)
 
     @consume
@@ -309,16 +318,8 @@ class MAVLink(Task):
 
     @consume(others=True)
     def meet_vehicle(self, other: imc.Announce) -> None:
-        """Name another vehicle that has the same MAVLink id, which follows from its IMC id if it does not tell it."""
-        moves = other.sys_type in (imc.SystemType.UUV, imc.SystemType.USV, imc.SystemType.UAV, imc.SystemType.UGV)
-        theirs = Services.parse(other.services).mavlink_id or system_of(other.src)
-        if moves and other.src != self.system and theirs == self.autopilot.system:
-            self.name_twin(f"{readable_name(other.sys_name)} ({other.src:#06x})")
-
-    def name_twin(self, twin: str) -> None:
-        if twin not in self.twins and len(self.twins) < TWINS:
-            self.twins.add(twin)
-            self.log.warning(f"MAVLink id {self.autopilot.system} is also that of {twin}: set System Id")
+        if other.src != self.system:
+            self.twins.meet(other)
 
     @consume
     def settle(self, reply: imc.PlanControl | imc.PlanDB) -> None:

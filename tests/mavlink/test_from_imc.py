@@ -124,7 +124,10 @@ def test_time_since_boot_wraps():
 
 
 def test_system_status_says_what_is_unknown():
-    bits = from_imc.sensors([("IMU", State.NORMAL), ("DVL", State.ERROR)], located=True, ready=False)
+    bits = from_imc.sensors([("IMU", State.NORMAL), ("DVL", State.ERROR)], located=True, fenced=None, ready=False)
+    assert (bits[0] & from_imc.GEOFENCE, bits[1] & from_imc.GEOFENCE) == (0, from_imc.GEOFENCE), "no fence, no breach"
+    out = from_imc.sensors([], located=True, fenced=False, ready=True)
+    assert out[0] & ~out[1] == from_imc.GEOFENCE
     unknown = from_imc.system_status(bits, math.nan, math.nan, math.nan, math.nan)
     assert unknown["voltage_battery"] == 0xFFFF
     assert (unknown["current_battery"], unknown["battery_remaining"]) == (-1, -1)

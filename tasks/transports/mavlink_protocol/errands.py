@@ -29,12 +29,44 @@ def go(
     found = system.place()
     if found is None:
         return NOWHERE
+    if any(map(math.isinf, place)):
+        return Reply(Result.DENIED, "Goto denied: the position is not on earth")
     if not _given(place):
         place = found[1].lat, found[1].lon
     frame, z = _level(system, frame, z, found[1].relative)
     there = _item(Command.NAV_WAYPOINT, frame, place, z)
     stay = there._replace(command=Command.NAV_LOITER_UNLIM)
     return _send(system, "goto", [*_speed(speed), there, stay], finish, now)
+
+
+def execute(
+    system: MavlinkSystem, command: Command, order: Sequence[float], frame: int | None, finish: Finish, now: float
+) -> Reply | None:
+    """Carry out an item that a station sends as an order: a stay of some time or turns. `order` has its parameters."""
+    found = system.place()
+    if found is None:
+        return NOWHERE
+    place = order[4], order[5]
+    if not _given(place) or place == (0.0, 0.0):
+        place = found[1].lat, found[1].lon
+    frame, z = _level(system, frame, order[6], found[1].relative)
+    numbers = {f"param{number}": value for number, value in enumerate(order[:4], 1) if not math.isnan(value)}
+    return _send(system, "goto", [_item(command, frame, place, z)._replace(**numbers)], finish, now)
+
+
+def hasten(system: MavlinkSystem, finish: Finish, now: float) -> Reply | None:
+    """Do what the vehicle does for a ground station at the speed that has been chosen."""
+    plan = system.helm.started
+    if plan is None or plan.plan_id != system.errand or system.errand not in ("goto", "orbit", "return", "land"):
+        return DONE
+    maneuvers = tuple(
+        each.replace(data=each.data.replace(speed=system.speed, speed_units=imc.SpeedUnits.METERS_PS))
+        if isinstance(each, imc.PlanManeuver) and each.data is not None and hasattr(each.data, "speed")
+        else each
+        for each in plan.maneuvers
+    )
+    system.helm.start(plan.replace(maneuvers=maneuvers), _judge(f"change the speed of {plan.plan_id}", finish), now)
+    return None
 
 
 def return_home(system: MavlinkSystem, finish: Finish, now: float) -> Reply | None:
@@ -142,7 +174,7 @@ def _speed(speed: float) -> list[Item]:
 def _level(system: MavlinkSystem, frame: int | None, z: float, present: float) -> tuple[int, float]:
     """Frame and z of an order: without z, as high as now; altitudes of COMMAND_LONG are above the sea."""
     afloat = system.kind.afloat
-    if not math.isfinite(z):
+    if math.isnan(z):
         return RELATIVE, min(0.0, present) if afloat else present
     frame = GLOBAL if frame is None else frame
     return frame, 0.0 if afloat and 0.0 < z <= SPLASH else z

@@ -1,39 +1,43 @@
 """Whether the vehicle is well, as ground stations see it: its navigation, an Abort, what keeps it from being armed."""
 
+import math
 from collections.abc import Callable, Iterable
 
 import imc
-from mavlink import CRITICAL, EMERGENCY, STANDBY, STATUS
+from mavlink import CRITICAL, EMERGENCY, STANDBY, STATUS, moving
 from runtime.task import Entity, State
 
 OpMode = imc.VehicleState.OpMode
 WORKING = (OpMode.SERVICE, OpMode.MANEUVER, OpMode.EXTERNAL)
+EMERGENCY_LASTS = 10.0  # s, so that a station that asks now and then sees it
 ILL = (State.ERROR, State.FAILURE)
 
 
 class Health:
     """What entities and messages say about the vehicle; `entities` gives those whose state counts for arming.
 
-    `aligned`: the navigation has known the position. `abandoned`: the supervisor is silent. `aborted`: an Abort came,
-    and the vehicle has not recovered from it.
+    `aligned`: the navigation has known the position. `abandoned`: the supervisor is silent. `aborted`: an Abort came a
+    short time ago, or the vehicle has not recovered from it.
     """
 
     def __init__(self, entities: Callable[[], Iterable[Entity]]) -> None:
         self._entities = entities
         self._navigation = ""
+        self._aborted_at = -math.inf
         self.aligned = self.abandoned = self.aborted = False
 
-    def hear(self, message: imc.Message, label: str, *, lands: bool) -> None:
+    def hear(self, message: imc.Message, label: str, now: float, *, lands: bool) -> None:
         """Take a message of the entity with this label; `lands`: the vehicle comes down by itself."""
         match message:
             case imc.EstimatedState():
                 self._navigation = label
                 self.aligned = self.aligned or self._state() != State.BOOT
             case imc.Abort():
-                self.aborted = True
+                self.aborted, self._aborted_at = True, now
             case imc.VehicleState():
                 self.abandoned = False
-                self.aborted = self.aborted and (lands or message.op_mode == OpMode.ERROR)
+                over = moving(message) or now - self._aborted_at > EMERGENCY_LASTS
+                self.aborted = self.aborted and (lands or message.op_mode == OpMode.ERROR or not over)
             case _:
                 pass
 

@@ -32,10 +32,16 @@ class Helm:
         self._system = system
         self._number = 0
         self._asked: dict[int, _Asked] = {}
+        self.started: imc.PlanSpecification | None = None
 
     def start(self, plan: imc.PlanSpecification, then: Then, now: float) -> None:
-        """Start a plan, which also goes to the plan database."""
-        self._control(imc.PlanControl.Op.START, plan.plan_id, plan, then, now)
+        """Start a plan, which also goes to the plan database; the last one that the vehicle accepts is `started`."""
+
+        def note(outcome: Outcome) -> None:
+            self.started = plan if outcome.done else self.started
+            then(outcome)
+
+        self._control(imc.PlanControl.Op.START, plan.plan_id, plan, note, now)
 
     def load(self, plan_id: str, then: Then, now: float) -> None:
         """Have a plan of the database checked, without starting it."""

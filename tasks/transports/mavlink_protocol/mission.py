@@ -146,6 +146,11 @@ class Mission:
         return True
 
     @property
+    def progress(self) -> tuple[int, int, int]:
+        """What stations must learn immediately: the state, the item, and which mission it is."""
+        return self.state, self.current, id(self.plan)
+
+    @property
     def is_obsolete(self) -> bool:
         """Whether the vehicle still flies the mission that this one has replaced."""
         return self._is_old

@@ -1,22 +1,53 @@
 """Handles the messages of ground stations."""
 
+import math
 from collections.abc import Callable, Mapping
 
 from mavlink import Received, text
+from mavlink.missions import BadItem, Item, MissionResult
 from tasks.transports.mavlink_protocol.commands import obey
+from tasks.transports.mavlink_protocol.errands import NO_PLACE, go
 from tasks.transports.mavlink_protocol.manual import steer_by_axes, steer_by_channels
+from tasks.transports.mavlink_protocol.mission_transfer import acknowledge
 from tasks.transports.mavlink_protocol.orders import Reply, Result
 from tasks.transports.mavlink_protocol.parameters import DOES_NOT_EXIST, ParameterEntry, Refusal
 from tasks.transports.mavlink_protocol.session import Session
 from tasks.transports.mavlink_protocol.steering import set_mode
 from tasks.transports.mavlink_protocol.streams import STREAMS
 
+ITEMS = ("MISSION_ITEM", "MISSION_ITEM_INT")
+GUIDED, ALTITUDE_ONLY = 2, 3  # field current of an item that is an order
+
 
 def serve(session: Session, message: Received, now: float) -> None:
     """Answer a message that is addressed to the vehicle; ignore it if it needs no answer."""
     service = SERVICES.get(message.name) or session.autopilot.transfer.services.get(message.name)
-    if service is not None:
+    if message.name in ITEMS and message.values["current"] in (GUIDED, ALTITUDE_ONLY):
+        _go(session, message, now)
+    elif service is not None:
         service(session, message, now)
+
+
+def _go(session: Session, message: Received, now: float) -> None:
+    """Go to an item, or only to its altitude: Mission Planner and MAVProxy send a vehicle in this way."""
+
+    def finish(reply: Reply) -> None:
+        done = reply.result is Result.ACCEPTED
+        acknowledge(session, message, MissionResult.ACCEPTED if done else MissionResult.ERROR)
+        if reply.reason:
+            session.say(text.WARNING, reply.reason, now)
+
+    try:
+        item = (Item.of_legacy if message.name == "MISSION_ITEM" else Item.of)(message.values)
+    except BadItem as bad:
+        finish(Reply(Result.DENIED, str(bad)))
+        return
+    session.autopilot.orders += 1
+    place = math.radians(item.x * 1e-7), math.radians(item.y * 1e-7)
+    moves = message.values["current"] == GUIDED
+    reply = go(session.autopilot, place if moves else NO_PLACE, item.frame, item.z, -1.0, finish, now)
+    if reply is not None:
+        finish(reply)
 
 
 def _ping(session: Session, message: Received, now: float) -> None:

@@ -3,9 +3,22 @@
 import math
 from collections.abc import Callable, Mapping
 
-from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, from_imc, moving
-from mavlink.missions import first_item
-from tasks.transports.mavlink_protocol.errands import go, land, orbit, return_home, steer, take_off
+import imc
+from imc import coordinates
+from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, from_imc, moving, text
+from mavlink.missions import Command, first_item
+from tasks.transports.mavlink_protocol.errands import (
+    GLOBAL,
+    NO_PLACE,
+    execute,
+    go,
+    hasten,
+    land,
+    orbit,
+    return_home,
+    steer,
+    take_off,
+)
 from tasks.transports.mavlink_protocol.helm import Outcome
 from tasks.transports.mavlink_protocol.mission import NO_PLAN
 from tasks.transports.mavlink_protocol.mission_transfer import number_of
@@ -13,7 +26,9 @@ from tasks.transports.mavlink_protocol.orders import DONE, Finish, Order, Reply,
 from tasks.transports.mavlink_protocol.session import Session
 
 FORCE = 21196
-FASTEST = 30.0  # m/s that an order may ask for; the vehicle knows better
+GLOBAL_FRAMES, RELATIVE_FRAMES = (0, 5), (3, 6)  # MAV_FRAME
+UNCHANGED, USUAL = -1.0, -2.0  # instead of a speed
+FARTHEST_HOME = 50_000.0  # m from the vehicle
 
 
 def set_mode(session: Session, mode: Mode, number: int, finish: Finish, now: float) -> Reply | None:
@@ -133,7 +148,37 @@ def _reposition(session: Session, order: Order, now: float) -> Reply | None:
 
 
 def _take_off(session: Session, order: Order, now: float) -> Reply | None:
-    return take_off(session.autopilot, order.frame, order.params[6], order.finish, now)
+    """In COMMAND_LONG the altitude is above home for ArduPilot, and above the sea for PX4."""
+    plain = GLOBAL if session.flavour.name == "px4" else None
+    frame = plain if order.frame is None else order.frame
+    return take_off(session.autopilot, frame, order.params[6], order.finish, now)
+
+
+def _waypoint(session: Session, order: Order, now: float) -> Reply | None:
+    """NAV_WAYPOINT and NAV_LOITER_UNLIM as orders: go there and stay, without a place hold."""
+    if any(map(math.isnan, order.place)) or order.place == (0.0, 0.0):
+        return set_mode(session, Mode.HOLD, -1, order.finish, now)
+    return go(session.autopilot, order.place, order.frame, order.params[6], -1.0, order.finish, now)
+
+
+def _loiter(session: Session, order: Order, now: float) -> Reply | None:
+    params = [*order.params[:4], *order.place, order.params[6]]
+    return execute(session.autopilot, Command(order.command), params, order.frame, order.finish, now)
+
+
+def _change_altitude(session: Session, order: Order, now: float) -> Reply | None:
+    z, frame = order.params[0], order.number(2)
+    return go(session.autopilot, NO_PLACE, frame, z, -1.0, order.finish, now)
+
+
+def _terminate(session: Session, order: Order, now: float) -> Reply:
+    if order.number(1) != 1:
+        return Reply(Result.DENIED, "Termination denied: parameter 1 is not 1")
+    system, abort = session.autopilot, imc.Abort(dst=session.autopilot.imc_id)
+    system.publish(abort)
+    system.hear(abort, "", now)  # a task does not hear itself
+    system.say(text.EMERGENCY, "Abort")
+    return DONE
 
 
 def _land(session: Session, order: Order, now: float) -> Reply | None:
@@ -150,29 +195,39 @@ def _orbit(session: Session, order: Order, now: float) -> Reply | None:
 
 
 def _change_speed(session: Session, order: Order, now: float) -> Reply | None:
-    """The speed of what ground stations ask for; the speeds of a mission are in its items."""
+    """The speed of what a ground station has asked for and asks for next; -1 leaves it, -2 is the usual one."""
     system, kind, speed = session.autopilot, order.number(1), order.params[1]
     if kind not in (0, 1):
         return Reply(Result.DENIED, "Speed denied: parameter 1 must be 0 (through air or water) or 1 (over ground)")
-    if not 0.0 < speed <= FASTEST:
-        return Reply(Result.DENIED, f"Speed denied: {speed:g} m/s is not between 0 and {FASTEST:g} m/s")
     if system.mode is Mode.MISSION:
         return Reply(Result.DENIED, "Speed denied: the speeds of a mission are in its items")
-    system.chosen_speed = speed
-    return DONE
+    if speed == UNCHANGED:
+        return DONE
+    if not (0.0 < speed <= system.limits.fastest or speed == USUAL):
+        return Reply(Result.DENIED, f"Speed denied: {speed:g} m/s is not between 0 and {system.limits.fastest:g} m/s")
+    system.chosen_speed = 0.0 if speed == USUAL else speed
+    return hasten(system, order.finish, now)
 
 
 def _set_home(session: Session, order: Order, now: float) -> Reply:
-    """Home is here, or at a place; that of a vessel stays at the surface."""
+    """Home is here, or at a place; that of a vessel stays at the surface. As in ArduPilot, 0, 0 is here, too."""
     system, (lat, lon), altitude = session.autopilot, order.place, order.params[6]
     found = system.place()
-    if order.number(1) == 1:
-        if found is None:
-            return Reply(Result.TEMPORARILY_REJECTED, "The position is unknown")
-        lat, lon, altitude = found[1].lat, found[1].lon, found[1].altitude
+    if found is None:
+        return Reply(Result.TEMPORARILY_REJECTED, "The position is unknown")
+    here = found[1]
+    if order.number(1) == 1 or (lat, lon) == (0.0, 0.0):
+        lat, lon, altitude = here.lat, here.lon, here.altitude
+    elif order.frame in RELATIVE_FRAMES:
+        altitude += here.altitude - here.relative
+    elif order.frame is not None and order.frame not in GLOBAL_FRAMES:
+        return Reply(Result.UNSUPPORTED_FRAME, f"Home denied: frame {order.frame} has no meaning for it")
     home = from_imc.home_at(lat, lon, altitude, afloat=system.kind.afloat, undulation=system.undulation)
     if home is None:
         return Reply(Result.DENIED, "Home denied: it has no latitude, longitude and altitude on earth")
+    away = math.hypot(*coordinates.displacement(here.lat, here.lon, 0.0, lat, lon, 0.0))
+    if away > FARTHEST_HOME:
+        return Reply(Result.DENIED, f"Home denied: it would be {away / 1e3:.0f} km from the vehicle")
     system.home = home
     session.send_now("HOME_POSITION", now)
     return DONE
@@ -185,6 +240,10 @@ def _reboot(session: Session, order: Order, now: float) -> Reply:
 
 
 COMMANDS: Mapping[int, Callable[[Session, Order, float], Reply | None]] = {
+    16: _waypoint,
+    17: _waypoint,
+    18: _loiter,
+    19: _loiter,
     20: _return,
     21: _land,
     22: _take_off,
@@ -192,6 +251,8 @@ COMMANDS: Mapping[int, Callable[[Session, Order, float], Reply | None]] = {
     176: _do_set_mode,
     178: _change_speed,
     179: _set_home,
+    185: _terminate,
+    186: _change_altitude,
     192: _reposition,
     193: _pause_or_continue,
     224: _set_current,

@@ -50,7 +50,7 @@ def _heartbeat(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
         "autopilot": flavour.autopilot,
         "base_mode": CUSTOM_MODE | mode.flags | armed,
         "custom_mode": system.custom_mode(flavour),
-        "system_status": system.status,
+        "system_status": system.health.status(system.figures.vehicle),
         "mavlink_version": 3,
     }
 

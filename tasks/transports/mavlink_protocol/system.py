@@ -20,12 +20,13 @@ from mavlink import (
     moving,
     text,
 )
-from mavlink.missions import Settings, fence_of, inside
+from mavlink.missions import Settings
 from runtime.task import Entity
 from tasks.transports.mavlink_protocol.figures import Figures
 from tasks.transports.mavlink_protocol.file_tree import FileTree
 from tasks.transports.mavlink_protocol.health import WORKING, Health
 from tasks.transports.mavlink_protocol.helm import Helm, Outcome, Then, chain
+from tasks.transports.mavlink_protocol.limits import Limits
 from tasks.transports.mavlink_protocol.metadata import Metadata
 from tasks.transports.mavlink_protocol.mission import ERRANDS, Mission
 from tasks.transports.mavlink_protocol.mission_transfer import MissionTransfer
@@ -41,7 +42,6 @@ COMPONENT = 1
 SUBMERGED = 0.3  # m
 SUBMARINE = 12  # MAV_TYPE
 HANDOVER = 2.0  # s of silence after which another station may steer
-BELOW = 1.0  # m inside its limits that a plan keeps
 DEPTH = imc.ZUnits.DEPTH
 REMEMBERED = 10
 PICTURES = "Save Images"  # the option by which a camera takes pictures
@@ -56,7 +56,8 @@ class MavlinkSystem:
     whose state counts for arming; `boot` is when the vehicle started, in s since 1970. `undulation` is the height of
     the geoid above the ellipsoid, in m. `rates()` are the rates of the messages streamed by default, in Hz, `speed()`
     is that of what ground stations ask for, in m/s, `takeoff_altitude()` is in m above home. Stations can
-    read the files in `folders`, by name. `cameras` are components of their own.
+    read the files in `folders`, by name. `cameras` are components of their own. `most` gives
+    a limit of the profile, by its option.
     """
 
     def __init__(
@@ -81,6 +82,7 @@ class MavlinkSystem:
         reach: Callable[[Sequence[int]], object] = lambda _: None,
         named_values: Sequence[NamedValue] = (),
         cameras: "Sequence[Camera]" = (),
+        most: Callable[[str], float] = lambda _: math.inf,
     ):
         self.dialect = dialect
         self.system = system
@@ -95,6 +97,7 @@ class MavlinkSystem:
         self.takeoff_altitude = takeoff_altitude
         self.named_values = named_values
         self.figures = Figures(lambda: [entity.label for entity in self.entities()])
+        self.limits = Limits(self.figures, most)
         self.rates = rates
         self.home: from_imc.Home | None = None
         self.last_fix: imc.GpsFix | None = None
@@ -108,16 +111,14 @@ class MavlinkSystem:
         self.uid = hashlib.sha256(name.encode(errors="surrogateescape")).digest()
         self.chosen_speed = 0.0
         self.orders = 0  # that stations have given
-        self.mission = Mission(self.helm, self.mission_settings, self._limits, self._limit, reach)
+        self.mission = Mission(self.helm, self.mission_settings, lambda: self.limits.message, self._limit, reach)
         self.transfer = MissionTransfer(self.mission)
         self.target = Target(self)
         self.metadata = Metadata(name, parameters)
         self.transfers = Transfers(FileTree(self.metadata.files, folders))
         self.publish = publish
-        self._steersman: tuple[int, int, int] | None = None
-        self._steered_at = -math.inf
-        self._chosen = Mode.MANUAL, -1, ""
-        self.chosen = Mode.MANUAL
+        self._steersman, self._steered_at = (0, 0, 0), -math.inf
+        self._chosen, self.chosen = (Mode.MANUAL, -1, ""), Mode.MANUAL
 
     def hear(self, message: imc.Message, label: str, now: float) -> None:
         """Take a message of the entity with this label.
@@ -127,7 +128,7 @@ class MavlinkSystem:
         """
         ran = self.figures.motors
         self.figures.take(message, label, now)
-        self.health.hear(message, label, lands=self.figures.lands)
+        self.health.hear(message, label, now, lands=self.figures.lands)
         match message:
             case imc.EstimatedState() if self.health.aligned and (
                 self.home is None or self.home.lat == self.home.lon == 0.0
@@ -206,36 +207,31 @@ class MavlinkSystem:
     @property
     def speed(self) -> float:
         """The speed of what ground stations ask for, in m/s."""
-        return self.chosen_speed or self._speed()
+        return min(self.chosen_speed or self._speed(), self.limits.fastest)
 
     def mission_settings(self, name: str = "mavlink") -> Settings:
         """The vehicle for which missions and orders become plans; `name` is the plan's."""
-        limits, mask, home = self._limits() or imc.OperationalLimits(), imc.OpLimitsMask, self.home
         return Settings(
             self.kind,
-            home,
+            self.home,
             speed=self.speed,
-            deepest=limits.max_depth - BELOW if limits.mask & mask.MAX_DEPTH else math.inf,
-            highest=limits.max_altitude - BELOW if limits.mask & mask.MAX_ALT else math.inf,
-            fastest=limits.max_speed if limits.mask & mask.MAX_SPEED else math.inf,
-            area=limits,
+            deepest=self.limits.deepest,
+            highest=self.limits.highest,
+            fastest=self.limits.fastest,
+            area=self.limits.message,
             camera=next((camera.label for camera in self.cameras if camera.takes_pictures), ""),
             switch=PICTURES,
             aloft=self.aloft,
             name=name,
         )
 
-    def _limits(self) -> imc.OperationalLimits | None:
-        return self.figures.latest(imc.OperationalLimits)
-
     def _limit(self, limits: imc.Message) -> None:
         self.publish(limits.replace(dst=self.imc_id))
 
     @property
-    def shown(self) -> tuple[Mode, bool, int, int, int]:
-        """What ground stations must learn immediately: mode and arming, state and progress of the mission."""
-        mission = self.mission
-        return self.mode, self.armed_or_moving, mission.state, mission.current, id(mission.plan)
+    def shown(self) -> tuple[tuple[Mode, bool, bool], tuple[int, int, int]]:
+        """What ground stations must learn immediately: mode, arming, an Abort; state and progress of the mission."""
+        return (self.mode, self.armed_or_moving, self.health.aborted), self.mission.progress
 
     @property
     def mode(self) -> Mode:
@@ -298,10 +294,8 @@ class MavlinkSystem:
     @property
     def is_inside(self) -> bool | None:
         """Whether the vehicle is inside its fence; None if there is none, or the position is unknown."""
-        limits, found = self._limits(), self.place()
-        if limits is None or found is None or not fence_of(limits):
-            return None
-        return inside(limits, found[1].lat, found[1].lon)
+        found = self.place()
+        return None if found is None else self.limits.holds(found[1].lat, found[1].lon)
 
     def position(self, state: imc.EstimatedState) -> from_imc.Position | None:
         """The position in an estimate; None if it is impossible, or home is unknown."""
@@ -320,11 +314,6 @@ class MavlinkSystem:
     def remember(self, severity: int, words: str) -> None:
         """Keep a notice for ground stations that connect later."""
         self.notices.append((severity, words))
-
-    @property
-    def status(self) -> int:
-        """MAV_STATE."""
-        return self.health.status(self.figures.vehicle)
 
     def choose_number(self, flavour: Flavour, mode: Mode, number: int) -> None:
         """Remember which of a mode's numbers a ground station has chosen: it expects to see that one."""

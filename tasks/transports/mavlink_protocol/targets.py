@@ -21,6 +21,7 @@ FRESH = 0.5  # s that a target is young enough to begin with
 SILENCE = 2.0  # s without a target after which an offboard vehicle holds
 PATIENCE = 10.0  # s without a reference after which the maneuver gives up
 SOON = 0.2  # s between references of a stream
+RESTED = 2.0  # s between targets of an aircraft: each is a plan
 AGAIN = 1.0  # s between repeated references
 Has = imc.Reference.Flags
 
@@ -43,11 +44,42 @@ class Target:
             return
         self._heard = now
         system = self._system
-        if system.errand == "follow":
+        if not system.kind.afloat:
+            self._fly(self._reference, session, now)
+        elif system.errand == "follow":
             if now - self._told >= SOON:
                 self._tell(now)
         elif system.chosen is Mode.GUIDED and system.mode in (Mode.HOLD, Mode.GUIDED):
             self.follow(lambda reply: session.say(text.WARNING, reply.reason, now) if reply.reason else None, now)
+
+    def _fly(self, reference: imc.Reference, session: "Session", now: float) -> None:
+        """Send an aircraft in guided mode to a place, as for a change of its altitude; it follows no stream."""
+        system = self._system
+        if system.chosen is not Mode.GUIDED or system.mode not in (Mode.HOLD, Mode.GUIDED, Mode.TAKEOFF):
+            return
+        if now - self._told < RESTED:
+            session.say(text.WARNING, f"An aircraft takes a target every {RESTED:g} s, and follows no stream", now)
+            return
+        self._told = now
+        assert isinstance(reference.z, imc.DesiredZ)
+        assert isinstance(reference.speed, imc.DesiredSpeed)
+        leg = imc.Goto(
+            lat=reference.lat,
+            lon=reference.lon,
+            z=reference.z.value,
+            z_units=reference.z.z_units,
+            speed=reference.speed.value,
+            speed_units=reference.speed.speed_units,
+        )
+        stay = imc.StationKeeping(
+            lat=leg.lat, lon=leg.lon, z=leg.z, z_units=leg.z_units, speed=leg.speed, speed_units=leg.speed_units
+        )
+
+        def judge(outcome: Outcome) -> None:
+            if not outcome.done:
+                session.say(text.WARNING, f"Cannot go there: {outcome.reason}", now)
+
+        system.helm.start(chain("goto", [leg, stay]), judge, now)
 
     def follow(self, finish: Finish, now: float, *, streams: bool = False) -> Reply | None:
         """Follow the targets; if they come as a stream, its end is a reason to hold."""
@@ -98,9 +130,10 @@ class Target:
         if not (abs(lat) <= math.pi / 2 and abs(lon) <= math.pi and math.isfinite(z)):
             raise Refusal(MissionResult.INVALID, "the position is not on earth")
         level = settings.level(frame, min(0.0, z) if settings.kind.afloat and z < 1.0 else z)
-        speed = system.speed
+        speed = 0.0
         if not values["type_mask"] & NO_VELOCITY:
             speed = math.hypot(values["vx"], values["vy"], values["vz"])
+        speed = system.speed if speed == 0.0 else speed
         if not 0.0 < speed <= settings.fastest:
             raise Refusal(MissionResult.INVALID, f"{speed:g} m/s is no speed of the vehicle")
         return imc.Reference(

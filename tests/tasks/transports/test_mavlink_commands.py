@@ -101,9 +101,9 @@ def test_request_data_stream(desk):
 
 def test_arming(desk):
     assert desk.command(400, 1) == (ACCEPTED, [])
-    assert desk.autopilot.shown[1]
+    assert desk.autopilot.shown[0][1]
     assert desk.command(400, 0) == (ACCEPTED, [])
-    assert not desk.autopilot.shown[1]
+    assert not desk.autopilot.shown[0][1]
     assert desk.command(400, 2)[0] == desk.command(400, math.nan)[0] == DENIED
 
 

@@ -104,7 +104,7 @@ def test_a_vehicle_that_cannot_keep_station_stops(tmp_path):
     flown.vehicle.start()
     flown.vehicle.kernel.after(15.0, flown.begin, parse_plan(PLANS["lauv-noptilus-1"]))
     flown.vehicle.run(30.0)
-    flown.link.hold_speed = 5.0  # the vehicle refuses a plan that is too fast
+    flown.link.hold_speed = math.nan  # the vehicle refuses such a plan
     flown.hold()
     flown.vehicle.run(5.0)
     assert flown.modes[-1] == "HOLD"
