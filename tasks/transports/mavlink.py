@@ -26,6 +26,7 @@ from tasks.transports.mavlink_protocol.parameters import ParameterEntry, Paramet
 from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, SOON, Session
 from tasks.transports.mavlink_protocol.streams import STREAMS
+from tasks.transports.mavlink_protocol.switches import parse_button, parse_light
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
 from tasks.transports.mavlink_protocol.telemetry_log import TelemetryLogs
 from tasks.transports.mavlink_protocol.thumbnails import Studio
@@ -35,8 +36,6 @@ from tasks.transports.mavlink_protocol.watch import ACTIONS, Watch
 Offered = imc.AnnounceService.ServiceType
 LINKS = ["udpout://127.0.0.1:14550", "udpout://127.0.0.1:14540?flavour=px4", "udpin://127.0.0.1:14551"]
 SET_TIMEOUT = 0.25
-DETECTION_PERIOD = 5.0
-DETECTIONS = 64
 CHANGES = (imc.VehicleState, imc.PlanControlState, imc.ArmingState, imc.AutopilotMode)
 
 
@@ -98,6 +97,13 @@ class MAVLink(Task):
     video_streams: list[str] = param(
         [], "", "Videos of cameras: ENTITY LABEL=rtsp://ADDRESS.", editable=False, usable=parse_video
     )
+    relays: list[str] = param([], "", "Power channels that stations switch as relays 0, 1, ...", editable=False)
+    lights: list[str] = param(
+        [], "", "Lights as servo outputs of 1100 to 1900 µs: SERVO=LED.", editable=False, usable=parse_light
+    )
+    buttons: list[str] = param(
+        [], "", "What the buttons of a joystick do: NUMBER=ACTION.", editable=False, usable=parse_button
+    )
     detection_markers: bool = param(False, "", "Show detected objects on maps, as ADSB_VEHICLE, for 60 s.")
 
     def configure(self) -> None:
@@ -113,7 +119,6 @@ class MAVLink(Task):
         self.keys = Keys(self)
         self.network = Network(self.links, self)
         self.asked: dict[str, Timer] = {}
-        self.detected: dict[int, float] = {}
         self.pump_timer: Timer | None = None
         self.pumping = False
         logs = self.vehicle.log_root / self.system_name
@@ -140,6 +145,7 @@ class MAVLink(Task):
             named_values=[parse_named_value(text) for text in self.named_values],
             cameras=mounted if self.cameras else (),
             most=self.most,
+            switches=(self.relays, self.lights, self.buttons),
         )
         for kind in {value.kind for value in self.autopilot.named_values} - set(get_args(Heard)):
             self.vehicle.bus.subscribe(Subscription(kind, self.note, self))
@@ -269,16 +275,6 @@ class MAVLink(Task):
         severity = text.SEVERITY.get(entry.type, text.INFO)
         if severity != text.DEBUG:
             self.say(severity, entry.text)
-
-    @consume
-    def tell_detection(self, mug: imc.EstimatedMugState) -> None:
-        """Send one line per MUG, repeated after DETECTION_PERIOD s."""
-        if self.now - self.detected.get(mug.id, -DETECTION_PERIOD) < DETECTION_PERIOD:
-            return
-        if len(self.detected) >= DETECTIONS:
-            self.detected.clear()
-        self.detected[mug.id] = self.now
-        self.say(text.NOTICE, f"DETECT MUG {mug.id} " + self.autopilot.describe(mug.x, mug.y))
 
     @consume
     def watch_cameras(self, message: imc.Event | imc.EstimatedMugState | imc.EntityParameters) -> None:

@@ -3,12 +3,15 @@
 from collections.abc import Callable, Iterable, Iterator
 
 import imc
+from mavlink import text
 from tasks.transports.mavlink_protocol.camera_services import acknowledge_setting, show_picture, show_setting
 from tasks.transports.mavlink_protocol.cameras import TAKEN, Asked, Camera
 from tasks.transports.mavlink_protocol.session import Session
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
 
 CHANGED, FAILED = 0, 2  # PARAM_ACK
+DETECTION_PERIOD = 5.0  # s between lines on the same object
+DETECTIONS = 64
 
 
 class Gallery:
@@ -17,6 +20,7 @@ class Gallery:
     def __init__(self, system: MavlinkSystem, sessions: Callable[[], Iterable[Session]]):
         self._system = system
         self._sessions = sessions
+        self._detected: dict[int, float] = {}
 
     def hear(self, message: imc.Event | imc.EstimatedMugState | imc.EntityParameters, label: str, now: float) -> None:
         """Take a message of the entity with this label."""
@@ -24,6 +28,7 @@ class Gallery:
             case imc.EntityParameters():
                 self._show_settings(message)
             case imc.EstimatedMugState():
+                self._tell_detection(message, now)
                 for camera in self._called(label):
                     camera.detect(message, self._system, now)
             case imc.Event(topic=topic) if topic == TAKEN:
@@ -39,6 +44,15 @@ class Gallery:
         """Answer who has asked for a setting that the vehicle does not change."""
         for camera in self._system.cameras:
             self._answer(camera, lambda asked: asked.until <= now)
+
+    def _tell_detection(self, mug: imc.EstimatedMugState, now: float) -> None:
+        """Send one line per MUG, repeated after DETECTION_PERIOD s."""
+        if now - self._detected.get(mug.id, -DETECTION_PERIOD) < DETECTION_PERIOD:
+            return
+        if len(self._detected) >= DETECTIONS:
+            self._detected.clear()
+        self._detected[mug.id] = now
+        self._system.say(text.NOTICE, f"DETECT MUG {mug.id} " + self._system.describe(mug.x, mug.y))
 
     def _show_settings(self, reply: imc.EntityParameters) -> None:
         names = {item.name for item in reply.params if isinstance(item, imc.EntityParameter)}

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from tasks.transports.mavlink_protocol.session import Session
 
 FULL = 1000.0  # full deflection of MANUAL_CONTROL
+PITCH = 1  # of enabled_extensions: the axis s is valid
 UNUSED = 0x7FFF
 MIDDLE, SPAN = 1500.0, 400.0  # µs of RC_CHANNELS_OVERRIDE
 RELEASED = (0, 0xFFFF)
@@ -18,12 +19,12 @@ STRANGER = "Another ground station steers"
 
 
 def steer_by_axes(session: "Session", message: Received, now: float) -> None:
-    """MANUAL_CONTROL: x is thrust; r turns, of boats also y; z around 500 is the pitch of an AUV."""
+    """MANUAL_CONTROL: x is thrust; r turns, of boats also y; z around 500, or s, is the pitch of an AUV."""
     values = message.values
-    if values["target"] not in (0, session.autopilot.system):
-        return
     x, y, r = (_share(values[name] / FULL) if values[name] != UNUSED else 0.0 for name in "xyr")
     pitch = _share((values["z"] - FULL / 2.0) / (FULL / 2.0)) if values["z"] != UNUSED else 0.0
+    if values["enabled_extensions"] & PITCH:
+        pitch = _share(values["s"] / FULL)
     turn = r if r or session.autopilot.dives else y
     _send(session, message, thrust=x, turn=turn, pitch=pitch, now=now)
 

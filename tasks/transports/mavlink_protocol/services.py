@@ -3,19 +3,21 @@
 import math
 from collections.abc import Callable, Mapping
 
-from mavlink import Received, text
+from mavlink import Mode, Received, text
 from mavlink.missions import BadItem, Item, MissionResult
 from tasks.transports.mavlink_protocol.commands import obey
 from tasks.transports.mavlink_protocol.errands import NO_PLACE, go
 from tasks.transports.mavlink_protocol.manual import steer_by_axes, steer_by_channels
 from tasks.transports.mavlink_protocol.mission_transfer import acknowledge
-from tasks.transports.mavlink_protocol.orders import Reply, Result
+from tasks.transports.mavlink_protocol.orders import Order, Reply, Result
 from tasks.transports.mavlink_protocol.parameters import DOES_NOT_EXIST, ParameterEntry, Refusal
 from tasks.transports.mavlink_protocol.session import Session
+from tasks.transports.mavlink_protocol.steering import COMMANDS as STEERING
 from tasks.transports.mavlink_protocol.steering import set_mode
 from tasks.transports.mavlink_protocol.streams import STREAMS
 
 ITEMS = ("MISSION_ITEM", "MISSION_ITEM_INT")
+ARM = 400  # MAV_CMD_COMPONENT_ARM_DISARM
 GUIDED, ALTITUDE_ONLY = 2, 3  # field current of an item that is an order
 
 
@@ -114,6 +116,35 @@ def _plain(entry: ParameterEntry) -> str:
     return f"{entry.task.entity.label}, {entry.parameter.name}"
 
 
+def _manual_control(session: Session, message: Received, now: float) -> None:
+    """The axes steer; the buttons do what the profile says, in each mode."""
+    system, values = session.autopilot, message.values
+    if values["target"] not in (0, system.system):
+        return
+    steer_by_axes(session, message, now)
+
+    def act(action: str) -> None:
+        def finish(reply: Reply) -> None:
+            if reply.reason:
+                session.say(text.WARNING, reply.reason, now)
+
+        system.orders += 1
+        if action == "abort":
+            system.abort(now)
+            return
+        order = Order(ARM, (0.0,) * 7, None, finish)
+        reply = (
+            STEERING[ARM](session, order, now)
+            if action == "disarm"
+            else set_mode(session, Mode[action.upper()], -1, finish, now)
+        )
+        if reply is not None:
+            finish(reply)
+
+    pressed = values["buttons"] | values["buttons2"] << 16
+    system.switches.press((id(session), message.system, message.component), pressed, now, act)
+
+
 def _target(session: Session, message: Received, now: float) -> None:
     session.autopilot.target.hear(session, message, now)
 
@@ -143,7 +174,7 @@ SERVICES: Mapping[str, Callable[[Session, Received, float], None]] = {
     "SET_POSITION_TARGET_GLOBAL_INT": _target,
     "SET_POSITION_TARGET_LOCAL_NED": _target,
     "SET_ATTITUDE_TARGET": _attitude_target,
-    "MANUAL_CONTROL": steer_by_axes,
+    "MANUAL_CONTROL": _manual_control,
     "RC_CHANNELS_OVERRIDE": steer_by_channels,
     "FILE_TRANSFER_PROTOCOL": _transfer,
     "LOG_REQUEST_LIST": _transfer,

@@ -3,9 +3,8 @@
 import math
 from collections.abc import Callable, Mapping
 
-import imc
 from imc import coordinates
-from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, from_imc, moving, text
+from mavlink import CUSTOM_MODE, STANDARD_MODES, Mode, from_imc, moving
 from mavlink.missions import Command, first_item
 from tasks.transports.mavlink_protocol.errands import (
     GLOBAL,
@@ -166,6 +165,14 @@ def _loiter(session: Session, order: Order, now: float) -> Reply | None:
     return execute(session.autopilot, Command(order.command), params, order.frame, order.finish, now)
 
 
+def _set_relay(session: Session, order: Order, now: float) -> Reply:
+    return session.autopilot.switches.relay(order.number(1), order.number(2))
+
+
+def _set_servo(session: Session, order: Order, now: float) -> Reply:
+    return session.autopilot.switches.servo(order.number(1), order.params[1])
+
+
 def _change_altitude(session: Session, order: Order, now: float) -> Reply | None:
     z, frame = order.params[0], order.number(2)
     return go(session.autopilot, NO_PLACE, frame, z, -1.0, order.finish, now)
@@ -174,10 +181,7 @@ def _change_altitude(session: Session, order: Order, now: float) -> Reply | None
 def _terminate(session: Session, order: Order, now: float) -> Reply:
     if order.number(1) != 1:
         return Reply(Result.DENIED, "Termination denied: parameter 1 is not 1")
-    system, abort = session.autopilot, imc.Abort(dst=session.autopilot.imc_id)
-    system.publish(abort)
-    system.hear(abort, "", now)  # a task does not hear itself
-    system.say(text.EMERGENCY, "Abort")
+    session.autopilot.abort(now)
     return DONE
 
 
@@ -251,6 +255,8 @@ COMMANDS: Mapping[int, Callable[[Session, Order, float], Reply | None]] = {
     176: _do_set_mode,
     178: _change_speed,
     179: _set_home,
+    181: _set_relay,
+    183: _set_servo,
     185: _terminate,
     186: _change_altitude,
     192: _reposition,

@@ -32,6 +32,7 @@ from tasks.transports.mavlink_protocol.mission import ERRANDS, Mission
 from tasks.transports.mavlink_protocol.mission_transfer import MissionTransfer
 from tasks.transports.mavlink_protocol.named_values import NamedValue
 from tasks.transports.mavlink_protocol.parameters import ParameterEntry, ParameterTable
+from tasks.transports.mavlink_protocol.switches import Switches
 from tasks.transports.mavlink_protocol.targets import Target
 from tasks.transports.mavlink_protocol.transfers import Transfers
 
@@ -57,7 +58,7 @@ class MavlinkSystem:
     the geoid above the ellipsoid, in m. `rates()` are the rates of the messages streamed by default, in Hz, `speed()`
     is that of what ground stations ask for, in m/s, `takeoff_altitude()` is in m above home. Stations can
     read the files in `folders`, by name. `cameras` are components of their own. `most` gives
-    a limit of the profile, by its option.
+    a limit of the profile, by its option. `switches` are the names of relays, lights and buttons.
     """
 
     def __init__(
@@ -83,6 +84,7 @@ class MavlinkSystem:
         named_values: Sequence[NamedValue] = (),
         cameras: "Sequence[Camera]" = (),
         most: Callable[[str], float] = lambda _: math.inf,
+        switches: tuple[Sequence[str], Sequence[str], Sequence[str]] = ((), (), ()),
     ):
         self.dialect = dialect
         self.system = system
@@ -117,6 +119,7 @@ class MavlinkSystem:
         self.metadata = Metadata(name, parameters)
         self.transfers = Transfers(FileTree(self.metadata.files, folders))
         self.publish = publish
+        self.switches = Switches(publish, imc_id, switches)
         self._steersman, self._steered_at = (0, 0, 0), -math.inf
         self._chosen, self.chosen = (Mode.MANUAL, -1, ""), Mode.MANUAL
 
@@ -175,6 +178,13 @@ class MavlinkSystem:
             judge(Outcome(False, "the position is unknown"))
         else:
             self.helm.start(chain("hold", [station]), judge, now)
+
+    def abort(self, now: float) -> None:
+        """Abort what the vehicle does."""
+        abort = imc.Abort(dst=self.imc_id)
+        self.publish(abort)
+        self.hear(abort, "", now)  # a task does not hear itself
+        self.say(text.EMERGENCY, "Abort")
 
     @property
     def _is_submerged(self) -> bool:
