@@ -14,7 +14,8 @@ from runtime.vehicle import Row, TaskImportError, find_task
 from runtime.vehicle import explain as rows_of
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
 from shoal.cli.tables import open_console, plain_table, sentence, task_of
-from tasks.transports.mavlink_protocol.parameters import fits, identifiers
+from tasks.transports.mavlink_protocol.names import identifiers
+from tasks.transports.mavlink_protocol.parameters import fits
 
 MAVLINK = "Transports.MAVLink"
 

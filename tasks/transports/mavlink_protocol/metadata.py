@@ -13,7 +13,8 @@ import numpy as np
 
 from runtime.task import Parameter
 from tasks.transports.mavlink_protocol.file_requests import checksum
-from tasks.transports.mavlink_protocol.parameters import LONGEST, REAL32, ParameterEntry, ParameterTable
+from tasks.transports.mavlink_protocol.names import LONGEST
+from tasks.transports.mavlink_protocol.parameters import REAL32, ParameterEntry, ParameterTable
 
 VERSION = 1  # QGroundControl accepts no other, though the schema has newer ones
 PARAMETERS = 1  # COMP_METADATA_TYPE_PARAMETER

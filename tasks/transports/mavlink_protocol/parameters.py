@@ -1,25 +1,20 @@
 """The vehicle's parameters under MAVLink's 16-character names, as INT32 and REAL32."""
 
 import math
-import re
 import struct
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
-from zlib import crc32
 
 import numpy as np
 
 from mavlink import Flavour
 from runtime import Task
 from runtime.task import Parameter
+from tasks.transports.mavlink_protocol.names import identifiers
 
 INT32, REAL32 = 6, 9
 DOES_NOT_EXIST, OUT_OF_RANGE, TYPE_MISMATCH = 1, 2, 7
-LONGEST = 16
-LABEL_LETTERS = 6
-SMALL_WORDS = ("OF", "THE", "AND", "FOR", "TO", "PER")
-BASE32 = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567"
 LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
 
 
@@ -128,30 +123,6 @@ class ParameterTable:
         return self._by_name.get((label, parameter))
 
 
-def identifiers(names: Iterable[tuple[str, str]]) -> dict[tuple[str, str], str]:
-    """MAVLink names for pairs of entity label and parameter, sorted.
-
-    A name that fits is kept ("IMU", "Gyro Noise": IMU_GYRO_NOISE); others are abbreviated and end in two characters of
-    a checksum, so that a name does not depend on the other tasks of the vehicle.
-    """
-    chosen: dict[tuple[str, str], str] = {}
-    taken: set[str] = set()
-    for label, parameter in sorted(names):
-        name = "_".join(_words(label) + _words(parameter))
-        salt = crc32(f"{label}\0{parameter}".encode(errors="surrogateescape"))
-        if len(name) > LONGEST or name in taken or not name:
-            head = _abbreviate(_words(label), LABEL_LETTERS)
-            head += "_" if head else ""
-            stem = head + _abbreviate(_words(parameter), LONGEST - 2 - len(head))
-            name = _salted(stem, salt)
-            while name in taken:
-                salt += 1
-                name = _salted(stem, salt)
-        taken.add(name)
-        chosen[label, parameter] = name
-    return dict(sorted(chosen.items(), key=lambda item: item[1]))
-
-
 def written(value: float) -> float:
     """The shortest number with the same 32 bits: 0.1, not 0.10000000149."""
     return float(str(np.float32(value)))
@@ -164,21 +135,3 @@ def fits(parameter: Parameter, value: Any) -> bool:
     if parameter.type is int:
         return LOWEST <= value <= HIGHEST
     return parameter.type is not str or bool(parameter.choices)
-
-
-def _words(text: str) -> list[str]:
-    return [word.upper() for word in re.findall(r"[A-Z]{2,}s\b|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+", text)]
-
-
-def _abbreviate(words: list[str], letters: int) -> str:
-    """The words, joined, in at most `letters` letters; the longest is cut first."""
-    words = [word for word in words if word not in SMALL_WORDS][:letters]
-    while sum(map(len, words)) > letters:  # integers
-        longest = max(range(len(words)), key=lambda i: (len(words[i]), i))
-        words[longest] = words[longest][:-1]
-    return "".join(words)
-
-
-def _salted(stem: str, salt: int) -> str:
-    joint = "_" if len(stem) < LONGEST - 2 else ""
-    return stem + joint + BASE32[salt % 32] + BASE32[salt // 32 % 32]

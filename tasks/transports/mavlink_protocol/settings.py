@@ -7,7 +7,8 @@ from typing import Any
 
 from runtime import Task
 from runtime.task import Parameter
-from tasks.transports.mavlink_protocol.parameters import HIGHEST, INT32, LOWEST, REAL32, identifiers, written
+from tasks.transports.mavlink_protocol.names import identifiers
+from tasks.transports.mavlink_protocol.parameters import HIGHEST, INT32, LOWEST, REAL32, written
 
 TEXT = 11  # MAV_PARAM_EXT_TYPE_CUSTOM
 LONGEST = 128  # bytes of a value

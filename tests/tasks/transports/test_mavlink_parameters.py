@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from mavlink import FLAVOURS
 from runtime import Task, param
 from runtime.testing import simulate
+from tasks.transports.mavlink_protocol.names import identifiers
 from tasks.transports.mavlink_protocol.parameters import (
     INT32,
     OUT_OF_RANGE,
@@ -18,7 +19,6 @@ from tasks.transports.mavlink_protocol.parameters import (
     TYPE_MISMATCH,
     ParameterTable,
     Refusal,
-    identifiers,
 )
 
 PX4, ARDUPILOT = FLAVOURS["px4"], FLAVOURS["ardupilot"]
@@ -150,7 +150,7 @@ def test_names_do_not_depend_on_other_tasks():
     many = [*few, ("Depth Sensor", "Standard Deviation - Offset"), ("A", "B"), ("DVL", "Execution Frequency")]
     assert identifiers(few).items() <= identifiers(many).items()
     assert identifiers(few) == {
-        ("Depth Sensor", "Standard Deviation - Depth"): "DEPSEN_STADEDELO",
+        ("Depth Sensor", "Standard Deviation - Depth"): "DPTSNS_STDDEVDPT",
         ("IMU", "Gyro Noise"): "IMU_GYRO_NOISE",
     }
 
