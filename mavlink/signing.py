@@ -41,10 +41,12 @@ class SigningTime:
     """The time in signatures: 10 µs since 2015, never twice the same, and never behind what others have signed.
 
     `clock` gives s since 1970; one that was never set may be far behind. `latest` is the last time that was used.
+    `known` is one up to which frames may have come before a restart: they are not new.
     """
 
-    def __init__(self, clock: Callable[[], float], latest: int = 0):
+    def __init__(self, clock: Callable[[], float], latest: int = 0, known: int = 0):
         self._clock = clock
+        self.known = known
         self.latest = max(0, min(latest, END))
 
     @property
@@ -92,7 +94,7 @@ class Signing:
             return FORGED  # before any time is noted: a forged one would lock the sender out
         time = int.from_bytes(stamp[1:], "little")
         stream = stamp[0], message.system, message.component
-        oldest = self._time.now - BEHIND
+        oldest = max(self._time.now - BEHIND, self._time.known)
         if time <= self._streams.get(stream, oldest) or not self._has_room(stream, oldest):
             return REPLAYED
         self._streams[stream] = time

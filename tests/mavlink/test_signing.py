@@ -90,6 +90,16 @@ def test_a_new_sender_may_be_a_minute_behind_and_not_more():
     assert faults(ours, Peer(system=253).frame()) == ["replayed"], "the others are ten minutes ahead of it"
 
 
+def test_what_came_before_a_restart_is_not_new():
+    peer, time = Peer(time=TICKS - 100_000), SigningTime(lambda: NOW)
+    recorded = peer.frame()
+    assert faults(Signing(KEY, time), recorded) == [""]
+    again = Signing(KEY, SigningTime(lambda: NOW, known=time.now))
+    assert faults(again, recorded) == ["replayed"]
+    peer.mav.signing.timestamp = time.now + 1
+    assert faults(again, peer.frame()) == [""]
+
+
 def test_only_what_radios_send_may_be_unsigned():
     plain = upstream.MAVLink(None, srcSystem=51, srcComponent=68)
     status = upstream.MAVLink_radio_status_message(100, 100, 50, 20, 20, 0, 0)

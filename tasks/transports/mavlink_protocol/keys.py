@@ -87,9 +87,9 @@ class Keys:
         if not self._task.vehicle.virtual:
             with suppress(OSError, ValueError):
                 saved = int(self._file.read_bytes()[:20])
-        time = SigningTime(self._now)
+        time = SigningTime(self._now, known=saved)
         if saved >= time.now:  # the clock is behind: no telling how many times were used since then
-            time = SigningTime(self._now, saved + round(SAVE_PERIOD * TICKS))
+            time = SigningTime(self._now, saved + round(SAVE_PERIOD * TICKS), saved)
         return time
 
     def _now(self) -> float:
