@@ -5,13 +5,13 @@ import math
 import pytest
 
 import imc
-from mavlink import split
+from mavlink import encode, split
 from tests.tasks.transports.test_mavlink_manual import DIALECT, Helmsman
 from tests.tasks.transports.test_mavlink_vehicles import Commanded
 
 SHIPPED = {"lauv-noptilus-1": -3.0, "otter": 0.0, "hexa-00": 15.0}
 ACCEPTED, DENIED, INVALID = 0, 2, 5
-GPS = 0x20
+GPS, FENCE = 0x20, 0x100000
 LAT, LON = 41.185, -8.7062
 
 
@@ -262,4 +262,41 @@ def test_qgroundcontrol_changes_the_altitude_of_a_copter_by_a_target(tmp_path):
     console.say("SET_POSITION_TARGET_LOCAL_NED", **target, z=-6.0)
     flown.vehicle.run(20.0)
     assert flown.truths[-1].z == pytest.approx(-18.0, abs=1.5)
+    flown.vehicle.close()
+
+
+def test_other_vehicles_do_not_hide_that_the_stations_are_lost(tmp_path):
+    flown = Commanded("otter", tmp_path, gcs_timeout=15.0, gcs_action="Return")
+    flown.vehicle.start()
+    flown.vehicle.run(15.0)
+    console = Console(flown)
+
+    def hear(name, **fields):
+        definition = DIALECT.by_name[name]
+        (message,), _ = split(encode(definition, definition.pack(fields), 0, 7, 1), DIALECT)
+        flown.link.obey(console.session, message)
+
+    assert console.go(300, 0, 0.0) == ACCEPTED
+    hear("PING", target_system=console.mine)
+    for _ in range(20):
+        hear("HEARTBEAT", type=11, autopilot=3)
+        hear("ATTITUDE", yaw=1.0)
+        flown.vehicle.run(1.0)
+    assert flown.modes[-1] == "RETURN"
+    flown.vehicle.close()
+
+
+def test_a_vehicle_outside_its_fence_says_so(tmp_path):
+    flown = Commanded("otter", tmp_path)
+    flown.vehicle.start()
+    flown.vehicle.run(15.0)
+    console = Console(flown)
+    lat, lon = math.radians(LAT), math.radians(LON)
+    area = imc.OperationalLimits(mask=imc.OpLimitsMask.AREA, lat=lat, lon=lon, length=200.0, width=200.0)
+    for limits, health in ((area.replace(mask=0), 0), (area, FENCE), (area.replace(lat=lat + 1e-4), 0)):
+        flown.say(limits)
+        flown.vehicle.run(0.5)
+        status = console.request(1)["SYS_STATUS"][0]
+        assert status["onboard_control_sensors_present"] & FENCE == (FENCE if limits.mask else 0)
+        assert status["onboard_control_sensors_health"] & FENCE == (health if limits.mask else FENCE)
     flown.vehicle.close()
