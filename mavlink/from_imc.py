@@ -37,6 +37,19 @@ SENSORS = (
     ("Logg", LOGGING),
 )
 
+# MAV_SYS_STATUS_SENSOR bit -> HL_FAILURE_FLAG
+FAILURES = (
+    (GPS, 1),
+    (PRESSURE, 4),
+    (ACCELEROMETER, 8),
+    (GYRO, 16),
+    (MAGNETOMETER, 32),
+    (BATTERY, 128),
+    (MOTORS, 1024),
+    (GEOFENCE, 2048),
+    (AHRS, 4096),
+)
+
 
 class Position(NamedTuple):
     """Where the vehicle is: latitude and longitude in rad, altitudes in m above mean sea level and above home."""
@@ -243,6 +256,13 @@ def sensors(states: Iterable[tuple[str, State]], *, located: bool, fenced: bool 
         present |= bits
         ill |= 0 if state == State.NORMAL else bits
     return present, present & ~ill & ~GEOFENCE | (0 if fenced is False else GEOFENCE)
+
+
+def failures(bits: tuple[int, int]) -> int:
+    """HL_FAILURE_FLAG bits of HIGH_LATENCY2: what is present and not healthy."""
+    present, healthy = bits
+    ill = present & ~healthy
+    return sum(flag for sensor, flag in FAILURES if ill & sensor)  # integers
 
 
 def system_status(bits: tuple[int, int], load: float, voltage: float, current: float, fuel: float) -> Fields:

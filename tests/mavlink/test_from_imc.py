@@ -128,6 +128,8 @@ def test_system_status_says_what_is_unknown():
     assert (bits[0] & from_imc.GEOFENCE, bits[1] & from_imc.GEOFENCE) == (0, from_imc.GEOFENCE), "no fence, no breach"
     out = from_imc.sensors([], located=True, fenced=False, ready=True)
     assert out[0] & ~out[1] == from_imc.GEOFENCE
+    assert from_imc.failures(out) == 2048
+    assert from_imc.failures(from_imc.sensors([("IMU", State.ERROR)], located=False, fenced=None, ready=True)) == 25
     unknown = from_imc.system_status(bits, math.nan, math.nan, math.nan, math.nan)
     assert unknown["voltage_battery"] == 0xFFFF
     assert (unknown["current_battery"], unknown["battery_remaining"]) == (-1, -1)

@@ -56,10 +56,15 @@ def _heartbeat(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
 
 
 def _sys_status(system: MavlinkSystem, _: Flavour, now: float) -> Fields:
-    states = [(entity.label, entity.state) for entity in system.entities() if entity.stateful]
-    bits = from_imc.sensors(states, located=system.located, fenced=system.is_inside, ready=not system.obstacle)
+    bits = _sensors(system)
     load = value_of(system.figures.latest(imc.CpuUsage))
     return from_imc.system_status(bits, load, system.figures.voltage, system.figures.current, system.figures.fuel)
+
+
+def _sensors(system: MavlinkSystem) -> tuple[int, int]:
+    """The bits of what the vehicle has, and of what is well."""
+    states = [(entity.label, entity.state) for entity in system.entities() if entity.stateful]
+    return from_imc.sensors(states, located=system.located, fenced=system.is_inside, ready=not system.obstacle)
 
 
 def _system_time(system: MavlinkSystem, _: Flavour, now: float) -> Fields:
@@ -246,6 +251,8 @@ def _high_latency(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields
         "type": system.kind.type,
         "autopilot": flavour.autopilot,
         "custom_mode": number if number <= 0xFFFF else number >> 16,  # PX4's modes are in the upper half
+        "failure_flags": from_imc.failures(_sensors(system)),
+        "wp_num": _mission_current(system, flavour, now)["seq"],
         **measured,
     }
 
@@ -317,7 +324,14 @@ STREAMS: Mapping[str, Stream] = {
         Stream("ESTIMATOR_STATUS", 0.5, 0, "NavigationUncertainty", _estimator),
         Stream("WATER_DEPTH", 0.5, 0, "EstimatedState of vessels", _water_depth),
         Stream("NAMED_VALUE_FLOAT", 1.0, EXTRA_3, "`Named Values`", _named_values),
-        Stream("HIGH_LATENCY2", 0.0, 0, "EstimatedState, VehicleState, FuelLevel", _high_latency, low=0.2),
+        Stream(
+            "HIGH_LATENCY2",
+            0.0,
+            0,
+            "EstimatedState, FuelLevel, states of the entities",
+            _high_latency,
+            low=0.2,
+        ),
         Stream("AVAILABLE_MODES", 0.0, 0, "`Vehicle Kind`", _modes, numbered="mode_index"),
         Stream("AUTOPILOT_VERSION", 0.0, 0, "Shoal's version, the name of the vehicle", _version),
         Stream("COMPONENT_METADATA", 0.0, 0, "the parameters of all tasks", _metadata),
