@@ -23,7 +23,7 @@ from mavlink.modes import (
     moving,
 )
 from mavlink.records import Record
-from mavlink.signing import UNSIGNED, Signing, SigningTime, parse_key
+from mavlink.signing import UNSIGNED, Signing, SigningTime, parse_key, read_key
 from mavlink.text import chunks
 from mavlink.tlog import Recorded, Tlog
 from mavlink.to_imc import AUTOPILOT_NONE, GROUND_STATION, AutopilotTranslator
@@ -71,6 +71,7 @@ __all__ = [
     "mode_of",
     "moving",
     "parse_key",
+    "read_key",
     "split",
     "system_of",
     "text",

@@ -3,6 +3,7 @@
 import hmac
 from collections.abc import Callable
 from hashlib import sha256
+from pathlib import Path
 
 from mavlink.frames import Received
 
@@ -13,6 +14,7 @@ END = LATEST - round(86400 / TICK)  # the time of others is followed up to here,
 BEHIND = round(60.0 / TICK)  # how far behind ours the time of a new stream may be
 KEY, DIGEST, TIME = 32, 6, 6  # bytes
 MOST_STREAMS = 256
+LONGEST_FILE = 4096  # bytes
 OPEN = ("RADIO_STATUS", "RADIO")  # radios send these by themselves, and have no key
 UNSIGNED, FORGED, REPLAYED = "unsigned", "forged", "replayed"
 
@@ -35,6 +37,15 @@ def parse_key(content: bytes) -> bytes:
     except ValueError:
         key = b""
     return key if len(key) == KEY else sha256(words.encode()).digest()
+
+
+def read_key(path: Path) -> bytes:
+    """The key in a file. Raises OSError, and ValueError if there is none in it."""
+    if not path.is_file():
+        path.stat()
+        raise ValueError("it is no file")
+    with path.open("rb") as file:
+        return parse_key(file.read(LONGEST_FILE))
 
 
 class SigningTime:

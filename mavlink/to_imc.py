@@ -41,6 +41,9 @@ GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
 GROUND_STATION = 6  # type in HEARTBEAT
 AUTOPILOT_NONE = 8
 MOST_BATTERIES, MOST_TEXTS = 15, 16
+UNKNOWN = 0xFFFF
+OLDEST_ALTITUDE = 2.0  # s; a range finder that is silent for longer says nothing
+HAS_ACCELERATION, HAS_GYRO, HAS_FIELD = 0x007, 0x038, 0x1C0  # HIGHRES_IMU_UPDATED_FLAGS
 
 
 class AutopilotTranslator:
@@ -54,10 +57,12 @@ class AutopilotTranslator:
     def __init__(self, dialect: Dialect, type_: int = 0) -> None:
         self.type = type_
         self._enumerations = dialect.enumerations
+        self._time = 0.0  # of the message at hand
         self._position: Any = None
-        self._altitude = -1.0
+        self._altitude, self._altitude_at = -1.0, -math.inf
         self._mode: imc.AutopilotMode | None = None
         self._utc: float | None = None
+        self._start = -math.inf  # UTC time at which the autopilot's clock was 0
         self._texts: dict[int, list[str]] = {}
         self._handlers: dict[str, Callable[[Any], Said]] = {
             "HEARTBEAT": self._heartbeat,
@@ -73,6 +78,9 @@ class AutopilotTranslator:
             "SCALED_PRESSURE": lambda m: _pressure(PRESSURE, m),
             "SCALED_PRESSURE2": lambda m: _pressure(DEPTH, m),
             "RAW_IMU": _imu,
+            "HIGHRES_IMU": _fine_imu,
+            "WIND": _wind,
+            "WIND_COV": lambda m: _stream(m.wind_x, m.wind_y, m.wind_z),
             "STATUSTEXT": self._text,
         }
 
@@ -83,7 +91,7 @@ class AutopilotTranslator:
 
     def hear(self, received: Received, time: float) -> Iterator[tuple[str, imc.Message]]:
         """A message in IMC: labels of entities, and messages with `time` (s since 1970 UTC) in their headers."""
-        message = SimpleNamespace(**received.values)
+        message, self._time = SimpleNamespace(**received.values), time
         yield from stamped(self._handlers[received.name](message), time, getattr(message, "time_usec", 0) / 1e6)
 
     @property
@@ -110,12 +118,15 @@ class AutopilotTranslator:
     def _distance(self, m: Any) -> Said:
         valid = m.min_distance < m.current_distance < m.max_distance
         if m.orientation == DOWN:
-            self._altitude = m.current_distance / 100.0 if valid else -1.0
+            self._measure(m.current_distance / 100.0 if valid else -1.0)
         return distance(m.current_distance / 100.0, valid)
 
     def _range(self, m: Any) -> Said:
-        self._altitude = m.distance if m.distance > 0.0 else -1.0
+        self._measure(m.distance if m.distance > 0.0 else -1.0)
         return ()
+
+    def _measure(self, altitude: float) -> None:
+        self._altitude, self._altitude_at = altitude, self._time
 
     def _attitude(self, m: Any) -> Said:
         position = self._position
@@ -123,29 +134,36 @@ class AutopilotTranslator:
         if position is None or (position.lat == 0 and position.lon == 0):
             return
         age = (m.time_boot_ms - position.time_boot_ms) / 1e3
+        if age < -LONGEST_EXTRAPOLATION:  # the position is from before a new start
+            self._position = None
+            return
         age = age if 0.0 <= age <= LONGEST_EXTRAPOLATION else 0.0
         vx, vy, vz = position.vx / 100.0, position.vy / 100.0, position.vz / 100.0
         lat, lon, height = math.radians(position.lat / 1e7), math.radians(position.lon / 1e7), position.alt / 1e3
         lat, lon, height = displace(lat, lon, height, vx * age, vy * age, vz * age)
         depth = max(0.0, vz * age - position.relative_alt / 1e3) if self.type == SUBMARINE else -1.0
         attitude, rates = (m.roll, m.pitch, m.yaw), (m.rollspeed, m.pitchspeed, m.yawspeed)
-        yield NAVIGATION, state((lat, lon, height), attitude, (vx, vy, vz), rates, depth, self._altitude)
+        altitude = self._altitude if self._time - self._altitude_at <= OLDEST_ALTITUDE else -1.0
+        yield NAVIGATION, state((lat, lon, height), attitude, (vx, vy, vz), rates, depth, altitude)
 
     def _system_time(self, m: Any) -> Said:
         if FIRST_TIME < m.time_unix_usec / 1e6 < LAST_TIME:
             self._utc = m.time_unix_usec / 1e6
+            self._start = self._utc - m.time_boot_ms / 1e3
         return ()
 
     def _gps(self, m: Any) -> Said:
-        def known(value: int, scale: float, missing: int = 0xFFFF) -> float | None:
+        def known(value: int, scale: float, missing: int = UNKNOWN) -> float | None:
             return value / scale if value != missing else None
 
+        measured = m.time_usec / 1e6  # since its start, or since 1970
+        utc = measured if measured > FIRST_TIME else self._start + measured if measured else self._utc
         fix = Fix(
             m.fix_type,
             m.lat / 1e7,
             m.lon / 1e7,
             (m.alt_ellipsoid or m.alt) / 1e3,
-            utc=self._utc,
+            utc=utc,
             satellites=m.satellites_visible if m.satellites_visible != 0xFF else None,
             sog=known(m.vel, 100.0),
             cog=known(m.cog, 100.0),
@@ -172,22 +190,23 @@ class AutopilotTranslator:
 
 
 def _status(m: Any) -> Said:
-    return _supply(BATTERIES, m.voltage_battery, m.current_battery, m.battery_remaining)
+    # Without a monitor of the battery ArduPilot says 0 V.
+    return _supply(BATTERIES, m.voltage_battery or UNKNOWN, m.current_battery, m.battery_remaining)
 
 
 def _battery(m: Any) -> Said:
     """Batteries after the first one, which is in SYS_STATUS."""
     if m.id == 0 or m.id > MOST_BATTERIES:
         return ()
-    cells = [cell for cell in m.voltages if cell != 0xFFFF]
-    total = sum(cells) if cells else 0xFFFF  # integers
+    cells = [cell for cell in m.voltages if cell != UNKNOWN]
+    total = sum((*cells, *m.voltages_ext)) if cells else UNKNOWN  # integers
     return _supply(numbered(BATTERIES, m.id), total, m.current_battery, m.battery_remaining)
 
 
 def _supply(label: str, millivolts: int, centiamperes: int, percent: int) -> Said:
     return supply(
         label,
-        millivolts / 1e3 if millivolts != 0xFFFF else None,
+        millivolts / 1e3 if millivolts != UNKNOWN else None,
         centiamperes / 100.0 if centiamperes != -1 else None,
         percent if percent != -1 else None,
     )
@@ -208,3 +227,23 @@ def _imu(m: Any) -> Said:
     gyro, acceleration = (m.xgyro / 1e3, m.ygyro / 1e3, m.zgyro / 1e3), (m.xacc * g, m.yacc * g, m.zacc * g)
     yield from sensed(IMU, gyro, acceleration)
     yield from magnetic(IMU, (m.xmag / 1e3, m.ymag / 1e3, m.zmag / 1e3))
+
+
+def _fine_imu(m: Any) -> Said:
+    """HIGHRES_IMU, which PX4 sends in place of RAW_IMU; `fields_updated` tells which sensors there are."""
+    gyro = (m.xgyro, m.ygyro, m.zgyro) if m.fields_updated & HAS_GYRO else None
+    acceleration = (m.xacc, m.yacc, m.zacc) if m.fields_updated & HAS_ACCELERATION else None
+    yield from sensed(IMU, gyro, acceleration)
+    if m.fields_updated & HAS_FIELD:
+        yield from magnetic(IMU, (m.xmag, m.ymag, m.zmag))
+
+
+def _wind(m: Any) -> Said:
+    """WIND of ArduPilot tells where it comes from, and the length of the whole vector."""
+    level = math.sqrt(max(0.0, m.speed * m.speed - m.speed_z * m.speed_z))
+    towards = math.radians(m.direction + 180.0)
+    return _stream(level * math.cos(towards), level * math.sin(towards), m.speed_z)
+
+
+def _stream(north: float, east: float, down: float) -> Said:
+    yield NAVIGATION, imc.EstimatedStreamVelocity(x=north, y=east, z=down)

@@ -1,6 +1,6 @@
 """Missions of MAVLink as IMC plans and back, fences as operational limits; without a bus, sockets or clocks."""
 
-from mavlink.missions.chain import resumed
+from mavlink.missions.chain import chain_of, resumed
 from mavlink.missions.codes import BadItem, Command, MissionResult, MissionType, Refusal
 from mavlink.missions.commands import COMMANDS
 from mavlink.missions.fence import area_of, fence_of, inside
@@ -27,6 +27,7 @@ __all__ = [
     "Settings",
     "Table",
     "area_of",
+    "chain_of",
     "fence_of",
     "first_item",
     "home_item",

@@ -4,24 +4,14 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from mavlink import Signing, SigningTime, parse_key
+from mavlink import Signing, SigningTime, read_key
 from runtime import Task
 from tasks.transports.imc_links.sockets import network_speed
 from tasks.transports.mavlink_protocol.routes import Route, parse_route
 
-LONGEST_FILE = 4096  # bytes
 SAVE_PERIOD = 60.0  # s
 TICKS = 100_000  # per second
 OTHERS = 0o077  # what others than the owner may do with a file
-
-
-def read_key(path: Path) -> bytes:
-    """The key in a file. Raises OSError, and ValueError if there is none in it."""
-    if not path.is_file():
-        path.stat()
-        raise ValueError("it is no file")
-    with path.open("rb") as file:
-        return parse_key(file.read(LONGEST_FILE))
 
 
 def usable_route(text: str) -> Route:
