@@ -1,9 +1,12 @@
-"""What a companion computer tells an autopilot: that it is there, and what it wants to hear."""
+"""The link to an autopilot: whose messages count, how a companion computer introduces itself, what it asks for."""
 
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+from typing import Protocol
 
-from mavlink import AUTOPILOT_NONE, GROUND_STATION, Dialect, Fields, Received, encode
+from mavlink import AUTOPILOT_NONE, GROUND_STATION, Dialect, Fields, Received, Signing, StreamSplitter, encode, split
+from tasks.control.autopilot.kinds import PX4
 from tasks.control.autopilot.orders import ACCEPTED, Orders
 
 COMPONENT = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
@@ -14,33 +17,85 @@ AUTOPILOT_VERSION = 148
 GROUPS = (1, 2, 6, 10, 11, 12)  # MAV_DATA_STREAM: sensors, status, position, attitude, VFR_HUD, the rest
 ESSENTIAL = ("ATTITUDE", "GLOBAL_POSITION_INT")
 NOBODY = 0
+USUAL = 1  # system id of most autopilots
+FAITH = 3.0  # s; an autopilot that was heard from a port since then is not at another one
 
 Rates = Mapping[str, float]
+
+
+def rates_of(autopilot: int, attitude: float, position: float, sensors: float) -> Rates:
+    """The messages to ask an autopilot of this MAV_AUTOPILOT for, and their rates (Hz)."""
+    imu, wind = ("HIGHRES_IMU", "WIND_COV") if autopilot == PX4 else ("RAW_IMU", "WIND")
+    rates = {"ATTITUDE": attitude, "GLOBAL_POSITION_INT": position, "SYS_STATUS": 2.0}
+    rates |= dict.fromkeys(("GPS_RAW_INT", "VFR_HUD", imu, "DISTANCE_SENSOR"), sensors)
+    slow = ("EXTENDED_SYS_STATE", "SYSTEM_TIME", "BATTERY_STATUS", "SCALED_PRESSURE", "SCALED_PRESSURE2")
+    return {**rates, **dict.fromkeys((*slow, wind, "MISSION_CURRENT"), 1.0)}
+
+
+class Port(Protocol):
+    """What frames are written to; `answer` chooses the sender of a datagram for that."""
+
+    def write(self, data: bytes) -> object: ...
+    def answer(self, piece: bytes) -> object: ...
 
 
 class Connection:
     """One autopilot, once it has been heard: it is the first on the link, or that of a `system`.
 
-    Everything else on the link is foreign, also after a silence: the body of a vehicle does not change.
-    `transmit` takes frames. Commands go through `orders`.
+    Everything else on the link is foreign, also after a silence: the body of a vehicle does not change. So is what
+    comes with its id from another port while it is heard itself. With `signing`, what is not signed by the key has no
+    effect. `counts` has what had none: damaged, foreign, unsigned, forged, replayed. `warn` tells people of others who
+    use the same ids, once each. Commands go through `orders`.
     """
 
-    def __init__(self, dialect: Dialect, transmit: Callable[[bytes], object], system: int = NOBODY) -> None:
+    def __init__(
+        self,
+        dialect: Dialect,
+        port: Port,
+        warn: Callable[[str], object],
+        system: int = NOBODY,
+        *,
+        datagrams: bool = False,
+        signing: Signing | None = None,
+    ) -> None:
         self.dialect = dialect
         self.system: int = system
         self.component = AUTOPILOT
         self.type: int = -1
         self.autopilot: int = -1
-        self._transmit = transmit
-        self._sequence = 0
+        self.counts: Counter[str] = Counter()
         self.orders = Orders(self.send)
+        self._port, self._warn, self._warned = port, warn, set[int]()
+        self._signing = signing
+        self._sign = signing.signer(COMPONENT) if signing is not None else None
+        self._split = partial(split, dialect=dialect) if datagrams else StreamSplitter(dialect).feed
+        self._source: object = None
+        self._source_at, self._compared = 0.0, 0
+        self._sequence = 0
 
     @property
     def met(self) -> bool:
         """Whether an autopilot has been heard."""
         return self.autopilot >= 0
 
-    def admits(self, message: Received) -> bool:
+    def hear(self, data: bytes, now: float) -> Iterator[Received]:
+        """The messages of the autopilot in what has arrived."""
+        messages, damages = self._split(data)
+        self.counts["damaged"] += damages
+        source = getattr(data, "source", None)
+        for message in messages:
+            fault = self._signing.fault(message) if self._signing is not None else ""
+            if fault:
+                self.counts[fault] += 1
+            elif not self._admits(message) or self._is_elsewhere(source, now):
+                self.counts["foreign"] += 1
+                self._look_at(message)
+            else:
+                self._source, self._source_at = source, now
+                self._port.answer(data)
+                yield message
+
+    def _admits(self, message: Received) -> bool:
         """Whether a message is the autopilot's own; the first HEARTBEAT of one decides who that is."""
         if message.component != self.component or (self.system != NOBODY and message.system != self.system):
             return False
@@ -51,9 +106,21 @@ class Connection:
             return (kind, autopilot) == (self.type, self.autopilot)
         return self.met
 
-    def is_for_us(self, acknowledgment: Received) -> bool:
-        """Whether a COMMAND_ACK is ours; older autopilots leave the target open."""
-        to = acknowledgment.values["target_system"], acknowledgment.values["target_component"]
+    def _is_elsewhere(self, source: object, now: float) -> bool:
+        return None not in (source, self._source) and source != self._source and now - self._source_at <= FAITH
+
+    def _look_at(self, message: Received) -> None:
+        """Tell of others with ids that must be unique."""
+        if message.system != self.system or message.name != "HEARTBEAT":
+            return
+        who = {AUTOPILOT: "another autopilot has", COMPONENT: "another companion computer, 191, is in"}
+        if message.component in who and message.component not in self._warned:
+            self._warned.add(message.component)
+            self._warn(f"{who[message.component]} the same MAVLink system id, {self.system}: give it another one")
+
+    def is_for_us(self, reply: Received) -> bool:
+        """Whether an answer is ours; older autopilots leave its target open."""
+        to = reply.values["target_system"], reply.values["target_component"]
         return to in ((self.system, COMPONENT), (NOBODY, NOBODY))
 
     def send(self, name: str, fields: Fields) -> None:
@@ -62,14 +129,14 @@ class Connection:
         target = {"target_system": self.system, "target_component": self.component}
         present = {field.name for field in definition.fields}
         values = {**fields, **{key: value for key, value in target.items() if key in present and key not in fields}}
-        self._transmit(encode(definition, definition.pack(values), self._sequence, self.system, COMPONENT))
+        system = self.system or USUAL
+        self._port.write(encode(definition, definition.pack(values), self._sequence, system, COMPONENT, self._sign))
         self._sequence = (self._sequence + 1) & 0xFF
 
     def beat(self) -> None:
-        """Tell that the companion is there; nothing before the autopilot is known, whose id it shares."""
-        if self.system != NOBODY:
-            status = {"type": ONBOARD_CONTROLLER, "autopilot": AUTOPILOT_NONE, "system_status": ACTIVE}
-            self.send("HEARTBEAT", {**status, "mavlink_version": 3})
+        """Tell that the companion is there; before the autopilot is heard, too, since it may wait to be spoken to."""
+        status = {"type": ONBOARD_CONTROLLER, "autopilot": AUTOPILOT_NONE, "system_status": ACTIVE}
+        self.send("HEARTBEAT", {**status, "mavlink_version": 3})
 
     def ask_for(self, rates: Rates, now: float) -> None:
         """Ask for messages by name, each at its rate (Hz); by groups, if an essential one is refused."""
@@ -80,6 +147,7 @@ class Connection:
                 refused.append(name)
                 self._ask_for_groups(max(rates.values()))
 
+        self.orders.forget(urgent=False)
         version = {"command": REQUEST_MESSAGE, "param1": float(AUTOPILOT_VERSION)}
         self.orders.give("COMMAND_LONG", version, lambda _: None, now)
         for name, rate in rates.items():
@@ -93,4 +161,9 @@ class Connection:
             self.send("REQUEST_DATA_STREAM", fields)
 
     def compare_clocks(self, now_ns: int) -> None:
+        self._compared = now_ns
         self.send("TIMESYNC", {"tc1": 0, "ts1": now_ns})
+
+    def asked_time(self, stamp: int) -> bool:
+        """Whether TIMESYNC with this stamp answers ours; that of others tells of their clocks."""
+        return stamp == self._compared

@@ -11,6 +11,10 @@ from tasks.control.autopilot.leg import Whereabouts
 STALE = 2.0  # s; an older position is none
 LARGEST_LAT, LARGEST_LON = 900_000_000, 1_800_000_000  # 1e-7 °
 SILENT_KINDS = (imc.Heartbeat,)  # the daemon has one of its own
+LOUD = 4  # MAV_SEVERITY: warnings, and worse
+RECENT = 5.0  # s; a text so recent may say why a command was refused
+FIX_3D = 3  # GPS_FIX_TYPE
+GEOID_ERROR = 5.0  # m
 
 
 class Hearing:
@@ -26,6 +30,9 @@ class Hearing:
         self.unsound = self.restarts = 0
         self.at: Whereabouts | None = None
         self.flies = False
+        self._geoid = math.nan  # as the autopilot's GPS tells it
+        self._doubted = False
+        self._text, self._text_at = "", -math.inf
         self._translator = AutopilotTranslator(dialect)
         self._heard: dict[str, float] = {}
         self._above_sea = 0.0  # of home
@@ -34,9 +41,13 @@ class Hearing:
         """An autopilot of this MAV_TYPE is heard."""
         self._translator.type, self.flies = kind, flies
 
-    def silent(self, name: str, now: float) -> bool:
-        """Whether a message has not come for STALE s."""
-        return now - self._heard.get(name, -math.inf) > STALE
+    def silent(self, name: str, now: float, patience: float = STALE) -> bool:
+        """Whether a message has not come for some time (s)."""
+        return now - self._heard.get(name, -math.inf) > patience
+
+    def why(self, now: float) -> str:
+        """What the autopilot has said of late that may be a reason; "" if it has said nothing."""
+        return self._text if now - self._text_at <= RECENT else ""
 
     def take(self, message: Received, now: float) -> Iterator[tuple[str, imc.Message]]:
         """What a message says, each with the label of its entity, and the time of the measurement in its header."""
@@ -44,6 +55,8 @@ class Hearing:
         if name == "GLOBAL_POSITION_INT" and not self._note_place(values):
             return
         self._heard[name] = now
+        if name == "STATUSTEXT" and values["severity"] <= LOUD:
+            self._text, self._text_at = values["text"].decode(errors="replace"), now
         if name not in self._translator.kinds:
             return
         time, count = now, values.get("time_boot_ms")
@@ -55,6 +68,8 @@ class Hearing:
                 continue
             if not _is_sound(said):
                 self.unsound += 1
+            elif isinstance(said, imc.GpsFix):
+                yield label, self._above_ellipsoid(said, values)
             elif not isinstance(said, imc.EstimatedState):
                 yield label, said
             elif not self.silent("GLOBAL_POSITION_INT", now):
@@ -66,6 +81,22 @@ class Hearing:
             return False
         self._above_sea = (values["alt"] - values["relative_alt"]) / 1e3
         return True
+
+    def _above_ellipsoid(self, fix: imc.GpsFix, values: Mapping[str, int]) -> imc.GpsFix:
+        """The fix with a height above the ellipsoid; older receivers tell only that above the sea."""
+        if not values["alt_ellipsoid"]:
+            return fix.replace(height=fix.height + self.undulation)
+        if values["fix_type"] >= FIX_3D:
+            self._geoid = (values["alt_ellipsoid"] - values["alt"]) / 1e3
+        return fix
+
+    def doubt(self) -> str:
+        """What is wrong with the undulation, once; "" if it may be right."""
+        if self._doubted or not abs(self._geoid - self.undulation) > GEOID_ERROR:
+            return ""
+        self._doubted = True
+        wrong = f"Geoid Undulation is {self.undulation:g} m, but the autopilot's GPS says {self._geoid:.1f} m"
+        return f"{wrong}: heights above the ellipsoid are wrong by the difference"
 
     def _placed(self, state: imc.EstimatedState) -> imc.EstimatedState:
         """The state with the heights of Shoal: above the ellipsoid, and for an aircraft above the start."""

@@ -80,6 +80,8 @@ class Leg:
         self.takes_off, self.lands = bool(path.flags & Flags.TAKEOFF), bool(path.flags & Flags.LAND)
         self.radius, self.side = max(0.0, path.lradius), -1 if path.flags & Flags.CCLOCKW else 1
         self.near = self.loitering = self.arrived = False
+        self.item: int | None = None  # of the mission in the autopilot's memory
+        self.start = 0  # the item to begin with, for those that come before it
         self._origin = at.lat, at.lon
         self._track = Track((0.0, 0.0), self._offset(self.lat, self.lon))
         if self._track.length > LONGEST:
@@ -98,17 +100,38 @@ class Leg:
             self.near = self.near or (self.arrived and not self.lands)
         return before != (self.near, self.loitering)
 
-    def target(self, at: Whereabouts) -> tuple[float, float]:
-        """Where to send the vehicle now (rad): the end, or a point ahead on the circle.
+    def finish(self) -> bool:
+        """The autopilot itself says that it has arrived; True if that is new."""
+        before = self.near
+        self.arrived = True
+        self.near = not self.lands and not self.radius
+        return before != self.near
+
+    def target(self, at: Whereabouts, lead: float = LEAD) -> tuple[float, float]:
+        """Where to send the vehicle now (rad): the end, or a point on the circle that is `lead` s ahead.
 
         The point is farther out than the circle: who always heads for it moves on the circle itself.
         """
         if not self.radius:
             return self.lat, self.lon
-        lead = min(LARGEST_LEAD, LEAD * self.speed / self.radius)
+        turn = min(LARGEST_LEAD, lead * self.speed / self.radius)
         north, east, _ = displacement(self.lat, self.lon, 0.0, at.lat, at.lon, 0.0)
-        angle, out = math.atan2(east, north) + self.side * lead, self.radius / math.cos(lead)
+        angle, out = math.atan2(east, north) + self.side * turn, self.radius / math.cos(turn)
         return displace(self.lat, self.lon, 0.0, out * math.cos(angle), out * math.sin(angle))[:2]
+
+    def ahead(self, at: Whereabouts, lead: float) -> tuple[float, float]:
+        """A point on the line to the end (rad), or on the circle, that is `lead` s ahead, or the end itself.
+
+        Who is always sent there goes at the speed of the leg, if it approaches by 1/lead of the distance each second.
+        """
+        if self.radius:
+            return self.target(at, lead)
+        track = self._track
+        along = progress(track, self._offset(at.lat, at.lon), 0.0, 0.0, 0.0).x + lead * self.speed
+        if along >= track.length:
+            return self.lat, self.lon
+        north, east = along * math.cos(track.bearing), along * math.sin(track.bearing)
+        return displace(*self._origin, 0.0, north, east)[:2]
 
     def progress(self, at: Whereabouts) -> PathProgress:
         """How far the vehicle has come; a climb counts as distance."""

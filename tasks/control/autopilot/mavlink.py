@@ -1,44 +1,44 @@
 """An ArduPilot or PX4 autopilot as the body of a vehicle."""
 
 import math
-from collections import Counter
 from collections.abc import Mapping
-from functools import partial
+from pathlib import Path
 
 import imc
-from mavlink import ARMED, ENTITIES, Fields, Received, StreamSplitter, load_dialect, split
+from mavlink import ARMED, ENTITIES, Fields, Received, Signing, SigningTime, load_dialect, read_key
 from runtime import ParameterError, State, Task, consume, expect, param, periodic
-from runtime.devices import Device
 from runtime.vehicle import general_number
-from tasks.control.autopilot.address import Place, parse_place
-from tasks.control.autopilot.connection import ESSENTIAL, Connection
-from tasks.control.autopilot.health import HEALTH, health_of
+from tasks.control.autopilot.address import open_device, parse_place
+from tasks.control.autopilot.aiding import fix_of, gps_input
+from tasks.control.autopilot.connection import ESSENTIAL, Connection, rates_of
+from tasks.control.autopilot.health import NAVIGATION, Health
 from tasks.control.autopilot.hearing import STALE, Hearing
-from tasks.control.autopilot.kinds import SUBMARINE, body_of
+from tasks.control.autopilot.kinds import PX4, body_of
 from tasks.control.autopilot.leg import Leg, Reach, height_above_home
+from tasks.control.autopilot.memory import Memory
+from tasks.control.autopilot.mission import Writer, approach
 from tasks.control.autopilot.orders import Then
 from tasks.control.autopilot.pilot import Errand, Pilot
+from tasks.control.autopilot.planbook import PlanBook
+from tasks.control.autopilot.progress import Progress
 from tasks.control.loops import EnabledLoops
-from tasks.control.path.divergence import AlongTrack, Divergence
 
 Loops = imc.CLoopsMask
 Status = imc.ArmingState.State
 REPEAT = 5.0  # s after which messages that do not come are asked for again
-RECENT = 5.0  # s; a text so recent may say why a command was refused
 TICK = 5.0  # Hz; how often targets are sent
-REPORTS = 1.0  # s
-LOUD = 4  # MAV_SEVERITY: warnings, and worse
-STUCK = AlongTrack(20.0, 0.05, 0.0)
+FORGOTTEN = 10.0  # s after which a health that is not repeated is unknown
+USBL = "USBL"
 PATH_CONTROL = "Path Control"  # the entity that shows whether a path can be followed
 
 
 class MAVLink(Task):
     """Makes an autopilot the body of the vehicle: its measurements become messages, and it follows DesiredPath.
 
-    While the loop PATH is enabled, each path becomes targets for ArduPilot's GUIDED mode, or a DO_REPOSITION for PX4
-    and planes; it also takes off and lands. A mode that a pilot or a failsafe of the autopilot chooses is not fought:
-    the plan ends. When no maneuver leads it, it holds; after an Abort, or for an aircraft after `Idle Timeout`, it does
-    what `Ending` says.
+    While the loop PATH is enabled, each path becomes targets for ArduPilot's GUIDED mode or PX4's OFFBOARD, or a
+    DO_REPOSITION for PX4 and planes, or an item of a mission in the autopilot's memory; it also takes off and lands. A
+    mode that a pilot or a failsafe of the autopilot chooses is not fought: the plan ends. When no maneuver leads it, it
+    holds; after an Abort, or for an aircraft after `Idle Timeout`, it does what `Ending` says.
     """
 
     external = True
@@ -70,51 +70,64 @@ class MAVLink(Task):
         60.0, "s", "An aircraft ends its flight after this time without a maneuver; 0 for never.", minimum=0
     )
 
+    px4_guidance: str = param(
+        "hold", "", "How PX4 is led: by commands in its mode hold, or by a stream of setpoints in offboard.",
+        name="PX4 Guidance", choices=("hold", "offboard"), editable=False,
+    )  # fmt: skip
+    uploads: bool = param(
+        False, "", "Whether each plan is put into the autopilot's memory, and goes on if this computer fails.",
+        name="Plans In Memory", editable=False,
+    )  # fmt: skip
+    approach_length: float = param(400.0, "m", "Length of a plane's straight way down.", minimum=50, maximum=5000)
+    approach_height: float = param(30.0, "m", "Height at its beginning, above home.", minimum=5, maximum=500)
+    landing_course: float = param(
+        -1.0, "°", "Course of a plane that lands, such as that of a runway; -1 is against the wind.", minimum=-1,
+        maximum=360,
+    )  # fmt: skip
+    aiding_entity: str = param(
+        "", "", "Entity whose GpsFix, or USBL fixes of this vehicle if it is USBL, are the autopilot's GPS.",
+        editable=False,
+    )  # fmt: skip
+
     def configure(self) -> None:
         try:
             self._place = parse_place(self.address)
-        except ValueError as error:
+            self._key = read_key(Path(self._place.key).expanduser()) if self._place.key else b""
+        except (ValueError, OSError, RuntimeError) as error:
             raise ParameterError("Address", str(error)) from None
         self._parts = {label: self.reserve(label) for label in (PATH_CONTROL, *ENTITIES[1:])}
         self._highest = general_number(self.vehicle.profile, "Absolute Maximum Altitude", math.inf)
 
     def start(self) -> None:
         dialect = load_dialect()
-        self.counts: Counter[str] = Counter()
-        datagrams = self._place.scheme.startswith("udp")
-        self._split = partial(split, dialect=dialect) if datagrams else StreamSplitter(dialect).feed
         self._hearing = Hearing(dialect, self.geoid_undulation)
+        self._condition = Health(self._mark)
         self._loops = EnabledLoops(Loops.PATH)
-        self._text, self._text_at = "", -math.inf
         self._limit = math.inf
-        self._beaten = self._asked = self._reported = -math.inf
+        self._beaten = self._asked = -math.inf
         self._lost = False
-        self._divergence = Divergence(STUCK, None)
-        self.device = self._open(self._place)
-        self.connection = Connection(dialect, self.device.write, self.autopilot_id)
-        self.pilot = Pilot(self._command, self.connection.send, self.log.warning, self._why)
+        self._wind: imc.EstimatedStreamVelocity | None = None
+        self._progress = Progress()
+        self.device = open_device(self, self._place, self.hear)
+        self.connection = Connection(
+            dialect,
+            self.device,
+            self.log.warning,
+            self.autopilot_id,
+            datagrams=self._place.scheme.startswith("udp"),
+            signing=Signing(self._key, SigningTime(lambda: self.now)) if self._key else None,
+        )
+        memory = Memory(self.connection.send)
+        self._book = PlanBook(memory, uploads=self.uploads)
+        self.pilot = Pilot(
+            self._command, self.connection.send, self.log.warning, lambda: self._hearing.why(self.now), memory
+        )
         self.set_entity_state(State.BOOT, f"waiting for an autopilot at {self.address}")
-
-    def _open(self, place: Place) -> Device:
-        if place.scheme == "serial":
-            return self.serial(place.device, place.baud, frames=self.hear)
-        if place.scheme == "tcpout":
-            return self.tcp(place.host, place.port, frames=self.hear)
-        if place.scheme == "udpout":
-            own = "::" if ":" in place.host else "0.0.0.0"
-            return self.udp(0, frames=self.hear, address=own, to=(place.host, place.port))
-        return self.udp(place.port, frames=self.hear, address=place.host)
 
     def hear(self, data: bytes) -> None:
         """Take bytes from the autopilot, and from whoever else is on the link."""
-        messages, damages = self._split(data)
-        self.counts["damaged"] += damages
-        for message in messages:
-            if self.connection.admits(message):
-                self.device.answer(data)
-                self._take(message)
-            else:
-                self.counts["foreign"] += 1
+        for message in self.connection.hear(data, self.now):
+            self._take(message)
 
     def _take(self, message: Received) -> None:
         name, values = message.name, message.values
@@ -124,14 +137,14 @@ class MAVLink(Task):
             if self.connection.is_for_us(message):
                 self.connection.orders.hear(values["command"], values["result"], self.now)
         elif name == "TIMESYNC":
-            if values["tc1"] > 0:
+            if values["tc1"] > 0 and self.connection.asked_time(values["ts1"]):
                 self._hearing.clock.compare(values["ts1"] / 1e9, values["tc1"] / 1e9, self.now)
         elif name == "EXTENDED_SYS_STATE":
             self.pilot.landed_state = values["landed_state"]
         elif name == "SYS_STATUS":
-            self._judge_parts(values)
-        elif name == "STATUSTEXT" and values["severity"] <= LOUD:
-            self._text, self._text_at = values["text"].decode(errors="replace"), self.now
+            self._condition.hear(values)
+        elif name.startswith("MISSION_") and ("target_system" not in values or self.connection.is_for_us(message)):
+            self.pilot.memory.hear(name, values, self.now)
         self._translate(message)
 
     @expect(every="input_timeout")
@@ -139,7 +152,9 @@ class MAVLink(Task):
         """Take a HEARTBEAT: mode and arming."""
         pilot, first = self.pilot, self._beaten == -math.inf
         if first:
-            pilot.body = body_of(values["autopilot"], values["type"])
+            offboard = self.px4_guidance == "offboard"
+            pilot.body = body_of(values["autopilot"], values["type"], offboard=offboard)
+            pilot.memory.first = 0 if values["autopilot"] == PX4 else 1
             self._hearing.meet(values["type"], flies=pilot.body is not None and pilot.body.flies)
             self.log.info(f"the autopilot is {self.connection.system}: {pilot.body.name if pilot.body else 'unknown'}")
         before = pilot.mode, pilot.armed
@@ -162,11 +177,16 @@ class MAVLink(Task):
                 continue
             self.publish(said, keep_time=True, entity=entity)
             if isinstance(said, imc.EstimatedState):
-                self.set_entity_state(State.NORMAL, "active", entity=entity)
+                self._condition.navigate()
                 self._steer()
+            elif isinstance(said, imc.EstimatedStreamVelocity):
+                self._wind = said
         if self._hearing.restarts > restarts:
             self.log.warning("the autopilot has started anew")
+            self._book.forget()
             self._ask()
+        if doubt := self._hearing.doubt():
+            self.log.warning(doubt)
 
     def _steer(self) -> None:
         """See how far the vehicle has come."""
@@ -175,18 +195,15 @@ class MAVLink(Task):
         leg = pilot.leg
         if leg is None or at is None:
             return
-        arrived = leg.advance(at, Reach(self.near_radius, self.height_tolerance))
+        reach = Reach(self.near_radius, self.height_tolerance)
+        done = leg.item is not None and pilot.memory.is_past(leg.item)
+        arrived, report = self._progress.look(leg, at, reach, self.now, done=done)
+        if self._progress.error:
+            pilot.refuse(self._progress.error)
         if arrived:
             self._act()
-        where = leg.progress(at)
-        if leg.near or leg.loitering or leg.arrived:
-            self._divergence.restart(self.now)
-        elif error := self._divergence.error(self.now, where, where.course, 0.0):
-            pilot.refuse(error)
-            return
-        if arrived or self.now - self._reported >= REPORTS:
-            self._reported = self.now
-            self.publish(leg.report(at))
+        if report is not None:
+            self.publish(report)
 
     @consume
     def enable(self, loops: imc.ControlLoops) -> None:
@@ -208,17 +225,47 @@ class MAVLink(Task):
             pilot.refuse("the autopilot is unknown, or its position is")
             return
         body, at = pilot.body, pilot.at
-        dives = self.connection.type == SUBMARINE
         try:
-            height = height_above_home(path, at, self.geoid_undulation, flies=body.flies, dives=dives)
-            pilot.follow(Leg(path, at, min(height, self._highest, self._limit)), self.now)
+            height = height_above_home(path, at, self.geoid_undulation, flies=body.flies, dives=body.dives)
+            leg = Leg(path, at, min(height, self._highest, self._limit))
+            self._book.find(leg, self._writer, self.now, roams=body.roams)
+            pilot.follow(leg, self.now)
         except ValueError as error:
             pilot.refuse(str(error))
             return
-        self._divergence.restart(self.now)
-        self._reported = -math.inf
+        self._progress.begin(self.now)
         self.publish(imc.DesiredSpeed(value=path.speed, speed_units=path.speed_units))
         self.publish(imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
+
+    @consume
+    def remember(self, plan: imc.PlanSpecification) -> None:
+        """Put the plan that begins into the autopilot's memory."""
+        self._book.begin(plan, self._writer, self.now)
+
+    def _writer(self) -> Writer:
+        """Makes missions. Raises ValueError without a position."""
+        pilot = self.pilot
+        if pilot.body is None or pilot.at is None:
+            raise ValueError("the autopilot is unknown, or its position is")
+        course = math.radians(self.landing_course) if self.landing_course >= 0.0 else None
+        final = approach(self.approach_length, self.approach_height, course, self._wind, pilot.at)
+        return Writer(pilot.body, pilot.at, self.geoid_undulation, final)
+
+    @consume
+    def aid(self, fix: imc.GpsFix) -> None:
+        """Give the autopilot the position of another sensor."""
+        if self.aiding_entity and self.vehicle.entities.label(self.system, fix.src_ent) == self.aiding_entity:
+            self._aid(fix)
+
+    @consume(others=True)
+    def aid_from_afar(self, fix: imc.UsblFixExtended) -> None:
+        """Give it what a ship's USBL says of this vehicle."""
+        if self.aiding_entity == USBL and fix.target == self.system_name:
+            self._aid(fix_of(fix, self.geoid_undulation))
+
+    def _aid(self, fix: imc.GpsFix) -> None:
+        if self.connection.met and not self._lost:
+            self.connection.send("GPS_INPUT", gps_input(fix, self.geoid_undulation, self.now))
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
@@ -232,6 +279,7 @@ class MAVLink(Task):
     def work(self) -> None:
         """Do what is due, and judge how the autopilot is."""
         self.connection.orders.look_after(self.now)
+        self.pilot.memory.look_after(self.now)
         pilot = self.pilot
         if self.connection.met and not self._lost and self.now - self._beaten > self.input_timeout:
             self._lose()
@@ -248,12 +296,16 @@ class MAVLink(Task):
         if not self.connection.met or self._lost:
             return
         self.connection.compare_clocks(self.now_ns)
+        if self._hearing.silent("SYS_STATUS", self.now, FORGOTTEN):
+            self._condition.forget()
         missing = [name for name in ESSENTIAL if self._hearing.silent(name, self.now)]
         late = self.now - self._asked > REPEAT
         if missing and late:
             self._ask()
-        if missing and (late or self._parts["Navigation"].state is State.NORMAL):
-            self._mark("Navigation", State.ERROR, f"no {' and no '.join(missing)} for {STALE:g} s")
+        if missing:
+            self.pilot.at = None  # where it was is no place to steer from
+        if missing and (late or self._parts[NAVIGATION].state is State.NORMAL):
+            self._condition.miss(missing, STALE)
 
     def _act(self) -> None:
         """Let the pilot do what is next, and show how it is going."""
@@ -266,7 +318,7 @@ class MAVLink(Task):
     def _words(self) -> str:
         pilot = self.pilot
         name = pilot.body.name if pilot.body is not None else "unknown, cannot be steered"
-        numbers = {**self.counts, "unsound": self._hearing.unsound}
+        numbers = {**self.connection.counts, "unsound": self._hearing.unsound}
         counts = "".join(f", {count} {what}" for what, count in sorted(numbers.items()) if count)
         return f"{name}, {'armed' if pilot.armed else 'disarmed'}{counts}"
 
@@ -275,6 +327,7 @@ class MAVLink(Task):
         self._lost = True
         self.pilot.lose(self.now)
         self.connection.orders.forget()
+        self._book.forget()
         words = f"no HEARTBEAT of the autopilot for {self.input_timeout:g} s"
         self.log.error(words)
         self.set_entity_state(State.ERROR, words)
@@ -284,24 +337,12 @@ class MAVLink(Task):
 
     def _ask(self) -> None:
         """Ask the autopilot for its messages."""
-        self._asked, sensors = self.now, self.sensor_rate
-        self.connection.orders.forget()
-        self.pilot.retry()
-        rates = {"ATTITUDE": self.attitude_rate, "GLOBAL_POSITION_INT": self.position_rate, "SYS_STATUS": 2.0}
-        rates |= dict.fromkeys(("GPS_RAW_INT", "VFR_HUD", "RAW_IMU", "DISTANCE_SENSOR"), sensors)
-        slow = ("EXTENDED_SYS_STATE", "SYSTEM_TIME", "BATTERY_STATUS", "SCALED_PRESSURE", "SCALED_PRESSURE2")
-        self.connection.ask_for({**rates, **dict.fromkeys(slow, 1.0)}, self.now)
-
-    def _judge_parts(self, values: Mapping[str, int]) -> None:
-        """Show the health of sensors as the states of their entities."""
-        for label in HEALTH:
-            self._mark(label, *health_of(label, values))
+        self._asked = self.now
+        rates = rates_of(self.connection.autopilot, self.attitude_rate, self.position_rate, self.sensor_rate)
+        self.connection.ask_for(rates, self.now)
 
     def _mark(self, label: str, state: State, words: str) -> None:
         self.set_entity_state(state, words, entity=self._parts[label])
 
     def _command(self, message: str, fields: Fields, then: Then) -> None:
         self.connection.orders.give(message, fields, then, self.now, urgent=True)
-
-    def _why(self) -> str:
-        return self._text if self.now - self._text_at <= RECENT else ""

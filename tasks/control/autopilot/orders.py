@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from mavlink import Fields
 
 ACCEPTED, IN_PROGRESS = 0, 5
-RESULTS = ("accepted", "temporarily rejected", "denied", "unsupported", "failed", "in progress", "cancelled",
+RESULTS = ("accepted", "temporarily rejected", "denied", "unsupported", "not carried out", "in progress", "cancelled",
            "accepted only as COMMAND_LONG", "accepted only as COMMAND_INT", "refused for its frame")  # fmt: skip
 PATIENCE, LONG_PATIENCE, TRIES = 0.7, 10.0, 4  # s, s while it is in progress
 MOST = 64
@@ -65,10 +65,12 @@ class Orders:
             self._waiting.append(order)
         self.look_after(now)
 
-    def forget(self) -> None:
-        """Drop all commands: who should acknowledge them is not there any more."""
-        self._waiting.clear()
-        self._current = None
+    def forget(self, *, urgent: bool = True) -> None:
+        """Drop all commands, since who should acknowledge them is not there any more; or only those not urgent."""
+        kept = [] if urgent else [order for order in self._waiting if order.urgent]
+        self._waiting = deque(kept)
+        if self._current is not None and (urgent or not self._current.urgent):
+            self._current = None
 
     def hear(self, command: int, result: int, now: float) -> None:
         """Take an acknowledgment."""

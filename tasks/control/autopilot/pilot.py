@@ -7,17 +7,18 @@ from enum import Enum, auto
 from mavlink import Fields
 from tasks.control.autopilot.kinds import Body
 from tasks.control.autopilot.leg import Leg, Whereabouts
+from tasks.control.autopilot.memory import Memory
 from tasks.control.autopilot.orders import ACCEPTED, in_words
+from tasks.control.autopilot.targets import Order, command, one_command, speed_order, target
 
-SET_MODE, ARM, TAKEOFF, CHANGE_SPEED, REPOSITION, ORBIT = 176, 400, 22, 178, 192, 34  # MAV_CMD
+SET_MODE, ARM, TAKEOFF, MISSION_START = 176, 400, 22, 300  # MAV_CMD
 CUSTOM_MODE = 1
-GLOBAL, RELATIVE = 0, 6  # MAV_FRAME: above the sea, above home
-ONLY_POSITION = 0x0DF8  # ignore velocity, acceleration and yaw of a position target
-AIR_SPEED, GROUND_SPEED = 0, 1
 RETRY, TRIES = 1.5, 3  # s
 ALOFT = 1.0  # m above home; higher, it is in the air
 WINGS_ALOFT = 15.0  # m; higher, a plane has taken off
+TARGET = "SET_POSITION_TARGET_GLOBAL_INT"
 IN_AIR = 2  # MAV_LANDED_STATE
+WARM_UP = 1.0  # s of setpoints before PX4 is asked to follow them
 
 Give = Callable[[str, Fields, Callable[[int], object]], object]
 
@@ -43,7 +44,7 @@ class Pilot:
     is the will of a person or a failsafe, and is not fought.
 
     give: sends a command, and calls with its result. send: sends a message. say: tells people. why: what the autopilot
-    has said last, or "".
+    has said last, or "". memory: the mission that the autopilot keeps.
     """
 
     def __init__(
@@ -52,8 +53,9 @@ class Pilot:
         send: Callable[[str, Fields], object],
         say: Callable[[str], object],
         why: Callable[[], str],
+        memory: Memory,
     ) -> None:
-        self._give, self._send, self._say, self._why = give, send, say, why
+        self._give, self._send, self._say, self._why, self.memory = give, send, say, why, memory
         self.body: Body | None = None
         self.mode, self.armed, self.landed_state = -1, False, 0
         self.at: Whereabouts | None = None
@@ -111,14 +113,14 @@ class Pilot:
         self.error, self.leg = reason, None
         self._begin(Errand.NONE, -math.inf)
 
-    def retry(self) -> None:
-        """Commands that were given have been dropped."""
-        self._asked = False
-
     def step(self, now: float) -> None:
         """Do what is next."""
         body = self.body
-        if body is None or self._asked or self.mode < 0 or now < self._due:
+        if body is None or self.mode < 0:
+            return
+        if body.offboard:
+            self._stream(body, now)
+        if self._asked or now < self._due:
             return
         if self.errand in (Errand.HOLD, Errand.ENDS):
             self._rest(body, now)
@@ -127,8 +129,9 @@ class Pilot:
 
     def _begin(self, errand: Errand, now: float) -> None:
         self.errand, self.since = errand, now
-        self._sent = self._sped = self._asked = self._taken = self._had_arms = False
+        self._sent = self._sped = self._asked = self._taken = self._had_arms = self._yields = False
         self._reached: int | None = None
+        self._streams_since = math.inf
         self._tries, self._due = 0, -math.inf
         self._number += 1
 
@@ -138,30 +141,67 @@ class Pilot:
             self._begin(Errand.NONE, now)
             return
         if self.errand is Errand.HOLD:
-            wanted = body.hold
+            wanted = self._hold(body)
         elif self._ending == "disarm" and not body.flies:
             self._arm(now, 0)
             return
         else:
             ways = {"return": body.back, "land": body.land, "disarm": body.land}
-            wanted = ways.get(self._ending) or (body.back if self._ending == "land" and body.flies else body.hold)
+            wanted = ways.get(self._ending) or (body.back if self._ending == "land" and body.flies else None)
+            wanted = wanted or self._hold(body)
         if self._reached is not None and self.mode != wanted:
             self._say("another mode was chosen: Shoal does not steer now")
             self._begin(Errand.NONE, now)
             return
         self._reach(now, wanted)
 
+    def _hold(self, body: Body) -> int:
+        """The mode that holds; another one once it has been refused, as without a position."""
+        if self._tries >= TRIES and body.instead is not None and not self._yields:
+            self._yields, self._tries = True, 0
+        return body.instead if self._yields and body.instead is not None else body.hold
+
     def _lead(self, body: Body, leg: Leg, at: Whereabouts, now: float) -> None:
         if self.errand is Errand.LAND and not self.armed:
             leg.near = True
+        elif leg.item is not None:
+            self._remember(body, leg, now)
         elif self.errand is Errand.TAKE_OFF and not self._aloft(body, at):
             self._take_off(body, leg, at, now)
         elif self.errand is Errand.LAND and leg.arrived:
             self._land(body, now)
         elif body.flies and not self.armed:
             self.refuse("on the ground: take off first")
+        elif body.offboard and self.mode != body.guided and now - self._streams_since < WARM_UP:
+            return
         elif self._reach(now, body.guided, *self._also(body, leg)) and (body.flies or self._arm(now, 1)):
             self._go(body, leg, at, now)
+
+    def _remember(self, body: Body, leg: Leg, now: float) -> None:
+        """Let the autopilot carry out the mission in its memory from a leg on; it goes on to the next by itself."""
+        memory, starts = self.memory, self.errand is Errand.TAKE_OFF
+        if leg.near or memory.busy:
+            return
+        if not memory.ready:
+            self.refuse(memory.error or "another mission was put into the autopilot")
+        elif body.flies and not self.armed and not starts:
+            self.refuse(f"it was disarmed{self._because()}" if self._had_arms else "on the ground: take off first")
+        elif not memory.recall(leg.start, now):
+            return
+        elif not self.armed and not body.roams:  # ArduPilot's copters are not armed in AUTO
+            if self._reach(now, body.mission if body.px4 else body.ready):
+                self._arm(now, 1)
+        elif self._reach(now, body.mission) and self._arm(now, 1) and starts and not self._sent:
+            self._command(command("the mission", MISSION_START, (0.0, 0.0)))
+
+    def _stream(self, body: Body, now: float) -> None:
+        """Send setpoints while PX4 is led, or still follows them: it takes an end of the stream for a failure."""
+        led = self.leads and self.leg is not None and self.leg.item is None
+        if self.at is None or not (led or self.mode == body.guided):
+            self._streams_since = math.inf
+            return
+        self._streams_since = min(self._streams_since, now)
+        self._send(TARGET, target(body, self.leg if led else None, self.at))
 
     def _also(self, body: Body, leg: Leg) -> Sequence[int]:
         """Other modes in which the leg may be: those into which the autopilot goes by itself."""
@@ -186,11 +226,11 @@ class Pilot:
                 self._arm(now, 1)
             return
         also = [mode for mode in (body.takeoff,) if mode is not None] if self._sent else []
-        if not self._reach(now, body.guided, *also) or not self._arm(now, 1) or self._sent:
+        if not self._reach(now, body.ready, *also) or not self._arm(now, 1) or self._sent:
             return
         height = at.amsl - at.above_home + leg.height if body.px4 else leg.height
         place = (math.nan, math.nan, math.nan) if body.px4 else (0.0, 0.0, 0.0)
-        self._command("a takeoff", TAKEOFF, (0.0, 0.0, 0.0, *place, height))
+        self._command(command("a takeoff", TAKEOFF, (0.0, 0.0, 0.0, *place, height)))
 
     def _land(self, body: Body, now: float) -> None:
         if body.land is None:
@@ -199,37 +239,16 @@ class Pilot:
             self._reach(now, body.land)
 
     def _go(self, body: Body, leg: Leg, at: Whereabouts, now: float) -> None:
-        if body.targets:
-            if not self._sped:
-                self._sped = True
-                self._speed(GROUND_SPEED, leg.speed)
-            lat, lon = leg.target(at)
-            self._send(
-                "SET_POSITION_TARGET_GLOBAL_INT",
-                {
-                    "coordinate_frame": RELATIVE,
-                    "type_mask": ONLY_POSITION,
-                    "lat_int": _degrees(lat),
-                    "lon_int": _degrees(lon),
-                    "alt": leg.height,
-                },
-            )
-            return
-        if self._sent:
-            return
-        if body.roams and not self._sped:
+        if not self._sped and (body.targets or body.roams) and not body.offboard:
             self._sped = True
-            self._speed(AIR_SPEED, leg.speed)
-            return
-        height = at.amsl - at.above_home + leg.height
-        place: Fields = {"frame": GLOBAL, "x": _degrees(leg.lat), "y": _degrees(leg.lon), "z": height}
-        if leg.radius and body.orbit is not None:
-            turn = (leg.side * leg.radius, leg.speed, 0.0, math.nan)
-            self._command("an orbit", ORBIT, turn, place)
-        else:
-            counter = 1.0 if leg.side < 0 else 0.0
-            yaw = math.nan if body.px4 else counter  # ArduPlane takes the sense of the circle from it
-            self._command("the leg", REPOSITION, (leg.speed, 1.0, leg.side * leg.radius, yaw), place)
+            self._order(speed_order(body, leg.speed), final=False, aloud=True)
+            if not body.targets:
+                return
+        if body.targets:
+            if not body.offboard:
+                self._send(TARGET, target(body, leg, at))
+        elif not self._sent:
+            self._command(one_command(body, leg, at))
 
     def _reach(self, now: float, wanted: int, *also: int) -> bool:
         """Whether it is in the wanted mode; asks for it, if not."""
@@ -256,26 +275,21 @@ class Pilot:
             self._ask("arming" if wanted else "disarming", ARM, (float(wanted),), now)
         return False
 
-    def _ask(self, what: str, command: int, values: Sequence[float], now: float) -> None:
+    def _ask(self, what: str, number: int, values: Sequence[float], now: float) -> None:
         """Give a command until HEARTBEAT shows its effect; a leg is given up when that takes too long."""
         if self._tries >= TRIES and self.leads:
             self.refuse(f"{what} was accepted, but did not come{self._because()}")
             return
         self._tries += 1
         self._due = now + RETRY
-        self._order(what, "COMMAND_LONG", {"command": command, **_numbered(values)}, final=self._tries == TRIES)
+        self._order(command(what, number, values), final=self._tries == TRIES)
 
-    def _command(self, what: str, command: int, values: Sequence[float], place: Fields | None = None) -> None:
+    def _command(self, order: Order) -> None:
         """Give a command once; a leg that the autopilot refuses is given up."""
         self._sent = True
-        name = "COMMAND_LONG" if place is None else "COMMAND_INT"
-        self._order(what, name, {"command": command, **_numbered(values), **(place or {})}, final=True)
+        self._order(order, final=True)
 
-    def _speed(self, kind: int, speed: float) -> None:
-        fields = {"command": CHANGE_SPEED, **_numbered((kind, speed, -1.0))}
-        self._order("the speed", "COMMAND_LONG", fields, final=False, aloud=True)
-
-    def _order(self, what: str, message: str, fields: Fields, *, final: bool, aloud: bool = False) -> None:
+    def _order(self, order: Order, *, final: bool, aloud: bool = False) -> None:
         self._asked, number = True, self._number
 
         def settle(result: int) -> None:
@@ -284,22 +298,14 @@ class Pilot:
             self._asked = False
             if result == ACCEPTED:
                 return
-            reason = f"{what} was {in_words(result)}{self._because()}"
+            reason = f"{order.what} was {in_words(result)}{self._because()}"
             if final and self.leads:
                 self.refuse(reason)
             elif final or aloud:
                 self._say(reason)
 
-        self._give(message, fields, settle)
+        self._give(order.message, order.fields, settle)
 
     def _because(self) -> str:
         text = self._why()
         return f": {text}" if text else ""
-
-
-def _numbered(values: Sequence[float]) -> dict[str, float]:
-    return {f"param{number}": value for number, value in enumerate(values, 1)}
-
-
-def _degrees(angle: float) -> int:
-    return round(math.degrees(angle) * 1e7)

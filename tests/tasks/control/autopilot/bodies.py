@@ -12,6 +12,7 @@ from shoal.missions import parse_plan, prepare
 from tests.outside import ALONE, free_port, until
 
 SPEED = 20.0
+ROOT = Path(__file__).parents[4]
 CONSOLE = 0x4000
 OPERATOR = imc.PlanControl
 
@@ -22,11 +23,20 @@ PATIENT = ("Control.Autopilot.MAVLink:Input Timeout=60", "Supervisors.Failsafe:S
 class Body:
     """A running vehicle and its autopilot; `said` has all messages by type, `modes` what the autopilot was in."""
 
-    def __init__(self, profile, folder, *options, kind="copter", speed=SPEED, overrides=PATIENT):
+    def __init__(
+        self,
+        profile,
+        folder,
+        *options,
+        kind="copter",
+        speed=SPEED,
+        overrides=PATIENT,
+        address="udpin://127.0.0.1:{port}",
+    ):
         self.speed = speed
         self.port, self.options, self.kind, self.others = free_port(), options, kind, []
         self.said = {}
-        address = f"Control.Autopilot.MAVLink:Address=udpin://127.0.0.1:{self.port}"
+        address = f"Control.Autopilot.MAVLink:Address={address.format(port=self.port)}"
         patient = "Monitors.Entities:Report Timeout=60"
         never = [setting for setting in ALONE if "MAVLink" not in setting] + ["Transports.MAVLink:Enabled=Never"]
         made = prepare(
@@ -49,9 +59,9 @@ class Body:
         self.autopilot = self.stand_in(*options, kind=self.kind)
 
     def stand_in(self, *options, kind="copter"):
-        program = str(Path(__file__).with_name("stand_in.py"))
-        command = [sys.executable, program, str(self.port), "--kind", kind, "--speed", f"{self.speed:g}", *options]
-        started = subprocess.Popen(command, stdin=subprocess.PIPE, text=True)
+        program = ["-m", "tests.tasks.control.autopilot.stand_in", str(self.port)]
+        command = [sys.executable, *program, "--kind", kind, "--speed", f"{self.speed:g}", *options]
+        started = subprocess.Popen(command, stdin=subprocess.PIPE, text=True, cwd=ROOT)
         self.others.append(started)
         return started
 

@@ -168,7 +168,7 @@ def test_what_the_autopilot_refuses_ends_the_plan_with_its_reason(body):
     copter.ready()
     copter.start(SQUARE)
     assert copter.wait(copter.outcome) == "FAILURE", "\n".join(copter.texts())
-    assert "arming was denied: PreArm: compass not calibrated" in "\n".join(copter.texts())
+    assert "arming was not carried out: PreArm: compass not calibrated" in "\n".join(copter.texts())
 
 
 def test_foreigners_garbage_and_what_is_no_number_have_no_effect(body):

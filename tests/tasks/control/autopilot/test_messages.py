@@ -104,7 +104,7 @@ def test_a_single_message_that_is_unknown_changes_nothing_else():
     answers = [(0.1, frame("COMMAND_ACK", command=512))]
     answers += [(0.2 + 0.01 * n, frame("COMMAND_ACK", command=511, result=0 if n < 3 else 2)) for n in range(20)]
     run = heard(at(0.0), *answers, at(1.0))
-    assert len([m for m in sent(run, "COMMAND_LONG") if m.values["command"] == 511]) == 12
+    assert len([m for m in sent(run, "COMMAND_LONG") if m.values["command"] == 511]) == 14
     assert not sent(run, "REQUEST_DATA_STREAM")
 
 
@@ -123,7 +123,7 @@ def test_the_first_autopilot_stays_and_others_are_foreign():
     states = run.of(imc.EstimatedState)
     assert [round(math.degrees(s.lat), 4) for s in states] == [41.185, 41.185]
     assert run.task.connection.system == 7
-    assert run.task.counts["foreign"] == 6
+    assert run.task.connection.counts["foreign"] == 6
 
 
 @pytest.mark.parametrize("wrong", [{"roll": math.nan}, {"yawspeed": math.inf}])
