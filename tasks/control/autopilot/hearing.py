@@ -8,7 +8,6 @@ from mavlink import AutopilotTranslator, Dialect, Received
 from tasks.control.autopilot.clock import RemoteClock
 from tasks.control.autopilot.leg import Whereabouts
 
-STALE = 2.0  # s; an older position is none
 LARGEST_LAT, LARGEST_LON = 900_000_000, 1_800_000_000  # 1e-7 °
 SILENT_KINDS = (imc.Heartbeat,)  # the daemon has one of its own
 LOUD = 4  # MAV_SEVERITY: warnings, and worse
@@ -20,12 +19,14 @@ GEOID_ERROR = 5.0  # m
 class Hearing:
     """Translates what an autopilot says; leaves out what is no number, no place on Earth, or older than it seems.
 
-    undulation: height of the geoid above the ellipsoid (m). unsound: how many messages were left out. at: where the
-    vehicle is, once it is known. flies: whether it is an aircraft. restarts: how often the autopilot has begun anew.
+    undulation: height of the geoid above the ellipsoid (m). patience: s after which a position is too old. unsound: how
+    many messages were left out. at: where the vehicle is, once it is known. flies: whether it is an aircraft. restarts:
+    how often the autopilot has begun anew.
     """
 
-    def __init__(self, dialect: Dialect, undulation: float) -> None:
+    def __init__(self, dialect: Dialect, undulation: float, patience: float) -> None:
         self.clock = RemoteClock()
+        self.patience = patience
         self.undulation = undulation
         self.unsound = self.restarts = 0
         self.at: Whereabouts | None = None
@@ -41,9 +42,9 @@ class Hearing:
         """An autopilot of this MAV_TYPE is heard."""
         self._translator.type, self.flies = kind, flies
 
-    def silent(self, name: str, now: float, patience: float = STALE) -> bool:
-        """Whether a message has not come for some time (s)."""
-        return now - self._heard.get(name, -math.inf) > patience
+    def silent(self, name: str, now: float, patience: float = 0.0) -> bool:
+        """Whether a message has not come for some time (s), by default that after which a position is too old."""
+        return now - self._heard.get(name, -math.inf) > (patience or self.patience)
 
     def why(self, now: float) -> str:
         """What the autopilot has said of late that may be a reason; "" if it has said nothing."""

@@ -12,7 +12,7 @@ from tasks.control.autopilot.address import open_device, parse_place
 from tasks.control.autopilot.aiding import fix_of, gps_input
 from tasks.control.autopilot.connection import ESSENTIAL, Connection, rates_of
 from tasks.control.autopilot.health import NAVIGATION, Health
-from tasks.control.autopilot.hearing import STALE, Hearing
+from tasks.control.autopilot.hearing import Hearing
 from tasks.control.autopilot.kinds import PX4, body_of
 from tasks.control.autopilot.leg import Leg, Reach, height_above_home
 from tasks.control.autopilot.memory import Memory
@@ -27,6 +27,7 @@ Loops = imc.CLoopsMask
 Status = imc.ArmingState.State
 REPEAT = 5.0  # s after which messages that do not come are asked for again
 TICK = 5.0  # Hz; how often targets are sent
+STALE = 2.0 / 3.0  # of Input Timeout; an older position is none
 FORGOTTEN = 10.0  # s after which a health that is not repeated is unknown
 USBL = "USBL"
 PATH_CONTROL = "Path Control"  # the entity that shows whether a path can be followed
@@ -100,7 +101,7 @@ class MAVLink(Task):
 
     def start(self) -> None:
         dialect = load_dialect()
-        self._hearing = Hearing(dialect, self.geoid_undulation)
+        self._hearing = Hearing(dialect, self.geoid_undulation, STALE * self.input_timeout)
         self._condition = Health(self._mark)
         self._loops = EnabledLoops(Loops.PATH)
         self._limit = math.inf
@@ -305,7 +306,7 @@ class MAVLink(Task):
         if missing:
             self.pilot.at = None  # where it was is no place to steer from
         if missing and (late or self._parts[NAVIGATION].state is State.NORMAL):
-            self._condition.miss(missing, STALE)
+            self._condition.miss(missing, self._hearing.patience)
 
     def _act(self) -> None:
         """Let the pilot do what is next, and show how it is going."""

@@ -158,7 +158,7 @@ class Writer:
             raise ValueError("a circle without end is not known in missions of this vehicle")
         if not loiter.duration:
             self.go(loiter, 0.0, 0.0, radius, command=Command.NAV_LOITER_UNLIM)
-        elif body.px4:
+        elif body.px4 or not loiter.radius:
             self.go(loiter, loiter.duration + LONGER, 0.0, radius, command=Command.NAV_LOITER_TIME)
         else:
             turns = math.ceil(loiter.duration * loiter.speed / (math.tau * loiter.radius)) + 1
@@ -205,7 +205,7 @@ def item_of(leg: Leg, items: Sequence[Item], begin: int) -> int | None:
         if item.command not in ARRIVALS or (wanted is not None and item.command != wanted):
             continue
         off = displacement(math.radians(item.x / 1e7), math.radians(item.y / 1e7), 0.0, leg.lat, leg.lon, 0.0)
-        if leg.takes_off or math.hypot(off[0], off[1]) <= SAME_PLACE:
+        if wanted is not None or math.hypot(off[0], off[1]) <= SAME_PLACE:
             return number
     return None
 

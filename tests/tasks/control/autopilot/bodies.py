@@ -100,8 +100,11 @@ class Body:
         self.wait(lambda: (s := self.last(imc.VehicleState)) and s.op_mode == imc.VehicleState.OpMode.SERVICE)
 
     def start(self, text):
-        plan = parse_plan("plan: test\norigin: 41.185°, -8.7062°\nspeed: 5 m/s\nmaneuvers:\n" + text)
-        self.publish(OPERATOR(op=OPERATOR.Op.START, plan_id="test", arg=plan, request_id=1))
+        self.start_file("plan: test\norigin: 41.185°, -8.7062°\nspeed: 5 m/s\nmaneuvers:\n" + text)
+
+    def start_file(self, text):
+        plan = parse_plan(text)
+        self.publish(OPERATOR(op=OPERATOR.Op.START, plan_id=plan.plan_id, arg=plan, request_id=1))
 
     def outcome(self):
         """How the plan ended, once it has begun."""

@@ -41,7 +41,7 @@ KINDS = (*MODES, "px4", *(f"px4-{kind}" for kind in MODES if kind != "copter"))
 NEED_POSITION = ("guided", "hold", "return", "mission", "offboard", "orbit")
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED, INT_ONLY = 0, 1, 2, 3, 4, 8
 POSITION_ONLY = 0x0DF8
-STREAM, LOSS = 0.5, 1.0  # s: how fresh setpoints are for offboard, and how old they may get in it
+LEAST_STREAM = 3  # setpoints before offboard
 
 
 class StandIn(Telemetry):
@@ -68,7 +68,7 @@ class StandIn(Telemetry):
         self.booted, self.shift = self.now, 0.0
         self.mode, self.armed, self.armed_at, self.landed_since = self.modes["start"], False, 0.0, self.now
         self.target = self.circle = None
-        self.setpoint_at = -math.inf
+        self.setpoint_at, self.setpoints = -math.inf, 0
         self.streams, self.due, self.quiet = {}, {}, set()
 
     @property
@@ -127,6 +127,7 @@ class StandIn(Telemetry):
             self.link.statustext_send(6, f"GPS {message.lat} {message.lon} {message.fix_type}".encode())
 
     def aim(self, message):
+        self.setpoints = self.setpoints + 1 if self.now - self.setpoint_at < self.options.of_loss else 1
         self.setpoint_at = self.now
         led = self.mode == self.modes["offboard" if self.px4 else "guided"] and self.motion.kind != "plane"
         if led and message.type_mask == POSITION_ONLY and self.can_move():
@@ -209,7 +210,7 @@ class StandIn(Telemetry):
         if name == "mission" and len(self.store.items) < 2:
             self.say("Mode change failed: no mission")
             return FAILED
-        if name == "offboard" and self.now - self.setpoint_at > STREAM:
+        if name == "offboard" and self.setpoints < LEAST_STREAM:
             self.say("Offboard: no setpoints")
             return REJECTED
         if name == "mission" and mode != self.mode:
@@ -259,7 +260,7 @@ class StandIn(Telemetry):
 
     def move(self, dt):
         motion, mode, modes = self.motion, self.mode, self.modes
-        if self.mode == modes.get("offboard") and self.now - self.setpoint_at > LOSS:
+        if self.mode == modes.get("offboard") and self.now - self.setpoint_at > self.options.of_loss:
             self.say("Failsafe: offboard signal lost, hold")
             self.switch(modes["hold"])
         if motion.flying or not self.armed:
@@ -299,7 +300,7 @@ class StandIn(Telemetry):
         if self.target is None:
             return motion.velocity if motion.kind == "plane" else (0.0, 0.0, 0.0)
         if mode == modes.get("takeoff") and abs(self.target[2] - motion.at[2]) < 0.5:
-            self.switch(modes["hold"])
+            self.mode = modes["hold"]  # at the height of the takeoff
         return motion.towards(self.target, self.flight_speed() if motion.kind == "plane" else self.cruise)
 
     def touched_down(self):
@@ -345,6 +346,7 @@ if __name__ == "__main__":
     parser.add_argument("--north", type=float, default=0.0)
     parser.add_argument("--wind", type=float, default=0.0, help="m/s towards the north")
     parser.add_argument("--loss", type=float, default=0.0, help="part of the messages that is lost, each way")
+    parser.add_argument("--of-loss", type=float, default=1.0, help="s without setpoints that end offboard")
     parser.add_argument("--old", action="store_true", help="knows no SET_MESSAGE_INTERVAL, and addresses no answers")
     parser.add_argument("--unready", action="store_true", help="refuses to arm")
     parser.add_argument("--tcp", action="store_true", help="serves the port over TCP")

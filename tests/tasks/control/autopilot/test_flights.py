@@ -6,7 +6,7 @@ import pytest
 
 import imc
 from imc.coordinates import displacement
-from tests.tasks.control.autopilot.bodies import PATIENT, Body
+from tests.tasks.control.autopilot.bodies import PATIENT
 
 HOME = math.radians(41.185), math.radians(-8.7062)
 SQUARE = """
@@ -15,19 +15,6 @@ SQUARE = """
   - goto: {north: 15, east: 15, altitude: 8}
   - land: {}
 """
-
-
-@pytest.fixture
-def body(request, tmp_path):
-    made = []
-
-    def make(*arguments, **options):
-        made.append(Body(*arguments[:1], tmp_path, *arguments[1:], **options))
-        return made[-1]
-
-    yield make
-    for one in made:
-        one.close()
 
 
 def place(state):
