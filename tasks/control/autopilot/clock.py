@@ -5,6 +5,7 @@ import math
 SLOWEST_ROUND = 0.5  # s; a slower answer says little about the clock
 LARGEST_AGE = 1.0  # s; older stamps are wrong
 BACKWARDS = 1.0  # s by which the count may go back; more is a new start
+BEHIND = 10.0  # s by which it may be behind the time that has passed, on a slow link; more is one, too
 FORGETS = 1e-4  # s/s; how fast a short delay is forgotten, since clocks drift
 
 
@@ -25,7 +26,7 @@ class RemoteClock:
 
     def hear(self, count: float, now: float) -> bool:
         """Take a count (s) that has arrived `now`; True if the autopilot has started anew."""
-        anew = count < self._last - BACKWARDS
+        anew = count < self._last - BACKWARDS or now - count > self._fastest + BEHIND
         if anew:
             self._reset()
         self._last = max(self._last, count)

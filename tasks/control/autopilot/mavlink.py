@@ -314,7 +314,8 @@ class MAVLink(Task):
             self.pilot.step(self.now)
             error = self.pilot.error
             self._mark(PATH_CONTROL, State.ERROR if error else State.NORMAL, error or self.pilot.errand.name.lower())
-            self.set_entity_state(State.NORMAL, self._words())
+            if self.device.is_open:
+                self.set_entity_state(State.NORMAL, self._words())
 
     def _words(self) -> str:
         pilot = self.pilot

@@ -1,6 +1,7 @@
 """A vehicle of a shipped profile, whose body is a stand-in for an autopilot in another process, on real sockets."""
 
 import contextlib
+import os
 import subprocess
 import sys
 import threading
@@ -15,6 +16,7 @@ SPEED = 20.0
 ROOT = Path(__file__).parents[4]
 CONSOLE = 0x4000
 OPERATOR = imc.PlanControl
+SERIAL = "serial"
 
 
 PATIENT = ("Control.Autopilot.MAVLink:Input Timeout=60", "Supervisors.Failsafe:Silence Timeout=60")
@@ -35,6 +37,10 @@ class Body:
     ):
         self.speed = speed
         self.port, self.options, self.kind, self.others = free_port(), options, kind, []
+        self.line, self.diary = (), folder / "diary"
+        if address == SERIAL:
+            self.line = os.openpty()
+            address, options = f"serial://{os.ttyname(self.line[1])}?baud=115200", ("--serial", str(self.line[0]))
         self.said = {}
         address = f"Control.Autopilot.MAVLink:Address={address.format(port=self.port)}"
         patient = "Monitors.Entities:Report Timeout=60"
@@ -56,12 +62,13 @@ class Body:
         self.vehicle.start()
         self.thread = threading.Thread(target=self.vehicle.run, daemon=True)
         self.thread.start()
-        self.autopilot = self.stand_in(*options, kind=self.kind)
+        self.autopilot = self.stand_in("--diary", str(self.diary), *options, kind=self.kind)
 
     def stand_in(self, *options, kind="copter"):
         program = ["-m", "tests.tasks.control.autopilot.stand_in", str(self.port)]
         command = [sys.executable, *program, "--kind", kind, "--speed", f"{self.speed:g}", *options]
-        started = subprocess.Popen(command, stdin=subprocess.PIPE, text=True, cwd=ROOT)
+        more = {"pass_fds": [self.line[0]]} if self.line else {}
+        started = subprocess.Popen(command, stdin=subprocess.PIPE, text=True, cwd=ROOT, **more)
         self.others.append(started)
         return started
 
@@ -114,6 +121,16 @@ class Body:
             return None
         return imc.PlanControlState.LastOutcome(states[-1].last_outcome).name
 
+    def seen(self):
+        """What the stand-in has written of itself: mode, arming, north, east and up (m), second by second."""
+        lines = self.diary.read_text().splitlines() if self.diary.exists() else []
+        return [(int(mode), armed == "1", *map(float, at)) for mode, armed, *at in map(str.split, lines)]
+
+    def die(self):
+        """This computer fails; the autopilot does not."""
+        self.vehicle.kernel.post(self.vehicle.stop)
+        self.thread.join(20.0)
+
     def close(self):
         for started in self.others:
             with contextlib.suppress(OSError):
@@ -123,3 +140,5 @@ class Body:
         self.vehicle.kernel.post(self.vehicle.stop)
         self.thread.join(20.0)
         self.vehicle.close()
+        for end in self.line:
+            os.close(end)

@@ -12,6 +12,7 @@ import os
 import select
 import sys
 import time
+from pathlib import Path
 
 os.environ["MAVLINK20"] = "1"
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -61,6 +62,7 @@ class StandIn(Telemetry):
         self.began, self.now, self.shift = time.monotonic(), 0.0, 0.0
         self.gps, self.battery, self.refused, self.deaf, self.mumbles = True, 80.0, {}, set(), False
         self.silent_until, self.cruise, self.beat_due, self.input = 0.0, 5.0, 0.0, None
+        self.diary, self.written = options.diary and Path(options.diary), 0.0
         self.boot()
 
     def boot(self):
@@ -334,6 +336,10 @@ class StandIn(Telemetry):
                 self.move(STEP)
             if self.now >= self.silent_until:
                 self.tell()
+            if self.diary and self.now >= self.written + 1.0:
+                self.written = self.now
+                with self.diary.open("a") as diary:
+                    print(self.mode, int(self.armed), *self.motion.at, file=diary)
             time.sleep(0.004)
 
 
@@ -351,6 +357,7 @@ if __name__ == "__main__":
     parser.add_argument("--unready", action="store_true", help="refuses to arm")
     parser.add_argument("--tcp", action="store_true", help="serves the port over TCP")
     parser.add_argument("--waits", action="store_true", help="serves the port over UDP, and never speaks first")
-    parser.add_argument("--serial", default="", help="a device instead of the port")
+    parser.add_argument("--serial", type=int, default=0, help="a file descriptor instead of the port")
+    parser.add_argument("--diary", default="", help="a file for time, mode, arming and position, each second")
     parser.add_argument("--key", default="", help="signs, and wants signatures")
     StandIn(parser.parse_args()).run()

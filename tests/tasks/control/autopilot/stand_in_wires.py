@@ -14,8 +14,9 @@ class Wire:
         self.loss, self.random = options.loss, random.Random(7)
         self.peer = self.file = self.listener = None
         if options.serial:
-            self.file = os.open(options.serial, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            self.file = options.serial  # the other end of a pseudo terminal
             tty.setraw(self.file)
+            os.set_blocking(self.file, False)
         elif options.tcp:
             self.listener = socket.create_server(("127.0.0.1", options.port))
             self.listener.setblocking(False)
@@ -37,7 +38,7 @@ class Wire:
         with contextlib.suppress(OSError):
             if self.file is not None:
                 os.write(self.file, data)
-            elif self.peer is not None and not (self.waits and self.waits is True):
+            elif self.peer is not None and not self.waits:
                 self.peer.send(data)
 
     def read(self):
@@ -50,10 +51,10 @@ class Wire:
                     self.peer.setblocking(False)
             if self.peer is None:
                 return b""
-            if self.waits is True:
+            if self.waits:
                 data, sender = self.peer.recvfrom(4096)
                 self.peer.connect(sender)
-                self.waits = None
+                self.waits = False
             else:
                 data = self.peer.recv(4096)
         except OSError:

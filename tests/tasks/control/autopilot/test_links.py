@@ -1,0 +1,94 @@
+"""The links to an autopilot: real sockets, a pseudo terminal, signatures; and others who are on the link."""
+
+import pytest
+
+import imc
+from tests.tasks.control.autopilot.bodies import PATIENT, SERIAL
+
+LEG = "  - goto: {north: 12, speed: 4 m/s, depth: 0}\n"
+ADDRESSES = {
+    "udpin": ("udpin://127.0.0.1:{port}",),
+    "udpout": ("udpout://127.0.0.1:{port}", "--waits"),
+    "udpout by name": ("udpout://localhost:{port}", "--waits"),
+    "tcpout": ("tcpout://127.0.0.1:{port}", "--tcp"),
+    "serial": (SERIAL,),
+}
+
+
+def go(boat):
+    boat.ready()
+    boat.said[imc.PlanControlState].clear()
+    boat.start(LEG)
+    assert boat.wait(boat.outcome) == "SUCCESS", "\n".join(boat.texts())
+
+
+@pytest.mark.parametrize("address", ADDRESSES)
+def test_a_plan_is_carried_out_over_each_link(body, address):
+    place, *options = ADDRESSES[address]
+    boat = body("autopilot-rover", *options, kind="boat", address=place)
+    go(boat)
+
+
+def test_an_autopilot_that_is_restarted_is_found_again_over_tcp(body):
+    boat = body("autopilot-rover", "--tcp", kind="boat", address="tcpout://127.0.0.1:{port}", speed=8.0, overrides=())
+    boat.ready()
+    boat.autopilot.kill()
+    boat.autopilot.wait()
+    boat.wait(lambda: boat.state("Autopilot").startswith("ERROR"))
+    boat.autopilot = boat.stand_in("--tcp", kind="boat")
+    go(boat)
+
+
+def key(tmp_path, words="left luggage"):
+    file = tmp_path / "key"
+    file.write_text(words + "\n")
+    return file
+
+
+def test_on_a_signed_link_only_the_key_counts(body, tmp_path):
+    address = f"udpin://127.0.0.1:{{port}}?key={key(tmp_path)}"
+    boat = body("autopilot-rover", "--key", "left luggage", kind="boat", address=address, speed=8.0)
+    boat.ready()
+    for _ in range(10):
+        boat.tell("forge")
+    go(boat)
+    counts = boat.vehicle.find("Autopilot").connection.counts
+    assert counts["unsigned"] >= 10
+    assert counts["damaged"] >= 10
+    assert counts["forged"] == counts["replayed"] == 0
+    assert max(state.lat for state in boat.said[imc.EstimatedState]) < 1.0
+
+
+def test_an_autopilot_with_another_key_is_not_heard(body, tmp_path):
+    address = f"udpin://127.0.0.1:{{port}}?key={key(tmp_path)}"
+    boat = body("autopilot-rover", "--key", "right luggage", kind="boat", address=address)
+    task = boat.vehicle.find("Autopilot")
+    boat.wait(lambda: task.connection.counts["forged"] > 3)
+    assert not task.connection.met
+    assert not boat.said[imc.EstimatedState]
+
+
+def test_a_second_autopilot_with_the_same_id_has_no_effect_and_is_told(body):
+    boat = body("autopilot-rover", kind="boat", overrides=[*PATIENT])
+    boat.ready()
+    other = boat.stand_in("--north", "3000", kind="boat")
+    boat.wait(lambda: any("another autopilot has the same MAVLink system id, 7" in text for text in boat.texts()))
+    go(boat)
+    north = max(state.lat for state in boat.said[imc.EstimatedState]) - 0.7188138
+    assert north * 6378137.0 < 100.0
+    assert other.poll() is None
+
+
+def test_acknowledgments_for_others_are_none(body):
+    boat = body("autopilot-rover", kind="boat")
+    boat.ready()
+    boat.tell("mumble")
+    go(boat)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("memory", ["false", "true"])
+def test_a_tenth_of_all_messages_may_be_lost_each_way(body, memory):
+    overrides = [*PATIENT, f"Control.Autopilot.MAVLink:Plans In Memory={memory}"]
+    boat = body("autopilot-rover", "--loss", "0.1", kind="boat", overrides=overrides)
+    go(boat)
