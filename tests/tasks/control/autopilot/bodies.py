@@ -77,8 +77,8 @@ class Body:
         pipe.write(words + "\n")
         pipe.flush()
 
-    def publish(self, message):
-        packet = imc.encode_as(message, self.vehicle.kernel.now_ns / 1e9, CONSOLE, 0xFF, self.vehicle.system,
+    def publish(self, message, source=(CONSOLE, 0xFF)):
+        packet = imc.encode_as(message, self.vehicle.kernel.now_ns / 1e9, *source, self.vehicle.system,
                                UNKNOWN_ENTITY)  # fmt: skip
         self.vehicle.kernel.post(self.vehicle.bus.publish, imc.decode(packet), packet, None)
 

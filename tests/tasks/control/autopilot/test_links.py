@@ -92,3 +92,13 @@ def test_a_tenth_of_all_messages_may_be_lost_each_way(body, memory):
     overrides = [*PATIENT, f"Control.Autopilot.MAVLink:Plans In Memory={memory}"]
     boat = body("autopilot-rover", "--loss", "0.1", kind="boat", overrides=overrides)
     go(boat)
+
+
+def test_fixes_of_another_sensor_become_the_gps_of_the_autopilot(body):
+    aided = [*PATIENT, "Control.Autopilot.MAVLink:Aiding Entity=Surface GPS"]
+    boat = body("autopilot-rover", kind="boat", overrides=aided)
+    boat.ready()
+    sensor = boat.vehicle.entities.reserve("Surface GPS", "test")
+    fix = imc.GpsFix(validity=imc.GpsFix.Validity.VALID_POS, lat=0.7, lon=-0.1)
+    boat.publish(fix, (boat.vehicle.system, sensor.id))
+    boat.wait(lambda: any(text.startswith("GPS 401070457 -57295780 3") for text in boat.texts()))
