@@ -41,6 +41,7 @@ GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
 GROUND_STATION = 6  # type in HEARTBEAT
 AUTOPILOT_NONE = 8
 MOST_BATTERIES, MOST_TEXTS = 15, 16
+PIECE = 50  # bytes of a text in one message
 UNKNOWN = 0xFFFF
 OLDEST_ALTITUDE = 2.0  # s; a range finder that is silent for longer says nothing
 HAS_ACCELERATION, HAS_GYRO, HAS_FIELD = 0x007, 0x038, 0x1C0  # HIGHRES_IMU_UPDATED_FLAGS
@@ -63,7 +64,7 @@ class AutopilotTranslator:
         self._mode: imc.AutopilotMode | None = None
         self._utc: float | None = None
         self._start = -math.inf  # UTC time at which the autopilot's clock was 0
-        self._texts: dict[int, list[str]] = {}
+        self._texts: dict[int, list[bytes]] = {}
         self._handlers: dict[str, Callable[[Any], Said]] = {
             "HEARTBEAT": self._heartbeat,
             "ATTITUDE": self._attitude,
@@ -175,18 +176,18 @@ class AutopilotTranslator:
         yield GPS, fix.message()
 
     def _text(self, m: Any) -> Said:
-        """A text comes in one piece, or in pieces of 50 characters, the last of them shorter."""
-        text, number = m.text.decode("utf-8", "replace"), m.id
+        """A text comes in one piece, or in pieces of 50 bytes, the last of them shorter."""
+        text, number = m.text, m.id
         if number:
             if len(self._texts) > MOST_TEXTS:
                 self._texts.clear()
             pieces = self._texts.setdefault(number, [])
-            pieces += [""] * (m.chunk_seq + 1 - len(pieces))
+            pieces += [b""] * (m.chunk_seq + 1 - len(pieces))
             pieces[m.chunk_seq] = text
-            if len(text) >= 50:
+            if len(text) >= PIECE:
                 return
-            text = "".join(self._texts.pop(number))
-        yield AUTOPILOT, entry(int(m.severity), "STATUSTEXT", text)
+            text = b"".join(self._texts.pop(number))
+        yield AUTOPILOT, entry(int(m.severity), "STATUSTEXT", text.decode("utf-8", "replace"))
 
 
 def _status(m: Any) -> Said:

@@ -4,6 +4,7 @@ import math
 
 import imc
 from mavlink import Fields
+from tasks.control.autopilot.hearing import is_sound
 from tasks.control.autopilot.targets import degrees_e7
 
 Validity = imc.GpsFix.Validity
@@ -17,6 +18,11 @@ USUAL_ACCURACY = 5.0  # m
 GPS_EPOCH = 315964800  # 1980-01-06 UTC, in s since 1970
 LEAP_SECONDS = 18  # GPS time - UTC since 2017
 WEEK = 604800  # s
+
+
+def is_usable(fix: imc.GpsFix) -> bool:
+    """Whether a fix has no number that is none, and is on Earth."""
+    return is_sound(fix) and fix.sog >= 0.0
 
 
 def gps_input(fix: imc.GpsFix, undulation: float, now: float) -> Fields:

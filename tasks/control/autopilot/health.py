@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from runtime import State
 
 NAVIGATION = "Navigation"
+CRITICAL = (5, 6, 8)  # MAV_STATE: critical, emergency, flight termination
 HEALTH: Mapping[str, int] = {
     "GPS": 0x20,
     "IMU": 0x01 | 0x02 | 0x04,  # gyroscopes, accelerometers, magnetometers
@@ -15,6 +16,13 @@ HEALTH: Mapping[str, int] = {
 """Label of an entity -> the bits (MAV_SYS_STATUS_SENSOR) that it depends on."""
 
 Show = Callable[[str, State, str], object]
+
+
+def in_words(name: str, *, armed: bool, critical: bool, counts: Mapping[str, int]) -> tuple[State, str]:
+    """State and description of an autopilot: what it steers, and how many messages of each kind had no effect."""
+    words = "".join(f", {count} {what}" for what, count in sorted(counts.items()) if count)
+    words = f"{name}, {'armed' if armed else 'disarmed'}{words}"
+    return (State.ERROR, f"reports a critical state: {words}") if critical else (State.NORMAL, words)
 
 
 class Health:
@@ -33,10 +41,10 @@ class Health:
         self._told = True
         for label in HEALTH:
             state, words = health_of(label, values)
-            if label != NAVIGATION:
+            if label == NAVIGATION:
+                self._navigation = (state, words) if state is State.ERROR else (State.NORMAL, "active")
+            if label != NAVIGATION or state is State.ERROR:
                 self._show(label, state, words)
-            else:
-                self._navigation = (state, words) if state is not State.NORMAL else (state, "active")
 
     def navigate(self) -> None:
         """There is a new state."""

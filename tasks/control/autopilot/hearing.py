@@ -6,10 +6,13 @@ from collections.abc import Iterator, Mapping
 import imc
 from mavlink import AutopilotTranslator, Dialect, Received
 from tasks.control.autopilot.clock import RemoteClock
+from tasks.control.autopilot.connection import ESSENTIAL
 from tasks.control.autopilot.leg import Whereabouts
 
 LARGEST_LAT, LARGEST_LON = 900_000_000, 1_800_000_000  # 1e-7 °
 SILENT_KINDS = (imc.Heartbeat,)  # the daemon has one of its own
+DOWN = 25  # orientation of what measures distances
+STATE = "EstimatedState"
 LOUD = 4  # MAV_SEVERITY: warnings, and worse
 RECENT = 5.0  # s; a text so recent may say why a command was refused
 FIX_3D = 3  # GPS_FIX_TYPE
@@ -46,6 +49,12 @@ class Hearing:
         """Whether a message has not come for some time (s), by default that after which a position is too old."""
         return now - self._heard.get(name, -math.inf) > (patience or self.patience)
 
+    def missing(self, now: float) -> list[str]:
+        """What does not come, so that there are no states; empty if there are."""
+        if not self.silent(STATE, now):
+            return []
+        return [name for name in ESSENTIAL if self.silent(name, now)] or ["position"]
+
     def why(self, now: float) -> str:
         """What the autopilot has said of late that may be a reason; "" if it has said nothing."""
         return self._text if now - self._text_at <= RECENT else ""
@@ -56,7 +65,9 @@ class Hearing:
         if name == "GLOBAL_POSITION_INT" and not self._note_place(values):
             return
         self._heard[name] = now
-        if name == "STATUSTEXT" and values["severity"] <= LOUD:
+        if name == "DISTANCE_SENSOR" and values["orientation"] != DOWN:
+            return  # what is ahead is no altitude
+        if name == "STATUSTEXT" and values["severity"] <= LOUD and not values["chunk_seq"]:
             self._text, self._text_at = values["text"].decode(errors="replace"), now
         if name not in self._translator.kinds:
             return
@@ -67,13 +78,14 @@ class Hearing:
         for label, said in self._translator.hear(message, time):
             if isinstance(said, SILENT_KINDS):
                 continue
-            if not _is_sound(said):
+            if not is_sound(said):
                 self.unsound += 1
             elif isinstance(said, imc.GpsFix):
                 yield label, self._above_ellipsoid(said, values)
             elif not isinstance(said, imc.EstimatedState):
                 yield label, said
             elif not self.silent("GLOBAL_POSITION_INT", now):
+                self._heard[STATE] = now
                 yield label, self._placed(said)
 
     def _note_place(self, values: Mapping[str, int]) -> bool:
@@ -108,7 +120,7 @@ class Hearing:
         return state.replace(height=amsl + self.undulation)
 
 
-def _is_sound(message: imc.Message) -> bool:
+def is_sound(message: imc.Message) -> bool:
     """Whether all numbers of a message are finite, and its position is on Earth."""
     for item in imc.fields(type(message)):
         value = getattr(message, item.name)

@@ -9,9 +9,9 @@ from mavlink import ARMED, ENTITIES, Fields, Received, Signing, SigningTime, loa
 from runtime import ParameterError, State, Task, consume, expect, param, periodic
 from runtime.vehicle import general_number
 from tasks.control.autopilot.address import open_device, parse_place
-from tasks.control.autopilot.aiding import fix_of, gps_input
-from tasks.control.autopilot.connection import ESSENTIAL, Connection, rates_of
-from tasks.control.autopilot.health import NAVIGATION, Health
+from tasks.control.autopilot.aiding import fix_of, gps_input, is_usable
+from tasks.control.autopilot.connection import Connection, rates_of
+from tasks.control.autopilot.health import CRITICAL, NAVIGATION, Health, in_words
 from tasks.control.autopilot.hearing import Hearing
 from tasks.control.autopilot.kinds import PX4, body_of
 from tasks.control.autopilot.leg import Leg, Reach, height_above_home
@@ -106,7 +106,7 @@ class MAVLink(Task):
         self._loops = EnabledLoops(Loops.PATH)
         self._limit = math.inf
         self._beaten = self._asked = -math.inf
-        self._lost = False
+        self._lost = self._critical = False
         self._wind: imc.EstimatedStreamVelocity | None = None
         self._progress = Progress()
         self.device = open_device(self, self._place, self.hear)
@@ -161,6 +161,7 @@ class MAVLink(Task):
         before = pilot.mode, pilot.armed
         self._beaten = self.now
         pilot.mode, pilot.armed = values["custom_mode"], bool(values["base_mode"] & ARMED)
+        self._critical = values["system_status"] in CRITICAL
         if first or self._lost:
             self._lost = False
             pilot.meet(pilot.mode, pilot.armed, self.now)
@@ -198,7 +199,7 @@ class MAVLink(Task):
             return
         reach = Reach(self.near_radius, self.height_tolerance)
         done = leg.item is not None and pilot.memory.is_past(leg.item)
-        arrived, report = self._progress.look(leg, at, reach, self.now, done=done)
+        arrived, report = self._progress.look(leg, at, reach, self.now, done=done, waits=pilot.waits)
         if self._progress.error:
             pilot.refuse(self._progress.error)
         if arrived:
@@ -265,7 +266,7 @@ class MAVLink(Task):
             self._aid(fix_of(fix, self.geoid_undulation))
 
     def _aid(self, fix: imc.GpsFix) -> None:
-        if self.connection.met and not self._lost:
+        if self.connection.met and not self._lost and is_usable(fix):
             self.connection.send("GPS_INPUT", gps_input(fix, self.geoid_undulation, self.now))
 
     @consume(others=True)
@@ -299,7 +300,7 @@ class MAVLink(Task):
         self.connection.compare_clocks(self.now_ns)
         if self._hearing.silent("SYS_STATUS", self.now, FORGOTTEN):
             self._condition.forget()
-        missing = [name for name in ESSENTIAL if self._hearing.silent(name, self.now)]
+        missing = self._hearing.missing(self.now)
         late = self.now - self._asked > REPEAT
         if missing and late:
             self._ask()
@@ -315,14 +316,12 @@ class MAVLink(Task):
             error = self.pilot.error
             self._mark(PATH_CONTROL, State.ERROR if error else State.NORMAL, error or self.pilot.errand.name.lower())
             if self.device.is_open:
-                self.set_entity_state(State.NORMAL, self._words())
+                self.set_entity_state(*self._described())
 
-    def _words(self) -> str:
-        pilot = self.pilot
+    def _described(self) -> tuple[State, str]:
+        pilot, counts = self.pilot, {**self.connection.counts, "unsound": self._hearing.unsound}
         name = pilot.body.name if pilot.body is not None else "unknown, cannot be steered"
-        numbers = {**self.connection.counts, "unsound": self._hearing.unsound}
-        counts = "".join(f", {count} {what}" for what, count in sorted(numbers.items()) if count)
-        return f"{name}, {'armed' if pilot.armed else 'disarmed'}{counts}"
+        return in_words(name, armed=pilot.armed, critical=self._critical, counts=counts)
 
     def _lose(self) -> None:
         """The autopilot has fallen silent."""

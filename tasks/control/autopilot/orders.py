@@ -9,7 +9,7 @@ from mavlink import Fields
 ACCEPTED, IN_PROGRESS = 0, 5
 RESULTS = ("accepted", "temporarily rejected", "denied", "unsupported", "not carried out", "in progress", "cancelled",
            "accepted only as COMMAND_LONG", "accepted only as COMMAND_INT", "refused for its frame")  # fmt: skip
-PATIENCE, LONG_PATIENCE, TRIES = 0.7, 10.0, 4  # s, s while it is in progress
+PATIENCE, LONG_PATIENCE, TRIES = 1.0, 10.0, 6  # s, s while it is in progress
 MOST = 64
 SILENT = -1  # the result of a command that was never acknowledged
 

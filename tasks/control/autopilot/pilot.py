@@ -71,6 +71,11 @@ class Pilot:
     def leads(self) -> bool:
         return self.errand in LED
 
+    @property
+    def waits(self) -> bool:
+        """Whether no progress is expected: the mission is being written, or a plane circles down to its landing."""
+        return self.memory.busy or (self.errand is Errand.LAND and self.body is not None and self.body.roams)
+
     def follow(self, leg: Leg, now: float) -> None:
         """Carry out a leg."""
         self.leg, self.error = leg, ""
@@ -79,9 +84,16 @@ class Pilot:
     def release(self, now: float) -> None:
         """Hold where it is; unless somebody else has taken over."""
         self.leg, self.error = None, ""
-        taken, self._taken = self._taken, False
+        taken, self._taken = self._taken or self._is_overridden(), False
         if not taken and self.errand is not Errand.ENDS:
             self._begin(Errand.HOLD, now)
+
+    def _is_overridden(self) -> bool:
+        """Whether somebody has chosen another mode than that which was reached, and the leg has not noticed yet."""
+        body = self.body
+        if body is None or not self.leads or self._reached is None:
+            return False
+        return self.mode not in (self._reached, body.hold, body.land, body.takeoff, body.orbit)
 
     def end(self, ending: str, now: float) -> None:
         """End in the mode `ending`: hold, return, land or disarm."""

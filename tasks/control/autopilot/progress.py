@@ -24,14 +24,17 @@ class Progress:
         self._divergence.restart(now)
 
     def look(
-        self, leg: Leg, at: Whereabouts, reach: Reach, now: float, *, done: bool
+        self, leg: Leg, at: Whereabouts, reach: Reach, now: float, *, done: bool, waits: bool
     ) -> tuple[bool, imc.PathControlState | None]:
-        """Whether it has just arrived, and the report that is due. `done`: the autopilot says that it has arrived."""
+        """Whether it has just arrived, and the report that is due.
+
+        done: the autopilot says that it has arrived. waits: it has not been told yet to go, or circles on its way down.
+        """
         arrived = leg.advance(at, reach)
         if done:
             arrived = leg.finish() or arrived
         where = leg.progress(at)
-        if leg.near or leg.loitering or leg.arrived:
+        if waits or leg.near or leg.loitering or leg.arrived:
             self._divergence.restart(now)
         else:
             self.error = self._divergence.error(now, where, where.course, 0.0)

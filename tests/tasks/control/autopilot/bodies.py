@@ -12,7 +12,7 @@ from imc.addresses import UNKNOWN_ENTITY
 from shoal.missions import parse_plan, prepare
 from tests.outside import ALONE, free_port, until
 
-SPEED = 20.0
+SPEED = 12.0
 ROOT = Path(__file__).parents[4]
 CONSOLE = 0x4000
 OPERATOR = imc.PlanControl

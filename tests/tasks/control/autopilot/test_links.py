@@ -22,13 +22,14 @@ def go(boat):
     assert boat.wait(boat.outcome) == "SUCCESS", "\n".join(boat.texts())
 
 
-@pytest.mark.parametrize("address", ADDRESSES)
+@pytest.mark.parametrize("address", [name for name in ADDRESSES if name != "udpin"])  # of all other tests
 def test_a_plan_is_carried_out_over_each_link(body, address):
     place, *options = ADDRESSES[address]
     boat = body("autopilot-rover", *options, kind="boat", address=place)
     go(boat)
 
 
+@pytest.mark.heavy
 def test_an_autopilot_that_is_restarted_is_found_again_over_tcp(body):
     boat = body("autopilot-rover", "--tcp", kind="boat", address="tcpout://127.0.0.1:{port}", speed=8.0, overrides=())
     boat.ready()
@@ -63,7 +64,7 @@ def test_an_autopilot_with_another_key_is_not_heard(body, tmp_path):
     address = f"udpin://127.0.0.1:{{port}}?key={key(tmp_path)}"
     boat = body("autopilot-rover", "--key", "right luggage", kind="boat", address=address)
     task = boat.vehicle.find("Autopilot")
-    boat.wait(lambda: task.connection.counts["forged"] > 3)
+    boat.wait(lambda: hasattr(task, "connection") and task.connection.counts["forged"] > 3)
     assert not task.connection.met
     assert not boat.said[imc.EstimatedState]
 

@@ -49,8 +49,8 @@ SLOW = "--of-loss", "20"  # a busy computer sends late
 @pytest.mark.parametrize(
     ("kind", "plan", "more"),
     [
-        ("copter", HOP, ()),
         ("px4", HOP, (OFFBOARD,)),
+        pytest.param("copter", HOP, (), marks=HEAVY),
         pytest.param("px4", HOP, (), marks=HEAVY),
         pytest.param("copter", SQUARE, (), marks=HEAVY),
         pytest.param("px4", SQUARE, (), marks=HEAVY),
@@ -70,7 +70,7 @@ def test_a_copter_carries_out_the_plans_of_the_documents(body, kind, plan, more)
 @pytest.mark.parametrize(
     ("kind", "more"),
     [
-        ("boat", ()),
+        pytest.param("boat", (), marks=HEAVY),
         pytest.param("boat", (MEMORY,), marks=HEAVY),
         pytest.param("rover", (), marks=HEAVY),
         pytest.param("rover", (MEMORY,), marks=HEAVY),
@@ -87,7 +87,7 @@ def test_rovers_and_boats_carry_out_the_plan_of_the_boats(body, kind, more):
 @pytest.mark.parametrize(
     ("kind", "more"),
     [
-        ("submarine", ()),
+        pytest.param("submarine", (), marks=HEAVY),
         pytest.param("submarine", (MEMORY,), marks=HEAVY),
         pytest.param("px4-submarine", (), marks=HEAVY),
     ],
