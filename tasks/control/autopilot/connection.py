@@ -45,7 +45,8 @@ class Connection:
     Everything else on the link is foreign, also after a silence: the body of a vehicle does not change. So is what
     comes with its id from another port while it is heard itself. With `signing`, what is not signed by the key has no
     effect. `counts` has what had none: damaged, foreign, unsigned, forged, replayed. `warn` tells people of others who
-    use the same ids, once each. Commands go through `orders`.
+    use the same ids, once each; `own` is that under which ground stations see this vehicle. Commands go through
+    `orders`.
     """
 
     def __init__(
@@ -55,6 +56,7 @@ class Connection:
         warn: Callable[[str], object],
         system: int = NOBODY,
         *,
+        own: int = NOBODY,
         datagrams: bool = False,
         signing: Signing | None = None,
     ) -> None:
@@ -65,7 +67,7 @@ class Connection:
         self.autopilot: int = -1
         self.counts: Counter[str] = Counter()
         self.orders = Orders(self.send)
-        self._port, self._warn, self._warned = port, warn, set[int]()
+        self._own, self._port, self._warn, self._warned = own, port, warn, set[int]()
         self._signing = signing
         self._sign = signing.signer(COMPONENT) if signing is not None else None
         self._split = partial(split, dialect=dialect) if datagrams else StreamSplitter(dialect).feed
@@ -100,6 +102,8 @@ class Connection:
         if message.component != self.component or (self.system != NOBODY and message.system != self.system):
             return False
         if message.name == "HEARTBEAT":
+            if self.system == NOBODY and message.system == self._own:
+                return False  # what this vehicle tells ground stations, which has come back
             kind, autopilot = message.values["type"], message.values["autopilot"]
             if not self.met and kind != GROUND_STATION and autopilot != AUTOPILOT_NONE:
                 self.system, self.type, self.autopilot = message.system, kind, autopilot
@@ -111,6 +115,10 @@ class Connection:
 
     def _look_at(self, message: Received) -> None:
         """Tell of others with ids that must be unique."""
+        if message.name == "HEARTBEAT" and message.system == self._own and not self.met and not self._warned:
+            self._warned.add(NOBODY)
+            remedy = "if it is one, set Autopilot Id, and another System Id for the ground stations"
+            self._warn(f"system {self._own} has this vehicle's own MAVLink id, and is not its autopilot: {remedy}")
         if message.system != self.system or message.name != "HEARTBEAT":
             return
         who = {AUTOPILOT: "another autopilot has", COMPONENT: "another companion computer, 191, is in"}

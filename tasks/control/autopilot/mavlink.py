@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import imc
-from mavlink import ARMED, ENTITIES, Fields, Received, Signing, SigningTime, load_dialect, read_key
+from mavlink import ARMED, ENTITIES, Fields, Received, Signing, SigningTime, load_dialect, read_key, system_of
 from runtime import ParameterError, State, Task, consume, expect, param, periodic
 from runtime.vehicle import general_number
 from tasks.control.autopilot.address import open_device, parse_place
@@ -115,6 +115,7 @@ class MAVLink(Task):
             self.device,
             self.log.warning,
             self.autopilot_id,
+            own=system_of(self.system),
             datagrams=self._place.scheme.startswith("udp"),
             signing=Signing(self._key, SigningTime(lambda: self.now)) if self._key else None,
         )

@@ -220,3 +220,36 @@ def test_usbl_fixes_of_this_vehicle_go_to_the_autopilot_and_others_do_not():
     (told,) = sent(run, "GPS_INPUT")
     assert told.values["lat"] == round(math.degrees(0.1) * 1e7)
     assert not sent(simulate(MAVLink, fixes, stream=stream, address=SERIAL), "GPS_INPUT")
+
+
+def test_a_critical_state_of_the_autopilot_is_an_error():
+    critical = frame("HEARTBEAT", **BEAT, system_status=5)
+    task = heard(at(0.0), (1.0, critical)).task
+    assert task.entity.state is State.ERROR
+    assert task.entity.description.startswith("reports a critical state: copter, disarmed")
+
+
+def test_a_hold_after_a_plan_does_not_fight_a_failsafe_that_the_leg_has_not_noticed():
+    line = Deaf(body_of(ARDUPILOT, 2))
+    line.pilot.mode = 4
+    line.pilot.follow(Leg(path(), HERE, 10.0), 0.0)
+    line.run(1.0)
+    line.pilot.mode = 6  # RTL, in the same HEARTBEAT that says critical
+    line.pilot.release(line.now)
+    line.said.clear()
+    line.run(5.0)
+    assert not line.said
+
+
+def test_a_long_text_comes_whole_whatever_its_letters():
+    words = "Überschreitung der Höchstgeschwindigkeit über dem nördlichen Prüfgelände".encode()
+    pieces = [words[n : n + 50] for n in range(0, len(words), 50)]
+    texts = b"".join(frame("STATUSTEXT", severity=4, text=p, id=3, chunk_seq=n) for n, p in enumerate(pieces))
+    run = heard(at(0.0), (0.1, texts))
+    assert [entry.text for entry in run.of(imc.LogBookEntry) if entry.context == "STATUSTEXT"] == [words.decode()]
+
+
+def test_what_is_ahead_is_no_altitude():
+    run = heard(at(0.0), (0.1, frame("DISTANCE_SENSOR", **{**DOWN, "orientation": 0})), at(0.5))
+    assert not run.of(imc.Distance)
+    assert run.of(imc.EstimatedState)[-1].alt == pytest.approx(10.0)
