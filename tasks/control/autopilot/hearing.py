@@ -16,6 +16,7 @@ STATE = "EstimatedState"
 LOUD = 4  # MAV_SEVERITY: warnings, and worse
 RECENT = 5.0  # s; a text so recent may say why a command was refused
 FIX_3D = 3  # GPS_FIX_TYPE
+LEAST_STEP = 1e-3  # s between two states
 GEOID_ERROR = 5.0  # m
 
 
@@ -40,6 +41,7 @@ class Hearing:
         self._translator = AutopilotTranslator(dialect)
         self._heard: dict[str, float] = {}
         self._above_sea = 0.0  # of home
+        self._latest = -math.inf  # time of a state
 
     def meet(self, kind: int, *, flies: bool) -> None:
         """An autopilot of this MAV_TYPE is heard."""
@@ -75,6 +77,8 @@ class Hearing:
         if count is not None:
             self.restarts += self.clock.hear(count / 1e3, now)
             time = self.clock.time(count / 1e3, now)
+        if name == "ATTITUDE":  # a better comparison of the clocks does not set states back
+            time = self._latest = max(time, min(now, self._latest + LEAST_STEP))
         for label, said in self._translator.hear(message, time):
             if isinstance(said, SILENT_KINDS):
                 continue

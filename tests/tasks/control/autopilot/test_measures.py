@@ -253,3 +253,18 @@ def test_what_is_ahead_is_no_altitude():
     run = heard(at(0.0), (0.1, frame("DISTANCE_SENSOR", **{**DOWN, "orientation": 0})), at(0.5))
     assert not run.of(imc.Distance)
     assert run.of(imc.EstimatedState)[-1].alt == pytest.approx(10.0)
+
+
+def test_states_go_forward_when_the_clocks_are_compared_better():
+    """TIMESYNC says that all stamps were 0.2 s too late."""
+
+    def attitude(time):
+        return time, frame("ATTITUDE", time_boot_ms=round(1000 * (100.0 + time)))
+
+    asked = sent(heard(at(0.0), (0.5, b"")), "TIMESYNC")[0].values["ts1"]
+    reply = frame("TIMESYNC", tc1=100_200_000_000, ts1=asked)
+    run = heard(at(0.0), (0.01, reply), *(attitude(0.02 * n) for n in range(1, 40)))
+    times = [state.timestamp for state in run.of(imc.EstimatedState)]
+    assert len(times) > 30
+    assert min(b - a for a, b in pairwise(times)) > 0.0
+    assert run.task._hearing.clock._offset is not None
