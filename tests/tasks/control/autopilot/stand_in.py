@@ -5,7 +5,6 @@ two document; it has no estimator, no compass and no servos. Lines on stdin
 are the hand of a test: see `stand_in_hand`.
 """
 
-import argparse
 import hashlib
 import math
 import os
@@ -18,7 +17,7 @@ os.environ["MAVLINK20"] = "1"
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from pymavlink.generator.mavcrc import x25crc
 
-from tests.tasks.control.autopilot.stand_in_hand import handle
+from tests.tasks.control.autopilot.stand_in_hand import handle, parse_options
 from tests.tasks.control.autopilot.stand_in_memory import Store
 from tests.tasks.control.autopilot.stand_in_motion import EARTH, SLOWEST_FLIGHT, Motion
 from tests.tasks.control.autopilot.stand_in_telemetry import Telemetry
@@ -38,7 +37,6 @@ MODES = {
 PX4 = {"guided": 4 << 16 | 3 << 24, "hold": 4 << 16 | 3 << 24, "return": 4 << 16 | 5 << 24,
        "land": 4 << 16 | 6 << 24, "takeoff": 4 << 16 | 2 << 24, "orbit": 3 << 16 | 1 << 24,
        "mission": 4 << 16 | 4 << 24, "offboard": 6 << 16, "start": 4 << 16 | 3 << 24}  # fmt: skip
-KINDS = (*MODES, "px4", *(f"px4-{kind}" for kind in MODES if kind != "copter"))
 NEED_POSITION = ("guided", "hold", "return", "mission", "offboard", "orbit")
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED, INT_ONLY = 0, 1, 2, 3, 4, 8
 POSITION_ONLY = 0x0DF8
@@ -344,20 +342,4 @@ class StandIn(Telemetry):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("port", type=int)
-    parser.add_argument("--kind", default="copter", choices=KINDS)
-    parser.add_argument("--system", type=int, default=7)
-    parser.add_argument("--speed", type=float, default=1.0)
-    parser.add_argument("--north", type=float, default=0.0)
-    parser.add_argument("--wind", type=float, default=0.0, help="m/s towards the north")
-    parser.add_argument("--loss", type=float, default=0.0, help="part of the messages that is lost, each way")
-    parser.add_argument("--of-loss", type=float, default=1.0, help="s without setpoints that end offboard")
-    parser.add_argument("--old", action="store_true", help="knows no SET_MESSAGE_INTERVAL, and addresses no answers")
-    parser.add_argument("--unready", action="store_true", help="refuses to arm")
-    parser.add_argument("--tcp", action="store_true", help="serves the port over TCP")
-    parser.add_argument("--waits", action="store_true", help="serves the port over UDP, and never speaks first")
-    parser.add_argument("--serial", type=int, default=0, help="a file descriptor instead of the port")
-    parser.add_argument("--diary", default="", help="a file for time, mode, arming and position, each second")
-    parser.add_argument("--key", default="", help="signs, and wants signatures")
-    StandIn(parser.parse_args()).run()
+    StandIn(parse_options()).run()

@@ -1,9 +1,33 @@
-"""The hand of a test on the stand-in: what pilots, cables, thieves and bad luck do to an autopilot."""
+"""The hand of a test on the stand-in: how it is started, what pilots, cables, thieves and bad luck do to it."""
 
+import argparse
 import math
 import os
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+BODIES = ("rover", "boat", "submarine", "plane")
+KINDS = ("copter", *BODIES, "px4", *(f"px4-{body}" for body in BODIES))
+
+
+def parse_options():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("port", type=int)
+    parser.add_argument("--kind", default="copter", choices=KINDS)
+    parser.add_argument("--system", type=int, default=7)
+    parser.add_argument("--speed", type=float, default=1.0)
+    parser.add_argument("--north", type=float, default=0.0)
+    parser.add_argument("--wind", type=float, default=0.0, help="m/s towards the north")
+    parser.add_argument("--loss", type=float, default=0.0, help="part of the messages that is lost, each way")
+    parser.add_argument("--of-loss", type=float, default=1.0, help="s without setpoints that end offboard")
+    parser.add_argument("--old", action="store_true", help="knows no SET_MESSAGE_INTERVAL, and addresses no answers")
+    parser.add_argument("--unready", action="store_true", help="refuses to arm")
+    parser.add_argument("--tcp", action="store_true", help="serves the port over TCP")
+    parser.add_argument("--waits", action="store_true", help="serves the port over UDP, and never speaks first")
+    parser.add_argument("--serial", type=int, default=0, help="a file descriptor instead of the port")
+    parser.add_argument("--diary", default="", help="a file for time, mode, arming and position, each second")
+    parser.add_argument("--key", default="", help="signs, and wants signatures")
+    return parser.parse_args()
 
 
 def handle(a, line):
