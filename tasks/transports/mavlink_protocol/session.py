@@ -17,7 +17,7 @@ from tasks.transports.mavlink_protocol.transfers import AT_ONCE, Asker
 from tasks.transports.mavlink_protocol.transfers import PERIOD as FILE_PERIOD
 
 HEARTBEAT_PERIOD = 1.0
-LIST_PERIOD = 0.02
+LIST_PERIOD = 0.005
 LIST_BURST = 5
 SHARE = 0.5  # of what a slow line carries, for a list or a file
 PARAMETER, PART = 50.0, 280.0  # bytes of a parameter and of a part of a file, with a signature
