@@ -215,10 +215,12 @@ class MAVLink(Task):
         session.receipts.note(message)
         if self.recorder is not None:
             self.recorder.hear(session.flavour, message, self.now)
-        if parts := hearers(session, message):
-            self.obey(session, message, parts)
-        else:
+        if not (parts := hearers(session, message)):
             link.counts["foreign"] += 1
+        elif session.receipts.is_copy(message, self.now):
+            link.counts["doubled"] += 1
+        else:
+            self.obey(session, message, parts)
 
     def obey(self, session: Session, message: Received, parts: Sequence[Session] = ()) -> None:
         """Let the autopilot, or the components of `parts`, answer a message."""

@@ -25,7 +25,7 @@ def obey(session: Session, message: Received, now: float, commands: Mapping[int,
         acknowledge(session, message, last.reply or Reply(Result.IN_PROGRESS), now)
         return
     system.orders += command in steering.COMMANDS
-    dialogue = Dialogue(message, now, now + session.patience, system.orders)
+    dialogue = Dialogue(message, now + REPEATED * session.speed, now + session.patience, system.orders)
 
     def finish(reply: Reply) -> None:
         if dialogue.reply is None:
@@ -44,7 +44,7 @@ def obey(session: Session, message: Received, now: float, commands: Mapping[int,
 def look_after(session: Session, now: float) -> float | None:
     """Tell who waits for an answer that it takes time; returns when the next one has waited long, in s since 1970."""
     for key, dialogue in list(session.dialogues.items()):
-        if dialogue.reply is not None and now - dialogue.since >= REPEATED:
+        if dialogue.reply is not None and now >= dialogue.until:
             del session.dialogues[key]
     waiting = [d for d in session.dialogues.values() if d.reply is None and d.impatient < math.inf]
     for dialogue in waiting:

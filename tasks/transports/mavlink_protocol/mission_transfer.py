@@ -149,9 +149,11 @@ class MissionTransfer:
         upload = self._uploads.get(kind)
         if upload is None or upload.session is not session or upload.asker != asker:
             done = self._done.get(kind)
-            if done is not None and (done.asker, done.last) == (asker, seq) and now - done.at < REMEMBERED:
-                acknowledge(session, message, done.result, done.id)
-            elif upload is None:
+            if done is not None and done.asker == asker and now - done.at < REMEMBERED * session.speed:
+                if seq == done.last:
+                    acknowledge(session, message, done.result, done.id)
+                return  # another one was overtaken: any other acknowledgment would end what the station does now
+            if upload is None:
                 acknowledge(session, message, MissionResult.INVALID_SEQUENCE)
             return
         if upload.storing or seq < len(upload.items):

@@ -73,19 +73,20 @@ def order_of(message: Received, finish: Finish) -> Order:
 class Dialogue:
     """The last order of a component that took time: `reply` is None until it is finished.
 
-    `number` is its place among the orders of all stations: after another one, the same order again is meant.
+    `number` is its place among the orders of all stations: after another one, the same order again is meant, and so it
+    is from `until` on.
     Only one that is not finished at `impatient` is told to be in progress: MAVSDK takes that for "busy" in many cases.
     """
 
     message: Received
-    since: float
+    until: float
     impatient: float
     number: int
     reply: Reply | None = None
 
     def repeats(self, message: Received, number: int, now: float) -> bool:
         """Whether a message gives the same order again; `number` is that of the last order of all."""
-        fresh = self.reply is None or (self.number == number and now - self.since < REPEATED)
+        fresh = self.reply is None or (self.number == number and now < self.until)
         again = message.name == "COMMAND_INT" or message.values["confirmation"] > 0 or self.reply is None
         return fresh and again and _meaning(message) == _meaning(self.message)
 

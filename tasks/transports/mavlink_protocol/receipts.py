@@ -1,5 +1,6 @@
-"""How many frames of each sender were lost on their way, by their sequence numbers."""
+"""How many frames of each sender were lost on their way, or came twice, by their sequence numbers."""
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -8,6 +9,15 @@ from mavlink import Received
 
 LATE = 128  # a number so far ahead, of 256, is one that is behind: a datagram was overtaken
 MOST_SENDERS = 16
+COPY_TIME = 0.5  # s in which the copy of a datagram may come
+MOST_COPIED = 16
+ONCE = frozenset(
+    {
+        *("COMMAND_LONG", "COMMAND_INT", "SET_MODE", "PARAM_SET", "PARAM_EXT_SET"),
+        *("MISSION_COUNT", "MISSION_WRITE_PARTIAL_LIST", "MISSION_CLEAR_ALL", "MISSION_SET_CURRENT", "MISSION_ACK"),
+    }
+)
+"""What must not be obeyed twice: a copy of an older order could come after a newer one."""
 
 
 class Loss(NamedTuple):
@@ -44,11 +54,24 @@ class _Sender:
 class Receipts:
     """What has come from one peer, behind which several senders may be.
 
-    Frames of messages that the dialect lacks, and those that were dropped unread, count as lost.
+    Frames of messages that the dialect lacks, and those that were dropped unread, count as lost. `speed` s pass here in
+    one of the peer.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, speed: float = 1.0) -> None:
         self._senders: dict[tuple[int, int], _Sender] = {}
+        self._orders: deque[tuple[float, tuple[object, ...]]] = deque(maxlen=MOST_COPIED)
+        self._copy_time = COPY_TIME * speed
+
+    def is_copy(self, message: Received, now: float) -> bool:
+        """Whether the network has doubled a datagram with an order; who repeats an order counts on."""
+        if message.name not in ONCE:
+            return False
+        what = message.system, message.component, message.sequence, message.name, message.content
+        if any(what == known and now - at < self._copy_time for at, known in self._orders):
+            return True
+        self._orders.append((now, what))
+        return False
 
     def note(self, message: Received) -> None:
         place = message.system, message.component

@@ -67,10 +67,10 @@ class Session:
         self.low = low
         self.heard_at = now
         self.contact = False
-        self.receipts = Receipts()
+        self.receipts = Receipts(speed)
         self.admit = text.Tap(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, now)
         self.patience = (LOW_PATIENCE if low else PATIENCE) * speed
-        self._speed = speed
+        self.speed = speed
         self._transmit = transmit
         self._sign = sign
         self._sequence = itertools.cycle(range(256))
@@ -148,7 +148,7 @@ class Session:
 
     def say(self, severity: int, words: str, now: float) -> None:
         """Send a text, unless it repeats the last one or there have been too many."""
-        again = words == self._last_text[1] and now - self._last_text[0] < self._speed
+        again = words == self._last_text[1] and now - self._last_text[0] < self.speed
         if self.contact and not again:
             chunks = self._chunks(severity, words)
             if self._texts.take(now, len(chunks) if self.low else 1.0):
@@ -173,7 +173,7 @@ class Session:
         """Send what is due, and return when the next message is due (s since 1970)."""
         self.autopilot.forget_old(now)
         for name in ("HEARTBEAT", *dict.fromkeys((*self._rates(), *self._periods))):
-            period = self.period(name) * self._speed
+            period = self.period(name) * self.speed
             due = self._due.get(name, now)
             if period <= 0.0:
                 self._due.pop(name, None)
@@ -188,7 +188,7 @@ class Session:
             for _ in range(min(LIST_BURST, len(self._listing))):
                 self._listing.pop()()
             self._listing_due = now + self._listing_period
-        due = min(*self._due.values(), self._listing_due if self._listing else now + HEARTBEAT_PERIOD * self._speed)
+        due = min(*self._due.values(), self._listing_due if self._listing else now + HEARTBEAT_PERIOD * self.speed)
         if self.readers and self._reading_due < now + SOON:
             self.autopilot.transfers.pump(self, now)
             self._reading_due = now + self._reading_period

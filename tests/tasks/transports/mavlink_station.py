@@ -1,5 +1,6 @@
 """A ground station by pymavlink, and vehicles with MAVLink to talk to."""
 
+import itertools
 import math
 import os
 import socket
@@ -36,7 +37,7 @@ class Station:
         self.socket.bind((host, port))
         self.socket.setblocking(False)
         self.port = self.socket.getsockname()[1]
-        self.system = system
+        self.system, self.count = system, itertools.count()
         self.vehicle = None
         self.inbox = []
         self.sequence = []
@@ -44,8 +45,9 @@ class Station:
     def send(self, name, **fields):
         self.transmit(self.frame(name, **fields))
 
-    def frame(self, name, sequence=0, **fields):
+    def frame(self, name, sequence=None, **fields):
         definition = DIALECT.by_name[name]
+        sequence = next(self.count) % 256 if sequence is None else sequence
         return encode(definition, definition.pack(fields), sequence, self.system, 190)
 
     def transmit(self, data):
@@ -99,7 +101,7 @@ class StreamStation(Station):
 
     def __init__(self, script, system=255):
         self.script = script
-        self.system = system
+        self.system, self.count = system, itertools.count()
         self.vehicle = "connected"
         self.inbox = []
         self.sequence = []

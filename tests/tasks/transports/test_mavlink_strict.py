@@ -1,0 +1,257 @@
+"""Shipped vehicles and a strict ground station at 20 % loss, with 5 % of all doubled and others overtaken."""
+
+import contextlib
+import math
+import random
+import threading
+import time
+
+import pytest
+
+import imc
+from mavlink import system_of
+from mavlink.missions import Command
+from runtime.kernel import parse_clock
+from runtime.profile import load_profile
+from runtime.vehicle import build
+from shoal.missions import prepare
+from tasks.transports.mavlink import MAVLink
+from tasks.transports.mavlink_protocol.file_requests import Op, Reason, checksum
+from tests.outside import free_port
+from tests.tasks.transports.mavlink_files import request
+from tests.tasks.transports.strict_peer import PATIENCE, PIECE, Line, NoAnswer, Peer
+
+BAD = {"loss": 0.2, "twice": 0.05, "overtaken": 0.2, "late": 0.1}
+STEP = 0.01  # s
+TRIES = 4
+ACCEPTED, DENIED, CANCELLED = 0, 14, 15
+MISSION, FENCE = 0, 1
+REAL32 = 9
+LOG = random.Random(1).randbytes(20_000)
+LAT, LON = 411_850_000, -87_062_000
+
+
+def waypoint(number, **fields):
+    fields = {"frame": 6, "command": Command.NAV_WAYPOINT, "autocontinue": 1, "param4": math.nan, "z": -2.0, **fields}
+    return {"x": LAT + 900 * number, "y": LON + 700 * number, **fields}
+
+
+FENCED = [
+    {"frame": 0, "command": 5001, "param1": 4.0, "x": LAT + x, "y": LON + y, "z": 0.0, "autocontinue": 1}
+    for x, y in ((-90_000, -90_000), (90_000, -90_000), (90_000, 90_000), (-90_000, 90_000))
+]
+
+
+def earlier(folder):
+    """Make an earlier log of the vehicle."""
+    log = folder / "log/lauv-noptilus-1/20230102/030405"
+    log.mkdir(parents=True)
+    (log / "Data.lsf").write_bytes(LOG)
+
+
+class Afloat:
+    """An AUV in virtual time, with one link for stations."""
+
+    def __init__(self, folder):
+        earlier(folder)
+        loaded = load_profile("lauv-noptilus-1", overrides=["Plan.Autostart:Enabled=Never"])
+        made = build(
+            loaded,
+            loaded.select(["Simulation"]),
+            clock=parse_clock("virtual", loaded.start_time_ns),
+            log_root=folder / "log",
+            state_folder=folder / "db",
+        )
+        self.vehicle, self.port, self.plans = made.vehicle, free_port(), []
+        links = [f"udpin://127.0.0.1:{self.port}?flavour=px4"]
+        self.task = self.vehicle.add(MAVLink, "Transports.MAVLink", links=links)
+        self.vehicle.tap(imc.PlanControl, self.note)
+        self.vehicle.start()
+        self.vehicle.run(15.0)
+
+    def note(self, message):
+        if message.type == imc.PlanControl.Type.REQUEST and message.op == imc.PlanControl.Op.START:
+            self.plans.append(message.plan_id)
+
+    def line(self, **trouble):
+        return Line(self.port, lambda: self.vehicle.run(STEP), lambda: self.vehicle.kernel.now_ns / 1e9, **trouble)
+
+    def peer(self, line=None, *, system=255, **trouble):
+        return Peer(line or self.line(**trouble), self.task.autopilot.system, system)
+
+
+@pytest.fixture
+def afloat(tmp_path):
+    found = Afloat(tmp_path)
+    yield found
+    found.vehicle.close()
+
+
+def same(sent, got):
+    return [[item[name] for name in ("frame", "command", "x", "y", "z")] for item in sent] == [
+        [item[name] for name in ("frame", "command", "x", "y", "z")] for item in got
+    ]
+
+
+def patient(transfer, *args):
+    """What a transfer gives; of one in twenty the retries of the protocol are not enough, and its user tries again."""
+    for _ in range(TRIES - 1):
+        with contextlib.suppress(NoAnswer):
+            found = transfer(*args)
+            if not isinstance(found, dict) or found["type"] != CANCELLED:
+                return found
+    return transfer(*args)
+
+
+def converse(peer, speed):
+    """All that a strict station does; the number of parameters. `speed` is the name of one."""
+    items = [waypoint(number) for number in range(1, 13)]
+    ack = patient(peer.upload, items)
+    assert ack["type"] == ACCEPTED
+    back, id = patient(peer.download)
+    assert same(items, back)
+    assert id == ack["opaque_id"] != 0
+    assert patient(peer.upload, FENCED, FENCE)["type"] == ACCEPTED
+    assert len(patient(peer.download, FENCE)[0]) == 4
+    parameters = peer.parameters()
+    assert speed in {values["param_id"].rstrip(b"\0") for values in parameters.values()}
+    assert peer.set_parameter(speed, 1.25, REAL32) == 1.25
+    assert peer.order(400, 1, 21196) == ACCEPTED
+    assert peer.order(300) == ACCEPTED
+    assert peer.order(193, 0) == ACCEPTED
+    data = b""
+    size = int.from_bytes(peer.ask_for_file(Op.OPEN, b"/general.json"), "little")
+    while (piece := peer.ask_for_file(Op.READ, offset=len(data), size=PIECE)) != Reason.END:
+        data += piece
+    assert len(data) == size > 100
+    assert peer.ask_for_file(Op.TERMINATE) == b""
+    assert int.from_bytes(peer.ask_for_file(Op.CHECKSUM, b"/general.json"), "little") == checksum(data)
+    assert peer.ask_for_file(Op.OPEN, b"/nothing") == Reason.NOT_FOUND
+    assert peer.logs()[0]["size"] == len(LOG)
+    assert peer.log(0, len(LOG)) == LOG
+    return len(parameters)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_everything_gets_through_a_bad_line(afloat, seed):
+    peer = afloat.peer(**BAD, seed=seed)
+    table = afloat.task.autopilot.parameters
+    assert converse(peer, table.of("MAVLink", "Hold Speed").id.encode()) == len(table)
+    assert afloat.task.hold_speed == 1.25
+    assert afloat.plans.count("mavlink") == 1, "an order is carried out once"
+    assert afloat.plans.count("hold") == 1
+    assert peer.line.out.lost > 20
+
+
+@pytest.mark.heavy
+def test_everything_gets_through_in_real_time(tmp_path):
+    port = free_port()
+    overrides = [f"Transports.MAVLink:Links=udpin://127.0.0.1:{port}?flavour=px4", "Plan.Autostart:Enabled=Never"]
+    folders = {"log_root": tmp_path / "log", "state_folder": tmp_path / "db"}
+    earlier(tmp_path)
+    vehicle = prepare("lauv-noptilus-1", clock="2x", overrides=overrides, **folders).vehicle
+    vehicle.start()
+    thread = threading.Thread(target=vehicle.run, daemon=True)
+    thread.start()
+    line = Line(port, lambda: time.sleep(0.002), time.monotonic, **BAD)
+    try:
+        peer = Peer(line, system_of(vehicle.system))
+        peer.ask(1.0, ("HOME_POSITION",), "HEARTBEAT", retries=60, type=6)
+        table = vehicle.find("MAVLink").autopilot.parameters
+        assert converse(peer, table.of("MAVLink", "Hold Speed").id.encode()) == len(table)
+    finally:
+        vehicle.kernel.post(vehicle.stop)
+        thread.join()
+        vehicle.close()
+
+
+def asked_for(peer, since):
+    """When (s after a time) which items were asked for, and how the upload ended."""
+    heard = [(at - since, name, values) for at, name, values in peer.heard if at > since]
+    requests = [(round(at, 1), v["seq"]) for at, name, v in heard if name == "MISSION_REQUEST_INT"]
+    return requests, [v["type"] for _, name, v in heard if name == "MISSION_ACK"]
+
+
+@pytest.mark.parametrize("step", [0, 1, 3])
+@pytest.mark.parametrize("kind", [MISSION, FENCE])
+def test_a_station_that_falls_silent_in_an_upload(afloat, step, kind):
+    items = FENCED if kind == FENCE else [waypoint(number) for number in range(1, 5)]
+    peer = afloat.peer()
+    assert peer.upload(items, kind)["type"] == ACCEPTED
+    before = peer.download(kind)
+    peer.upload(items[::-1], kind, until=step)
+    silent = afloat.vehicle.kernel.now_ns / 1e9
+    peer.silent = False  # it listens, but does not answer
+    assert peer.wait(3.0, "MISSION_ACK").values["type"] == CANCELLED
+    requests, results = asked_for(peer, silent)
+    assert requests == [(pytest.approx(0.25 * number, abs=0.06), step) for number in range(1, 6)]
+    assert results == [CANCELLED]
+    assert peer.wait(5.0, "MISSION_REQUEST_INT", "MISSION_ACK") is None, "it has ended"
+    assert str(peer.download(kind)) == str(before), "the old items stay"
+    assert peer.upload(items[::-1], kind)["type"] == ACCEPTED
+
+
+def test_a_station_that_falls_silent_elsewhere_leaves_nothing_open(afloat):
+    peer = afloat.peer()
+    assert peer.upload([waypoint(1)])["type"] == ACCEPTED
+    peer.ask(PATIENCE, ("MISSION_COUNT",), "MISSION_REQUEST_LIST")  # and asks for no item
+    peer.send("LOG_REQUEST_DATA", id=0, ofs=0, count=len(LOG))
+    peer.send("PARAM_REQUEST_LIST")
+    assert int.from_bytes(peer.ask_for_file(Op.OPEN, b"/general.json"), "little") > 100
+    peer.silent = True
+    afloat.vehicle.run(70.0)
+    peer.line.pass_time()  # what has been sent meanwhile
+    peer.wait(0.0)
+    peer.silent = False
+    assert peer.wait(2.0, "MISSION_ACK", "MISSION_ITEM_INT", "PARAM_VALUE", "LOG_DATA") is None
+    assert peer.ask_for_file(Op.READ, size=10) == Reason.SESSION, "the file was closed"
+    assert peer.upload([waypoint(2)])["type"] == ACCEPTED
+
+
+def test_a_doubled_datagram_is_obeyed_once(afloat):
+    peer = afloat.peer(twice=1.0, overtaken=1.0, late=0.1)
+    for number in range(4):
+        assert peer.upload([waypoint(number + 1), waypoint(number + 2)])["type"] == ACCEPTED
+        peer.wait(0.2)  # copies of the answer, which could be taken for the next one
+    assert peer.order(300) == ACCEPTED
+    assert peer.order(193, 0) == ACCEPTED
+    peer.wait(0.5)  # copies of answers
+    assert peer.wait(3.0, "MISSION_ACK", "MISSION_REQUEST_INT") is None
+    assert afloat.plans[-2:] == ["mavlink", "hold"], "the copy of the first order comes after the second one"
+    assert afloat.task.network.counts["doubled"] > 3
+
+
+def test_two_stations_at_one_port_and_one_vanishes(afloat):
+    line = afloat.line()
+    first, second = afloat.peer(line, system=255), afloat.peer(line, system=250)
+    mission = [waypoint(number) for number in range(1, 9)]
+    first.upload([waypoint(20), waypoint(21), waypoint(22)], until=1)
+    began = afloat.vehicle.kernel.now_ns / 1e9
+    assert second.upload(mission)["type"] == DENIED, "while the other one uploads"
+    assert second.upload(FENCED, FENCE)["type"] == ACCEPTED
+    assert len(second.parameters()) == len(afloat.task.autopilot.parameters)
+    while (ack := second.upload(mission))["type"] == DENIED:
+        second.wait(0.5)
+    assert ack["type"] == ACCEPTED
+    assert second.download()[1] == ack["opaque_id"]
+    assert same(mission, second.download()[0])
+    assert afloat.vehicle.kernel.now_ns / 1e9 - began < 5.0
+    assert [values["type"] for _, name, values in first.heard if name == "MISSION_ACK"] == []
+    first.silent = False
+    assert same(mission, first.download()[0])
+
+
+def test_two_stations_at_one_port_at_once(afloat):
+    line = afloat.line(**BAD)
+    first, second = afloat.peer(line, system=255), afloat.peer(line, system=250)
+    mission = [waypoint(number) for number in range(1, 7)]
+    assert patient(first.upload, mission)["type"] == ACCEPTED
+    for _ in range(3):  # one asks while answers to the other are on their way
+        first.send("PARAM_REQUEST_LIST")
+        second.send("MISSION_REQUEST_LIST")
+        first.send("FILE_TRANSFER_PROTOCOL", payload=request(Op.CHECKSUM, b"/general.json", sequence=70))
+        assert same(mission, patient(second.download)[0])
+        assert second.order(520, 1) == ACCEPTED
+    assert not [name for _, name, _ in second.heard if name == "FILE_TRANSFER_PROTOCOL"]
+    assert not [name for _, name, _ in first.heard if name == "MISSION_ITEM_INT"]
+    assert len(first.parameters()) == len(afloat.task.autopilot.parameters)
