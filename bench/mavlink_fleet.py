@@ -17,8 +17,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from bench.fleet import family, used
 from mavlink import encode, load_dialect, split
@@ -109,7 +108,7 @@ def main() -> None:
         )
         run = subprocess.Popen(
             [sys.executable, "-m", "shoal.cli", "fleet", str(file), "--log-dir", f"{folder}/log"],
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])},
         )
         try:
             deadline = time.monotonic() + STARTING
@@ -130,8 +129,9 @@ def main() -> None:
         print(f"{name}: {100 * shares[0]:.1f} to {100 * shares[-1]:.1f} % of {rate:g} Hz")
     sent = station.received + station.lost
     print(
-        f"{len(station.places)} vehicles, {options.modes}: {station.received / passed:.0f} frames/s, lost {station.lost} "
-        f"of {sent} ({100 * station.lost / sent:.3f} %), {100 * cpu:.0f} % of a core, load {os.getloadavg()[0]:.1f}"
+        f"{len(station.places)} vehicles, {options.modes}: {station.received / passed:.0f} frames/s, "
+        f"lost {station.lost} of {sent} ({100 * station.lost / sent:.3f} %), {100 * cpu:.0f} % of a core, "
+        f"load {os.getloadavg()[0]:.1f}"
     )
 
 

@@ -19,8 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from mavlink import StreamSplitter, encode, load_dialect
 from shoal.missions import prepare
@@ -128,7 +127,8 @@ def main() -> None:
             flush=True,
         )
     count, passed, own, total = on_a_line(options.profile)
-    print(f"{count} parameters on {BAUD} baud: {passed:.2f} s, {100 * own:.0f} % of the line, with telemetry {100 * total:.0f} %")
+    shares = f"{100 * own:.0f} % of the line, with telemetry {100 * total:.0f} %"
+    print(f"{count} parameters on {BAUD} baud: {passed:.2f} s, {shares}")
     print("load", *os.getloadavg())
 
 

@@ -25,6 +25,7 @@ from tasks.transports.mavlink_protocol.orders import DONE, Finish, Order, Reply,
 from tasks.transports.mavlink_protocol.session import Session
 
 FORCE = 21196
+FORCED_ARMING = FORCE, 2989  # the latter is ArduPilot's own number
 GLOBAL_FRAMES, RELATIVE_FRAMES = (0, 5), (3, 6)  # MAV_FRAME
 UNCHANGED, USUAL = -1.0, -2.0  # instead of a speed
 FARTHEST_HOME = 50_000.0  # m from the vehicle
@@ -83,7 +84,8 @@ def _start(session: Session, number: int | None, finish: Finish, now: float) -> 
 
 
 def _arm(session: Session, order: Order, now: float) -> Reply:
-    system, wish, force = session.autopilot, order.number(1), order.number(2) == FORCE
+    system, wish = session.autopilot, order.number(1)
+    force = order.number(2) in (FORCED_ARMING if wish else (FORCE,))
     if wish not in (0, 1):
         return Reply(Result.DENIED, "Arming denied: parameter 1 is neither 0 nor 1")
     if wish and not system.armed_or_moving and system.obstacle and not force:

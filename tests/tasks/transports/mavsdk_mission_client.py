@@ -1,6 +1,7 @@
 """A MAVSDK program that flies a mission and gives orders: port and kind of vehicle are its arguments, JSON its output.
 
-The mission goes 60 m north, 40 m east; it is paused and continued on its first leg.
+The mission goes 60 m north, 40 m east; it is paused on its first leg, and continued when the vehicle has held for 75 s
+of its own time. What it hears as texts is part of the output.
 """
 
 import asyncio
@@ -11,14 +12,16 @@ import sys
 from mavsdk.asyncio.mavsdk import Mavsdk
 from mavsdk.asyncio.plugins.action import ActionAsync
 from mavsdk.asyncio.plugins.mission import MissionAsync
+from mavsdk.asyncio.plugins.param import ParamAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
 from mavsdk.component_type import ComponentType
 from mavsdk.mavsdk import Configuration
 from mavsdk.plugins.action import ActionError
-from mavsdk.plugins.mission import MissionItem, MissionPlan
+from mavsdk.plugins.mission import MissionError, MissionItem, MissionPlan
 
 NORTH, EAST = 1 / 111_100.0, 1 / 83_800.0  # degrees per m at 41.2 degrees
 NAN = math.nan
+HOLD = 75.0  # s
 
 
 async def first(stream, wanted=lambda value: True):
@@ -26,6 +29,16 @@ async def first(stream, wanted=lambda value: True):
         if wanted(value):
             return value
     return None
+
+
+async def until(stream, seconds):
+    """What a stream has until its time has moved on by so much."""
+    began = None
+    async for value in stream:
+        began = value.timestamp_us if began is None else began
+        yield value
+        if value.timestamp_us - began >= seconds * 1e6:
+            return
 
 
 async def ready(action):
@@ -36,6 +49,18 @@ async def ready(action):
             return
         except ActionError:
             await asyncio.sleep(0.5)
+
+
+async def upload(mission, items):
+    """Upload; MAVSDK is busy for a moment after an upload that was refused."""
+    while True:
+        try:
+            await mission.upload_mission(MissionPlan(mission_items=items))
+            return
+        except MissionError as error:
+            if "BUSY" not in str(error):
+                raise
+            await asyncio.sleep(0.1)
 
 
 def item(home, north, east, altitude, speed):
@@ -78,10 +103,31 @@ async def fly(system, kind):
 
         return (await first(telemetry.subscribe_position(), close)).relative_altitude_m
 
+    async def passed(seconds):
+        """Wait until so much of the vehicle's time has passed."""
+        times = [attitude.timestamp_us async for attitude in until(telemetry.subscribe_attitude_euler(), seconds)]
+        return (times[-1] - times[0]) / 1e6
+
+    texts = []
+
+    async def listen():
+        async for text in telemetry.subscribe_status_text():
+            texts.append(text.text)
+
+    listener = asyncio.create_task(listen())
     home = await first(telemetry.subscribe_home())
+    seen["place"] = [home.latitude_deg, home.longitude_deg]
     await first(telemetry.subscribe_health_all_ok(), bool)
+    parameters = await ParamAsync(system).get_all_params()
+    seen["parameters"] = len(parameters.int_params) + len(parameters.float_params)
+    absurd = item(home, 60, 0, math.copysign(9999.0, altitude or -1.0), speed)
+    while not any(text.startswith("Mission refused: item 0") for text in texts):  # a text may be lost
+        try:
+            await upload(mission, [absurd])
+        except MissionError as error:
+            seen["refused"] = str(error)
     items = [item(home, 60, 0, altitude, speed), item(home, 60, 40, altitude, speed)]
-    await mission.upload_mission(MissionPlan(mission_items=items))
+    await upload(mission, items)
     back = await mission.download_mission()
     seen["downloaded"] = [
         [i.latitude_deg - home.latitude_deg, i.relative_altitude_m, i.speed_m_s] for i in back.mission_items
@@ -92,6 +138,7 @@ async def fly(system, kind):
     await near(30, 0, 15)
     await mission.pause_mission()
     seen["paused"] = await mode("HOLD")
+    seen["held_for"] = await passed(HOLD)
     await mission.start_mission()
     seen["continued"] = await mode("MISSION")
     seen["reached"] = await near(60, 0, 12)
@@ -115,7 +162,8 @@ async def fly(system, kind):
         seen["landing"] = await mode("LAND")
     await mission.clear_mission()
     seen["cleared"] = len((await mission.download_mission()).mission_items)
-    return seen
+    listener.cancel()
+    return {**seen, "texts": texts}
 
 
 async def main():

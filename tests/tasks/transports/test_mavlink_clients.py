@@ -3,8 +3,6 @@
 import contextlib
 import json
 import math
-import os
-import re
 import subprocess
 import sys
 import threading
@@ -20,6 +18,7 @@ from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
 from tasks.transports.mavlink import MAVLink
 from tests.outside import free_port
+from tests.tasks.transports.mavproxy import MAVProxy
 
 PATIENCE = 30.0
 STATE = imc.EstimatedState(
@@ -107,58 +106,9 @@ def test_mavsdk():
     assert "FAILED" in seen["refused"], "there is no plan engine"
 
 
-class MAVProxy:
-    """The console of a MAVProxy process."""
-
-    def __init__(self, port, folder, scheme="udpin"):
-        script = Path(sys.executable).with_name("mavproxy.py")
-        command = [
-            sys.executable,
-            "-u",
-            str(script),
-            f"--master={scheme}:127.0.0.1:{port}",
-            f"--state-basedir={folder}",
-        ]
-        self.process = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            cwd=folder,
-            env={**os.environ, "HOME": str(folder)},
-        )
-        self.output = ""
-        threading.Thread(target=self.read, daemon=True).start()
-
-    def read(self):
-        for line in self.process.stdout:
-            self.output += line
-
-    def expect(self, pattern, command=""):
-        """The match of `pattern` in the output after `command`, which is repeated until it matches."""
-        start, end, again = len(self.output) if command else 0, time.monotonic() + PATIENCE, 0.0
-        while time.monotonic() < end:
-            if command and time.monotonic() > again:
-                self.process.stdin.write(command + "\n")
-                self.process.stdin.flush()
-                again = time.monotonic() + 2.0
-            match = re.search(pattern, self.output[start:])
-            if match:
-                return match
-            time.sleep(0.02)
-        raise AssertionError(f"no {pattern!r} in:\n{self.output}")
-
-    def status(self, name):
-        """The fields of the message of this name that MAVProxy got last."""
-        text = self.expect(rf"{name} {{([^}}]*)}}", f"status {name}").group(1)
-        return {key: float(value) for key, value in (pair.split(" : ") for pair in text.split(", "))}
-
-
 def test_mavproxy(tmp_path):
     with afloat("ardupilot") as (surveyor, port):
-        console = MAVProxy(port, tmp_path)
-        try:
+        with MAVProxy(port, tmp_path) as console:
             count = int(console.expect(r"Received (\d+) parameters").group(1))
             console.expect(
                 r"SURVEYOR_BEAMS +3(?:\.0)?\s+SURVEYOR_GAIN +0\.5\s+SURVEYOR_WINDOW +1(?:\.0)?", "param show SURVEYOR*"
@@ -169,9 +119,6 @@ def test_mavproxy(tmp_path):
             console.expect(r"Mode POSHOLD", "mode POSHOLD")
             console.expect(r"DO_SET_MODE: DENIED[\s\S]*Mode MISSION denied", "mode AUTO")
             console.expect(r"Requesting 0 waypoints", "wp list")
-        finally:
-            console.process.kill()
-            console.process.wait()
         assert surveyor.gain == 2.5
 
     assert count >= 8
@@ -194,15 +141,13 @@ def test_mavproxy(tmp_path):
 def test_mavproxy_by_tcp_and_signed(tmp_path, link, scheme):
     key = tmp_path / "mavlink.key"
     key.write_text("sardines\n")
-    with afloat("ardupilot", link.replace("{key}", str(key))) as (_, port):
-        console = MAVProxy(port, tmp_path, scheme)
-        try:
-            if "key" in link:
-                time.sleep(1.0)
-                assert "Detected vehicle" not in console.output
-                console.expect(r"Setup signing key", "signing key sardines")
-            console.expect(r"Detected vehicle 26:1")
-            console.expect(r"COMPONENT_ARM_DISARM: ACCEPTED\s+ARMED", "arm throttle")
-        finally:
-            console.process.kill()
-            console.process.wait()
+    with (
+        afloat("ardupilot", link.replace("{key}", str(key))) as (_, port),
+        MAVProxy(port, tmp_path, scheme) as console,
+    ):
+        if "key" in link:
+            time.sleep(1.0)
+            assert "Detected vehicle" not in console.output
+            console.expect(r"Setup signing key", "signing key sardines")
+        console.expect(r"Detected vehicle 26:1")
+        console.expect(r"COMPONENT_ARM_DISARM: ACCEPTED\s+ARMED", "arm throttle")

@@ -113,7 +113,8 @@ def test_arming_is_denied_with_the_reason_while_an_entity_is_not_well(desk):
     result, rest = desk.command(400, 1)
     assert result == DENIED
     assert texts(rest) == ["Arming denied: Lamp is in ERROR: bulb broken"]
-    assert desk.command(400, 1, 21196)[0] == ACCEPTED
+    assert desk.command(400, 1, 21197)[0] == DENIED
+    assert [desk.command(400, 1, force)[0] for force in (21196, 2989)] == [ACCEPTED] * 2, "2989 is MAVProxy's"
     desk.session.send_now("HEARTBEAT", desk.now)
     assert desk.said()[0].values["system_status"] == 5
 
@@ -128,6 +129,7 @@ def test_disarming_in_a_maneuver_takes_force(desk):
     desk.autopilot.hear(MANEUVER, "", desk.now)
     assert desk.command(400, 0)[0] == DENIED
     assert desk.stops == 0
+    assert desk.command(400, 0, 2989)[0] == DENIED
     assert desk.command(400, 0, 21196)[0] == ACCEPTED
     assert desk.stops == 1
 

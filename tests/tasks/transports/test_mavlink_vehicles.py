@@ -1,6 +1,5 @@
 """Shipped vehicles at the command of a ground station: they hold where they are, and their health is what it is."""
 
-import json
 import math
 import subprocess
 import sys
@@ -161,41 +160,3 @@ def test_mavsdk_finds_a_shipped_vehicle_well(profile, tmp_path):
         thread.join(PATIENCE)
         vehicle.close()
     assert done.stdout == "well\n", done.stderr
-
-
-FAR_AWAY = {"submarine": (1.2, -3.0), "boat": (1.2, 0.0), "hexacopter": (5.0, 12.0)}
-
-
-@pytest.mark.heavy
-@pytest.mark.parametrize(
-    ("profile", "kind", "clock"),
-    [("lauv-noptilus-1", "submarine", "10x"), ("otter", "boat", "10x"), ("hexa-00", "hexacopter", "8x")],
-)
-def test_mavsdk_flies_a_mission_and_gives_orders(profile, kind, clock, tmp_path):
-    port = free_port()
-    links = [f"Transports.MAVLink:Links=udpout:127.0.0.1:{port}:px4", "Plan.Autostart:Enabled=Never"]
-    vehicle = prepare(profile, clock=clock, overrides=links, log_root=tmp_path, state_folder=tmp_path / "db").vehicle
-    vehicle.start()
-    thread = threading.Thread(target=vehicle.run, daemon=True)
-    thread.start()
-    try:
-        client = Path(__file__).with_name("mavsdk_mission_client.py")
-        command = [sys.executable, str(client), str(port), kind]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=2 * PATIENCE, check=False)
-    finally:
-        vehicle.kernel.post(vehicle.stop)
-        thread.join(PATIENCE)
-        vehicle.close()
-    assert done.stdout, done.stderr
-    seen = json.loads(done.stdout)
-    speed, altitude = FAR_AWAY[kind]
-    for item in seen["downloaded"]:
-        assert item == pytest.approx([60 / 111_100.0, altitude, speed], abs=1e-6)
-    assert (seen["mission"], seen["paused"], seen["continued"]) == ("MISSION", "HOLD", "MISSION")
-    assert (seen["finished"], seen["held"], seen["returning"]) == (True, "HOLD", "RETURN_TO_LAUNCH")
-    assert seen["there"] == pytest.approx(altitude, abs=2.0)
-    if kind == "submarine":
-        assert seen["home"] == pytest.approx(0.0, abs=0.5), "it comes home to the surface"
-    if kind == "hexacopter":
-        assert (seen["taken_off"], seen["landing"]) == ("TAKEOFF", "LAND")
-    assert seen["cleared"] == 0
