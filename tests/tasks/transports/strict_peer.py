@@ -5,9 +5,9 @@ import math
 import socket
 
 from mavlink import encode, split
-from tasks.transports.mavlink_protocol.file_requests import LAYOUT
+from tasks.transports.mavlink_protocol.file_requests import ACK, LAYOUT, Op
 from tests.tasks.transports.lossy import HOST, Trouble
-from tests.tasks.transports.mavlink_files import meaning, request
+from tests.tasks.transports.mavlink_files import meaning, request, taken
 from tests.tasks.transports.mavlink_station import DIALECT
 
 RETRIES = 5  # of the mission protocol
@@ -71,18 +71,18 @@ class Line:
 
 
 class Peer:
-    """One ground station on a line; `silent` ones neither send nor answer any more."""
+    """A ground station that talks to a component of the vehicle; a `silent` one neither sends nor hears."""
 
-    def __init__(self, line, target, system=255, component=190):
-        self.line, self.target, self.system, self.component = line, target, system, component
+    def __init__(self, line, target, system=255, component=190, of=1):
+        self.line, self.target, self.system, self.component, self.of = line, target, system, component, of
         self.inbox, self.heard, self.sequence, self.silent = [], [], 0, False
         self.file_sequence = 0
         line.peers.append(self)
 
     def hear(self, message):
-        """Take a message of the autopilot that is for this peer, or for all."""
+        """Take a message of that component that is for this peer, or for all."""
         values = message.values
-        if self.silent or message.component != 1:
+        if self.silent or message.component != self.of:
             return
         if message.name in ADDRESSED:
             assert values["target_system"] != 0, "answers go to whom asked"
@@ -94,7 +94,7 @@ class Peer:
     def send(self, name, **fields):
         if not self.silent:
             definition = DIALECT.by_name[name]
-            fields = {"target_system": self.target, "target_component": 1, **fields}
+            fields = {"target_system": self.target, "target_component": self.of, **fields}
             self.line.send(encode(definition, definition.pack(fields), self.sequence, self.system, self.component))
             self.sequence = (self.sequence + 1) % 256
 
@@ -214,6 +214,23 @@ class Peer:
         name = "FILE_TRANSFER_PROTOCOL"
         answer = bytes(self.ask(PATIENCE, (name,), name, this, payload=payload).values["payload"])
         return meaning(answer[: LAYOUT.size + answer[4]])
+
+    def fetch(self, path):
+        """The content of a file, in bursts."""
+        size, data = int.from_bytes(self.ask_for_file(Op.OPEN, path), "little"), b""
+        while len(data) < size:
+            self.file_sequence = (self.file_sequence + 2) & 0xFFFF
+            wish = request(Op.BURST, sequence=self.file_sequence, offset=len(data), size=PIECE)
+            self.send("FILE_TRANSFER_PROTOCOL", payload=wish)
+            complete = False
+            while not complete:
+                answer = bytes(self.wait(PATIENCE, "FILE_TRANSFER_PROTOCOL").values["payload"])
+                _, _, kind, _, complete, offset, piece = taken(answer[: LAYOUT.size + answer[4]])
+                assert (kind, offset) == (ACK, len(data))
+                data += piece
+            self.file_sequence += size // PIECE + 1  # the answers count on
+        assert self.ask_for_file(Op.TERMINATE) == b""
+        return data
 
     def logs(self):
         """The entries of all logs, by their numbers."""

@@ -2,32 +2,25 @@
 
 import contextlib
 import math
-import random
 import threading
 import time
 
 import pytest
 
-import imc
 from mavlink import system_of
 from mavlink.missions import Command
-from runtime.kernel import parse_clock
-from runtime.profile import load_profile
-from runtime.vehicle import build
 from shoal.missions import prepare
-from tasks.transports.mavlink import MAVLink
 from tasks.transports.mavlink_protocol.file_requests import Op, Reason, checksum
 from tests.outside import free_port
+from tests.tasks.transports.afloat import LOG, Afloat, earlier
 from tests.tasks.transports.mavlink_files import request
 from tests.tasks.transports.strict_peer import PATIENCE, PIECE, Line, NoAnswer, Peer
 
 BAD = {"loss": 0.2, "twice": 0.05, "overtaken": 0.2, "late": 0.1}
-STEP = 0.01  # s
 TRIES = 4
 ACCEPTED, DENIED, CANCELLED = 0, 14, 15
 MISSION, FENCE = 0, 1
 REAL32 = 9
-LOG = random.Random(1).randbytes(20_000)
 LAT, LON = 411_850_000, -87_062_000
 
 
@@ -40,44 +33,6 @@ FENCED = [
     {"frame": 0, "command": 5001, "param1": 4.0, "x": LAT + x, "y": LON + y, "z": 0.0, "autocontinue": 1}
     for x, y in ((-90_000, -90_000), (90_000, -90_000), (90_000, 90_000), (-90_000, 90_000))
 ]
-
-
-def earlier(folder):
-    """Make an earlier log of the vehicle."""
-    log = folder / "log/lauv-noptilus-1/20230102/030405"
-    log.mkdir(parents=True)
-    (log / "Data.lsf").write_bytes(LOG)
-
-
-class Afloat:
-    """An AUV in virtual time, with one link for stations."""
-
-    def __init__(self, folder):
-        earlier(folder)
-        loaded = load_profile("lauv-noptilus-1", overrides=["Plan.Autostart:Enabled=Never"])
-        made = build(
-            loaded,
-            loaded.select(["Simulation"]),
-            clock=parse_clock("virtual", loaded.start_time_ns),
-            log_root=folder / "log",
-            state_folder=folder / "db",
-        )
-        self.vehicle, self.port, self.plans = made.vehicle, free_port(), []
-        links = [f"udpin://127.0.0.1:{self.port}?flavour=px4"]
-        self.task = self.vehicle.add(MAVLink, "Transports.MAVLink", links=links)
-        self.vehicle.tap(imc.PlanControl, self.note)
-        self.vehicle.start()
-        self.vehicle.run(15.0)
-
-    def note(self, message):
-        if message.type == imc.PlanControl.Type.REQUEST and message.op == imc.PlanControl.Op.START:
-            self.plans.append(message.plan_id)
-
-    def line(self, **trouble):
-        return Line(self.port, lambda: self.vehicle.run(STEP), lambda: self.vehicle.kernel.now_ns / 1e9, **trouble)
-
-    def peer(self, line=None, *, system=255, **trouble):
-        return Peer(line or self.line(**trouble), self.task.autopilot.system, system)
 
 
 @pytest.fixture

@@ -1,0 +1,51 @@
+"""A shipped AUV in virtual time, with links for ground stations that have sockets."""
+
+import random
+
+import imc
+from runtime.kernel import parse_clock
+from runtime.profile import load_profile
+from runtime.vehicle import build
+from tasks.transports.mavlink import MAVLink
+from tests.outside import free_port
+from tests.tasks.transports.strict_peer import Line, Peer
+
+STEP = 0.01  # s
+LOG = random.Random(1).randbytes(20_000)
+
+
+def earlier(folder):
+    """Make an earlier log of the vehicle."""
+    log = folder / "log/lauv-noptilus-1/20230102/030405"
+    log.mkdir(parents=True)
+    (log / "Data.lsf").write_bytes(LOG)
+
+
+class Afloat:
+    """An AUV in virtual time, with a link for stations at `port`."""
+
+    def __init__(self, folder, link="udpin://127.0.0.1:{port}?flavour=px4", **options):
+        earlier(folder)
+        loaded = load_profile("lauv-noptilus-1", overrides=["Plan.Autostart:Enabled=Never"])
+        made = build(
+            loaded,
+            loaded.select(["Simulation"]),
+            clock=parse_clock("virtual", loaded.start_time_ns),
+            log_root=folder / "log",
+            state_folder=folder / "db",
+        )
+        self.vehicle, self.port, self.plans = made.vehicle, free_port(), []
+        self.task = self.vehicle.add(MAVLink, "Transports.MAVLink", links=[link.format(port=self.port)], **options)
+        self.vehicle.tap(imc.PlanControl, self.note)
+        self.vehicle.start()
+        self.vehicle.run(15.0)
+
+    def note(self, message):
+        if message.type == imc.PlanControl.Type.REQUEST and message.op == imc.PlanControl.Op.START:
+            self.plans.append(message.plan_id)
+
+    def line(self, **trouble):
+        return Line(self.port, lambda: self.vehicle.run(STEP), lambda: self.vehicle.kernel.now_ns / 1e9, **trouble)
+
+    def peer(self, line=None, *, system=255, **trouble):
+        return Peer(line or self.line(**trouble), self.task.autopilot.system, system)
