@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tasks.transports.mavlink_protocol.session import Session
 
 RETRIES = 5
-REMEMBERED = 5.0  # s in which the last item again means that the answer was lost
+REMEMBERED = 10.0  # s in which the last item again means that the answer was lost; stations try for 7.5 s
 Asker = tuple[int, int]
 Service = Callable[["Session", Received, float], None]
 STORED = (MissionType.MISSION, MissionType.FENCE)

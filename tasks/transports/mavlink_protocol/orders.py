@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from mavlink import Received
 
-REPEATED = 5.0  # s in which the same order again means that the answer was lost
+REPEATED = 10.0  # s in which the same order again means that the answer was lost
 UNKNOWN_32 = (-(1 << 31), (1 << 31) - 1)
 
 

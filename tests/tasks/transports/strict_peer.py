@@ -126,16 +126,16 @@ class Peer:
 
         names = ("MISSION_REQUEST_INT", "MISSION_ACK")
         answer = self.ask(PATIENCE, names, "MISSION_COUNT", mine, retries=RETRIES, count=len(items), mission_type=kind)
-        latest, tries = -1, 0
+        latest, highest, tries = -1, -1, 0
         while answer is None or answer.name == "MISSION_REQUEST_INT":
             if answer is None:
                 tries += 1
                 if tries > RETRIES:
                     raise NoAnswer(f"item {latest}")
             elif (seq := answer.values["seq"]) != latest:
-                assert seq <= latest + 1 < len(items) + 1, "items are asked for in order"
+                assert seq <= highest + 1, "items are asked for in order"
                 assert seq < len(items)
-                latest, tries = seq, 0
+                latest, highest, tries = seq, max(seq, highest), 0
             if latest >= until:
                 self.silent = True
                 return None

@@ -217,7 +217,7 @@ def test_answers_that_are_no_longer_needed_are_forgotten(desk):
     for command in (192, 193, 20):
         desk.ask("COMMAND_LONG", target_system=26, command=command)
     assert desk.session.dialogues
-    look_after(desk.session, desk.now + 6.0)
+    look_after(desk.session, desk.now + 11.0)
     assert not desk.session.dialogues
 
 

@@ -205,4 +205,4 @@ def test_a_recorded_connection(tmp_path):
     indexes = [values["param_index"] for name, values in heard if name == "PARAM_VALUE"]
     assert indexes == list(range(len(afloat.task.autopilot.parameters)))
     assert names.count("ATTITUDE") > 10
-    assert not counts
+    assert counts.total() == 0

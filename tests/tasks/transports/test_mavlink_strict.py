@@ -55,6 +55,7 @@ def patient(transfer, *args):
             found = transfer(*args)
             if not isinstance(found, dict) or found["type"] != CANCELLED:
                 return found
+        transfer.__self__.wait(1.0)  # what was overtaken
     return transfer(*args)
 
 
