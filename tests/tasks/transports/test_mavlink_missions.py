@@ -144,6 +144,7 @@ def test_lost_doubled_and_reordered_items(afloat):
     (ack,) = console.say("MISSION_ITEM_INT", **waypoint(2))
     (same_ack,) = console.say("MISSION_ITEM_INT", **waypoint(2))
     assert same_ack.values == ack.values
+    assert console.say("MISSION_ITEM_INT", **waypoint(1)) == [], "overtaken; an answer would end the next transfer"
     assert len([r for r in afloat.requests if isinstance(r, imc.PlanDB)]) == 1
     afloat.now += 11.0
     assert console.say("MISSION_ITEM_INT", **waypoint(2))[0].values["type"] == BAD_SEQUENCE
