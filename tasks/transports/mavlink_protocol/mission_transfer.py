@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 RETRIES = 5
 REMEMBERED = 10.0  # s in which the last item again means that the answer was lost; stations try for 7.5 s
+ECHOES, ECHO_PERIOD = 2, 0.5  # s
 Asker = tuple[int, int]
 Service = Callable[["Session", Received, float], None]
 STORED = (MissionType.MISSION, MissionType.FENCE)
@@ -51,6 +52,17 @@ class _Done:
     at: float
 
 
+@dataclass(slots=True)
+class _Echo:
+    """An answer that is sent again, since it may have been lost."""
+
+    upload: Upload
+    result: int
+    id: int
+    due: float
+    left: int = ECHOES
+
+
 class MissionTransfer:
     """The uploads and downloads of all stations; only one may upload a kind of items at a time."""
 
@@ -58,7 +70,8 @@ class MissionTransfer:
         self.mission = mission
         self._uploads: dict[int, Upload] = {}
         self._done: dict[int, _Done] = {}
-        self.services: Mapping[str, Service] = {
+        self._echo: _Echo | None = None
+        services: Mapping[str, Service] = {
             "MISSION_REQUEST_LIST": self._list,
             "MISSION_REQUEST": self._request,
             "MISSION_REQUEST_INT": self._request,
@@ -70,9 +83,15 @@ class MissionTransfer:
             "MISSION_CLEAR_ALL": self._clear,
             "MISSION_SET_CURRENT": self._set_current,
         }
+        self.services = {name: partial(self._serve, service) for name, service in services.items()}
 
     def look_after(self, now: float) -> None:
-        """Ask again for items that have not come, and give up at last."""
+        """Ask again for items that have not come, and give up at last; repeat an answer that may have been lost."""
+        echo = self._echo
+        if echo is not None and now >= echo.due:
+            acknowledge(echo.upload.session, echo.upload.message, echo.result, echo.id)
+            echo.due, echo.left = now + ECHO_PERIOD * echo.upload.session.speed, echo.left - 1
+            self._echo = echo if echo.left else None
         for upload in list(self._uploads.values()):
             if upload.storing or now < upload.due:
                 continue
@@ -86,12 +105,23 @@ class MissionTransfer:
     @property
     def due(self) -> float | None:
         """When `look_after` has something to do, in s since 1970."""
-        return min((upload.due for upload in self._uploads.values() if not upload.storing), default=None)
+        echo = [] if self._echo is None else [self._echo.due]
+        return min([*echo, *(upload.due for upload in self._uploads.values() if not upload.storing)], default=None)
 
     def listed(self, kind: int, session: "Session") -> Sequence[Item]:
         if kind == MissionType.MISSION:
             return self.mission.listed(session.flavour)
         return self.mission.fence() if kind == MissionType.FENCE else ()
+
+    def _serve(self, service: Service, session: "Session", message: Received, now: float) -> None:
+        """A station that goes on has got its answer, and could take an echo for the next one."""
+        echo = self._echo
+        if echo is not None and (echo.upload.session, echo.upload.asker) == (
+            session,
+            (message.system, message.component),
+        ):
+            self._echo = None
+        service(session, message, now)
 
     def _list(self, session: "Session", message: Received, now: float) -> None:
         kind = message.values["mission_type"]
@@ -259,6 +289,10 @@ class MissionTransfer:
         id = self.mission.id(upload.session.flavour) if stored else 0
         self._done[upload.kind] = _Done(upload.asker, upload.end - 1, result, id, now)
         acknowledge(upload.session, upload.message, result, id)
+        # MAVSDK does not repeat the last item when the answer is lost; programs that read all answers would mistake
+        # an echo for the answer to their next upload, so only a line that loses frames gets it.
+        if upload.session.receipts.loses(*upload.asker):
+            self._echo = _Echo(upload, result, id, now + ECHO_PERIOD * upload.session.speed)
 
     def _ask(self, upload: Upload, now: float) -> None:
         upload.due = now + upload.session.patience

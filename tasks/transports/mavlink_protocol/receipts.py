@@ -81,6 +81,11 @@ class Receipts:
         elif len(self._senders) < MOST_SENDERS:
             self._senders[place] = _Sender(message.sequence)
 
+    def loses(self, system: int, component: int) -> bool:
+        """Whether frames of a sender have been lost."""
+        sender = self._senders.get((system, component))
+        return sender is not None and sender.lost > 0
+
     def losses(self) -> Iterator[Loss]:
         """The senders of which frames were lost."""
         for (system, component), sender in self._senders.items():

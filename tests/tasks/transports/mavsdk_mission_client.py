@@ -52,13 +52,13 @@ async def ready(action):
 
 
 async def upload(mission, items):
-    """Upload; MAVSDK is busy for a moment after an upload that was refused."""
+    """Upload, again if the line was too bad; MAVSDK is busy for a moment after an upload that was refused."""
     while True:
         try:
             await mission.upload_mission(MissionPlan(mission_items=items))
             return
         except MissionError as error:
-            if "BUSY" not in str(error):
+            if "BUSY" not in str(error) and "TIMEOUT" not in str(error):
                 raise
             await asyncio.sleep(0.1)
 
@@ -135,7 +135,7 @@ async def fly(system, kind):
     await ready(action)
     await mission.start_mission()
     seen["mission"] = await mode("MISSION")
-    await near(30, 0, 15)
+    await near(40, 0, 15)
     await mission.pause_mission()
     seen["paused"] = await mode("HOLD")
     seen["held_for"] = await passed(HOLD)

@@ -25,18 +25,17 @@ HELD = "hold"
 
 
 class Watched:
-    """A vehicle in a thread of its own, its true states, and when it executed which plan, both with vehicle times."""
+    """A vehicle in a thread of its own, its true states, and the plans that were started, with the states before."""
 
     def __init__(self, vehicle):
         self.vehicle = vehicle
         self.truths, self.plans = [], []
         vehicle.tap(imc.SimulatedState, self.truths.append)
-        vehicle.tap(imc.PlanControlState, self.note)
+        vehicle.tap(imc.PlanControl, self.note)
 
-    def note(self, state):
-        running = state.state == imc.PlanControlState.State.EXECUTING
-        if running and (not self.plans or self.plans[-1][1] != state.plan_id):
-            self.plans.append((state.timestamp, state.plan_id))
+    def note(self, message):
+        if message.type == imc.PlanControl.Type.REQUEST and message.op == imc.PlanControl.Op.START:
+            self.plans.append((len(self.truths), message.plan_id))
 
     def wait_near(self, north, east, metres):
         """Wait until it is near a place (m) from where it began."""
@@ -53,9 +52,9 @@ class Watched:
         until(lambda: self.truths[-1].timestamp > begin + seconds, PATIENCE)
 
     def while_(self, name):
-        """The true states while it executed a plan for the first time."""
+        """The true states from the first start of a plan until that of the next one."""
         begin = next(number for number, (_, plan) in enumerate(self.plans) if plan == name)
-        return [truth for truth in self.truths if self.plans[begin][0] <= truth.timestamp < self.plans[begin + 1][0]]
+        return self.truths[self.plans[begin][0] : self.plans[begin + 1][0]]
 
     def check_hold(self, kind, name=HELD):
         """It was within 5 m of where it held (an AUV: of its circle there), and within 0.5 m of that level."""
@@ -163,7 +162,7 @@ def test_mavproxy_flies_a_mission_and_gives_orders(profile, kind, clock, tmp_pat
         console.expect(rf"16 3 41\.1855\d+ -8\.7062\d* {altitude:.6f}", "wp list")
         console.expect(r"COMPONENT_ARM_DISARM: ACCEPTED", "arm throttle force")  # this computer may be busy
         console.expect(r"Mode AUTO", "mode AUTO")
-        watched.wait_near(30, 0, 15)
+        watched.wait_near(40, 0, 15)
         console.expect(rf"Mode {STAY[kind]}", f"mode {STAY[kind]}")
         watched.wait_for(75.0)
         console.expect(r"Mode AUTO", "mode AUTO")

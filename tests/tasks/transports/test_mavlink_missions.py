@@ -183,6 +183,30 @@ def test_a_second_station_is_denied_while_one_uploads(afloat):
     assert ack.values["type"] == ACCEPTED
 
 
+def test_where_frames_are_lost_the_answer_is_repeated_until_the_station_goes_on(afloat):
+    console = Console(afloat)
+
+    def later():
+        said = []
+        for _ in range(30):
+            afloat.now += 0.1
+            afloat.autopilot.transfer.look_after(afloat.now)
+            said += console.heard()
+        return [(m.name, m.values["type"], m.values["opaque_id"]) for m in said]
+
+    console.upload([waypoint(0)])
+    assert later() == [], "no frames were lost"
+    for number in (1, 2, 4):
+        (beat,), _ = split(encode(DIALECT.by_name["HEARTBEAT"], b"\6", number, 255, 190), DIALECT)
+        console.session.receipts.note(beat)
+    ack, _ = console.upload([waypoint(0, z=-3.0)])
+    assert later() == [("MISSION_ACK", ACCEPTED, ack["opaque_id"])] * 2
+    console.upload([waypoint(0, z=-4.0)])
+    console.download()
+    assert later() == []
+    assert afloat.autopilot.transfer.due is None
+
+
 def test_a_station_can_cancel_its_upload(afloat):
     console = Console(afloat)
     console.say("MISSION_COUNT", count=2)
