@@ -1,6 +1,6 @@
 """A MAVSDK program that flies a mission and gives orders: port and kind of vehicle are its arguments, JSON its output.
 
-The mission goes 60 m north, 40 m east; it is paused on its first leg, and continued when the vehicle has held for 120 s
+The mission goes 60 m north, 40 m east; it is paused on its first leg, and continued when the vehicle has held for 80 s
 of its own time. What it hears as texts is part of the output.
 """
 
@@ -21,7 +21,7 @@ from mavsdk.plugins.mission import MissionError, MissionItem, MissionPlan
 
 NORTH, EAST = 1 / 111_100.0, 1 / 83_800.0  # degrees per m at 41.2 degrees
 NAN = math.nan
-HOLD = 120.0  # s
+HOLD = 80.0  # s
 
 
 async def first(stream, wanted=lambda value: True):
