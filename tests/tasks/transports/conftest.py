@@ -1,5 +1,7 @@
 """Ground stations for tests: a MAVLink session without a socket, and consoles on the bus of shipped vehicles."""
 
+import math
+
 import pytest
 
 import imc
@@ -161,3 +163,9 @@ def dive(diving):
     for station in range(2):
         diving.ask("HEARTBEAT", 0, station=station, seconds=0, type=6)
     return diving
+
+
+@pytest.fixture
+def afloat(desk):
+    desk.locate(lat=math.radians(40.1), lon=math.radians(-8.6))
+    return desk

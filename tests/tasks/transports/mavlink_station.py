@@ -14,6 +14,7 @@ from tasks.transports.mavlink import MAVLink
 
 DIALECT = load_dialect()
 HOST = "127.0.0.1"
+FAST = 5.0
 STATE = imc.EstimatedState(lat=math.radians(41.185), lon=math.radians(-8.706), depth=2.0, z=2.0)
 
 
@@ -193,3 +194,28 @@ def sail(script, *links, tasks=(), seconds=120.0, clock=None, **parameters):
 
 def mavlink(script):
     return script.task.vehicle.find("MAVLink")
+
+
+def tcp_port(host=HOST):
+    with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
+        probe.bind((host, 0))
+        return probe.getsockname()[1]
+
+
+async def until(control, what, seconds=10.0):
+    for _ in range(round(seconds / 0.02)):
+        if found := what():
+            return found
+        await control.sleep(0.02)
+    raise AssertionError("it did not come")
+
+
+async def greet(station):
+    """Order something, and get the answer."""
+    station.order(512, 148)
+    assert (await station.expect("COMMAND_ACK"))["result"] == 0
+
+
+def told(run):
+    """The log book, without what a slow computer adds."""
+    return [line for line in run.log if "in one handler" not in line]

@@ -7,16 +7,27 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import imc
-from mavlink import FLAVOURS, encode, load_dialect, split
+from mavlink import encode, split
 from tasks.transports.mavlink_protocol.services import serve
-from tasks.transports.mavlink_protocol.session import Session
-
-DIALECT = load_dialect()
-ACCEPTED, ERROR, BAD_FRAME, UNSUPPORTED, NO_SPACE, INVALID = range(6)
-INVALID_7, BAD_SEQUENCE, DENIED, CANCELLED = 12, 13, 14, 15
-MISSION, FENCE, RALLY, ALL = 0, 1, 2, 255
-LAT, LON = 401_000_000, -86_000_000
-
+from tests.tasks.transports.mission_console import (
+    ACCEPTED,
+    ALL,
+    BAD_FRAME,
+    BAD_SEQUENCE,
+    CANCELLED,
+    DENIED,
+    DIALECT,
+    FENCE,
+    INVALID,
+    INVALID_7,
+    LAT,
+    LON,
+    NO_SPACE,
+    RALLY,
+    UNSUPPORTED,
+    Console,
+    waypoint,
+)
 
 NAMES = {
     *("MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ITEM", "MISSION_ACK", "MISSION_CLEAR_ALL"),
@@ -24,82 +35,11 @@ NAMES = {
 }
 
 
-def waypoint(seq, **fields):
-    """A waypoint 10 m under water."""
-    usual = dict(frame=6, command=16, autocontinue=1, x=LAT + 1000 * seq, y=LON, z=-10.0, param4=math.nan)
-    return {"seq": seq, "target_system": 26, "target_component": 1, **usual, **fields}
-
-
-def read(said):
-    """The texts in messages, their pieces put together."""
-    texts = {}
-    for number, message in enumerate(m for m in said if m.name == "STATUSTEXT"):
-        key = message.values["id"] or -number
-        texts[key] = texts.get(key, "") + message.values["text"].decode()
-    return list(texts.values())
-
-
-class Console:
-    """A ground station of the desk's vehicle, in its own session."""
-
-    def __init__(self, desk, flavour="px4", system=255):
-        self.desk, self.system, self.frames = desk, system, []
-        self.session = Session(desk.autopilot, FLAVOURS[flavour], self.frames.append, desk.now)
-        self.session.contact = True
-
-    def say(self, name, **fields):
-        definition = DIALECT.by_name[name]
-        packet = encode(
-            definition, definition.pack({"target_system": 26, "target_component": 1, **fields}), 0, self.system, 190
-        )
-        (message,), _ = split(packet, DIALECT)
-        serve(self.session, message, self.desk.now)
-        return self.heard()
-
-    def heard(self):
-        found = [m for frame in self.frames for m in split(frame, DIALECT)[0]]
-        self.frames.clear()
-        assert all(m.values.get("target_system", self.system) == self.system for m in found)
-        return found
-
-    def upload(self, items, kind=MISSION):
-        """Upload items as a station without losses; the ACK and the texts."""
-        said = self.say("MISSION_COUNT", count=len(items), mission_type=kind)
-        while requests := [m for m in said if m.name == "MISSION_REQUEST_INT"]:
-            (request,) = requests
-            assert request.values["mission_type"] == kind
-            said = self.say("MISSION_ITEM_INT", **items[request.values["seq"]], mission_type=kind)
-        (ack,) = [m for m in said if m.name == "MISSION_ACK"]
-        assert ack.values["mission_type"] == kind
-        return ack.values, read(said)
-
-    def download(self, kind=MISSION, name="MISSION_REQUEST_INT"):
-        (count,) = self.say("MISSION_REQUEST_LIST", mission_type=kind)
-        items = [self.say(name, seq=n, mission_type=kind)[0] for n in range(count.values["count"])]
-        assert self.say("MISSION_ACK", type=0, mission_type=kind) == []
-        return count.values, [m.values for m in items]
-
-    def current(self):
-        (message,) = [m for m in self.say("COMMAND_LONG", command=512, param1=42) if m.name == "MISSION_CURRENT"]
-        return message.values
-
-
-@pytest.fixture
-def afloat(desk):
-    desk.locate(lat=math.radians(40.1), lon=math.radians(-8.6))
-    return desk
-
-
 def same(sent, got):
     """Whether an item came back bit by bit."""
     pack = DIALECT.by_name["MISSION_ITEM_INT"].pack
     plain = {"target_system": 0, "target_component": 0}
     return pack({**sent, **plain}) == pack({**got, **plain})
-
-
-def follow(desk, state, man="", outcome=0, plan="mavlink"):
-    kind = imc.PlanControlState
-    desk.autopilot.hear(kind(state=state, plan_id=plan, man_id=man, last_outcome=outcome), "Plan Engine", desk.now)
 
 
 def test_what_was_uploaded_comes_back_bit_by_bit_with_its_id(afloat):
@@ -299,70 +239,6 @@ def test_a_fence_is_the_area_of_the_operational_limits(afloat):
     assert texts
     assert console.say("MISSION_CLEAR_ALL", mission_type=FENCE)[0].values["type"] == ACCEPTED
     assert console.download(FENCE)[0]["count"] == 0
-
-
-def test_progress(afloat):
-    console, reached = Console(afloat), []
-    afloat.autopilot.mission._reach = reached.extend
-    console.upload([waypoint(0), waypoint(1, param1=5.0), waypoint(2)])
-    phase, ended = imc.PlanControlState.State, imc.PlanControlState.LastOutcome
-    names = [m.maneuver_id for m in afloat.autopilot.mission.plan.maneuvers]
-    assert console.current()["mission_state"] == 2
-    seen = []
-    for name in names:
-        follow(afloat, phase.EXECUTING, name)
-        seen.append((console.current()["seq"], console.current()["mission_state"]))
-    assert seen == [(0, 3), (1, 3), (1, 3), (2, 3)]
-    assert reached == [0, 1]
-    follow(afloat, phase.READY, outcome=ended.SUCCESS)
-    assert reached == [0, 1, 2]
-    assert console.current()["mission_state"] == 5
-    follow(afloat, phase.READY, outcome=ended.SUCCESS)
-    assert reached == [0, 1, 2]
-
-
-def test_pause_and_continue(afloat):
-    console = Console(afloat)
-    console.upload([waypoint(0), waypoint(1), waypoint(2)])
-    phase = imc.PlanControlState.State
-    names = [m.maneuver_id for m in afloat.autopilot.mission.plan.maneuvers]
-    afloat.autopilot.hear(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", afloat.now)
-    follow(afloat, phase.EXECUTING, names[1])
-    ack = console.say("COMMAND_LONG", command=193, param1=0)[0]
-    assert ack.values["result"] == ACCEPTED
-    assert len(afloat.holds) == 1
-    follow(afloat, phase.EXECUTING, "1", plan="hold")
-    assert console.current()["mission_state"] == 4
-    assert console.say("COMMAND_LONG", command=193, param1=1)[0].values["result"] == ACCEPTED
-    rest = afloat.requests[-1].arg
-    assert (rest.start_man_id, len(rest.maneuvers)) == (names[1], 2)
-    follow(afloat, phase.EXECUTING, names[1], plan=rest.plan_id)
-    assert (console.current()["mission_state"], console.current()["seq"]) == (3, 1)
-    assert console.say("COMMAND_LONG", command=224, param1=2)[0].values["result"] == ACCEPTED
-    assert afloat.requests[-1].arg.start_man_id == names[2]
-    assert console.say("COMMAND_LONG", command=224, param1=3)[0].values["result"] == 2
-
-
-def test_start_needs_a_mission(afloat):
-    console = Console(afloat)
-    said = console.say("COMMAND_LONG", command=300)
-    assert [m.values["result"] for m in said if m.name == "COMMAND_ACK"] == [4]
-    assert read(said) == ["Cannot start the mission: no mission has been uploaded"]
-
-
-def test_another_plan_that_the_vehicle_executes_becomes_the_mission(afloat):
-    console = Console(afloat)
-    console.upload([waypoint(0)])
-    before = console.current()["mission_id"]
-    steps = [imc.PlanManeuver(maneuver_id=n, data=imc.Goto(lat=0.7, lon=-0.15, z=3.0, z_units=1)) for n in "ab"]
-    arrows = (imc.PlanTransition(source_man="a", dest_man="b", conditions="ManeuverIsDone"),)
-    survey = imc.PlanSpecification(plan_id="survey", start_man_id="a", maneuvers=tuple(steps), transitions=arrows)
-    afloat.plans["survey"] = survey
-    follow(afloat, imc.PlanControlState.State.EXECUTING, "a", plan="survey")
-    current = console.current()
-    assert (current["total"], current["mission_id"] not in (0, before)) == (2, True)
-    follow(afloat, imc.PlanControlState.State.EXECUTING, "b", plan="survey")
-    assert (console.current()["seq"], console.current()["mission_state"]) == (1, 3)
 
 
 @settings(max_examples=150)

@@ -14,8 +14,7 @@ from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
 from tasks.transports.mavlink import MAVLink
 from tests.outside import free_port
-from tests.tasks.transports.mavlink_station import DIALECT, HOST, Station, mavlink, sail
-from tests.tasks.transports.test_mavlink_links import tcp_port, told, until
+from tests.tasks.transports.mavlink_station import DIALECT, HOST, Station, mavlink, sail, tcp_port, told, until
 
 WORDS = "sardines in oil"
 KEY = hashlib.sha256(WORDS.encode()).digest()
