@@ -11,6 +11,7 @@ PlanState = imc.PlanControlState.State
 
 CUSTOM_MODE, AUTO, GUIDANCE, STABILIZE, MANUAL_INPUT, ARMED = 1, 4, 8, 16, 64, 128
 MISSION_INT, COMMAND_INT, PARAM_BYTEWISE, FTP, MAVLINK2, FENCE, PARAM_C_CAST = 4, 8, 16, 32, 8192, 16384, 131072
+ATTITUDE_TARGETS, POSITION_TARGETS = 64, 128 | 256
 BOOT, CALIBRATING, STANDBY, ACTIVE, CRITICAL, EMERGENCY = 1, 2, 3, 4, 5, 6
 
 
@@ -198,9 +199,10 @@ class Flavour:
     bytewise: bool
     version: tuple[int, int, int]
 
-    @property
-    def capabilities(self) -> int:
-        return MISSION_INT | COMMAND_INT | FTP | MAVLINK2 | FENCE | (PARAM_BYTEWISE if self.bytewise else PARAM_C_CAST)
+    def capabilities(self, kind: Kind) -> int:
+        """MAV_PROTOCOL_CAPABILITY of a kind of vehicle."""
+        usual = MISSION_INT | COMMAND_INT | FTP | MAVLINK2 | FENCE | POSITION_TARGETS
+        return usual | (PARAM_BYTEWISE if self.bytewise else PARAM_C_CAST) | (ATTITUDE_TARGETS if kind.afloat else 0)
 
     @property
     def software_version(self) -> int:

@@ -149,10 +149,6 @@ def _target(session: Session, message: Received, now: float) -> None:
     session.autopilot.target.hear(session, message, now)
 
 
-def _attitude_target(session: Session, message: Received, now: float) -> None:
-    session.say(text.WARNING, "Attitude targets are not followed: send positions", now)
-
-
 def _transfer(session: Session, message: Received, now: float) -> None:
     session.autopilot.transfers.hear(session, message, now)
 
@@ -173,7 +169,7 @@ SERVICES: Mapping[str, Callable[[Session, Received, float], None]] = {
     "PARAM_SET": _set_parameter,
     "SET_POSITION_TARGET_GLOBAL_INT": _target,
     "SET_POSITION_TARGET_LOCAL_NED": _target,
-    "SET_ATTITUDE_TARGET": _attitude_target,
+    "SET_ATTITUDE_TARGET": _target,
     "MANUAL_CONTROL": _manual_control,
     "RC_CHANNELS_OVERRIDE": steer_by_channels,
     "FILE_TRANSFER_PROTOCOL": _transfer,

@@ -259,7 +259,7 @@ def _high_latency(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields
 
 def _version(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
     return {
-        "capabilities": flavour.capabilities,
+        "capabilities": flavour.capabilities(system.kind),
         "flight_sw_version": flavour.software_version,
         "uid": int.from_bytes(system.uid[:8], "little"),
         "uid2": tuple(system.uid[:18]),

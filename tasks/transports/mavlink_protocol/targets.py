@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from tasks.transports.mavlink_protocol.system import MavlinkSystem
 
 NO_POSITION, NO_VELOCITY = 0x07, 0x38  # POSITION_TARGET_TYPEMASK
+NO_THROTTLE, NO_ATTITUDE = 0x40, 0x80  # ATTITUDE_TARGET_TYPEMASK
+AHEAD = 200.0  # m on a course, to the place that is followed
 LOCAL, LOCAL_OFFSET, BODY, BODY_OFFSET = 1, 7, 8, 9  # MAV_FRAME
 RELATIVE = 6
 FRESH = 0.5  # s that a target is young enough to begin with
@@ -33,12 +35,16 @@ class Target:
         self._system = system
         self._reference: imc.Reference | None = None
         self._heard = self._told = -math.inf
-        self._streams = False
+        self._streams = self._steers = False
+        self._level: tuple[float, float] = (-math.inf, 0.0)  # when a course was last given, and its altitude
 
     def hear(self, session: "Session", message: Received, now: float) -> None:
         """Take a target; the vehicle follows it if it is in guided or offboard mode."""
         try:
-            self._reference = self._reference_of(message)
+            if message.name == "SET_ATTITUDE_TARGET":
+                self._reference, self._steers = self._course(message.values, now), True
+            else:
+                self._reference, self._steers = self._reference_of(message), False
         except Refusal as refusal:
             session.say(text.WARNING, f"Target refused: {refusal}", now)
             return
@@ -103,8 +109,8 @@ class Target:
         system = self._system
         if system.errand != "follow":
             return
-        if self._streams and now - self._heard > SILENCE:
-            system.say(text.WARNING, "No more position targets: holding")
+        if (self._streams or self._steers) and now - self._heard > SILENCE:
+            system.say(text.WARNING, "No more targets: holding")
             system.hold(now)
         elif now - self._told >= AGAIN:
             self._tell(now)
@@ -129,10 +135,42 @@ class Target:
             frame, z = values["coordinate_frame"], values["alt"]
         if not (abs(lat) <= math.pi / 2 and abs(lon) <= math.pi and math.isfinite(z)):
             raise Refusal(MissionResult.INVALID, "the position is not on earth")
-        level = settings.level(frame, min(0.0, z) if settings.kind.afloat and z < 1.0 else z)
         speed = 0.0
         if not values["type_mask"] & NO_VELOCITY:
             speed = math.hypot(values["vx"], values["vy"], values["vz"])
+        return self._to(lat, lon, frame, min(0.0, z) if settings.kind.afloat and z < 1.0 else z, speed)
+
+    def _course(self, values: dict[str, Any], now: float) -> imc.Reference:
+        """The reference of an attitude: a place far ahead on its heading, at the depth where the course began."""
+        system = self._system
+        settings, found = system.mission_settings(), system.place()
+        if not settings.kind.afloat:
+            raise Refusal(MissionResult.UNSUPPORTED, "an aircraft does not follow attitudes here: send it to a place")
+        if values["type_mask"] & NO_ATTITUDE:
+            raise Refusal(MissionResult.INVALID, "only headings are followed, no rates alone")
+        w, x, y, z = values["q"]
+        size, thrust = w * w + x * x + y * y + z * z, values["thrust"]
+        if not 0.5 < size < 2.0:
+            raise Refusal(MissionResult.INVALID, "the attitude is no rotation")
+        if found is None:
+            raise Refusal(MissionResult.ERROR, "the position is unknown")
+        place = found[1]
+        began, altitude = self._level
+        self._level = now, (altitude if now - began <= SILENCE else place.relative)
+        speed, way = 0.0, AHEAD
+        if not values["type_mask"] & NO_THROTTLE:
+            if not 0.0 <= thrust <= 1.0:
+                raise Refusal(MissionResult.INVALID, f"a thrust of {thrust:g} is not within 0 to 1")
+            fastest = settings.fastest if math.isfinite(settings.fastest) else system.speed
+            speed, way = thrust * fastest, AHEAD if thrust else 0.0
+        heading = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+        lat, lon, _ = coordinates.displace(place.lat, place.lon, 0.0, way * math.cos(heading), way * math.sin(heading))
+        return self._to(lat, lon, RELATIVE, min(0.0, self._level[1]), speed)
+
+    def _to(self, lat: float, lon: float, frame: int, z: float, speed: float) -> imc.Reference:
+        """The reference of a place; a speed of 0 is the usual one. Raises Refusal."""
+        system, settings = self._system, self._system.mission_settings()
+        level = settings.level(frame, z)
         speed = system.speed if speed == 0.0 else speed
         if not 0.0 < speed <= settings.fastest:
             raise Refusal(MissionResult.INVALID, f"{speed:g} m/s is no speed of the vehicle")

@@ -52,12 +52,39 @@ def test_a_guided_vehicle_goes_where_the_last_target_is(flown):
     console.say("SET_POSITION_TARGET_GLOBAL_INT", **(target | {"coordinate_frame": 6}), lat_int=2**31 - 1)
     console.say("SET_POSITION_TARGET_LOCAL_NED", **target, x=math.nan)
     console.say("SET_POSITION_TARGET_LOCAL_NED", **(target | {"type_mask": 0xFC7}), vx=1.0)
-    console.say("SET_ATTITUDE_TARGET", target_system=console.mine)
+    console.say("SET_ATTITUDE_TARGET", target_system=console.mine, q=[0.0] * 4)
+    console.say("SET_ATTITUDE_TARGET", target_system=console.mine, q=[1.0, 0.0, 0.0, 0.0], thrust=1.5)
+    console.say("SET_ATTITUDE_TARGET", target_system=console.mine, q=[1.0, 0.0, 0.0, 0.0], type_mask=0x80)
     flown.vehicle.run(5.0)
     assert flown.modes[-1] == "OFFBOARD", "what cannot be followed changes nothing"
     console.heard("")
     assert console.order(1, 19 if flown.profile == "lauv-noptilus-1" else 0) == 0
     assert flown.modes[-1] == "MANUAL"
+
+
+def test_a_heading_and_a_thrust_are_followed_while_they_come(flown):
+    """Starboard, then back; at the end of the stream the vehicle holds, although it is in guided."""
+    console = Helmsman(flown)
+
+    def steer(degrees, seconds, thrust=0.5):
+        half = math.radians(degrees) / 2.0
+        for _ in range(int(2 * seconds)):
+            q = [math.cos(half), 0.0, 0.0, math.sin(half)]
+            console.say("SET_ATTITUDE_TARGET", target_system=console.mine, type_mask=0x07, q=q, thrust=thrust)
+            flown.vehicle.run(0.5)
+
+    assert console.order(1, GUIDED[flown.profile]) == 0
+    before = away(flown)
+    steer(90.0, 40.0)
+    turned = away(flown)
+    assert turned[1] - before[1] > 15.0
+    assert abs(turned[0] - before[0]) < 10.0
+    assert flown.modes[-1] == "OFFBOARD"
+    steer(-90.0, 40.0)
+    assert away(flown)[1] < turned[1] - 8.0
+    assert math.cos(flown.truths[-1].psi + math.pi / 2.0) > 0.9
+    flown.vehicle.run(6.0)
+    assert flown.modes[-1] == "HOLD"
 
 
 def test_the_end_of_a_stream_is_a_reason_to_hold(flown):
@@ -77,7 +104,7 @@ def test_the_end_of_a_stream_is_a_reason_to_hold(flown):
     assert away(flown)[0] > 8.0
     flown.vehicle.run(6.0)
     assert flown.modes[-1] == "HOLD"
-    assert "No more position targets: holding" in [words for _, words in flown.link.autopilot.notices]
+    assert "No more targets: holding" in [words for _, words in flown.link.autopilot.notices]
 
 
 def test_mavsdk_offboard(tmp_path):
