@@ -19,6 +19,7 @@ from mavlink.modes import (
     Flavour,
     Kind,
     Mode,
+    mode_number,
     mode_of,
     moving,
 )
@@ -68,6 +69,7 @@ __all__ = [
     "from_ulog",
     "instruments",
     "load_dialect",
+    "mode_number",
     "mode_of",
     "moving",
     "parse_key",

@@ -276,6 +276,15 @@ def mode_name(base: int, custom: int, kind: int, autopilot: int, enumerations: M
     return name or f"Mode({custom})"
 
 
+def mode_number(name: str, kind: int, flavour: Flavour, enumerations: Mapping[str, Mapping[int, str]]) -> int | None:
+    """The number of a mode with a name that `mode_name` gives; None if an autopilot of the flavor has no such mode."""
+    if flavour.autopilot != ARDUPILOT:
+        return next((main << 16 | sub << 24 for (main, sub), known in PX4_NAMES.items() if known == name), None)
+    group = ARDUPILOT_MODES.get(kind, "")
+    names = {number: known for (of, number), known in GROUND_STATION_NAMES.items() if of == group}
+    return next((number for number, known in {**enumerations.get(group, {}), **names}.items() if known == name), None)
+
+
 def moving(vehicle: imc.VehicleState | None) -> bool:
     """Whether the vehicle executes a maneuver or is steered, whoever asked for it."""
     return vehicle is not None and vehicle.op_mode in (OpMode.MANEUVER, OpMode.EXTERNAL)

@@ -35,7 +35,7 @@ from mavlink.meanings import (
     supply,
     system_type,
 )
-from mavlink.modes import mode_name
+from mavlink.modes import ARMED, mode_name
 
 GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
 GROUND_STATION = 6  # type in HEARTBEAT
@@ -62,6 +62,7 @@ class AutopilotTranslator:
         self._position: Any = None
         self._altitude, self._altitude_at = -1.0, -math.inf
         self._mode: imc.AutopilotMode | None = None
+        self._arming: imc.ArmingState | None = None
         self._utc: float | None = None
         self._start = -math.inf  # UTC time at which the autopilot's clock was 0
         self._texts: dict[int, list[bytes]] = {}
@@ -111,6 +112,11 @@ class AutopilotTranslator:
         if mode != self._mode:
             self._mode = mode
             yield AUTOPILOT, mode
+        states = imc.ArmingState.State
+        arming = imc.ArmingState(state=states.ARMED if m.base_mode & ARMED else states.DISARMED)
+        if arming != self._arming:
+            self._arming = arming
+            yield AUTOPILOT, arming
 
     def _global_position(self, m: Any) -> Said:
         self._position = m

@@ -10,7 +10,7 @@ from runtime.kernel import parse_clock
 from runtime.logs import summarize
 from runtime.problem import ProfileError
 from runtime.profile import derived_id, load_profile, own_etc
-from runtime.vehicle import Vehicle, find_task, join_zenoh
+from runtime.vehicle import Vehicle, find_task, join_zenoh, missing_extra
 from shoal.cli.keys import Player, steering
 from shoal.cli.log_change import split_words
 from shoal.cli.log_open import refusals, run_at, takes_runs
@@ -18,6 +18,7 @@ from shoal.cli.options import check_log_dir
 from shoal.cli.run import options, swim
 from shoal.logs.selection import choose
 from tasks.transports.logging import Logging
+from tasks.transports.mavlink_protocol.keys import usable_route
 
 NAME = "replay"
 
@@ -32,6 +33,10 @@ NAME = "replay"
 @click.option("-m", "--messages", multiple=True, help="Messages to play, by name; all by default.")
 @click.option("-s", "--systems", multiple=True, help="Systems to play, by name or id.")
 @click.option("-e", "--entities", multiple=True, help="Entities to play, by label.")
+@click.option("--mavlink", is_flag=True, help="Also show the vehicle of the log to MAVLink ground stations.")
+@click.option(
+    "-l", "--link", "links", multiple=True, metavar="LINK", help="A link to ground stations, instead of the usual ones."
+)
 @click.option("--loop", is_flag=True, help="Restart at the end.")
 @options
 def replay(
@@ -41,6 +46,8 @@ def replay(
     messages: tuple[str, ...],
     systems: tuple[str, ...],
     entities: tuple[str, ...],
+    mavlink: bool,
+    links: tuple[str, ...],
     loop: bool,
     clock: str,
     duration: float | None,
@@ -53,7 +60,8 @@ def replay(
 
     The player is a system of its own, named replay, so its messages do not mix with those of the log. Separate several
     messages, systems or entities by commas. On a terminal, the space bar pauses, the left and right arrows skip 10 s,
-    the down and up arrows 60 s. With --log-dir, what is played is also recorded.
+    the down and up arrows 60 s. With --log-dir, what is played is also recorded. With --mavlink, ground stations see
+    the vehicle that has written the log, or that --systems names first, and can move the replay by its parameters.
     """
     source = click.get_current_context().get_parameter_source("log_dir")
     wants_log = source is not click.core.ParameterSource.DEFAULT
@@ -91,6 +99,8 @@ def replay(
             replay_entities=split_words(entities),
             loop=loop,
         )
+        if mavlink or links:
+            _show_to_stations(vehicle, links, split_words(systems))
         if wants_log:
             vehicle.add(Logging, "Transports.Logging", {"Entity Label": "Logger"})
             check_log_dir(vehicle)
@@ -102,6 +112,23 @@ def replay(
         raise click.ClickException(str(error)) from None
     with steering(cast(Player, player), vehicle.kernel):
         swim(vehicle, f"replay of {run_at(log)[0]}", duration)
+
+
+def _show_to_stations(vehicle: Vehicle, links: tuple[str, ...], systems: list[str]) -> None:
+    """Add the task that shows a vehicle of the log over MAVLink: the one that was chosen, or the log's owner."""
+    if vehicle.virtual:
+        raise click.UsageError("ground stations need a clock that they can follow: --clock real, or a factor")
+    cls = find_task("Transports.MAVLinkReplay")
+    assert cls is not None
+    if extra := missing_extra(cls):
+        raise click.ClickException(f"--mavlink needs pip install 'shoal[{extra}]'")
+    for link in links:
+        try:
+            usable_route(link)
+        except ValueError as error:
+            raise click.UsageError(str(error)) from None
+    options = {"Shown System": systems[0] if systems else ""} | ({"Links": ", ".join(links)} if links else {})
+    vehicle.add(cls, "Transports.MAVLinkReplay", options)
 
 
 def _definitions(log: imc.Log) -> imc.Schema | None:

@@ -44,6 +44,7 @@ class MAVLink(Task):
 
     external = True
     requires = "mavlink"
+    hears_others = False  # whether other systems are shown
 
     links: list[str] = param(
         LINKS,
@@ -121,10 +122,28 @@ class MAVLink(Task):
         self.asked: dict[str, Timer] = {}
         self.pump_timer: Timer | None = None
         self.pumping = False
+        self.autopilot = self.make_autopilot()
+        for kind in {value.kind for value in self.autopilot.named_values} - set(get_args(Heard)):
+            self.vehicle.bus.subscribe(Subscription(kind, self.note, self, others=self.hears_others))
+        root, warn = self.vehicle.log_root / self.system_name, self.log.warning
+        self.recorder = TelemetryLogs(self.autopilot.dialect, root, warn) if self.tlog else None
+        if self.recorder is not None:
+            self.recorder.enter(self.vehicle.log_folder)
+        self.stations = Watch(self.autopilot)
+        self.twins = Twins(self.autopilot.system, self.log.warning)
+        self.gallery = Gallery(self.autopilot, self.sessions)
+        self.studio = Studio(self.offload)
+        told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.autopilot.system}")
+        self.publish(imc.AnnounceService(service=str(told), service_type=Offered.LOCAL | Offered.EXTERNAL))
+        self.shown = self.autopilot.shown
+        self.values = {entry.id: entry.value for entry in self.autopilot.parameters}
+
+    def make_autopilot(self) -> MavlinkSystem:
+        """The vehicle that stations see."""
         logs = self.vehicle.log_root / self.system_name
         videos = dict(map(parse_video, self.video_streams))
         mounted = find_cameras(self.vehicle.tasks, logs, videos, lambda: self.detection_markers)
-        self.autopilot = MavlinkSystem(
+        return MavlinkSystem(
             load_dialect(),
             name=self.system_name,
             system=self.system_id or system_of(self.system),
@@ -147,19 +166,6 @@ class MAVLink(Task):
             most=self.most,
             switches=(self.relays, self.lights, self.buttons),
         )
-        for kind in {value.kind for value in self.autopilot.named_values} - set(get_args(Heard)):
-            self.vehicle.bus.subscribe(Subscription(kind, self.note, self))
-        self.recorder = TelemetryLogs(self.autopilot.dialect, logs, self.log.warning) if self.tlog else None
-        if self.recorder is not None:
-            self.recorder.enter(self.vehicle.log_folder)
-        self.stations = Watch(self.autopilot)
-        self.twins = Twins(self.autopilot.system, self.log.warning)
-        self.gallery = Gallery(self.autopilot, self.sessions)
-        self.studio = Studio(self.offload)
-        told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.autopilot.system}")
-        self.publish(imc.AnnounceService(service=str(told), service_type=Offered.LOCAL | Offered.EXTERNAL))
-        self.shown = self.autopilot.shown
-        self.values = {entry.id: entry.value for entry in self.autopilot.parameters}
 
     def stop(self) -> None:
         self.network.close()

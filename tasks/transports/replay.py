@@ -7,7 +7,7 @@ import imc
 from runtime import ParameterError, State, Task, Timer, consume, param, periodic
 from runtime.kernel import SECOND
 from runtime.problem import of_file
-from tasks.transports.replay_log import Due, LogTime, Opened, Recording, ReplaySelection, go_to, open_recording
+from tasks.transports.replay_log import Due, LogTime, Opened, Passed, Recording, ReplaySelection, go_to, open_recording
 
 BATCH = 200  # packets per call, so that other tasks can run while a replay is late
 BREATH = 1e-6  # s, so that time advances even if many packets are due at the same time
@@ -44,6 +44,7 @@ class Replay(Task):
     longest_pause: float = param(3600.0, "s", "A longer pause counts as a step of the log's clock.", minimum=0.0)
     exit_at_end: bool = param(False, "", "Stop the vehicle when the log has been played.")
 
+    _followers: tuple[Callable[[Path, Passed], object], ...] = ()
     _recording: Recording | None = None
     _paused_at: int | None = None
 
@@ -89,6 +90,10 @@ class Replay(Task):
     @property
     def paused(self) -> bool:
         return self._paused_at is not None
+
+    def follow(self, follower: Callable[[Path, Passed], object]) -> None:
+        """Call `follower(path, passed)` when a log begins, and after each jump in it, before its next packet."""
+        self._followers += (follower,)
 
     @consume(others=True)
     def control(self, request: imc.ReplayControl) -> None:
@@ -165,7 +170,7 @@ class Replay(Task):
             self._leave()
             self._refuse(opened)
             return
-        recording, self._packets, self._next = opened
+        recording, self._packets, self._next, passed = opened
         self._seeking = False
         if recording is not self._recording:
             for label in recording.missing:
@@ -180,6 +185,8 @@ class Replay(Task):
                 return
             self.log.warning("nothing to play from this place of the log")
         self._continue_from(place.elapsed(self._next.origin) if self._next is not None else 0.0)
+        for follow in self._followers:
+            follow(recording.log.path, passed)
         self.tell()
         if self._paused_at is None:
             self._play()

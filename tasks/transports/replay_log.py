@@ -17,6 +17,7 @@ from runtime.durations import parse_duration
 from runtime.logs import summarize, types_called
 from runtime.problem import of_file
 
+FIRST = -1  # ends the key of a first message
 TOLERANCE = 10.0  # s
 ENOUGH = 20
 
@@ -61,6 +62,16 @@ class Due(NamedTuple):
     elapsed: float
     origin: float
     packet: bytes
+
+
+class Passed(NamedTuple):
+    """What the owner of a log was and did at a place of it: packets that a jump has passed, in their order.
+
+    These are the last one of each message and entity, and the first estimate. time: of the log, s since its start.
+    """
+
+    time: float
+    packets: list[Due]
 
 
 class LogTime(NamedTuple):
@@ -110,6 +121,7 @@ class Recording:
         self.log = log
         self.timeline = Timeline(longest_pause)
         self.foreign: Counter[str] = Counter()
+        self._passed: dict[tuple[int, ...], Due] = {}
         self._end = choice.end or LogTime(math.inf)
         self._longest_pause = longest_pause
         self._types = types_called(choice.messages, log.schema)
@@ -120,6 +132,7 @@ class Recording:
             self._systems = summary.names.systems_called(choice.systems, summary.clocks)
             self._speakers = summary.names.entities_called(choice.entities, summary.by_entity)
         self._verdicts: dict[int, str] = {}
+        self._same = log.schema == imc.builtin()
         first = next((packet for _, packet in log.packets()), None)
         self.owner = imc.header(first).src if first is not None else None
         self._led = first is not None and imc.packet_id(first) == imc.LoggingControl.ID
@@ -134,8 +147,7 @@ class Recording:
         """The packets from `begin` on; each call reads the log from the start."""
         self.timeline = timeline = Timeline(self._longest_pause)
         self.foreign.clear()
-        same = self.log.schema == imc.builtin()
-        chosen = bool(self._types or self._systems or self._speakers)
+        passed = self._passed = dict[tuple[int, ...], Due]()
         owner, led, end = self.owner, self._led, self._end
         reached = begin is None
         for _, packet in self.log.packets():
@@ -146,18 +158,34 @@ class Recording:
             elapsed, origin = timeline.elapsed, timeline.origin
             if begin is not None and not reached:
                 if not elapsed >= begin.elapsed(origin):
+                    key, due = (header.id, header.src, header.src_ent), Due(elapsed, origin, packet)
+                    passed.pop(key, None)  # the latest is the last
+                    passed[key] = due
+                    if header.id == imc.EstimatedState.ID:
+                        passed.setdefault((*key, FIRST), due)
                     continue
                 reached = True
             if elapsed >= end.elapsed(origin):
                 return
-            if chosen and not self._is_wanted(header):
-                continue
-            if not same and (name := self._foreign(packet, header.id)):
-                self.foreign[name] += 1
-                continue
-            if self._translating:
-                packet = self._translate(packet, header)
-            yield Due(elapsed, origin, packet)
+            if (shown := self._shown(packet, header)) is not None:
+                yield Due(elapsed, origin, shown)
+
+    def passed(self, place: LogTime) -> Passed:
+        """What the jump to a place has passed, once the first packet from there on was taken."""
+        due, self._passed = list(self._passed.values()), {}
+        wanted = [(one, self._shown(one.packet, imc.header(one.packet), told=False)) for one in due]
+        packets = [one._replace(packet=packet) for one, packet in wanted if packet is not None]
+        origin = self.timeline.origin
+        return Passed(self.timeline.elapsed if math.isnan(origin) else place.elapsed(origin), packets)
+
+    def _shown(self, packet: bytes, header: imc.Header, *, told: bool = True) -> bytes | None:
+        """The packet as it is played, None if it is not; one that cannot be is counted if it is `told`."""
+        if (self._types or self._systems or self._speakers) and not self._is_wanted(header):
+            return None
+        if not self._same and (name := self._foreign(packet, header.id)):
+            self.foreign[name] += told
+            return None
+        return self._translate(packet, header) if self._translating else packet
 
     def _find_entities(self, wanted: Mapping[str, int]) -> dict[int, int]:
         """Maps the log's entity ids to those of the same label here; reads until all of `wanted` are found."""
@@ -221,11 +249,12 @@ class Recording:
 
 
 class Opened(NamedTuple):
-    """A log at a place: the packets from there on, and the first one of them."""
+    """A log at a place: the packets from there on, the first one of them, and what came before."""
 
     recording: Recording
     packets: Iterator[Due]
     first: Due | None
+    passed: Passed
 
 
 def open_recording(
@@ -244,7 +273,8 @@ def go_to(recording: Recording, place: LogTime) -> Opened | str:
     """The recording from `place` on, or why it cannot be read."""
     packets = recording.play(place)
     try:
-        return Opened(recording, packets, next(packets, None))
+        first = next(packets, None)
+        return Opened(recording, packets, first, recording.passed(place))
     except OSError as error:
         return of_file(error)
 

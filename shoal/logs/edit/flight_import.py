@@ -65,7 +65,7 @@ def _import(
         vehicle = SystemLog(writer, system or f"mavlink-{flight.system}", log.path.stem)
         for count, record in enumerate(log.read(translator.kinds)):
             time = record.time + (flight.start or 0.0)
-            vehicle.introduce(time, flight.system_type)
+            vehicle.introduce(time, flight.system_type, flight.system)
             try:
                 vehicle.write(translator.hear(record))
             except IMPOSSIBLE:

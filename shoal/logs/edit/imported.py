@@ -6,6 +6,7 @@ from pathlib import Path
 
 import imc
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
+from imc.discovery import Service
 from imc.lsf import LsfWriter, packed_schema
 from mavlink import ENTITIES
 from runtime.profile import derived_id, load_profile, own_etc
@@ -39,12 +40,13 @@ class SystemLog:
         self._id = _address(name)
         self._labels = {label: number for number, label in enumerate(ENTITIES, 1)}
 
-    def introduce(self, time: float, kind: imc.SystemType) -> None:
-        """Write what a log begins with, unless it is there."""
+    def introduce(self, time: float, kind: imc.SystemType, mavlink: int) -> None:
+        """Write what a log begins with, unless it is there; `mavlink` is the vehicle's id there."""
         if self.count:
             return
+        services = str(Service("mavlink+info", "0.0.0.0", path=f"/system/{mavlink}"))
         self._say(ENTITIES[0], imc.LoggingControl(timestamp=time, op=imc.LoggingControl.Op.STARTED, name=self._log))
-        self._say(ENTITIES[0], imc.Announce(timestamp=time, sys_name=self.name, sys_type=kind))
+        self._say(ENTITIES[0], imc.Announce(timestamp=time, sys_name=self.name, sys_type=kind, services=services))
         for label in ENTITIES:
             self._name(label, time)
 

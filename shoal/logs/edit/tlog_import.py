@@ -21,12 +21,13 @@ AUTOPILOT = 1  # component
 
 @dataclass
 class _System:
+    number: int
     log: SystemLog
     translator: AutopilotTranslator
     dialogues: DialogueTranslator
 
     def hear(self, message: Received, time: float) -> None:
-        self.log.introduce(time, self.translator.system_type)
+        self.log.introduce(time, self.translator.system_type, self.number)
         if message.component == AUTOPILOT and message.name in self.translator.kinds:
             self.log.write(self.translator.hear(message, time))
         if message.name in self.dialogues.kinds:
@@ -51,7 +52,8 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportShar
         for number, (kind, autopilot) in kinds.items():
             name = system if system and not systems else f"mavlink-{number}"
             dialogues = DialogueTranslator(dialect, number, kind, autopilot)
-            systems[number] = _System(SystemLog(writer, name, path.stem), AutopilotTranslator(dialect, kind), dialogues)
+            translator = AutopilotTranslator(dialect, kind)
+            systems[number] = _System(number, SystemLog(writer, name, path.stem), translator, dialogues)
         wanted = frozenset[str]().union(*(heard.translator.kinds | heard.dialogues.kinds for heard in systems.values()))
         for number, (time, message) in enumerate(tlog.read(wanted)):
             heard = systems.get(message.system)

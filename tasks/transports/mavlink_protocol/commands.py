@@ -33,7 +33,9 @@ def obey(session: Session, message: Received, now: float, commands: Mapping[int,
             acknowledge(session, message, reply, now)
 
     order = order_of(message, finish)
-    reply = commands.get(order.command, _unsupported)(session, order, now)
+    refused = system.refusal and command in steering.COMMANDS
+    command_of = _refused if refused else commands.get(order.command, _unsupported)
+    reply = command_of(session, order, now)
     if reply is not None:
         session.dialogues.pop(key, None)
         acknowledge(session, message, reply, now)
@@ -63,3 +65,7 @@ def acknowledge(session: Session, message: Received, reply: Reply, now: float) -
 
 def _unsupported(session: Session, order: Order, now: float) -> Reply:
     return Reply(Result.UNSUPPORTED)
+
+
+def _refused(session: Session, order: Order, now: float) -> Reply:
+    return Reply(Result.DENIED, session.autopilot.refusal)

@@ -69,6 +69,10 @@ class Figures:
         sources.pop(label, None)  # the latest is the last
         sources[label] = now, message
 
+    def clear(self) -> None:
+        """Forget all."""
+        self._found.clear()
+
     def latest(self, kind: type[M]) -> M | None:
         """The message of a kind that has come last from any source."""
         messages = list(self.by_label(kind).values())

@@ -191,6 +191,14 @@ class Mission:
         elif reply.op == imc.PlanDB.Op.DEL and self.plan is not None and self.plan.plan_id == reply.plan_id:
             self._forget()
 
+    def show(self, plan_id: str, now: float) -> None:
+        """Make a plan of the database the mission; without a name there is none."""
+        self._fetched = ""
+        if plan_id:
+            self._fetch(plan_id, now)
+        else:
+            self._forget()
+
     def _fetch(self, plan_id: str, now: float, *, changed: bool = False) -> None:
         def adopt(outcome: Outcome) -> None:
             if isinstance(outcome.arg, imc.PlanSpecification) and outcome.arg != self.plan:

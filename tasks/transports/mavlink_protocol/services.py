@@ -11,6 +11,7 @@ from tasks.transports.mavlink_protocol.manual import steer_by_axes, steer_by_cha
 from tasks.transports.mavlink_protocol.mission_transfer import acknowledge
 from tasks.transports.mavlink_protocol.orders import Order, Reply, Result
 from tasks.transports.mavlink_protocol.parameters import DOES_NOT_EXIST, ParameterEntry, Refusal
+from tasks.transports.mavlink_protocol.refusals import refuse
 from tasks.transports.mavlink_protocol.session import Session
 from tasks.transports.mavlink_protocol.steering import COMMANDS as STEERING
 from tasks.transports.mavlink_protocol.steering import set_mode
@@ -23,6 +24,8 @@ GUIDED, ALTITUDE_ONLY = 2, 3  # field current of an item that is an order
 
 def serve(session: Session, message: Received, now: float) -> None:
     """Answer a message that is addressed to the vehicle; ignore it if it needs no answer."""
+    if refuse(session, message, now):
+        return
     service = SERVICES.get(message.name) or session.autopilot.transfer.services.get(message.name)
     if message.name in ITEMS and message.values["current"] in (GUIDED, ALTITUDE_ONLY):
         _go(session, message, now)

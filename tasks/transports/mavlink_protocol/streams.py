@@ -68,7 +68,7 @@ def _sensors(system: MavlinkSystem) -> tuple[int, int]:
 
 
 def _system_time(system: MavlinkSystem, _: Flavour, now: float) -> Fields:
-    return {"time_unix_usec": round(now * 1e6), "time_boot_ms": from_imc.boot_ms(now, system.boot)}
+    return {"time_unix_usec": round(system.utc(now) * 1e6), "time_boot_ms": from_imc.boot_ms(now, system.boot)}
 
 
 def _gps_raw(system: MavlinkSystem, _: Flavour, now: float) -> Fields | None:

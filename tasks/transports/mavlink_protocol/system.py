@@ -57,8 +57,9 @@ class MavlinkSystem:
     whose state counts for arming; `boot` is when the vehicle started, in s since 1970. `undulation` is the height of
     the geoid above the ellipsoid, in m. `rates()` are the rates of the messages streamed by default, in Hz, `speed()`
     is that of what ground stations ask for, in m/s, `takeoff_altitude()` is in m above home. Stations can
-    read the files in `folders`, by name. `cameras` are components of their own. `most` gives
-    a limit of the profile, by its option. `switches` are the names of relays, lights and buttons.
+    read the files in `folders`, by name. `cameras` are components of their own. `most` gives a limit of the profile, by
+    its option. `switches` are the names of relays, lights and buttons. `helm` carries out what they ask for, by default
+    with `publish`; `refusal` is why no order is taken, empty if they are.
     """
 
     def __init__(
@@ -85,6 +86,8 @@ class MavlinkSystem:
         cameras: "Sequence[Camera]" = (),
         most: Callable[[str], float] = lambda _: math.inf,
         switches: tuple[Sequence[str], Sequence[str], Sequence[str]] = ((), (), ()),
+        helm: Helm | None = None,
+        refusal: str = "",
     ):
         self.dialect = dialect
         self.system = system
@@ -92,7 +95,8 @@ class MavlinkSystem:
         self.kind = kind
         self.parameters = parameters
         self.cameras = cameras
-        self.helm = Helm(publish, imc_id)
+        self.helm = helm or Helm(publish, imc_id)
+        self.refusal = refusal
         self.set_parameter = set_parameter
         self.say = say
         self._speed = speed
@@ -336,6 +340,10 @@ class MavlinkSystem:
         if (mode, name) == (self.mode, flavour.name) and number >= 0:
             return number
         return flavour.custom_mode(self.kind, self.mode)
+
+    def utc(self, now: float) -> float:
+        """The date that stations see, in s since 1970."""
+        return now
 
     def time(self, state: imc.EstimatedState) -> int:
         """The time of an estimate in ms since the start."""
