@@ -16,6 +16,7 @@ from runtime.vehicle import check as find_problems
 from shoal.cli import WRONG_USE
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
 from shoal.cli.plain import json_option, of_problem, print_json
+from shoal.fleet.ports import SYSTEM_ID, mavlink_id
 
 STYLES = {"error": "red", "warning": "yellow", "note": "dim"}
 
@@ -48,6 +49,7 @@ def check(
     wrong_use = False
     broken: list[TaskImportError] = []
     known = all_tasks(broken)
+    speakers: dict[int, Profile] = {}
     for error in broken:
         counts["error"] += 1
         console.print(f"error: {error}", style=STYLES["error"], markup=False)
@@ -60,6 +62,7 @@ def check(
             problems = find_problems(profile, known, selected, find_task)
             if not any(problem.severity == "error" for problem in problems):
                 problems += _misfits(profile, [{mode} for mode in profile.modes] if selected is None else [selected])
+            problems += _shared_id(profile, speakers)
         except ProfileError as error:
             problems += error.problems
             wrong_use = True
@@ -96,3 +99,17 @@ def _misfits(profile: Profile, selections: Iterable[Collection[str]]) -> list[Pr
         except ProfileError as error:
             found += error.problems
     return list(dict.fromkeys(found))
+
+
+def _shared_id(profile: Profile, speakers: dict[int, Profile]) -> list[Problem]:
+    """The other vehicle that has the same MAVLink id; `speakers` are the profiles before this one, by that id."""
+    number = mavlink_id(profile, profile.system)
+    first = speakers.setdefault(number, profile) if number is not None else profile
+    if first.vehicle == profile.vehicle:
+        return []
+    section, option = SYSTEM_ID
+    where = profile.config.sections[section]
+    given = where.options.get(option)
+    origin = given.origin if given is not None and given.history else where.origin
+    words = f"{first.vehicle} and {profile.vehicle} have the same MAVLink id {number}"
+    return [Problem("error", *origin, words, f"set [{section}] {option} of one of them to another one")]

@@ -1,7 +1,9 @@
 """Ports, and a MAVLink id, of its own for each vehicle of a fleet on one computer."""
 
+from collections.abc import Iterable
+
 from mavlink import SYSTEMS, system_of
-from runtime.profile import Profile
+from runtime.profile import Profile, items
 from runtime.vehicle import find_task
 from tasks.transports.mavlink_protocol.routes import parse_route
 
@@ -9,6 +11,8 @@ STEP = 10  # ports between two vehicles: some tasks take the next free one of a 
 PORTS = ("Local Port", "Port", "Control Port")
 LINKS = "Links"
 SYSTEM_ID = "Transports.MAVLink", "System Id"
+ENABLED = "Enabled"
+MAVLINK_OFF = f"{SYSTEM_ID[0]}:{ENABLED}=Never"
 
 
 def own_ports(profile: Profile, place: int) -> list[str]:
@@ -50,11 +54,31 @@ def moved(port: int, place: int) -> int:
 def own_mavlink_id(profile: Profile, system: int, taken: set[int]) -> list[str]:
     """An override with the next free MAVLink id for an IMC system, if the one that it would have is `taken`.
 
-    MAVLink has 250 ids for all vehicles; the chosen one is added to `taken`.
+    MAVLink has 250 ids for all vehicles; the chosen one is added to `taken`. Without a free one MAVLink is off.
     """
-    text = profile.config.value(*SYSTEM_ID)
-    wanted = int(text) if text.isdecimal() and int(text) else system_of(system)
-    number = next((n for n in ((wanted - 1 + step) % SYSTEMS + 1 for step in range(SYSTEMS)) if n not in taken), wanted)
-    taken.add(number)
+    wanted = mavlink_id(profile, system)
+    if wanted is None:
+        return []
     section, option = SYSTEM_ID
-    return [] if number == wanted or section not in profile.config.sections else [f"{section}:{option}={number}"]
+    for number in ((wanted - 1 + step) % SYSTEMS + 1 for step in range(SYSTEMS)):
+        if number not in taken:
+            taken.add(number)
+            return [] if number == wanted else [f"{section}:{option}={number}"]
+    return [MAVLINK_OFF]
+
+
+def mavlink_id(profile: Profile, system: int, overrides: Iterable[str] = ()) -> int | None:
+    """The MAVLink id of an IMC system with a profile; None if it never runs MAVLink."""
+    section, option = SYSTEM_ID
+    if section not in profile.config.sections:
+        return None
+    values = {name: profile.config.value(section, name) for name in (option, ENABLED)}
+    for text in overrides:
+        left, _, value = text.partition("=")
+        name, _, changed = left.rpartition(":")
+        if name.strip() == section and changed.strip() in values:
+            values[changed.strip()] = value.strip()
+    if items(values[ENABLED]) in ([], ["Never"]):
+        return None
+    number = values[option]
+    return int(number) if number.isdecimal() and int(number) else system_of(system)

@@ -14,11 +14,12 @@ from runtime.profile import Profile, derived_id, load_profile
 from runtime.vehicle import check, find_task
 from runtime.zenoh import ZenohConfig
 from shoal.fleet.file import FleetFile, Group, Source, read
-from shoal.fleet.ports import own_mavlink_id, own_ports
+from shoal.fleet.ports import MAVLINK_OFF, SYSTEM_ID, mavlink_id, own_mavlink_id, own_ports
 
 RESTART = ("on-failure", "never")
 COLUMNS = 10  # vehicles side by side, from west to east
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._~-]{0,63}")
+CLIENT = "Zenoh:Mode=client"
 FIXED = ("Mode", "Scouting")  # of the process to which all connect
 
 
@@ -86,7 +87,7 @@ def load_roster(path: Path, log_dir: Path | None = None) -> Roster:
     members = _members(file, path, source)
     folder = log_dir if log_dir is not None else Path(file.log_dir)
     restart = file.restart == "on-failure"
-    warnings = _check(members, path)
+    warnings = (*_check(members, path), *_without_mavlink(members, path))
     return Roster(path, file.name, members, file.per_process, stagger, restart, file.zenoh, folder, warnings)
 
 
@@ -123,7 +124,7 @@ def _members(file: FleetFile, path: Path, source: Source) -> tuple[Member, ...]:
             *own_ports(profile, place),
             *own_mavlink_id(profile, ids[name], taken),
             *_start(profile, start, within if group.start else place, file.spacing),
-            "Zenoh:Mode=client",
+            CLIENT,
             "Zenoh:Scouting=none",
             f"Zenoh:Local Port={file.zenoh.get('Local Port', 7447)}",
             f"Zenoh:Hear={', '.join(file.hear) or 'Abort'}",
@@ -133,7 +134,22 @@ def _members(file: FleetFile, path: Path, source: Source) -> tuple[Member, ...]:
         modes = file.modes if group.modes is None else group.modes
         wanted = group.profile or file.profile
         members.append(Member(name, wanted, modes, ids[name], file.seed + place, number, tuple(overrides)))
+    _refuse_shared_ids(members, profiles, source)
     return tuple(members)
+
+
+def _refuse_shared_ids(members: list[Member], profiles: dict[str, Profile], source: Source) -> None:
+    """Raise FleetFileError if what the file sets gives two vehicles one MAVLink id."""
+    owners: dict[int, Member] = {}
+    for member in members:
+        number = mavlink_id(profiles[member.profile], member.system, member.overrides)
+        if number is None:
+            continue
+        first = owners.setdefault(number, member)
+        if first is not member:
+            words = f"{first.name} and {member.name} have the same MAVLink id {number}"
+            hint = f"set [{SYSTEM_ID[0]}] {SYSTEM_ID[1]} of one of them to another one, or of neither"
+            source.fail(f"vehicles[{member.group}].set", f"{words} ({hint})")
 
 
 @contextmanager
@@ -165,6 +181,15 @@ def _check(members: tuple[Member, ...], path: Path) -> tuple[Problem, ...]:
     if errors := [problem for problem in said if problem.severity == "error"]:
         raise ProfileError(errors)
     return tuple(problem for problem in said if problem.severity == "warning")
+
+
+def _without_mavlink(members: tuple[Member, ...], path: Path) -> list[Problem]:
+    """Names the vehicles for which no MAVLink id is left."""
+    # What the file sets comes last: it may have switched MAVLink off itself.
+    silent = [m.name for m in members if MAVLINK_OFF in m.overrides[: m.overrides.index(CLIENT)]]
+    words = "MAVLink has 250 ids: it is off in {}, {} of the {} vehicles"
+    text = words.format(", ".join(silent[:3]) + ", ..." * (len(silent) > 3), len(silent), len(members))
+    return [Problem("warning", str(path), 0, text)] if silent else []
 
 
 def _ids(profiles: dict[str, Profile]) -> dict[str, int]:

@@ -27,7 +27,7 @@ from tasks.transports.mavlink_protocol.services import serve
 from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, SOON, Session
 from tasks.transports.mavlink_protocol.streams import STREAMS
 from tasks.transports.mavlink_protocol.switches import parse_button, parse_light
-from tasks.transports.mavlink_protocol.system import MavlinkSystem
+from tasks.transports.mavlink_protocol.system import COMPONENT, MavlinkSystem
 from tasks.transports.mavlink_protocol.telemetry_log import TelemetryLogs
 from tasks.transports.mavlink_protocol.thumbnails import Studio
 from tasks.transports.mavlink_protocol.twins import Twins
@@ -130,7 +130,8 @@ class MAVLink(Task):
         if self.recorder is not None:
             self.recorder.enter(self.vehicle.log_folder)
         self.stations = Watch(self.autopilot)
-        self.twins = Twins(self.autopilot.system, self.log.warning)
+        components = frozenset((COMPONENT, *(camera.component for camera in self.autopilot.cameras)))
+        self.twins = Twins(self.autopilot.system, components, self.log.warning)
         self.gallery = Gallery(self.autopilot, self.sessions)
         self.studio = Studio(self.offload)
         told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.autopilot.system}")
@@ -188,7 +189,7 @@ class MAVLink(Task):
         self.gallery.look_after(self.now)
         self.keys.look_after(self.now)
         self.network.look_after(self.now - self.peer_timeout * self.speed)
-        self.set_entity_state(*self.network.state())
+        self.set_entity_state(*self.network.state(self.twins.trouble(self.now)))
         self.pump()
 
     def meet(self, link: Link, transmit: Callable[[bytes], object]) -> Session:
@@ -212,8 +213,7 @@ class MAVLink(Task):
 
     def take(self, link: Link, peer: Peer, message: Received) -> None:
         """Obey a message that is for this vehicle."""
-        if message.system == self.autopilot.system:
-            self.twins.name(name_of(peer))
+        self.twins.hear(message, name_of(peer), self.now)
         session = link.session(peer)
         if session is None:
             link.refuse(peer)
@@ -323,7 +323,7 @@ class MAVLink(Task):
     @consume(others=True)
     def meet_vehicle(self, other: imc.Announce) -> None:
         if other.src != self.system:
-            self.twins.meet(other)
+            self.twins.meet(other, self.now)
 
     @consume
     def settle(self, reply: imc.PlanControl | imc.PlanDB) -> None:

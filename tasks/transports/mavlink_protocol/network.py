@@ -54,10 +54,11 @@ class Network:
             limit = f"a station may send {DATAGRAMS_PER_SECOND:g} per second"
             self._host.log.warning(f"frames dropped, {limit}: {excess}")
 
-    def state(self) -> tuple[State, str]:
-        """What does not work, who is in contact, and what was counted."""
+    def state(self, trouble: str = "") -> tuple[State, str]:
+        """What does not work, who is in contact, and what was counted; `trouble` is another fault of the links."""
         troubles = [*self._wrong, *(link.trouble for link in self.links if link.trouble)]
         works = len(troubles) < len(self._wrong) + len(self.links)
+        troubles = [trouble, *troubles] if trouble else troubles
         peers = sum(session.contact for session in self.sessions())  # integers
         figures = filter(None, (link.figures() for link in self.links))
         state = State.NORMAL if not troubles else State.FAULT if works else State.ERROR

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from runtime.durations import parse_duration
 from runtime.kernel import VirtualClock
-from runtime.profile import load_profile
+from runtime.profile import load_profile, own_etc
 from runtime.vehicle import build
 from shoal.cli import main
 from tasks.transports.mavlink_protocol.parameters import ParameterTable
@@ -128,6 +128,20 @@ def test_check_goes_on_where_own_messages_are_missing(shoal, tmp_path):
     assert result.exit_code == 1
     assert result.output.count("missing.yaml") == 1
     assert "'HDPO'" in result.output
+
+
+def test_check_refuses_two_vehicles_with_one_mavlink_id(shoal, tmp_path):
+    for name, address, number in (("lauv-a", 0x421A, 0), ("lauv-b", 0x4330, 26), ("lauv-c", 0x4331, 27)):
+        start = f"[Require {own_etc()}/lauv-noptilus-1.ini]\n[General]\nVehicle = {name}\n"
+        own = f"[IMC Addresses]\n{name} = {address:#x}\n[Transports.MAVLink]\nSystem Id = {number}\n"
+        (tmp_path / f"{name}.ini").write_text(start + own)
+    folder = ("-d", str(tmp_path))
+    assert shoal("check", "lauv-a", "lauv-c", *folder).exit_code == 0
+    done = shoal("check", "lauv-a", "lauv-b", *folder)
+    assert done.exit_code == 1
+    words = "lauv-b.ini:7: error: lauv-a and lauv-b have the same MAVLink id 26 (set [Transports.MAVLink] System Id of"
+    assert words in done.output
+    assert shoal("check", "lauv-a", "lauv-b", "--set", "Transports.MAVLink:Enabled=Never", *folder).exit_code == 0
 
 
 def test_a_folder_is_no_profile(shoal, tmp_path):

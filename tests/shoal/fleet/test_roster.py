@@ -138,6 +138,30 @@ def test_no_two_vehicles_have_one_mavlink_id(tmp_path: Path) -> None:
     assert set(ids) <= set(range(1, SYSTEMS + 1))
 
 
+def test_one_mavlink_id_for_two_vehicles_is_refused_with_both_names_and_the_option(tmp_path: Path) -> None:
+    given = 'set: ["Transports.MAVLink:System Id=7"]'
+    both = f"vehicles:\n  - name: a\n    {given}\n  - name: b\n    {given}\n  - name: c\n"
+    with pytest.raises(FleetFileError) as refused:
+        roster(tmp_path, both)
+    words = "fleet.yaml:5: a and b have the same MAVLink id 7 (set [Transports.MAVLink] System Id of one of them"
+    assert words in str(refused.value)
+    with pytest.raises(FleetFileError, match=r"a-1 and a-2 have the same MAVLink id 7"):
+        roster(tmp_path, f"vehicles:\n  - name: a\n    count: 3\n    {given}\n")
+    with pytest.raises(FleetFileError, match=r"lauv-noptilus-1 and b have the same MAVLink id 26"):
+        roster(tmp_path, "vehicles: [{name: lauv-noptilus-1}, {name: b, set: ['Transports.MAVLink:System Id=26']}]")
+    silent = both.replace("Id=7", "Id=7, Transports.MAVLink:Enabled=Never".replace(", ", '", "'), 1)
+    assert len(roster(tmp_path, silent).members) == 3
+
+
+def test_vehicles_for_which_no_mavlink_id_is_left_do_not_speak_it(tmp_path: Path) -> None:
+    made = roster(tmp_path, "vehicles: [{name: 'v-{number}', count: 252}]")
+    silent = [member.name for member in made.members if "Transports.MAVLink:Enabled=Never" in member.overrides]
+    assert silent == ["v-251", "v-252"]
+    assert "MAVLink has 250 ids: it is off in v-251, v-252, 2 of the 252 vehicles" in str(made.warnings[-1])
+    quiet = roster(tmp_path, "vehicles: [{name: a, count: 2}]\nset: ['Transports.MAVLink:Enabled=Never']")
+    assert not any("MAVLink" in str(warning) for warning in quiet.warnings)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
