@@ -15,7 +15,7 @@ ATTITUDE_TARGETS, POSITION_TARGETS = 64, 128 | 256
 BOOT, CALIBRATING, STANDBY, ACTIVE, CRITICAL, EMERGENCY = 1, 2, 3, 4, 5, 6
 
 
-ADVANCED, NOT_SELECTABLE, AUTOMATIC = 1, 2, 4  # MAV_MODE_PROPERTY
+NOT_SELECTABLE, AUTOMATIC = 2, 4  # MAV_MODE_PROPERTY
 
 
 class Mode(Enum):
@@ -41,12 +41,6 @@ class Mode(Enum):
         """MAV_STANDARD_MODE."""
         return next((number for number, mode in STANDARD_MODES.items() if mode is self), 0)
 
-    @property
-    def properties(self) -> int:
-        """MAV_MODE_PROPERTY."""
-        steered = NOT_SELECTABLE if self in (Mode.TELEOPERATION, Mode.TAKEOFF) else 0
-        return steered | (AUTOMATIC if self.flags & AUTO else 0)
-
 
 @dataclass(frozen=True, slots=True)
 class Kind:
@@ -59,6 +53,11 @@ class Kind:
     firmware: str
     modes: Mapping[Mode, tuple[int, ...]]
     afloat: bool = False
+
+    def properties(self, mode: Mode) -> int:
+        """MAV_MODE_PROPERTY; an aircraft cannot be told to be steered by hand."""
+        refused = NOT_SELECTABLE if mode is Mode.TELEOPERATION and not self.afloat else 0
+        return refused | (AUTOMATIC if mode.flags & AUTO else 0)
 
 
 COPTER: Mapping[Mode, tuple[int, ...]] = {

@@ -16,7 +16,7 @@ from runtime.vehicle import check as find_problems
 from shoal.cli import WRONG_USE
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
 from shoal.cli.plain import json_option, of_problem, print_json
-from shoal.fleet.ports import SYSTEM_ID, mavlink_id
+from shoal.fleet import SYSTEM_ID, mavlink_id
 
 STYLES = {"error": "red", "warning": "yellow", "note": "dim"}
 

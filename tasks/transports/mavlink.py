@@ -262,6 +262,8 @@ class MAVLink(Task):
             for session in self.sessions():
                 if before[0] != self.shown[0]:
                     session.send_now("HEARTBEAT", self.now)
+                    if session.period("CURRENT_MODE"):
+                        session.send_now("CURRENT_MODE", self.now)
                 if before[1] != self.shown[1]:
                     session.send_now("MISSION_CURRENT", self.now)
 

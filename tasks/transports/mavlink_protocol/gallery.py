@@ -1,8 +1,10 @@
 """What all ground stations learn of the cameras: pictures, detections, settings."""
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 
 import imc
+from imc import coordinates
 from mavlink import text
 from tasks.transports.mavlink_protocol.camera_services import acknowledge_setting, show_picture, show_setting
 from tasks.transports.mavlink_protocol.cameras import TAKEN, Asked, Camera
@@ -52,7 +54,15 @@ class Gallery:
         if len(self._detected) >= DETECTIONS:
             self._detected.clear()
         self._detected[mug.id] = now
-        self._system.say(text.NOTICE, f"DETECT MUG {mug.id} " + self._system.describe(mug.x, mug.y))
+        self._system.say(text.NOTICE, f"DETECT MUG {mug.id} " + self._place(mug.x, mug.y))
+
+    def _place(self, north: float, east: float) -> str:
+        """Latitude and longitude (degrees) of a point at an offset (m) from the vehicle; the offset if unknown."""
+        found = self._system.place()
+        if found is None or not (math.isfinite(north) and math.isfinite(east)):
+            return f"{north:.1f} m north, {east:.1f} m east"
+        lat, lon, _ = coordinates.displace(found[1].lat, found[1].lon, 0.0, north, east, 0.0)
+        return f"{math.degrees(lat):.6f},{math.degrees(lon):.6f}"
 
     def _show_settings(self, reply: imc.EntityParameters) -> None:
         names = {item.name for item in reply.params if isinstance(item, imc.EntityParameter)}

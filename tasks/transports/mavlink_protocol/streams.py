@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
+from zlib import crc32
 
 import imc
 from imc import coordinates
@@ -228,16 +229,21 @@ def _modes(system: MavlinkSystem, flavour: Flavour, now: float) -> Sequence[Fiel
             "mode_index": index,
             "standard_mode": mode.standard,
             "custom_mode": number,
-            "properties": mode.properties,
+            "properties": system.kind.properties(mode),
             "mode_name": mode.name.capitalize().encode(),
         }
         for index, (mode, number) in enumerate(modes, 1)
     ]
 
 
+def _modes_monitor(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
+    """A checksum instead of a count: it also differs after a restart with other modes."""
+    return {"seq": crc32(repr(_modes(system, flavour, now)).encode()) & 0xFF}
+
+
 def _current_mode(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
-    number = system.custom_mode(flavour)
-    return {"standard_mode": system.mode.standard, "custom_mode": number, "intended_custom_mode": number}
+    number, intended = system.custom_mode(flavour), system.intended_mode(flavour)
+    return {"standard_mode": system.mode.standard, "custom_mode": number, "intended_custom_mode": intended}
 
 
 def _high_latency(system: MavlinkSystem, flavour: Flavour, now: float) -> Fields:
@@ -333,6 +339,7 @@ STREAMS: Mapping[str, Stream] = {
             low=0.2,
         ),
         Stream("AVAILABLE_MODES", 0.0, 0, "`Vehicle Kind`", _modes, numbered="mode_index"),
+        Stream("AVAILABLE_MODES_MONITOR", 0.3, 0, "`Vehicle Kind`", _modes_monitor),
         Stream("AUTOPILOT_VERSION", 0.0, 0, "Shoal's version, the name of the vehicle", _version),
         Stream("COMPONENT_METADATA", 0.0, 0, "the parameters of all tasks", _metadata),
         Stream("PROTOCOL_VERSION", 0.0, 0, "MAVLink 2", _protocol),

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import imc
-from imc import coordinates
 from mavlink import (
     Dialect,
     Flavour,
@@ -126,6 +125,7 @@ class MavlinkSystem:
         self.switches = Switches(publish, imc_id, switches)
         self._steersman, self._steered_at = (0, 0, 0), -math.inf
         self._chosen, self.chosen = (Mode.MANUAL, -1, ""), Mode.MANUAL
+        self.interrupted: tuple[Mode, int] = Mode.MANUAL, -1  # when stations were lost: mode, orders
 
     def hear(self, message: imc.Message, label: str, now: float) -> None:
         """Take a message of the entity with this label.
@@ -317,14 +317,6 @@ class MavlinkSystem:
             return None
         return from_imc.place_of(state, self.home, afloat=self.kind.afloat, undulation=self.undulation)
 
-    def describe(self, north: float, east: float) -> str:
-        """Latitude and longitude (degrees) of a point at an offset (m) from the vehicle; the offset if unknown."""
-        found = self.place()
-        if found is None or not (math.isfinite(north) and math.isfinite(east)):
-            return f"{north:.1f} m north, {east:.1f} m east"
-        lat, lon, _ = coordinates.displace(found[1].lat, found[1].lon, 0.0, north, east, 0.0)
-        return f"{math.degrees(lat):.6f},{math.degrees(lon):.6f}"
-
     def remember(self, severity: int, words: str) -> None:
         """Keep a notice for ground stations that connect later."""
         self.notices.append((severity, words))
@@ -340,6 +332,11 @@ class MavlinkSystem:
         if (mode, name) == (self.mode, flavour.name) and number >= 0:
             return number
         return flavour.custom_mode(self.kind, self.mode)
+
+    def intended_mode(self, flavour: Flavour) -> int:
+        """The number of the mode that people want: the present one, unless the vehicle has left it by itself."""
+        mode, orders = self.interrupted
+        return flavour.custom_mode(self.kind, mode) if orders == self.orders else self.custom_mode(flavour)
 
     def utc(self, now: float) -> float:
         """The date that stations see, in s since 1970."""

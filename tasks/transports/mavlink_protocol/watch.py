@@ -38,5 +38,6 @@ class Watch:
         self._heard_at = None
         if not system.errand and system.mission.state is not MissionState.ACTIVE:
             return False
+        system.interrupted = system.mode, system.orders
         ACTIONS[action](system, now)
         return True
