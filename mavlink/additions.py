@@ -76,6 +76,19 @@ MESSAGES: Sequence[ExtraMessage] = (
     ExtraMessage(
         436, "CURRENT_MODE", ("uint8_t standard_mode", "uint32_t custom_mode", "uint32_t intended_custom_mode")
     ),
+    ExtraMessage(
+        410,
+        "EVENT",
+        (
+            "uint8_t destination_component",
+            "uint8_t destination_system",
+            "uint32_t id",
+            "uint32_t event_time_boot_ms",
+            "uint16_t sequence",
+            "uint8_t log_levels",
+            "uint8_t[40] arguments",
+        ),
+    ),
     ExtraMessage(437, "AVAILABLE_MODES_MONITOR", ("uint8_t seq",)),
 )
 

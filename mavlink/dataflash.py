@@ -60,6 +60,7 @@ class DataFlash:
         self.path = path
         self.size = path.stat().st_size
         self.position = self.lost = self.records = 0
+        self.first_lost = -1
 
     def read(self, names: frozenset[str]) -> Iterator[Record]:
         """The records with these names, in the order of the file; damage is skipped and counted."""
@@ -73,7 +74,7 @@ class DataFlash:
         definitions = _Definitions(data)
         chain = Chain(data, 0, definitions)
         while (start := chain.next()) >= 0:
-            self.position, self.lost, self.records = chain.position, chain.lost + damaged, chain.records
+            self._note(chain, damaged)
             kind = definitions.formats[data[start + 2]]
             if kind.name not in names:
                 continue
@@ -83,7 +84,12 @@ class DataFlash:
                 yield Record(time, kind.name, values)
             else:
                 damaged += kind.length
+                chain.damage(start)
+        self._note(chain, damaged)
+
+    def _note(self, chain: Chain, damaged: int) -> None:
         self.position, self.lost, self.records = chain.position, chain.lost + damaged, chain.records
+        self.first_lost = chain.first_lost
 
 
 class _Definitions:

@@ -2,6 +2,7 @@
 
 import math
 import struct
+from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -25,6 +26,8 @@ from mavlink.missions import (
 from mavlink.modes import FLAVOURS, KINDS, Flavour, Kind, mode_name
 
 INFORMATION, WARNING = 6, 4  # MAV_SEVERITY
+LOWEST = 7  # level of an event: the higher ones are protocol and disabled
+SENT_AGAIN = 64  # events among which one that was asked for again is looked for
 RESULTS = (
     *("ACCEPTED", "TEMPORARILY_REJECTED", "DENIED", "UNSUPPORTED", "FAILED", "IN_PROGRESS", "CANCELLED"),
     *("COMMAND_LONG_ONLY", "COMMAND_INT_ONLY", "UNSUPPORTED_MAV_FRAME"),
@@ -58,6 +61,7 @@ class DialogueTranslator:
         self._mission: Converted | None = None
         self._flying = False
         self._state: imc.PlanControlState | None = None
+        self._events: deque[int] = deque(maxlen=SENT_AGAIN)
         self._handlers: dict[str, Callable[[Received, Any], Said]] = {
             "HEARTBEAT": self._heartbeat,
             "HOME_POSITION": self._home_position,
@@ -69,6 +73,8 @@ class DialogueTranslator:
             "MISSION_ACK": self._end,
             "MISSION_CLEAR_ALL": self._clear,
             "MISSION_CURRENT": self._current,
+            "MISSION_ITEM_REACHED": self._reached,
+            "EVENT": self._event,
         }
 
     @property
@@ -160,6 +166,24 @@ class DialogueTranslator:
         if m.get("mission_type", 0) in (MissionType.MISSION, MissionType.ALL):
             self._mission, self._shown = None, 0
             yield AUTOPILOT, entry(INFORMATION, "mission", "the mission was cleared")
+
+    def _reached(self, received: Received, m: Any) -> Said:
+        if received.system != self._system:
+            return
+        words = f"item {m['seq']} of the mission was reached"
+        maneuver = self._mission.table.maneuver_at(m["seq"]) if self._mission is not None else None
+        told = self._mission is not None and maneuver is not None and m["seq"] in self._mission.table.done(maneuver)
+        yield AUTOPILOT, entry(INFORMATION, "mission", f"{words}: maneuver {maneuver}" if told else words)
+
+    def _event(self, received: Received, m: Any) -> Said:
+        """What it says is in a file of the autopilot, which is not in the recording: the number and the arguments."""
+        level, again = m["log_levels"] & 0x0F, m["sequence"] in self._events
+        if received.system != self._system or level > LOWEST or again:
+            return
+        self._events.append(m["sequence"])
+        arguments = bytes(m["arguments"]).rstrip(b"\0").hex(" ")
+        words = f"event {m['id'] & 0xFFFFFF} of component {m['id'] >> 24}"
+        yield AUTOPILOT, entry(level, "EVENT", f"{words}, arguments {arguments}" if arguments else words)
 
     def _current(self, received: Received, m: Any) -> Said:
         """Which item the vehicle flies; the item of a mission that the recording lacks is told by number."""

@@ -40,11 +40,13 @@ class Chain:
     A record counts if it defines others, or if another one or the end of the file follows it: of one that damage
     follows, the end may be missing.
 
-    position: where the next one begins. lost: bytes outside of records. records: how many were found.
+    position: where the next one begins. lost: bytes outside of records; first_lost: the place of the first, or -1.
+    records: how many were found.
     """
 
     def __init__(self, data: mmap.mmap, position: int, definitions: Definitions):
         self.position, self.lost, self.records = position, 0, 0
+        self.first_lost = -1
         self._data = data
         self._size = len(data)
         self._definitions = definitions
@@ -64,7 +66,12 @@ class Chain:
             after = self._definitions.pattern.search(self._data, start + 1)
             self.position = after.start() if after else self._size
             self.lost += self.position - start
+            self.damage(start)
         return -1
+
+    def damage(self, start: int) -> None:
+        """Note that there is damage at a place."""
+        self.first_lost = start if self.first_lost < 0 else min(start, self.first_lost)
 
     def _continues(self, end: int) -> bool:
         return self._size - end < HEAD or self._definitions.length_at(end) > 0

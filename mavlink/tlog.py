@@ -29,14 +29,15 @@ class Recorded(NamedTuple):
 class Tlog:
     """A .tlog file.
 
-    position: bytes read so far. lost: bytes outside of frames. frames: number of whole frames. unknown: how many of
-    them have messages that the dialect lacks.
+    position: bytes read so far. lost: bytes outside of frames; first_lost: the place of the first, or -1. frames:
+    number of whole frames. unknown: how many of them have messages that the dialect lacks.
     """
 
     def __init__(self, path: Path, dialect: Dialect):
         self.path = path
         self.size = path.stat().st_size
         self.lost = 0
+        self.first_lost = -1
         self.position = 0
         self.frames = 0
         self.unknown = 0
@@ -59,14 +60,14 @@ class Tlog:
                 more = bool(data)
                 buffer, position = buffer[position:] + data, 0
                 while found := RECORD.search(buffer, position):
-                    self.lost += found.start() - position
+                    self._lose(position, found.start(), buffer)
                     position = found.start()
                     end, message = self._record_at(buffer, position)
                     cut = position + TIME + LONGEST_HEADER > len(buffer) or end > len(buffer)
                     if cut and more:
                         break
                     if cut or not end:
-                        self.lost += 1
+                        self._lose(position, position + 1, buffer)
                         position += 1
                         continue
                     self.frames += 1
@@ -75,8 +76,14 @@ class Tlog:
                     position = end
                 else:
                     kept = min(TIME, len(buffer) - position) if more else 0  # the start of a record may be among them
-                    self.lost += len(buffer) - kept - position
+                    self._lose(position, len(buffer) - kept, buffer)
                     position = len(buffer) - kept
+
+    def _lose(self, start: int, end: int, buffer: bytes) -> None:
+        if end > start:
+            self.lost += end - start
+            if self.first_lost < 0:
+                self.first_lost = self.position - len(buffer) + start
 
     def _record_at(self, buffer: bytes, position: int) -> tuple[int, Received | None]:
         """End and message of the record at `position`; the end is 0 if there is none, see `frame_at`."""

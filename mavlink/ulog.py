@@ -53,6 +53,7 @@ class ULog:
         self.path = path
         self.size = path.stat().st_size
         self.position = self.lost = self.records = 0
+        self.first_lost = -1
 
     def read(self, names: frozenset[str]) -> Iterator[Record]:
         """The records with these names, in the order of the file; damage is skipped and counted. Raises BadULog."""
@@ -69,7 +70,7 @@ class ULog:
         definitions = _Definitions(data)
         chain = Chain(data, BEGIN.size, definitions)
         while (start := chain.next()) >= 0:
-            self.position, self.lost, self.records = chain.position, chain.lost + damaged, chain.records
+            self._note(chain, damaged)
             kind, content = data[start + 2 : start + 3], data[start + HEAD.size : chain.position]
             if kind == b"D":
                 topic = definitions.topics[content[0] | content[1] << 8]
@@ -87,7 +88,12 @@ class ULog:
                 yield Record(time, name, values, instance)
             else:
                 damaged += chain.position - start
+                chain.damage(start)
+        self._note(chain, damaged)
+
+    def _note(self, chain: Chain, damaged: int) -> None:
         self.position, self.lost, self.records = chain.position, chain.lost + damaged, chain.records
+        self.first_lost = chain.first_lost
 
 
 _SYNCHRONIZED = re.compile(re.escape(HEAD.pack(len(SYNC), ord("S")) + SYNC))

@@ -177,7 +177,7 @@ def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportShare], list
 
     def read(path: Path, folder: Path, tell: ReportShare) -> list[str]:
         done = convert(path, folder, system, tell)
-        lost = f"{number(done.lost, 'byte')} of {path} skipped: in no whole record"
+        lost = f"{number(done.lost, 'byte')} of {path} skipped: in no whole record, the first at byte {done.first_lost}"
         return [*([lost] if done.lost else []), *done.notes]
 
     return read

@@ -1,7 +1,5 @@
 """Converts the log that an autopilot has written itself, DataFlash or ULog, to a log of one system."""
 
-import struct
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Protocol
@@ -9,10 +7,7 @@ from typing import Protocol
 import imc
 from imc.lsf import ReportShare
 from mavlink import Flight, Record, dataflash, from_dataflash, from_ulog, load_dialect, ulog
-from shoal.logs.edit.imported import Imported, NothingToImport, SystemLog, open_writer
-
-IMPOSSIBLE = (AttributeError, TypeError, ValueError, OverflowError, struct.error, imc.EncodeError)
-"""What a damaged record, or one of a firmware that calls its fields otherwise, leads to."""
+from shoal.logs.edit.imported import IMPOSSIBLE, Imported, NothingToImport, Skipped, SystemLog, open_writer
 
 
 class _Log(Protocol):
@@ -20,6 +15,7 @@ class _Log(Protocol):
     size: int
     position: int
     lost: int
+    first_lost: int
     records: int
 
     def read(self, names: frozenset[str]) -> Iterator[Record]: ...
@@ -59,7 +55,7 @@ def _import(
     log: _Log, flight: Flight, translator: _Translator, folder: Path, system: str, progress: ReportShare
 ) -> Imported:
     writer = open_writer(folder)
-    skipped: Counter[str] = Counter()
+    skipped = Skipped()
     last = 0.0
     try:
         vehicle = SystemLog(writer, system or f"mavlink-{flight.system}", log.path.stem)
@@ -69,7 +65,7 @@ def _import(
             try:
                 vehicle.write(translator.hear(record))
             except IMPOSSIBLE:
-                skipped[record.name] += 1
+                skipped.note(record.name, time)
             last = time
             if count % 1000 == 0:
                 progress(log.position / log.size)
@@ -81,5 +77,5 @@ def _import(
         writer.close()
     notes = [f"{log.path}: no GPS has told the time: times count from the start of the autopilot"]
     notes = notes if flight.start is None else []
-    notes += [f"{log.path}: {many} of its {name} skipped: not as expected" for name, many in skipped.items()]
-    return Imported(log.records, log.lost, {vehicle.name: vehicle.count}, notes)
+    notes += skipped.notes(log.path)
+    return Imported(log.records, log.lost, log.first_lost, {vehicle.name: vehicle.count}, notes)

@@ -1,5 +1,7 @@
 """What the imports of autopilots' logs share: the log that is written, and what is said of it."""
 
+import struct
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,15 +18,40 @@ class NothingToImport(ValueError):
     """A file from which nothing can be imported; the text says which, and why."""
 
 
+IMPOSSIBLE = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError, struct.error, imc.EncodeError)
+"""What damaged contents, or those of a program that calls its fields otherwise, lead to."""
+
+
+class Skipped:
+    """Contents of a file that could not be translated, by kind."""
+
+    def __init__(self) -> None:
+        self._counts: Counter[str] = Counter()
+        self._first: dict[str, float] = {}
+
+    def note(self, kind: str, time: float) -> None:
+        """Count one; `time` in s, since 1970 UTC or since the start."""
+        self._counts[kind] += 1
+        self._first.setdefault(kind, time)
+
+    def notes(self, path: Path) -> list[str]:
+        """What a person should know of it."""
+        return [
+            f"{path}: {many} of its {kind} skipped: not as expected, the first at {self._first[kind]:.3f} s"
+            for kind, many in self._counts.items()
+        ]
+
+
 @dataclass
 class Imported:
     """What was imported: records in the file, bytes outside of them, IMC messages written, by system.
 
-    notes: what a person should know of it.
+    first_lost: the place of the first byte outside of records, -1 for none. notes: what a person should know of it.
     """
 
     records: int = 0
     lost: int = 0
+    first_lost: int = -1
     messages: dict[str, int] = field(default_factory=dict[str, int])
     notes: list[str] = field(default_factory=list[str])
 

@@ -14,7 +14,7 @@ from mavlink import (
     Tlog,
     load_dialect,
 )
-from shoal.logs.edit.imported import Imported, NothingToImport, SystemLog, open_writer
+from shoal.logs.edit.imported import IMPOSSIBLE, Imported, NothingToImport, Skipped, SystemLog, open_writer
 
 AUTOPILOT = 1  # component
 
@@ -25,13 +25,17 @@ class _System:
     log: SystemLog
     translator: AutopilotTranslator
     dialogues: DialogueTranslator
+    skipped: Skipped
 
     def hear(self, message: Received, time: float) -> None:
         self.log.introduce(time, self.translator.system_type, self.number)
-        if message.component == AUTOPILOT and message.name in self.translator.kinds:
-            self.log.write(self.translator.hear(message, time))
-        if message.name in self.dialogues.kinds:
-            self.log.write(self.dialogues.hear(message, time))
+        for translator in (self.translator, self.dialogues):
+            ours = translator is self.dialogues or message.component == AUTOPILOT
+            if ours and message.name in translator.kinds:
+                try:
+                    self.log.write(translator.hear(message, time))
+                except IMPOSSIBLE:
+                    self.skipped.note(message.name, time)
 
 
 def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportShare = lambda _: None) -> Imported:
@@ -45,7 +49,7 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportShar
     tlog = Tlog(path, dialect)
     if not kinds:
         raise NothingToImport(f"{path}: not an MCAP, .tlog, .BIN or .ulg file: no autopilot in its {tlog.size} bytes")
-    last = 0.0
+    last, skipped = 0.0, Skipped()
     writer = open_writer(folder)
     try:
         systems: dict[int, _System] = {}
@@ -53,7 +57,7 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportShar
             name = system if system and not systems else f"mavlink-{number}"
             dialogues = DialogueTranslator(dialect, number, kind, autopilot)
             translator = AutopilotTranslator(dialect, kind)
-            systems[number] = _System(number, SystemLog(writer, name, path.stem), translator, dialogues)
+            systems[number] = _System(number, SystemLog(writer, name, path.stem), translator, dialogues, skipped)
         wanted = frozenset[str]().union(*(heard.translator.kinds | heard.dialogues.kinds for heard in systems.values()))
         for number, (time, message) in enumerate(tlog.read(wanted)):
             heard = systems.get(message.system)
@@ -70,7 +74,8 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportShar
             heard.log.stop(last)
     finally:
         writer.close()
-    return Imported(tlog.frames, tlog.lost, {heard.log.name: heard.log.count for heard in systems.values()})
+    counts = {heard.log.name: heard.log.count for heard in systems.values()}
+    return Imported(tlog.frames, tlog.lost, tlog.first_lost, counts, skipped.notes(path))
 
 
 def _kinds(path: Path, dialect: Dialect) -> dict[int, tuple[int, int]]:

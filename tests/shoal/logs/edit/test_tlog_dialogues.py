@@ -7,6 +7,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 import imc
+from mavlink import encode, load_dialect
 from shoal.logs.edit.tlog_import import import_tlog
 
 PX4, ARDUPILOT = 12, 3
@@ -107,6 +108,43 @@ def test_commands_are_told_with_their_results_but_not_what_only_asks(tmp_path):
         (types.INFO, "command 400: ACCEPTED"),
         (types.WARNING, "NAV_TAKEOFF: DENIED"),
     ]
+
+
+def test_items_that_were_reached_are_told(tmp_path):
+    recording = Recording().mission(*[WAYPOINT] * 3)
+    for seq in (1, 2, 65535):
+        recording.add(1, mavlink.MAVLink_mission_item_reached_message(seq))
+    log = recording.imported(tmp_path)
+    (plan,) = log.messages("PlanSpecification")
+    names = [maneuver.maneuver_id for maneuver in plan.maneuvers]
+    assert [(entry.context, entry.text) for entry in log.messages("LogBookEntry")] == [
+        ("mission", f"item 1 of the mission was reached: maneuver {names[0]}"),
+        ("mission", f"item 2 of the mission was reached: maneuver {names[1]}"),
+        ("mission", "item 65535 of the mission was reached"),
+    ]
+
+
+def test_events_are_told_once_by_number_and_those_for_programs_not_at_all(tmp_path):
+    """What their numbers mean is in a file of the autopilot; pymavlink's dialect lacks the message."""
+    recording, definition = Recording(autopilot=PX4), load_dialect().by_name["EVENT"]
+    for sequence, level in ((7, 0x54), (7, 0x54), (8, 0x58), (9, 0x63)):
+        values = {"id": 1 << 24 | 4711, "sequence": sequence, "log_levels": level, "arguments": b"\x01\x02" + bytes(38)}
+        recording.data += struct.pack(">Q", round(recording.time * 1e6))
+        recording.data += encode(definition, definition.pack(values), sequence, 1, 1)
+    types = imc.LogBookEntry.Type
+    assert [(e.type, e.context, e.text) for e in recording.imported(tmp_path).messages("LogBookEntry")] == [
+        (types.WARNING, "EVENT", "event 4711 of component 1, arguments 01 02"),
+        (types.ERROR, "EVENT", "event 4711 of component 1, arguments 01 02"),
+    ]
+
+
+def test_arming_is_told_when_it_changes(tmp_path):
+    recording = Recording()
+    for base in (81, 209, 209, 81):
+        recording.add(1, mavlink.MAVLink_heartbeat_message(12, ARDUPILOT, base, 3, 4, 3))
+    states = imc.ArmingState.State
+    found = [message.state for message in recording.imported(tmp_path).messages("ArmingState")]
+    assert found == [states.DISARMED, states.ARMED, states.DISARMED]
 
 
 @pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
