@@ -15,6 +15,7 @@ READY = 2  # STORAGE_STATUS
 RUNNING = 1  # VIDEO_STREAM_STATUS_FLAGS; the type 0 is RTSP
 POINT_OBSTACLE, COORDINATES, ALTITUDE, CALLSIGN = 19, 1, 2, 16  # ADSB_EMITTER_TYPE, ADSB_FLAGS
 MEBIBYTE = 1 << 20
+VENDOR = "Shoal"
 DEGREES = 1e7
 
 
@@ -42,11 +43,11 @@ def heartbeat(status: int) -> Fields:
     return {"type": CAMERA, "autopilot": NO_AUTOPILOT, "system_status": status, "mavlink_version": 3}
 
 
-def information(name: str, resolution: tuple[int, int], flags: int, time: int) -> Fields:
-    """CAMERA_INFORMATION; the resolution is in px."""
+def information(name: str, resolution: tuple[int, int], flags: int, definition: tuple[str, int], time: int) -> Fields:
+    """CAMERA_INFORMATION; the resolution is in px. `definition` is the address and version of the settings' file."""
     return {
         "time_boot_ms": time,
-        "vendor_name": _letters("Shoal"),
+        "vendor_name": _letters(VENDOR),
         "model_name": _letters(name),
         "focal_length": math.nan,
         "sensor_size_h": math.nan,
@@ -54,6 +55,8 @@ def information(name: str, resolution: tuple[int, int], flags: int, time: int) -
         "resolution_h": resolution[0],
         "resolution_v": resolution[1],
         "flags": flags,
+        "cam_definition_uri": definition[0].encode(),
+        "cam_definition_version": definition[1],
     }
 
 

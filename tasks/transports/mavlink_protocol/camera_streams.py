@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from mavlink import Fields, Flavour, cameras, from_imc
+from tasks.transports.mavlink_protocol.camera_definition import version_of
 from tasks.transports.mavlink_protocol.streams import Built, Stream
 from tasks.transports.mavlink_protocol.system import MavlinkSystem
 
@@ -19,7 +20,8 @@ def _heartbeat(camera: "Camera", system: MavlinkSystem, now: float) -> Fields:
 
 def _information(camera: "Camera", system: MavlinkSystem, now: float) -> Fields:
     time = from_imc.boot_ms(now, system.boot)
-    return cameras.information(camera.label, camera.resolution, camera.flags, time)
+    described = f"mftp://[;comp=1]/{camera.definition_file}", version_of(camera.definition)
+    return cameras.information(camera.label, camera.resolution, camera.flags, described, time)
 
 
 def _settings(camera: "Camera", system: MavlinkSystem, now: float) -> Fields:

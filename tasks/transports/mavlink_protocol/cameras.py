@@ -4,6 +4,7 @@ import math
 import shutil
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,6 +13,7 @@ from imc import coordinates
 from mavlink import CRITICAL, STANDBY, Fields, cameras, from_imc
 from runtime import Task
 from runtime.task import State
+from tasks.transports.mavlink_protocol.camera_definition import definition
 from tasks.transports.mavlink_protocol.camera_streams import camera_streams
 from tasks.transports.mavlink_protocol.settings import Setting, SettingsTable
 from tasks.transports.mavlink_protocol.streams import Stream
@@ -68,6 +70,16 @@ class Camera:
     def label(self) -> str:
         """Of its entity."""
         return self._task.entity.label
+
+    @property
+    def definition_file(self) -> str:
+        """The name of the file that describes the settings, in the root of what stations can read."""
+        return f"camera-{self.component}.xml"
+
+    @cached_property
+    def definition(self) -> bytes:
+        """Its content."""
+        return definition(self.label, self.settings)
 
     @property
     def takes_pictures(self) -> bool:

@@ -4,6 +4,7 @@ import hashlib
 import math
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -120,7 +121,8 @@ class MavlinkSystem:
         self.transfer = MissionTransfer(self.mission)
         self.target = Target(self)
         self.metadata = Metadata(name, parameters)
-        self.transfers = Transfers(FileTree(self.metadata.files, folders))
+        described = {camera.definition_file: partial(getattr, camera, "definition") for camera in cameras}
+        self.transfers = Transfers(FileTree({**self.metadata.files, **described}, folders))
         self.publish = publish
         self.switches = Switches(publish, imc_id, switches)
         self._steersman, self._steered_at = (0, 0, 0), -math.inf
