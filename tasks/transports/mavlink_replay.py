@@ -1,19 +1,20 @@
 """Shows the vehicle of a log that is replayed to MAVLink ground stations, as if it were there."""
 
 from pathlib import Path
+from typing import cast
 
 import imc
 from mavlink import KINDS, load_dialect, text
 from runtime import State, consume, param, periodic
-from tasks.transports.mavlink import CHANGES, MAVLink
 from tasks.transports.mavlink_protocol.figures import Heard
+from tasks.transports.mavlink_protocol.ground import CHANGES, GroundLinks
 from tasks.transports.mavlink_protocol.logged import Identity, LoggedSystem, identify
 from tasks.transports.mavlink_protocol.named_values import parse_named_value
 from tasks.transports.mavlink_protocol.parameters import ParameterTable
-from tasks.transports.replay import Replay
-from tasks.transports.replay_log import Passed
+from tasks.transports.replay_log import Passed, Player
 
 AS_LOGGED = "as logged"
+PLAYER = "Transports.Replay"
 MOST_EARLY = 20_000  # messages that wait until the vehicle of a log is known
 Told = (
     imc.EntityInfo
@@ -32,7 +33,7 @@ def ignore(message: imc.Message) -> None:
     """A vehicle that is not there gets no requests."""
 
 
-class MAVLinkReplay(MAVLink):
+class MAVLinkReplay(GroundLinks):
     """MAVLink 2 for the vehicle of the log that `Transports.Replay` plays; it takes no orders.
 
     Stations also see the parameters of the replay, by which they can move it.
@@ -51,13 +52,13 @@ class MAVLinkReplay(MAVLink):
         self._path: Path | None = None
         self._turn = 0
         self._early: list[tuple[imc.Message, float]] = []
-        player = next((task for task in self.vehicle.tasks if isinstance(task, Replay)), None)
+        player = next((task for task in self.vehicle.tasks if task.name == PLAYER), None)
         if player is None:
-            self.set_entity_state(State.ERROR, "there is no task Transports.Replay")
+            self.set_entity_state(State.ERROR, f"there is no task {PLAYER}")
             return
         self._dialect = load_dialect()  # now, since that takes a while
-        self._player = player
-        player.follow(self._land)
+        self._player = cast(Player, player)
+        self._player.follow(self._land)
         self.set_entity_state(State.NORMAL, "no log yet")
 
     def stop(self) -> None:
@@ -181,15 +182,6 @@ class MAVLinkReplay(MAVLink):
         if self._identity is not None and self.logged.imc_id in (abort.src, abort.dst):
             self.autopilot.hear(abort, "", self._player.elapsed)
             self.say(text.EMERGENCY, "Abort")
-
-    def meet_vehicle(self, other: imc.Announce) -> None:
-        """The vehicles of a log are not here."""
-
-    def settle(self, reply: imc.PlanControl | imc.PlanDB) -> None:
-        """Nothing is asked of a log."""
-
-    def recall(self, database: imc.PlanDBState) -> None:
-        """The plans of a log are told by its messages."""
 
     def say(self, severity: int, words: str) -> None:
         if self._identity is not None:

@@ -2,11 +2,11 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import NamedTuple, Protocol, cast
 
 import msgspec
 
@@ -72,6 +72,18 @@ class Passed(NamedTuple):
 
     time: float
     packets: list[Due]
+
+
+class Player(Protocol):
+    """A task that plays a log, as others see it."""
+
+    @property
+    def elapsed(self) -> float:
+        """The present time in the log (s)."""
+        ...
+
+    def follow(self, follower: Callable[[Path, Passed], object]) -> None:
+        """Call `follower(path, passed)` when a log begins, and after each jump in it, before its next packet."""
 
 
 class LogTime(NamedTuple):

@@ -42,7 +42,7 @@ def plan(maneuver, head=""):
         (LAUV, "yo_yo: {north: 9, depth: 3, amplitude: 1, pitch: 720°}", "pitch 12.5664 rad is more than 1.58 rad"),
         (LAUV, "dislodge: {rpm: -1.0e+9}", "rpm -1e+09 rpm is less than -20000 rpm"),
         (LAUV, "follow_reference: {timeout: 1.0e+9}", "timeout 1e+09 s is more than 1000000 s"),
-        ("otter", "goto: {north: 40, speed: 1e9 m/s}", "speed 1e+09 m/s is more than 100 m/s"),
+        ("otter", "goto: {north: 40, speed: 1e9 m/s}", "a speed of 1e+09 m/s is above the vehicle's 3 m/s"),
         ("otter", "goto: {north: 40, height: -1e9}", "z -1e+09 m is less than -11000 m"),
         ("hexa-00", "takeoff: {altitude: 1e9, speed: 2}", "z 1e+09 m is more than 11000 m"),
     ],
