@@ -17,12 +17,15 @@ CAPTURED = 263
 REFUSED = 1  # PARAM_ACK_VALUE_UNSUPPORTED
 ORDERS = ("COMMAND_LONG", "COMMAND_INT")
 REQUEST_MESSAGE = 512
+FILES = "FILE_TRANSFER_PROTOCOL"
 UNSUPPORTED = Reply(Result.UNSUPPORTED)
 
 
 def hearers(session: Session, message: Received) -> list[Session]:
-    """The components that a message is for; an order to all is only for those who know it."""
+    """The components that a message is for; an order to all is only for those who know it, a file for the first."""
     found = [p for p in (session, *session.cameras) if addressed(message, session.autopilot.system, p.component)]
+    if message.name == FILES:
+        return found[:1]
     if message.name not in ORDERS or len(found) < 2:
         return found
     return [part for part in found[1:] if _knows(part, message)] or found[:1]
@@ -76,6 +79,11 @@ def _knows(session: Session, message: Received) -> bool:
 
 def _order(session: Session, camera: Camera, message: Received, now: float) -> None:
     obey(session, message, now, COMMANDS)
+
+
+def _file(session: Session, camera: Camera, message: Received, now: float) -> None:
+    """The vehicle's files: MAVSDK asks the camera itself for its definition."""
+    session.autopilot.transfers.hear(session, message, now)
 
 
 def _list(session: Session, camera: Camera, message: Received, now: float) -> None:
@@ -182,4 +190,5 @@ SERVICES: Mapping[str, Callable[[Session, Camera, Received, float], None]] = {
     "PARAM_EXT_REQUEST_LIST": _list,
     "PARAM_EXT_REQUEST_READ": _read,
     "PARAM_EXT_SET": _set,
+    FILES: _file,
 }

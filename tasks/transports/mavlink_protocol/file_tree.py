@@ -14,7 +14,7 @@ MOST_ENTRIES = 5000  # of one folder
 LARGEST = 0xFFFFFFFF  # bytes of a file that MAVLink's offsets reach
 FOLDER = os.O_RDONLY | os.O_DIRECTORY
 HIDDEN = b"@"
-URI = re.compile(rb"mftp://(?:\[;comp=\d*\])?", re.IGNORECASE)
+URI = re.compile(rb"(?:mftp://)?(?:\[;comp=\d*\])?", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class FileTree:
 
     Names in the root that begin with @ are not listed. Below the folders, only folders and regular files exist: no
     links, so that nothing leads out, and neither pipes nor devices. A path is cut at its first NUL, may begin with
-    mftp://, and is the same with or without a leading slash.
+    mftp:// and [;comp=1], or one of them, as MAVSDK leaves it, and is the same with or without a leading slash.
     """
 
     def __init__(self, files: Mapping[str, Callable[[], bytes]], folders: Mapping[str, Path]):

@@ -20,14 +20,15 @@ def dive(tmp_path_factory):
     made.vehicle.close()
 
 
-def download(dive, path):
-    """A file by MAVLink FTP from component 1."""
+def download(dive, path, component=1):
+    """A file by MAVLink FTP from a component; for all of them, the autopilot answers."""
 
     def ask(opcode, data=b"", session=0, offset=0):
         size = len(data) if data else 239
         payload = struct.pack("<HBBBBBxI", 0, session, opcode, size, 0, 0, offset) + data
-        found = dive.ask("FILE_TRANSFER_PROTOCOL", 1, payload=payload.ljust(251, b"\0"), target_network=0)
+        found = dive.ask("FILE_TRANSFER_PROTOCOL", component, payload=payload.ljust(251, b"\0"), target_network=0)
         (answer,) = named(found, "FILE_TRANSFER_PROTOCOL")
+        assert answer.component == (component or 1)
         raw = bytes(answer.values["payload"])
         assert raw[3] == 128, f"{path}: refused"
         return raw[2], raw[12 : 12 + raw[4]]
@@ -38,6 +39,13 @@ def download(dive, path):
         data += ask(Op.READ, session=session, offset=len(data))[1]
     ask(Op.TERMINATE, session=session)
     return data
+
+
+@pytest.mark.parametrize("asked", [0, 1, FISHEYE, MUG])
+def test_a_camera_also_gives_its_files_itself(dive, asked):
+    """MAVSDK asks the camera, and leaves the component in the path."""
+    named_so = download(dive, f"[;comp=1]/camera-{FISHEYE}.xml", asked)
+    assert named_so == download(dive, f"/camera-{FISHEYE}.xml") != b""
 
 
 def information(dive, camera):
