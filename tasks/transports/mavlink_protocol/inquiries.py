@@ -7,6 +7,8 @@ from mavlink import text
 from tasks.transports.mavlink_protocol.orders import DONE, Order, Reply, Result
 from tasks.transports.mavlink_protocol.session import HEARTBEAT_PERIOD, Session
 
+MESSAGE_INTERVAL = 244
+
 
 def send_banner(session: Session, now: float) -> None:
     session.say(text.INFO, session.flavour.banner(session.autopilot.kind), now)
@@ -18,6 +20,8 @@ def _offered(session: Session, number: int | None) -> str:
 
 
 def _request_message(session: Session, order: Order, now: float) -> Reply:
+    if order.number(1) == MESSAGE_INTERVAL:
+        return _get_message_interval(session, order.number(2))
     name = _offered(session, order.number(1))
     return _send(session, name, now, order.number(2) or 0) if name else Reply(Result.UNSUPPORTED)
 
@@ -45,17 +49,13 @@ def _set_message_interval(session: Session, order: Order, now: float) -> Reply:
     return DONE
 
 
-def _get_message_interval(session: Session, order: Order, now: float) -> Reply:
-    send_interval(session, order.number(1))
-    return DONE
-
-
-def send_interval(session: Session, number: int | None) -> None:
+def _get_message_interval(session: Session, number: int | None) -> Reply:
     """Send MESSAGE_INTERVAL of a message: -1 if it is not streamed, 0 if it is not offered."""
     name = _offered(session, number)
     period = session.period(name) if name else math.nan
     interval = 0 if not name else round(period * 1e6) if period else -1
     session.send("MESSAGE_INTERVAL", {"message_id": number or 0, "interval_us": interval})
+    return DONE
 
 
 def _banner(session: Session, order: Order, now: float) -> Reply:
@@ -65,7 +65,7 @@ def _banner(session: Session, order: Order, now: float) -> Reply:
 
 COMMANDS: Mapping[int, Callable[[Session, Order, float], Reply]] = {
     410: _request("HOME_POSITION"),
-    510: _get_message_interval,
+    510: lambda session, order, now: _get_message_interval(session, order.number(1)),
     511: _set_message_interval,
     512: _request_message,
     519: _request("PROTOCOL_VERSION"),

@@ -69,6 +69,7 @@ def test_message_interval(desk):
     desk.locate()
     assert desk.command(511, 30, 100_000)[0] == ACCEPTED
     assert desk.command(510, 30)[1][0].values == {"message_id": 30, "interval_us": 100_000}
+    assert desk.command(512, 244, 30)[1][0].values == {"message_id": 30, "interval_us": 100_000}
     assert desk.command(511, 30, -1)[0] == ACCEPTED
     assert desk.command(510, 30)[1][0].values["interval_us"] == -1
     assert "ATTITUDE" not in desk.run(1.0)
@@ -79,6 +80,7 @@ def test_message_interval(desk):
     assert desk.command(511, 30, 1)[0] == ACCEPTED
     assert desk.command(510, 30)[1][0].values["interval_us"] == 5000
     assert desk.command(510, 9999)[1][0].values["interval_us"] == 0
+    assert desk.command(512, 244, 9999)[1][0].values["interval_us"] == 0
 
 
 @pytest.mark.parametrize(
