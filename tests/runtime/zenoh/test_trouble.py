@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import pytest
 import zenoh
 
 import imc
@@ -36,6 +37,7 @@ def memory(process: int) -> int:
     return int(found[1]) // 1024
 
 
+@pytest.mark.heavy
 def test_a_flood_of_20000_messages_a_second_neither_ends_nor_delays_a_run(network: Network, tmp_path: Path) -> None:
     vehicle = Vehicle(network, tmp_path)
     wait_until(lambda: list(tmp_path.rglob("*_dive")), vehicle)  # its plan has begun

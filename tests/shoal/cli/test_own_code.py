@@ -211,6 +211,7 @@ def test_an_own_profile_with_the_name_of_that_of_a_log_tells_what_to_do(project)
     assert shoal("check", "Config.ini", "--code", ".", cwd=project)[0] == 0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("missing", ["", "case", "data"])
 def test_a_received_log_runs_no_code(project, missing):
     assert run(project)[0] == 0

@@ -1,5 +1,7 @@
 """The position error of the whole vehicle matches its covariance, if sensors have the noise they claim."""
 
+import pytest
+
 import imc
 from imc.coordinates import absolute, displacement
 from runtime.kernel import VirtualClock
@@ -32,6 +34,7 @@ def normalised_error(folder, seed: int) -> float:
     return (north - truth.x) ** 2 / sure.x + (east - truth.y) ** 2 / sure.y
 
 
+@pytest.mark.heavy
 def test_errors_are_those_that_the_uncertainty_promises(tmp_path):
     """The mean of twelve distances, each of two degrees of freedom, is from 1.03 to 3.28 in 95 of 100 cases."""
     distances = [normalised_error(tmp_path, seed) for seed in SEEDS]

@@ -46,6 +46,7 @@ def path_and_integral(states):
     return path, math.fsum(0.5 * (u + v) * (b - a) for (u, v), (a, b) in pairs)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["lauv-noptilus-1", "otter"])
 def test_a_late_computer_costs_no_way_at_real_time(name, tmp_path):
     states = truth(name, WallClock(), 6.0, tmp_path, Late)

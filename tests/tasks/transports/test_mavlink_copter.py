@@ -135,6 +135,7 @@ class Pilot:
             self.vehicle.kernel.after(5.0, self.publish, imc.Abort())
 
 
+@pytest.mark.heavy
 def test_mavsdk_watches_a_flight(tmp_path):
     port = free_port()
     links = f"Transports.MAVLink:Links=udpout:127.0.0.1:{port}:px4"

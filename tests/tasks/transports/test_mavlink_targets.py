@@ -107,6 +107,7 @@ def test_the_end_of_a_stream_is_a_reason_to_hold(flown):
     assert "No more targets: holding" in [words for _, words in flown.link.autopilot.notices]
 
 
+@pytest.mark.heavy
 def test_mavsdk_offboard(tmp_path):
     port = free_port()
     links = [f"Transports.MAVLink:Links=udpout:127.0.0.1:{port}:px4", "Plan.Autostart:Enabled=Never"]
