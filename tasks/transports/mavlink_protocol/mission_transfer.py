@@ -290,8 +290,8 @@ class MissionTransfer:
         self._done[upload.kind] = _Done(upload.asker, upload.end - 1, result, id, now)
         acknowledge(upload.session, upload.message, result, id)
         # MAVSDK does not repeat the last item when the answer is lost; programs that read all answers would mistake
-        # an echo for the answer to their next upload, so only a line that loses frames gets it.
-        if upload.session.receipts.loses(*upload.asker):
+        # an echo for the answer to their next upload, so only a line that loses frames gets it, and no refusal.
+        if stored and upload.session.receipts.loses(*upload.asker):
             self._echo = _Echo(upload, result, id, now + ECHO_PERIOD * upload.session.speed)
 
     def _ask(self, upload: Upload, now: float) -> None:

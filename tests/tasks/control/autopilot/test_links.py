@@ -36,7 +36,9 @@ def test_an_autopilot_that_is_restarted_is_found_again_over_tcp(body):
     boat.autopilot.kill()
     boat.autopilot.wait()
     boat.wait(lambda: boat.state("Autopilot").startswith("ERROR"))
+    boat.wait(lambda: not boat.state("Navigation").startswith("NORMAL"))
     boat.autopilot = boat.stand_in("--tcp", kind="boat")
+    boat.wait(lambda: boat.state("Navigation").startswith("NORMAL"))
     go(boat)
 
 

@@ -55,7 +55,9 @@ def test_a_copter_that_loses_its_position_ends_the_plan_and_lands(body):
 def test_an_autopilot_that_begins_anew_under_way_ends_the_plan_and_works_again(body):
     boat = under_way(body("autopilot-rover", kind="boat"), FAR)
     boat.tell("reboot")
-    fails(boat, "the autopilot has started anew")
+    fails(boat)
+    first = "the autopilot has started anew", "a pilot or a failsafe has chosen another mode"  # as its HEARTBEAT comes
+    boat.wait(lambda: any(reason in text for text in boat.texts() for reason in first))
     assert not boat.armed
     works_again(boat, "  - goto: {north: 8, speed: 4 m/s, depth: 0}\n")
     times = [state.timestamp for state in boat.said[imc.EstimatedState]]
