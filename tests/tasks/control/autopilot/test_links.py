@@ -38,7 +38,8 @@ def test_an_autopilot_that_is_restarted_is_found_again_over_tcp(body):
     boat.wait(lambda: boat.state("Autopilot").startswith("ERROR"))
     boat.wait(lambda: not boat.state("Navigation").startswith("NORMAL"))
     boat.autopilot = boat.stand_in("--tcp", kind="boat")
-    boat.wait(lambda: boat.state("Navigation").startswith("NORMAL"))
+    boat.wait(lambda: all(boat.state(label).startswith("NORMAL") for label in ("Autopilot", "Navigation", "GPS")))
+    boat.said[imc.VehicleState].clear()
     go(boat)
 
 

@@ -59,6 +59,9 @@ def test_an_autopilot_that_begins_anew_under_way_ends_the_plan_and_works_again(b
     first = "the autopilot has started anew", "a pilot or a failsafe has chosen another mode"  # as its HEARTBEAT comes
     boat.wait(lambda: any(reason in text for text in boat.texts() for reason in first))
     assert not boat.armed
+    boat.wait(lambda: not boat.state("GPS").startswith("NORMAL"))
+    boat.wait(lambda: all(boat.state(label).startswith("NORMAL") for label in ("Autopilot", "Navigation", "GPS")))
+    boat.said[imc.VehicleState].clear()
     works_again(boat, "  - goto: {north: 8, speed: 4 m/s, depth: 0}\n")
     times = [state.timestamp for state in boat.said[imc.EstimatedState]]
     assert times == sorted(times)
