@@ -9,6 +9,7 @@ from typing import NamedTuple
 from mavlink import Received
 
 REPEATED = 10.0  # s in which the same order again means that the answer was lost
+TAKEOFF = 22  # MAV_CMD_NAV_TAKEOFF, which would be denied in the air; MAVSDK repeats it without counting
 UNKNOWN_32 = (-(1 << 31), (1 << 31) - 1)
 
 
@@ -86,9 +87,14 @@ class Dialogue:
 
     def repeats(self, message: Received, number: int, now: float) -> bool:
         """Whether a message gives the same order again; `number` is that of the last order of all."""
-        fresh = self.reply is None or (self.number == number and now < self.until)
-        again = message.name == "COMMAND_INT" or message.values["confirmation"] > 0 or self.reply is None
-        return fresh and again and _meaning(message) == _meaning(self.message)
+        if _meaning(message) != _meaning(self.message):
+            return False
+        if self.reply is None:
+            return True
+        counted = message.name == "COMMAND_LONG" and message.values["confirmation"] > 0
+        uncounted = message.name == "COMMAND_INT" or message.values["command"] == TAKEOFF
+        again = counted or (uncounted and self.reply.result is Result.ACCEPTED)
+        return again and self.number == number and now < self.until
 
 
 def _meaning(message: Received) -> tuple[object, ...]:
