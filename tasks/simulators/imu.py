@@ -1,29 +1,39 @@
 """Simulates an inertial measurement unit with attitude reference."""
 
 import math
+import re
 
 import imc
-from runtime import State, Task, consume, param
+from runtime import ParameterError, State, Task, consume, param
 from world.attitude import Vector, wrap
 from world.sensors import (
+    DRAWS,
+    PARTS,
     STANDARD_GRAVITY,
     BodyMotion,
+    Device,
     InertialSample,
     InertialSampler,
     NoiseDensity,
     NoisyTriad,
+    Part,
     StandardNormals,
+    TriadGrade,
     vins_parameters,
 )
 
 ARTICLE_INTERVAL = 0.025  # s
+OWN_VALUES = "Own Values"
+OF_PARTS = re.compile(".* Random Walk|(Gyro|Accel) (Bias Stability.*|Range|Resolution|Scale Error|Misalignment|Offset)")
+"""The parameters for which a part has values of its own."""
 
 
 class IMU(Task):
-    """Measures specific force, angular velocity and attitude, with AirSim's noise model of an MPU-6000.
+    """Measures specific force, angular velocity and attitude, with AirSim's noise model of an MPU-6000, or as a `Part`.
 
     Specific force is f = dv/dt + omega x v + R^T (ds/dt - g), with v the velocity through the water, s that of
     the water: at rest it is -g, as an accelerometer measures; the Acceleration of DUNE's simulator is dv/dt alone.
+    It feels the motion of its place in the vehicle, along its own axes; the attitude is the vehicle's.
     `Fidelity = Original` publishes the true attitude, as AirSim does, and writes the VINS parameters of the articles on
     AirSim to the log book.
     """
@@ -34,7 +44,19 @@ class IMU(Task):
     sampling_rate: float = param(
         100.0, "Hz", "Samples per second; each is the mean since the one before.", minimum=0.1, maximum=1000
     )
-    generate_noise: bool = param(True, "", "Add noise to all measurements.")
+    generate_noise: bool = param(True, "", "Add noise and the errors of the device to all measurements.")
+    part: str = param(
+        OWN_VALUES,
+        "",
+        "The part whose data sheet gives noise, ranges, resolutions, scale errors and misalignments.",
+        choices=(OWN_VALUES, *PARTS),
+    )
+    device_position: list[float] = param(
+        [], "m", "Place in the vehicle: forward, right, down of its origin; empty for the origin.", size=(0, 3)
+    )
+    device_orientation: list[float] = param(
+        [], "°", "Roll, pitch and yaw of its axes against the vehicle's; empty for none.", size=(0, 3)
+    )
     angular_random_walk: float = param(0.3, "°/√h", "White noise of the gyroscopes.", minimum=0)
     gyro_bias_stability: float = param(4.6, "°/h", "Walk of the gyroscopes' bias within its time constant.", minimum=0)
     gyro_bias_stability_tau: float = param(500.0, "s", "Time constant of the gyroscopes' bias.", minimum=1e-3)
@@ -58,24 +80,77 @@ class IMU(Task):
     gravity: float = param(STANDARD_GRAVITY, "m/s²", "Local gravity.", minimum=0, maximum=100)
     gyro_range: float = param(0.0, "°/s", "Largest rate that is measured; 0 for no limit.", minimum=0)
     accel_range: float = param(0.0, "g", "Largest specific force that is measured; 0 for no limit.", minimum=0)
+    gyro_resolution: float = param(0.0, "°/s", "Step between two rates in the output; 0 for none.", minimum=0)
+    accel_resolution: float = param(0.0, "mg", "Step between two forces in the output; 0 for none.", minimum=0)
+    gyro_scale_error: float = param(0.0, "%", "Standard deviation of each scale, drawn at the start.", minimum=0)
+    accel_scale_error: float = param(0.0, "%", "Standard deviation of each scale, drawn at the start.", minimum=0)
+    gyro_misalignment: float = param(
+        0.0, "°", "Standard deviation of what each axis leans towards each other one.", minimum=0, maximum=30
+    )
+    accel_misalignment: float = param(
+        0.0, "°", "Standard deviation of what each axis leans towards each other one.", minimum=0, maximum=30
+    )
+    gyro_offset: float = param(0.0, "°/s", "Standard deviation of the bias at the start.", minimum=0)
+    accel_offset: float = param(0.0, "mg", "Standard deviation of the bias at the start.", minimum=0)
 
     dropped = 0
 
     def configure(self) -> None:
+        for name, value in (("Device Position", self.device_position), ("Device Orientation", self.device_orientation)):
+            if len(value) not in (0, 3):
+                raise ParameterError(name, f"{len(value)} numbers instead of three")
+        self.grade = self._own_values() if self.part == OWN_VALUES else self._of_part()
+        gyro, accel = self.grade.gyroscope.density, self.grade.accelerometer.density
+        if not hasattr(self, "gyroscope"):
+            self.gyroscope, self.accelerometer = NoisyTriad(gyro), NoisyTriad(accel)
+            self.gyro_device = self.accel_device = Device()
+        self.gyroscope.density, self.accelerometer.density = gyro, accel
+        place, turn = (tuple(each or (0.0, 0.0, 0.0)) for each in (self.device_position, self.device_orientation))
+        roll, pitch, yaw = map(math.radians, turn)
+        self._sampler = InertialSampler(
+            self.sampling_rate, self.gravity, (place[0], place[1], place[2]), (roll, pitch, yaw)
+        )
+
+    def _own_values(self) -> Part:
         gyro = NoiseDensity.gyroscope(self.angular_random_walk, self.gyro_bias_stability, self.gyro_bias_stability_tau)
         accel = NoiseDensity.accelerometer(
             self.velocity_random_walk, self.accel_bias_stability, self.accel_bias_stability_tau
         )
-        if not hasattr(self, "gyroscope"):
-            self.gyroscope, self.accelerometer = NoisyTriad(gyro), NoisyTriad(accel)
-        self.gyroscope.density, self.accelerometer.density = gyro, accel
-        self._sampler = InertialSampler(self.sampling_rate, self.gravity)
+        return Part(
+            TriadGrade.gyroscope(
+                gyro,
+                self.gyro_range,
+                self.gyro_resolution,
+                self.gyro_scale_error,
+                self.gyro_misalignment,
+                self.gyro_offset,
+            ),
+            TriadGrade.accelerometer(
+                accel,
+                self.accel_range,
+                self.accel_resolution,
+                self.accel_scale_error,
+                self.accel_misalignment,
+                self.accel_offset,
+            ),
+        )
+
+    def _of_part(self) -> Part:
+        for name, parameter in self.parameters().items():
+            if OF_PARTS.fullmatch(name) and getattr(self, parameter.attribute) != parameter.default:
+                raise ParameterError(name, f"Part = {self.part} gives it; leave out one of the two")
+        return PARTS[self.part]
 
     def start(self) -> None:
         self._normals = StandardNormals(self.random, 15)
         self._rate_normals = StandardNormals(self.random, 3)
         self._offset = math.radians(self.heading_offset) * self.random.standard_normal() if self.heading_offset else 0.0
         self._began = self.now
+        grade = self.grade
+        if self.generate_noise and (grade.gyroscope.varies or grade.accelerometer.varies):
+            self.gyro_device = Device.drawn(grade.gyroscope, self.random.standard_normal(DRAWS).tolist())
+            self.accel_device = Device.drawn(grade.accelerometer, self.random.standard_normal(DRAWS).tolist())
+            self.log.info(f"gyroscopes (rad/s): {self.gyro_device}; accelerometers (m/s²): {self.accel_device}")
         self.set_entity_state(State.NORMAL, "active")
         if self.fidelity == "Original":
             densities = self.gyroscope.density, self.accelerometer.density
@@ -99,8 +174,8 @@ class IMU(Task):
         if not self.generate_noise:
             return sample.time, angles, rates, force
         draws = next(self._normals)
-        rates = self.gyroscope.corrupt(rates, sample.interval, draws)
-        force = self.accelerometer.corrupt(force, sample.interval, draws[6:])
+        rates = self.gyroscope.corrupt(self.gyro_device.measured(rates), sample.interval, draws)
+        force = self.accelerometer.corrupt(self.accel_device.measured(force), sample.interval, draws[6:])
         if self.fidelity == "Physical":
             sigma = math.radians(self.euler_angles_noise)
             angles = angles[0] + sigma * draws[12], angles[1] + sigma * draws[13], angles[2] + sigma * draws[14]
@@ -112,8 +187,8 @@ class IMU(Task):
     def _report(self, time: float, angles: Vector, rates: Vector, force: Vector) -> None:
         phi, theta, psi = angles
         drift = math.radians(self.gyro_rate_bias) / 3600.0 * (self.now - self._began)
-        p, q, r = _clip(rates, math.radians(self.gyro_range))
-        x, y, z = _clip(force, self.accel_range * STANDARD_GRAVITY)
+        p, q, r = self.grade.gyroscope.digitised(rates)
+        x, y, z = self.grade.accelerometer.digitised(force)
         for message in (
             imc.EulerAngles(
                 timestamp=time,
@@ -127,10 +202,3 @@ class IMU(Task):
             imc.Acceleration(timestamp=time, time=time, x=x, y=y, z=z),
         ):
             self.publish(message, keep_time=True)
-
-
-def _clip(value: Vector, limit: float) -> Vector:
-    if limit == 0.0:
-        return value
-    x, y, z = value
-    return max(-limit, min(limit, x)), max(-limit, min(limit, y)), max(-limit, min(limit, z))

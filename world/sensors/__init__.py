@@ -12,19 +12,25 @@ from world.sensors.imu import (
 from world.sensors.mug_detection import UNIFORM_ERROR, CameraPose, Offset, detect, detect_originally, gsd_sigma
 from world.sensors.sonar import Beam
 from world.sensors.strapdown import BodyMotion, InertialSample, InertialSampler
+from world.sensors.triad import DRAWS, PARTS, Device, Part, TriadGrade
 
 __all__ = [
+    "DRAWS",
+    "PARTS",
     "STANDARD_GRAVITY",
     "UNIFORM_ERROR",
     "Beam",
     "BodyMotion",
     "CameraPose",
+    "Device",
     "InertialSample",
     "InertialSampler",
     "NoiseDensity",
     "NoisyTriad",
     "Offset",
+    "Part",
     "StandardNormals",
+    "TriadGrade",
     "detect",
     "detect_originally",
     "gsd_sigma",

@@ -4,11 +4,12 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from world.attitude import Vector, rotation, to_ned, turned, wrap
+from world.attitude import Matrix, Vector, cross, rotation, to_body, to_ned, turned, wrap
 from world.sensors.imu import specific_force
 
 TIMING = 1e-3  # of a period: a state that is early by less belongs to the sample, since timestamps have 0.24 µs
 LONGEST_GAP = 10.0  # s between states; after a longer one, sampling starts again
+CENTRE: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,12 +47,20 @@ class BodyMotion:
     @property
     def ground_velocity(self) -> Vector:
         """North, east and down (m/s)."""
-        return _add(to_ned(rotation(*self.angles), self.velocity), self.stream, 1.0)
+        return self.ground_velocity_at(CENTRE)
+
+    def ground_velocity_at(self, place: Vector) -> Vector:
+        """That of a place of the body (m, x forward, y right, z down from its origin): north, east and down (m/s)."""
+        velocity = _add(self.velocity, cross(self.rates, place), 1.0) if place != CENTRE else self.velocity
+        return _add(to_ned(rotation(*self.angles), velocity), self.stream, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class InertialSample:
-    """Means over the `interval` (s) that ends at `time`: rates in rad/s, force in m/s², both body; angles at `time`."""
+    """Means over the `interval` (s) that ends at `time`: rates in rad/s, force in m/s², both along the sensor's axes.
+
+    `angles` are those of the body at `time`.
+    """
 
     time: float
     interval: float
@@ -63,13 +72,17 @@ class InertialSample:
 class InertialSampler:
     """Makes samples, `rate` a second, of a motion that is given as states, at that rate or any other.
 
+    The sensor sits at `place` (m in the body), its axes turned against the body's by `orientation` (roll, pitch, yaw in
+    rad).
     Between two states, the acceleration over ground is constant, and angles and rates change evenly. So the mean force
     of an interval without rotation, times its length, is exactly the change of velocity less gravity's.
     """
 
-    def __init__(self, rate: float, gravity: float):
+    def __init__(self, rate: float, gravity: float, place: Vector = CENTRE, orientation: Vector = CENTRE):
         self.rate = rate
         self.gravity = gravity
+        self._place = place
+        self._axes: Matrix | None = rotation(*orientation) if orientation != CENTRE else None
         self._last: BodyMotion | None = None
         self._first = self._sampled = 0.0
         self._count = 0
@@ -86,7 +99,7 @@ class InertialSampler:
             return []
         if state.time == last.time:
             return []
-        step = _Step(last, state)
+        step = _Step(last, state, self._place)
         samples: list[InertialSample] = []
         begin = last.time
         for number in range(self._count + 1, math.floor((state.time - self._first) * self.rate + TIMING) + 1):
@@ -111,16 +124,18 @@ class InertialSampler:
         self._sampled = time
         self._turned = self._pushed = (0.0, 0.0, 0.0)
         rates, force = (p / interval, q / interval, r / interval), (x / interval, y / interval, z / interval)
+        if self._axes is not None:
+            rates, force = to_body(self._axes, rates), to_body(self._axes, force)
         return InertialSample(time, interval, step.angles(time), rates, force)
 
 
 class _Step:
-    """The motion between two states."""
+    """The motion between two states; `acceleration` is that of a place of the body, over ground."""
 
-    def __init__(self, begin: BodyMotion, end: BodyMotion):
+    def __init__(self, begin: BodyMotion, end: BodyMotion, place: Vector):
         self._begin = begin
         self._length = end.time - begin.time
-        before, after = begin.ground_velocity, end.ground_velocity
+        before, after = begin.ground_velocity_at(place), end.ground_velocity_at(place)
         self.acceleration = _scaled(_add(after, before, -1.0), 1.0 / self._length)
         self._turn = tuple(wrap(new - old) for old, new in zip(begin.angles, end.angles, strict=True))
         self._spin = _add(end.rates, begin.rates, -1.0)

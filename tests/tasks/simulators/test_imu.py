@@ -12,6 +12,7 @@ from tasks.simulators.estimated_state import EstimatedState
 from tasks.simulators.imu import IMU
 from world.attitude import rotation, to_body
 from world.bodies import Legs, Motion, lawn_mower
+from world.sensors import PARTS
 
 G = 9.80665
 
@@ -173,9 +174,62 @@ def test_ranges_saturate():
         ({"sampling_rate": 0.0}, "Sampling Rate"),
         ({"fidelity": "Exact"}, "Fidelity"),
         ({"velocity_random_walk": math.nan}, "Velocity Random Walk"),
+        ({"device_position": [1.0, 2.0]}, "Device Position"),
+        ({"part": "BMI088", "gyro_range": 500.0}, "Gyro Range"),
+        ({"part": "BMI088", "accel_bias_stability_tau": 10.0}, "Accel Bias Stability Tau"),
+        ({"part": "BMI880"}, "Part"),
     ],
 )
 def test_bad_parameters(parameters, name):
     with pytest.raises(ParameterError) as caught:
         simulate(IMU, **parameters)
     assert caught.value.name == name
+
+
+def test_it_feels_the_motion_of_its_place():
+    """On a turntable, and while that starts to turn: centripetal and tangential acceleration at 0.5 m forward."""
+    turning = [imc.SimulatedState(timestamp=k / 100, psi=2.0 * k / 100, r=2.0) for k in range(301)]
+    off = {"generate_noise": False, "device_position": [0.5, 0.0, 0.0]}
+    forces = collect(simulate(IMU, feed=turning, **off), imc.Acceleration)
+    assert forces == pytest.approx(np.tile([-0.5 * 4.0, 0.0, -G], (300, 1)), abs=2e-3)
+    starting = [imc.SimulatedState(timestamp=k / 100, r=0.1 * k / 100) for k in range(11)]
+    assert collect(simulate(IMU, feed=starting, **off), imc.Acceleration)[:, 1] == pytest.approx(0.05, abs=1e-4)
+
+
+def test_it_measures_along_its_own_axes():
+    feed = rest(0.1, p=0.1, phi=0.0)
+    run = simulate(IMU, feed=feed, generate_noise=False, device_orientation=[0.0, 90.0, 0.0])
+    assert collect(run, imc.Acceleration)[-1] == pytest.approx((G, 0.0, 0.0), abs=1e-5)
+    assert collect(run, imc.AngularVelocity)[-1] == pytest.approx((0.0, 0.0, 0.1), abs=1e-6)
+    assert run.of(imc.EulerAngles)[-1].theta == 0.0
+
+
+@pytest.mark.parametrize("part", ["MPU-6000", "ADIS16448", "BMI088"])
+def test_a_part_has_the_noise_steps_and_range_of_its_data_sheet(part):
+    fast = rest(40.0, r=math.radians(2500.0))
+    run = simulate(IMU, feed=fast, part=part, seed=4)
+    grade = PARTS[part]
+    for kind, triad in ((imc.AngularVelocity, grade.gyroscope), (imc.Acceleration, grade.accelerometer)):
+        values = collect(run, kind)
+        steps = values / triad.resolution
+        clipped = np.isclose(np.abs(values), triad.limit)
+        assert np.abs(steps - np.round(steps))[~clipped].max() < 1e-3
+        sigma = math.hypot(triad.density.white * 10.0, triad.resolution / math.sqrt(12.0))
+        assert values[:, 0].std() == pytest.approx(sigma, rel=0.1)
+    assert np.median(collect(run, imc.AngularVelocity)[:, 2]) == pytest.approx(grade.gyroscope.limit)
+
+
+def test_devices_of_a_kind_differ_as_told():
+    quiet = dict.fromkeys(("angular_random_walk", "gyro_bias_stability"), 0.0)
+    spread = {"gyro_scale_error": 1.0, "gyro_misalignment": 0.5, "gyro_offset": 0.2}
+    found = []
+    for seed in range(80):
+        run = simulate(IMU, feed=rest(0.05, r=1.0), seed=seed, **quiet, **spread)
+        found.append(collect(run, imc.AngularVelocity)[-1])
+        assert "gyroscopes (rad/s): scale" in run.log[0]
+    offset = math.radians(0.2)
+    sigmas = [math.hypot(math.radians(0.5), offset)] * 2 + [math.hypot(0.01, offset)]
+    assert np.std(found, axis=0) == pytest.approx(sigmas, rel=4 / math.sqrt(2 * len(found)))
+    assert np.mean(found, axis=0) == pytest.approx((0.0, 0.0, 1.0), abs=4 * max(sigmas) / math.sqrt(len(found)))
+    exact = simulate(IMU, feed=rest(0.05, r=1.0), seed=1, generate_noise=False, **spread)
+    assert collect(exact, imc.AngularVelocity)[-1] == pytest.approx((0.0, 0.0, 1.0))
