@@ -1,12 +1,14 @@
 """Simulates a GPS receiver."""
 
 import math
+from collections import deque
 from datetime import UTC, datetime
 
 import imc
 from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param, periodic
-from world.attitude import rotation, to_body, to_ned
+from world.attitude import Vector, cross, rotation, to_body, to_ned
+from world.sensors import Drift
 
 SLOWEST = 0.05  # m/s, least speed that has a course
 ALL_VALID = 0x1FF  # the nine flags of GpsFix.Validity
@@ -15,8 +17,8 @@ ALL_VALID = 0x1FF  # the nine flags of GpsFix.Validity
 class GPS(Task):
     """Publishes position, speed and course over ground, with noise, while the antenna is out of the water.
 
-    Below 0.05 m/s the course is the heading. Below `Activation Depth` nothing is valid, and the dilution and accuracy
-    grow by one per second.
+    Below 0.05 m/s the course is the heading. Below `Activation Depth`, and until satellites are found, nothing is
+    valid, and the dilution and accuracy grow by one per second.
     """
 
     execution_frequency: float = param(1.0, "Hz", "Rate of GpsFix.", minimum=0.1, maximum=100)
@@ -34,6 +36,29 @@ class GPS(Task):
         minimum=0,
     )
     height_noise: float = param(0.0, "m", "White noise of the height.", name="Standard Deviation - Height", minimum=0)
+    position_drift: float = param(
+        0.0,
+        "m",
+        "Standard deviation of an error of north and of east that wanders (Gauss-Markov).",
+        name="Standard Deviation - Position Drift",
+        minimum=0,
+    )
+    height_drift: float = param(
+        0.0,
+        "m",
+        "Standard deviation of an error of the height that wanders.",
+        name="Standard Deviation - Height Drift",
+        minimum=0,
+    )
+    drift_time: float = param(
+        1100.0, "s", "Time in which the wandering errors change.", name="Time Constant - Drift", minimum=1e-3
+    )
+    latency: float = param(0.0, "s", "Age of a fix when it is published.", minimum=0, maximum=10)
+    start_up_time: float = param(0.0, "s", "Time from the start to the first fix.", name="Start-Up Time", minimum=0)
+    reacquisition_time: float = param(0.0, "s", "Time from surfacing to the next fix.", minimum=0)
+    device_position: list[float] = param(
+        [], "m", "Antenna in the vehicle: forward, right, down of its origin; empty for the origin.", size=(0, 3)
+    )
     report_ground_velocity: bool = param(
         False, "", "Whether to publish GroundVelocity with each fix, like a dual-antenna receiver."
     )
@@ -46,9 +71,16 @@ class GPS(Task):
         position = self.initial_position
         if len(position) == 1 or (position and not (abs(position[0]) <= 90.0 and abs(position[1]) <= 180.0)):
             raise ParameterError("Initial Position", f"{position} is not a latitude and a longitude")
+        if len(self.device_position) not in (0, 3):
+            raise ParameterError("Device Position", f"{len(self.device_position)} numbers instead of three")
 
     def start(self) -> None:
-        self._truth: imc.SimulatedState | None = None
+        self._truths: deque[imc.SimulatedState] = deque()
+        self._fix_from = self.now + self.start_up_time
+        self._drift: Drift | None = None
+        if self.position_drift or self.height_drift:
+            sigmas = self.position_drift, self.position_drift, self.height_drift
+            self._drift = Drift(sigmas, self.drift_time, self.random.standard_normal(3).tolist())
         lat, lon = map(math.radians, self.initial_position or (0.0, 0.0))
         self._last = imc.GpsFix(lat=lat, lon=lon, hdop=self.hdop, hacc=self.hacc)
         self.set_entity_state(State.BOOT, "waiting for SimulatedState")
@@ -59,30 +91,41 @@ class GPS(Task):
     def follow(self, truth: imc.SimulatedState) -> None:
         motion = truth.u + truth.v + truth.w + truth.svx + truth.svy + truth.svz
         finite = math.isfinite(truth.x + truth.y + truth.z + truth.phi + truth.theta + truth.psi + motion)
-        self._truth = truth if finite else None
         if not finite:
+            self._truths.clear()
             self.set_entity_state(State.FAULT, "SimulatedState is not finite")
+            return
+        if self._truths and truth.timestamp < self._truths[-1].timestamp:
+            self._truths.clear()
+        self._truths.append(truth)
+        self._drop_older_than(truth.timestamp - self.latency)
 
     @periodic("execution_frequency")
     def report(self, periods: int) -> None:
-        truth = self._truth
-        if truth is None:
+        self._drop_older_than(self.now - self.latency)
+        if not self._truths or (self.latency and self._truths[0].timestamp > self.now - self.latency):
             return
-        if truth.z > self.activation_depth:
-            aged = periods / self.execution_frequency
-            lost = self._last.replace(
-                validity=0, satellites=0, sog=0.0, cog=0.0, hdop=self._last.hdop + aged, hacc=self._last.hacc + aged
-            )
-            self._report(lost)
-            self.set_entity_state(State.NORMAL, "no fix under water")
+        truth, antenna, elapsed = self._truths[0], self._antenna, periods / self.execution_frequency
+        attitude = rotation(truth.phi, truth.theta, truth.psi)
+        north, east, down = to_ned(attitude, antenna)
+        x, y, z = truth.x + north, truth.y + east, truth.z + down
+        wander = (0.0, 0.0, 0.0)
+        if self._drift is not None:
+            wander = self._drift.advance(elapsed, self.random.standard_normal(3).tolist())
+        if z > self.activation_depth:
+            self._fix_from = max(self._fix_from, self.now + self.reacquisition_time)
+            self._lose("no fix under water", elapsed)
             return
-        x, y, z = truth.x, truth.y, truth.z
+        if self.now < self._fix_from:
+            self._lose("waiting for satellites", elapsed)
+            return
         if self.position_noise or self.height_noise:
             dx, dy, dz = self.random.standard_normal(3).tolist()
             x, y, z = x + self.position_noise * dx, y + self.position_noise * dy, z + self.height_noise * dz
+        x, y, z = x + wander[0], y + wander[1], z + wander[2]
         lat, lon, height = coordinates.displace(truth.lat, truth.lon, truth.height, x, y, z)
-        attitude = rotation(truth.phi, truth.theta, truth.psi)
-        north, east, down = to_ned(attitude, (truth.u, truth.v, truth.w))
+        u, v, w = cross((truth.p, truth.q, truth.r), antenna)
+        north, east, down = to_ned(attitude, (truth.u + u, truth.v + v, truth.w + w))
         north, east, down = north + truth.svx, east + truth.svy, down + truth.svz
         speed = math.hypot(north, east)
         fix = imc.GpsFix(
@@ -105,12 +148,26 @@ class GPS(Task):
             self.publish(imc.EulerAngles(time=self.now, psi=truth.psi, psi_magnetic=truth.psi))
         self.set_entity_state(State.NORMAL, "active")
 
+    @property
+    def _antenna(self) -> Vector:
+        x, y, z = self.device_position or (0.0, 0.0, 0.0)
+        return x, y, z
+
+    def _drop_older_than(self, time: float) -> None:
+        """Keep the last state before a time, and what is newer."""
+        while len(self._truths) > 1 and self._truths[1].timestamp <= time:
+            self._truths.popleft()
+
+    def _lose(self, why: str, elapsed: float) -> None:
+        hdop, hacc = self._last.hdop + elapsed, self._last.hacc + elapsed
+        self._report(self._last.replace(validity=0, satellites=0, sog=0.0, cog=0.0, hdop=hdop, hacc=hacc))
+        self.set_entity_state(State.NORMAL, why)
+
     def _report(self, fix: imc.GpsFix) -> None:
         self._last = fix
         self._publish(fix)
 
     def _publish(self, fix: imc.GpsFix) -> None:
-        date = datetime.fromtimestamp(self.now, UTC)
-        self.publish(
-            fix.replace(utc_year=date.year, utc_month=date.month, utc_day=date.day, utc_time=self.now % 86400.0)
-        )
+        time = self.now - self.latency
+        date = datetime.fromtimestamp(time, UTC)
+        self.publish(fix.replace(utc_year=date.year, utc_month=date.month, utc_day=date.day, utc_time=time % 86400.0))

@@ -1,6 +1,7 @@
 """Models of sensors: noise and geometry."""
 
 from world.sensors import mug_original
+from world.sensors.drift import Drift
 from world.sensors.imu import (
     STANDARD_GRAVITY,
     NoiseDensity,
@@ -23,6 +24,7 @@ __all__ = [
     "BodyMotion",
     "CameraPose",
     "Device",
+    "Drift",
     "InertialSample",
     "InertialSampler",
     "NoiseDensity",

@@ -92,7 +92,8 @@ class Device:
         lean = [value for axis, row in enumerate(self.matrix) for other, value in enumerate(row) if other != axis]
         offset = ", ".join(f"{value:+.3g}" for value in self.offset)
         largest = math.degrees(max(map(abs, lean)))
-        return f"scale {scale} %, axes off by up to {largest:.2g}°, offset {offset}"
+        told = f"scale {scale} %, axes off by up to {largest:.2g}°"
+        return f"{told}, offset {offset}" if any(self.offset) else told
 
 
 @dataclass(frozen=True, slots=True)

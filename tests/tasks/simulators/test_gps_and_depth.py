@@ -7,7 +7,7 @@ import pytest
 
 import imc
 from imc import coordinates
-from runtime import ParameterError
+from runtime import ParameterError, Task, periodic
 from runtime.testing import simulate
 from tasks.simulators.depth_sensor import DepthSensor
 from tasks.simulators.gps import GPS
@@ -64,6 +64,65 @@ def test_manual_fix_at_the_start_on_demand():
     (fix,) = simulate(GPS, initial_position=[41.185, -8.7062], seconds=1).of(imc.GpsFix)
     assert fix.type == imc.GpsFix.Type.MANUAL_INPUT
     assert (fix.lat, fix.lon) == pytest.approx((math.radians(41.185), math.radians(-8.7062)))
+
+
+def north_of(fix):
+    return coordinates.displacement(LAT, LON, 0.0, fix.lat, fix.lon, fix.height)[0]
+
+
+def test_a_fix_is_as_old_as_the_latency():
+    feed = [at(k / 10, 0.0, x=float(k)) for k in range(41)]
+    run = simulate(GPS, feed=feed, seconds=4.05, latency=0.25, execution_frequency=2.0)
+    fixes = run.of(imc.GpsFix)
+    assert [north_of(fix) for fix in fixes] == pytest.approx([2, 7, 12, 17, 22, 27, 32, 37], abs=0.01)
+    assert fixes[1].timestamp - run.vehicle.start_time == pytest.approx(1.0, abs=1e-3)
+    assert fixes[2].utc_time - fixes[1].utc_time == pytest.approx(0.5, abs=1e-3)
+    assert run.vehicle.start_time % 86400.0 + 0.75 == pytest.approx(fixes[1].utc_time, abs=1e-3)
+
+
+class Jumping(Task):
+    """The truth of a simulator whose clock is an hour fast until it is set after two seconds."""
+
+    @periodic(10.0)
+    def tick(self):
+        late = self.now - self.vehicle.start_time > 2.0
+        time = self.now if late else self.now + 3600.0
+        self.publish(at(time, 0.0, x=2.0 if late else 1.0), keep_time=True)
+
+
+def test_states_of_before_a_clock_was_set_back_are_forgotten():
+    run = simulate([Jumping, (GPS, {"latency": 0.2})], seconds=5.5)
+    assert [round(north_of(fix)) for fix in run.of(imc.GpsFix)] == [2, 2, 2]
+
+
+def test_satellites_take_time_at_the_start_and_after_a_dive():
+    feed = [at(0.5, 0.0), at(4.5, 1.0), at(6.5, 0.0)]
+    run = simulate(GPS, feed=feed, seconds=10.5, start_up_time=2.5, reacquisition_time=2.0)
+    assert [m.validity != 0 for m in run.of(imc.GpsFix)] == [False, False, True, True] + [False] * 3 + [True] * 3
+    assert "waiting for satellites" in [m.description for m in run.of(imc.EntityState)]
+
+
+def test_the_position_wanders_as_told():
+    feed = [at(0.5, 0.0)]
+    drifting = {"position_drift": 5.0, "height_drift": 8.0, "drift_time": 20.0, "execution_frequency": 1.0}
+    fixes = simulate(GPS, feed=feed, seconds=6000, seed=5, **drifting).of(imc.GpsFix)
+    errors = np.array([coordinates.displacement(LAT, LON, 0.0, m.lat, m.lon, m.height) for m in fixes])
+    independent = 6000 / 40.0
+    assert errors.std(axis=0) == pytest.approx([5.0, 5.0, 8.0], rel=4 / math.sqrt(2 * independent))
+    later = np.array([np.corrcoef(column[:-20], column[20:])[0, 1] for column in errors.T])
+    assert later == pytest.approx(math.exp(-1.0), abs=4 / math.sqrt(independent))
+
+
+def test_the_antenna_is_where_it_is_mounted():
+    raised = {"device_position": [0.0, 0.0, -0.5], "report_ground_velocity": True}
+    assert simulate(GPS, feed=[at(0.5, 0.6)], seconds=1.5, **raised).of(imc.GpsFix)[0].validity == 0x1FF
+    rolling = at(0.5, 0.6, phi=0.5 * math.pi, p=0.1)
+    run = simulate(GPS, feed=[rolling.replace(z=0.0)], seconds=1.5, **raised)
+    (fix,) = run.of(imc.GpsFix)
+    assert coordinates.displacement(LAT, LON, 0.0, fix.lat, fix.lon, fix.height) == pytest.approx(
+        (0.0, 0.5, 0.0), abs=1e-3
+    )
+    assert run.of(imc.GroundVelocity)[0].y == pytest.approx(0.05, abs=1e-6)
 
 
 @pytest.mark.parametrize("position", [[41.0], [91.0, 0.0], [0.0, 181.0]])
