@@ -39,6 +39,8 @@ FORMATS = {
     "parquet": Format("-parquet", False, "shoal.logs.export.parquet", "export_parquet"),
     "csv": Format("-csv", False, "shoal.logs.export.csv", "export_csv"),
     "llf": Format("-llf", False, "shoal.logs.export.llf", "export_llf"),
+    "euroc": Format("-euroc", False, "shoal.logs.export.euroc", "export_euroc"),
+    "tum": Format("-tum", False, "shoal.logs.export.tum", "export_tum"),
 }
 Writer: TypeAlias = Callable[[Source, Path, ReportBytes], int]
 """Writes what is selected to a path, reports the bytes read, and returns how many messages or rows it wrote."""
@@ -50,8 +52,9 @@ MOST_LINES = 20
 @click.command(
     epilog="MCAP: one topic per system, message and entity, for Foxglove, PlotJuggler and ROS 2 tools, and the packets "
     "from which `shoal log import` restores the same log. NetCDF: one file, one group per message type, CF "
-    "conventions. Parquet, CSV, LLF: a folder with one file per message type. MCAP, NetCDF and Parquet need the "
-    "extra shoal[analysis]."
+    "conventions. Parquet, CSV, LLF: a folder with one file per message type. EuRoC, TUM: a folder with inertial "
+    "samples, true and estimated motion, and pictures, for visual-inertial navigation. MCAP, NetCDF and Parquet need "
+    "the extra shoal[analysis]."
 )
 @click.argument("log", type=LOG, required=False)
 @click.argument("out", type=LOG, required=False)
@@ -78,7 +81,7 @@ def export(
     images: bool,
     force: bool,
 ) -> None:
-    """Write LOG to OUT as MCAP, NetCDF, Parquet, CSV or LLF; OUT is named after the log by default."""
+    """Write LOG to OUT as MCAP, NetCDF, Parquet, CSV, LLF, EuRoC or TUM; OUT is named after the log by default."""
     with refusals():
         form = form or (_format_of(out) if out else "mcap")
         with _extra("analysis"):
@@ -135,11 +138,11 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
 def _format_of(out: Path) -> str:
     """The format for the ending of a name; MCAP if it has none. Raises ValueError if the ending is unknown."""
     ending = out.suffix[1:].lower()
+    for name, form in FORMATS.items():
+        if ending in (name, form.ending[1:]) or out.name.lower().endswith(form.ending):
+            return name
     if not ending:
         return "mcap"
-    for name, form in FORMATS.items():
-        if ending in (name, form.ending[1:]):
-            return name
     raise ValueError(f"{out}: unknown ending '.{ending}'; choose a format with --format")
 
 

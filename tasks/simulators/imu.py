@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Callable, Mapping
 
 import imc
 from runtime import ParameterError, State, Task, consume, param
@@ -24,7 +25,8 @@ from world.sensors import (
 
 ARTICLE_INTERVAL = 0.025  # s
 OWN_VALUES = "Own Values"
-OF_PARTS = re.compile(".* Random Walk|(Gyro|Accel) (Bias Stability.*|Range|Resolution|Scale Error|Misalignment|Offset)")
+GRADE = ("Range", "Resolution", "Scale Error", "Misalignment", "Offset")
+OF_PARTS = re.compile(".* Random Walk|(Gyro|Accel) (Bias Stability.*|" + "|".join(GRADE) + ")")
 """The parameters for which a part has values of its own."""
 
 
@@ -99,7 +101,7 @@ class IMU(Task):
         for name, value in (("Device Position", self.device_position), ("Device Orientation", self.device_orientation)):
             if len(value) not in (0, 3):
                 raise ParameterError(name, f"{len(value)} numbers instead of three")
-        self.grade = self._own_values() if self.part == OWN_VALUES else self._of_part()
+        self.grade = own_values(self._number) if self.part == OWN_VALUES else self._of_part()
         gyro, accel = self.grade.gyroscope.density, self.grade.accelerometer.density
         if not hasattr(self, "gyroscope"):
             self.gyroscope, self.accelerometer = NoisyTriad(gyro), NoisyTriad(accel)
@@ -111,29 +113,8 @@ class IMU(Task):
             self.sampling_rate, self.gravity, (place[0], place[1], place[2]), (roll, pitch, yaw)
         )
 
-    def _own_values(self) -> Part:
-        gyro = NoiseDensity.gyroscope(self.angular_random_walk, self.gyro_bias_stability, self.gyro_bias_stability_tau)
-        accel = NoiseDensity.accelerometer(
-            self.velocity_random_walk, self.accel_bias_stability, self.accel_bias_stability_tau
-        )
-        return Part(
-            TriadGrade.gyroscope(
-                gyro,
-                self.gyro_range,
-                self.gyro_resolution,
-                self.gyro_scale_error,
-                self.gyro_misalignment,
-                self.gyro_offset,
-            ),
-            TriadGrade.accelerometer(
-                accel,
-                self.accel_range,
-                self.accel_resolution,
-                self.accel_scale_error,
-                self.accel_misalignment,
-                self.accel_offset,
-            ),
-        )
+    def _number(self, name: str) -> float:
+        return getattr(self, self.parameters()[name].attribute)
 
     def _of_part(self) -> Part:
         for name, parameter in self.parameters().items():
@@ -202,3 +183,21 @@ class IMU(Task):
             imc.Acceleration(timestamp=time, time=time, x=x, y=y, z=z),
         ):
             self.publish(message, keep_time=True)
+
+
+def grade_of(options: Mapping[str, str]) -> Part:
+    """What an IMU with these options of a profile is like. Raises ValueError for an option that cannot be read."""
+    values = {name: parameter.parse(options.get(name, "")) for name, parameter in IMU.parameters().items()}
+    return own_values(values.__getitem__) if values["Part"] == OWN_VALUES else PARTS[values["Part"]]
+
+
+def own_values(number: Callable[[str], float]) -> Part:
+    """What an IMU with these values of its parameters is like."""
+    density = NoiseDensity.gyroscope(
+        number("Angular Random Walk"), number("Gyro Bias Stability"), number("Gyro Bias Stability Tau")
+    )
+    gyroscope = TriadGrade.gyroscope(density, *(number(f"Gyro {name}") for name in GRADE))
+    density = NoiseDensity.accelerometer(
+        number("Velocity Random Walk"), number("Accel Bias Stability"), number("Accel Bias Stability Tau")
+    )
+    return Part(gyroscope, TriadGrade.accelerometer(density, *(number(f"Accel {name}") for name in GRADE)))

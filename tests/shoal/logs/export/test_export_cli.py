@@ -64,6 +64,8 @@ def test_the_ending_of_the_name_says_the_format(shoal, rpms, tmp_path):
     code, said = shoal("export", rpms, "a.xyz")
     assert (code, "unknown ending '.xyz'; choose a format with --format" in said) == (2, True)
     assert shoal("export", rpms, "a.xyz", "--format", "llf")[0] == 0
+    assert shoal("export", rpms, "a-csv")[0] == 0
+    assert (tmp_path / "a-csv" / "Rpm.csv").is_file(), "as the name that an export has by itself"
 
 
 def test_a_part_is_chosen(shoal, rpms, tmp_path):

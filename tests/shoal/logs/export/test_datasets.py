@@ -1,0 +1,138 @@
+"""Data sets for visual-inertial navigation of a simulated LAUV: their parts fit each other, and the log."""
+
+import csv
+import math
+
+import numpy as np
+import pytest
+import yaml
+
+import imc
+from runtime.logs import summarize
+from shoal.logs.export import Source
+from shoal.logs.export.euroc import export_euroc
+from shoal.logs.export.motion import quaternions
+from shoal.logs.export.tum import export_tum
+from shoal.missions import prepare
+from tests.outside import ALONE
+from world.attitude import rotation
+
+OPTIONS = [
+    *("Vision.FisheyeCamera:Size=64", "Vision.FisheyeCamera:Face Size=32", "Simulators.IMU/AHRS:Generate Noise=false"),
+    *("Simulators.IMU/AHRS:Device Position=0.5, 0, 0.1", "Simulators.IMU/AHRS:Device Orientation=0, 0, 90"),
+]
+SECONDS = 30.0
+UP = np.array([0.0, 0.0, 9.80665])
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run")
+    modes = ["Simulation", "Camera"]
+    made = prepare(
+        "lauv-noptilus-1", modes=modes, overrides=[*OPTIONS, *ALONE], log_root=folder, state_folder=folder / "db"
+    )
+    made.vehicle.start()
+    made.vehicle.run(SECONDS)
+    made.vehicle.close()
+    log = imc.Log(max(folder.rglob("Data.lsf.gz"), key=lambda path: path.stat().st_size).parent)
+    return Source(log, summarize(log))
+
+
+def numbers(path):
+    rows = [row for row in csv.reader(path.read_text().splitlines()) if not row[0].startswith("#")]
+    return np.array([int(row[0]) for row in rows]), np.array([row[1:] for row in rows], float)
+
+
+def matrices(attitudes):
+    """Rotation matrices of quaternions w, x, y, z."""
+    w, x, y, z = attitudes.T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def test_the_parts_of_a_euroc_data_set_fit_each_other(source, tmp_path):
+    """The forces, turned to the world by the truth, less gravity, add up to the velocity of the place of the IMU."""
+    export_euroc(source, tmp_path)
+    times, truth = numbers(tmp_path / "mav0/state_groundtruth_estimate0/data.csv")
+    samples, measured = numbers(tmp_path / "mav0/imu0/data.csv")
+    pose = np.array(yaml.safe_load((tmp_path / "mav0/imu0/sensor.yaml").read_text())["T_BS"]["data"]).reshape(4, 4)
+    assert pose[:3, 3] == pytest.approx([0.5, 0.0, 0.1])
+    common, ours, theirs = np.intersect1d(times, samples, return_indices=True)
+    assert len(common) > 0.9 * len(samples) > 1000
+    body = matrices(truth[ours, 3:7])
+    at_sensor = truth[ours, :3] + body @ pose[:3, 3]
+    seconds = (common - common[0]) * 1e-9
+    velocity = np.gradient(at_sensor, seconds, axis=0)
+    middle = 0.5 * (body[1:] + body[:-1])
+    pushes = np.einsum("nij,jk,nk->ni", middle, pose[:3, :3], measured[theirs, 3:][1:]) - UP
+    gained = np.cumsum(pushes * np.diff(seconds)[:, None], axis=0)
+    error = velocity[1:-1] - velocity[1] - (gained[:-1] - gained[0])
+    assert np.abs(error).max() < 0.01
+    assert np.ptp(velocity - np.gradient(truth[ours, :3], seconds, axis=0), axis=0).max() > 0.04, "the lever arm counts"
+    assert np.gradient(truth[:, :3], times * 1e-9, axis=0)[5:-5] == pytest.approx(truth[5:-5, 7:10], abs=0.02)
+    assert np.isnan(truth[:, 10:]).all()
+
+
+def test_pictures_have_their_times_as_names(source, tmp_path):
+    export_euroc(source, tmp_path)
+    photos = sorted((source.log.path.parent / "Photos").glob("*.png"))
+    rows = [line.split(",") for line in (tmp_path / "mav0/cam0/data.csv").read_text().splitlines()[1:]]
+    assert len(rows) == len(photos) > 5
+    for (time, name), photo in zip(rows, photos, strict=True):
+        assert int(time) * 1e-9 == pytest.approx(float(photo.stem.rpartition("_")[2]), abs=1e-6)
+        assert (tmp_path / "mav0/cam0/data" / name).read_bytes() == photo.read_bytes()
+
+
+def test_kalibr_gets_densities_and_the_articles_block_is_labelled(source, tmp_path):
+    export_euroc(source, tmp_path)
+    noise = yaml.safe_load((tmp_path / "calibration/imu0.yaml").read_text())
+    assert noise["gyroscope_noise_density"] == pytest.approx(math.radians(0.3) / 60)
+    assert noise["accelerometer_random_walk"] == pytest.approx(36e-6 * 9.80665 / math.sqrt(800))
+    assert noise["update_rate"] == 100.0
+    heading, *block = (tmp_path / "calibration/imu0_per_sample.yaml").read_text().splitlines()
+    assert "per sample" in heading.lower()
+    assert block[0] == "acc_n: 1.4885e-02"
+
+
+def test_a_tum_data_set_says_the_same(source, tmp_path):
+    rows = export_tum(source, tmp_path)
+    files = {path.stem: np.loadtxt(path) for path in tmp_path.glob("[aeg]*.txt")}
+    assert sum(map(len, files.values())) + len(list((tmp_path / "rgb").iterdir())) == rows
+    states = list(source.log.messages("SimulatedState"))
+    truth = files["groundtruth"]
+    assert truth[:, 0] == pytest.approx([state.timestamp for state in states], abs=1e-6)
+    origin = truth[0, 1:4]
+    assert truth[:, 1] - origin[0] == pytest.approx([state.y - states[0].y for state in states], abs=1e-3)
+    assert truth[:, 3] - origin[2] == pytest.approx([states[0].z - state.z for state in states], abs=1e-3)
+    for row, state in list(zip(truth, states, strict=True))[::200]:
+        ned = np.array(rotation(state.phi, state.theta, state.psi))
+        assert matrices(row[None, [7, 4, 5, 6]])[0] == pytest.approx(ned[[1, 0, 2]] * [[1], [1], [-1]], abs=1e-6)
+    assert len((tmp_path / "rgb.txt").read_text().splitlines()) - 3 == len(list((tmp_path / "rgb").iterdir()))
+
+
+def test_quaternions_turn_like_angles():
+    angles = np.random.default_rng(1).uniform(-1.5, 1.5, (50, 3))
+    for angle, found in zip(angles, matrices(quaternions(*angles.T)), strict=True):
+        assert found == pytest.approx(np.array(rotation(*angle))[[1, 0, 2]] * [[1], [1], [-1]], abs=1e-12)
+
+
+def test_what_is_not_finite_or_alone_is_left_out_and_counted(make_log, tmp_path):
+    head = {"src": 0x1A, "src_ent": 7}
+    messages = [imc.Announce(sys_name="lauv-noptilus-1", src=0x1A, timestamp=1.7e9)]
+    for number in range(5):
+        time = 1.7e9 + number
+        messages.append(imc.AngularVelocity(x=0.1, **head, timestamp=time))
+        messages.append(imc.Acceleration(x=math.nan if number == 2 else 1.0, **head, timestamp=time))
+    messages.append(imc.Acceleration(x=9.0, **head, timestamp=1.7e9 + 9))
+    log = imc.Log(make_log(list(map(imc.encode, messages))))
+    source = Source(log, summarize(log))
+    assert export_euroc(source, tmp_path) == 4
+    told = {"Acceleration is not finite": 1, "entity 7 has no rates and force at the same time": 2}
+    assert dict(source.skipped) == told
+    assert not (tmp_path / "calibration").exists()
+    assert "gyroscope_noise_density" not in (tmp_path / "mav0/imu0/sensor.yaml").read_text()
