@@ -11,7 +11,7 @@ from imc.addresses import UNKNOWN_SYSTEM
 from runtime.bus import Frame
 from runtime.devices import Recording, Recordings
 from runtime.kernel import SECOND, Clock, VirtualClock, nanoseconds
-from runtime.task import Task
+from runtime.task import Parameter, Task
 from runtime.vehicle import Vehicle, section_name
 
 M = TypeVar("M", bound=imc.Message)
@@ -49,7 +49,14 @@ class NoProfile:
     """Stands in for the ini file: `settings` has the options of each section."""
 
     def __init__(self, settings: Mapping[str, Mapping[str, str]] | None = None):
-        self._settings = settings or {}
+        self._settings = {section: dict(options) for section, options in (settings or {}).items()}
+
+    def set(self, section: str, parameters: Mapping[str, Parameter], values: Mapping[str, Any]) -> None:
+        """Let a section also have the options that are given by attribute."""
+        for parameter in parameters.values():
+            if parameter.attribute in values:
+                text = parameter.format(values[parameter.attribute])
+                self._settings.setdefault(section, {})[parameter.name] = text
 
     def value(self, section: str, option: str, default: str = "") -> str:
         return self._settings.get(section, {}).get(option, "") or default
@@ -98,11 +105,12 @@ def simulate(
     """
     wanted = [tasks] if isinstance(tasks, type) else list(tasks)
     with tempfile.TemporaryDirectory() as folder:
+        profile = NoProfile(settings)
         vehicle = Vehicle(
             system,
             system_id,
             clock=clock or VirtualClock(nanoseconds(start)),
-            profile=NoProfile(settings),
+            profile=profile,
             seed=seed,
             keep_going=keep_going,
             log_root=log_root or Path(folder) / "log",
@@ -112,9 +120,11 @@ def simulate(
         vehicle.recordings = recordings = None if stream is None else Recordings(stream)
         made: list[Task] = []
         try:
-            for item in wanted:
-                cls, values = item if isinstance(item, tuple) else (item, parameters)
-                name = section if section and not made else section_name(cls)
+            given = [item if isinstance(item, tuple) else (item, parameters) for item in wanted]
+            names = [section if section and not index else section_name(cls) for index, (cls, _) in enumerate(given)]
+            for name, (cls, values) in zip(names, given, strict=True):
+                profile.set(name, cls.parameters(), values)
+            for name, (cls, values) in zip(names, given, strict=True):
                 made.append(vehicle.add(cls, _unused(name, made), **values))
             run = Run(vehicle, made, sent=recordings.sent if recordings is not None else [])
             fed = [_fed(message, vehicle) for message in feed]

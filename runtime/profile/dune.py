@@ -12,6 +12,7 @@ DATA_SECTIONS = (
     "Entity Ids",
     "Zenoh",
     "Bathymetry",
+    "World",
     "Evologics Addresses",
     "GSM Addresses",
     "Hardware Parts",
@@ -20,7 +21,8 @@ DATA_SECTIONS = (
     "Narrow Band Transponders",
     "Seatrac Addresses",
 )
-DATA_PREFIX = "VSIM/Model/"
+MODEL_PREFIX = "VSIM/Model/"
+DATA_PREFIXES = MODEL_PREFIX, "World/"
 
 GENERAL = {
     "Vehicle": ("", "Name of the system; [IMC Addresses] has its id."),

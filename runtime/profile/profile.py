@@ -280,7 +280,7 @@ class Profile:
 
     def refuse_strangers(self) -> None:
         """Raise ProfileError if an override is for a section that nothing reads and that does not enable a task."""
-        model = dune.DATA_PREFIX + self.config.value("General", "Vehicle Type")
+        model = dune.MODEL_PREFIX + self.config.value("General", "Vehicle Type")
         problems: list[Problem] = []
         for section in self.config.sections.values():
             enables = section.value("Enabled", NEVER) != NEVER

@@ -14,9 +14,9 @@ from runtime.task.handlers import (
     tickers,
 )
 from runtime.task.logbook import Logbook, one_line, with_place
-from runtime.task.parameters import Parameter, ParameterError, find_parameter, param
+from runtime.task.parameters import Parameter, ParameterError, SharedOption, find_parameter, param
 from runtime.task.script import Inbox, Script
-from runtime.task.task import Task
+from runtime.task.task import Task, shared_options
 
 __all__ = [
     "HIGHEST_RATE",
@@ -31,6 +31,7 @@ __all__ = [
     "Parameter",
     "ParameterError",
     "Script",
+    "SharedOption",
     "State",
     "Systems",
     "Task",
@@ -45,6 +46,7 @@ __all__ = [
     "param",
     "periodic",
     "rate_of",
+    "shared_options",
     "tickers",
     "with_place",
 ]

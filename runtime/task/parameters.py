@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any, Literal, Protocol, get_args, get_origin, get_type_hints
 
 Visibility = Literal["user", "developer"]
 Scope = Literal["global", "idle", "plan", "maneuver"]
@@ -22,6 +22,19 @@ class ParameterError(ValueError):
         super().__init__(f"{name}: {reason}")
         self.name = name
         self.reason = reason
+
+
+class SharedOption(Protocol):
+    """An option of a section that several tasks read."""
+
+    @property
+    def unit(self) -> str: ...
+
+    @property
+    def meaning(self) -> str: ...
+
+    @property
+    def default(self) -> str: ...
 
 
 def _text(word: str) -> str:

@@ -1,9 +1,10 @@
 """A task: one concern of a vehicle, with parameters, handlers and periodic methods."""
 
 import functools
-from collections.abc import Callable, Coroutine, Iterable
+from collections.abc import Callable, Coroutine, Iterable, Mapping
 from contextlib import ExitStack
 from threading import Thread
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from zlib import crc32
 
@@ -17,7 +18,7 @@ from runtime.task.entities import Entity, State
 from runtime.task.handlers import Consumer, Ticker, consumers, tickers
 from runtime.task.logbook import Logbook, cut
 from runtime.task.parameter_set import ParameterSet
-from runtime.task.parameters import Parameter, Scope, declared, param
+from runtime.task.parameters import Parameter, Scope, SharedOption, declared, param
 from runtime.task.script import Script
 
 if TYPE_CHECKING:
@@ -36,6 +37,8 @@ class Task(Attached):
     A class with `external` set needs the network or a device and is skipped in virtual time; `requires` names the extra
     that it needs; `activation` is the scope of its parameter `Active`, empty for tasks without.
     `transient` names attributes that are not in snapshots, because `configure` or `restored` makes them again.
+    `reads` has the options of sections that several tasks read, each with unit and meaning; a name that ends with /
+    stands for all sections that begin with it.
     A snapshot can contain a running script if it is an async method of the task's own class.
     """
 
@@ -43,6 +46,7 @@ class Task(Attached):
     requires: ClassVar[str] = ""
     activation: ClassVar[Scope | str] = ""
     transient: ClassVar[tuple[str, ...]] = ()
+    reads: ClassVar[Mapping[str, Mapping[str, SharedOption]]] = MappingProxyType({})
 
     entity_label: str = param("", "", "Label of the task's entity.", editable=False)
     debug_level: str = param("None", "", "Verbosity of the log book.", choices=("None", "Debug", "Trace", "Spew"))
@@ -307,3 +311,13 @@ def _outcome(function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[Any, 
 
 def _ignore(_: object) -> None:
     """For what a thread returns that has ended."""
+
+
+def shared_options(tasks: Iterable[type[Task]], section: str) -> dict[str, SharedOption]:
+    """The options that tasks read in a section of none of them, by name."""
+    found: dict[str, SharedOption] = {}
+    for task in tasks:
+        for name, options in task.reads.items():
+            if section == name or (name.endswith("/") and section.startswith(name)):
+                found |= options
+    return found

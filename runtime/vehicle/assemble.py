@@ -99,7 +99,7 @@ def build(
             problems += _build_task(made, profile, section, process)
     if problems:
         vehicle.close()
-        raise ProfileError(problems)
+        raise ProfileError(list(dict.fromkeys(problems)))
     return made
 
 
@@ -140,8 +140,10 @@ def _add_task(vehicle: Vehicle, profile: Profile, section: Section, cls: type[Ta
             task.parameter_set.redeclare(option.name, option.attributes)
         _warn_of_unknown(task, section)
     except ParameterError as error:
-        origin = _named_in(profile, error.reason) or _origin(profile, section.name, error.name)
-        return [Problem("error", *origin, f"{section.name}: {error}")]
+        named = _named_in(profile, error.reason)
+        shared = any(error.name == name for name in cls.reads)
+        text = error.reason if shared else f"{section.name}: {error}"
+        return [Problem("error", *(named or _origin(profile, section.name, error.name)), text)]
     except imc.SchemaError as error:
         return [Problem("error", *section.origin, f"{section.name}: {error}")]
     except EntityError as error:

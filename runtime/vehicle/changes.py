@@ -1,12 +1,14 @@
 """The values of parameters: as the profile gives them, as they change in a running vehicle, and as they are saved."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from runtime.profile import read_sections, write_sections
 from runtime.task import ParameterError, Task
+
+T = TypeVar("T")
 
 
 class Settings(Protocol):
@@ -48,6 +50,16 @@ class Changes:
         self._settings = settings
         self._original: dict[str, dict[str, str]] = {}
         self._effective: dict[str, dict[str, str]] = {}
+        self._shared: dict[object, Any] = {}
+
+    def shared(self, make: Callable[[Callable[[str, str], str]], T]) -> T:
+        """What several tasks make of the effective configuration, such as a world; made again after a change.
+
+        `make(value)` is called with a function that gives the text of an option of any section.
+        """
+        if make not in self._shared:
+            self._shared[make] = make(self._settings.value)
+        return self._shared[make]
 
     def begin(self, task: Task) -> None:
         """Take the present values as the profile's."""
@@ -79,6 +91,7 @@ class Changes:
             if text != known[parameter.name]:
                 self._settings.override(f"{task.name}:{parameter.name}={text}")
                 known[parameter.name] = text
+                self._shared.clear()
 
     def save(self, task: Task, path: Path) -> None:
         """Add the parameters of a task that differ from the profile to a file of saved parameters.

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 import imc
 from runtime.problem import Origin, Problem, ProfileError, Severity, misspelled, nearest, quoted, suggestion
 from runtime.profile import ALWAYS, NEVER, Option, Profile, Section, default_label, dune, items, parse_address
-from runtime.task import Parameter, Task, find_parameter
+from runtime.task import Parameter, SharedOption, Task, find_parameter, shared_options
 from runtime.vehicle.catalogue import misspelled_task, nearest_task, section_name, why_missing
 from runtime.zenoh import ZenohConfig
 
@@ -178,7 +178,9 @@ class _Checker:
     def _check_unknown_section(self, section: Section, runs: bool) -> None:
         name, base = section.name, section.name.partition("/")[0]
         dot = "." in base
-        if name in dune.DATA_SECTIONS or name.startswith(dune.DATA_PREFIX):
+        known = shared_options(self._tasks.values(), name)
+        if known or name in dune.DATA_SECTIONS or name.startswith(dune.DATA_PREFIXES):
+            self._check_shared(section, known)
             return
         if name == dune.MULTIPLEXER:
             self._check_multiplexer(section)
@@ -195,6 +197,14 @@ class _Checker:
                 self._say("warning", section.origin, f"nothing reads [{name}]", f"did you mean [{near}]?")
         elif runs or near or "Enabled" not in section.options or not dot:
             self._say("error" if runs else "warning", section.origin, f"[{name}] is not a task", hint)
+
+    def _check_shared(self, section: Section, known: Mapping[str, SharedOption]) -> None:
+        for option in section.options.values() if known else ():
+            if option.name not in known and option.history:
+                near = misspelled(option.name, known)
+                text = f"[{section.name}] nothing reads {quoted(option.name)}"
+                hint = f"did you mean {quoted(near)}?" if near else f"shoal explain lists those of {section.name}"
+                self._say("warning", option.origin, text, hint)
 
     def _check_multiplexer(self, section: Section) -> None:
         tasks = ", ".join(dict.fromkeys(name for name, _ in dune.multiplexed("Enabled")))

@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from runtime.problem import Origin, Problem, ProfileError, misspelled, quoted, suggestion
 from runtime.profile import Option, Profile, dune
-from runtime.task import Parameter, Task, find_parameter
+from runtime.task import Parameter, SharedOption, Task, find_parameter
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,15 +30,21 @@ class Row:
         return str(self.origins[0]) if self.origins else "default"
 
 
-def explain(profile: Profile, section: str, task: type[Task] | None = None) -> list[Row]:
+def explain(
+    profile: Profile,
+    section: str,
+    task: type[Task] | None = None,
+    shared: Mapping[str, SharedOption] = MappingProxyType({}),
+) -> list[Row]:
     """The options of a section: those of its task in the order of declaration, then the unknown ones.
 
-    An unknown option is marked, with the nearest valid name; data sections may have any option.
+    An unknown option is marked, with the nearest valid name; data sections may have any option. `shared` are those
+    that several tasks read in this section.
 
-    Raises ProfileError if the profile has no such section and no task is given.
+    Raises ProfileError if the profile has no such section and neither a task nor shared options are given.
     """
     found = profile.config.sections.get(section)
-    if found is None and task is None:
+    if found is None and task is None and not shared:
         text = f"there is no section [{section}]"
         raise ProfileError([Problem("error", str(profile.path), 0, text, suggestion(section, profile.config.sections))])
     parameters = task.parameters() if task else {}
@@ -48,12 +55,14 @@ def explain(profile: Profile, section: str, task: type[Task] | None = None) -> l
     for name, parameter in parameters.items():
         set_as = next((n for n in (name, *parameter.aliases) if n in options), name)
         rows.append(_parameter_row(set_as, options.pop(set_as, None), parameter))
+    for name, known in shared.items():
+        rows.append(_row(name, options.pop(name, None), known.unit, known.meaning, known.default))
     for name, option in options.items():
         unit, meaning = dune.GENERAL.get(name, ("", "")) if section == "General" else ("", "")
         if task:
             meaning = _unknown(name, parameters)
-        elif section == "General" and name not in dune.GENERAL:
-            near = misspelled(name, dune.GENERAL)
+        elif shared or (section == "General" and name not in dune.GENERAL):
+            near = misspelled(name, shared or dune.GENERAL)
             meaning = "unknown" + (f"; did you mean {quoted(near)}?" if near else " to Shoal")
         rows.append(_row(name, option, unit, meaning, ""))
     return rows

@@ -9,8 +9,8 @@ from rich.console import Console
 
 from runtime.problem import Origin, Problem, ProfileError, printable, suggestion
 from runtime.profile import Profile, Section, default_label, dune, load_profile
-from runtime.task import Parameter, Task
-from runtime.vehicle import Row, TaskImportError, find_task
+from runtime.task import Parameter, Task, shared_options
+from runtime.vehicle import Row, TaskImportError, all_tasks, find_task
 from runtime.vehicle import explain as rows_of
 from shoal.cli.options import code_option, config_dir_option, modes_option, overrides_option, use_code
 from shoal.cli.tables import open_console, plain_table, sentence, task_of
@@ -71,12 +71,13 @@ def _without_class(section: Section) -> str:
 
 def _explain_section(console: Console, profile: Profile, section: str) -> None:
     cls = task_of(section)
-    if section not in profile.config.sections and cls is None:
+    shared = shared_options(all_tasks([]).values(), section) if cls is None else {}
+    if section not in profile.config.sections and cls is None and not shared:
         hint = suggestion(section, profile.config.sections)
         raise ProfileError([Problem("error", str(profile.path), 0, f"there is no section [{section}]", hint)])
     if cls is not None:
         console.print(f"[bold]{section}[/]: {sentence(cls)}")
-    rows = rows_of(profile, section, cls)
+    rows = rows_of(profile, section, cls, shared)
     mavlink = _mavlink_names(profile, section, rows)
     table = plain_table("option", "value", "unit", *(["MAVLink"] if mavlink else []), "set by", "meaning")
     for row in rows:

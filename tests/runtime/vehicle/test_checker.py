@@ -1,12 +1,15 @@
 """The check of profiles: every mistake has a file, a line and a fix; and the output of explain."""
 
 from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple
 
 import pytest
 
 from runtime import Task, param
 from runtime.problem import Problem, ProfileError
 from runtime.profile import Profile, load_profile
+from runtime.task import shared_options
 from runtime.vehicle import check, explain
 
 TREE = Path(__file__).parents[2] / "data/profiles"
@@ -31,6 +34,20 @@ class Speaker(Task):
     transports: list[str] = param([], "", "Messages that are sent.")
     filtered_entities: list[str] = param([], "", "Entities that are heard.")
     local_port: int = param(6001, "", "Port.", minimum=1, maximum=65535)
+
+
+class Depth(NamedTuple):
+    """An option of a section of none of the tasks."""
+
+    unit: str = "m"
+    meaning: str = "How deep the water is."
+    default: str = "5"
+
+
+class Diver(Task):
+    """Dives in a pool."""
+
+    reads = MappingProxyType({"Pool": {"Depth": Depth()}, "Pool/": {"Width": Depth()}})
 
 
 TASKS: dict[str, type[Task]] = {"Simulators.Swimmer": Swimmer, "Transports.Speaker": Speaker, "Simulators.GPS": Swimmer}
@@ -262,3 +279,17 @@ def test_explain_of_an_unknown_section_names_the_nearest() -> None:
 )
 def test_the_sections_of_the_runtime_are_checked_too(section: str, words: str) -> None:
     assert any(str(problem).startswith(words) for problem in check(written(GOOD + section), TASKS))
+
+
+def test_a_section_that_several_tasks_read() -> None:
+    text = f"{GOOD}[Pool]\nDepht = 3\nColour = blue\n[Pool/Left]\nWidth = 3\nDepth = 2\n"
+    told = [str(problem) for problem in check(written(text), {**TASKS, "Divers.Diver": Diver})]
+    assert told == [
+        "auv.ini:11: warning: [Pool] nothing reads 'Depht' (did you mean 'Depth'?)",
+        "auv.ini:12: warning: [Pool] nothing reads 'Colour' (shoal explain lists those of Pool)",
+        "auv.ini:15: warning: [Pool/Left] nothing reads 'Depth' (shoal explain lists those of Pool/Left)",
+    ]
+    first, second, _ = explain(written(text), "Pool", shared=shared_options([Diver], "Pool"))
+    assert (first.option, first.value, first.unit, first.origin) == ("Depth", "5", "m", "default")
+    assert second.meaning == "unknown; did you mean 'Depth'?"
+    assert shared_options([Diver, Swimmer], "Pools") == {}

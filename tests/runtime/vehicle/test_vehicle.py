@@ -7,7 +7,7 @@ from runtime import ActivationError, ParameterError, Task, param
 from runtime.kernel import SECOND, WallClock
 from runtime.task import Entities, EntityError
 from runtime.testing import NoProfile, simulate
-from runtime.vehicle import Vehicle
+from runtime.vehicle import Vehicle, section_name
 
 CONSOLE = 0x4001
 Phase = imc.EntityActivationState.State
@@ -197,3 +197,21 @@ def test_a_vehicle_that_runs_twice_on_one_bus_is_told_so_once():
 
     run = simulate(Pump, seconds=2.0, script=twin)
     assert len([text for text in run.log if "another process publishes as Pump" in text]) == 1
+
+
+def test_tasks_share_what_they_make_of_the_profile_until_a_parameter_changes():
+    run = simulate(Pump, settings={"Pool": {"Depth": "3"}}, flow=1.5)
+    changes, made = run.vehicle.changes, []
+
+    def pool(value):
+        made.append((value("Pool", "Depth"), value(section_name(Pump), "Flow")))
+        return made[-1]
+
+    assert [changes.shared(pool), changes.shared(pool)] == [("3", "1.5")] * 2
+    changes.remember(run.task)
+    changes.shared(pool)
+    assert len(made) == 1
+    run.task.flow = 4.0
+    changes.remember(run.task)
+    changes.shared(pool)
+    assert len(made) == 2
