@@ -20,7 +20,8 @@ from pathlib import Path
 import imc
 from imc.coordinates import displace, displacement
 from shoal.missions import prepare
-from world.sea import Bathymetry, read_bathymetry
+from world import read_world
+from world.sea import Bathymetry
 
 CCU = 0x4001
 READY, FAULTS, HOME = 15.0, 90.0, 120.0  # s: start of the plan, then the faults, then the time to come home
@@ -70,7 +71,7 @@ def draw(seed: int) -> Mission:
             overrides.append(f"Simulators.StreamVelocity:Default Speed {name}={pick.choice((-0.4, 0.0, 0.0, 0.3))}")
     water = pick.choice((4.0, 8.0, 15.0, 30.0, 120.0)) if profile == AUV else 4.0
     if water != 4.0:
-        overrides += ["Bathymetry:Data=", f"Simulators.Environment:Out Of Bounds Depth={water}"]
+        overrides += ["Bathymetry:Data=", f"World:Out Of Bounds Depth={water}"]
     maneuvers = [_maneuver(pick, profile, water) for _ in range(pick.choice((1, 2, 3)))]
     if profile == "hexa-00":
         maneuvers.insert(0, imc.Takeoff(lat=START[0], lon=START[1], z=15.0, z_units=imc.ZUnits.ALTITUDE, speed=3.0))
@@ -137,9 +138,8 @@ def _plan(maneuvers: list[imc.Message]) -> imc.PlanSpecification:
 class Judge:
     """Watches the true vehicle, and what the vehicle says of itself."""
 
-    def __init__(self, flight: Flight, vehicle: "object", sea: Bathymetry):
+    def __init__(self, flight: Flight, vehicle: "object", sea: Bathymetry | None):
         self._flight, self._sea = flight, sea
-        self._has_sea = flight.mission.profile != "hexa-00"
         self._truth: imc.SimulatedState | None = None
         self._estimate: imc.EstimatedState | None = None
         self._executing, self._ended = False, -math.inf
@@ -156,7 +156,7 @@ class Judge:
         self._depths.append(truth.z)
         if not math.isfinite(truth.x + truth.y + truth.z + truth.u + truth.v + truth.w):
             self._violate("physics is not finite")
-        elif self._has_sea:
+        elif self._sea is not None:
             north, east, _ = displacement(*self._sea.reference, 0.0, truth.lat, truth.lon, 0.0)
             if truth.z > self._sea.depth(north + truth.x, east + truth.y) + TOUCH:
                 self._violate("below the bottom")
@@ -239,12 +239,7 @@ def fly(seed: int) -> Flight:
         )
         vehicle = made.vehicle
         vehicle.keep_going = True
-        value = vehicle.profile.value
-        radius, elsewhere = (
-            float(value("Simulators.Environment", name) or default)
-            for name, default in (("Sounding Radius", 60.0), ("Out Of Bounds Depth", 120.0))
-        )
-        judge = Judge(flight, vehicle, read_bathymetry(value, radius, elsewhere))
+        judge = Judge(flight, vehicle, read_world(vehicle.profile.value).seabed)
 
         def say(message: imc.Message) -> None:
             packet = imc.encode_as(message, vehicle.kernel.now_ns * 1e-9, CCU, 1, vehicle.system, 0xFF)

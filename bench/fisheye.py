@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from world.optics import Projection, preset_lens
-from world.pictures import Pose
+from world.pictures import Glider, Pose
 from world.pictures.faces import stack
 from world.pictures.lookup import Lookup
 from world.pictures.renderer import Renderer
@@ -79,11 +79,11 @@ def assembling(rounds: int) -> bool:
 def rendering(rounds: int) -> None:
     lookup = Lookup(Projection(preset_lens("equidistant", math.pi), 1024), 512)
     print("\nfive faces of 512 px, two gliders                 all rows       rows of 180°")
-    mugs = ((1.0, 0.3), (3.0, -2.0))
+    gliders = Glider(1.0, 0.3), Glider(3.0, -2.0)
     for scene, pose in POSES:
         around = surroundings(scene, 0.0, np.random.default_rng(1))
-        views = {name: Renderer(around, 512, 5, rows, mugs) for name, rows in (("all", ()), ("some", lookup.rows))}
-        times = best({name: partial(v.render, pose) for name, v in views.items()}, rounds)
+        views = {name: Renderer(around, 512, 5, rows) for name, rows in (("all", ()), ("some", lookup.rows))}
+        times = best({name: partial(v.render, pose, gliders) for name, v in views.items()}, rounds)
         columns = "   ".join(f"{t * 1e3:5.1f} ms {1 / t:4.0f} fps" for t in times.values())
         print(f"{scene:12s} {pose.height:3.0f} m, roll {math.degrees(pose.roll):3.0f}°                {columns}")
 

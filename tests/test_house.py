@@ -35,6 +35,7 @@ OPEN = {  # modules that are imported as they are
         "runtime.networks",
     ),
     "runtime.testing",
+    "world.attitude",
     *("imc.coordinates.arrays", "imc.schema.yamltree"),  # need NumPy and PyYAML, which are slow to import
     *(f"shoal.logs.export.{form}" for form in ("mcap", "netcdf", "parquet", "csv", "llf")),  # need their libraries
     *("shoal.logs.edit.mcap_import", "shoal.logs.edit.tlog_import", "shoal.logs.edit.flight_import"),

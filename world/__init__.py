@@ -1,1 +1,8 @@
-"""The simulated world: vehicle dynamics, sea, sensors and pictures."""
+"""The simulated world: what surrounds vehicles, their dynamics, sensors and pictures."""
+
+from world.objects import Spot, Thing, Waypoint, gliders
+from world.section import SECTIONS, WorldError, read_world
+from world.sun import Sun
+from world.world import World
+
+__all__ = ["SECTIONS", "Spot", "Sun", "Thing", "Waypoint", "World", "WorldError", "gliders", "read_world"]

@@ -23,6 +23,16 @@ def rotation(phi: float, theta: float, psi: float) -> Matrix:
     )
 
 
+UNTURNED: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def product(a: Matrix, b: Matrix) -> Matrix:
+    """The rotation `b`, and then `a`."""
+    first, second, third = ((b[0][k], b[1][k], b[2][k]) for k in range(3))
+    x, y, z = to_ned(a, first), to_ned(a, second), to_ned(a, third)
+    return (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
+
+
 def to_ned(r: Matrix, v: Vector) -> Vector:
     """Rotate a body vector to north-east-down."""
     (a, b, c), (d, e, f), (g, h, i) = r

@@ -1,10 +1,80 @@
-"""Objects in the world: where the gliders (MUGs) lie."""
+"""Objects in the world: what they are, how large, and where they are at a time."""
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+GLIDER = "Glider"
+CLASSES = (GLIDER,)
+LENGTH, DIAMETER = 0.8, 0.16  # m, of a mini underwater glider (MUG)
+
+Place = tuple[float, float]
 
 
-def parse_gliders(texts: Sequence[str]) -> tuple[tuple[float, float], ...]:
+class Waypoint(NamedTuple):
+    """Where an object is at a time (s from the start of the run): m north and east of the world's origin."""
+
+    time: float
+    north: float
+    east: float
+
+
+class Spot(NamedTuple):
+    """Where an object is: m north and east of the world's origin, `down` m below the surface; heading in rad.
+
+    `down` is None on a seabed that the world does not know.
+    """
+
+    north: float
+    east: float
+    down: float | None
+    heading: float
+
+
+@dataclass(frozen=True)
+class Thing:
+    """An object: its number, its class, its size (m), and its track, which has one waypoint if it lies still.
+
+    Its middle is `depth` m below the surface, or on the seabed without a depth. It looks where it goes, or to its
+    `heading` (rad). Between waypoints it moves evenly; it waits at the first one, and stays at the last.
+    """
+
+    id: int
+    track: tuple[Waypoint, ...]
+    depth: float | None = None
+    heading: float | None = None
+    kind: str = GLIDER
+    length: float = LENGTH
+    diameter: float = DIAMETER
+
+    def __post_init__(self) -> None:
+        if self.kind not in CLASSES:
+            raise ValueError(f"{self.kind!r} is not one of the classes {', '.join(CLASSES)}")
+        if not (0.0 < self.diameter <= self.length < math.inf):
+            raise ValueError(f"{self.length:g} m by {self.diameter:g} m is not a length and a diameter")
+        if not self.track or any(b.time <= a.time for a, b in pairwise(self.track)):
+            raise ValueError("the times of a track must grow")
+
+    def at(self, time: float) -> tuple[float, float, float]:
+        """North and east (m) and heading (rad) at a time (s from the start of the run)."""
+        first, last = self.track[0], self.track[-1]
+        legs = [leg for leg in pairwise(self.track) if leg[0].time <= time] or list(pairwise(self.track))[:1]
+        if not legs:
+            return first.north, first.east, self.heading or 0.0
+        (begin, n, e), (end, to_n, to_e) = legs[-1]
+        share = (max(first.time, min(last.time, time)) - begin) / (end - begin)
+        ahead = math.atan2(to_e - e, to_n - n)
+        return n + share * (to_n - n), e + share * (to_e - e), ahead if self.heading is None else self.heading
+
+
+def gliders(places: Sequence[Place], depth: float | None = None) -> tuple[Thing, ...]:
+    """Gliders that lie still at places (m north and east), numbered from 1; on the seabed without a depth (m)."""
+    return tuple(Thing(number, (Waypoint(0.0, *place),), depth) for number, place in enumerate(places, start=1))
+
+
+def parse_gliders(texts: Sequence[str]) -> tuple[Place, ...]:
     """North and east (m) of each glider: a pair in each text ("1.0 0.3", "25 5"), or all numbers one by one.
 
     Raises ValueError if the numbers are not finite or do not come in pairs.
@@ -16,7 +86,7 @@ def parse_gliders(texts: Sequence[str]) -> tuple[tuple[float, float], ...]:
     return tuple(_pair(row) for row in rows)
 
 
-def _pair(row: list[str]) -> tuple[float, float]:
+def _pair(row: list[str]) -> Place:
     try:
         north, east = map(float, row)
     except ValueError:

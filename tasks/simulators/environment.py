@@ -5,41 +5,41 @@ import math
 import imc
 from imc.coordinates import offset
 from runtime import ParameterError, State, Task, consume, param, periodic
+from tasks.surroundings import world_of
+from world import SECTIONS
 from world.attitude import Vector
-from world.sea import OUT_OF_BOUNDS, SOUNDING_RADIUS, TIDE, BathymetryError, read_bathymetry
+from world.sea import Bathymetry
 from world.sensors import Beam
 
 NEAREST = 0.2  # m, of the echo sounder
-DEEPEST = 11000.0  # m
+DEEP, DEEPEST = 120.0, 11000.0  # m
+OLDER = "Older place of [World]"
 SLOPE_STEPS = 3
 
 
 class Environment(Task):
     """Publishes Distance of two entities: an altimeter that looks down and an echo sounder that looks ahead.
 
-    The soundings come from the section [Bathymetry] of the profile. Both measure along their beams. As in DUNE, the
-    echo sounder detects the bottom with the lower edge of its beam, and the surface with its axis.
+    The bottom is that of [World]. Both measure along their beams. As in DUNE, the echo sounder detects the bottom with
+    the lower edge of its beam, and the surface with its axis.
     """
 
+    reads = SECTIONS
     transient = ("_bathymetry",)
 
     execution_frequency: float = param(5.0, "Hz", "Rate of both distances.", minimum=0.1, maximum=100)
     location: str = param("", "", "Name of the place; not used, soundings come from [Bathymetry].")
-    tide_level: float = param(
-        TIDE, "m", "Height of the tide above the soundings' datum.", minimum=-20, maximum=20, editable=False
-    )
+    tide_level: float = param(0.0, "m", f"{OLDER} Tide Level.", minimum=-20, maximum=20, editable=False)
     out_of_bounds_depth: float = param(
-        OUT_OF_BOUNDS,
+        DEEP,
         "m",
-        "Depth where no sounding is near.",
+        f"{OLDER} Out Of Bounds Depth.",
         name="Out Of Bounds Depth",
         minimum=0,
         maximum=DEEPEST,
         editable=False,
     )
-    sounding_radius: float = param(
-        SOUNDING_RADIUS, "m", "Distance within which a sounding is used.", minimum=0.1, editable=False
-    )
+    sounding_radius: float = param(10.0, "m", f"{OLDER} Sounding Radius.", minimum=0.1, editable=False)
 
     bottom_label: str = param(
         "Altimeter", "", "Label of the altimeter.", name="Entity Label - Bottom Distance", editable=False
@@ -76,11 +76,7 @@ class Environment(Task):
     )
 
     def configure(self) -> None:
-        value = self.vehicle.profile.value
-        try:
-            self._bathymetry = read_bathymetry(value, self.sounding_radius, self.out_of_bounds_depth, self.tide_level)
-        except BathymetryError as error:
-            raise ParameterError("Location", f"[Bathymetry]: {error}") from None
+        self._bathymetry = world_of(self).seabed or Bathymetry((), self.sounding_radius, DEEP)
         if len(self.pier_points) not in (0, 4) or (self.simulate_pier and not self.pier_points):
             raise ParameterError(
                 "Pier Points", f"must be two positions (4 numbers), not {len(self.pier_points)} numbers"

@@ -3,17 +3,31 @@
 import math
 
 import imc
+from imc.coordinates import offset
 from runtime import ParameterError, State, Task, param, periodic
+from tasks.surroundings import world_of
+from world import SECTIONS
 from world.bodies import Circle, Legs, Line, Motion, Pattern, lawn_mower, parse_points
 
 LOOKAHEAD_TIME = 5.0  # s
+CLEARANCE = 0.5  # m above an uneven bottom
+GRID = 2.0  # m, after which it looks at the ground around it again
+AHEAD = 30.0  # m, in which it dives a few meters
+AROUND = (
+    (0.0, 0.0),
+    *((AHEAD * math.cos(k * math.pi / 4.0), AHEAD * math.sin(k * math.pi / 4.0)) for k in range(8)),
+)
 
 
 class EstimatedState(Task):
     """Moves the vehicle along a pattern; publishes the truth and an estimate that equals it.
 
-    The vehicle starts on the surface, at rest, and dives after `Surface Time`.
+    The vehicle starts on the surface, at rest, and dives after `Surface Time`. The bottom is that of [World]; without
+    one it is flat. It keeps above the ground within 30 m, but goes through walls.
     """
+
+    reads = SECTIONS
+    transient = ("_seabed",)
 
     pattern: str = param(
         "Circle",
@@ -28,7 +42,12 @@ class EstimatedState(Task):
     depth: float = param(3.0, "m", "Depth below the surface.", minimum=0, maximum=11000)
     altitude: float = param(10.0, "m", "Height above the bottom.", minimum=0, maximum=11000)
     bottom_depth: float = param(
-        13.0, "m", "Depth of the flat bottom; -1 if unknown.", minimum=-1, maximum=11000, editable=False
+        13.0,
+        "m",
+        "Depth of a flat bottom if [World] and [Bathymetry] have none; -1 if unknown.",
+        minimum=-1,
+        maximum=11000,
+        editable=False,
     )
     maximum_pitch: float = param(15.0, "°", "Steepest pitch when it dives.", minimum=1, maximum=60)
     surface_time: float = param(10.0, "s", "Time on the surface before the first dive.", minimum=0, editable=False)
@@ -58,12 +77,17 @@ class EstimatedState(Task):
 
     def configure(self) -> None:
         self.origin = math.radians(self.start_latitude), math.radians(self.start_longitude)
+        self._seabed = world_of(self).seabed
+        self._offset = offset(*self._seabed.reference, *self.origin) if self._seabed is not None else (0.0, 0.0)
+        self._require_one_bottom()
         target, path = self._target_depth(), self._path()
         if not hasattr(self, "motion"):
             current = self.current_north, self.current_east
             self.motion = Motion(path, math.radians(self.start_heading), current, dive_time=self.surface_time)
         self.motion.speed = self.speed
         self.motion.depth_target = target
+        self._looked: tuple[int, int] | None = None
+        self._avoid_bottom()
         self.motion.turn_rate = math.radians(self.turn_rate)
         self.motion.maximum_pitch = math.radians(self.maximum_pitch)
 
@@ -98,6 +122,7 @@ class EstimatedState(Task):
     @periodic("estimated_state_rate")
     def estimate(self) -> None:
         m = self._advance()
+        bottom = self._bottom(m.north, m.east)
         u, v, w = m.ground_velocity()
         self.publish(
             imc.EstimatedState(
@@ -119,30 +144,61 @@ class EstimatedState(Task):
                 q=m.q,
                 r=m.r,
                 depth=m.depth,
-                alt=-1.0 if self.bottom_depth < 0.0 else self.bottom_depth - m.depth,
+                alt=-1.0 if math.isinf(bottom) else max(0.0, bottom - m.depth),
             )
         )
 
     def _advance(self) -> Motion:
+        self._avoid_bottom()
         self.motion.advance((self.now_ns - self._last) * 1e-9)
         self._last = self.now_ns
         return self.motion
 
-    def _target_depth(self) -> float:
+    def _require_one_bottom(self) -> None:
+        """Refuse a bottom of this task's own beside that of the world."""
+        sea, given = self._seabed, self.vehicle.profile.value(self.name, "Bottom Depth")
+        if sea is not None and given and (sea.has_soundings or sea.depth(0.0, 0.0) != self.bottom_depth):
+            raise ParameterError(
+                "Bottom Depth",
+                "the bottom is that of [World] and [Bathymetry]: remove this option; for a flat one set [Bathymetry] "
+                "Data to nothing, and [World] Out Of Bounds Depth",
+            )
+
+    def _bottom(self, north: float, east: float) -> float:
+        """Depth (m) of the bottom at a place, m from the start; infinite if it is unknown."""
+        if self._seabed is not None:
+            return self._seabed.depth(self._offset[0] + north, self._offset[1] + east)
+        return math.inf if self.bottom_depth < 0.0 else self.bottom_depth
+
+    def _avoid_bottom(self) -> None:
+        """Let the vehicle dive no deeper than the ground around it, or than its altitude above that allows."""
+        m = self.motion
+        here = round(m.north / GRID), round(m.east / GRID)
+        if self._seabed is None or not self._seabed.has_soundings or here == self._looked:
+            return
+        self._looked = here
+        bottom = min(self._bottom(m.north + n, m.east + e) for n, e in AROUND)
+        m.deepest = max(0.0, bottom - (self.altitude if self.vertical_mode == "Altitude" else CLEARANCE))
         if self.vertical_mode == "Altitude":
-            if self.bottom_depth < 0.0:
+            m.depth_target = m.deepest
+
+    def _target_depth(self) -> float:
+        bottom = self._bottom(0.0, 0.0)
+        if self.vertical_mode == "Altitude":
+            if math.isinf(bottom):
                 raise ParameterError("Altitude", "needs a Bottom Depth")
-            if self.altitude > self.bottom_depth:
-                raise ParameterError("Altitude", f"is above the surface: the water is {self.bottom_depth:g} m deep")
-            return self.bottom_depth - self.altitude
+            if self.altitude > bottom:
+                raise ParameterError("Altitude", f"is above the surface: the water is {bottom:g} m deep")
+            return bottom - self.altitude
         self._check_depth("Depth", self.depth)
         return self.depth
 
     def _check_depth(self, parameter: str, depth: float) -> None:
         if depth < 0.0:
             raise ParameterError(parameter, f"{depth:g} m is above the surface")
-        if 0.0 <= self.bottom_depth < depth:
-            raise ParameterError(parameter, f"{depth:g} m is below the bottom at {self.bottom_depth:g} m")
+        uneven = self._seabed is not None and self._seabed.has_soundings
+        if not uneven and depth > (bottom := self._bottom(0.0, 0.0)):
+            raise ParameterError(parameter, f"{depth:g} m is below the bottom at {bottom:g} m")
 
     def _path(self) -> Pattern | None:
         if self.pattern == "Hover":

@@ -4,14 +4,13 @@ import math
 from collections import Counter
 
 import imc
-from imc.coordinates import StartPoint, offset
 from runtime import ParameterError, State, Task, consume, param
-from world.objects import parse_gliders
+from tasks.surroundings import Chart, Placed, Truth, check_older, world_of
+from world import SECTIONS, Spot, Thing
+from world.attitude import rotation
 from world.optics import Pinhole
-from world.sea import BathymetryError, seabed_in_use
 from world.sensors import (
     UNIFORM_ERROR,
-    BodyMotion,
     CameraPose,
     Offset,
     detect,
@@ -29,16 +28,16 @@ TIMING = 1e-3  # of a period: how early an image may be, since the resolution of
 class MUGDetectionCamera(Task):
     """Publishes an EstimatedMugState for each glider in the image: its offset north and east (m), and its number.
 
-    The gliders lie on the target plane, at `MUGs` north and east of the vehicle's first position. A detection goes from
-    where vehicle and glider really are (SimulatedState, [Bathymetry]) to the pixel, back through the pixel's center
-    with the attitude and altitude that the vehicle believes, and gets an error that grows with the height. Without
-    SimulatedState, the estimate counts as the truth.
+    The gliders are those of [World]. A detection goes from where vehicle and glider really are (SimulatedState) to the
+    pixel, back through the pixel's center to the depth of the glider, with the attitude and altitude that the vehicle
+    believes, and gets an error that grows with the height. Without SimulatedState, the estimate counts as the truth.
+    Without `Mount Orientation` the camera looks to the side where the glider is: down, or up from below the surface.
 
     `Original` follows the README of the original task, `Original Code` its source: both at every state, with its flaws
     (see mug_original). The source assumes an altitude of 10 m and adds the same error to each detection.
     """
 
-    transient = ("_seabed",)
+    reads = SECTIONS
 
     fidelity: str = param(
         "Physical", "", "Physically right, or like the original.", choices=("Physical", "Original", "Original Code")
@@ -68,16 +67,17 @@ class MUGDetectionCamera(Task):
         960, "px", "Height of the image.", minimum=1, maximum=65535, aliases=("Camera - vertical resolution",)
     )
     detection_rate: float = param(10.0, "Hz", "Images per second; 0 for one at every state.", minimum=0, maximum=1000)
-    mugs: list[str] = param(
-        ["1.0 0.3"], "", 'North and east (m) of each glider, from the start: "1.0 0.3, 25 5"; ids from 1.', name="MUGs"
+    mount_orientation: list[float] = param(
+        [], "°", "Roll, pitch and yaw in the vehicle of a camera that looks down.", size=(0, 3)
     )
+    mugs: list[str] = param(["1.0 0.3"], "", "Older place of [World] Gliders, which all cameras see.", name="MUGs")
     target_plane: str = param(
         "Seabed",
         "",
-        "Where the gliders are: on the surface, on the seabed, or at a depth.",
+        "Older place of [World] Gliders Lie On.",
         choices=("Surface", "Seabed", "Depth"),
     )
-    target_depth: float = param(0.0, "m", "Depth of the gliders with Target Plane = Depth.", minimum=0, maximum=11000)
+    target_depth: float = param(0.0, "m", "Older place of [World] Gliders Depth.", minimum=0, maximum=11000)
     error_model: str = param(
         "Default",
         "",
@@ -97,19 +97,15 @@ class MUGDetectionCamera(Task):
         self.blindness = f"a field of view of {blind[0]:g}° sees nothing" if blind else ""
         fields = [math.radians(min(max(angle, SMALLEST_FIELD), 180.0 - SMALLEST_FIELD)) for angle in angles]
         self.camera = Pinhole(self.horizontal_resolution, self.vertical_resolution, fields[0], fields[1])
-        try:
-            self.offsets = parse_gliders(self.mugs)
-        except ValueError as error:
-            raise ParameterError("MUGs", str(error)) from None
-        try:
-            self._seabed = seabed_in_use(self.vehicle.profile.value)
-        except BathymetryError as error:
-            raise ParameterError("Target Plane", f"[Bathymetry]: {error}") from None
+        if len(self.mount_orientation) not in (0, 3):
+            raise ParameterError("Mount Orientation", "must be roll, pitch and yaw, or nothing")
+        check_older(self, "MUGs", "Target Plane", "Target Depth")
+        world_of(self)
 
     def start(self) -> None:
         self.skipped: Counter[str] = Counter()
-        self._origin, self._true_origin = StartPoint(), StartPoint()
-        self._truth: imc.SimulatedState | None = None
+        self._truth, self._chart = Truth(world_of(self).origin), Chart(world_of(self).origin)
+        self._seen_something = False
         self._first = self._last = -math.inf
         self._image = -1
         self._warned, self._began = -math.inf, self.now
@@ -117,9 +113,7 @@ class MUGDetectionCamera(Task):
 
     @consume
     def follow(self, truth: imc.SimulatedState) -> None:
-        if math.isfinite(truth.lat + truth.lon + truth.x + truth.y + truth.z):
-            self._truth = truth
-            self._true_origin.follow(truth)
+        self._truth.follow(truth)
 
     @consume
     def look(self, state: imc.EstimatedState) -> None:
@@ -127,49 +121,41 @@ class MUGDetectionCamera(Task):
         if fault:
             self._skip(fault)
             return
-        self._origin.follow(state)
+        place = self._chart.place(state)
+        self._seen_something = True
         if not self._due(state.timestamp):
             return
-        truth = self._recent_truth()
+        truth = self._truth.at(self.now, self.maximum_age) if self.fidelity == "Physical" else None
         estimated = truth is None and self.fidelity == "Physical"
         self.set_entity_state(State.NORMAL, "active, looks from EstimatedState" if estimated else "active")
-        believed = CameraPose(state.phi, state.theta, state.psi, self._height(state))
-        for number, place in enumerate(self.offsets, start=1):
+        angles = state.phi, state.theta, state.psi
+        world = world_of(self)
+        for thing in world.objects:
             draws = self._draw()
-            if truth is not None:
-                view, mug = self._true_view(truth, place, believed.height)
+            spot = world.spot(thing, self.now - self.vehicle.start_time)
+            believed = CameraPose(*angles, self._height(state, thing))
+            if not math.isfinite(believed.height):
+                continue
+            if truth is None:
+                view, mug = believed, Placed(*place, state.z, angles).to(spot)
             else:
-                view = believed
-                mug = self._origin.north + place[0] - state.x, self._origin.east + place[1] - state.y
-            if self.fidelity == "Physical":
-                seen = detect(self.camera, view, mug, believed)
-            else:
-                seen = detect_originally(self.camera, view, mug)
+                view, mug = self._true_view(truth, spot, believed.height), truth.to(spot)
+            seen = self._detect(view, mug, believed)
             if seen is not None:
                 scale = self._error_scale(abs(view.height), mug)
                 x, y = seen[0] + scale[0] * draws[0], seen[1] + scale[1] * draws[1]
-                self.publish(imc.EstimatedMugState(id=number, x=x, y=y))
+                self.publish(imc.EstimatedMugState(id=thing.id, x=x, y=y))
 
-    def _recent_truth(self) -> imc.SimulatedState | None:
-        truth = self._truth
-        if truth is None or self.fidelity != "Physical" or self.now - truth.timestamp > self.maximum_age:
-            return None
-        return truth if BodyMotion.of(truth).is_finite else None
+    def _true_view(self, truth: Placed, spot: Spot, believed_height: float) -> CameraPose:
+        """The pose of the camera, with its height above a glider; on an unknown bottom that is the believed one."""
+        return CameraPose(*truth.angles, believed_height if spot.down is None else spot.down - truth.down)
 
-    def _true_view(self, truth: imc.SimulatedState, place: Offset, believed_height: float) -> tuple[CameraPose, Offset]:
-        """The pose of the camera now, with its height above a glider; north and east (m) to the glider."""
-        (north, east, down), angles = BodyMotion.of(truth).moved(self.now - truth.timestamp)
-        at = self._true_origin.north + place[0], self._true_origin.east + place[1]
-        if self.target_plane == "Surface":
-            height = -truth.z - down
-        elif self.target_plane == "Depth":
-            height = self.target_depth - truth.z - down
-        elif self._seabed is None:
-            height = believed_height
-        else:
-            base = offset(*self._seabed.reference, truth.lat, truth.lon)
-            height = self._seabed.depth(base[0] + at[0], base[1] + at[1]) - truth.z - down
-        return CameraPose(*angles, height), (at[0] - truth.x - north, at[1] - truth.y - east)
+    def _detect(self, view: CameraPose, mug: Offset, believed: CameraPose) -> Offset | None:
+        if self.fidelity != "Physical":
+            return detect_originally(self.camera, view, mug)
+        roll, pitch, yaw = self.mount_orientation or ((0.0 if view.height > 0.0 else 180.0), 0.0, 0.0)
+        mount = rotation(math.radians(roll), math.radians(pitch), math.radians(yaw))
+        return detect(self.camera, view, mug, believed, mount)
 
     def _fault(self, state: imc.EstimatedState) -> str:
         if self.blindness:
@@ -177,7 +163,8 @@ class MUGDetectionCamera(Task):
         pose = state.lat + state.lon + state.x + state.y + state.z + state.phi + state.theta + state.psi
         if not math.isfinite(pose):
             return "no position or attitude"
-        by_altitude = self.fidelity == "Original" or (self.fidelity == "Physical" and self.target_plane == "Seabed")
+        on_seabed = all(thing.depth is None for thing in world_of(self).objects)
+        by_altitude = self.fidelity == "Original" or (self.fidelity == "Physical" and on_seabed)
         if by_altitude and not 0.0 < state.alt < math.inf:
             return NO_ALTITUDE
         if by_altitude and state.alt > self.maximum_altitude:
@@ -194,7 +181,7 @@ class MUGDetectionCamera(Task):
         self.skipped[fault] += 1
         description = f"{fault} ({self.skipped[fault]} skipped)"
         self.set_entity_state(State.FAULT, description)
-        seen_nothing_yet = not self._origin.known and self.now - self._began < SETTLING
+        seen_nothing_yet = not self._seen_something and self.now - self._began < SETTLING
         if fault == NO_ALTITUDE and seen_nothing_yet:
             return
         if self.now - self._warned >= 1.0:
@@ -211,12 +198,13 @@ class MUGDetectionCamera(Task):
         due, self._image = image > self._image, image
         return due
 
-    def _height(self, state: imc.EstimatedState) -> float:
+    def _height(self, state: imc.EstimatedState, thing: Thing) -> float:
+        """How far above an object the vehicle believes to be (m)."""
         if self.fidelity == "Original Code":
             return mug_original.ALTITUDE
-        if self.fidelity == "Original" or self.target_plane == "Seabed":
-            return state.alt
-        return (self.target_depth if self.target_plane == "Depth" else 0.0) - state.z
+        if self.fidelity == "Original" or thing.depth is None:
+            return state.alt if 0.0 < state.alt <= self.maximum_altitude else math.nan
+        return thing.depth - state.z
 
     def _draw(self) -> Offset:
         """Two random numbers, drawn also for a glider that is out of sight, so that the others' stay the same."""

@@ -9,6 +9,8 @@ from runtime import ParameterError, State, consume, param, periodic
 from runtime.problem import Doubt, misspelled, printable, quoted
 from tasks.simulators.power import Powered
 from tasks.simulators.steps import Steps
+from tasks.surroundings import world_of
+from world import SECTIONS
 from world.bodies import (
     Boat,
     BoatModel,
@@ -20,7 +22,7 @@ from world.bodies import (
     read_boat_model,
     read_underwater_model,
 )
-from world.sea import BathymetryError, Grounding, read_seabed
+from world.sea import Grounding
 
 MODEL = "VSIM/Model/"
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT
@@ -36,9 +38,10 @@ class VSIM(Powered):
     vehicle starts at rest at the position of the first manual GpsFix; a later one, of its own or addressed to it, moves
     it there and keeps its depth, attitude and velocities. In SimulatedState, lat, lon and height are those of the fix,
     and u, v, w are velocities through the water. AbsoluteWind (where it comes from) moves boats only. Without power the
-    thrusters do not turn. The bottom of the sea is that of [Bathymetry] and Simulators.Environment; a vehicle that
-    touches it stops there.
+    thrusters do not turn. The bottom of the sea is that of [World]; a vehicle that touches it stops there.
     """
+
+    reads = SECTIONS
 
     transient = ("_seabed",)
 
@@ -59,10 +62,7 @@ class VSIM(Powered):
             self._model = self._read(self.vehicle.profile.value)
         except ModelError as error:
             raise ParameterError("Vehicle Type", str(error)) from None
-        try:
-            self._seabed = read_seabed(self.vehicle.profile.value)
-        except BathymetryError as error:
-            raise ParameterError("Bathymetry", str(error)) from None
+        self._seabed = world_of(self).seabed
 
     def doubts(self) -> Iterator[Doubt]:
         read = {"Integration Method"}

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 import imc
 from imc.coordinates import absolute
 from runtime import Frame, ParameterError, State, Task, consume, param, periodic
+from tasks.surroundings import check_older, world_of
 from tasks.vision.photos import ORDERS, describe_picture, photo_name, series_of, write_png
 from tasks.vision.viewpoint import View, Viewpoint
-from world.objects import parse_gliders
+from world import SECTIONS
 from world.optics import PRESETS, Lens, Projection, preset_lens
 from world.pictures import INTERPOLATIONS, SCENES, Camera, Pose, void_warning
-from world.sea import BathymetryError, seabed_in_use
 
 Op = imc.LoggingControl.Op
 LEAST_VISIBILITY = 0.1  # m
@@ -26,17 +26,17 @@ SOON = 1e-3  # s by which a picture may be early
 
 
 class FisheyeCamera(Task):
-    """Shares frames of the seabed under a diving vehicle, or of the sea under a flying one, and of gliders on it.
+    """Shares frames of the seabed under a diving vehicle, or of the sea under a flying one, and of gliders.
 
-    The top of the image points to the bow. Gliders lie at `MUGs` north and east of the vehicle's first position. The
-    camera is where the vehicle really is at the exposure: SimulatedState, above the bottom of [Bathymetry] where
-    sonars measure that. Without SimulatedState it is where EstimatedState is, and the entity says so; the altitude is
-    then the height above seabed or sea; without it, the sea is at z = 0. On a wall clock, a
+    The top of the image points to the bow. Bottom, gliders, water and sun are those of [World]. The camera is where
+    the vehicle really is at the exposure: SimulatedState. Without it, it is where EstimatedState is, and the entity
+    says so; the altitude is then the height above seabed or sea; without it, the sea is at z = 0. On a wall clock, a
     frame that is due while the previous one is still computed is dropped and counted. Each picture that is written is
     told by an Event "Picture"; Events "Take Pictures" and "Stop Pictures" ask for some.
     """
 
     requires = "vision"
+    reads = SECTIONS
 
     frame_rate: float = param(5.0, "Hz", "Images per second.", minimum=0.01, maximum=1000, visibility="user")
     size: int = param(1024, "px", "Width and height of the image.", minimum=1, maximum=4096)
@@ -63,13 +63,11 @@ class FisheyeCamera(Task):
     visibility: float = param(
         0.0,
         "m",
-        "Distance at which 2 % of the contrast is left; 0 for 20 m in water, 20 km in air.",
+        "Distance at which 2 % of the contrast is left for this camera; 0 for that of [World].",
         minimum=0,
         maximum=1e6,
     )
-    mugs: list[str] = param(
-        ["1.0 0.3"], "", 'North and east (m) of each glider, from the start: "1.0 0.3, 25 5".', name="MUGs"
-    )
+    mugs: list[str] = param(["1.0 0.3"], "", "Older place of [World] Gliders, which all cameras see.", name="MUGs")
     save_images: bool = param(
         False,
         "",
@@ -78,32 +76,30 @@ class FisheyeCamera(Task):
     )
     latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
 
-    transient = ("camera", "_folder", "_seabed")
+    transient = ("camera", "_folder")
 
     def configure(self) -> None:
         if 0.0 < self.visibility < LEAST_VISIBILITY:
             raise ParameterError("Visibility", f"must be 0 or at least {LEAST_VISIBILITY} m, not {self.visibility:g} m")
         if self.interpolation == "opencv" and importlib.util.find_spec("cv2") is None:
             raise ParameterError("Interpolation", "opencv needs `pip install opencv-python-headless`")
-        projection = self._projection()
+        projection, world = self._projection(), world_of(self)
+        check_older(self, "MUGs")
         self.camera = Camera(
             projection,
             self.face_size,
             self.faces,
             self.interpolation,
             self.scene,
-            self.visibility,
-            self._gliders(),
-            self.vehicle.seed,
+            self.visibility or (world.water_visibility if self.scene == "Seabed" else world.air_visibility),
+            seed=self.vehicle.seed,
+            waves=world.waves,
+            sun=world.sun,
         )
         self._info = {"fov": projection.lens.fov, "focal_length": projection.scale}
         warnings = [void_warning(projection.lens.fov, self.faces)]
         if projection.circle > self.size + 1e-6:
             warnings.append(f"the image circle of {projection.circle:.0f} px is cut off at {self.size} px")
-        try:
-            self._seabed = seabed_in_use(self.vehicle.profile.value)
-        except BathymetryError as error:
-            raise ParameterError("Scene", f"[Bathymetry]: {error}") from None
         for text in filter(None, warnings):
             self.after(0.0, self.log.warning, text)  # later: at load, no task receives messages yet
 
@@ -114,7 +110,7 @@ class FisheyeCamera(Task):
         self._busy, self._true = False, True
         self._wanted, self._period, self._next = 0.0, 0.0, self.now
         self._folder, self._kept = self._log_root, 0
-        self.viewpoint = Viewpoint(self.camera.mugs, sea=self.scene == "Sea Surface")
+        self.viewpoint = Viewpoint(world_of(self).origin, sea=self.scene == "Sea Surface")
         self.set_entity_state(State.BOOT, "waiting for EstimatedState")
 
     def restored(self) -> None:
@@ -169,7 +165,7 @@ class FisheyeCamera(Task):
         state = self.viewpoint.estimate
         if state is None:
             return
-        view = self.viewpoint.view(self.now, self.vehicle.start_time, self._seabed)
+        view = self.viewpoint.view(world_of(self), self.now, self.vehicle.start_time)
         if isinstance(view, str):
             self.set_entity_state(State.FAULT, view)
             return
@@ -247,14 +243,8 @@ class FisheyeCamera(Task):
         except ValueError as error:
             raise ParameterError(name, str(error)) from None
 
-    def _gliders(self) -> tuple[tuple[float, float], ...]:
-        try:
-            return parse_gliders(self.mugs)
-        except ValueError as error:
-            raise ParameterError("MUGs", str(error)) from None
-
 
 def _shoot(camera: Camera, view: View, path: Path | None) -> tuple[NDArray[np.uint8], str]:
     """The picture, and an error text if it could not be saved."""
-    image = camera.picture(view.pose, view.rises)
+    image = camera.picture(view.pose, view.gliders)
     return image, write_png(path, image) if path else ""

@@ -1,58 +1,50 @@
 """Where a camera is when it takes a picture: on the true vehicle of a simulation, else on the estimated one."""
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import imc
-from imc.coordinates import StartPoint, offset
+from tasks.surroundings import Chart, Placed, Truth
+from world import Spot, World
 from world.attitude import turned
-from world.pictures import Pose
-from world.sea import Bathymetry
-from world.sensors import BodyMotion
+from world.pictures import Glider, Pose
 
 OLDEST = 1.0  # s, beyond which the true state counts as missing
 
 
 class View(NamedTuple):
-    """A pose, how much higher than the ground beneath it each glider lies (m), and whether it is the true one."""
+    """A pose, the gliders in the scene, and whether it is the true one."""
 
     pose: Pose
-    rises: tuple[float, ...] = ()
+    gliders: tuple[Glider, ...] = ()
     true: bool = True
 
 
 class Viewpoint:
-    """Follows the states of a vehicle; gliders lie north and east (m) of its first position.
+    """Follows the states of a vehicle in a world with an origin (rad). `sea`: below is the surface, not the bottom."""
 
-    `sea`: below is the surface of the sea, not its bottom.
-    """
-
-    def __init__(self, gliders: Sequence[tuple[float, float]], *, sea: bool):
-        self.gliders = gliders
+    def __init__(self, origin: tuple[float, float] | None, *, sea: bool):
         self.sea = sea
         self.estimate: imc.EstimatedState | None = None
-        self._truth: imc.SimulatedState | None = None
-        self._start, self._true_start = StartPoint(), StartPoint()
+        self._place = (0.0, 0.0)
+        self._truth, self._chart = Truth(origin), Chart(origin)
 
     def follow(self, state: imc.EstimatedState) -> None:
         self.estimate = state
         if math.isfinite(state.lat + state.lon + state.x + state.y):
-            self._start.follow(state)
+            self._place = self._chart.place(state)
 
     def follow_truth(self, truth: imc.SimulatedState) -> None:
-        if BodyMotion.of(truth).is_finite and math.isfinite(truth.lat + truth.lon + truth.x + truth.y + truth.z):
-            self._truth = truth
-            self._true_start.follow(truth)
+        self._truth.follow(truth)
 
-    def view(self, now: float, began: float, seabed: Bathymetry | None) -> View | str:
-        """The view at `now` (s since 1970) of a run that began at `began`, or why there is none.
+    def view(self, world: World, now: float, began: float) -> View | str:
+        """The view of a world at `now` (s since 1970) of a run that began at `began`, or why there is none.
 
-        States are carried on to that moment by their velocities and rates. `seabed` is the true bottom, if known.
+        States are carried on to that moment by their velocities and rates.
         """
-        truth, state = self._truth, self.estimate
-        if truth is not None and now - truth.timestamp <= OLDEST:
-            view = self._from_truth(truth, now, began, seabed)
+        truth, state = self._truth.at(now, OLDEST), self.estimate
+        if truth is not None:
+            view = self._from_truth(world, truth, now - began)
         elif state is None:
             return "waiting for EstimatedState"
         elif not math.isfinite(
@@ -60,43 +52,53 @@ class Viewpoint:
         ):
             return "no position or attitude"
         else:
-            view = self._from_estimate(state, now, began)
+            view = self._from_estimate(world, state, now, now - began)
         return view if view.pose.height > 0.0 else "no altitude"
 
-    def _from_truth(self, truth: imc.SimulatedState, now: float, began: float, seabed: Bathymetry | None) -> View:
-        (north, east, down), angles = BodyMotion.of(truth).moved(now - truth.timestamp)
-        north, east, down = truth.x + north, truth.y + east, truth.z + down
-        start, rises = self._true_start, ()
-        if self.sea:
-            bottom = 0.0
-        elif seabed is not None:
-            at = offset(*seabed.reference, truth.lat, truth.lon)
-            bottom = seabed.depth(at[0] + north, at[1] + east)
-            rises = tuple(
-                bottom - seabed.depth(at[0] + start.north + n, at[1] + start.east + e) for n, e in self.gliders
-            )
-        else:
+    def _from_truth(self, world: World, truth: Placed, time: float) -> View:
+        north, east, down, angles = truth
+        bottom = 0.0 if self.sea else world.bottom(north, east)
+        if bottom is None:
             bottom = _bottom(self.estimate)
-        pose = Pose(north - start.north, east - start.east, bottom - down, down, *angles, now - began)
-        return View(pose, rises)
+        pose = Pose(north, east, bottom - down, down, *angles, time)
+        return View(pose, self._gliders(world, time, bottom))
 
-    def _from_estimate(self, state: imc.EstimatedState, now: float, began: float) -> View:
+    def _from_estimate(self, world: World, state: imc.EstimatedState, now: float, time: float) -> View:
         seconds = max(0.0, min(OLDEST, now - state.timestamp))
         angles = turned((state.phi, state.theta, state.psi), (state.p, state.q, state.r), seconds)
-        height = _bottom(state) - state.z
-        if self.sea and not height > 0.0:
-            height = -state.z
-        return View(
-            Pose(
-                state.x + seconds * state.vx - self._start.north,
-                state.y + seconds * state.vy - self._start.east,
-                height - seconds * state.vz,
-                state.depth + seconds * state.vz,
-                *angles,
-                now - began,
-            ),
-            true=False,
+        bottom = _bottom(state)
+        if self.sea and not bottom > state.z:
+            bottom = 0.0
+        pose = Pose(
+            self._place[0] + seconds * state.vx,
+            self._place[1] + seconds * state.vy,
+            bottom - state.z - seconds * state.vz,
+            state.depth + seconds * state.vz,
+            *angles,
+            time,
         )
+        return View(pose, self._gliders(world, time, bottom), true=False)
+
+    def _gliders(self, world: World, time: float, ground: float) -> tuple[Glider, ...]:
+        """Those of the world, at a time (s), above the ground (m, down) beneath the camera.
+
+        On a bottom that the world does not know, and in a scene without bottom, they lie on that ground. From above the
+        sea, those in deep water are not seen.
+        """
+        things = (
+            (thing, world.spot(thing, time))
+            for thing in world.objects
+            if not (self.sea and (thing.depth or 0.0) > thing.diameter)
+        )
+        return tuple(
+            Glider(
+                spot.north, spot.east, self._rise(spot, thing.depth, ground), spot.heading, thing.length, thing.diameter
+            )
+            for thing, spot in things
+        )
+
+    def _rise(self, spot: Spot, depth: float | None, ground: float) -> float:
+        return 0.0 if spot.down is None or (self.sea and depth is None) else ground - spot.down
 
 
 def _bottom(state: imc.EstimatedState | None) -> float:

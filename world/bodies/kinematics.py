@@ -22,8 +22,8 @@ class Motion:
     descent, bank from the yaw rate as in a coordinated turn. Without a pattern it keeps its place against the current
     (m/s).
 
-    `speed`, `depth_target` (m/s, m), `turn_rate` and `maximum_pitch` (rad/s, rad) may change at any time: speed and
-    depth change one after the other, each with minimum jerk.
+    `speed`, `depth_target` and `deepest` (m/s, m), `turn_rate` and `maximum_pitch` (rad/s, rad) may change at any time:
+    speed and depth change one after the other, each with minimum jerk. It never aims below `deepest`.
     """
 
     def __init__(self, pattern: Pattern | None, heading: float, current: tuple[float, float], dive_time: float = 0.0):
@@ -32,6 +32,7 @@ class Motion:
         self.dive_time = dive_time
         self.speed = 0.0
         self.depth_target = 0.0
+        self.deepest = math.inf
         self.turn_rate = math.radians(15.0)
         self.maximum_pitch = math.radians(15.0)
         self.elapsed = 0.0
@@ -80,6 +81,7 @@ class Motion:
         target = self.depth_target
         if self.pattern is not None and self.pattern.depth is not None:
             target = self.pattern.depth
+        target = min(target, self.deepest)
         if dive.value == target or self.elapsed < self.dive_time:
             return
         if self.pattern is None:

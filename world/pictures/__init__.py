@@ -2,6 +2,7 @@
 
 from world.pictures.camera import Camera
 from world.pictures.lookup import void_warning
+from world.pictures.mug import Glider
 from world.pictures.sampling import INTERPOLATIONS
 from world.pictures.scenes import SCENES, Pose
 
@@ -9,6 +10,7 @@ __all__ = [
     "INTERPOLATIONS",
     "SCENES",
     "Camera",
+    "Glider",
     "Pose",
     "void_warning",
 ]

@@ -53,10 +53,10 @@ class OpticalMedium:
         return np.exp(-self.attenuation * distance)
 
 
-def water(visibility: float) -> OpticalMedium:
-    """Green coastal water; `visibility` is that of green light, in m."""
+def water(visibility: float, slant: float = 1.0) -> OpticalMedium:
+    """Green coastal water; `visibility` is that of green light, in m. Daylight goes `slant` times the depth."""
     beam = CONTRAST_LEFT / visibility
-    return OpticalMedium(beam * rgb(1.4, 1.0, 1.08), beam * rgb(0.28, 0.2, 0.23), rgb(0.014, 0.115, 0.145))
+    return OpticalMedium(beam * rgb(1.4, 1.0, 1.08), slant * beam * rgb(0.28, 0.2, 0.23), rgb(0.014, 0.115, 0.145))
 
 
 def air(visibility: float) -> OpticalMedium:
@@ -75,9 +75,9 @@ def seabed() -> Floats:
     return dark + (bright - dark) * tones() ** 1.6
 
 
-def surface_from_below() -> Floats:
+def surface_from_below(roughness: float = 1.0) -> Floats:
     """(3, ROWS, SUMS): the sky inside Snell's window, a mirror of the deep outside; waves blur the rim."""
-    cosine = sines() + 0.55 * (tones() - 0.5)
+    cosine = sines() + 0.55 * np.float32(roughness) * (tones() - 0.5)
     inside = np.clip((cosine - WINDOW) / 0.14 + 0.5, 0.0, 1.0)
     inside = inside * inside * (3 - 2 * inside)
     window = rgb(1.15, 1.3, 1.45) * (0.45 + 0.55 * np.clip(cosine, 0.0, 1.0))
@@ -91,13 +91,13 @@ def sky(sine: Floats) -> Floats:
     return zenith + (horizon - zenith) * np.exp(-4.0 * sine)
 
 
-def sea() -> Floats:
+def sea(roughness: float = 1.0) -> Floats:
     """(3, ROWS, SUMS): the sea from above: mirrored sky (Schlick's Fresnel term), light from below, foam on crests."""
-    slope = tones() - 0.5
+    slope = np.float32(roughness) * (tones() - 0.5)
     cosine = np.clip(0.93 * sines() + 0.07 + 0.6 * slope, 0.0, 1.0)
     mirrored = 0.02 + 0.70 * (1 - cosine) ** 5
     body = rgb(0.006, 0.055, 0.085) * (1.0 + 1.6 * np.clip(slope + 0.1, 0.0, 1.0))
-    foam = np.clip((tones() - 0.86) / 0.10, 0.0, 1.0) * 0.7
+    foam = np.clip((slope - 0.36) / 0.10, 0.0, 1.0) * 0.7
     colours = body + (sky(cosine) - body) * mirrored
     return colours + (0.85 - colours) * foam
 

@@ -3,20 +3,34 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from world.attitude import Vector
+from world.objects import DIAMETER, LENGTH
 from world.pictures.faces import pixel_axis
 from world.pictures.light import rgb
 
 Floats = NDArray[np.floating[Any]]
 
-LENGTH = 0.8  # m
-RADIUS = 0.08  # m
 YELLOW = rgb(3.2, 1.9, 0.02)
 RIM = math.radians(80.0)  # beyond the rim of a face, which is at 45°
+
+
+class Glider(NamedTuple):
+    """A glider in a scene: m north and east of its origin, `rise` m above the ground beneath the camera.
+
+    It points to `heading` (rad); its sizes are in m.
+    """
+
+    north: float
+    east: float
+    rise: float = 0.0
+    heading: float = 0.0
+    length: float = LENGTH
+    diameter: float = DIAMETER
 
 
 @dataclass(frozen=True)
@@ -25,6 +39,8 @@ class Mug:
 
     centre: tuple[float, float, float]
     heading: float = 0.0
+    length: float = LENGTH
+    radius: float = DIAMETER / 2
 
 
 def draw(
@@ -33,15 +49,17 @@ def draw(
     rows: tuple[int, int],
     mug: Mug,
     light: Callable[[Floats, Floats], Floats],
+    sun: Vector = (0.0, 0.0, -1.0),
 ) -> None:
     """Draws a glider into `rows` of a face (w, w, 4); `turn` (3, 3) rotates its optical frame to NED.
 
-    `light(reflected, distance)` is what the camera sees, 0 to 255, of reflectances (3, n, m) at distances (n, m) in m.
+    `light(reflected, distance)` is what the camera sees, 0 to 255, of reflectances (3, n, m) at distances (n, m) in m;
+    `sun` is the direction to the sun.
     """
     width = face.shape[0]
     centre = turn.T @ np.array(mug.centre)
     bow = turn.T @ np.array([math.cos(mug.heading), math.sin(mug.heading), 0.0])
-    window = _window(centre, LENGTH / 2, width, rows)
+    window = _window(centre, mug.length / 2, width, rows)
     if window is None:
         return
     axis = pixel_axis(width)
@@ -51,17 +69,17 @@ def draw(
     ray /= norm
     # Nearest points of the ray and of the body's axis.
     along, ahead, aside = _dot(bow, ray), _dot(centre, ray), float(centre @ bow)
-    half = LENGTH / 2 - RADIUS
+    half = mug.length / 2 - mug.radius
     place = np.clip((along * ahead - aside) / np.maximum(1 - along * along, 1e-9), -half, half)
     distance = ahead + place * along
     apart = centre[:, None, None] + place * bow[:, None, None] - distance * ray
     gap = np.linalg.norm(apart, axis=0)
     pixel = distance * 2 / width / norm**2
-    cover = np.where(distance > 0, np.clip((RADIUS - gap) / pixel + 0.5, 0.0, 1.0), 0.0)
+    cover = np.where(distance > 0, np.clip((mug.radius - gap) / pixel + 0.5, 0.0, 1.0), 0.0)
     if not cover.any():
         return
-    normal = -apart / RADIUS - ray * np.sqrt(np.clip(1 - (gap / RADIUS) ** 2, 0.0, 1.0))
-    lit = 0.4 + 0.6 * np.clip(-_dot(turn.T @ np.array([0.0, 0.0, 1.0]), normal), 0.0, 1.0)
+    normal = -apart / mug.radius - ray * np.sqrt(np.clip(1 - (gap / mug.radius) ** 2, 0.0, 1.0))
+    lit = 0.4 + 0.6 * np.clip(_dot(turn.T @ np.array(sun), normal), 0.0, 1.0)
     colour = np.moveaxis(light((YELLOW * lit).astype(np.float32), distance.astype(np.float32)), 0, -1)
     shown = face[window[0], window[1], :3]
     shown[...] = np.rint(shown + (colour - shown) * cover[..., np.newaxis])

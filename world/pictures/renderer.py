@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from world.attitude import rotation
 from world.pictures.faces import empty_atlas, rotations
-from world.pictures.mug import Mug, draw
+from world.pictures.mug import Glider, Mug, draw
 from world.pictures.planes import Caster
 from world.pictures.scenes import Pose, Surroundings
 
@@ -21,10 +21,7 @@ def camera(pose: Pose) -> NDArray[np.float64]:
 
 
 class Renderer:
-    """Draws `rows` (see Lookup) of five or six faces of `width` px; all rows by default.
-
-    `mugs` are positions of gliders in m north and east of the scene's origin, on the ground beneath the camera.
-    """
+    """Draws `rows` (see Lookup) of five or six faces of `width` px; all rows by default."""
 
     def __init__(
         self,
@@ -32,32 +29,30 @@ class Renderer:
         width: int,
         faces: int = 5,
         rows: Sequence[tuple[int, int]] = (),
-        mugs: Sequence[tuple[float, float]] = (),
     ):
         self.scene = scene
         self.width = width
         self.faces = rotations(faces)
         self.rows = tuple(rows) or ((0, width),) * faces
-        self.mugs = tuple(mugs)
         self.caster = Caster(width)
 
-    def render(self, pose: Pose, rises: Sequence[float] = ()) -> NDArray[np.uint32]:
-        """The atlas of the faces (see faces.empty_atlas) at a pose; its height must be positive.
-
-        `rises` (m) says how much higher each glider lies than the ground beneath the camera.
-        """
+    def render(self, pose: Pose, gliders: Sequence[Glider] = ()) -> NDArray[np.uint32]:
+        """The atlas of the faces (see faces.empty_atlas) at a pose, whose height must be positive."""
         atlas = empty_atlas(len(self.faces), self.width)
         turns = camera(pose) @ self.faces
         self.caster.cast(atlas, turns, self.rows, self.scene.planes(pose), (pose.north, pose.east), pose.time)
         pixels = atlas[:-1].view(np.uint8).reshape(len(turns), self.width, self.width, 4)
-        for mug in self.place(pose, rises):
+        for mug in _seen(pose, gliders):
             look = self.scene.seen(pose, -mug.centre[2] / float(np.linalg.norm(mug.centre)))
             for face, turn, rows in zip(pixels, turns, self.rows, strict=True):
-                draw(face, turn, rows, mug, look)
+                draw(face, turn, rows, mug, look, self.scene.sun)
         return atlas
 
-    def place(self, pose: Pose, rises: Sequence[float] = ()) -> list[Mug]:
-        """The gliders as seen from the camera, the farthest first."""
-        places = zip(self.mugs, rises or (0.0,) * len(self.mugs), strict=True)
-        mugs = [Mug((north - pose.north, east - pose.east, pose.height - rise)) for (north, east), rise in places]
-        return sorted(mugs, key=lambda mug: -float(np.linalg.norm(mug.centre)))
+
+def _seen(pose: Pose, gliders: Sequence[Glider]) -> list[Mug]:
+    """The gliders as seen from the camera, the farthest first; one at the camera's very place is not seen."""
+    mugs = [
+        Mug((g.north - pose.north, g.east - pose.east, pose.height - g.rise), g.heading, g.length, g.diameter / 2)
+        for g in gliders
+    ]
+    return sorted((mug for mug in mugs if any(mug.centre)), key=lambda mug: -float(np.linalg.norm(mug.centre)))

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from world.pictures import light, texture
 from world.pictures.planes import Layer, Plane
+from world.sea import Waves
+from world.sun import Sun
 
 Floats = NDArray[np.floating[Any]]
 
@@ -39,12 +41,13 @@ class Seabed:
 
     visibility = 20.0
 
-    def __init__(self, visibility: float, random: Generator):
-        self.water = light.water(visibility)
-        sand, patches, waves = (texture.pyramid(f(random)) for f in (texture.sand, texture.patches, texture.waves))
+    def __init__(self, visibility: float, random: Generator, waves: Waves, sun: Sun):
+        self.water = light.water(visibility, sun.slant)
+        self.sun = sun.towards_under_water
+        sand, patches, swell = (texture.pyramid(f(random)) for f in (texture.sand, texture.patches, texture.waves))
         self.bottom = Layer(sand, 0.012, 0.3), Layer(patches, 0.083, 1.1)
-        self.surface = Layer(waves, 0.02, 0.5, 0.7), Layer(waves, 0.083, 0.9, 1.6)
-        self.bottom_colours, self.surface_colours = light.seabed(), light.surface_from_below()
+        self.surface = Layer(swell, 0.02, 0.5, 0.7), Layer(swell, 0.083, 0.9, 1.6)
+        self.bottom_colours, self.surface_colours = light.seabed(), light.surface_from_below(waves.roughness)
 
     def planes(self, pose: Pose) -> tuple[Plane, Plane]:
         """The planes below and above the camera."""
@@ -80,12 +83,13 @@ class SeaSurface:
 
     visibility = 20e3
 
-    def __init__(self, visibility: float, random: Generator):
+    def __init__(self, visibility: float, random: Generator, waves: Waves, sun: Sun):
         self.air = light.air(visibility)
-        waves, sky = (texture.pyramid(f(random)) for f in (texture.waves, texture.clouds))
-        self.sea = Layer(waves, 0.045, 0.4, 1.2), Layer(waves, 0.31, 0.75, 3.4)
+        self.sun = sun.towards
+        swell, sky = (texture.pyramid(f(random)) for f in (texture.waves, texture.clouds))
+        self.sea = Layer(swell, 0.045, 0.4, 1.2), Layer(swell, 0.31, 0.75, 3.4)
         self.sky = Layer(sky, 3.0, 0.2, 6.0), Layer(sky, 11.0, 1.3, 6.0)
-        self.sea_colours = light.sea()
+        self.sea_colours = light.sea(waves.roughness)
         self.sky_words = light.rgba_words(self._hazy(light.clouds(), CLOUDS))
 
     def planes(self, pose: Pose) -> tuple[Plane, Plane]:
@@ -111,7 +115,9 @@ Surroundings = Seabed | SeaSurface
 SCENES: tuple[str, ...] = ("Seabed", "Sea Surface")
 
 
-def surroundings(scene: str, visibility: float, random: Generator) -> Surroundings:
+def surroundings(
+    scene: str, visibility: float, random: Generator, waves: Waves | None = None, sun: Sun | None = None
+) -> Surroundings:
     """The scene of this name; `visibility` in m, 0 for the default of the scene."""
     kind = Seabed if scene == "Seabed" else SeaSurface
-    return kind(visibility or kind.visibility, random)
+    return kind(visibility or kind.visibility, random, waves or Waves(), sun or Sun())

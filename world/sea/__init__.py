@@ -1,17 +1,16 @@
-"""The sea bottom, and what happens to a vehicle that touches it."""
+"""The sea: its bottom, what happens to a vehicle that touches it, and its waves."""
 
-from world.sea.bathymetry import Bathymetry, BathymetryError, read_bathymetry
+from world.sea.bathymetry import Bathymetry, BathymetryError, Offset, read_bathymetry, read_reference
 from world.sea.grounding import Grounding
-from world.sea.seabed import OUT_OF_BOUNDS, SOUNDING_RADIUS, TIDE, read_seabed, seabed_in_use
+from world.sea.waves import USUAL_HEIGHT, Waves
 
 __all__ = [
-    "OUT_OF_BOUNDS",
-    "SOUNDING_RADIUS",
-    "TIDE",
+    "USUAL_HEIGHT",
     "Bathymetry",
     "BathymetryError",
     "Grounding",
+    "Offset",
+    "Waves",
     "read_bathymetry",
-    "read_seabed",
-    "seabed_in_use",
+    "read_reference",
 ]

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 
 PARTS = 4  # of each side of a cell; only soundings near a part are searched for its points
 Sounding = tuple[float, float, float]
+Offset = Callable[[float, float, float, float], tuple[float, float]]
 
 
 class BathymetryError(ValueError):
@@ -12,7 +13,7 @@ class BathymetryError(ValueError):
 
 
 class Bathymetry:
-    """Depth (m) between `soundings`: north, east and depth (m) from the reference position (rad).
+    """Depth (m) between `soundings`: north, east and depth (m) from the reference, a latitude and longitude (rad).
 
     Between them it is Shepard's inverse-distance mean of those within `radius` m (Franke and Nielson 1980), which
     passes through each sounding and has no steps; if none is in range, it is `elsewhere`. The water stands `level` m
@@ -28,11 +29,13 @@ class Bathymetry:
         level: float = 0.0,
     ):
         self.reference = reference
+        self.has_soundings = False
         self._radius, self._elsewhere = radius, elsewhere + level
         self.shallowest = self._elsewhere
         self._cells: dict[tuple[int, int], list[Sounding]] = {}
         for north, east, depth in soundings:
             sounding = north, east, depth + level
+            self.has_soundings = True
             self.shallowest = min(self.shallowest, sounding[2])
             home = self._cell(north, east)
             for i in (-1, 0, 1):
@@ -42,7 +45,7 @@ class Bathymetry:
         self._shallowest = {cell: min(depth for *_, depth in found) for cell, found in self._cells.items()}
 
     def depth(self, north: float, east: float) -> float:
-        """Depth (m) at an offset (m) from the reference position."""
+        """Depth (m) at an offset (m) from the reference."""
         total = weights = 0.0
         radius, root = self._radius, math.sqrt
         nearness, square, side = 1.0 / radius, radius * radius, radius / PARTS
@@ -81,23 +84,45 @@ class Bathymetry:
 
 
 def read_bathymetry(
-    value: Callable[[str, str], str], radius: float, elsewhere: float, level: float = 0.0
+    value: Callable[[str, str], str],
+    radius: float,
+    elsewhere: float,
+    level: float = 0.0,
+    origin: tuple[float, float] | None = None,
+    offset: Offset | None = None,
 ) -> Bathymetry:
     """Read the section [Bathymetry], in DUNE's form; `value(section, option)` returns its texts.
 
-    Without the section the bottom is flat. Raises BathymetryError.
+    Without soundings the bottom is flat. The reference is that of the section, or `origin` (rad), if that is given:
+    `offset` then tells north and east (m) from one latitude and longitude to another. Raises BathymetryError.
     """
     rows = [row.split() for row in value("Bathymetry", "Data").split(",") if row.strip()]
     if not rows:
-        return Bathymetry((), radius, elsewhere, level=level)
+        return Bathymetry((), radius, elsewhere, origin or (0.0, 0.0), level)
+    reference = read_reference(value)
+    if reference is None:
+        raise BathymetryError("Latitude (degrees) and Longitude (degrees) are needed")
+    soundings = [_sounding(row) for row in rows]
+    if origin is not None and origin != reference and offset is not None:
+        north, east = offset(*origin, *reference)
+        soundings = [(n + north, e + east, depth) for n, e, depth in soundings]
+        reference = origin
+    return Bathymetry(soundings, radius, elsewhere, reference, level)
+
+
+def read_reference(value: Callable[[str, str], str]) -> tuple[float, float] | None:
+    """Latitude and longitude (rad) of the section [Bathymetry]; None without them. Raises BathymetryError."""
+    texts = [value("Bathymetry", f"{name} (degrees)") for name in ("Latitude", "Longitude")]
+    if not any(texts):
+        return None
     try:
-        lat, lon = (float(value("Bathymetry", f"{name} (degrees)")) for name in ("Latitude", "Longitude"))
+        lat, lon = map(float, texts)
     except ValueError:
         raise BathymetryError("Latitude (degrees) and Longitude (degrees) are needed") from None
     if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
-        raise BathymetryError(f"{lat:g}, {lon:g} is not a latitude and a longitude")
-    reference = math.radians(lat), math.radians(lon)
-    return Bathymetry([_sounding(row) for row in rows], radius, elsewhere, reference, level)
+        names = "Latitude (degrees) and Longitude (degrees)"
+        raise BathymetryError(f"{names}: {lat:g}, {lon:g} is not a latitude and a longitude")
+    return math.radians(lat), math.radians(lon)
 
 
 def _sounding(row: list[str]) -> Sounding:
@@ -107,5 +132,5 @@ def _sounding(row: list[str]) -> Sounding:
         north = math.nan
         east = depth = 0.0
     if not math.isfinite(north + east + depth):
-        raise BathymetryError(f"{' '.join(row)!r} is not north, east and depth")
+        raise BathymetryError(f"Data has a row that is no sounding: {' '.join(row)!r} is not north, east and depth")
     return north, east, depth

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from world.attitude import rotation
+from world.attitude import UNTURNED, Matrix, product, rotation
 from world.optics import Pinhole
 from world.sensors import mug_original
 
@@ -24,17 +24,23 @@ class CameraPose(NamedTuple):
     height: float
 
 
-def detect(camera: Pinhole, view: CameraPose, target: Offset, believed: CameraPose | None = None) -> Offset | None:
+def detect(
+    camera: Pinhole,
+    view: CameraPose,
+    target: Offset,
+    believed: CameraPose | None = None,
+    mount: Matrix = UNTURNED,
+) -> Offset | None:
     """North and east (m, from the camera) of the pixel that shows `target`; None if it is outside the image.
 
-    `view` is where the camera really is. Where the pixel's ray meets the ground is computed with the pose that the
-    vehicle believes, so that its errors are those of the result.
+    `view` is where the vehicle really is, and `mount` turns a camera that looks down in it. Where the pixel's ray meets
+    the ground is computed with the pose that the vehicle believes, so that its errors are those of the result.
     """
-    point = camera.project(rotation(view.phi, view.theta, view.psi), (*target, view.height))
+    point = camera.project(product(rotation(view.phi, view.theta, view.psi), mount), (*target, view.height))
     if point is None or not camera.covers(*point):
         return None
     pose = believed or view
-    r = rotation(pose.phi, pose.theta, pose.psi)
+    r = product(rotation(pose.phi, pose.theta, pose.psi), mount)
     return camera.locate(r, math.floor(point[0]) + 0.5, math.floor(point[1]) + 0.5, pose.height)
 
 

@@ -157,6 +157,29 @@ def test_explain_calls_unknown_options_so(shoal, tmp_path):
     assert "unknown; did you mean 'Vehicle'?" in shoal("explain", "mine", "General").output
 
 
+def test_a_mistake_in_a_shared_section_is_told_once(shoal, tmp_path):
+    world = "[World]\nGilders = 1 2\nWave Height = -3\n"
+    (tmp_path / "mine.ini").write_text(f"[Require lauv-noptilus-1.ini]\n{world}[Bathymetry]\nLatitude = 4\n")
+    lines = shoal("check", "mine").output.splitlines()
+    assert "mine.ini:3: warning: [World] nothing reads 'Gilders' (did you mean 'Gliders'?)" in lines[0]
+    assert "mine.ini:6: warning: [Bathymetry] nothing reads 'Latitude'" in lines[1]
+    (tmp_path / "mine.ini").write_text("[Require lauv-noptilus-1.ini]\n[World]\nWave Height = -3\n")
+    result = shoal("check", "mine")
+    assert result.exit_code == 1
+    assert "mine.ini:3: error: [World] Wave Height = -3 is not within 0 and 30" in result.output
+    assert result.output.endswith("\n1 error\n")
+
+
+def test_explain_lists_the_options_of_a_shared_section(shoal, tmp_path):
+    (tmp_path / "mine.ini").write_text("[General]\nVehicle = mine\n[World]\nGilders = 1 2\nTide Level = 0.5\n")
+    rows = {line.split("  ")[0]: line for line in shoal("explain", "mine", "World").output.splitlines()}
+    assert rows["Tide Level"].split()[2:4] == ["0.5", "m"]
+    assert "default" in rows["Water Visibility"]
+    assert "did you mean 'Gliders'?" in rows["Gilders"]
+    assert "Track" in shoal("explain", "mine", "World/Tug").output
+    assert "there is no section" in shoal("explain", "mine", "Earth").output
+
+
 def test_explain_says_who_set_what(shoal):
     section = "Simulators.EstimatedState"
     text = shoal("explain", "lauv-noptilus-1", section, "--set", f"{section}:Depth=5").output

@@ -12,7 +12,7 @@ import pytest
 import imc
 from imc.coordinates import displace, displacement
 from shoal.missions import Mission, parse_plan, prepare
-from world.sea import read_bathymetry
+from world import read_world
 
 OWN, CCU = 0x001A, 0x4001
 LIMIT = 200.0  # s
@@ -26,7 +26,7 @@ PATIENT = "Control.AUV.Speed:Stuck Timeout=100"  # s; nor does it give up there
 
 def deep(depth):
     """A flat bottom."""
-    return ["Bathymetry:Data=", f"Simulators.Environment:Out Of Bounds Depth={depth}"]
+    return ["Bathymetry:Data=", f"World:Out Of Bounds Depth={depth}"]
 
 
 @dataclass
@@ -63,8 +63,7 @@ def dive(maneuvers, overrides=(), *, steer=(), silent="", at=0.0, profile="lauv-
         root = Path(folder)
         made = prepare(profile, overrides=overrides, log_root=root / "log", state_folder=root / "db")
         vehicle, value = made.vehicle, made.vehicle.profile.value
-        begin, radius = vehicle.start_time, float(value("Simulators.Environment", "Sounding Radius"))
-        sea = read_bathymetry(value, radius, float(value("Simulators.Environment", "Out Of Bounds Depth")))
+        begin, sea = vehicle.start_time, read_world(value).seabed
 
         def look(state):
             if round((state.timestamp - begin) * 100.0) % 10 == 0:
@@ -203,7 +202,7 @@ def test_a_vehicle_that_touches_the_bottom_stops_there_and_the_log_says_so():
 
 
 def test_a_boat_runs_aground_before_the_shore():
-    shore = ["Bathymetry:Data=0 0 4, 20 0 1, 40 0 -2", "Simulators.Environment:Sounding Radius=30"]
+    shore = ["Bathymetry:Data=0 0 4, 20 0 1, 40 0 -2", "World:Sounding Radius=30"]
     run = dive("  - goto: {north: 80, depth: 0}", shore, profile="otter", seconds=90)
     assert run.clearance == pytest.approx(0.195, abs=0.05), "its draft"
     assert run.states[-1].x == pytest.approx(max(state.x for state in run.states), abs=0.1)

@@ -72,7 +72,8 @@ def test_target_planes():
     assert len(detections(aircraft, target_plane="Surface")) == 1
     assert detections(aircraft, target_plane="Seabed") == []
     assert len(detections(still(1, alt=-1.0), target_plane="Depth", target_depth=13.0)) == 1
-    assert detections(still(1), target_plane="Surface") == []  # from below, it looks down
+    assert len(detections(still(1), target_plane="Surface")) == 1  # from below, it looks up
+    assert detections(still(1), target_plane="Surface", mount_orientation=[0.0, 0.0, 0.0]) == []
 
 
 def test_uniform_error_is_within_half_a_metre_at_ten():
@@ -188,8 +189,9 @@ def test_original_ini_keys_are_aliases():
         ({"vertical_field_of_view": -1.0}, "Vertical Field of View"),
         ({"horizontal_resolution": 0}, "Horizontal Resolution"),
         ({"vertical_resolution": -960}, "Vertical Resolution"),
-        ({"mugs": ["1.0"]}, "MUGs"),
-        ({"mugs": ["a b"]}, "MUGs"),
+        ({"mugs": ["1.0"]}, "World"),
+        ({"mugs": ["a b"]}, "World"),
+        ({"mount_orientation": [180.0]}, "Mount Orientation"),
         ({"fidelity": "Exact"}, "Fidelity"),
         ({"error_model": "Gauss"}, "Error Model"),
     ],

@@ -15,6 +15,7 @@ from runtime.kernel import VirtualClock, WallClock
 from runtime.profile import load_profile
 from runtime.testing import simulate
 from runtime.vehicle import build
+from tasks.surroundings import world_of
 from tasks.vision.fisheye_camera import FisheyeCamera
 from world.pictures import Pose
 from world.pictures.renderer import camera
@@ -70,7 +71,8 @@ def test_gliders_lie_off_the_place_where_the_vehicle_is_first_seen():
 def test_the_same_mugs_as_the_detection_camera_takes():
     for text in ("1.0 0.3, 25 -5", "1.0, 0.3, 25, -5"):
         run = simulate(FisheyeCamera, mugs=[word.strip() for word in text.split(",")])
-        assert run.task.camera.mugs == ((1.0, 0.3), (25.0, -5.0))
+        things = world_of(run.task).objects
+        assert [thing.track[0][1:] for thing in things] == [(1.0, 0.3), (25.0, -5.0)]
 
 
 def test_photos_go_to_the_folder_of_the_log_and_say_when(tmp_path):
@@ -255,9 +257,9 @@ def test_over_the_sea_the_height_comes_from_the_altitude_or_from_z():
         ({"faces": 4}, "Faces"),
         ({"visibility": 0.01}, "Visibility"),
         ({"lens": "pinhole"}, "Lens"),
-        ({"mugs": ["1.0"]}, "MUGs"),
-        ({"mugs": ["here there"]}, "MUGs"),
-        ({"mugs": ["nan 1"]}, "MUGs"),
+        ({"mugs": ["1.0"]}, "World"),
+        ({"mugs": ["here there"]}, "World"),
+        ({"mugs": ["nan 1"]}, "World"),
     ],
 )
 def test_parameters_that_make_no_sense_are_refused(values, name):

@@ -13,10 +13,10 @@ from runtime.testing import simulate
 from runtime.vehicle import build
 from tasks.simulators.mug_detection_camera import MUGDetectionCamera
 from tasks.vision.fisheye_camera import FisheyeCamera
+from world import read_world
 from world.optics import Projection, preset_lens
 from world.pictures import Pose
 from world.pictures.renderer import camera
-from world.sea import seabed_in_use
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 GLIDERS = ((3.0, 1.0), (8.0, -4.0), (-5.0, 6.0), (15.0, 10.0))
@@ -25,7 +25,7 @@ PROJECTION = Projection(preset_lens("equidistant", math.pi), 1024)
 
 
 def sailed(profile, folder):
-    """The true states, the frames and the bottom of a simulated vehicle, that goes its own way for 40 s."""
+    """The true states, the frames and the world of a simulated vehicle, that goes its own way for 40 s."""
     loaded = load_profile(profile)
     selected = loaded.select("Simulation")
     vehicle = build(loaded, selected, clock=VirtualClock(loaded.start_time_ns), log_root=folder).vehicle
@@ -37,7 +37,7 @@ def sailed(profile, folder):
     vehicle.start()
     vehicle.run(40.0)
     vehicle.close()
-    return truths, frames, seabed_in_use(loaded.value)
+    return truths, frames, read_world(loaded.value)
 
 
 def true_pose(truths, time):
@@ -58,16 +58,17 @@ def pixels(pose, downs):
 
 @pytest.mark.parametrize("profile", CONTEXT)
 def test_gliders_are_where_the_logged_truth_puts_them(profile, tmp_path):
-    truths, frames, seabed = sailed(profile, tmp_path)
-    start = truths[0]
+    truths, frames, world = sailed(profile, tmp_path)
+    assert (truths[0].lat, truths[0].lon) == world.origin
+    seabed = world.seabed
     assert len(frames) > 200
     errors = []
     for frame in frames[::3]:
         x, y, z, phi, theta, psi = true_pose(truths, frame.time)
         info = frame.info
         bottom = seabed.depth(x, y) if seabed is not None and CONTEXT[profile] == "Seabed" else 0.0
-        lying = [seabed.depth(start.x + n, start.y + e) if bottom else 0.0 for n, e in GLIDERS]
-        truth = Pose(x - start.x, y - start.y, bottom - z, 0.0, phi, theta, psi)
+        lying = [seabed.depth(n, e) if bottom else 0.0 for n, e in GLIDERS]
+        truth = Pose(x, y, bottom - z, 0.0, phi, theta, psi)
         used = Pose(info["north"], info["east"], info["height"], 0.0, info["phi"], info["theta"], info["psi"])
         shown = pixels(used, [used.height + down - bottom for down in lying])
         errors.append(shown - pixels(truth, [down - z for down in lying]))

@@ -1,0 +1,102 @@
+"""The simulated world that the tasks of a vehicle share, and where a vehicle is in it."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import imc
+from imc.coordinates import NOWHERE, StartPoint, offset
+from runtime import ParameterError, Task
+from world import Spot, World, WorldError, read_world
+from world.attitude import Vector
+from world.sensors import BodyMotion
+
+
+def world_of(task: Task) -> World:
+    """The world that the profile describes, in [World]; the same for all tasks of a vehicle. Raises ParameterError."""
+    try:
+        return task.vehicle.changes.shared(_read)
+    except WorldError as error:
+        raise ParameterError("World", str(error)) from None
+
+
+def check_older(task: Task, *options: str) -> None:
+    """Refuse values of older options of a task that its world cannot have. Raises ParameterError.
+
+    When a value changes while the vehicle runs, the world is read again, so that all tasks see the change.
+    """
+    profile, changed = task.vehicle.profile, dict[str, str]()
+    for parameter in (task.parameters()[option] for option in options):
+        text, before = task.parameter_set.text(parameter), profile.value(task.name, parameter.name)
+        if (before or text != parameter.format(parameter.default)) and "/" in task.name:
+            raise ParameterError(parameter.name, "there is one world for all cameras: set its gliders in [World]")
+        if text != (before or parameter.format(parameter.default)):
+            changed[parameter.name] = text
+
+    def value(section: str, option: str) -> str:
+        own = changed.get(option) if section == task.name else None
+        return profile.value(section, option) if own is None else own
+
+    try:
+        if changed:
+            _read(value)
+    except WorldError as error:
+        raise ParameterError(next(iter(changed)), str(error)) from None
+
+
+def _read(value: Callable[[str, str], str]) -> World:
+    return read_world(value, offset)
+
+
+class Placed(NamedTuple):
+    """A vehicle in the world: m north and east of its origin, m below the surface, Euler angles in rad."""
+
+    north: float
+    east: float
+    down: float
+    angles: Vector
+
+    def to(self, spot: Spot) -> tuple[float, float]:
+        """North and east (m) from the vehicle to an object."""
+        return spot.north - self.north, spot.east - self.east
+
+
+class Chart:
+    """Turns positions of states into places in the world: m from its origin (rad), or from the first state of all."""
+
+    def __init__(self, origin: tuple[float, float] | None):
+        self._origin = origin
+        self._start = StartPoint()
+        self._reference, self._offset = NOWHERE, (0.0, 0.0)
+
+    def place(self, state: imc.EstimatedState | imc.SimulatedState) -> tuple[float, float]:
+        """North and east (m) of the world's origin; the position of the state must be finite."""
+        if self._origin is None:
+            self._start.follow(state)
+            return state.x - self._start.north, state.y - self._start.east
+        if (state.lat, state.lon) != self._reference:
+            self._reference = state.lat, state.lon
+            self._offset = (0.0, 0.0) if self._reference == NOWHERE else offset(*self._origin, *self._reference)
+        return self._offset[0] + state.x, self._offset[1] + state.y
+
+
+class Truth:
+    """Follows SimulatedState, and carries it on by its velocities and rates to a moment."""
+
+    def __init__(self, origin: tuple[float, float] | None):
+        self._chart = Chart(origin)
+        self._state: imc.SimulatedState | None = None
+        self._place = (0.0, 0.0)
+
+    def follow(self, state: imc.SimulatedState) -> None:
+        """Take the next state; one that is not finite is passed over."""
+        if BodyMotion.of(state).is_finite and math.isfinite(state.lat + state.lon + state.x + state.y + state.z):
+            self._state, self._place = state, self._chart.place(state)
+
+    def at(self, now: float, oldest: float) -> Placed | None:
+        """Where the vehicle is at `now` (s since 1970); None without a state of the last `oldest` s."""
+        state = self._state
+        if state is None or now - state.timestamp > oldest:
+            return None
+        (north, east, down), angles = BodyMotion.of(state).moved(now - state.timestamp)
+        return Placed(self._place[0] + north, self._place[1] + east, state.z + down, angles)

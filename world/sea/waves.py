@@ -1,0 +1,32 @@
+"""The waves of a fully developed wind sea."""
+
+import math
+from dataclasses import dataclass
+
+USUAL_HEIGHT = 0.88  # m, "slight" (sea state 3)
+
+
+@dataclass(frozen=True)
+class Waves:
+    """A sea whose significant wave height is `height` m."""
+
+    height: float = USUAL_HEIGHT
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.height < math.inf:
+            raise ValueError(f"{self.height:g} m is not the height of waves")
+
+    @property
+    def wind(self) -> float:
+        """The wind (m/s) that raises it: H = 0.21 U² / g, Pierson and Moskowitz 1964."""
+        return math.sqrt(self.height * 9.80665 / 0.21)
+
+    @property
+    def slope(self) -> float:
+        """Root mean square of its slope; Cox and Munk 1954."""
+        return math.sqrt(0.003 + 0.00512 * self.wind)
+
+    @property
+    def roughness(self) -> float:
+        """Its slope, relative to that of a sea of the usual height."""
+        return self.slope / Waves().slope

@@ -1,0 +1,240 @@
+"""Reads the world from the section [World] of a profile, and from the older places of its options."""
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from world.objects import CLASSES, DIAMETER, GLIDER, LENGTH, Place, Thing, Waypoint, gliders, parse_gliders
+from world.sea import USUAL_HEIGHT, Bathymetry, BathymetryError, Offset, Waves, read_bathymetry, read_reference
+from world.sun import Sun
+from world.world import World
+
+Reader = Callable[[str, str], str]
+
+WORLD, ENVIRONMENT, MUG_CAMERA = "World", "Simulators.Environment", "Simulators.MUGDetectionCamera"
+FLAT_BOTTOM = "Simulators.EstimatedState"  # whose option counts where nothing else tells of a bottom
+PLANES = ("Seabed", "Surface", "Depth")
+DEEPEST = 11000.0  # m
+
+
+class WorldError(ValueError):
+    """The section [World], or another one that describes the world, is invalid; the text names section and option."""
+
+
+class Option(NamedTuple):
+    """An option: its unit, what it means, its default, its limits if it is a number, older places that set it."""
+
+    unit: str
+    meaning: str
+    default: str = ""
+    least: float = -math.inf
+    most: float = math.inf
+    older: tuple[tuple[str, str], ...] = ()
+
+
+OPTIONS: Mapping[str, Option] = MappingProxyType(
+    {
+        "Origin": Option("°", "Latitude and longitude from which places count; by default those of [Bathymetry]."),
+        "Sounding Radius": Option(
+            "m", "Distance within which a sounding is used.", "10", 0.1, older=((ENVIRONMENT, "Sounding Radius"),)
+        ),
+        "Out Of Bounds Depth": Option(
+            "m",
+            "Depth where no sounding is near.",
+            "120",
+            -DEEPEST,
+            DEEPEST,
+            ((ENVIRONMENT, "Out Of Bounds Depth"),),
+        ),
+        "Tide Level": Option(
+            "m", "Height of the tide above the soundings' datum.", "0", -20.0, 20.0, ((ENVIRONMENT, "Tide Level"),)
+        ),
+        "Wave Height": Option("m", "Significant height of the waves in pictures.", f"{USUAL_HEIGHT}", 0.0, 30.0),
+        "Water Visibility": Option("m", "Distance at which 2 % of the contrast is left in water.", "20", 0.1, 1e6),
+        "Air Visibility": Option("m", "The same in air.", "20000", 0.1, 1e6),
+        "Sun Azimuth": Option("°", "Where the sun stands, from north.", "0", -360.0, 360.0),
+        "Sun Elevation": Option("°", "How high it stands.", "90", 0.1, 90.0),
+        "Gliders": Option(
+            "m",
+            'North and east of each glider (MUG), from the origin: "1.0 0.3, 25 5"; "none" for none; ids from 1.',
+            "1.0 0.3",
+            older=((MUG_CAMERA, "MUGs"), ("Vision.FisheyeCamera", "MUGs")),
+        ),
+        "Gliders Lie On": Option(
+            "", "Seabed, Surface, or Depth for that of Gliders Depth.", "Seabed", older=((MUG_CAMERA, "Target Plane"),)
+        ),
+        "Gliders Depth": Option(
+            "m", "Depth of the gliders, if they lie on none of both.", "0", 0, DEEPEST, ((MUG_CAMERA, "Target Depth"),)
+        ),
+        "Objects": Option("", "Names of further objects, each of which has a section [World/NAME]."),
+    }
+)
+OBJECT_OPTIONS: Mapping[str, Option] = MappingProxyType(
+    {
+        "Class": Option("", f"What it is: {', '.join(CLASSES)}.", GLIDER),
+        "Id": Option("1", "Its number; by default the next one.", "", 0.0, 255.0),
+        "Position": Option("m", "North and east of the origin."),
+        "Track": Option("s, m", 'Instead of a position: time, north and east of waypoints: "0 1 0.3, 60 20 5".'),
+        "Heading": Option("°", "Where it looks; by default where it goes.", "", -360.0, 360.0),
+        "Lies On": Option("", "Seabed, Surface, or Depth for that of its option Depth.", "Seabed"),
+        "Depth": Option("m", "Its depth, if it lies on none of both.", "0", 0.0, DEEPEST),
+        "Length": Option("m", "Its length.", f"{LENGTH}", 0.01, 1000.0),
+        "Diameter": Option("m", "Its diameter.", f"{DIAMETER}", 0.01, 1000.0),
+    }
+)
+BATHYMETRY_OPTIONS: Mapping[str, Option] = MappingProxyType(
+    {
+        "Latitude (degrees)": Option("°", "Latitude from which the soundings count."),
+        "Longitude (degrees)": Option("°", "Longitude from which they count."),
+        "Data": Option("m", "Soundings: north, east and depth, one after the other: 1 0 4.5, 4 1 4.4."),
+    }
+)
+FLAT_OPTIONS: Mapping[str, Option] = MappingProxyType({"Bottom Depth": Option("m", "", "-1", -1.0, DEEPEST)})
+SECTIONS: Mapping[str, Mapping[str, Option]] = MappingProxyType(
+    {WORLD: OPTIONS, f"{WORLD}/": OBJECT_OPTIONS, "Bathymetry": BATHYMETRY_OPTIONS}
+)
+
+
+def read_world(value: Reader, offset: Offset | None = None) -> World:
+    """The world of a profile; `value(section, option)` returns its texts. Raises WorldError.
+
+    `offset` tells north and east (m) from one latitude and longitude (rad) to another; it is needed only if the origin
+    is not that of [Bathymetry].
+    """
+    section = _Section(value, WORLD, OPTIONS)
+    given = section.numbers("Origin", 2)
+    if given and not (abs(given[0]) <= 90.0 and abs(given[1]) <= 180.0):
+        raise section.error("Origin", "is not a latitude and a longitude")
+    try:
+        origin = (math.radians(given[0]), math.radians(given[1])) if given else read_reference(value)
+        seabed = _read_seabed(value, section, origin, offset)
+    except BathymetryError as error:
+        raise WorldError(f"[Bathymetry] {error}") from None
+    return World(
+        origin,
+        seabed,
+        _read_objects(value, section),
+        Waves(section.number("Wave Height")),
+        Sun(math.radians(section.number("Sun Azimuth")), math.radians(section.number("Sun Elevation"))),
+        section.number("Water Visibility"),
+        section.number("Air Visibility"),
+    )
+
+
+def _read_seabed(value: Reader, section: "_Section", origin: Place | None, offset: Offset | None) -> Bathymetry | None:
+    """The bottom; None if the profile has neither soundings, nor a depth, nor a sonar that needs one."""
+    soundings, own = value("Bathymetry", "Data").strip(", "), section.is_set("Out Of Bounds Depth")
+    radius, level = section.number("Sounding Radius"), section.number("Tide Level")
+    elsewhere = section.number("Out Of Bounds Depth")
+    flat = _Section(value, FLAT_BOTTOM, FLAT_OPTIONS).number("Bottom Depth") if not (soundings or own) else -1.0
+    known = soundings or own or flat >= 0.0 or value(ENVIRONMENT, "Enabled")
+    elsewhere = flat if flat >= 0.0 else elsewhere
+    return read_bathymetry(value, radius, elsewhere, level, origin, offset) if known else None
+
+
+def _read_objects(value: Reader, section: "_Section") -> tuple[Thing, ...]:
+    text, plane = section.text("Gliders"), section.choice("Gliders Lie On", PLANES)
+    try:
+        places = parse_gliders([] if text == "none" else [word.strip() for word in text.split(",")])
+    except ValueError as error:
+        raise section.error("Gliders", f"is wrong: {error}") from None
+    found = list(gliders(places, {"Seabed": None, "Surface": 0.0}.get(plane, section.number("Gliders Depth"))))
+    for name in filter(None, map(str.strip, section.text("Objects").split(","))):
+        thing = _read_object(_Section(value, f"{WORLD}/{name}", OBJECT_OPTIONS), name, len(found) + 1)
+        if thing.id in (other.id for other in found):
+            raise WorldError(f"[{WORLD}/{name}] Id = {thing.id} is taken by another object")
+        found.append(thing)
+    return tuple(found)
+
+
+def _read_object(section: "_Section", name: str, number: int) -> Thing:
+    position, rows = section.numbers("Position", 2), section.text("Track").split(",")
+    if bool(position) == any(map(str.strip, rows)):
+        raise WorldError(f"[{WORLD}] Objects has {name}, so [{section.name}] must have either Position or Track")
+    try:
+        track = [Waypoint(0.0, *position)] if position else [Waypoint(*map(float, row.split())) for row in rows]
+        if not all(math.isfinite(number) for point in track for number in point):
+            raise ValueError
+    except (TypeError, ValueError):
+        raise section.error("Track", "is not time, north and east of waypoints") from None
+    plane = section.choice("Lies On", PLANES)
+    heading = math.radians(section.number("Heading")) if section.text("Heading") else None
+    try:
+        return Thing(
+            round(section.number("Id")) if section.text("Id") else number,
+            tuple(track),
+            {"Seabed": None, "Surface": 0.0}.get(plane, section.number("Depth")),
+            heading,
+            section.choice("Class", CLASSES),
+            section.number("Length"),
+            section.number("Diameter"),
+        )
+    except ValueError as error:
+        raise WorldError(f"[{section.name}] {'Track' if 'track' in str(error) else 'Diameter'} {error}") from None
+
+
+class _Section:
+    """The texts and numbers of a section, also from the older place of an option. All methods raise WorldError."""
+
+    def __init__(self, value: Reader, name: str, options: Mapping[str, Option]):
+        self.name = name
+        self._value = value
+        self._options = options
+
+    def error(self, option: str, reason: str) -> WorldError:
+        section, name, text = self._found(option) or (self.name, option, "")
+        return WorldError(f"[{section}] {name} = {text} {reason}")
+
+    def is_set(self, option: str) -> bool:
+        return self._found(option) is not None
+
+    def text(self, option: str) -> str:
+        found = self._found(option)
+        return self._options[option].default if found is None else found[2]
+
+    def choice(self, option: str, choices: tuple[str, ...]) -> str:
+        text = self.text(option)
+        if text not in choices:
+            raise self.error(option, f"is not one of {', '.join(choices)}")
+        return text
+
+    def number(self, option: str) -> float:
+        (number,) = self.numbers(option, 1)
+        return number
+
+    def numbers(self, option: str, count: int) -> tuple[float, ...]:
+        """`count` finite numbers; none if neither the option nor a default is set."""
+        text, (*_, least, most, _) = self.text(option), self._options[option]
+        try:
+            found = tuple(map(float, text.replace(",", " ").split()))
+        except ValueError:
+            found = (math.nan,)
+        if text and (len(found) != count or not all(map(math.isfinite, found))):
+            raise self.error(option, "is not a number" if count == 1 else f"is not {count} numbers")
+        if not all(least <= number <= most for number in found):
+            raise self.error(option, f"is not within {least:g} and {most:g}")
+        return found
+
+    def _found(self, option: str) -> tuple[str, str, str] | None:
+        """Section, name and text of an option that is set; all places that set it must agree."""
+        places = [(self.name, option), *self._options[option].older]
+        found = [(*place, text) for place in places if (text := self._value(*place).strip())]
+        for section, name, text in found[1:]:
+            if _words(text) != _words(found[0][2]):
+                raise WorldError(
+                    f"[{section}] {name} = {text}, but [{found[0][0]}] {found[0][1]} = {found[0][2]}: there is one "
+                    f"world; set [{self.name}] {option} alone"
+                )
+        return found[0] if found else None
+
+
+def _words(text: str) -> list[float | str]:
+    """The numbers and words of a text."""
+    found: list[float | str] = []
+    for word in text.replace(",", " ").split():
+        try:
+            found.append(float(word))
+        except ValueError:
+            found.append(word)
+    return found

@@ -1,0 +1,34 @@
+"""One world, which vehicle, sonars, DVL and cameras share."""
+
+from dataclasses import dataclass, field
+
+from world.objects import Spot, Thing
+from world.sea import Bathymetry, Waves
+from world.sun import Sun
+
+
+@dataclass(frozen=True)
+class World:
+    """Everything around a vehicle. Places are m north and east of the origin, and m below the surface of the sea.
+
+    `origin` is a latitude and longitude (rad); without it, places count from where a vehicle is first seen. `seabed` is
+    None where the bottom is not known. `water_visibility` and `air_visibility` (m) are the distances at which 2 % of
+    the contrast is left.
+    """
+
+    origin: tuple[float, float] | None = None
+    seabed: Bathymetry | None = None
+    objects: tuple[Thing, ...] = ()
+    waves: Waves = field(default_factory=Waves)
+    sun: Sun = field(default_factory=Sun)
+    water_visibility: float = 20.0
+    air_visibility: float = 20e3
+
+    def bottom(self, north: float, east: float) -> float | None:
+        """Depth (m) of the bottom at a place; None if it is not known."""
+        return None if self.seabed is None else self.seabed.depth(north, east)
+
+    def spot(self, thing: Thing, time: float) -> Spot:
+        """Where an object is at a time (s from the start of the run)."""
+        north, east, heading = thing.at(time)
+        return Spot(north, east, self.bottom(north, east) if thing.depth is None else thing.depth, heading)
