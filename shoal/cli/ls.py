@@ -72,11 +72,11 @@ async def _gather(network: Network, duration: float | None) -> None:
     """Wait until every vehicle that is there has said what is shown, but not long."""
     began = time.monotonic()
     longest = LONGEST if network.patience <= NEAR else network.patience  # over a radio, packets get lost and come late
-    has_told, labels, known = duration is not None, Labels(network), 0
+    has_told, questions, known = duration is not None, Questions(network), 0
     while (past := time.monotonic() - began) < (network.patience if duration is None else duration):
         await asyncio.sleep(0.02)
         there = network.vehicles()
-        labels.ask(there)
+        questions.ask(there)
         before, known = known, sum(len(system.latest) for system in there)  # integers
         if not there and not has_told and past > SILENT and network.patience > PERIOD:
             has_told = True
@@ -85,26 +85,36 @@ async def _gather(network: Network, duration: float | None) -> None:
         if duration is not None or not there or past < FIRST:
             continue
         is_complete = all(system.last_of(kind) is not None for system in there for kind in SHOWN)
-        if past > longest or (is_complete and known == before and not labels.missing(there)):
+        if past > longest or (is_complete and known == before and not any(map(has_unlabelled_errors, there))):
             return
 
 
-class Labels:
-    """Has the systems that report errors tell the labels of their entities; each once a second at most."""
+class Questions:
+    """Asks systems for what they would tell too late or not at all; each once a second at most."""
 
     def __init__(self, network: Network) -> None:
         self._network = network
-        self._asked: dict[str, float] = {}
-
-    def missing(self, systems: list[System]) -> list[System]:
-        return [system for system in systems if any(label.isdecimal() for label in system.errors)]
+        self._asked: dict[tuple[str, str], float] = {}
 
     def ask(self, systems: list[System]) -> None:
-        now = time.monotonic()
-        for system in self.missing(systems):
-            if system.id is not None and now - self._asked.get(system.name, -math.inf) > 1.0:
-                self._asked[system.name] = now
+        """Ask for the labels of entities with errors and, where all last messages do not come by themselves, states."""
+        for system in systems:
+            if has_unlabelled_errors(system) and self._is_due(system, "labels"):
                 self._network.ask_labels(system)
+            tells_all = any(link.brings_all for link in system.links.values())
+            if not tells_all and system.last_of(imc.EntityState) is None and self._is_due(system, "states"):
+                self._network.send(system, imc.QueryEntityState())
+
+    def _is_due(self, system: System, what: str) -> bool:
+        now = time.monotonic()
+        if system.id is None or now - self._asked.get((system.name, what), -math.inf) <= 1.0:
+            return False
+        self._asked[system.name, what] = now
+        return True
+
+
+def has_unlabelled_errors(system: System) -> bool:
+    return any(label.isdecimal() for label in system.errors)
 
 
 async def _draw(network: Network, duration: float | None) -> None:
@@ -112,9 +122,9 @@ async def _draw(network: Network, duration: float | None) -> None:
     began = time.monotonic()
     console = Console(highlight=False, markup=False, emoji=False)
     with Live(_table([]), console=console, refresh_per_second=10) as live:
-        labels = Labels(network)
+        questions = Questions(network)
         while duration is None or time.monotonic() - began < duration:
-            labels.ask(network.vehicles())
+            questions.ask(network.vehicles())
             live.update(_table(network.vehicles()))
             await network.news(REFRESH)
 
@@ -123,9 +133,9 @@ async def _tell(network: Network, duration: float | None, as_json: bool) -> None
     """A line when a vehicle appears, changes its state or its troubles, or is gone."""
     before: dict[str, str] = {}
     began = time.monotonic()
-    labels = Labels(network)
+    questions = Questions(network)
     while duration is None or time.monotonic() - began < duration:
-        labels.ask(network.vehicles())
+        questions.ask(network.vehicles())
         now = {system.name: "; ".join([state_text(system), *troubles(system)]) for system in network.vehicles()}
         for name in sorted({*before, *now}):
             if before.get(name) == now.get(name):

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
+import imc
 from shoal.cli import main
 from shoal.network.systems import System
 from tests.outside import until
@@ -15,6 +16,16 @@ from tests.shoal.network.running import running
 from tests.shoal.network.station import OWN, Station, discovery_ports, living
 
 NO_GPS = ("Sensors.GPS:Enabled=Always", "Sensors.GPS:Serial Port - Device=/dev/no-gps", "Simulators.GPS:Enabled=Never")
+
+
+class Taciturn(Station):
+    """Tells the state of its entity only if it is asked, once."""
+
+    def listen(self) -> None:
+        before = len(self.heard)
+        super().listen()
+        if any(isinstance(message, imc.QueryEntityState) for message in self.heard[before:]):
+            self.send(self.packet(imc.EntityState(state=imc.EntityState.State.FAULT, description="wet")))
 
 
 def ls(monkeypatch: pytest.MonkeyPatch, *options: str, name: str = "other") -> Result:
@@ -40,6 +51,22 @@ def test_two_vehicles_of_one_id_are_told_of(monkeypatch: pytest.MonkeyPatch) -> 
     assert found["other"].startswith(f"{words}station at ")
     lines = ls(monkeypatch, "--watch", "--for", "1s").stdout.splitlines()
     assert any(f" station here; {words}other at " in line for line in lines), lines
+
+
+def test_states_of_entities_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They come once a second, or later; who asks need not wait."""
+    ports = discovery_ports()
+    monkeypatch.setenv("SHOAL_DISCOVERY", f"{ports[0]}-{ports[-1]}")
+    monkeypatch.setattr("shoal.cli.ls.LONGEST", 60.0)
+    station = Taciturn(ports)
+    also = [station.packet(imc.VehicleState()), station.packet(imc.EstimatedState())]
+
+    async def act() -> Result:
+        async with living(station, also=also):
+            return await asyncio.to_thread(CliRunner().invoke, main, ["ls", "--connect", "udp", "--json"])
+
+    assert json.loads(asyncio.run(act()).stdout)[0]["errors"] == ["0"]
+    assert [type(message) for message in station.heard].count(imc.QueryEntityState) == 1
 
 
 def test_a_stranger_does_not_write_to_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
