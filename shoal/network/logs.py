@@ -4,7 +4,7 @@ import asyncio
 import os
 import re
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -131,6 +131,8 @@ def all_logs(places: Sequence[Endpoint]) -> list[RemoteLog]:
     """The logs that a server has, the oldest first. Raises NetworkError."""
     found: list[RemoteLog] = []
     with _session(places) as session:
+        if (at_once := logs_at_once(session)) is not None:
+            return at_once
         for day in names_in(session, "", "dir"):
             for log in names_in(session, f"/{day}", "dir"):
                 files = names_in(session, f"/{day}/{log}", "file")
@@ -142,14 +144,45 @@ def all_logs(places: Sequence[Endpoint]) -> list[RemoteLog]:
     return sorted(found, key=lambda log: log.name)
 
 
+def logs_at_once(session: "FTP") -> list[RemoteLog] | None:
+    """The logs that a server of Shoal lists in one answer; None if it does not."""
+    import ftplib
+
+    try:
+        first, *lines = session.sendcmd("SITE TREE").splitlines()
+    except ftplib.error_perm:
+        return None
+    if first != "211-":
+        return None
+    found: dict[str, RemoteLog] = {}
+    for line in lines[:-1]:
+        words, _, path = line.partition("; ")
+        facts = {key: value for key, _, value in (each.partition("=") for each in words.strip().lower().split(";"))}
+        parts = path.removeprefix("/").split("/")
+        if not all(map(_is_name, parts)) or len(parts) != (3 if facts.get("type") == "file" else 2):
+            continue
+        log = found.setdefault("/".join(parts[:2]), RemoteLog("/".join(parts[:2]), {}))
+        if len(parts) > 2:
+            log.files[parts[2]], log.changed[parts[2]] = _facts(facts)
+    return sorted(found.values(), key=lambda log: log.name)[:MOST_LOGS]
+
+
 def names_in(session: "FTP", folder: str, kind: str) -> dict[str, Facts]:
     """What is in a folder, by name. A server may say anything: a name must not lead elsewhere on this computer."""
     found: dict[str, Facts] = {}
     for name, facts in session.mlsd(folder or "/"):
-        if facts.get("type") == kind and _NAME.fullmatch(name) and name not in (".", ".."):
-            size = facts.get("size", "0")
-            found[name] = Facts(int(size) if size.isdecimal() else 0, _date(facts.get("modify", "")))
+        if facts.get("type") == kind and _is_name(name):
+            found[name] = _facts(facts)
     return dict(sorted(found.items()))
+
+
+def _is_name(name: str) -> bool:
+    return bool(_NAME.fullmatch(name)) and name not in (".", "..")
+
+
+def _facts(facts: Mapping[str, str]) -> Facts:
+    size = facts.get("size", "0")
+    return Facts(int(size) if size.isdecimal() else 0, _date(facts.get("modify", "")))
 
 
 def _date(text: str) -> float:

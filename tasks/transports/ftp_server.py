@@ -6,8 +6,9 @@ import shutil
 import socket
 import stat
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib import import_module
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from tasks.transports.imc_links.listening import listener
 
 MOST_SESSIONS, MOST_OF_ONE = 12, 8  # in all, and from one address
 MOST_ANSWERS, UNREAD = 256, 1 << 14  # answers, and bytes of them in the socket, that a client leaves unread
+MOST_IN_TREE = 5000  # files that one answer lists
 READ_SIZE = 128  # bytes of commands taken from a session at a time
 PAUSE = 0.002  # s between two looks at the sockets: the vehicle's tasks come first
 PATIENCE = 0.25  # s that a look waits; `stop` takes so long
@@ -159,9 +161,11 @@ def _session(server: FTPServer, timeout: float) -> Any:
         abstracted_fs = Folder
         dtp_handler = Data
         ac_in_buffer_size = READ_SIZE
-        # USPC is DUNE's: free and total bytes of the disk.
+        # USPC is DUNE's: free and total bytes of the disk. SITE TREE is ours: MLSD needs a connection for each folder,
+        # which takes seconds over a bad radio.
         proto_cmds = handlers.FTPHandler.proto_cmds | {
-            "USPC": {"perm": None, "auth": True, "arg": None, "help": "Syntax: USPC (free and total bytes)."}
+            "USPC": {"perm": None, "auth": True, "arg": None, "help": "Syntax: USPC (free and total bytes)."},
+            "SITE TREE": {"perm": "l", "auth": True, "arg": None, "help": "Syntax: SITE TREE (files of all logs)."},
         }
 
         def handle(self) -> None:
@@ -194,6 +198,36 @@ def _session(server: FTPServer, timeout: float) -> Any:
         def ftp_USPC(self, _: str) -> None:
             usage = shutil.disk_usage(server.folder)
             self.respond(f"258 {usage.free} {usage.total}")
+
+        def ftp_SITE_TREE(self, _: str) -> None:
+            if self.producer_fifo:
+                self.respond("450 The last answer is not yet sent.")
+                return
+            try:
+                files = list(islice(self.files(), MOST_IN_TREE + 1))
+            except OSError as error:
+                self.respond(f"550 {error.strerror}.")
+                return
+            if len(files) > MOST_IN_TREE:
+                self.respond("504 There are too many files.")
+                return
+            self.push("211-\r\n" + "".join(f" {line}" for line in files))
+            self.respond("211 That is all.")
+
+        def files(self) -> Iterator[str]:
+            """A line for each log folder and each file in it, as of MLSD, with the path in place of the name."""
+            for day in self.folders(self.fs.root):
+                for log in self.folders(day):
+                    yield f"type=dir; {self.fs.fs2ftp(log)}\r\n"
+                    names = [name for name in self.fs.listdir(log) if name.isprintable()]
+                    facts = self.fs.format_mlsx(log, names, "", ["type", "size", "modify"])
+                    for line in map(os.fsdecode, facts):
+                        each, _, name = line.partition("; ")
+                        yield f"{each}; {self.fs.fs2ftp(log)}/{name}"
+
+        def folders(self, path: str) -> list[str]:
+            each = [os.path.join(path, name) for name in self.fs.listdir(path) if name.isprintable()]
+            return [folder for folder in each if os.path.isdir(folder)]
 
         def ftp_SYST(self, _: str) -> None:
             self.respond("215 UNIX Type: L8")

@@ -13,7 +13,7 @@ import pytest
 import imc
 from imc.discovery import Endpoint
 from shoal.network.link import NetworkError
-from shoal.network.logs import Facts, Logs, RemoteLog, all_logs, names_in
+from shoal.network.logs import Facts, Logs, RemoteLog, all_logs, logs_at_once, names_in
 from shoal.network.network import Network
 from shoal.network.systems import System
 
@@ -31,6 +31,17 @@ class Hostile(FTP):
 def test_no_name_leads_out_of_the_folder() -> None:
     assert names_in(Hostile(), "", "dir") == {"20260101": Facts()}
     assert names_in(Hostile(), "", "file") == {"20260102": Facts(), "20260103": Facts(12, 1767225600.0)}
+
+
+class HostileTree(FTP):
+    def sendcmd(self, cmd: str) -> str:
+        bad = ("/etc/passwd", "20260101/../x", "a/b/../../c", "20260101/120000/.ssh/keys", "20260101/120000/", "///")
+        good = " type=file;size=-1;modify=x; /20260101/120000/Data.lsf"
+        return "\n".join(["211-", good, *(f" type=file;size=3; {name}" for name in bad), " type=dir", "", "211 End"])
+
+
+def test_no_name_in_a_tree_leads_out_of_the_folder() -> None:
+    assert logs_at_once(HostileTree()) == [RemoteLog("20260101/120000", {"Data.lsf": 0}, {"Data.lsf": 0.0})]
 
 
 def test_a_name_that_is_not_utf_8_is_an_error_of_the_server() -> None:

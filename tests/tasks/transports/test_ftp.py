@@ -9,6 +9,8 @@ from threading import Thread
 
 import pytest
 
+from imc.discovery import Endpoint
+from shoal.network.logs import all_logs
 from tasks.transports.ftp_server import MOST_OF_ONE, MOST_SESSIONS, FTPServer
 from tests.outside import until
 
@@ -83,6 +85,23 @@ def refused(client, command):
 def soon(condition):
     """Whether the server's thread, which counts after it answers, meets a condition."""
     return until(condition, 5.0)
+
+
+def test_all_logs_are_listed_in_one_answer(serve, logs, monkeypatch):
+    """Without a connection for each folder, which takes seconds over a bad radio."""
+    (logs / "20260102").mkdir()
+    client = serve()
+    place = Endpoint(HOST, client.server.port)
+    monkeypatch.setattr(ftplib.FTP, "makepasv", None)
+    found = all_logs([place])
+    assert [(log.name, log.files) for log in found] == [
+        (LOG, {"Again.txt": 8, "Data.lsf.gz": len(DATA), "Output.txt": 8}),
+        ("20260101/000100", {}),
+    ]
+    assert found[0].changed["Output.txt"] == int((logs / LOG / "Output.txt").stat().st_mtime)
+    monkeypatch.undo()
+    monkeypatch.setattr("tasks.transports.ftp_server.MOST_IN_TREE", 4)
+    assert all_logs([place]) == found, "too many for one answer: folder by folder"
 
 
 def test_a_console_finds_and_downloads_a_log(serve):
