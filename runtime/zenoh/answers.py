@@ -146,7 +146,11 @@ class Answers:
         """Called from zenoh's thread; it must not wait."""
         payload = query.payload
         if payload is None or not len(payload):
-            self._send(query, self._last.answers(query.key_expr))
+            answers, name = self._last.answers(query.key_expr), str(query.key_expr).split("/@q/")[-1]
+            if not answers and name in imc.builtin() and _asks(imc.builtin()[name]):
+                self._decline(query, f"there was no {name} yet; to ask with one, send its packet as the payload")
+            else:
+                self._send(query, answers)
         elif len(payload) > LARGEST_PACKET:
             self._decline(query, "the request is larger than any packet")
         else:
@@ -193,8 +197,7 @@ class Answers:
             return "the source of the request (src) must be the system that asks"
         if own is not None and request.dst not in (own, *TO_ALL):
             return f"the request is addressed (dst) to 0x{request.dst:04X}; this is 0x{own:04X}"
-        named = name in AT_ONCE or name in WITHOUT_REPLY
-        if not named and not any(hasattr(request, field) for field in OF_REQUESTS):
+        if not _asks(type(request)):
             return f"{name} is no request: nothing answers it"
         asks = getattr(getattr(type(request), "Type", None), "REQUEST", None)
         if asks is not None and getattr(request, "type", asks) != asks:
@@ -267,3 +270,9 @@ class Answers:
             cast(Any, query).drop()  # else the other side waits for more
 
         self._outbox.put(f"refusal: {why}", send)
+
+
+def _asks(kind: type[imc.Message]) -> bool:
+    """Whether messages of a type ask for something."""
+    named = kind.__name__ in AT_ONCE or kind.__name__ in WITHOUT_REPLY
+    return named or any(hasattr(kind, field) for field in OF_REQUESTS)

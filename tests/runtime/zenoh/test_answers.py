@@ -96,6 +96,11 @@ def test_a_vehicle_answers_queries_and_a_late_joiner_has_its_state_at_once(netwo
         assert reason in answer["errors"][0]
         assert answer["seconds"] < 1.0 * slowness()
 
+    # So is one that forgot its packet.
+    answer = process.ask(f"get imc/{NAME}/@q/QueryEntityParameters")
+    assert (answer["replies"], len(answer["errors"])) == ([], 1)
+    assert "send its packet as the payload" in answer["errors"][0]
+
     # A late joiner has the states before they are published again.
     for message in ("EntityList", "VehicleState", "PlanControlState", "PlanDBState", "EntityParameters"):
         heard = process.ask(f"late imc/{NAME}/{message}/* 0.4")["heard"]
