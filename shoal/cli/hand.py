@@ -192,18 +192,25 @@ def complete_message(context: click.Context, __: click.Parameter, incomplete: st
 
 def complete_plan(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """The plans of the vehicle, and plan files."""
-    name = context.params.get("vehicle") or ""
 
     async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
         return [plan.name for plan in await vehicle.plan.list()]
 
-    items = _items(_quietly(lambda: with_vehicle(name, {**_reach(context), "timeout": PATIENCE}, look)), incomplete)
+    items = _items(_of_vehicle(context, look), incomplete)
     return [CompletionItem(incomplete, type="file"), *items]  # bash forgets what comes before it
+
+
+def complete_entity(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The entities of the vehicle."""
+
+    async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
+        return sorted(await vehicle.param.entities())
+
+    return _items(_of_vehicle(context, look), incomplete)
 
 
 def complete_parameter(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Entities, and after the colon the parameters of one."""
-    name = context.params.get("vehicle") or ""
     entity, colon, _rest = incomplete.partition(":")
 
     async def look(vehicle: AsyncRemoteVehicle) -> list[str]:
@@ -211,7 +218,16 @@ def complete_parameter(context: click.Context, _: click.Parameter, incomplete: s
             return sorted(await vehicle.param.entities())
         return [f"{entity}:{parameter}" for parameter in await vehicle.param.get(entity)]
 
-    return _items(_quietly(lambda: with_vehicle(name, {**_reach(context), "timeout": PATIENCE}, look)), incomplete)
+    return _items(_of_vehicle(context, look), incomplete)
+
+
+def _of_vehicle(
+    context: click.Context, look: Callable[[AsyncRemoteVehicle], Coroutine[Any, Any, list[str]]]
+) -> list[str]:
+    """What `look` finds with the vehicle that was written before."""
+    arguments = [context.params.get("vehicle"), *context.args]  # behind an option without its value, click assigns none
+    name, reach = next(filter(None, arguments), ""), {**_reach(context), "timeout": PATIENCE}
+    return _quietly(lambda: with_vehicle(name, reach, look))
 
 
 def _reach(context: click.Context) -> dict[str, Any]:

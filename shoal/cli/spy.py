@@ -18,6 +18,7 @@ from runtime.problem import printable, suggestion
 from shoal.cli.definitions import messages_option
 from shoal.cli.hand import (
     clock_text,
+    complete_entity,
     complete_message,
     fields_text,
     json_option,
@@ -42,7 +43,7 @@ WINDOW = 3.0  # s over which a live rate is taken
 @click.argument("messages", metavar="[MESSAGE]...", nargs=-1, shell_complete=complete_message)
 @click.option("--where", default="", help='Only messages that match, such as "depth > 2 and u < 0.5".')
 @click.option("--fields", default="", help="Only these fields, separated by commas: x,y,depth.")
-@click.option("--entity", default="", help="Only of this entity.")
+@click.option("--entity", default="", shell_complete=complete_entity, help="Only of this entity.")
 @click.option("--hz", is_flag=True, help="Rates of all types, instead of the messages.")
 @click.option("--for", "duration", callback=seconds, metavar="TIME", help="End after this time: 3s, 1min.")
 @click.option("--count", type=click.IntRange(1), help="End after this many messages.")

@@ -224,6 +224,7 @@ def test_the_shell_completes_vehicles_messages_and_plans(process: Running, tmp_p
     shoal("plan", NAME, "put", path)
     assert completed("spy", "lauv") == [NAME]
     assert completed("spy", NAME, "EstimatedS") == ["EstimatedState", "EstimatedStreamVelocity"]
+    assert completed("spy", NAME, "--entity", "path c") == ["Path Control"]
     assert completed("plan", NAME, "st") == ["start", "stop", "status"]
     assert "pause" in completed("plan", NAME, "start", "pau")
     assert pressed_tab("plan", NAME, "start", "pau") == ["pause"]
