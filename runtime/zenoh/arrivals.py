@@ -55,6 +55,7 @@ class Arrivals:
         self._last: dict[tuple[zenoh.ZenohId, int], _Last] = {}
         self._latest: deque[tuple[float, bytes]] = deque(maxlen=64)
         self._lock = threading.Lock()
+        self._own = ""  # the zenoh id of this session
         self._closed = threading.Event()
         self._states: queue.Queue[zenoh.Sample | None] = queue.Queue(RING)
         self._subscribers: list[Any] = []
@@ -68,6 +69,7 @@ class Arrivals:
         import zenoh
         import zenoh.ext
 
+        self._own = str(session.info.zid())
         for_all, commands = heard(vehicle, messages)
         of_siblings = [] if self._gate is None else [heard_elsewhere(vehicle)]
         for expression in (*for_all, *commands, *of_siblings):
@@ -114,6 +116,8 @@ class Arrivals:
                 if not 0 < ahead < 0x80000000:
                     return  # a duplicate: of a state, or two routers that both reach this process have forwarded it
                 last.number, name = number, last.session
+            if name == self._own:
+                return  # a state of our own: behind a router that has started again we look like a late publisher
             if ahead > 1:
                 self.lost.count(f"last at {place}", ahead - 1)
         payload = sample.payload

@@ -18,22 +18,29 @@ class FaultCounter:
         self._what = what
         self._report = report
         self._told = 0
-        self._next = 0.0
+        self._next = self._last = 0.0
         self._lock = threading.Lock()
 
     def count(self, detail: object, number: int = 1) -> None:
         with self._lock:
             self.total += number
-            now = time.monotonic()
+            now = self._last = time.monotonic()
             if now < self._next:
                 return
             self._next = now + REPORT_PERIOD
         self.tell(detail)
 
-    def tell(self, detail: object = "", report: Callable[[str], None] | None = None) -> None:
+    def tell(self, detail: object) -> None:
         """Report what has not been reported yet."""
-        if self.total > self._told:
-            (report or self._report)(
-                f"{self.total - self._told} packets {self._what}" + (f"; {detail}" if detail else "")
-            )
-            self._told = self.total
+        if text := self._untold():
+            self._report(f"{text}; {detail}")
+
+    def end(self, whose: str, report: Callable[[str], None]) -> None:
+        """Report what has not been reported yet, of something that has ended: `whose` these packets were."""
+        ago = time.monotonic() - self._last
+        if text := self._untold():
+            report(f"{whose}: {text}, the last {ago:.1f} s before the end, beside those in the log book")
+
+    def _untold(self) -> str:
+        number, self._told = self.total - self._told, self.total
+        return f"{number} packets {self._what}" if number else ""

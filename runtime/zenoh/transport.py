@@ -189,7 +189,7 @@ class ZenohTransport:
         if closing.is_alive():
             logger.warning("zenoh did not close within %g s; not waiting for it", CLOSING_TIME)
         for tally in (self.arrivals.lost, self.arrivals.oversize, self.arrivals.strange, self.unsent):
-            tally.tell(report=logger.warning)  # the vehicle's log book has ended
+            tally.end(self._whose, logger.warning)  # the vehicle's log book has ended
 
     def _enter(self) -> tuple["zenoh.Session", Layout, list[str]]:
         """A session at the first free of the ports where the sessions of this computer listen, and those that do."""
@@ -225,6 +225,13 @@ class ZenohTransport:
         session, self._session = self._session, None
         if session is not None:
             self._leave(session)
+
+    @property
+    def _whose(self) -> str:
+        if self._part is None:
+            return "zenoh"
+        process = f", process {self._part.process}" if self._part.process != "main" else ""
+        return f"{self._part.vehicle}{process}"
 
     def _take(self, packet: bytes) -> None:
         if self._session is not None:

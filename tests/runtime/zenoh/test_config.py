@@ -1,5 +1,6 @@
 import json
 import logging
+import re
 import socket
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,6 +13,7 @@ import imc
 import runtime.zenoh.publishers
 from runtime.zenoh import ZenohConfig, ZenohTransport
 from runtime.zenoh.arrivals import Arrivals
+from runtime.zenoh.faults import FaultCounter
 from runtime.zenoh.keys import chunk, key
 from runtime.zenoh.meeting import is_held
 from tests.outside import until
@@ -271,9 +273,10 @@ def test_the_sources_of_relayed_packets_do_not_fill_the_memory(monkeypatch: pyte
 def test_lost_and_repeated_packets_are_told_by_their_numbers(caplog: pytest.LogCaptureFixture) -> None:
     packets: list[bytes] = []
     receiver = Arrivals(packets.append, None, logging.getLogger("shoal.zenoh").warning)
+    receiver._own = "own"
 
-    def arrive(number: int, publisher: int = 1) -> None:
-        source = SimpleNamespace(source_id=SimpleNamespace(zid="zid", eid=publisher), source_sn=number)
+    def arrive(number: int, publisher: int = 1, zid: str = "zid") -> None:
+        source = SimpleNamespace(source_id=SimpleNamespace(zid=zid, eid=publisher), source_sn=number)
         payload = zenoh.ZBytes(bytes([number & 0xFF]))
         sample: Any = SimpleNamespace(source_info=source, payload=payload, key_expr="imc/a/b/c")
         receiver.arrive(sample)
@@ -285,5 +288,20 @@ def test_lost_and_repeated_packets_are_told_by_their_numbers(caplog: pytest.LogC
     assert receiver.lost.total == 2
     for number in (0xFFFFFFFF, 0, 1):
         arrive(number, publisher=3)
-    assert receiver.lost.total == 2
+    for number in (1, 100):
+        arrive(number, zid="own")
+    assert (len(packets), receiver.lost.total) == (8, 2), "our own, that come back, are neither taken nor counted"
     assert caplog.text.count("lost on the way") == 1
+
+
+def test_what_was_lost_at_the_end_is_told_with_the_name_of_the_process(caplog: pytest.LogCaptureFixture) -> None:
+    told: list[str] = []
+    lost = FaultCounter("were lost", told.append)
+    tell = logging.getLogger("shoal.zenoh").warning
+    lost.end("lauv", tell)
+    assert not caplog.text
+    lost.count("at imc/a/b/c")
+    lost.count("at imc/a/b/d", 2)
+    assert told == ["1 packets were lost; at imc/a/b/c"]
+    lost.end("lauv, process vision", tell)
+    assert re.search(r"lauv, process vision: 2 packets were lost, the last 0.\d s before the end, beside", caplog.text)
