@@ -11,7 +11,7 @@ from runtime.networks import note_refusals, refusals
 from runtime.profile import items
 from tasks.transports.imc_links.consoles import REPORTS, Consoles
 from tasks.transports.imc_links.datagrams import Datagram
-from tasks.transports.imc_links.gate import NOT_LISTED, SPOOFED, Gate, sender
+from tasks.transports.imc_links.gate import ANNOUNCE, NOT_LISTED, SPOOFED, Gate, sender
 from tasks.transports.imc_links.listening import ports_from, tell_opened
 from tasks.transports.imc_links.message_list import MessageList, message_named, parse_rate
 from tasks.transports.imc_links.peers import MALFORMED, MOST_PEERS, ON_THE_BUS, UNKNOWN, Drops, Peer, Peers
@@ -212,8 +212,9 @@ class UDP(Carrier):
 
     def take(self, datagrams: list[Datagram]) -> None:
         """Put packets on the bus, if they may come from where they come."""
-        bus, judge, now = self.vehicle.bus, self.gate.judge, network_time(self)
-        decode, publish, forwards = bus.decode_first, bus.publish, not self.local_messages_only
+        bus, judge, reach, now = self.vehicle.bus, self.gate.judge, self.reach, network_time(self)
+        decode, publish, forwards, taken = bus.decode_first, bus.publish, not self.local_messages_only, 0
+        before, place = None, ""  # whose packet came before, and from where
         for datagram, address, port in datagrams:
             try:
                 peer = judge(datagram, address, port, now)
@@ -221,7 +222,7 @@ class UDP(Carrier):
                     peer = self.turn_away(datagram, address, port, peer)
                     if peer is None:
                         continue
-                if self.reach is not None and not self.reach.has(peer.system, imc.packet_id(datagram)):
+                if reach is not None and not reach.has(peer.system, imc.packet_id(datagram)):
                     self.drops.add(OUT_OF_RANGE, peer.name)
                     continue
                 message, packet = decode(datagram)
@@ -229,18 +230,23 @@ class UDP(Carrier):
                 self.drop(MALFORMED, sender(datagram, address), error.reason)
                 continue
             publish(message, packet, self)
+            kind = message.ID
+            taken += 1
+            if kind not in REPORTS:
+                peer.commands = True
+            if forwards:
+                self.carry(message, packet)
+            if peer is before and address is place and kind != ANNOUNCE:
+                continue  # most packets of a burst need no more than this
+            before, place = peer, address
             if isinstance(message, imc.Announce):
                 self.meet(message)
-            self.taken += 1
-            peer.taken += 1
-            peer.heard = now
-            peer.commands = peer.commands or message.ID not in REPORTS
+            peer.heard, peer.taken = now, True
             if peer.sees == address:
                 peer.there = now
             elif not peer.stays(address, now):
                 self.follow(peer, address, now)
-            if forwards:
-                self.carry(message, packet)
+        self.taken += taken
 
     def follow(self, peer: Peer, address: str, now: float) -> None:
         """Send to where a system is now; a new place is greeted, but not so often that it could be a nuisance there."""

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 LONGEST = 65535
 AT_ONCE = 64  # datagrams of one call
-SLOT = 65536  # bytes
+SLOT = 65536 + 192  # bytes; at multiples of 65536 all would share the same few lines of the cache
 NAME = 16  # bytes of a sockaddr_in: family, port, address, padding
 
 Datagram = tuple[bytes, str, int]

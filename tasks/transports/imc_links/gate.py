@@ -5,7 +5,7 @@ from collections.abc import Collection
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.discovery import Endpoint, Service, Services
-from imc.layout import SMALLEST_PACKET
+from imc.layout import LITTLE_ENDIAN, SMALLEST_PACKET
 from tasks.transports.imc_links.consoles import Consoles
 from tasks.transports.imc_links.peers import ELSEWHERE, MALFORMED, UNKNOWN, Peer, Peers
 
@@ -47,7 +47,8 @@ class Gate:
         """The peer that a datagram is from; else the reason to drop it."""
         if len(packet) < SMALLEST_PACKET:
             return MALFORMED
-        source = imc.packet_source(packet)
+        # As imc.packet_source says; a call of it takes a fifth of the time that most packets need here.
+        source = packet[14] | packet[15] << 8 if packet[0] == LITTLE_ENDIAN else packet[14] << 8 | packet[15]
         peer = self._by_id.get(source)
         if peer is not None and peer.sees == address and peer.filled == now and peer.left >= 1.0 and self._open:
             peer.left -= 1.0  # most packets of a burst need no more than this

@@ -32,7 +32,7 @@ class Peer:
 
     `sees` is where its datagrams come from, None before the first; `heard` is when the last one came, `there` when the
     last one came from `sees` (s). `places` are the addresses that it was seen at, `greeted` is when it was greeted (s).
-    `commands` is whether it has sent more than reports.
+    `taken` is whether a packet of it has reached the bus, `commands` whether it has sent more than reports.
     """
 
     system: int
@@ -45,7 +45,7 @@ class Peer:
     there: float = -math.inf
     places: dict[str, None] = field(default_factory=dict[str, None])
     greeted: float = -math.inf
-    taken: int = 0
+    taken: bool = False
     commands: bool = False
     left: float = math.inf  # datagrams that it may still send at once
     filled: float = 0.0  # when `left` was brought up to date (s)

@@ -122,7 +122,7 @@ def test_silence_ends_the_contact_and_later_the_peer():
 def test_who_was_in_contact_is_heard_at_once_after_a_long_cut():
     scene = Scene()
     scene.peers.announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
-    scene.sends().taken = 1
+    scene.sends().taken = True
     for now in (61, 62):
         scene.peers.forget(NOW + now)
     assert isinstance(scene.sends(now=NOW + 62), Peer), "its next Announce may be 10 s away"
