@@ -21,7 +21,7 @@ from shoal.network.systems import System
 if TYPE_CHECKING:
     from ftplib import FTP
 
-PATIENCE = 10.0  # s of silence of the server
+PATIENCE = 20.0  # s of silence of the server; TCP doubles its pauses when packets get lost
 SHORT = 3.0  # s for a connection, while there is another address to try
 BLOCK = 1 << 16  # bytes
 MOST_LOGS = 10000
