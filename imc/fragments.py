@@ -22,6 +22,7 @@ MOST_PARTS = 255
 UIDS = 255  # a sender numbers its messages 0 to 254
 
 MOST = 64  # messages that are incomplete
+MOST_NAMED = 64  # systems and reasons
 MOST_OF_ONE = 8  # of one system
 MOST_BYTES = 1 << 20
 
@@ -63,11 +64,12 @@ class Incomplete:
 class Assembler:
     """Puts pieces together, by system and uid. What is never complete is forgotten, and so is what is too much.
 
-    Counted: `counts`, by what became of messages and pieces.
+    Counted: `counts`, by what became of messages and pieces; `given_up` is who lost messages, and why.
     """
 
     def __init__(self) -> None:
         self.counts: Counter[str] = Counter()
+        self.given_up: dict[tuple[int, str], None] = {}
         self._waiting: dict[tuple[int, int], Incomplete] = {}
         self._bytes = 0
 
@@ -129,8 +131,11 @@ class Assembler:
 
     def _forget(self, key: tuple[int, int], why: str) -> None:
         self._bytes -= self._waiting.pop(key).size
-        if why:
-            self.counts[why] += 1
+        if not why:
+            return
+        self.counts[why] += 1
+        if len(self.given_up) < MOST_NAMED:
+            self.given_up[key[0], why] = None
 
 
 def _continues(found: Incomplete, part: MessagePart) -> bool:

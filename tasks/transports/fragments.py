@@ -2,7 +2,7 @@
 
 import imc
 from imc.fragments import Assembler
-from runtime import Task, consume, param, periodic
+from runtime import State, Task, consume, param, periodic
 
 MOST_NAMED = 64
 
@@ -11,7 +11,7 @@ class Fragments(Task):
     """Puts the packets together that other systems send as MessagePart, and delivers them as if they came whole.
 
     A message that stays incomplete for the timeout is asked for once, and forgotten after another one; a system that
-    begins many loses the oldest.
+    begins many loses the oldest. The log book names once who loses messages, the state of the entity counts them.
     """
 
     reception_timeout: float = param(
@@ -21,6 +21,7 @@ class Fragments(Task):
     def start(self) -> None:
         self._assembler = Assembler()
         self._complained: set[int] = set()
+        self._named: set[tuple[int, str]] = set()
 
     @consume(others=True)
     def take(self, part: imc.MessagePart) -> None:
@@ -38,12 +39,18 @@ class Fragments(Task):
 
     @periodic(1.0)
     def ask_again(self) -> None:
-        """Ask for the pieces that are late, and forget what does not come."""
-        if not len(self._assembler):
-            return
+        """Ask for the pieces that are late, forget what does not come, and tell of it."""
         kind = imc.MessagePartControl
         for system, uid, message in self._assembler.late(self.now - self.reception_timeout):
             message.asked = True
             request = kind(op=kind.Op.REQUEST_RETRANSMIT, uid=uid, frag_ids=message.wanted(), dst=system)
             self.publish(request)
         self._assembler.expire(self.now - 2.0 * self.reception_timeout)
+        for system, why in self._assembler.given_up:
+            if (system, why) not in self._named:
+                self._named.add((system, why))
+                name = self.vehicle.systems.name(system)
+                self.log.warning(f"message in pieces from {name} lost: {why}; further ones are counted")
+        if counts := self._assembler.counts:
+            listed = ", ".join(f"{number} {what}" for what, number in counts.items())
+            self.set_entity_state(State.NORMAL, f"{len(self._assembler)} incomplete; {listed}")

@@ -41,3 +41,14 @@ def test_damaged_pieces_are_told_once_of_each_sender():
         "pieces of a message from 0x4000",
         "pieces of a message from 0x4001",
     ]
+
+
+def test_messages_that_are_never_complete_are_counted_and_their_sender_named():
+    first = imc.MessagePart(frag_number=0, num_frags=200, data=b"x" * 1000, dst=VEHICLE, src=CONSOLE)
+    feed = [first.replace(uid=uid, timestamp=0.01 * uid) for uid in range(1, 101)]
+    run = simulate(Fragments, feed, seconds=60.0, reception_timeout=10.0)
+    assert [line for line in run.log if "lost" in line] == [
+        "message in pieces from 0x4000 lost: crowded out; further ones are counted",
+        "message in pieces from 0x4000 lost: never completed; further ones are counted",
+    ]
+    assert run.task.entity.description == "0 incomplete; 92 crowded out, 8 never completed"
