@@ -1,5 +1,6 @@
 """The plans of a vehicle: its database, and the start, progress and end of one."""
 
+import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -16,6 +17,7 @@ Type = imc.PlanControl.Type
 Phase = imc.PlanControlState.State
 OVER = (Phase.READY, Phase.BLOCKED)
 UNDEFINED = "undefined plan"  # DUNE says so, too
+MOST_LATE = 4  # reports that come after an answer, since by another network, and are older
 LAST_WORDS = 1.5  # s from the end of a plan to the reason, which is a message of its own
 
 
@@ -50,7 +52,7 @@ class Plans:
     def __init__(self, network: Network, system: System) -> None:
         self._network = network
         self._system = system
-        self._has_changed = False
+        self._answered = -math.inf  # time stamp of the vehicle's last answer to a change that we asked for
 
     async def list(self) -> list[StoredPlan]:
         """All plans that are stored, by name. Raises Refused if they are too many to be listed at once."""
@@ -79,12 +81,17 @@ class Plans:
         await self._database(imc.PlanDB.Op.DEL, name)
 
     async def status(self, timeout: float | None = None) -> imc.PlanControlState:
-        """What the plan engine does: its last report, or the next one if we have asked for a change meanwhile."""
+        """What the plan engine does: its last report, but none that it made before it answered a change of ours."""
         self._network.check(self._system)
-        state = self._system.last_of(imc.PlanControlState)
-        if state is not None and self._system.age < 1.0 and not self._has_changed:
-            return state
-        return await self._network.next(self._system, imc.PlanControlState, timeout)
+        last = self._system.last_of(imc.PlanControlState)
+        if last is not None and self._system.age < 1.0 and last.timestamp >= self._answered:
+            return last
+        state = await self._network.next(self._system, imc.PlanControlState, timeout)
+        for _ in range(MOST_LATE):
+            if state.timestamp >= self._answered:
+                break
+            state = await self._network.next(self._system, imc.PlanControlState, timeout)
+        return state  # an old one only if its clock was set back
 
     async def start(
         self,
@@ -108,7 +115,6 @@ class Plans:
         request = imc.PlanControl(op=Op.START, plan_id=name, flags=flags, arg=None if is_name else plan)
         request = request.replace(request_id=self._network.number())
         network, system = self._network, self._system
-        self._has_changed = True
         listener = network.listen(system, (imc.PlanControl, imc.PlanControlState))
         try:
             answer = await network.ask(system, request, (imc.PlanControl,), lambda m: self._answer(m, request))
@@ -142,7 +148,7 @@ class Plans:
     async def stop(self) -> None:
         """Stop the plan that is running. Raises Refused if none is."""
         request = imc.PlanControl(op=Op.STOP, request_id=self._network.number())
-        ask, self._has_changed = self._network.ask, True
+        ask = self._network.ask
         answer = await ask(self._system, request, (imc.PlanControl,), lambda message: self._answer(message, request))
         if answer.type == Type.FAILURE:
             raise Refused(answer.info)
@@ -153,7 +159,10 @@ class Plans:
             return None
         ours = (message.dst, message.op, message.request_id, message.src)
         wanted = (self._network.console.id, request.op, request.request_id, self._system.id)
-        return message if ours == wanted else None
+        if ours != wanted:
+            return None
+        self._answered = message.timestamp
+        return message
 
     async def _database(
         self, op: imc.PlanDB.Op, name: str = "", plan: imc.PlanSpecification | None = None

@@ -1,0 +1,55 @@
+"""What the plan engine does, told by reports that overtake answers."""
+
+import asyncio
+from types import SimpleNamespace
+from typing import Any
+
+import imc
+from shoal.network.plans import MOST_LATE, Plans
+
+ID, CONSOLE = 0x001A, 0x4101
+
+
+class Told:
+    """A network that has these reports to come, and answers each request at a time (s)."""
+
+    def __init__(self, answered: float, *reports: imc.PlanControlState) -> None:
+        self.console, self.reports, self.answered = SimpleNamespace(id=CONSOLE), list(reports), answered
+
+    def check(self, _: object) -> None: ...
+
+    def number(self) -> int:
+        return 7
+
+    async def ask(self, _: object, request: imc.PlanControl, __: object, answer: Any) -> Any:
+        kind = imc.PlanControl.Type.SUCCESS
+        return answer(request.replace(type=kind, src=ID, dst=CONSOLE, timestamp=self.answered))
+
+    async def next(self, *_: object) -> imc.PlanControlState:
+        return self.reports.pop(0)
+
+
+def report(plan: str, timestamp: float) -> imc.PlanControlState:
+    return imc.PlanControlState(plan_id=plan, timestamp=timestamp, src=ID)
+
+
+def stopped(last: imc.PlanControlState, *reports: imc.PlanControlState, answered: float = 5.0) -> imc.PlanControlState:
+    """The status after a stop that was answered at a time (s)."""
+    plans = Plans(Told(answered, *reports), SimpleNamespace(id=ID, age=0.1, last_of=lambda _: last))
+
+    async def act() -> imc.PlanControlState:
+        await plans.stop()
+        return await plans.status()
+
+    return asyncio.run(act())
+
+
+def test_a_report_from_before_the_answer_is_no_status() -> None:
+    late, fresh = report("before", 4.9), report("after", 5.1)
+    assert stopped(late, late, late, fresh) is fresh
+    assert stopped(fresh) is fresh, "it need not wait for another one"
+
+
+def test_a_clock_that_was_set_back_does_not_keep_the_status_waiting() -> None:
+    old = [report("now", 1.0 + n) for n in range(MOST_LATE + 1)]
+    assert stopped(report("before", 0.5), *old, answered=1e9) is old[-1]
