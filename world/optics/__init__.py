@@ -1,13 +1,23 @@
 """Camera models."""
 
-from world.optics.lens import PRESETS, Floats, Lens, Projection, preset_lens
+from world.optics.brown import PinholeCamera
+from world.optics.camera import CalibrationError, CameraModel, Floats
+from world.optics.double_sphere import DoubleSphereCamera
+from world.optics.fisheye import FisheyeCamera, kannala_brandt
+from world.optics.lens import PRESETS, Lens, Projection, preset_lens
 from world.optics.pinhole import Pinhole
 
 __all__ = [
     "PRESETS",
+    "CalibrationError",
+    "CameraModel",
+    "DoubleSphereCamera",
+    "FisheyeCamera",
     "Floats",
     "Lens",
     "Pinhole",
+    "PinholeCamera",
     "Projection",
+    "kannala_brandt",
     "preset_lens",
 ]

@@ -1,4 +1,4 @@
-"""Lenses whose image radius is a quartic of the angle off the optical axis."""
+"""Lenses whose image radius is a polynomial of the angle off the optical axis."""
 
 import math
 from collections.abc import Mapping
@@ -14,12 +14,14 @@ Floats = NDArray[np.floating[Any]]
 
 TABLE_ENTRIES = 8193
 NEWTON_STEPS = 3
+QUARTIC, ODD = 4, 9  # coefficients of both kinds of lenses
 
 
 @dataclass(frozen=True)
 class Lens:
     """r(phi) = k1 phi + k2 phi² + k3 phi³ + k4 phi⁴, phi in rad off the optical axis, up to half of `fov` (rad).
 
+    Nine coefficients reach to phi⁹, for lenses of Kannala and Brandt.
     r has the unit of `k`: normalized by the focal length, or pixels (as in NVIDIA's f-theta and WoodScape). Raises
     ValueError if r does not grow over the whole field of view, or if `fov` lies outside (0, 2π].
     """
@@ -30,7 +32,7 @@ class Lens:
     def __post_init__(self) -> None:
         if not 0.0 < self.fov <= math.tau:
             raise ValueError(f"a field of view of {math.degrees(self.fov):g}° is not within 0 to 360°")
-        if len(self.k) != 4 or not all(map(math.isfinite, self.k)):
+        if len(self.k) not in (QUARTIC, ODD) or not all(map(math.isfinite, self.k)):
             raise ValueError(f"a lens has four finite coefficients, not {list(self.k)}")
         if not any(self.k):
             raise ValueError("all coefficients of the lens are zero")
@@ -52,14 +54,25 @@ class Lens:
 
     def radius(self, phi: ArrayLike) -> Floats:
         p = np.asarray(phi, dtype=np.float64)
-        k1, k2, k3, k4 = self.k
-        return p * (k1 + p * (k2 + p * (k3 + p * k4)))
+        found = p * self.k[-1]
+        for k in self.k[-2::-1]:
+            found = p * (k + found)
+        return found
+
+    @property
+    def odd(self) -> tuple[float, float, float, float] | None:
+        """k1 to k4 of Kannala and Brandt's polynomial, if the lens is of that kind."""
+        if len(self.k) != ODD or self.k[0] != 1.0 or any(self.k[1::2]):
+            return None
+        return self.k[2], self.k[4], self.k[6], self.k[8]
 
     def slope(self, phi: ArrayLike) -> Floats:
         """dr/dphi."""
         p = np.asarray(phi, dtype=np.float64)
-        k1, k2, k3, k4 = self.k
-        return k1 + p * (2 * k2 + p * (3 * k3 + p * 4 * k4))
+        found = p * (len(self.k) * self.k[-1])
+        for power in range(len(self.k) - 1, 1, -1):
+            found = p * (power * self.k[power - 1] + found)
+        return self.k[0] + found
 
     def angle(self, radius: ArrayLike) -> Floats:
         """phi for r in [0, r(edge)], to 1e-12 rad; outside, that of the nearest end."""
@@ -73,11 +86,11 @@ class Lens:
 
     def _fold(self) -> float | None:
         """The angle (rad) from which on r no longer grows; None if that is beyond the edge."""
-        k1, k2, k3, k4 = self.k
-        if not k1 > 0.0:
+        if not self.k[0] > 0.0:
             return 0.0
+        slopes = [power * k for power, k in enumerate(self.k, start=1)]
         # A root of the slope at which it only touches zero may come out as a pair that is not quite real.
-        flat = (float(root.real) for root in np.roots([4 * k4, 3 * k3, 2 * k2, k1]) if abs(root.imag) < 1e-7)
+        flat = (float(root.real) for root in np.roots(slopes[::-1]) if abs(root.imag) < 1e-7)
         return min((phi for phi in flat if 0.0 < phi <= self.edge), default=None)
 
     @cached_property

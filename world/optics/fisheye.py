@@ -1,0 +1,91 @@
+"""A camera whose lens maps the angle off its axis to a radius: quartic, or Kannala and Brandt's odd polynomial."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from world.optics.camera import Bools, CalibrationError, CameraModel, Floats
+from world.optics.lens import Lens
+
+FIT_POINTS = 2000
+
+
+def kannala_brandt(k: tuple[float, float, float, float], fov: float) -> Lens:
+    """r = phi + k1 phi³ + k2 phi⁵ + k3 phi⁷ + k4 phi⁹ (Kannala and Brandt 2006; OpenCV's fisheye); `fov` in rad.
+
+    Raises ValueError as Lens does.
+    """
+    return Lens((1.0, 0.0, k[0], 0.0, k[1], 0.0, k[2], 0.0, k[3]), fov)
+
+
+@dataclass(frozen=True)
+class FisheyeCamera(CameraModel):
+    """`lens` is for focal length 1. The picture ends where the lens does, at half of its field of view."""
+
+    lens: Lens
+
+    def distort(self, points: Floats) -> tuple[Floats, Bools]:
+        x, y, z = np.moveaxis(points, -1, 0)
+        across = np.hypot(x, y)
+        phi = np.arctan2(across, z)
+        valid = (phi <= self.lens.edge) & ((across > 0.0) | (z > 0.0))
+        radius = self.lens.radius(phi)
+        factor = np.divide(radius, across, out=np.zeros_like(across), where=across > 0.0)
+        return np.stack((x * factor, y * factor), axis=-1), valid
+
+    def undistort(self, places: Floats) -> tuple[Floats, Bools]:
+        radius = np.hypot(places[..., 0], places[..., 1])
+        phi = self.lens.angle(radius)
+        factor = np.divide(np.sin(phi), radius, out=np.zeros_like(radius), where=radius > 0.0)
+        rays = np.concatenate((places * factor[..., None], np.cos(phi)[..., None]), axis=-1)
+        return rays, radius <= self.lens.edge_radius
+
+    def slopes(self, points: Floats) -> Floats:
+        """Those of r(phi) x / rho with rho² = x² + y² and tan phi = rho / z; on the axis their limit."""
+        x, y, z = np.moveaxis(points, -1, 0)
+        rho2 = x * x + y * y
+        rho = np.sqrt(rho2)
+        phi = np.arctan2(rho, z)
+        length2 = rho2 + z * z
+        off_axis = rho > 1e-9 * np.abs(z)
+        safe = np.where(off_axis, rho, 1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.where(off_axis, self.lens.radius(phi) / safe, self.lens.slope(0.0) / z)
+            steep = np.where(off_axis, (self.lens.slope(phi) * z / length2 - ratio) / safe**2, 0.0)
+        along = -self.lens.slope(phi) / length2
+        rows = [
+            [ratio + steep * x * x, steep * x * y, along * x],
+            [steep * x * y, ratio + steep * y * y, along * y],
+        ]
+        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+    def to_opencv(self) -> dict[str, Any]:
+        """Raises CalibrationError for a quartic lens: its fit is in `to_kalibr`."""
+        k = self.lens.odd
+        if k is None:
+            raise CalibrationError("OpenCV has no quartic lens; to_kalibr fits one that it has")
+        return {"model": "fisheye", "K": self.matrix, "D": np.array(k)}
+
+    def to_kalibr(self) -> dict[str, Any]:
+        k = self.lens.odd
+        if k is not None:
+            return self.kalibr("pinhole", [], "equidistant", list(k))
+        near, rms = self.fitted()
+        return {**near.to_kalibr(), "fit_rms_px": rms}
+
+    def fitted(self) -> "tuple[FisheyeCamera, float]":
+        """The nearest camera with a lens of Kannala and Brandt, and how far it is off (px, rms over the angles).
+
+        Raises ValueError if that lens folds within the field of view.
+        """
+        phi = np.linspace(0.0, self.lens.edge, FIT_POINTS)
+        powers = np.stack([phi, phi**3, phi**5, phi**7, phi**9], axis=-1)
+        wanted = self.lens.radius(phi)
+        found, *_ = np.linalg.lstsq(powers, wanted, rcond=None)
+        focal, *rest = found.tolist()
+        k = rest[0] / focal, rest[1] / focal, rest[2] / focal, rest[3] / focal
+        near = replace(self, fx=self.fx * focal, fy=self.fy * focal, lens=kannala_brandt(k, self.lens.fov))
+        error = (powers @ found - wanted) * math.sqrt(self.fx * self.fy)
+        return near, float(np.sqrt(np.mean(error**2)))
