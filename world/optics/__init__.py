@@ -3,6 +3,7 @@
 from world.optics.brown import PinholeCamera
 from world.optics.camera import CalibrationError, CameraModel, Floats
 from world.optics.double_sphere import DoubleSphereCamera
+from world.optics.files import read_camera
 from world.optics.fisheye import FisheyeCamera, kannala_brandt
 from world.optics.lens import PRESETS, Lens, Projection, preset_lens
 from world.optics.pinhole import Pinhole
@@ -20,4 +21,5 @@ __all__ = [
     "Projection",
     "kannala_brandt",
     "preset_lens",
+    "read_camera",
 ]

@@ -1,0 +1,184 @@
+"""Reads calibrations as other programs write them: Kalibr, OpenCV, ROS, EuRoC, WoodScape."""
+
+import json
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from world.optics.brown import PinholeCamera
+from world.optics.camera import CalibrationError, CameraModel
+from world.optics.double_sphere import DoubleSphereCamera
+from world.optics.fisheye import FisheyeCamera, kannala_brandt
+from world.optics.lens import Lens
+
+LARGEST_FILE = 1 << 20
+MOST_PIXELS = 1 << 20  # of a side
+OPENCV = re.compile(r"^%YAML:1\.0|!!opencv-matrix", re.MULTILINE)
+RADTAN = ("radtan", "radial-tangential", "plumb_bob", "rational_polynomial", "pinhole", "")
+EQUIDISTANT = ("equidistant", "fisheye", "kannala_brandt", "kannalabrandt")
+STEPS = 4000  # of the angle, to find where a lens ends
+
+Values = Mapping[str, Any]
+Plane = tuple[float, float, float, float]
+"""Focal lengths and principal point, px."""
+
+
+def read_camera(path: str | Path, camera: str = "") -> CameraModel:
+    """The camera of a calibration file; `camera` names one of several, by default the first.
+
+    Read are a camchain of Kalibr, a FileStorage (YAML) of OpenCV, a camera_info of ROS, a sensor.yaml of EuRoC, and the
+    JSON of WoodScape. YAML needs PyYAML. Fisheye lenses end at the corner of the picture, or where they would fold.
+    Raises CalibrationError with the file and the field that it lacks or contradicts, OSError, ModuleNotFoundError.
+    """
+    path = Path(path)
+    try:
+        values = _load(path)
+        cameras = {name: each for name, each in values.items() if re.fullmatch(r"cam\d+", str(name))}
+        if cameras:
+            if camera and camera not in cameras:
+                raise CalibrationError(f"no camera {camera}; there are {', '.join(cameras)}")
+            values = _mapping(cameras[camera] if camera else next(iter(cameras.values())), "cam0")
+        if "intrinsic" in values:
+            return _woodscape(_mapping(values["intrinsic"], "intrinsic"))
+        return _kalibr(values) if "intrinsics" in values else _opencv(values)
+    except CalibrationError as error:
+        raise CalibrationError(f"{path}: {error}") from None
+    except ValueError as error:  # of a lens
+        raise CalibrationError(f"{path}: {error}") from None
+
+
+def _load(path: Path) -> Values:
+    with path.open("rb") as file:
+        data = file.read(LARGEST_FILE + 1)
+    if len(data) > LARGEST_FILE:
+        raise CalibrationError("too large for a calibration")
+    text = data.decode("utf-8", "replace")
+    if path.suffix.lower() == ".json":
+        try:
+            return _mapping(json.loads(text), "the file")
+        except (ValueError, RecursionError) as error:
+            raise CalibrationError(f"no JSON: {error}") from None
+    import yaml
+
+    try:
+        return _mapping(yaml.safe_load(OPENCV.sub("", text)), "the file")
+    except (yaml.YAMLError, RecursionError) as error:
+        raise CalibrationError(f"no YAML: {' '.join(str(error).split())}") from None
+
+
+def _mapping(value: Any, what: str) -> Values:
+    if not isinstance(value, dict):
+        raise CalibrationError(f"{what} has no named values")
+    return value  # pyright: ignore[reportUnknownVariableType]
+
+
+def _numbers(values: Values, name: str, *sizes: int) -> list[float]:
+    """A list of numbers, also the `data` of a matrix."""
+    if name not in values:
+        raise CalibrationError(f"{name} is missing")
+    found = values[name]
+    if isinstance(found, dict):
+        found = found.get("data")  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+    try:
+        numbers = np.asarray(found, np.float64).ravel().tolist()
+    except (TypeError, ValueError):
+        raise CalibrationError(f"{name} is no list of numbers: {found!r}") from None
+    if sizes and len(numbers) not in sizes:
+        raise CalibrationError(f"{name} has {len(numbers)} numbers, not {' or '.join(map(str, sizes))}")
+    return numbers
+
+
+def _whole(values: Values, name: str) -> int:
+    return _pixels(name, _numbers(values, name, 1)[0])
+
+
+def _pixels(name: str, number: float) -> int:
+    if not (abs(number) < MOST_PIXELS and number == int(number)):
+        raise CalibrationError(f"{name} is {number:g}, not a number of pixels")
+    return int(number)
+
+
+def _kalibr(values: Values) -> CameraModel:
+    """A camera of a camchain, or the sensor.yaml of EuRoC."""
+    width, height = (_pixels("resolution", number) for number in _numbers(values, "resolution", 2))
+    kind = str(values.get("camera_model", "pinhole")).lower()
+    if kind in ("ds", "double_sphere"):
+        xi, alpha, *plane = _numbers(values, "intrinsics", 6)
+        return DoubleSphereCamera(width, height, *_half_on(plane), xi, alpha)
+    if kind != "pinhole":
+        raise CalibrationError(f"camera_model {kind} is not supported; pinhole and ds are")
+    plane = _half_on(_numbers(values, "intrinsics", 4))
+    name = "distortion_coeffs" if "distortion_coeffs" in values else "distortion_coefficients"
+    model = str(values.get("distortion_model", "none")).lower()
+    if model == "none":
+        return PinholeCamera(width, height, *plane)
+    return _distorted(model, (width, height), plane, _numbers(values, name))
+
+
+def _opencv(values: Values) -> CameraModel:
+    """A FileStorage of OpenCV, or a camera_info of ROS."""
+    names = [name for name in ("camera_matrix", "Camera_Matrix", "K") if name in values]
+    k = _numbers(values, names[0] if names else "camera_matrix", 9)
+    if k[1] or k[3] or k[6:] != [0.0, 0.0, 1.0]:
+        raise CalibrationError(f"{names[0]} is not [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
+    size = _whole(values, "image_width"), _whole(values, "image_height")
+    names = [name for name in ("distortion_coefficients", "Distortion_Coefficients", "D") if name in values]
+    coefficients = _numbers(values, names[0]) if names else []
+    model = str(values.get("distortion_model", values.get("model", ""))).lower()
+    return _distorted(model, size, _half_on([k[0], k[4], k[2], k[5]]), coefficients)
+
+
+def _woodscape(values: Values) -> CameraModel:
+    """Pixels per rad and its powers; the center is given from the middle of the picture."""
+    if values.get("model", "radial_poly") != "radial_poly":
+        raise CalibrationError(f"model {values['model']} is not supported; radial_poly is")
+    width, height = _whole(values, "width"), _whole(values, "height")
+    k1, k2, k3, k4 = (_numbers(values, f"k{power}", 1)[0] for power in (1, 2, 3, 4))
+    aspect = _numbers(values, "aspect_ratio", 1)[0] if "aspect_ratio" in values else 1.0
+    cx = 0.5 * width + _numbers(values, "cx_offset", 1)[0]
+    cy = 0.5 * height + _numbers(values, "cy_offset", 1)[0]
+    if not k1 > 0.0:
+        raise CalibrationError(f"k1 is {k1:g}: the picture of a lens grows from its axis")
+    k = (1.0, k2 / k1, k3 / k1, k4 / k1)
+    return _fisheye((width, height), (k1, k1 * aspect, cx, cy), lambda fov: Lens(k, fov), k)
+
+
+def _distorted(model: str, size: tuple[int, int], plane: Plane, coefficients: Sequence[float]) -> CameraModel:
+    if model in EQUIDISTANT:
+        if len(coefficients) != 4:
+            raise CalibrationError(f"a fisheye lens has four coefficients, not {len(coefficients)}")
+        k1, k2, k3, k4 = coefficients
+        terms = (1.0, 0.0, k1, 0.0, k2, 0.0, k3, 0.0, k4)
+        return _fisheye(size, plane, lambda fov: kannala_brandt((k1, k2, k3, k4), fov), terms)
+    if model not in RADTAN:
+        raise CalibrationError(f"distortion_model {model} is not supported; radtan and equidistant are")
+    if len(coefficients) > 5 and any(coefficients[5:]):
+        raise CalibrationError(f"{len(coefficients)} coefficients: those after k3 are not supported")
+    given = [*coefficients[:5], *[0.0] * (5 - len(coefficients))]
+    k1, k2, p1, p2, k3 = given
+    return PinholeCamera(*size, *plane, k1, k2, p1, p2, k3)
+
+
+def _half_on(plane: Sequence[float]) -> Plane:
+    """From the convention in which the first pixel has its center at 0, 0."""
+    fx, fy, cx, cy = plane
+    return fx, fy, cx + 0.5, cy + 0.5
+
+
+def _fisheye(size: tuple[int, int], plane: Plane, lens: Callable[[float], Lens], k: Sequence[float]) -> FisheyeCamera:
+    """With a field of view to the farthest corner, or to just before the lens folds."""
+    fx, fy, cx, cy = plane
+    if not (fx > 0.0 and fy > 0.0 and all(map(math.isfinite, [*plane, *k]))):
+        raise CalibrationError(f"no camera has focal lengths of {fx:g} and {fy:g} px and the lens {list(k)}")
+    corners = [math.hypot((u - cx) / fx, (v - cy) / fy) for u in (0, size[0]) for v in (0, size[1])]
+    phi = np.linspace(0.0, math.pi, STEPS)
+    radius = np.polynomial.polynomial.polyval(phi, [0.0, *k])
+    ends = np.flatnonzero((np.diff(radius) <= 0.0) | (radius[:-1] >= max(corners)))
+    edge = float(phi[max(int(ends[0]) - 1, 1)]) if len(ends) and radius[ends[0]] < max(corners) else None
+    if edge is None:
+        edge = float(phi[int(ends[0])]) if len(ends) else math.pi
+    return FisheyeCamera(*size, fx, fy, cx, cy, lens(2.0 * edge))
