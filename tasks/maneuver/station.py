@@ -8,6 +8,9 @@ from tasks.maneuver.circling import Circling
 from tasks.maneuver.protocol import SHORT, VERTICAL, Completed, Leg, Loops, Maneuver, PathFlags
 
 REVISION = 1.0  # s between two updates of the speed
+PASSED = (
+    3.0  # s for a new path after the end of one outside a small circle; the controller waits 5 s
+)
 
 
 class Approach(NamedTuple):
@@ -71,9 +74,13 @@ async def keep_station(
             maneuver.log.info(f"outside safe region (distance: {distance:.1f} m)")
             maneuver.control(Loops.PATH)
             maneuver.steer(leg, flags=PathFlags.DIRECT)
+            steered = maneuver.now
             while not (maneuver.near and maneuver.range_to(leg) < radius):
                 if await wait():
                     return
+                if maneuver.near and maneuver.now - steered >= PASSED and maneuver.range_to(leg) >= radius:
+                    maneuver.steer(leg, flags=PathFlags.DIRECT)
+                    steered, chosen = maneuver.now, -math.inf
                 slow_down()
         maneuver.log.info(f"inside safe region (distance: {maneuver.range_to(leg):.1f} m)")
         maneuver.control(0)

@@ -1,6 +1,9 @@
 """Keeps near a point."""
 
+import math
+
 import imc
+from imc.tuples import read_tuples
 from runtime import param
 from tasks.maneuver.hover import hover
 from tasks.maneuver.protocol import Leg, Loops, Maneuver
@@ -10,7 +13,7 @@ from tasks.maneuver.station import Approach, keep_station
 class StationKeeping(Maneuver):
     """Goes to a point and stays near it: adrift inside the circle at the surface, on the circle under water.
 
-    A vehicle that can hover does so.
+    A vehicle that can hover does so. `Minimum Radius=3` (m) in the field `custom` replaces the parameter for a station.
     """
 
     loops = None
@@ -34,11 +37,19 @@ class StationKeeping(Maneuver):
     )
     hovers: bool = param(False, "", "Whether the vehicle can hover.", editable=False)
 
+    def tightest(self, station: imc.StationKeeping) -> float:
+        """The smallest radius of a station (m)."""
+        try:
+            own = float(read_tuples(station.custom)["Minimum Radius"])
+        except (KeyError, ValueError):
+            return self.minimum_radius
+        return own if 0.0 < own < math.inf else self.minimum_radius
+
     async def execute(self, station: imc.StationKeeping) -> None:
         if self.hovers:
             self.control(Loops.PATH)
             await hover(self, Leg.of(station), station.duration)
             return
-        radius = max(station.radius, self.minimum_radius)
+        radius = max(station.radius, self.tightest(station))
         approach = Approach(self.deceleration, self.slowest)
         await keep_station(self, Leg.of(station), radius, station.duration, approach)

@@ -34,6 +34,7 @@ class MAVLink(GroundLinks):
             set_parameter=self.ask_for,
             say=self.say,
             speed=lambda: self.hold_speed,
+            hold_radius=lambda: self.hold_radius,
             takeoff_altitude=lambda: self.takeoff_altitude,
             reach=self.reach,
             named_values=[parse_named_value(text) for text in self.named_values],

@@ -36,7 +36,7 @@ def go(
     frame, z = _level(system, frame, z, found[1].relative)
     there = _item(Command.NAV_WAYPOINT, frame, place, z)
     stay = there._replace(command=Command.NAV_LOITER_UNLIM)
-    return _send(system, "goto", [*_speed(speed), there, stay], finish, now)
+    return _send(system, "goto", [*_speed(speed), there, stay], finish, now, _closely(system))
 
 
 def execute(
@@ -75,7 +75,7 @@ def return_home(system: MavlinkSystem, finish: Finish, now: float) -> Reply | No
         return Reply(Result.TEMPORARILY_REJECTED, "Home is not known yet")
     home = system.home.lat, system.home.lon
     command = Command.NAV_LOITER_UNLIM if system.kind.afloat else Command.NAV_RETURN_TO_LAUNCH
-    return _send(system, "return", [_item(command, RELATIVE, home, 0.0)], finish, now)
+    return _send(system, "return", [_item(command, RELATIVE, home, 0.0)], finish, now, _closely(system))
 
 
 def take_off(system: MavlinkSystem, frame: int | None, z: float, finish: Finish, now: float) -> Reply | None:
@@ -148,6 +148,18 @@ def _send(
         return Reply(RESULTS.get(bad.result, Result.DENIED), f"{name.capitalize()} denied: {bad.reason}")
     system.helm.start(change(plan), _judge(name, finish), now)
     return None
+
+
+def _closely(system: MavlinkSystem) -> Callable[[imc.PlanSpecification], imc.PlanSpecification]:
+    """A plan whose last maneuver, if it keeps station, does so as a hold does."""
+
+    def change(plan: imc.PlanSpecification) -> imc.PlanSpecification:
+        *before, last = plan.maneuvers
+        if not (isinstance(last, imc.PlanManeuver) and isinstance(last.data, imc.StationKeeping)):
+            return plan
+        return plan.replace(maneuvers=(*before, last.replace(data=system.close(last.data))))
+
+    return change
 
 
 def ignored(reply: Reply) -> None:

@@ -67,6 +67,13 @@ class GroundLinks(Task):
     position_rate: float = param(4.0, "Hz", "Rate of positions and VFR_HUD.", minimum=0, maximum=200)
     status_rate: float = param(2.0, "Hz", "Rate of SYS_STATUS.", minimum=0, maximum=200)
     hold_speed: float = param(1.2, "m/s", "Speed back to the place where it was told to hold.", minimum=0.1, maximum=20)
+    hold_radius: float = param(
+        0.0,
+        "m",
+        "Radius of the circle on which an AUV under water holds; 0 for the smallest of the maneuver StationKeeping.",
+        minimum=0,
+        maximum=100,
+    )
     takeoff_altitude: float = param(10.0, "m", "Altitude above home of a takeoff without one.", minimum=1, maximum=120)
     gcs_timeout: float = param(
         0.0,

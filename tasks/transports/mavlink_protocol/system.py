@@ -9,17 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import imc
-from mavlink import (
-    Dialect,
-    Flavour,
-    Kind,
-    Mode,
-    from_imc,
-    instruments,
-    mode_of,
-    moving,
-    text,
-)
+from mavlink import Dialect, Flavour, Kind, Mode, from_imc, instruments, mode_of, moving, text
 from mavlink.missions import Settings
 from runtime.task import Entity
 from tasks.transports.mavlink_protocol.figures import Figures
@@ -41,6 +31,7 @@ if TYPE_CHECKING:
 
 COMPONENT = 1
 SUBMERGED = 0.3  # m
+SHALLOW = 0.5  # m at which an AUV keeps station adrift
 SUBMARINE = 12  # MAV_TYPE
 HANDOVER = 2.0  # s of silence after which another station may steer
 DEPTH = imc.ZUnits.DEPTH
@@ -51,15 +42,15 @@ PICTURES = "Save Images"  # the option by which a camera takes pictures
 class MavlinkSystem:
     """The state that all ground stations share.
 
-    `publish` and `set_parameter(entry, text)` send requests to the vehicle with the id `imc_id`, `say(severity, text)`
-    texts to all stations, and `reach(numbers)` tells them which items of the mission are over.
-    `entities` gives the entities
-    whose state counts for arming; `boot` is when the vehicle started, in s since 1970. `undulation` is the height of
-    the geoid above the ellipsoid, in m. `rates()` are the rates of the messages streamed by default, in Hz, `speed()`
-    is that of what ground stations ask for, in m/s, `takeoff_altitude()` is in m above home. Stations can
-    read the files in `folders`, by name. `cameras` are components of their own. `most` gives a limit of the profile, by
-    its option. `switches` are the names of relays, lights and buttons. `helm` carries out what they ask for, by default
-    with `publish`; `refusal` is why no order is taken, empty if they are.
+    `publish` and `set_parameter(entry, text)` send requests to the vehicle with the id `imc_id`, `say(severity,
+    text)` texts to all stations, and `reach(numbers)` tells them which items of the mission are over. `entities`
+    gives the entities whose state counts for arming; `boot` is when the vehicle started, in s since 1970.
+    `undulation` is the height of the geoid above the ellipsoid, in m. `rates()` are the rates of the messages
+    streamed by default, in Hz, `speed()` is that of what ground stations ask for, in m/s, `hold_radius()` is in m,
+    0 for the usual one, `takeoff_altitude()` in m above home. Stations can read the files in `folders`, by name.
+    `cameras` are components of their own. `most` gives a limit of the profile, by its option. `switches` are the
+    names of relays, lights and buttons. `helm` carries out what they ask for, by default with `publish`; `refusal`
+    is why no order is taken, empty if they are.
     """
 
     def __init__(
@@ -80,6 +71,7 @@ class MavlinkSystem:
         set_parameter: Callable[[ParameterEntry, str], None],
         say: Callable[[int, str], None],
         speed: Callable[[], float],
+        hold_radius: Callable[[], float] = lambda: 0.0,
         takeoff_altitude: Callable[[], float] = lambda: 10.0,
         reach: Callable[[Sequence[int]], object] = lambda _: None,
         named_values: Sequence[NamedValue] = (),
@@ -100,6 +92,7 @@ class MavlinkSystem:
         self.set_parameter = set_parameter
         self.say = say
         self._speed = speed
+        self._hold_radius = hold_radius
         self.takeoff_altitude = takeoff_altitude
         self.named_values = named_values
         self.figures = Figures(lambda: [entity.label for entity in self.entities()])
@@ -207,7 +200,14 @@ class MavlinkSystem:
             z, units = max(0.0, -place.relative), DEPTH
         else:
             z, units = place.altitude + self.undulation, imc.ZUnits.HEIGHT
-        return imc.StationKeeping(lat=place.lat, lon=place.lon, z=z, z_units=units, speed=self.speed)
+        return self.close(imc.StationKeeping(lat=place.lat, lon=place.lon, z=z, z_units=units, speed=self.speed))
+
+    def close(self, station: imc.StationKeeping) -> imc.StationKeeping:
+        """The station of an AUV under water on the circle of a hold, any other as it is."""
+        radius = self._hold_radius()
+        if not (radius and self.dives and station.z_units == DEPTH and station.z > SHALLOW):
+            return station
+        return station.replace(radius=radius, custom=f"Minimum Radius={radius:g}")
 
     @property
     def dives(self) -> bool:

@@ -85,6 +85,23 @@ def test_station_keeping_goes_back_when_it_has_drifted():
     assert max(e for _, e, _, t in track(run) if 60 < t < 220) < 40 + 12.5
 
 
+def test_station_keeping_reaches_a_circle_that_is_smaller_than_the_way_of_its_last_seconds():
+    station = imc.StationKeeping(**at(0, 40), radius=2, duration=200, custom="Minimum Radius=2")
+    run = flown(station, seconds=300, vehicle={"current_east": 0.3})
+    assert replies(run)[-1] == DONE
+    assert max(abs(e - 40.0) for _, e, _, t in track(run) if 60 < t < 220) < 4.0
+
+
+@pytest.mark.parametrize(
+    ("custom", "radius"),
+    [("Minimum Radius=3", 3.0), ("a=b; Minimum Radius = 4", 4.0), ("", 10.0), ("Minimum Radius=nan", 10.0),
+     ("Minimum Radius=0", 10.0), ("Minimum Radius", 10.0), ("Minimum Radius=-3", 10.0)],
+)  # fmt: skip
+def test_a_station_has_the_minimum_radius_unless_it_brings_its_own(custom, radius):
+    run = flown(imc.StationKeeping(**at(0, 10, 2), radius=1, duration=5, custom=custom), seconds=20)
+    assert run.of(imc.DesiredPath)[0].lradius == radius
+
+
 def test_station_keeping_under_water_circles_at_its_depth():
     run = flown(imc.StationKeeping(**at(0, 40, 2), radius=12, duration=100), seconds=200)
     assert replies(run)[-1] == DONE

@@ -20,8 +20,6 @@ PATIENCE = 120.0
 LOSS = 0.05
 FAR_AWAY = {"submarine": (1.2, -3.0), "boat": (1.2, 0.0), "hexacopter": (5.0, 12.0)}
 SETTLING = 15.0  # s in which an AUV reaches its circle, and an aircraft stops and comes back
-CIRCLE = 10.0  # m, of an AUV, which must move to stay at its depth
-HELD = "hold"
 
 
 class Watched:
@@ -59,15 +57,13 @@ class Watched:
         begin = next(number for number, (_, plan) in enumerate(self.plans) if plan == name)
         return self.truths[self.plans[begin][0] : self.plans[begin + 1][0]]
 
-    def check_hold(self, kind, name=HELD):
-        """It was within 5 m of where it held (an AUV: of its circle there), and within 0.5 m of that level."""
-        truths = self.while_(name)
+    def check_hold(self):
+        """It was within 5 m of where it was told to hold, and within 0.5 m of that level."""
+        truths = self.while_("hold")
         here, end = truths[0], truths[-1].timestamp
         stayed = [truth for truth in truths if truth.timestamp >= here.timestamp + SETTLING]
         assert end - stayed[0].timestamp >= 60.0
-        radius = CIRCLE if kind == "submarine" else 0.0
-        away = [abs(math.hypot(truth.x - here.x, truth.y - here.y) - radius) for truth in stayed]
-        assert max(away) < 5.0
+        assert max(math.hypot(truth.x - here.x, truth.y - here.y) for truth in stayed) < 5.0
         assert max(abs(truth.z - here.z) for truth in stayed) < 0.5
 
 
@@ -112,7 +108,7 @@ def test_mavsdk_flies_a_mission_and_gives_orders(profile, kind, clock, tmp_path)
     for item in seen["downloaded"]:
         assert item == pytest.approx([60 / 111_100.0, altitude, speed], abs=1e-6)
     assert (seen["mission"], seen["paused"], seen["continued"]) == ("MISSION", "HOLD", "MISSION")
-    watched.check_hold(kind)
+    watched.check_hold()
     assert (seen["finished"], seen["held"], seen["returning"]) == (True, "HOLD", "RETURN_TO_LAUNCH")
     assert seen["there"] == pytest.approx(altitude, abs=2.0)
     if kind == "submarine":
@@ -171,7 +167,7 @@ def test_mavproxy_flies_a_mission_and_gives_orders(profile, kind, clock, tmp_pat
         watched.wait_for(80.0)
         console.expect(r"Mode AUTO", "mode AUTO")
         console.expect(r"mission_state : 5", "status MISSION_CURRENT")
-        watched.check_hold(kind)
+        watched.check_hold()
         lat, lon = HOME[0] + 20 / 111_100.0, HOME[1] + 20 / 83_800.0
         console.expect(r"executing maneuver", f"guided {lat:.7f} {lon:.7f} {altitude}")
         watched.wait_near(20, 20, 12)
