@@ -156,20 +156,14 @@ HARMLESS = {
     "times in the past": (lies(DEPTH, imc.Depth, ("timestamp", 1.0)), 2.0),
     "times in the future": (lies(AHRS, imc.EulerAngles, ("timestamp", 4e9), ("time", 4e9)), 2.0),
 }
+SINKING, TURNING = "depth does not follow the vertical speed", "heading does not follow the turn rate"
+TURNED = lies(AHRS, imc.EulerAngles, ("psi", lambda psi, t: psi + 1.5))
 # a lie that ends the plan: what the error says, and the longest time to it (s)
 UNTRUE = {
-    "depth stays at 0": (lies(DEPTH, imc.Depth, ("value", 0.0)), "depth does not follow the vertical speed", 5.0),
-    "depth stuck": (lies(DEPTH, imc.Depth, ("value", None)), "depth does not follow the vertical speed", 8.0),
-    "depth drifts": (
-        lies(DEPTH, imc.Depth, ("value", lambda z, t: max(0.0, z - 0.5 * t))),
-        "depth does not follow the vertical speed",
-        8.0,
-    ),
-    "depth jumps": (
-        lies(DEPTH, imc.Depth, ("value", lambda z, t: z + 10.0)),
-        "depth does not follow the vertical speed",
-        4.0,
-    ),
+    "depth stays at 0": (lies(DEPTH, imc.Depth, ("value", 0.0)), SINKING, 5.0),
+    "depth stuck": (lies(DEPTH, imc.Depth, ("value", None)), SINKING, 8.0),
+    "depth drifts": (lies(DEPTH, imc.Depth, ("value", lambda z, t: max(0.0, z - 0.5 * t))), SINKING, 8.0),
+    "depth jumps": (lies(DEPTH, imc.Depth, ("value", lambda z, t: z + 10.0)), SINKING, 4.0),
     "depth not a number": (lies(DEPTH, imc.Depth, ("value", math.nan)), "depth is missing", 5.5),
     "attitude stuck": (
         lies(AHRS, imc.EulerAngles, ("phi", None), ("theta", None), ("psi", None)),
@@ -177,13 +171,9 @@ UNTRUE = {
         3.0,
     ),
     "pitch stuck": (lies(AHRS, imc.EulerAngles, ("theta", None)), "pitch does not follow the turn rate", 10.0),
-    "heading jumps": (
-        lies(AHRS, imc.EulerAngles, ("psi", lambda psi, t: psi + 1.5)),
-        "heading does not follow the turn rate",
-        2.0,
-    ),
+    "heading jumps": (TURNED, TURNING, 2.0),
     "heading infinite": (lies(AHRS, imc.EulerAngles, ("psi", math.inf)), "attitude is missing", 3.0),
-    "rates stuck": (lies(AHRS, imc.AngularVelocity, ("z", 0.3)), "heading does not follow the turn rate", 3.0),
+    "rates stuck": (lies(AHRS, imc.AngularVelocity, ("z", 0.3)), TURNING, 3.0),
     "rates not a number": (lies(AHRS, imc.AngularVelocity, ("z", math.nan)), "turn rates are missing", 3.0),
 }
 # (profile, what) -> the same, for vehicles with GPS all the time
@@ -194,11 +184,7 @@ AFLOAT = {
         "GPS jumps": (lies(GPS, imc.GpsFix, ("lat", lambda lat, t: lat + FAR)), "GPS has jumped by 7", 6.0),
         "GPS without satellites": (lies(GPS, imc.GpsFix, ("satellites", 0)), "GPS", 11.0),
         "GPS at 0, 0": (lies(GPS, imc.GpsFix, ("lat", 0.0), ("lon", 0.0)), "GPS", 11.0),
-        "heading jumps": (
-            lies(AHRS, imc.EulerAngles, ("psi", lambda psi, t: psi + 1.5)),
-            "heading does not follow the turn rate",
-            2.0,
-        ),
+        "heading jumps": (TURNED, TURNING, 2.0),
     }.items()
 } | {
     ("hexa-00", "pressure stuck"): (lies(BAROMETER, imc.Pressure, ("value", None)), "pressure is stuck", 3.0),
