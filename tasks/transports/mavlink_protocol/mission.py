@@ -114,9 +114,12 @@ class Mission:
             then(Outcome(True))
 
     def start(self, then: Then, now: float, number: int | None = None) -> None:
-        """Start the mission, at an item or where it was interrupted."""
+        """Start the mission, at an item or where it was interrupted; one under way goes on."""
         if self.plan is None:
             then(Outcome(False, NO_PLAN))
+            return
+        if number is None and self.state is MissionState.ACTIVE:
+            then(Outcome(True))
             return
         maneuver = self._next if number is None else self._table.maneuver_at(number)
         plan = self.plan
@@ -162,7 +165,7 @@ class Mission:
         running = self._phase is Phase.EXECUTING
         self._is_old = self._is_old and running
         if self._phase is Phase.INITIALIZING:
-            self._maneuver = ""  # the report still names the plan before
+            self._leave()  # the report still names the plan before
         elif not self._is_ours(plan.plan_id):
             self._interrupt()
             if running and plan.plan_id not in ERRANDS and plan.plan_id != self._fetched:
@@ -232,12 +235,20 @@ class Mission:
         self._maneuver = maneuver
         if over:
             self._reach(over)
-        self.current = self._table.current(maneuver) or self.current
+        at = self._table.current(maneuver)
+        self.current = self.current if at is None else at
 
     def _interrupt(self) -> None:
         """Another plan runs, such as a hold: the mission can continue where it was."""
         if self.state is MissionState.ACTIVE:
-            self.state, self._next, self._maneuver = MissionState.PAUSED, self._maneuver or None, ""
+            self._leave()
+            self.state = MissionState.PAUSED
+
+    def _leave(self) -> None:
+        """Remember where it was, without a word that this is over: it may go on there, or jump."""
+        if self.state is MissionState.ACTIVE:
+            self._next = self._maneuver or self._next
+        self._maneuver = ""
 
     def _end(self, plan: imc.PlanControlState) -> None:
         if plan.last_outcome == Ended.SUCCESS:

@@ -48,7 +48,7 @@ def set_mode(session: Session, mode: Mode, number: int, finish: Finish, now: flo
                 system.helm.stop(now)
             system.held = False
             reply = DONE
-        case _ if mode is before:
+        case _ if mode is before and not (mode is Mode.MISSION and system.mission.is_obsolete):
             reply = DONE
         case Mode.MISSION if system.mission.plan is None:
             return Reply(Result.DENIED, f"Mode MISSION denied: {NO_PLAN}")
