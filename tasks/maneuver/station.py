@@ -8,9 +8,7 @@ from tasks.maneuver.circling import Circling
 from tasks.maneuver.protocol import SHORT, VERTICAL, Completed, Leg, Loops, Maneuver, PathFlags
 
 REVISION = 1.0  # s between two updates of the speed
-PASSED = (
-    3.0  # s for a new path after the end of one outside a small circle; the controller waits 5 s
-)
+PASSED = 3.0  # s for a new path after the end of one outside a small circle; the controller waits 5 s
 
 
 class Approach(NamedTuple):

@@ -33,6 +33,7 @@ class Upload:
     end: int
     due: float
     tries: int = 0
+    corrected: int = -1
     storing: bool = False
     tail: list[Item] = field(default_factory=list[Item])
 
@@ -189,7 +190,10 @@ class MissionTransfer:
         if upload.storing or seq < len(upload.items):
             return  # again: the next one has been asked for
         if seq > len(upload.items):
-            self._ask(upload, now)
+            # Once: who always sends another one must come to an end.
+            if upload.corrected < len(upload.items):
+                upload.corrected = len(upload.items)
+                self._ask(upload, now)
             return
         try:
             legacy = message.name == "MISSION_ITEM"

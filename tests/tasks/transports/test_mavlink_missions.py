@@ -106,6 +106,20 @@ def test_a_station_that_vanishes_in_mid_upload_leaves_the_old_mission(afloat):
     assert console.upload([waypoint(0), waypoint(1)])[0]["type"] == ACCEPTED
 
 
+def test_a_station_that_always_sends_another_item_ends_its_upload(afloat):
+    console = Console(afloat)
+    console.say("MISSION_COUNT", count=2)
+    said = []
+    for _ in range(20):
+        afloat.now += 0.1
+        said += console.say("MISSION_ITEM_INT", **waypoint(1))
+        afloat.autopilot.transfer.look_after(afloat.now)
+        said += console.heard()
+    names = [m.name for m in said if m.name.startswith("MISSION")]
+    assert names[:7] == ["MISSION_REQUEST_INT"] * 6 + ["MISSION_ACK"]
+    assert next(m for m in said if m.name == "MISSION_ACK").values["type"] == CANCELLED
+
+
 def test_a_second_station_is_denied_while_one_uploads(afloat):
     first, second = Console(afloat), Console(afloat, system=254)
     first.say("MISSION_COUNT", count=2)
