@@ -46,6 +46,11 @@ TASKS = all_tasks()
 DUNES_NAMES = ROOT / "runtime" / "profile" / "dune.py"
 
 
+@pytest.fixture(scope="module")
+def trees():
+    return {path: ast.parse(path.read_text()) for path in SOURCES}
+
+
 def module_of(path):
     parts = path.relative_to(ROOT).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
@@ -64,28 +69,31 @@ def room_of(module):
     return module if module in ROOMS else module.rpartition(".")[0]
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=module_of)
-def test_a_room_is_entered_through_its_face(path):
-    here = room_of(module_of(path))
-    for module, names in imports(ast.parse(path.read_text())):
-        room = room_of(module)
-        inside = here == room or here.startswith(f"{room}.") or room.startswith(f"{here}.")
-        if module.split(".")[0] not in PACKAGES or inside or room not in FACES or module in OPEN:
-            continue
-        assert module == room, f"import this from {room}, or add it to the face of {room}: {module}"
+def test_a_room_is_entered_through_its_face(trees):
+    wrong = []
+    for path in SOURCES:
+        here = room_of(module_of(path))
+        for module, names in imports(trees[path]):
+            room = room_of(module)
+            inside = here == room or here.startswith(f"{room}.") or room.startswith(f"{here}.")
+            if module.split(".")[0] not in PACKAGES or inside or room not in FACES or module in OPEN:
+                continue
+            if module != room:
+                wrong.append(f"{path}: import this from {room}, or add it to the face of {room}: {module}")
+                continue
+            face = importlib.import_module(room)
+            behind = [name for name in names if name not in face.__all__ and f"{module}.{name}" not in ROOMS | OPEN]
+            wrong += [f"{path}: {room} does not export {name}" for name in behind]
+    assert not wrong
+
+
+def test_a_face_has_a_sentence_and_no_module_is_named_like_its_functions():
+    for room in sorted(room for room in ROOMS if not room.startswith("tasks.")):
         face = importlib.import_module(room)
-        behind = [name for name in names if name not in face.__all__ and f"{module}.{name}" not in ROOMS | OPEN]
-        assert not behind, f"{room} does not export {behind}"
-
-
-@pytest.mark.parametrize("room", sorted(room for room in ROOMS if not room.startswith("tasks.")))
-def test_a_face_has_a_sentence_and_no_module_is_named_like_its_functions(room):
-    face = importlib.import_module(room)
-    assert (face.__doc__ or "").strip().split("\n")[0].endswith(".")
-    modules = {found.name for found in pkgutil.iter_modules(face.__path__)}
-    for name in getattr(face, "__all__", ()):
-        exported = getattr(face, name)
-        assert not (isinstance(exported, FunctionType) and name in modules), f"{room}.{name} is a function and a module"
+        assert (face.__doc__ or "").strip().split("\n")[0].endswith("."), room
+        modules = {found.name for found in pkgutil.iter_modules(face.__path__)}
+        functions = {n for n in getattr(face, "__all__", ()) if isinstance(getattr(face, n), FunctionType)}
+        assert not functions & modules, f"{room}: functions and modules"
 
 
 def texts_of(tree):
@@ -97,44 +105,47 @@ def texts_of(tree):
     return [node.value for node in constants if isinstance(node.value, str)]
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "runtime").rglob("*.py")), ids=module_of)
-def test_the_runtime_names_no_task(path):
-    texts = texts_of(ast.parse(path.read_text()))
-    named = [name for name in TASKS for text in texts if re.search(rf"\b{re.escape(name)}\b", text)]
-    assert path == DUNES_NAMES or not named
+def test_the_runtime_names_no_task(trees):
+    name = re.compile(rf"\b({'|'.join(map(re.escape, TASKS))})\b")
+    paths = [path for path in (ROOT / "runtime").rglob("*.py") if path != DUNES_NAMES]
+    assert not [(path, text) for path in paths for text in texts_of(trees[path]) if name.search(text)]
 
 
-@pytest.mark.parametrize("path", [path for path in SOURCES if path.parent.name != "mavlink"], ids=module_of)
-def test_only_mavlink_knows_pymavlink(path):
-    text = path.read_text()
-    assert "mavutil" not in text
-    imported = [module for module, _ in imports(ast.parse(text))] + re.findall(r"import_module\(\"([\w.]+)", text)
-    assert not [module for module in imported if module.split(".")[0] == "pymavlink"]
+def test_only_mavlink_knows_pymavlink(trees):
+    wrong = []
+    for path in SOURCES:
+        text = path.read_text()
+        imported = [module for module, _ in imports(trees[path])] + re.findall(r"import_module\(\"([\w.]+)", text)
+        if "mavutil" in text or any(module.split(".")[0] == "pymavlink" for module in imported):
+            wrong += [path] if path.parent.name != "mavlink" else []
+    assert not wrong
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_documents_import_from_faces(document):
-    faces = {*PACKAGES, *ROOMS, "runtime.testing"}
-    for language, code in re.findall(r"^```(\w+)[^\n]*\n(.*?)^```$", document.read_text(), re.MULTILINE | re.DOTALL):
-        if language != "python":
-            continue
-        for module, names in imports(ast.parse(code)):
+def test_documents_import_from_faces():
+    faces, wrong = {*PACKAGES, *ROOMS, "runtime.testing"}, []
+    for document in DOCUMENTS:
+        blocks = re.findall(r"^```python[^\n]*\n(.*?)^```$", document.read_text(), re.MULTILINE | re.DOTALL)
+        for module, names in (found for code in blocks for found in imports(ast.parse(code))):
             if module.split(".")[0] not in PACKAGES:
                 continue
-            assert module in faces, f"{module} is not a face"
             face = importlib.import_module(module)
             missing = [name for name in names if name not in getattr(face, "__all__", dir(face))]
-            assert not missing, f"{module} does not export {missing}"
+            wrong += [f"{document}: {module} is not a face"] if module not in faces else []
+            wrong += [f"{document}: {module} does not export {missing}"] if missing else []
+    assert not wrong
 
 
-@pytest.mark.parametrize("path", [path for path in SOURCES if path.name != "messages.py"], ids=module_of)
-def test_what_a_face_exports_has_a_docstring(path):
+def test_what_a_face_exports_has_a_docstring(trees):
     exported = {name for face in FACES for name in importlib.import_module(face).__all__}
     defined = (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-    nodes = [node for node in ast.parse(path.read_text()).body if isinstance(node, defined)]
-    public = [node for node in nodes if node.name in exported and not path.is_relative_to(ROOT / "tasks")]
-    told = {node.name for node in public if ast.get_docstring(node)}  # of overloads one has it
-    assert {node.name for node in public} <= told
+    wrong = []
+    for path in SOURCES:
+        if path.name == "messages.py" or path.is_relative_to(ROOT / "tasks"):
+            continue
+        public = [node for node in trees[path].body if isinstance(node, defined) and node.name in exported]
+        told = {node.name for node in public if ast.get_docstring(node)}  # of overloads one has it
+        wrong += [f"{path}: {node.name}" for node in public if node.name not in told]
+    assert not wrong
 
 
 # Functions whose last digit, or whose sequence, depends on the version of Python or NumPy, and what replaces them.
@@ -150,15 +161,16 @@ COMPUTING = [path for path in SOURCES if path.relative_to(ROOT).parts[0] in ("ma
 COMPUTING += sorted((ROOT / "imc" / "coordinates").glob("*.py"))
 
 
-@pytest.mark.parametrize("path", COMPUTING, ids=module_of)
-def test_what_vehicles_compute_does_not_depend_on_the_version_of_python(path):
-    text = path.read_text()
-    lines = text.split("\n")
-    for node in ast.walk(ast.parse(text)):
-        if not isinstance(node, ast.Call):
-            continue
-        called = node.func.id if isinstance(node.func, ast.Name) else ""
-        called = node.func.attr if isinstance(node.func, ast.Attribute) and node.func.attr != "sum" else called
-        of_integers = called == "sum" and "# integers" in lines[node.lineno - 1]
-        if called in UNSTABLE and not of_integers:
-            pytest.fail(f"{path}:{node.lineno}: {called} gives other results elsewhere; use {UNSTABLE[called]}")
+def test_what_vehicles_compute_does_not_depend_on_the_version_of_python(trees):
+    wrong = []
+    for path in COMPUTING:
+        lines = path.read_text().split("\n")
+        for node in ast.walk(trees[path]):
+            if not isinstance(node, ast.Call):
+                continue
+            called = node.func.id if isinstance(node.func, ast.Name) else ""
+            called = node.func.attr if isinstance(node.func, ast.Attribute) and node.func.attr != "sum" else called
+            of_integers = called == "sum" and "# integers" in lines[node.lineno - 1]
+            if called in UNSTABLE and not of_integers:
+                wrong.append(f"{path}:{node.lineno}: {called} gives other results elsewhere; use {UNSTABLE[called]}")
+    assert not wrong

@@ -13,11 +13,11 @@ from imc.compiler import DEEPEST
 from imc.messages import BY_ID
 
 
-@pytest.mark.parametrize("cls", BY_ID.values(), ids=lambda cls: cls.__name__)
-def test_default_message_returns(cls: type[imc.Message]) -> None:
-    message = cls(timestamp=1.5, src=1, src_ent=2, dst=3, dst_ent=4)
-    assert imc.decode(imc.encode(message)) == message
-    assert imc.decode(imc.encode(message, "big")) == message
+def test_default_message_returns() -> None:
+    for cls in BY_ID.values():
+        message = cls(timestamp=1.5, src=1, src_ent=2, dst=3, dst_ent=4)
+        assert imc.decode(imc.encode(message)) == message
+        assert imc.decode(imc.encode(message, "big")) == message
 
 
 def test_encode_as_writes_another_header() -> None:

@@ -38,11 +38,9 @@ def test_frame_is_the_one_that_pymavlink_makes():
     assert frame("HEARTBEAT", 200, **fields) == expected
 
 
-@pytest.mark.parametrize("name", sorted(set(DIALECT.by_name) - {message.name for message in MESSAGES}))
-def test_every_message_packs_and_is_read_by_pymavlink(name):
-    mav = upstream.MAVLink(None)
-    message = mav.parse_char(bytearray(frame(name)))
-    assert message.get_type() == name
+def test_every_message_packs_and_is_read_by_pymavlink():
+    names = sorted(set(DIALECT.by_name) - {message.name for message in MESSAGES})
+    assert [upstream.MAVLink(None).parse_char(bytearray(frame(name))).get_type() for name in names] == names
 
 
 @pytest.mark.parametrize("name", ["HEARTBEAT", "PARAM_VALUE", "GPS_STATUS", "MISSION_REQUEST_LIST", "COMMAND_LONG"])
