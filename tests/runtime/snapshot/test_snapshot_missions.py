@@ -33,7 +33,7 @@ maneuvers:
   - station_keeping: {north: 20, depth: 0, radius: 15, duration: 4}
     id: Home
 """
-AHEAD = 8 * SECOND
+AHEAD = 5 * SECOND
 Heard = list[tuple[int, bytes]]
 
 

@@ -81,7 +81,7 @@ def test_takeoff_and_landing_are_written_as_they_are_read():
 
 
 def test_an_abort_lands_it_where_it_is(tmp_path):
-    flight = Flight(tmp_path, (35.0, imc.Abort(src=CCU, dst=OWN)), seconds=65.0)
+    flight = Flight(tmp_path, (35.0, imc.Abort(src=CCU, dst=OWN)), seconds=65.0, until_down=True)
     assert flight.modes == ["GROUND", "GUIDED", "LAND", "GROUND"]
     assert "ERROR" in flight.op_modes
     assert (flight.end.x, flight.end.y, flight.end.z) == (
@@ -119,7 +119,8 @@ def test_a_plan_that_is_stopped_leaves_it_hovering_and_a_new_one_begins_in_the_a
     ],
 )
 def test_what_falls_silent_in_the_air_brings_it_down_softly(tmp_path, task, modes, hardest):
-    flight = Flight(tmp_path, (25.0, task), seconds=100.0, overrides=["Control.UAV.Autopilot:Idle Timeout=10"])
+    idle = ["Control.UAV.Autopilot:Idle Timeout=10"]
+    flight = Flight(tmp_path, (25.0, task), seconds=100.0, overrides=idle, until_down=True)
     assert flight.modes[1:] == modes
     assert "ERROR" in flight.op_modes or task == "Supervisors.Vehicle"
     assert flight.end.z == 0.0
@@ -128,14 +129,14 @@ def test_what_falls_silent_in_the_air_brings_it_down_softly(tmp_path, task, mode
 
 def test_without_supervisor_and_failsafe_it_lands(tmp_path):
     silent = (25.0, "Supervisors.Failsafe"), (25.0, "Supervisors.Vehicle")
-    flight = Flight(tmp_path, *silent, seconds=70.0)
+    flight = Flight(tmp_path, *silent, seconds=70.0, until_down=True)
     assert flight.modes[-2:] == ["LAND", "GROUND"]
     assert flight.end.z == 0.0
     assert flight.touchdown < 1.0
 
 
 def test_a_battery_that_runs_low_ends_the_plan_and_lands_it(tmp_path):
-    flight = Flight(tmp_path, seconds=110.0, overrides=["Monitors.FuelLevel:Initial Level=28"])
+    flight = Flight(tmp_path, seconds=110.0, overrides=["Monitors.FuelLevel:Initial Level=28"], until_down=True)
     assert flight.modes == ["GROUND", "GUIDED", "LOITER", "LAND", "GROUND"]
     assert "the battery is below its reserve of 25 %" in flight.log
     assert "landing: the vehicle is in error" in flight.log

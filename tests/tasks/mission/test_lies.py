@@ -3,137 +3,23 @@
 import math
 
 import pytest
-from flying import CCU, control, goto, place, plan_of
 
 import imc
-from imc.coordinates import absolute, displacement
-from shoal.missions import prepare
-
-FAULT = 25.0  # s
-DEEP = "Bathymetry:Data=0 0 120, 500 500 120, -500 -500 120"
-LIGHT = "Transports.Logging:Transports=EstimatedState"
-BLIND = "Simulators.MUGDetectionCamera:Enabled=Never"
-Mode = imc.VehicleState.OpMode
-HIGH = {"z": 10.0, "z_units": imc.ZUnits.ALTITUDE}
-GENTLE = {"z": 20.0, "z_units": imc.ZUnits.DEPTH, "amplitude": 15.0, "pitch": math.radians(3.0), "speed": 1.2}
-FLIGHTS = {
-    "lauv-noptilus-1": (plan_of(goto(300, 0, 6.0)), (DEEP, BLIND)),
-    "lauv-noptilus-1, in the basin": (plan_of(goto(80, 40, 6.0)), (BLIND,)),
-    "lauv-noptilus-1, gently": (plan_of(imc.YoYo(**place(3000, 0), **GENTLE)), (DEEP, BLIND)),
-    "otter": (plan_of(goto(300, 0)), ()),
-    "caravel": (plan_of(goto(300, 0)), ()),
-    "hexa-00": (
-        plan_of(imc.Takeoff(**place(0, 0), **HIGH, speed=2.0), imc.Goto(**place(300, 0), **HIGH, speed=4.0)),
-        (),
-    ),
-}
-DEPTH, AHRS, DVL, GPS = (f"Simulators.{name}" for name in ("DepthSensor", "IMU/AHRS", "DVL", "GPS"))
-SOUNDER, MOTOR, BAROMETER = "Simulators.Environment", "Simulators.Motor", "Simulators.Barometer"
-FAR = math.radians(0.0684)  # 7.6 km
-
-
-def lies(task, kind, *changes, times=math.inf):
-    """From FAULT on, the task publishes other values of a type: a number stays, a function changes, None sticks."""
-
-    def inject(vehicle):
-        sensor, count, held = vehicle.task(task), 0, {}
-        honest = sensor.publish
-
-        def publish(message, **options):
-            nonlocal count
-            if type(message) is kind and count < times:
-                count += 1
-                now = vehicle.kernel.now_ns * 1e-9 - vehicle.start_time - FAULT
-                for field, lie in changes:
-                    true = held.setdefault(field, getattr(message, field))
-                    value = true if lie is None else lie(getattr(message, field), now) if callable(lie) else lie
-                    message = message.replace(**{field: value})
-            return honest(message, **options)
-
-        sensor.publish = publish
-
-    return inject
-
-
-def late(task, seconds):
-    """From FAULT on, all that the task publishes comes late."""
-
-    def inject(vehicle):
-        sensor = vehicle.task(task)
-        at_once = sensor.publish
-
-        def publish(message, **options):
-            vehicle.kernel.after(seconds, lambda: at_once(message, **options))
-            return message
-
-        sensor.publish = publish
-
-    return inject
-
-
-def together(*injections):
-    return lambda vehicle: [inject(vehicle) for inject in injections]
-
-
-def fixes_under_water(vehicle):
-    """A strange receiver: three fixes 7.6 km north."""
-    lat, lon = math.radians(41.185) + FAR, math.radians(-8.7062)
-    fix = imc.GpsFix(validity=0x1FF, lat=lat, lon=lon, satellites=8, hdop=0.9, hacc=2.0)
-    for delay in (10.0, 11.0, 12.0):
-        vehicle.kernel.after(delay, vehicle.task(GPS).publish, fix)
-
-
-class Flight:
-    """A plan with a lie: the largest errors of the estimate after it, modes, errors, depth, descriptions."""
-
-    def __init__(self, folder, inject, profile="lauv-noptilus-1", seconds=50.0):
-        plan, settings = FLIGHTS[profile]
-        profile = profile.partition(",")[0]
-        made = prepare(profile, overrides=(LIGHT, *settings), log_root=folder / "log", state_folder=folder / "db")
-        self.vehicle = vehicle = made.vehicle
-        vehicle.keep_going = True
-        self.modes, self.errors, self.said, self.depths, self.failed, self.truth = [], [], set(), [], math.inf, None
-        self.astray = self.wrong_depth = 0.0
-        self.variances, self.results = [], []
-        vehicle.tap(imc.VehicleState, self._note)
-        vehicle.tap(imc.SimulatedState, self._measure)
-        vehicle.tap(imc.EstimatedState, self._compare)
-        vehicle.tap(imc.EntityState, lambda state: self.said.add(state.description))
-        vehicle.tap(imc.NavigationUncertainty, lambda sure: self.variances.append((sure.x, sure.z)))
-        vehicle.tap(imc.PlanControl, lambda reply: self.results.append(reply.type) if reply.dst == CCU else None)
-
-        async def happen(script):
-            await script.sleep(10.0)
-            start = control(imc.PlanControl.Op.START, -1.0, plan.plan_id, 1, arg=plan, dst=vehicle.system)
-            packet = imc.encode_as(start, script.now, CCU, 3, vehicle.system, 0xFF)
-            vehicle.bus.publish(imc.decode(packet), packet, None)
-            await script.sleep(FAULT - 10.0)
-            inject(vehicle)
-
-        vehicle.start()
-        vehicle.kernel.soon(vehicle.daemon.run, happen)
-        vehicle.run(seconds)
-        vehicle.close()
-
-    def _note(self, state):
-        after = state.timestamp - self.vehicle.start_time - FAULT
-        if after >= 0.0:
-            self.modes.append(Mode(state.op_mode))
-            if state.op_mode == Mode.ERROR:
-                self.failed = min(self.failed, after)
-                self.errors.append(state.last_error)
-
-    def _measure(self, truth):
-        self.truth = truth
-        self.depths.append(truth.z)
-
-    def _compare(self, state):
-        if self.truth is None or state.timestamp - self.vehicle.start_time < FAULT:
-            return
-        north, east, _ = displacement(self.truth.lat, self.truth.lon, 0.0, *absolute(state)[:2], 0.0)
-        self.astray = max(self.astray, math.hypot(north - self.truth.x, east - self.truth.y))
-        self.wrong_depth = max(self.wrong_depth, abs(state.z - self.truth.z))
-
+from tests.tasks.mission.lies import (
+    AHRS,
+    BAROMETER,
+    DEPTH,
+    DVL,
+    FAR,
+    GPS,
+    MOTOR,
+    SOUNDER,
+    Flight,
+    Mode,
+    fixes_under_water,
+    late,
+    lies,
+)
 
 # a lie that is noticed and rejected: the plan goes on, and the estimate stays true
 HARMLESS = {

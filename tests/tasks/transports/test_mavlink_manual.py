@@ -129,7 +129,7 @@ def test_a_vehicle_that_has_lost_its_stations_does_what_its_profile_says(action,
     flown = Commanded("lauv-noptilus-1", tmp_path)
     flown.vehicle.start()
     flown.vehicle.run(15.0)
-    flown.link.gcs_timeout, flown.link.gcs_action = 20.0, action
+    flown.link.gcs_timeout, flown.link.gcs_action = 10.0, action
     state = flown.link.autopilot.figures.state
     lat, lon = (math.degrees(angle) for angle in coordinates.absolute(state)[:2])
     console = Helmsman(flown)
@@ -142,15 +142,15 @@ def test_a_vehicle_that_has_lost_its_stations_does_what_its_profile_says(action,
 
     place = dict(x=round((lat + 0.01) * 1e7), y=round(lon * 1e7), z=-3.0, frame=6)
     say("COMMAND_INT", target_system=26, command=192, param1=-1.0, **place)
-    for _ in range(40):
+    for _ in range(20):
         flown.vehicle.run(1.0)
         say("HEARTBEAT", type=6)
     assert flown.modes[-1] == "GUIDED"
-    flown.vehicle.run(25.0)
+    flown.vehicle.run(13.0)
     assert flown.modes[-1] == {"Hold": "HOLD", "Return": "RETURN", "Land": "LAND", "Stop": "MANUAL"}[action]
-    assert flown.log.count(f"no ground station for 20 s: {action}") == 1
-    flown.vehicle.run(60.0)
-    assert flown.log.count(f"no ground station for 20 s: {action}") == 1
+    assert flown.log.count(f"no ground station for 10 s: {action}") == 1
+    flown.vehicle.run(25.0)
+    assert flown.log.count(f"no ground station for 10 s: {action}") == 1
     flown.vehicle.close()
 
 

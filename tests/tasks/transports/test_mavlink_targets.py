@@ -45,10 +45,9 @@ def test_a_guided_vehicle_goes_where_the_last_target_is(flown):
     assert flown.modes[-1] == "MANUAL", "nobody has chosen a mode for it"
     assert console.order(1, GUIDED[flown.profile]) == 0
     console.say("SET_POSITION_TARGET_LOCAL_NED", **target, x=60.0, y=0.0, z=0.0)
-    flown.vehicle.run(90.0)
+    flown.until(lambda: math.dist(away(flown), (60.0, 0.0)) < 25.0, 90.0)
     assert flown.modes[-1] == "OFFBOARD"
-    north, east = away(flown)
-    assert math.hypot(north - 60.0, east) < 25.0
+    assert math.dist(away(flown), (60.0, 0.0)) < 25.0
     console.say("SET_POSITION_TARGET_GLOBAL_INT", **(target | {"coordinate_frame": 6}), lat_int=2**31 - 1)
     console.say("SET_POSITION_TARGET_LOCAL_NED", **target, x=math.nan)
     console.say("SET_POSITION_TARGET_LOCAL_NED", **(target | {"type_mask": 0xFC7}), vx=1.0)

@@ -99,13 +99,13 @@ def test_set_current_of_mavsdk_and_mission_planner_makes_the_vehicle_jump(flown)
     console = Console(flown)
     assert console.upload((90, 0), (90, 60), (0, 60), z=flown.z)[0] == ACCEPTED
     assert console.order(command=300) == ACCEPTED
-    flown.vehicle.run(25.0)
+    flown.vehicle.run(5.0)
     assert console.current()["seq"] == 0
     console.say("MISSION_SET_CURRENT", target_system=console.mine, seq=2)
     flown.vehicle.run(1.0)
     assert console.current()["seq"] == 2
     assert flown.link.autopilot.mission._maneuver == "Goto2"
-    flown.vehicle.run(100.0)
+    flown.until(lambda: console.current()["mission_state"] == 5, 100.0)
     assert away(flown, 0, 60) < 20.0
     assert console.current()["mission_state"] == 5
     reached = []
@@ -142,7 +142,7 @@ def test_items_that_were_jumped_over_are_not_reached(flown):
     console.order(command=300)
     flown.vehicle.run(5.0)
     assert console.order(1, command=224) == ACCEPTED
-    flown.vehicle.run(60.0)
+    flown.until(lambda: reached, 60.0)
     assert reached[:1] == [1]
 
 
@@ -158,7 +158,7 @@ def test_a_mission_that_is_uploaded_in_flight_is_not_flown_until_it_is_started(f
     assert (console.current()["mission_state"], flown.modes[-1]) == (2, "MISSION")
     by_mode = flown.profile == "otter"  # as MAVSDK starts missions
     assert (console.order(1, 4, 4, command=176) if by_mode else console.order(command=300)) == ACCEPTED
-    flown.vehicle.run(90.0)
+    flown.until(lambda: away(flown, 0, 90) < 45.0, 90.0)
     assert console.current()["mission_state"] == 3
     assert away(flown, 0, 90) < 45.0
 
@@ -180,14 +180,14 @@ def test_an_abort_is_an_emergency(flown):
     console = Console(flown)
     console.upload((90, 0), z=flown.z)
     console.order(command=300)
-    flown.vehicle.run(20.0)
+    flown.vehicle.run(10.0)
     console.say("COMMAND_LONG", target_system=console.mine, command=185, param1=1)
     flown.vehicle.run(0.5)
     assert (0, "Abort") in flown.link.autopilot.notices
     assert console.request(0)["HEARTBEAT"][0]["system_status"] == 6
-    flown.vehicle.run(60.0)
-    assert flown.modes[-1] == "MANUAL"
+    flown.until(lambda: console.request(0)["HEARTBEAT"][0]["system_status"] in (3, 4), 60.0)
     assert console.request(0)["HEARTBEAT"][0]["system_status"] in (3, 4)
+    assert flown.modes[-1] == "MANUAL"
 
 
 def test_a_new_speed_is_that_of_the_way_that_it_is_on(flown):
@@ -262,7 +262,7 @@ def test_mission_planner_and_mavproxy_send_items_as_orders(flown):
     console.say("MISSION_ITEM_INT", **item, current=2, x=x, y=y, z=flown.z)
     assert console.hears(1.0)["MISSION_ACK"][0]["type"] == ACCEPTED
     assert flown.modes[-1] == "GUIDED"
-    flown.vehicle.run(70.0)
+    flown.until(lambda: away(flown, 40, 20) < 16.0, 70.0)
     assert away(flown, 40, 20) < 16.0
     console.say("MISSION_ITEM", **{**item, "frame": 3}, current=3, z=flown.z * 1.5)
     assert console.hears(1.0)["MISSION_ACK"][0]["type"] == ACCEPTED

@@ -73,6 +73,13 @@ class Commanded:
     def hold(self):
         self.link.autopilot.hold(self.link.now)
 
+    def until(self, condition, seconds):
+        """Run until a condition holds, or so long."""
+        for _ in range(round(seconds)):
+            if condition():
+                return
+            self.vehicle.run(1.0)
+
 
 @pytest.mark.parametrize(("profile", "current"), NEAR)
 def test_hold_means_to_stay_there(profile, current, tmp_path):
