@@ -33,6 +33,12 @@ def process(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
         yield found
 
 
+@pytest.fixture(params=NETWORKS)
+def doomed(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Running]:
+    with running(tmp_path, network=request.param) as found:
+        yield found
+
+
 @pytest.fixture
 def vehicle(process: Running) -> Iterator[RemoteVehicle]:
     with shoal.connect(NAME) as found:
@@ -312,12 +318,10 @@ def test_who_is_not_there(process: Running, name: str, reason: str) -> None:
     assert time.monotonic() - began < 5.0
 
 
-def test_a_vehicle_that_dies_in_the_middle(process: Running) -> None:
-    """The last test of this module: it kills the vehicle."""
-
+def test_a_vehicle_that_dies_in_the_middle(doomed: Running) -> None:
     async def act(there: AsyncRemoteVehicle) -> None:
         async for _ in there.messages(imc.PlanControlState, where="state == EXECUTING"):
-            process.kill()
+            doomed.kill()
             break
 
     async def both() -> None:
