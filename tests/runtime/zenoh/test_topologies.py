@@ -53,6 +53,7 @@ def test_a_client_and_a_peer_of_a_router_meet_again_when_it_comes_back_and_know_
 
 
 @pytest.mark.heavy
+@pytest.mark.alone
 @pytest.mark.parametrize("mode", ["client", "peer"])
 def test_a_subscriber_that_stalls_for_ten_seconds_delays_nobody_else(network: Network, mode: str) -> None:
     sender, receiver = network.buses(1, 2, scouting=False)

@@ -38,6 +38,7 @@ def memory(process: int) -> int:
 
 
 @pytest.mark.heavy
+@pytest.mark.alone
 def test_a_flood_of_20000_messages_a_second_neither_ends_nor_delays_a_run(network: Network, tmp_path: Path) -> None:
     vehicle = Vehicle(network, tmp_path)
     wait_until(lambda: list(tmp_path.rglob("*_dive")), vehicle)  # its plan has begun

@@ -47,6 +47,7 @@ def path_and_integral(states):
 
 
 @pytest.mark.heavy
+@pytest.mark.alone
 @pytest.mark.parametrize("name", ["lauv-noptilus-1", "otter"])
 def test_a_late_computer_costs_no_way_at_real_time(name, tmp_path):
     states = truth(name, WallClock(), 6.0, tmp_path, Late)

@@ -58,6 +58,7 @@ def vessel(tmp_path_factory):
 
 
 @pytest.mark.heavy
+@pytest.mark.alone
 @pytest.mark.parametrize("flood", FLOODS)
 def test_a_flood_delays_nobody_and_fills_no_memory(vessel, flood):
     console = Station(vessel).join()
