@@ -149,7 +149,7 @@ def test_a_yoyo_does_not_brake_before_the_surface(yoyo):
     ids=["bottom", "steep and with a current", "maximum depth"],
 )
 def test_teleoperation_pitched_down_stays_above_bottom_and_maximum_depth(overrides, floor):
-    run = dive(STEERED, [*overrides, "Control.AUV.RemoteOperation:Pitch Reference=30"], steer=[(8.0, DOWN)], seconds=90)
+    run = dive(STEERED, [*overrides, "Control.AUV.RemoteOperation:Pitch Reference=30"], steer=[(8.0, DOWN)], seconds=60)
     assert floor - 1.6 < run.deepest < floor - 0.9
     assert grounded(run.log) == []
     assert any("kept off the" in text for text in run.said)
