@@ -11,7 +11,7 @@ from shoal.network import Network, NetworkError, Plans, UDPLink
 from tests.shoal.network.station import Station, discovery_ports, living
 
 PATIENCE = 0.3  # s; one that comes in LATE does not come in time
-LATE = 0.8
+LATE, TOO_LATE = 0.8, 30.0
 
 
 @pytest.fixture(autouse=True)
@@ -20,7 +20,7 @@ def in_a_hurry(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(f"shoal.network.udp_link.{name}", PATIENCE)
 
 
-async def look(*, far: bool = False, others: bool = False, silent: bool = False) -> str:
+async def look(*, far: bool = False, others: bool = False, silent: bool = False, late_by: float = LATE) -> str:
     """Look for a station that comes late; returns its name. A silent one hears announcements all the time."""
     ports = discovery_ports()
     late = Station(ports if silent else [], name="late", system=0x0B02)
@@ -32,7 +32,7 @@ async def look(*, far: bool = False, others: bool = False, silent: bool = False)
             await stack.enter_async_context(living(Station(ports[:-1])))
         network = await stack.enter_async_context(Network([link]))
         late.ports = ports
-        coming = asyncio.get_running_loop().call_later(LATE, late.announce)
+        coming = asyncio.get_running_loop().call_later(late_by, late.announce)
         stack.callback(coming.cancel)
         return (await network.find("late")).name
 
@@ -56,7 +56,7 @@ def test_one_of_this_computer_that_hears_us_is_waited_for() -> None:
 )
 def test_where_nobody_else_is_the_search_ends_soon(how: dict[str, bool], reason: str) -> None:
     with pytest.raises(NetworkError, match=reason):
-        asyncio.run(look(**how))
+        asyncio.run(look(**how, late_by=TOO_LATE))
 
 
 @pytest.mark.heavy

@@ -131,7 +131,7 @@ def test_rubbish_and_floods_are_counted_and_nobody_else_suffers():
 
     port = free_port()
     run = sail(script, f"udpin:{HOST}:{port}:px4", clock=WallClock())
-    (told,) = run.log
+    (told,) = [text for text in run.log if "frames dropped" in text]  # a busy computer is told of, too
     assert re.search(rf"frames dropped, a station may send 500 per second: \d+ of {HOST}:\d+$", told)
 
 
