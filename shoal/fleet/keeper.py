@@ -12,6 +12,7 @@ LONGEST_PAUSE = 60.0  # s
 HEALTHY_AFTER = 60.0  # s
 ENDING = 3.0  # s from the request to end to its being killed
 MOST_LINES = 20
+LAST_WORDS = 1.0  # s to read what an ended process has said; its own children may keep the pipe open
 FROM_OUTSIDE = {signal.Signals[name] for name in ("SIGKILL", "SIGTERM", "SIGINT") if name in signal.Signals.__members__}
 
 
@@ -31,6 +32,7 @@ class Child:
         self.popen: subprocess.Popen[bytes] | None = None
         self._began = self._due = 0.0
         self._lines: deque[str] = deque(maxlen=MOST_LINES)
+        self._reader: threading.Thread | None = None
 
     @property
     def runs(self) -> bool:
@@ -48,7 +50,9 @@ class Child:
         self.popen = subprocess.Popen(
             self.command, stdin=quiet, stdout=quiet, stderr=subprocess.PIPE, env=self.environment
         )
-        threading.Thread(target=self._read, args=(self.popen,), name=f"errors of {self.name}", daemon=True).start()
+        name = f"errors of {self.name}"
+        self._reader = threading.Thread(target=self._read, args=(self.popen,), name=name, daemon=True)
+        self._reader.start()
 
     def look(self, restart: bool) -> str:
         """Start it if it does not run and is due; what has happened, "" if nothing."""
@@ -63,6 +67,8 @@ class Child:
         if status is None:
             return ""
         self.popen = None
+        if self._reader is not None:
+            self._reader.join(LAST_WORDS)
         if status == 0:
             self.ended_well = True
             return "has ended"
