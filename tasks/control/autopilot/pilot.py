@@ -145,6 +145,7 @@ class Pilot:
         self._reached: int | None = None
         self._streams_since = math.inf
         self._tries, self._due = 0, -math.inf
+        self._asked_for: tuple[float, ...] = ()
         self._number += 1
 
     def _rest(self, body: Body, now: float) -> None:
@@ -289,6 +290,8 @@ class Pilot:
 
     def _ask(self, what: str, number: int, values: Sequence[float], now: float) -> None:
         """Give a command until HEARTBEAT shows its effect; a leg is given up when that takes too long."""
+        if self._asked_for != (number, *values):
+            self._asked_for, self._tries = (number, *values), 0
         if self._tries >= TRIES and self.leads:
             self.refuse(f"{what} was accepted, but did not come{self._because()}")
             return

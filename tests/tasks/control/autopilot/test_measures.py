@@ -188,6 +188,33 @@ def test_a_hold_that_is_refused_gives_way_to_one_that_needs_no_position(kind, ho
     assert line.words
 
 
+class Remembered:
+    """A mission that is in the autopilot's memory already."""
+
+    busy, ready, error = False, True, ""
+
+    def recall(self, start, now):
+        return True
+
+
+def test_orders_that_took_several_tries_leave_the_next_ones_theirs():
+    """On a bad line, HEARTBEAT may show only after the third time that it is armed."""
+    rover = body_of(ARDUPILOT, 10)
+    line = Deaf(rover)
+    line.pilot.memory, line.pilot.armed, line.pilot.mode = Remembered(), False, rover.ready
+    leg = Leg(path(), HERE, 0.0)
+    leg.item = 1
+    line.pilot.follow(leg, 0.0)
+    line.run(4.0)
+    line.pilot.armed = True
+    before = len(line.said)
+    line.run(4.6)
+    assert [fields["command"] for _, _, fields in line.said] == [400] * 3 + [176] * 3
+    assert (before, line.pilot.error) == (3, "")
+    line.run(2.0)
+    assert line.pilot.error == "the mode was accepted, but did not come"
+
+
 def fix(**values):
     good = imc.GpsFix.Validity.VALID_POS | imc.GpsFix.Validity.VALID_HDOP
     return imc.GpsFix(**{"validity": good, "lat": 0.7, "lon": -0.15, "height": 52.6, "hdop": 1.5, **values})
