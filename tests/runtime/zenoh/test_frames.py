@@ -103,7 +103,7 @@ def test_a_frame_that_the_network_takes_too_long_for_is_counted_and_told(
     frames._shares = False
     frames.share(Frame(1.0, "Front", 1, np.zeros((1024, 1024, 4), np.uint8), {}))
     frames.share(Frame(2.0, "Front", 2, np.zeros((1024, 1024, 4), np.uint8), {}))
-    until(lambda: frames.unsent.total, every=0.01)
+    until(lambda: caplog.text, every=0.01)
     assert (len(sent), frames.unsent.total) == (2, 1)
     assert "Front: the network takes longer than 1 s for 4.19 MB" in caplog.text
     frames.close()
