@@ -81,14 +81,17 @@ class Plans:
         await self._database(imc.PlanDB.Op.DEL, name)
 
     async def status(self, timeout: float | None = None) -> imc.PlanControlState:
-        """What the plan engine does: its last report, but none that it made before it answered a change of ours."""
+        """What the plan engine does: its last report, but none from before it answered a change of ours.
+
+        A report of the very instant of the answer may still name the plan before.
+        """
         self._network.check(self._system)
         last = self._system.last_of(imc.PlanControlState)
-        if last is not None and self._system.age < 1.0 and last.timestamp >= self._answered:
+        if last is not None and self._system.age < 1.0 and last.timestamp > self._answered:
             return last
         state = await self._network.next(self._system, imc.PlanControlState, timeout)
         for _ in range(MOST_LATE):
-            if state.timestamp >= self._answered:
+            if state.timestamp > self._answered:
                 break
             state = await self._network.next(self._system, imc.PlanControlState, timeout)
         return state  # an old one only if its clock was set back

@@ -50,6 +50,12 @@ def test_a_report_from_before_the_answer_is_no_status() -> None:
     assert stopped(fresh) is fresh, "it need not wait for another one"
 
 
+def test_a_report_of_the_instant_of_the_answer_is_no_status() -> None:
+    """A vehicle that begins a plan tells so before it knows its name, and answers in the same instant."""
+    same, fresh = report("before", 5.0), report("after", 5.1)
+    assert stopped(same, same, fresh) is fresh
+
+
 def test_a_clock_that_was_set_back_does_not_keep_the_status_waiting() -> None:
     old = [report("now", 1.0 + n) for n in range(MOST_LATE + 1)]
     assert stopped(report("before", 0.5), *old, answered=1e9) is old[-1]
