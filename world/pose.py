@@ -1,0 +1,57 @@
+"""Where a frame is in another one: a sensor in its vehicle, or a vehicle in the world."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from world.attitude import Matrix, Vector, product, rotation, to_ned
+
+Floats = NDArray[np.floating[Any]]
+
+
+class Pose(NamedTuple):
+    """Place (m) and Euler angles (rad): x forward, y right, z down in a vehicle; north, east, down in the world.
+
+    A sensor without a turn looks forward, as in AirSim and ROS; one that looks down has theta = -pi/2.
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    phi: float = 0.0
+    theta: float = 0.0
+    psi: float = 0.0
+
+    @property
+    def place(self) -> Vector:
+        return self.x, self.y, self.z
+
+    @property
+    def rotation(self) -> Matrix:
+        """From this frame to the outer one."""
+        return rotation(self.phi, self.theta, self.psi)
+
+    @property
+    def transform(self) -> Floats:
+        """(4, 4), from this frame to the outer one."""
+        found = np.eye(4)
+        found[:3, :3], found[:3, 3] = self.rotation, self.place
+        return found
+
+    def carried(self, inner: "Pose") -> "Pose":
+        """The pose in the outer frame of what has the pose `inner` in this one."""
+        x, y, z = to_ned(self.rotation, inner.place)
+        return Pose(self.x + x, self.y + y, self.z + z, *euler(product(self.rotation, inner.rotation)))
+
+
+DOWN = Pose(theta=-math.pi / 2)
+
+
+def euler(r: Matrix) -> Vector:
+    """phi, theta, psi (rad) of a rotation; straight up or down, phi is 0."""
+    theta = math.asin(max(-1.0, min(1.0, -r[2][0])))
+    if math.hypot(r[0][0], r[1][0]) < 1e-9:
+        return 0.0, theta, math.atan2(-r[0][1], r[1][1])
+    return math.atan2(r[2][1], r[2][2]), theta, math.atan2(r[1][0], r[0][0])
