@@ -35,8 +35,7 @@ class Frame:
     share it. `info` carries further figures in SI units. `optics` is the camera's model; `mount` (4, 4) leads from its
     optical frame to the body of the vehicle, `pose` (4, 4) from its optical frame to north, east and down of the world,
     where the camera truly was at the exposure. Each is None where it is not known, as in a frame of another process.
-    Raises ValueError
-    for an array of another type or shape.
+    Raises ValueError for an array of another type or shape.
     """
 
     time: float
