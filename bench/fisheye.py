@@ -12,8 +12,8 @@ from functools import partial
 
 import numpy as np
 
-from world.optics import Projection, preset_lens
-from world.pictures import Glider, Pose
+from world.optics import FisheyeCamera, preset_lens
+from world.pictures import Glider, Standpoint
 from world.pictures.faces import stack
 from world.pictures.lookup import Lookup
 from world.pictures.renderer import Renderer
@@ -23,10 +23,10 @@ from world.pictures.scenes import surroundings
 LEAST_RATIOS = {"nearest": 1.2, "bilinear": 0.2}
 CASES = ((512, 1024, 180.0), (1024, 1024, 180.0), (512, 2048, 180.0), (1024, 2048, 180.0), (512, 1024, 220.0))
 POSES = (
-    ("Seabed", Pose(0.0, 0.0, 5.0, 10.0)),
-    ("Seabed", Pose(0.0, 0.0, 5.0, 8.0, roll=math.radians(20))),
-    ("Sea Surface", Pose(0.0, 0.0, 10.0)),
-    ("Sea Surface", Pose(0.0, 0.0, 10.0, roll=math.radians(20))),
+    ("Seabed", Standpoint(0.0, 0.0, 5.0, 10.0)),
+    ("Seabed", Standpoint(0.0, 0.0, 5.0, 8.0, roll=math.radians(20))),
+    ("Sea Surface", Standpoint(0.0, 0.0, 10.0)),
+    ("Sea Surface", Standpoint(0.0, 0.0, 10.0, roll=math.radians(20))),
 )
 
 
@@ -62,7 +62,7 @@ def assembling(rounds: int) -> bool:
     random = np.random.default_rng(1)
     print("faces -> picture, field of view   method            ms    fps   of OpenCV's speed")
     for width, size, fov in CASES:
-        lookup = Lookup(Projection(preset_lens("equidistant", math.radians(fov)), size), width)
+        lookup = Lookup(FisheyeCamera.square(preset_lens("equidistant", math.radians(fov)), size), width)
         atlas = stack(list(random.integers(0, 256, (5, width, width, 4), dtype=np.uint8)))
         samplers = {"nearest": Nearest(lookup), "bilinear": Blend(lookup)}
         if with_opencv:
@@ -77,7 +77,7 @@ def assembling(rounds: int) -> bool:
 
 
 def rendering(rounds: int) -> None:
-    lookup = Lookup(Projection(preset_lens("equidistant", math.pi), 1024), 512)
+    lookup = Lookup(FisheyeCamera.square(preset_lens("equidistant", math.pi), 1024), 512)
     print("\nfive faces of 512 px, two gliders                 all rows       rows of 180°")
     gliders = Glider(1.0, 0.3), Glider(3.0, -2.0)
     for scene, pose in POSES:

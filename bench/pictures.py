@@ -16,16 +16,16 @@ from runtime.kernel import ScaledClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli.status import Status
-from world.optics import Projection, preset_lens
-from world.pictures import Camera, Pose
+from world.optics import FisheyeCamera, preset_lens
+from world.pictures import Camera, Standpoint
 
 COMMAND = "shoal run lauv-noptilus-1 -p Simulation --clock 20x"
 SECONDS = 300.0  # of the vehicle
 SIZE, GAP = 396, 28  # px
 MUGS = ((2.5, 1.0), (0.5, -0.5), (-1.5, 2.0))
 FISHEYES = (
-    ("Seabed", Pose(0.0, 0.0, 3.0, depth=8.0, roll=math.radians(38), yaw=math.radians(20))),
-    ("Sea Surface", Pose(0.0, 0.0, 7.0, roll=math.radians(-28), pitch=math.radians(8))),
+    ("Seabed", Standpoint(0.0, 0.0, 3.0, depth=8.0, roll=math.radians(38), yaw=math.radians(20))),
+    ("Sea Surface", Standpoint(0.0, 0.0, 7.0, roll=math.radians(-28), pitch=math.radians(8))),
 )
 
 
@@ -51,10 +51,10 @@ def draw_run(path: Path) -> None:
 
 def draw_fisheye(path: Path) -> None:
     """What the camera of a tilted vehicle sees under water and above it, beside each other."""
-    projection = Projection(preset_lens("equidistant", math.pi), 2 * SIZE)
+    optics = FisheyeCamera.square(preset_lens("equidistant", math.pi), 2 * SIZE)
     sheet = Image.new("RGBA", (2 * SIZE + GAP, SIZE))
     for place, (scene, pose) in enumerate(FISHEYES):
-        camera = Camera(projection, 1024, interpolation="bilinear", scene=scene, mugs=MUGS)
+        camera = Camera(optics, 1024, interpolation="bilinear", scene=scene, mugs=MUGS)
         picture = Image.fromarray(np.ascontiguousarray(camera.picture(pose)))
         sheet.paste(picture.resize((SIZE, SIZE), Image.Resampling.LANCZOS), (place * (SIZE + GAP), 0))
     sheet.save(path, optimize=True)

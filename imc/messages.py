@@ -5606,6 +5606,42 @@ class BmsRegister(Message, frozen=True):
     value: bytes = b""  # rawdata
 
 
+class CameraFrame(Message, frozen=True):
+    """Camera Frame."""
+
+    ID = 2900
+    WIRE = "IdHHffffBffffffffffffffT"
+
+    class Pose(IntEnum):
+        ESTIMATE = 0
+        TRUTH = 1
+
+    index: int = 0  # uint32
+    time: float = 0.0  # s, fp64
+    width: int = 0  # px, uint16
+    height: int = 0  # px, uint16
+    fx: float = 0.0  # px, fp32
+    fy: float = 0.0  # px, fp32
+    cx: float = 0.0  # px, fp32
+    cy: float = 0.0  # px, fp32
+    pose: int = 0  # uint8, Pose
+    x: float = 0.0  # m, fp32
+    y: float = 0.0  # m, fp32
+    z: float = 0.0  # m, fp32
+    qw: float = 0.0  # fp32
+    qx: float = 0.0  # fp32
+    qy: float = 0.0  # fp32
+    qz: float = 0.0  # fp32
+    est_x: float = 0.0  # m, fp32
+    est_y: float = 0.0  # m, fp32
+    est_z: float = 0.0  # m, fp32
+    est_qw: float = 0.0  # fp32
+    est_qx: float = 0.0  # fp32
+    est_qy: float = 0.0  # fp32
+    est_qz: float = 0.0  # fp32
+    file: str = ""  # plaintext
+
+
 BY_ID: dict[int, type[Message]] = {
     1: EntityState,
     2: QueryEntityState,
@@ -5956,6 +5992,7 @@ BY_ID: dict[int, type[Message]] = {
     2042: BmsData,
     2043: BmsCellVoltage,
     2044: BmsRegister,
+    2900: CameraFrame,
 }
 
 __all__ = [
@@ -5997,6 +6034,7 @@ __all__ = [
     "CLoopsMask",
     "CacheControl",
     "Calibration",
+    "CameraFrame",
     "CameraZoom",
     "CcuEvent",
     "Chlorophyll",

@@ -51,6 +51,10 @@ class NoProfile:
     def __init__(self, settings: Mapping[str, Mapping[str, str]] | None = None):
         self._settings = {section: dict(options) for section, options in (settings or {}).items()}
 
+    @property
+    def folder(self) -> Path:
+        return Path()
+
     def set(self, section: str, parameters: Mapping[str, Parameter], values: Mapping[str, Any]) -> None:
         """Let a section also have the options that are given by attribute."""
         for parameter in parameters.values():

@@ -1,9 +1,21 @@
 """The simulated world: what surrounds vehicles, their dynamics, sensors and pictures."""
 
 from world.objects import Spot, Thing, Waypoint, gliders
-from world.pose import Pose
+from world.pose import DOWN, Pose
 from world.section import SECTIONS, WorldError, read_world
 from world.sun import Sun
 from world.world import World
 
-__all__ = ["SECTIONS", "Pose", "Spot", "Sun", "Thing", "Waypoint", "World", "WorldError", "gliders", "read_world"]
+__all__ = [
+    "DOWN",
+    "SECTIONS",
+    "Pose",
+    "Spot",
+    "Sun",
+    "Thing",
+    "Waypoint",
+    "World",
+    "WorldError",
+    "gliders",
+    "read_world",
+]

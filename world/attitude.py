@@ -1,11 +1,13 @@
 """Rotations between body (x forward, y right, z down) and north-east-down."""
 
 import math
+from collections.abc import Sequence
 
 STEEPEST = 1e-3  # least cosine of the pitch: straight up or down, roll and yaw cannot be told apart
 
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
+Quaternion = tuple[float, float, float, float]
 
 
 def rotation(phi: float, theta: float, psi: float) -> Matrix:
@@ -78,3 +80,19 @@ def turned(angles: Vector, rates: Vector, seconds: float) -> Vector:
 def wrap(angle: float) -> float:
     """The angle wrapped to [-pi, pi), rad."""
     return angle if -math.pi <= angle < math.pi else (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def quaternion(r: Sequence[Sequence[float]]) -> Quaternion:
+    """The unit quaternion w, x, y, z of a rotation, w >= 0 (Shepperd 1978)."""
+    (a, b, c), (d, e, f), (g, h, i) = r
+    squares = 1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i
+    largest = max(range(4), key=squares.__getitem__)
+    rows = (
+        (squares[0], h - f, c - g, d - b),
+        (h - f, squares[1], d + b, c + g),
+        (c - g, d + b, squares[2], h + f),
+        (d - b, c + g, h + f, squares[3]),
+    )
+    scale = math.copysign(2.0 * math.sqrt(squares[largest]), rows[largest][0])
+    w, x, y, z = (float(part) / scale for part in rows[largest])
+    return w, x, y, z

@@ -77,6 +77,11 @@ class Profile:
         return self.path.stem
 
     @property
+    def folder(self) -> Path:
+        """Where relative paths of its values begin."""
+        return self.path.parent
+
+    @property
     def problems(self) -> list[Problem]:
         """The problems of the files; `check` finds those of the values."""
         return self.config.problems

@@ -14,6 +14,11 @@ T = TypeVar("T")
 class Settings(Protocol):
     """The part of a profile that a running vehicle needs."""
 
+    @property
+    def folder(self) -> Path:
+        """Where relative paths of its values begin."""
+        ...
+
     def value(self, section: str, option: str, default: str = "") -> str:
         """The text of an option of any section, `default` if it is missing or empty."""
         ...

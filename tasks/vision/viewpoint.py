@@ -5,19 +5,20 @@ from typing import NamedTuple
 
 import imc
 from tasks.surroundings import Chart, Placed, Truth
-from world import Spot, World
+from world import Pose, Spot, World
 from world.attitude import turned
-from world.pictures import Glider, Pose
+from world.pictures import Glider, Standpoint
 
 OLDEST = 1.0  # s, beyond which the true state counts as missing
 
 
 class View(NamedTuple):
-    """A pose, the gliders in the scene, and whether it is the true one."""
+    """Where the vehicle is, the gliders in the scene, whether that is true, and where the vehicle believes it is."""
 
-    pose: Pose
+    vehicle: Standpoint
     gliders: tuple[Glider, ...] = ()
     true: bool = True
+    estimate: Pose | None = None
 
 
 class Viewpoint:
@@ -43,41 +44,48 @@ class Viewpoint:
         States are carried on to that moment by their velocities and rates.
         """
         truth, state = self._truth.at(now, OLDEST), self.estimate
+        believed = None if state is None else self._believed(state, now, now - began)
         if truth is not None:
             view = self._from_truth(world, truth, now - began)
         elif state is None:
             return "waiting for EstimatedState"
-        elif not math.isfinite(
-            state.lat + state.lon + state.x + state.y + state.z + state.depth + state.phi + state.theta + state.psi
-        ):
+        elif believed is None:
             return "no position or attitude"
         else:
-            view = self._from_estimate(world, state, now, now - began)
-        return view if view.pose.height > 0.0 else "no altitude"
+            view = View(believed, self._gliders(world, now - began, self._ground(state)), true=False)
+        if not view.vehicle.height > 0.0:
+            return "no altitude"
+        return view._replace(estimate=None if believed is None else believed.pose)
 
     def _from_truth(self, world: World, truth: Placed, time: float) -> View:
         north, east, down, angles = truth
         bottom = 0.0 if self.sea else world.bottom(north, east)
         if bottom is None:
             bottom = _bottom(self.estimate)
-        pose = Pose(north, east, bottom - down, down, *angles, time)
+        pose = Standpoint(north, east, bottom - down, down, *angles, time)
         return View(pose, self._gliders(world, time, bottom))
 
-    def _from_estimate(self, world: World, state: imc.EstimatedState, now: float, time: float) -> View:
+    def _believed(self, state: imc.EstimatedState, now: float, time: float) -> Standpoint | None:
+        """Where the vehicle believes it is; None without a place or an attitude."""
+        if not math.isfinite(
+            state.lat + state.lon + state.x + state.y + state.z + state.depth + state.phi + state.theta + state.psi
+        ):
+            return None
         seconds = max(0.0, min(OLDEST, now - state.timestamp))
         angles = turned((state.phi, state.theta, state.psi), (state.p, state.q, state.r), seconds)
-        bottom = _bottom(state)
-        if self.sea and not bottom > state.z:
-            bottom = 0.0
-        pose = Pose(
+        return Standpoint(
             self._place[0] + seconds * state.vx,
             self._place[1] + seconds * state.vy,
-            bottom - state.z - seconds * state.vz,
+            self._ground(state) - state.z - seconds * state.vz,
             state.depth + seconds * state.vz,
             *angles,
             time,
         )
-        return View(pose, self._gliders(world, time, bottom), true=False)
+
+    def _ground(self, state: imc.EstimatedState) -> float:
+        """Where the vehicle believes what is below it (m, down like its z)."""
+        bottom = _bottom(state)
+        return 0.0 if self.sea and not bottom > state.z else bottom
 
     def _gliders(self, world: World, time: float, ground: float) -> tuple[Glider, ...]:
         """Those of the world, at a time (s), above the ground (m, down) beneath the camera.

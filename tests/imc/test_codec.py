@@ -33,7 +33,7 @@ def test_overlay_replaces_the_message_with_id_2001() -> None:
     packet = imc.encode(imc.EstimatedMugState(id=-1, x=1.5, y=-2.0))
     assert imc.header(packet)[:2] == (2001, 12)
     assert not hasattr(imc, "GpioStateGet")
-    assert len(BY_ID) == 349
+    assert len(BY_ID) == 350
 
 
 def test_messages_are_immutable_values() -> None:

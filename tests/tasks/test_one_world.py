@@ -18,7 +18,7 @@ from tasks.simulators.mug_detection_camera import MUGDetectionCamera
 from tasks.surroundings import Chart, world_of
 from tasks.vision.fisheye_camera import FisheyeCamera
 from world.pictures.renderer import camera
-from world.pictures.scenes import Pose
+from world.pictures.scenes import Standpoint
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 SLOPE = {
@@ -95,7 +95,7 @@ def test_pictures_and_detections_put_a_glider_at_one_height(plane, depth):
     down = world.spot(glider, 0.0).down
     assert down == (world.bottom(4.0, 1.0) if depth is None else depth)
     ray = np.array([4.0, 1.0, down - pose["z"]])
-    place = run.tasks[1].camera.projection.project(ray @ camera(Pose(0.0, 0.0, 1.0, 0.0, 0.15, -0.1, 0.6)))
+    place = run.tasks[1].camera.optics.project(ray @ camera(Standpoint(0.0, 0.0, 1.0, 0.0, 0.15, -0.1, 0.6)))[0]
     red, green, blue = np.moveaxis(run.frames[-1].image[..., :3].astype(int), -1, 0)
     rows, columns = np.nonzero((red > 1.3 * blue) & (green > 1.3 * blue))
     assert len(rows) > 5

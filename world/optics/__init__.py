@@ -5,7 +5,7 @@ from world.optics.camera import CalibrationError, CameraModel, Floats
 from world.optics.double_sphere import DoubleSphereCamera
 from world.optics.files import read_camera
 from world.optics.fisheye import FisheyeCamera, kannala_brandt
-from world.optics.lens import PRESETS, Lens, Projection, preset_lens
+from world.optics.lens import PRESETS, Lens, preset_lens
 from world.optics.pinhole import Pinhole
 
 __all__ = [
@@ -18,7 +18,6 @@ __all__ = [
     "Lens",
     "Pinhole",
     "PinholeCamera",
-    "Projection",
     "kannala_brandt",
     "preset_lens",
     "read_camera",

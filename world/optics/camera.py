@@ -91,6 +91,11 @@ class CameraModel(ABC):
         A lens that Kalibr lacks is fitted; `fit_rms_px` then says how well. Kalibr's pixels count as OpenCV's.
         """
 
+    def centers(self) -> tuple[Floats, Bools]:
+        """Unit rays (height, width, 3) through the centers of all pixels, and which exist; others are NaN."""
+        u, v = np.meshgrid(np.arange(self.width) + 0.5, np.arange(self.height) + 0.5)
+        return self.rays(np.stack((u, v), axis=-1))
+
     @property
     def matrix(self) -> Floats:
         """K (3, 3), in the convention of OpenCV and Kalibr."""

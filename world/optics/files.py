@@ -30,14 +30,15 @@ Plane = tuple[float, float, float, float]
 def read_camera(path: str | Path, camera: str = "") -> CameraModel:
     """The camera of a calibration file; `camera` names one of several, by default the first.
 
-    Read are a camchain of Kalibr, a FileStorage (YAML) of OpenCV, a camera_info of ROS, a sensor.yaml of EuRoC, and the
-    JSON of WoodScape. YAML needs PyYAML. Fisheye lenses end at the corner of the picture, or where they would fold.
+    Read are a camchain of Kalibr, the cameras.yaml of a log, a FileStorage (YAML) of OpenCV, a camera_info of ROS, a
+    sensor.yaml of EuRoC, and the JSON of WoodScape. YAML needs PyYAML. Fisheye lenses end at the corner of the picture,
+    or where they would fold.
     Raises CalibrationError with the file and the field that it lacks or contradicts, OSError, ModuleNotFoundError.
     """
     path = Path(path)
     try:
         values = _load(path)
-        cameras = {name: each for name, each in values.items() if re.fullmatch(r"cam\d+", str(name))}
+        cameras = {str(name): each for name, each in values.items() if _is_camera(name, each)}
         if cameras:
             if camera and camera not in cameras:
                 raise CalibrationError(f"no camera {camera}; there are {', '.join(cameras)}")
@@ -68,6 +69,10 @@ def _load(path: Path) -> Values:
         return _mapping(yaml.safe_load(OPENCV.sub("", text)), "the file")
     except (yaml.YAMLError, RecursionError) as error:
         raise CalibrationError(f"no YAML: {' '.join(str(error).split())}") from None
+
+
+def _is_camera(name: object, value: object) -> bool:
+    return re.fullmatch(r"cam\d+", str(name)) is not None or (isinstance(value, dict) and "intrinsics" in value)
 
 
 def _mapping(value: Any, what: str) -> Values:

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -25,6 +25,20 @@ class FisheyeCamera(CameraModel):
     """`lens` is for focal length 1. The picture ends where the lens does, at half of its field of view."""
 
     lens: Lens
+
+    @classmethod
+    def square(cls, lens: Lens, size: int, scale: float = 0.0) -> Self:
+        """A camera of `size` x `size` px whose axis meets the center; `scale` is px per unit of the lens' radius.
+
+        Without it, the image circle touches the borders of the picture. Raises CalibrationError.
+        """
+        scale = scale or size / 2 / lens.edge_radius
+        return cls(size, size, scale, scale, size / 2, size / 2, lens)
+
+    @property
+    def circle(self) -> float:
+        """Diameter of the image circle, the larger one if it is an ellipse (px)."""
+        return 2 * max(self.fx, self.fy) * self.lens.edge_radius
 
     def distort(self, points: Floats) -> tuple[Floats, Bools]:
         x, y, z = np.moveaxis(points, -1, 0)

@@ -134,53 +134,6 @@ def preset_lens(name: str, fov: float) -> Lens:
     return Lens(preset.k, fov)
 
 
-@dataclass(frozen=True)
-class Projection:
-    """Maps rays of the optical frame (x right, y down, z along the axis) to a square image of `size` px.
-
-    The axis meets the center of the image; pixel (i, j) covers [i, i+1) x [j, j+1). `scale` is px per unit of r;
-    by default the image circle touches the borders of the image.
-    """
-
-    lens: Lens
-    size: int
-    scale: float = 0.0
-
-    def __post_init__(self) -> None:
-        if self.size < 1:
-            raise ValueError(f"an image of {self.size} px has no pixels")
-        if self.scale == 0.0:
-            object.__setattr__(self, "scale", self.size / 2 / self.lens.edge_radius)
-        if not (self.scale > 0.0 and math.isfinite(self.scale)):
-            raise ValueError(f"the scale of the image is {self.scale} px")
-
-    @property
-    def circle(self) -> float:
-        """Diameter of the image circle, px."""
-        return 2 * self.scale * self.lens.edge_radius
-
-    def project(self, rays: ArrayLike) -> Floats:
-        """Pixels (..., 2) of rays (..., 3) of any length; NaN outside the field of view."""
-        x, y, z = np.moveaxis(np.asarray(rays, dtype=np.float64), -1, 0)
-        across = np.hypot(x, y)
-        phi = np.arctan2(across, z)
-        radius = self.scale * self.lens.radius(phi)
-        factor = np.divide(radius, across, out=np.zeros_like(across), where=across > 0.0)
-        pixels = np.stack([x * factor, y * factor], axis=-1) + self.size / 2
-        pixels[phi > self.lens.edge] = np.nan
-        return pixels
-
-    def rays(self) -> tuple[Floats, NDArray[np.bool_]]:
-        """Unit rays (size, size, 3) through the pixel centers, and which of them lie in the image circle."""
-        axis = np.arange(self.size) + 0.5 - self.size / 2
-        x, y = axis[np.newaxis, :], axis[:, np.newaxis]
-        radius = np.hypot(x, y)
-        inside = radius <= self.scale * self.lens.edge_radius
-        phi = self.lens.angle(radius / self.scale)
-        across = np.divide(np.sin(phi), radius, out=np.zeros_like(radius), where=radius > 0.0)
-        return np.stack([x * across, y * across, np.cos(phi)], axis=-1), inside
-
-
 def original_size_criterion(k: float = 1.0, phi_max_deg: float = 135.0) -> float:
     """The image size given in the thesis behind this camera, kept only for comparison.
 

@@ -3,14 +3,16 @@
 from world.pictures.camera import Camera
 from world.pictures.lookup import void_warning
 from world.pictures.mug import Glider
+from world.pictures.renderer import optical
 from world.pictures.sampling import INTERPOLATIONS
-from world.pictures.scenes import SCENES, Pose
+from world.pictures.scenes import SCENES, Standpoint
 
 __all__ = [
     "INTERPOLATIONS",
     "SCENES",
     "Camera",
     "Glider",
-    "Pose",
+    "Standpoint",
+    "optical",
     "void_warning",
 ]

@@ -1,5 +1,6 @@
-"""A fisheye camera that looks down from a vehicle into a rendered scene."""
+"""A camera on a vehicle that looks into a rendered scene."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -9,26 +10,31 @@ import numpy as np
 from numpy.random import PCG64, Generator, SeedSequence
 from numpy.typing import NDArray
 
-from world.optics import Projection
+from world.optics import CameraModel
 from world.pictures.lookup import Lookup
 from world.pictures.mug import Glider
 from world.pictures.renderer import Renderer
 from world.pictures.sampling import sampler
-from world.pictures.scenes import Pose, surroundings
+from world.pictures.scenes import Standpoint, surroundings
+from world.pose import DOWN, Pose
 from world.sea import Waves
 from world.sun import Sun
+
+FINEST = 8192  # px
 
 
 @dataclass(frozen=True)
 class Camera:
     """All that a picture depends on except the pose. `visibility` is in m; 0 takes the default of the scene.
 
+    `mount` is where the camera is in its vehicle; by default it looks down, the top of the picture towards the bow.
+    `face_width` (px) is that of the square views of 90° that make up a picture; 0 is as fine as the picture itself.
     `mugs` are positions of gliders in m north and east of the scene's origin, on the ground beneath the camera. All
     cameras with the same seed see the same seabed. The first picture takes some tenths of a second longer, since it
     builds the tables.
     """
 
-    projection: Projection
+    optics: CameraModel
     face_width: int = 512
     faces: int = 5
     interpolation: str = "nearest"
@@ -38,9 +44,13 @@ class Camera:
     seed: int = 0
     waves: Waves = field(default_factory=Waves)
     sun: Sun = field(default_factory=Sun)
+    mount: Pose = DOWN
 
-    def picture(self, pose: Pose, gliders: Sequence[Glider] | None = None) -> NDArray[np.uint8]:
-        """RGBA (size, size, 4) at a pose; all zero outside the image circle. `gliders` replace those at `mugs`."""
+    def picture(self, pose: Standpoint, gliders: Sequence[Glider] | None = None) -> NDArray[np.uint8]:
+        """RGBA (height, width, 4) from where the vehicle is; all zero where the camera sees nothing.
+
+        `gliders` replace those at `mugs`.
+        """
         assemble, renderer = self._tables
         if gliders is None:
             gliders = [Glider(north, east) for north, east in self.mugs]
@@ -48,8 +58,14 @@ class Camera:
 
     @cached_property
     def _tables(self) -> tuple[Callable[[NDArray[np.uint32]], NDArray[np.uint8]], Renderer]:
-        lookup = Lookup(self.projection, self.face_width, self.faces)
+        width = self.face_width or finest_face(self.optics)
+        lookup = Lookup(self.optics, width, self.faces)
         random = Generator(PCG64(SeedSequence([self.seed, crc32(self.scene.encode())])))
         scene = surroundings(self.scene, self.visibility, random, self.waves, self.sun)
-        renderer = Renderer(scene, self.face_width, self.faces, lookup.rows)
+        renderer = Renderer(scene, width, self.faces, lookup.rows, lookup.columns, self.mount)
         return sampler(lookup, self.interpolation), renderer
+
+
+def finest_face(optics: CameraModel) -> int:
+    """Width (px) of a face whose pixels, at its middle, are not larger than those of a camera on its axis."""
+    return min(FINEST, max(1, math.ceil(2.0 * np.abs(optics.jacobian([0.0, 0.0, 1.0])).max())))

@@ -12,6 +12,7 @@ from world.attitude import Vector
 from world.objects import DIAMETER, LENGTH
 from world.pictures.faces import pixel_axis
 from world.pictures.light import rgb
+from world.pictures.planes import Window
 
 Floats = NDArray[np.floating[Any]]
 
@@ -46,12 +47,12 @@ class Mug:
 def draw(
     face: NDArray[np.uint8],
     turn: NDArray[np.float64],
-    rows: tuple[int, int],
+    window: Window,
     mug: Mug,
     light: Callable[[Floats, Floats], Floats],
     sun: Vector = (0.0, 0.0, -1.0),
 ) -> None:
-    """Draws a glider into `rows` of a face (w, w, 4); `turn` (3, 3) rotates its optical frame to NED.
+    """Draws a glider into a window of a face (w, w, 4); `turn` (3, 3) rotates its optical frame to NED.
 
     `light(reflected, distance)` is what the camera sees, 0 to 255, of reflectances (3, n, m) at distances (n, m) in m;
     `sun` is the direction to the sun.
@@ -59,11 +60,11 @@ def draw(
     width = face.shape[0]
     centre = turn.T @ np.array(mug.centre)
     bow = turn.T @ np.array([math.cos(mug.heading), math.sin(mug.heading), 0.0])
-    window = _window(centre, mug.length / 2, width, rows)
-    if window is None:
+    touched = _touched(centre, mug.length / 2, width, window)
+    if touched is None:
         return
     axis = pixel_axis(width)
-    x, y = np.meshgrid(axis[window[1]], axis[window[0]])
+    x, y = np.meshgrid(axis[touched[1]], axis[touched[0]])
     ray = np.stack([x, y, np.ones_like(x)])
     norm = np.linalg.norm(ray, axis=0)
     ray /= norm
@@ -81,7 +82,7 @@ def draw(
     normal = -apart / mug.radius - ray * np.sqrt(np.clip(1 - (gap / mug.radius) ** 2, 0.0, 1.0))
     lit = 0.4 + 0.6 * np.clip(_dot(turn.T @ np.array(sun), normal), 0.0, 1.0)
     colour = np.moveaxis(light((YELLOW * lit).astype(np.float32), distance.astype(np.float32)), 0, -1)
-    shown = face[window[0], window[1], :3]
+    shown = face[touched[0], touched[1], :3]
     shown[...] = np.rint(shown + (colour - shown) * cover[..., np.newaxis])
 
 
@@ -89,13 +90,11 @@ def _dot(vector: NDArray[np.float64], field: NDArray[np.float64]) -> NDArray[np.
     return np.tensordot(vector, field, axes=1)
 
 
-def _window(
-    centre: NDArray[np.float64], radius: float, width: int, rows: tuple[int, int]
-) -> tuple[slice, slice] | None:
+def _touched(centre: NDArray[np.float64], radius: float, width: int, window: Window) -> tuple[slice, slice] | None:
     """Rows and columns of a face that a ball can touch; None if there are none."""
     x, y, z = (float(value) for value in centre)
     spans: list[slice] = []
-    for across, (first, last) in ((y, rows), (x, (0, width))):
+    for across, (first, last) in zip((y, x), window, strict=True):
         away = math.hypot(across, z)
         if away > radius:
             middle, half = math.atan2(across, z), math.asin(radius / away)

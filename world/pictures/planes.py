@@ -14,6 +14,9 @@ from world.pictures.texture import LEVELS, SIZE, STRIDE, level_offset
 
 Floats = NDArray[np.floating[Any]]
 Words = NDArray[np.uint32]
+Window = tuple[tuple[int, int], tuple[int, int]]
+"""First and last + 1 of rows, and of columns."""
+Strip = tuple[slice, slice]
 
 STRIP = 32  # rows of a face that are cast together: their temporary arrays fit into the L2 cache
 GRAZING = 1e-4  # sine of the elevation, next to the horizon, below which texture is invisible
@@ -57,17 +60,20 @@ class Caster:
         self,
         atlas: Words,
         faces: NDArray[np.float64],
-        rows: Sequence[tuple[int, int]],
+        windows: Sequence[Window],
         planes: tuple[Plane, Plane],
         position: tuple[float, float],
         time: float,
     ) -> None:
-        """Fills `rows` of each face; `faces` (n, 3, 3) rotate optical frames to NED, `position` is north, east in m."""
+        """Fills a window of each face.
+
+        `faces` (n, 3, 3) rotate optical frames to NED, `position` is north and east in m.
+        """
         below, above = (Shot(self, plane, position, time) for plane in planes)
         pixels = atlas[:-1].reshape(len(faces), self.width, self.width)
-        for turn, (first, last), face in zip(faces, rows, pixels, strict=True):
+        for turn, ((first, last), columns), face in zip(faces, windows, pixels, strict=True):
             for start in range(first, last, STRIP):
-                strip = slice(start, min(start + STRIP, last))
+                strip = slice(start, min(start + STRIP, last)), slice(*columns)
                 out, down = face[strip], self.affine(turn[2], strip)
                 if down.min() > GRAZING:
                     below.shade(out, turn, strip, down)
@@ -79,10 +85,11 @@ class Caster:
                     below.shade(out, turn, strip, np.maximum(down, GRAZING))
                     np.copyto(out, sky, where=down < 0)
 
-    def affine(self, row: NDArray[np.float64], strip: slice) -> Floats:
+    def affine(self, row: NDArray[np.float64], strip: Strip) -> Floats:
         """row · (x, y, 1) at the pixels of a strip, for x, y from -1 to 1 across the face."""
         a, b, c = row.astype(np.float32)
-        return a * self.axis[np.newaxis, :] + (b * self.axis[strip, np.newaxis] + c)
+        rows, columns = strip
+        return a * self.axis[np.newaxis, columns] + (b * self.axis[rows, np.newaxis] + c)
 
 
 class Shot:
@@ -93,7 +100,7 @@ class Shot:
         self.palette = plane.palette
         self.prints = [Print(layer, plane.distance, 2 / caster.width, position, time) for layer in plane.layers]
 
-    def shade(self, out: Words, turn: NDArray[np.float64], strip: slice, height: Floats) -> None:
+    def shade(self, out: Words, turn: NDArray[np.float64], strip: Strip, height: Floats) -> None:
         """Colors pixels whose rays, of length 1 along the face's axis, approach the plane by `height` > 0."""
         step = (height * self.caster.steps[strip]).astype(np.int64)
         np.minimum(step, ROWS - 1, out=step)

@@ -1,4 +1,4 @@
-"""Renders the surroundings of a vehicle into the faces of a fisheye camera that looks down."""
+"""Renders the surroundings of a vehicle into the faces of a camera."""
 
 from collections.abc import Sequence
 
@@ -9,19 +9,27 @@ from world.attitude import rotation
 from world.pictures.faces import empty_atlas, rotations
 from world.pictures.mug import Glider, Mug, draw
 from world.pictures.planes import Caster
-from world.pictures.scenes import Pose, Surroundings
+from world.pictures.scenes import Standpoint, Surroundings
+from world.pose import DOWN, Pose
 
-# Nadir mount: the top of the image points to the bow. Columns are the camera's x, y, z in the body frame.
-MOUNT = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+# Columns are the x (right), y (down) and z (ahead) of a picture in the frame of the sensor that takes it.
+OPTICAL = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
-def camera(pose: Pose) -> NDArray[np.float64]:
+def optical(mount: Pose) -> NDArray[np.float64]:
+    """(4, 4), from the optical frame of a camera to the frame in which it has a pose: T_BS of a data set."""
+    turn = np.eye(4)
+    turn[:3, :3] = OPTICAL
+    return np.asarray(mount.transform @ turn, np.float64)
+
+
+def camera(pose: Standpoint, mount: Pose = DOWN) -> NDArray[np.float64]:
     """(3, 3) rotation from the optical frame of the camera to NED."""
-    return np.array(rotation(pose.roll, pose.pitch, pose.yaw)) @ MOUNT
+    return np.array(rotation(pose.roll, pose.pitch, pose.yaw)) @ optical(mount)[:3, :3]
 
 
 class Renderer:
-    """Draws `rows` (see Lookup) of five or six faces of `width` px; all rows by default."""
+    """Draws `rows` and `columns` (see Lookup) of five or six faces of `width` px, all by default."""
 
     def __init__(
         self,
@@ -29,27 +37,31 @@ class Renderer:
         width: int,
         faces: int = 5,
         rows: Sequence[tuple[int, int]] = (),
+        columns: Sequence[tuple[int, int]] = (),
+        mount: Pose = DOWN,
     ):
         self.scene = scene
         self.width = width
         self.faces = rotations(faces)
-        self.rows = tuple(rows) or ((0, width),) * faces
+        self.rows, self.columns = (tuple(some) or ((0, width),) * faces for some in (rows, columns))
+        self.mount = mount
         self.caster = Caster(width)
 
-    def render(self, pose: Pose, gliders: Sequence[Glider] = ()) -> NDArray[np.uint32]:
-        """The atlas of the faces (see faces.empty_atlas) at a pose, whose height must be positive."""
+    def render(self, vehicle: Standpoint, gliders: Sequence[Glider] = ()) -> NDArray[np.uint32]:
+        """The atlas of the faces (see faces.empty_atlas); the camera's height must be positive."""
         atlas = empty_atlas(len(self.faces), self.width)
-        turns = camera(pose) @ self.faces
-        self.caster.cast(atlas, turns, self.rows, self.scene.planes(pose), (pose.north, pose.east), pose.time)
+        pose, turns = vehicle.carried(self.mount), camera(vehicle, self.mount) @ self.faces
+        windows = list(zip(self.rows, self.columns, strict=True))
+        self.caster.cast(atlas, turns, windows, self.scene.planes(pose), (pose.north, pose.east), pose.time)
         pixels = atlas[:-1].view(np.uint8).reshape(len(turns), self.width, self.width, 4)
         for mug in _seen(pose, gliders):
             look = self.scene.seen(pose, -mug.centre[2] / float(np.linalg.norm(mug.centre)))
-            for face, turn, rows in zip(pixels, turns, self.rows, strict=True):
-                draw(face, turn, rows, mug, look, self.scene.sun)
+            for face, turn, window in zip(pixels, turns, windows, strict=True):
+                draw(face, turn, window, mug, look, self.scene.sun)
         return atlas
 
 
-def _seen(pose: Pose, gliders: Sequence[Glider]) -> list[Mug]:
+def _seen(pose: Standpoint, gliders: Sequence[Glider]) -> list[Mug]:
     """The gliders as seen from the camera, the farthest first; one at the camera's very place is not seen."""
     mugs = [
         Mug((g.north - pose.north, g.east - pose.east, pose.height - g.rise), g.heading, g.length, g.diameter / 2)

@@ -1,6 +1,7 @@
-"""Assembles a fisheye picture from its faces with a lookup table."""
+"""Assembles a picture from its faces with a lookup table."""
 
 import importlib
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -20,7 +21,7 @@ WHOLE = np.uint32(256)
 
 
 def sampler(lookup: Lookup, interpolation: str) -> Callable[[Atlas], Image]:
-    """A function from an atlas (see faces.empty_atlas) to a picture (size, size, 4), by one of INTERPOLATIONS.
+    """A function from an atlas (see faces.empty_atlas) to a picture (height, width, 4), by one of INTERPOLATIONS.
 
     "opencv" is bilinear, too, faster, and differs by 1 in a few of a hundred values. Raises ImportError without OpenCV.
     """
@@ -32,7 +33,7 @@ class Nearest:
     """The nearest pixel of the face."""
 
     def __init__(self, lookup: Lookup):
-        self.size, self.pixels = lookup.size, _pixels(lookup)
+        self.shape, self.pixels = lookup.shape, _pixels(lookup)
         last = lookup.face_width - 1
         column, row = (
             np.clip(np.floor(np.nan_to_num(a) + 0.5), 0, last).astype(np.int64) for a in (lookup.u, lookup.v)
@@ -41,17 +42,17 @@ class Nearest:
 
     def __call__(self, atlas: Atlas) -> Image:
         _check(atlas, self.pixels)
-        picture = np.empty(self.size * self.size, dtype=np.uint32)
+        picture = np.empty(math.prod(self.shape), dtype=np.uint32)
         # With an int64 index and mode clip, np.take neither copies the index nor buffers the output.
         np.take(atlas, self.index, out=picture, mode="clip")
-        return _image(picture, self.size)
+        return _image(picture, self.shape)
 
 
 class Blend:
     """The four nearest pixels of the same face, blended in NumPy: two channels at a time in the halves of a word."""
 
     def __init__(self, lookup: Lookup):
-        self.size, self.pixels, self.width = lookup.size, _pixels(lookup), lookup.face_width
+        self.shape, self.pixels, self.width = lookup.shape, _pixels(lookup), lookup.face_width
         last = lookup.face_width - 1
         u, v = (np.clip(np.nan_to_num(a), 0, last) for a in (lookup.u, lookup.v))
         column, row = (np.clip(np.floor(a), 0, max(0, last - 1)).astype(np.int64) for a in (u, v))
@@ -60,7 +61,7 @@ class Blend:
 
     def __call__(self, atlas: Atlas) -> Image:
         _check(atlas, self.pixels)
-        picture = np.zeros(self.size * self.size, dtype=np.uint32)
+        picture = np.zeros(math.prod(self.shape), dtype=np.uint32)
         for start in range(0, picture.size, TILE):
             part = slice(start, start + TILE)
             corner, right, below = self.corner[part], self.right[part], self.below[part]
@@ -70,7 +71,7 @@ class Blend:
             for shift in (np.uint32(0), EIGHT):
                 top, bottom = (_mix(left >> shift, other >> shift, right) for left, other in (upper, lower))
                 picture[part] |= _mix(top, bottom, below) << shift
-        return _image(picture, self.size)
+        return _image(picture, self.shape)
 
 
 class Remap:
@@ -78,7 +79,7 @@ class Remap:
 
     def __init__(self, lookup: Lookup):
         self.cv2 = importlib.import_module("cv2")
-        self.size, self.pixels, self.width = lookup.size, _pixels(lookup), lookup.face_width
+        self.shape, self.pixels, self.width = lookup.shape, _pixels(lookup), lookup.face_width
         last, nowhere = lookup.face_width - 1, -10.0
         below = np.clip(lookup.v, 0, last) + lookup.face.astype(np.float64) * lookup.face_width
         self.x = np.nan_to_num(np.clip(lookup.u, 0, last), nan=nowhere).astype(np.float32)
@@ -118,5 +119,5 @@ def _check(atlas: Atlas, pixels: int) -> None:
         raise ValueError(f"the atlas has {atlas.size} pixels, not {pixels + 1}: those of the faces and a black one")
 
 
-def _image(picture: Atlas, size: int) -> Image:
-    return picture.view(np.uint8).reshape(size, size, 4)
+def _image(picture: Atlas, shape: tuple[int, int]) -> Image:
+    return picture.view(np.uint8).reshape(*shape, 4)

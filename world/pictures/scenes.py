@@ -1,15 +1,17 @@
 """The two scenes of a camera: over a seabed under water, and over the sea in the air."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from world.attitude import to_ned
 from world.pictures import light, texture
 from world.pictures.planes import Layer, Plane
+from world.pose import Pose
 from world.sea import Waves
 from world.sun import Sun
 
@@ -20,8 +22,8 @@ SHALLOWEST = 0.05  # m; any closer, a few texels of the surface would fill the u
 
 
 @dataclass(frozen=True)
-class Pose:
-    """Where the camera is: m north and east of the scene's origin, Euler angles of body to NED in rad.
+class Standpoint:
+    """Where a vehicle is: m north and east of the scene's origin, Euler angles of body to NED in rad.
 
     `height` is m above the seabed or the sea surface, `depth` m below the sea surface; `time` in s moves the waves.
     """
@@ -34,6 +36,24 @@ class Pose:
     pitch: float = 0.0
     yaw: float = 0.0
     time: float = 0.0
+
+    @property
+    def pose(self) -> Pose:
+        """In north, east and down of the world."""
+        return Pose(self.north, self.east, self.depth, self.roll, self.pitch, self.yaw)
+
+    def carried(self, mount: Pose) -> "Standpoint":
+        """Where a sensor is, by its place in the vehicle; angles stay those of the vehicle."""
+        if mount.place == (0.0, 0.0, 0.0):
+            return self
+        north, east, down = to_ned(self.pose.rotation, mount.place)
+        return replace(
+            self,
+            north=self.north + north,
+            east=self.east + east,
+            height=self.height - down,
+            depth=self.depth + down,
+        )
 
 
 class Seabed:
@@ -49,7 +69,7 @@ class Seabed:
         self.surface = Layer(swell, 0.02, 0.5, 0.7), Layer(swell, 0.083, 0.9, 1.6)
         self.bottom_colours, self.surface_colours = light.seabed(), light.surface_from_below(waves.roughness)
 
-    def planes(self, pose: Pose) -> tuple[Plane, Plane]:
+    def planes(self, pose: Standpoint) -> tuple[Plane, Plane]:
         """The planes below and above the camera."""
         depth = max(pose.depth, SHALLOWEST)
         on_bottom, on_top = (self.water.daylight(d, depth) for d in (depth + pose.height, 0.0))
@@ -58,7 +78,7 @@ class Seabed:
             Plane(-1, depth, self.surface, self._palette(self.surface_colours * on_top, -1, depth, depth)),
         )
 
-    def seen(self, pose: Pose, sine: float) -> Callable[[Floats, Floats], Floats]:
+    def seen(self, pose: Standpoint, sine: float) -> Callable[[Floats, Floats], Floats]:
         """How a body near the ground looks from the camera (see mug.draw); `sine` is that of its elevation."""
         depth = max(pose.depth, SHALLOWEST)
         lit = self.water.daylight(depth + pose.height, depth)
@@ -92,12 +112,12 @@ class SeaSurface:
         self.sea_colours = light.sea(waves.roughness)
         self.sky_words = light.rgba_words(self._hazy(light.clouds(), CLOUDS))
 
-    def planes(self, pose: Pose) -> tuple[Plane, Plane]:
+    def planes(self, pose: Standpoint) -> tuple[Plane, Plane]:
         """The planes below and above the camera."""
         sea = light.rgba_words(self._hazy(self.sea_colours, pose.height))
         return Plane(1, pose.height, self.sea, sea), Plane(-1, CLOUDS, self.sky, self.sky_words)
 
-    def seen(self, pose: Pose, sine: float) -> Callable[[Floats, Floats], Floats]:
+    def seen(self, pose: Standpoint, sine: float) -> Callable[[Floats, Floats], Floats]:
         """How a body near the ground looks from the camera (see mug.draw); `sine` is that of its elevation."""
 
         def look(reflected: Floats, distance: Floats) -> Floats:

@@ -79,7 +79,7 @@ def test_definitions_that_are_the_built_in_ones_are_not_read_twice(tmp_path: Pat
 def test_built_in_schema() -> None:
     schema = imc.builtin()
     assert schema is imc.builtin()
-    assert (schema.name, schema.version, len(schema.messages)) == ("IMC", "5.4.31", 349)
+    assert (schema.name, schema.version, len(schema.messages)) == ("IMC", "5.4.31", 350)
     assert schema["EstimatedState"] is imc.EstimatedState
     assert schema.by_id(350) is imc.EstimatedState
     assert "GpioStateGet" not in schema
@@ -143,7 +143,7 @@ def test_other_synchronization_number(tmp_path: Path) -> None:
 def test_overlay_adds_and_replaces(tmp_path: Path) -> None:
     own = SMALL.replace("60002", "263").replace("name: Box\n", "name: Box\n    replaces: Temperature\n")
     merged = imc.load(write(tmp_path, own), over=imc.builtin())
-    assert len(merged.messages) == 350
+    assert len(merged.messages) == 351
     assert merged.by_id(263).__name__ == "Box"
     assert "Temperature" not in merged
     assert imc.builtin().by_id(263) is imc.Temperature

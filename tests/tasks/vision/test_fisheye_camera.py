@@ -17,7 +17,7 @@ from runtime.testing import simulate
 from runtime.vehicle import build
 from tasks.surroundings import world_of
 from tasks.vision.fisheye_camera import FisheyeCamera
-from world.pictures import Pose
+from world.pictures import Standpoint
 from world.pictures.renderer import camera
 
 NORMAL, FAULT, FAILURE = (imc.EntityState.State[name] for name in ("NORMAL", "FAULT", "FAILURE"))
@@ -64,7 +64,7 @@ def test_gliders_lie_off_the_place_where_the_vehicle_is_first_seen():
     assert run.frames[-1].info["north"] == pytest.approx(1.0, abs=0.01)
     red, green, blue = np.moveaxis(run.frames[1].image[..., :3].astype(int), -1, 0)
     rows, columns = np.nonzero((red > 150) & (green > 120) & (blue < 90))
-    place = run.task.camera.projection.project(np.array([0.0, 0.3, 3.92]) @ camera(Pose(0.0, 0.0, 4.0)))
+    place = run.task.camera.optics.project(np.array([0.0, 0.3, 3.92]) @ camera(Standpoint(0.0, 0.0, 4.0)))[0]
     assert np.hypot(columns.mean() + 0.5 - place[0], rows.mean() + 0.5 - place[1]) < 1.5
 
 
@@ -277,7 +277,7 @@ def test_gaps_and_a_cut_image_are_warned_of():
 
 def test_coefficients_in_pixels():
     run = simulate(FisheyeCamera, lens_coefficients=[339.749, -31.988, 48.275, -7.201], focal_length=1.0, size=1280)
-    assert run.task.camera.projection.project([[1.0, 0.0, 1.0]])[0, 0] == pytest.approx(640 + 267.75, abs=0.1)
+    assert run.task.camera.optics.project([[1.0, 0.0, 1.0]])[0][0, 0] == pytest.approx(640 + 267.75, abs=0.1)
 
 
 def test_on_a_wall_clock_a_busy_renderer_drops_frames_and_keeps_none_waiting():

@@ -13,15 +13,15 @@ from runtime.testing import simulate
 from runtime.vehicle import build
 from tasks.simulators.mug_detection_camera import MUGDetectionCamera
 from tasks.vision.fisheye_camera import FisheyeCamera
-from world import read_world
-from world.optics import Projection, preset_lens
-from world.pictures import Pose
+from world import optics, read_world
+from world.optics import preset_lens
+from world.pictures import Standpoint
 from world.pictures.renderer import camera
 
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 GLIDERS = ((3.0, 1.0), (8.0, -4.0), (-5.0, 6.0), (15.0, 10.0))
 CONTEXT = {"lauv-noptilus-1": "Seabed", "otter": "Seabed", "caravel": "Seabed", "hexa-00": "Sea Surface"}
-PROJECTION = Projection(preset_lens("equidistant", math.pi), 1024)
+OPTICS = optics.FisheyeCamera.square(preset_lens("equidistant", math.pi), 1024)
 
 
 def sailed(profile, folder):
@@ -53,7 +53,7 @@ def true_pose(truths, time):
 def pixels(pose, downs):
     """Where the camera sees the gliders, `downs` (m) below it."""
     to_gliders = [(n - pose.north, e - pose.east, down) for (n, e), down in zip(GLIDERS, downs, strict=True)]
-    return PROJECTION.project(np.array(to_gliders) @ camera(pose))
+    return OPTICS.project(np.array(to_gliders) @ camera(pose))[0]
 
 
 @pytest.mark.parametrize("profile", CONTEXT)
@@ -68,8 +68,8 @@ def test_gliders_are_where_the_logged_truth_puts_them(profile, tmp_path):
         info = frame.info
         bottom = seabed.depth(x, y) if seabed is not None and CONTEXT[profile] == "Seabed" else 0.0
         lying = [seabed.depth(n, e) if bottom else 0.0 for n, e in GLIDERS]
-        truth = Pose(x, y, bottom - z, 0.0, phi, theta, psi)
-        used = Pose(info["north"], info["east"], info["height"], 0.0, info["phi"], info["theta"], info["psi"])
+        truth = Standpoint(x, y, bottom - z, 0.0, phi, theta, psi)
+        used = Standpoint(info["north"], info["east"], info["height"], 0.0, info["phi"], info["theta"], info["psi"])
         shown = pixels(used, [used.height + down - bottom for down in lying])
         errors.append(shown - pixels(truth, [down - z for down in lying]))
     apart = np.linalg.norm(np.concatenate(errors), axis=1)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from world.optics import PRESETS, Lens, Projection, preset_lens
+from world.optics import PRESETS, FisheyeCamera, Lens, preset_lens
 from world.optics.lens import original_size_criterion
 
 VECTORS = json.loads((Path(__file__).parents[2] / "data/sensors/fisheye.json").read_text())
@@ -91,32 +91,32 @@ def test_a_lens_needs_four_coefficients():
 
 def test_the_image_circle_fits_the_image_unless_a_scale_is_given():
     lens = preset_lens("woodscape", math.radians(190))
-    assert Projection(lens, 960).circle == pytest.approx(960)
-    assert Projection(lens, 960, 339.749).circle == pytest.approx(2 * 339.749 * lens.edge_radius)
+    assert FisheyeCamera.square(lens, 960).circle == pytest.approx(960)
+    assert FisheyeCamera.square(lens, 960, 339.749).circle == pytest.approx(2 * 339.749 * lens.edge_radius)
 
 
 @pytest.mark.parametrize(("size", "scale"), [(0, 0.0), (-1, 0.0), (64, -1.0), (64, math.nan)])
 def test_images_without_pixels_are_refused(size, scale):
-    with pytest.raises(ValueError, match="px"):
-        Projection(preset_lens("equidistant", math.pi), size, scale)
+    with pytest.raises(ValueError, match=r"px|fx is nan"):
+        FisheyeCamera.square(preset_lens("equidistant", math.pi), size, scale)
 
 
 @pytest.mark.parametrize(("name", "fov"), [("equidistant", 260), ("tumvi_195", 195)])
 def test_rays_and_pixels_are_inverse(name, fov):
-    projection = Projection(preset_lens(name, math.radians(fov)), 33)
-    rays, inside = projection.rays()
+    optics = FisheyeCamera.square(preset_lens(name, math.radians(fov)), 33)
+    rays, inside = optics.centers()
     i, j = np.meshgrid(np.arange(33) + 0.5, np.arange(33) + 0.5)
-    np.testing.assert_allclose(projection.project(rays)[inside], np.stack([i, j], axis=-1)[inside], atol=1e-9)
-    np.testing.assert_allclose(np.linalg.norm(rays, axis=-1), 1)
+    np.testing.assert_allclose(optics.project(rays)[0][inside], np.stack([i, j], axis=-1)[inside], atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(rays[inside], axis=-1), 1)
     assert not inside[0, 0]
     assert inside[16].all()
 
 
 def test_the_middle_of_the_image_looks_along_the_axis():
-    projection = Projection(preset_lens("equidistant", math.pi), 64)
-    np.testing.assert_allclose(projection.project([[0.0, 0.0, 7.0]]), [[32, 32]])
-    np.testing.assert_allclose(projection.project([[1.0, 0.0, 1.0]]), [[48, 32]])
-    assert np.isnan(projection.project([[1.0, 0.0, -0.1]])).all()
+    optics = FisheyeCamera.square(preset_lens("equidistant", math.pi), 64)
+    np.testing.assert_allclose(optics.project([[0.0, 0.0, 7.0]])[0], [[32, 32]])
+    np.testing.assert_allclose(optics.project([[1.0, 0.0, 1.0]])[0], [[48, 32]])
+    assert np.isnan(optics.project([[1.0, 0.0, -0.1]])[0]).all()
 
 
 def test_the_printed_size_criterion():

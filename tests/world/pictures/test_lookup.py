@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from world.optics import Lens, Projection, preset_lens
+from world.optics import FisheyeCamera, Lens, preset_lens
 from world.pictures import void_warning
 from world.pictures.faces import WIDEST_OF_FIVE, pixel_axis, rotations, stack
 from world.pictures.lookup import OUTSIDE, VOID, Lookup
@@ -37,22 +37,22 @@ def sphere_faces(width):
 
 
 def look_up(name, fov, size, width, faces=5):
-    return Lookup(Projection(preset_lens(name, math.radians(fov)), size), width, faces)
+    return Lookup(FisheyeCamera.square(preset_lens(name, math.radians(fov)), size), width, faces)
 
 
 @pytest.fixture(scope="module", params=SPHERES, ids=lambda p: f"{p[0]}-{p[2]}")
 def sphere(request):
     fov, width, size, *gates = request.param
-    projection = Projection(preset_lens("equisolid", math.radians(fov)), size)
-    lookup = Lookup(projection, width)
-    return lookup, 255 * colour(projection.rays()[0]), sphere_faces(width), gates
+    optics = FisheyeCamera.square(preset_lens("equisolid", math.radians(fov)), size)
+    lookup = Lookup(optics, width)
+    return lookup, 255 * colour(optics.centers()[0]), sphere_faces(width), gates
 
 
 @pytest.mark.parametrize("case", VECTORS["fisheye_lookup"], ids=lambda c: f"{c['lens']}-{c['fov_deg']}")
 def test_lookup_matches_the_vectors(case):
-    projection = Projection(Lens(tuple(case["k"]), math.radians(case["fov_deg"])), case["size"])
-    lookup = Lookup(projection, case["face_width"])
-    rays, _ = projection.rays()
+    optics = FisheyeCamera.square(Lens(tuple(case["k"]), math.radians(case["fov_deg"])), case["size"])
+    lookup = Lookup(optics, case["face_width"])
+    rays, _ = optics.centers()
     pixels, angles = VECTORS["_tolerances"]["pixels"], VECTORS["_tolerances"]["angles_rad"]
     for i, j, inside, phi, theta, face, u, v in case["rows"]:
         assert lookup.face[j, i] == (face if inside else OUTSIDE)

@@ -7,20 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from world.optics import Projection, preset_lens
-from world.pictures import Camera, Pose
+from world.optics import FisheyeCamera, preset_lens
+from world.pictures import Camera, Standpoint
 from world.pictures.light import CONTRAST_LEFT, water
 from world.pictures.renderer import camera
 
-DIVING = Pose(north=3.0, east=-2.0, height=4.0, depth=6.0)
-FLYING = Pose(north=3.0, east=-2.0, height=8.0)
+DIVING = Standpoint(north=3.0, east=-2.0, height=4.0, depth=6.0)
+FLYING = Standpoint(north=3.0, east=-2.0, height=8.0)
 SKY = 180  # red of the sky next to the horizon; the sea has less
 
 
 @functools.cache
 def fisheye(scene="Seabed", fov=180.0, size=320, **options):
-    projection = Projection(preset_lens("equidistant", math.radians(fov)), size)
-    return Camera(projection, face_width=192, scene=scene, **options)
+    optics = FisheyeCamera.square(preset_lens("equidistant", math.radians(fov)), size)
+    return Camera(optics, face_width=192, scene=scene, **options)
 
 
 def centroid(difference):
@@ -47,7 +47,7 @@ def test_a_glider_appears_where_it_projects_to(pose, mug):
     scene = "Seabed" if pose.depth else "Sea Surface"
     with_mug, without = (fisheye(scene, 220, mugs=mugs, visibility=200.0) for mugs in ((mug,), ()))
     down = pose.height
-    expected = with_mug.projection.project(np.array([mug[0] - pose.north, mug[1] - pose.east, down]) @ camera(pose))
+    expected = with_mug.optics.project(np.array([mug[0] - pose.north, mug[1] - pose.east, down]) @ camera(pose))[0]
     difference = np.abs(with_mug.picture(pose).astype(float) - without.picture(pose)).sum(axis=-1)
     assert difference.max() > 100
     assert np.linalg.norm(centroid(difference) - expected) < 1.0
@@ -64,7 +64,7 @@ def test_gliders_are_yellow_and_the_nearer_one_covers_the_farther():
 def test_the_horizon_is_straight_in_space():
     pose = replace(FLYING, roll=0.5, pitch=0.2, yaw=1.0)
     fisheye_camera = fisheye("Sea Surface", 220)
-    rays, inside = fisheye_camera.projection.rays()
+    rays, inside = fisheye_camera.optics.centers()
     down = (rays @ camera(pose).T)[..., 2]
     bright = fisheye_camera.picture(pose)[..., 0] > SKY
     near = inside & (np.abs(down) > 0.012) & (np.abs(down) < 0.06)

@@ -1,0 +1,79 @@
+"""Simulates a camera with any lens, anywhere on the vehicle."""
+
+import math
+
+from runtime import ParameterError, param
+from tasks.vision.rendering import RenderedCamera
+from world import Pose
+from world.optics import CalibrationError, CameraModel, PinholeCamera, read_camera
+
+
+class Camera(RenderedCamera):
+    """Shares frames of the seabed under a diving vehicle, or of the sea under a flying one, and of gliders.
+
+    By default it looks down, the top of its image to the bow. Its model is a pinhole with the distortion of Brown and
+    Conrady, or the one of a calibration file. Cameras with one frame rate expose at the same instants: two of them are
+    a stereo camera. Poses, frames and events are like those of Vision.FisheyeCamera.
+    """
+
+    width: int = param(640, "px", "Width of the image.", minimum=1, maximum=8192)
+    height: int = param(480, "px", "Height of the image.", minimum=1, maximum=8192)
+    field_of_view: float = param(
+        80.0, "°", "Angle between the left and the right border of an image without distortion.", minimum=1, maximum=170
+    )
+    principal_point: list[float] = param(
+        [], "px", "Where the axis meets the image, from its left upper corner; by default its middle.", size=(0, 2)
+    )
+    distortion: list[float] = param([], "1", "k1, k2, p1, p2 and k3, as OpenCV counts them.", size=(0, 5))
+    calibration: str = param(
+        "",
+        "",
+        "A calibration file, of Kalibr, OpenCV, ROS, EuRoC or WoodScape, instead of all that; with #NAME for one of "
+        "several cameras; a relative path counts from the profile.",
+        editable=False,
+    )
+    mount_position: list[float] = param(
+        [0.0, 0.0, 0.0], "m", "Where it is in the vehicle: forward, right, down.", size=3
+    )
+    mount_orientation: list[float] = param(
+        [0.0, -90.0, 0.0],
+        "°",
+        "Roll, pitch and yaw in the vehicle of a camera that looks ahead; -90 looks down.",
+        size=3,
+    )
+    face_size: int = param(
+        0, "px", "Width of the views of 90° that make up an image; 0 is as fine as the image.", minimum=0, maximum=8192
+    )
+
+    def configure(self) -> None:
+        self._optics = self._model()
+        super().configure()
+
+    def views(self) -> tuple[int, int]:
+        return self.face_size, 6
+
+    @property
+    def mount(self) -> Pose:
+        x, y, z = self.mount_position
+        roll, pitch, yaw = map(math.radians, self.mount_orientation)
+        return Pose(x, y, z, roll, pitch, yaw)
+
+    def optics(self) -> CameraModel:
+        return self._optics
+
+    def _model(self) -> CameraModel:
+        if self.calibration:
+            file, _, name = self.calibration.partition("#")
+            try:
+                return read_camera(self.vehicle.profile.folder / file, name)
+            except (CalibrationError, OSError) as error:
+                raise ParameterError("Calibration", str(error)) from None
+        focal = self.width / 2 / math.tan(math.radians(self.field_of_view) / 2)
+        if len(self.principal_point) == 1:
+            raise ParameterError("Principal Point", "must be two numbers, or nothing")
+        cx, cy = self.principal_point or (self.width / 2, self.height / 2)
+        k1, k2, p1, p2, k3 = [*self.distortion, *[0.0] * 5][:5]
+        try:
+            return PinholeCamera(self.width, self.height, focal, focal, cx, cy, k1, k2, p1, p2, k3)
+        except CalibrationError as error:
+            raise ParameterError("Distortion", str(error)) from None

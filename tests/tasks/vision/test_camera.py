@@ -1,0 +1,170 @@
+"""Cameras of any lens, anywhere on a vehicle: where things lie in their pictures, and what is told of them."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+import yaml
+from PIL import Image
+
+import imc
+from runtime import Frame
+from runtime.kernel import VirtualClock
+from runtime.profile import load_profile
+from runtime.testing import simulate
+from runtime.vehicle import build
+from tasks.vision.camera import Camera
+from tasks.vision.fisheye_camera import FisheyeCamera
+from world import Pose
+from world.optics import read_camera
+from world.pictures import optical
+
+WOODSCAPE = {
+    "intrinsic": {
+        "model": "radial_poly",
+        **{"width": 1280, "height": 966, "cx_offset": 3.942, "cy_offset": -3.093, "aspect_ratio": 1.0},
+        **{"k1": 339.749, "k2": -31.988, "k3": 48.275, "k4": -7.201},
+    }
+}
+CAMERAS = {
+    "down": {},
+    "ahead": {"mount_orientation": [0.0, -20.0, 0.0]},
+    "aside, apart": {"mount_orientation": [10.0, -60.0, 70.0], "mount_position": [0.8, -0.3, 0.2]},
+    "barrel": {"distortion": [-0.28, 0.07, 2e-4, 2e-5], "principal_point": [300.0, 260.5]},
+    "woodscape": {"calibration": "camera.json"},
+}
+GLIDERS = ((2.0, 0.4), (3.5, -0.8), (0.4, 1.5))
+
+
+def states(seconds=1.0, **fields):
+    fields = {"alt": 3.0, "depth": 2.0, "z": 2.0, **fields}
+    return [imc.EstimatedState(timestamp=n / 20, **fields) for n in range(int(seconds * 20))]
+
+
+def yellow(image):
+    red, green, blue = np.moveaxis(image[..., :3].astype(int), -1, 0)
+    return (red > 120) & (green > 90) & (blue < 80)
+
+
+@pytest.mark.parametrize("name", CAMERAS)
+def test_gliders_are_where_the_frame_says_that_they_are(name, tmp_path, monkeypatch):
+    """By the model, the mount and the pose in the frame, without any knowledge of the renderer."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "camera.json").write_text(json.dumps(WOODSCAPE))
+    run = simulate(
+        Camera,
+        feed=states(phi=0.1, theta=-0.05, psi=0.4),
+        frame_rate=2.0,
+        visibility=1000.0,
+        interpolation="bilinear",
+        settings={"World": {"Gliders": ", ".join(f"{north} {east}" for north, east in GLIDERS)}},
+        **CAMERAS[name],
+    )
+    frame = run.frames[-1]
+    assert frame.optics is not None
+    assert frame.pose is not None
+    assert frame.image.shape[:2] == (frame.optics.height, frame.optics.width)
+    places = np.array([(*glider, 5.0, 1.0) for glider in GLIDERS])
+    pixels, seen = frame.optics.project((places @ np.linalg.inv(frame.pose).T)[:, :3])
+    shown = yellow(frame.image)
+    inside = [pixel for pixel, is_seen in zip(pixels, seen, strict=True) if is_seen]
+    assert inside
+    for u, v in inside:
+        assert shown[min(int(v), shown.shape[0] - 1), min(int(u), shown.shape[1] - 1)]
+    assert frame.mount is not None
+    body = Pose(0.0, 0.0, 2.0, 0.1, -0.05, 0.4).transform
+    assert frame.pose == pytest.approx(body @ frame.mount)
+
+
+def test_a_stereo_camera_exposes_at_one_instant_and_sees_the_disparity_of_its_base():
+    left = {"mount_position": [0.0, -0.15, 0.0], "entity_label": "Left"}
+    right = {"mount_position": [0.0, 0.15, 0.0], "entity_label": "Right"}
+    common = {"frame_rate": 4.0, "visibility": 1000.0, "interpolation": "bilinear"}
+    both = [(Camera, {**common, **left}), (Camera, {**common, **right})]
+    run = simulate(both, feed=states(), settings={"World": {"Gliders": "0.2 0.1"}})
+    pairs = [[f for f in run.frames if f.camera == label] for label in ("Left", "Right")]
+    assert len(pairs[0]) >= 3
+    for one, other in zip(*pairs, strict=True):
+        assert one.time == other.time
+        columns = [np.nonzero(yellow(frame.image))[1].mean() for frame in (one, other)]
+        focal = 320 / math.tan(math.radians(40.0))
+        assert columns[0] - columns[1] == pytest.approx(focal * 0.3 / 3.0, rel=0.03)
+
+
+def test_a_log_says_what_each_picture_is_and_the_folder_what_each_camera(tmp_path):
+    """On a shipped vehicle, whose navigation drifts: truth and estimate are both told, by each camera."""
+    loaded = load_profile("lauv-noptilus-1")
+    vehicle = build(
+        loaded, loaded.select("Simulation,Camera"), clock=VirtualClock(loaded.start_time_ns), log_root=tmp_path
+    ).vehicle
+    options = {"entity_label": "Bow", "frame_rate": 1.0, "save_images": True, "distortion": [-0.1]}
+    vehicle.add(Camera, "Vision.Camera/Bow", **options, mount_position=[1.0, 0.0, 0.1])
+    frames, told = [], []
+    vehicle.tap(Frame, frames.append)
+    vehicle.tap(imc.CameraFrame, told.append)
+    vehicle.start()
+    vehicle.run(12.0)
+    vehicle.close()
+    assert len(frames) == len(told) > 20
+    for frame, message in zip(frames, told, strict=True):
+        assert (message.index, message.time, message.pose) == (frame.index, frame.time, message.Pose.TRUTH)
+        assert (message.width, message.height) == (frame.optics.width, frame.optics.height)
+        assert [message.x, message.y, message.z] == pytest.approx(frame.pose[:3, 3], abs=1e-4)
+        w, x, y, z = message.qw, message.qx, message.qy, message.qz
+        assert math.hypot(w, x, y, z) == pytest.approx(1.0)
+        ahead = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]
+        assert ahead == pytest.approx(frame.pose[:3, 2], abs=1e-5)
+        assert math.isfinite(message.est_x + message.est_qw)
+        assert (message.est_x, message.est_y) != (message.x, message.y)
+    assert len([message for message in told if message.file]) == len(told)
+    logs = [path.parent for path in (tmp_path / "lauv-noptilus-1").rglob("Data.lsf*")]
+    assert all(any((log / message.file).is_file() for log in logs) for message in told)
+    folder = next((log / told[-1].file).parent for log in logs if (log / told[-1].file).is_file())
+    cameras = yaml.safe_load((folder / "cameras.yaml").read_text())
+    assert set(cameras) == {"Bow", "Fisheye Camera"}
+    for frame in frames[-2:]:
+        known = read_camera(folder / "cameras.yaml", frame.camera)
+        rays = frame.optics.rays([[100.5, 200.5], [256.5, 230.5], [300.0, 150.0]])[0]
+        assert known.project(rays)[0] == pytest.approx(frame.optics.project(rays)[0], abs=1e-3)
+        assert cameras[frame.camera]["T_BS"] == pytest.approx(frame.mount)
+
+
+@pytest.mark.parametrize(("kind", "ending"), [("PNG", "png"), ("QOI", "qoi"), ("JPEG", "jpg")])
+def test_formats_of_pictures(kind, ending, tmp_path):
+    options = {"save_images": True, "image_format": kind, "log_root": tmp_path, "frame_rate": 2.0, "size": 64}
+    run = simulate(FisheyeCamera, feed=states(), face_size=32, **options)
+    files = sorted(tmp_path.rglob(f"*.{ending}"))
+    assert files
+    assert [e.topic for e in run.of(imc.Event)] == ["Picture"] * len(files)
+    with Image.open(files[0]) as picture:
+        shown = np.asarray(picture.convert("RGB"), int)
+    apart = np.abs(shown - run.frames[0].image[..., :3])
+    assert apart.mean() < 4.0 if kind == "JPEG" else not apart.any()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"calibration": "nowhere.yaml"}, "Calibration.*nowhere.yaml"),
+        ({"principal_point": [3.0]}, "Principal Point: must be two numbers"),
+        ({"distortion": [math.nan]}, "k1 is nan|Distortion"),
+        ({"width": 0}, "Width"),
+    ],
+)
+def test_impossible_cameras_are_refused(options, words):
+    with pytest.raises(ValueError, match=words):
+        simulate(Camera, **options)
+
+
+def test_the_mount_of_a_frame_is_that_of_the_camera():
+    run = simulate(Camera, feed=states(), mount_position=[1.0, 2.0, 1.5], mount_orientation=[0.0, 0.0, 90.0])
+    wanted = optical(Pose(1.0, 2.0, 1.5, 0.0, 0.0, math.pi / 2))
+    assert run.frames[0].mount == pytest.approx(wanted)
+    assert run.frames[0].mount[:3, 2] == pytest.approx([0.0, 1.0, 0.0])
+
+
+def test_a_camera_in_the_ground_says_so():
+    run = simulate(Camera, feed=states(), mount_position=[0.0, 0.0, 3.5])
+    assert run.frames == []
+    assert run.task.entity.description == "the camera is in the ground"
