@@ -21,7 +21,7 @@ FORMATS: Mapping[str, str] = MappingProxyType({"PNG": "png", "JPEG": "jpg", "QOI
 
 def photo_name(camera: str, index: int, time: float, kind: str = "PNG") -> str:
     """The name of picture `index` of a camera in its folder, taken at `time` (s since 1970 UTC)."""
-    return f"{re.sub(r'[^A-Za-z0-9]+', '_', camera)}_{index:06d}_{time:.3f}.{FORMATS[kind]}"
+    return f"{re.sub(r'[^A-Za-z0-9]+', '_', camera)}_{index:06d}_{time:.6f}.{FORMATS[kind]}"
 
 
 def series_of(order: imc.Event, camera: str) -> tuple[float, float] | None:

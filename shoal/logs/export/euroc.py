@@ -4,7 +4,7 @@ import math
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import yaml
@@ -12,11 +12,20 @@ import yaml
 from runtime.logs import Array
 from runtime.profile import default_label, read_sections
 from shoal.logs.export.batches import ReportBytes, Source
+from shoal.logs.export.calibration import (
+    LoggedCamera,
+    LoggedUnit,
+    densities,
+    logged_cameras,
+    matrix,
+    sensor,
+    write_calibration,
+)
 from shoal.logs.export.motion import Samples, Track, record
 from shoal.logs.export.ros_standard import Photo
 from tasks.simulators.imu import ARTICLE_INTERVAL, IMU, grade_of
 from world.attitude import rotation
-from world.sensors import Part, vins_parameters
+from world.sensors import vins_parameters
 
 IMU_HEADING = "#timestamp [ns]," + ",".join(
     [f"w_RS_S_{axis} [rad s^-1]" for axis in "xyz"] + [f"a_RS_S_{axis} [m s^-2]" for axis in "xyz"]
@@ -31,18 +40,13 @@ TRUTH_HEADING = "#timestamp," + ",".join(
 FRAMES = "R is east, north, up; the body B is forward, right, down of the vehicle; T_BS places the sensor S in it"
 
 
-class Unit(NamedTuple):
-    """What the configuration of a log says of an IMU: noise, and 4x4 pose in the body."""
-
-    part: Part
-    pose: Array
-
-
 def export_euroc(source: Source, folder: Path, progress: ReportBytes = lambda _: None) -> int:
     """Write mav0/imu0.., cam0.., state_groundtruth_estimate0 and state_estimate0, and calibration/; returns the rows.
 
-    An IMU whose noise the log's Config.ini does not say has a sensor.yaml without densities, and no Kalibr file. The
-    biases of the truth are not known, and nan. Raises OSError.
+    calibration/ has the noise of each IMU, and of the cameras that Photos/cameras.yaml describes a camchain of Kalibr
+    and configurations of VINS-Fusion and OpenVINS with the first IMU. An IMU whose noise the log's Config.ini does not
+    say has a sensor.yaml without densities, and no Kalibr file. The biases of the truth are not known, and nan. Raises
+    OSError.
     """
     recording = record(source, progress)
     units = _units(source.log.path.parent / "Config.ini")
@@ -52,22 +56,27 @@ def export_euroc(source: Source, folder: Path, progress: ReportBytes = lambda _:
     for name, track in (("state_groundtruth_estimate0", recording.truth), ("state_estimate0", recording.estimate)):
         if track is not None:
             written += _write_track(folder / "mav0" / name, track)
+    known, chain = logged_cameras(source.log.path.parent / "Photos"), list[LoggedCamera]()
     for number, (camera, photos) in enumerate(sorted(recording.pictures.items())):
-        written += _write_pictures(folder / "mav0" / f"cam{number}", camera, photos)
+        written += _write_pictures(folder / "mav0" / f"cam{number}", camera, photos, known.get(camera))
+        chain += [known[camera]] if camera in known else []
+    first = recording.units[0] if recording.units else None
+    unit = None if first is None else units.get(first.label)
+    write_calibration(folder / "calibration", chain, unit, 0.0 if first is None else _rate(first.times))
     return written
 
 
-def _write_unit(folder: Path, number: int, samples: Samples, unit: Unit | None) -> int:
+def _write_unit(folder: Path, number: int, samples: Samples, unit: LoggedUnit | None) -> int:
     place = folder / "mav0" / f"imu{number}"
     rate = _rate(samples.times)
     about: dict[str, Any] = {
         "sensor_type": "imu",
         "comment": f"{samples.label}: {FRAMES}",
-        "T_BS": _matrix(np.eye(4) if unit is None else unit.pose),
+        "T_BS": matrix(np.eye(4) if unit is None else unit.pose),
         "rate_hz": rate,
     }
     if unit is not None:
-        noise = _densities(unit.part)
+        noise = densities(unit.part)
         about |= noise
         calibration = folder / "calibration"
         _write_yaml(calibration / f"imu{number}.yaml", {**noise, "rostopic": f"/imu{number}", "update_rate": rate})
@@ -80,7 +89,7 @@ def _write_unit(folder: Path, number: int, samples: Samples, unit: Unit | None) 
 
 
 def _write_track(place: Path, track: Track) -> int:
-    about = {"sensor_type": "visual-inertial", "comment": FRAMES, "T_BS": _matrix(np.eye(4))}
+    about = {"sensor_type": "visual-inertial", "comment": FRAMES, "T_BS": matrix(np.eye(4))}
     _write_yaml(place / "sensor.yaml", about)
     unknown = np.full((len(track.times), 6), math.nan)
     _write_table(
@@ -89,7 +98,7 @@ def _write_track(place: Path, track: Track) -> int:
     return len(track.times)
 
 
-def _write_pictures(place: Path, camera: str, photos: list[Photo]) -> int:
+def _write_pictures(place: Path, camera: str, photos: list[Photo], known: LoggedCamera | None) -> int:
     (place / "data").mkdir(parents=True)
     lines = ["#timestamp [ns],filename"]
     times = [round(photo.time * 1e6) * 1000 for photo in photos]
@@ -98,17 +107,9 @@ def _write_pictures(place: Path, camera: str, photos: list[Photo]) -> int:
         shutil.copyfile(photo.path, place / "data" / name)
         lines.append(f"{time},{name}")
     (place / "data.csv").write_text("\n".join(lines) + "\n")
-    _write_yaml(place / "sensor.yaml", {"sensor_type": "camera", "comment": camera, "rate_hz": _rate(np.array(times))})
+    about = {"sensor_type": "camera", "comment": camera, "rate_hz": _rate(np.array(times))}
+    _write_yaml(place / "sensor.yaml", {**about, **({} if known is None else sensor(known))})
     return len(photos)
-
-
-def _densities(part: Part) -> dict[str, float]:
-    return {
-        "gyroscope_noise_density": part.gyroscope.density.white,
-        "gyroscope_random_walk": part.gyroscope.density.walk,
-        "accelerometer_noise_density": part.accelerometer.density.white,
-        "accelerometer_random_walk": part.accelerometer.density.walk,
-    }
 
 
 def _rate(times: Array) -> float:
@@ -116,9 +117,9 @@ def _rate(times: Array) -> float:
     return round(1e9 / float(np.median(np.diff(times))), 3) if len(times) > 1 else 0.0
 
 
-def _units(configuration: Path) -> dict[str, Unit]:
+def _units(configuration: Path) -> dict[str, LoggedUnit]:
     """The simulated IMUs of a configuration by entity; none for one that cannot be read."""
-    found: dict[str, Unit] = {}
+    found: dict[str, LoggedUnit] = {}
     try:
         sections = read_sections(configuration)
     except (OSError, ValueError):
@@ -128,7 +129,7 @@ def _units(configuration: Path) -> dict[str, Unit]:
             continue
         label = options.get("Entity Label") or default_label(section)
         try:
-            found[label] = Unit(grade_of(options), _pose(options))
+            found[label] = LoggedUnit(grade_of(options), _pose(options))
         except ValueError:
             continue
     return found
@@ -142,10 +143,6 @@ def _pose(options: Mapping[str, str]) -> Array:
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = rotation(*map(math.radians, turn)), place
     return pose
-
-
-def _matrix(pose: Array) -> dict[str, Any]:
-    return {"rows": 4, "cols": 4, "data": pose.ravel().tolist()}
 
 
 def _write_yaml(path: Path, content: dict[str, Any]) -> None:

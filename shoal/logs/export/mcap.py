@@ -13,7 +13,9 @@ from imc.lsf import packed_schema
 from runtime.logs import Array
 from shoal.logs.export import ros_standard
 from shoal.logs.export.batches import ExportBatch, MessageBatch, ReportBytes, Source, nanoseconds
+from shoal.logs.export.calibration import logged_cameras
 from shoal.logs.export.cdr import ENCAPSULATION, Item, Record, Unfit, Write, text, writer
+from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, camera_transform
 from shoal.logs.export.mcap_file import MESSAGE, MESSAGE_LENGTH, Chunk, McapFile
 from shoal.logs.export.ros_messages import PACKAGE, RosType, ros_type
 from shoal.logs.export.ros_standard import STAMP
@@ -36,7 +38,8 @@ def export_mcap(
 
     Each message is on the topic /<system>/<Message>/<entity>, with the time of its packet as log time, its number in
     the export as sequence. EstimatedState and SimulatedState are also .../pose, .../location and on /tf, GpsFix is also
-    .../location, LogBookEntry is also on /rosout, pictures in the folder Photos are on /<system>/<camera>/image.
+    .../location, LogBookEntry is also on /rosout, pictures in the folder Photos are on /<system>/<camera>/image, and
+    with its cameras.yaml also on .../camera_info, the places of the cameras on /tf.
     With `raw`, /imc/packets has the packets, from which `import_mcap` restores the same log.
     Messages that their ROS type cannot hold count as skipped. Raises OSError.
     """
@@ -106,16 +109,23 @@ class _Export:
     def write_photos(self, folder: Path) -> None:
         """Write the pictures in a folder that were taken in the selected time."""
         source = self._source
-        system = source.names.system(source.summary.owner)
+        system, cameras = source.names.system(source.summary.owner), logged_cameras(folder)
         for number, photo in enumerate(ros_standard.photos(folder, source.summary.start)):
             if not source.choice.start <= photo.time < source.choice.end or not 0.0 <= photo.time < 1 << 31:
                 continue
             chunk = Chunk()
             channel = self._topics.channel((system, photo.camera, "image"), ros_standard.IMAGE)
             time = round(photo.time * 1e6) * 1000
-            frame = ros_name(photo.camera).encode()
-            body = ros_standard.image_body(time, frame, photo.form, photo.path.read_bytes())
+            frame = ros_name(photo.camera)
+            body = ros_standard.image_body(time, frame.encode(), photo.form, photo.path.read_bytes())
             chunk.add(channel, number, time, ENCAPSULATION + body)
+            if photo.camera in cameras:
+                camera = cameras[photo.camera]
+                if info := camera_info(time, frame, camera):
+                    channel = self._topics.channel((system, photo.camera, "camera_info"), CAMERA_INFO)
+                    chunk.add(channel, number, time, ENCAPSULATION + info)
+                place = camera_transform(time, ros_name(system), frame, camera)
+                chunk.add(self._topics.channel(("tf",), ros_standard.TRANSFORM), number, time, ENCAPSULATION + place)
             self._file.add_chunk(chunk)
 
     def close(self) -> None:

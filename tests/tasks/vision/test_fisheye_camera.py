@@ -90,15 +90,15 @@ def test_photos_go_to_the_folder_of_the_log_and_say_when(tmp_path):
         FisheyeCamera, feed=feed, seconds=1.9, frame_rate=4, save_images=True, log_root=tmp_path, system="ship", **SMALL
     )
     assert sorted(photos(tmp_path)) == [
-        "ship/20260101/000000_a/Photos/FisheyeCamera_000000_1767225600.500.png",
-        "ship/20260101/000000_a/Photos/FisheyeCamera_000001_1767225600.750.png",
-        "ship/20260101/000001/Photos/FisheyeCamera_000000_1767225601.500.png",
-        "ship/20260101/000001/Photos/FisheyeCamera_000001_1767225601.750.png",
-        "ship/Photos/FisheyeCamera_000000_1767225600.250.png",
-        "ship/Photos/FisheyeCamera_000000_1767225601.000.png",
-        "ship/Photos/FisheyeCamera_000001_1767225601.250.png",
+        "ship/20260101/000000_a/Photos/FisheyeCamera_000000_1767225600.500000.png",
+        "ship/20260101/000000_a/Photos/FisheyeCamera_000001_1767225600.750000.png",
+        "ship/20260101/000001/Photos/FisheyeCamera_000000_1767225601.500000.png",
+        "ship/20260101/000001/Photos/FisheyeCamera_000001_1767225601.750000.png",
+        "ship/Photos/FisheyeCamera_000000_1767225600.250000.png",
+        "ship/Photos/FisheyeCamera_000000_1767225601.000000.png",
+        "ship/Photos/FisheyeCamera_000001_1767225601.250000.png",
     ]
-    with Image.open(tmp_path / "ship/20260101/000000_a/Photos/FisheyeCamera_000001_1767225600.750.png") as photo:
+    with Image.open(tmp_path / "ship/20260101/000000_a/Photos/FisheyeCamera_000001_1767225600.750000.png") as photo:
         np.testing.assert_array_equal(np.asarray(photo), run.frames[2].image)
 
 

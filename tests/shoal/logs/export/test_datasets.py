@@ -3,6 +3,7 @@
 import csv
 import math
 
+import cv2
 import numpy as np
 import pytest
 import yaml
@@ -16,11 +17,13 @@ from shoal.logs.export.tum import export_tum
 from shoal.missions import prepare
 from tests.outside import ALONE
 from world.attitude import rotation
+from world.optics import read_camera
 
 OPTIONS = [
     *("Vision.FisheyeCamera:Size=64", "Vision.FisheyeCamera:Face Size=32", "Simulators.IMU/AHRS:Generate Noise=false"),
     *("Simulators.IMU/AHRS:Device Position=0.5, 0, 0.1", "Simulators.IMU/AHRS:Device Orientation=0, 0, 90"),
 ]
+OPTIONS += [f"Vision.Camera/{side}:{size}" for side in ("Left", "Right") for size in ("Width=96", "Height=72")]
 SECONDS = 30.0
 UP = np.array([0.0, 0.0, 9.80665])
 
@@ -28,7 +31,7 @@ UP = np.array([0.0, 0.0, 9.80665])
 @pytest.fixture(scope="module")
 def source(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
-    modes = ["Simulation", "Camera"]
+    modes = ["Simulation", "Camera", "Stereo"]
     made = prepare(
         "lauv-noptilus-1", modes=modes, overrides=[*OPTIONS, *ALONE], log_root=folder, state_folder=folder / "db"
     )
@@ -80,12 +83,49 @@ def test_the_parts_of_a_euroc_data_set_fit_each_other(source, tmp_path):
 
 def test_pictures_have_their_times_as_names(source, tmp_path):
     export_euroc(source, tmp_path)
-    photos = sorted((source.log.path.parent / "Photos").glob("*.png"))
+    photos = sorted((source.log.path.parent / "Photos").glob("Fisheye*.png"))
     rows = [line.split(",") for line in (tmp_path / "mav0/cam0/data.csv").read_text().splitlines()[1:]]
     assert len(rows) == len(photos) > 5
     for (time, name), photo in zip(rows, photos, strict=True):
         assert int(time) * 1e-9 == pytest.approx(float(photo.stem.rpartition("_")[2]), abs=1e-6)
         assert (tmp_path / "mav0/cam0/data" / name).read_bytes() == photo.read_bytes()
+
+
+def test_each_calibration_says_the_same_of_each_camera(source, tmp_path):
+    """Kalibr, EuRoC, VINS-Fusion and OpenVINS: the same pixel for a point that the IMU knows."""
+    export_euroc(source, tmp_path)
+    calibration = tmp_path / "calibration"
+    chain = yaml.safe_load((calibration / "camchain.yaml").read_text())
+    opened = yaml.safe_load((calibration / "openvins/kalibr_imucam_chain.yaml").read_text().partition("\n")[2])
+    assert opened == chain
+    assert [chain[f"cam{n}"]["resolution"] for n in range(3)] == [[64, 64], [96, 72], [96, 72]]
+    base = np.array(chain["cam2"]["T_cn_cnm1"])
+    assert base[:3, 3] == pytest.approx([-0.2, 0.0, 0.0], abs=1e-9), (
+        "from the left camera, the right one is to the right"
+    )
+    storage = cv2.FileStorage(str(calibration / "vins/vins.yaml"), cv2.FILE_STORAGE_READ)
+    assert (
+        storage.getNode("acc_n").real()
+        == yaml.safe_load((calibration / "imu0.yaml").read_text())["accelerometer_noise_density"]
+    )
+    body = yaml.safe_load((tmp_path / "mav0/imu0/sensor.yaml").read_text())["T_BS"]["data"]
+    body = np.array(body).reshape(4, 4)
+    point = np.array([0.2, 0.1, 4.0, 1.0])
+    for number in range(3):
+        entry = chain[f"cam{number}"]
+        camera = read_camera(calibration / "camchain.yaml", f"cam{number}")
+        seen = camera.project((np.array(entry["T_cam_imu"]) @ np.linalg.inv(body) @ point)[:3])[0]
+        about = yaml.safe_load((tmp_path / f"mav0/cam{number}/sensor.yaml").read_text())
+        pose = np.array(about["T_BS"]["data"]).reshape(4, 4)
+        euroc = read_camera(tmp_path / f"mav0/cam{number}/sensor.yaml")
+        assert euroc.project((np.linalg.inv(pose) @ point)[:3])[0] == pytest.approx(seen, abs=1e-6)
+        vins = storage.getNode(f"body_T_cam{number}").mat()
+        there = np.linalg.inv(vins) @ np.linalg.inv(body) @ point
+        assert camera.project(there[:3])[0] == pytest.approx(seen, abs=1e-6)
+        own = yaml.safe_load((calibration / f"vins/cam{number}.yaml").read_text().partition("---\n")[2])
+        values = own["projection_parameters"]
+        wanted = [values[name] for name in (("mu", "mv", "u0", "v0") if "mu" in values else ("fx", "fy", "cx", "cy"))]
+        assert wanted == entry["intrinsics"]
 
 
 def test_kalibr_gets_densities_and_the_articles_block_is_labelled(source, tmp_path):
@@ -102,7 +142,7 @@ def test_kalibr_gets_densities_and_the_articles_block_is_labelled(source, tmp_pa
 def test_a_tum_data_set_says_the_same(source, tmp_path):
     rows = export_tum(source, tmp_path)
     files = {path.stem: np.loadtxt(path) for path in tmp_path.glob("[aeg]*.txt")}
-    assert sum(map(len, files.values())) + len(list((tmp_path / "rgb").iterdir())) == rows
+    assert sum(map(len, files.values())) + len(list(tmp_path.glob("rgb*/*"))) == rows
     states = list(source.log.messages("SimulatedState"))
     truth = files["groundtruth"]
     assert truth[:, 0] == pytest.approx([state.timestamp for state in states], abs=1e-6)

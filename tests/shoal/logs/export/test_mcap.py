@@ -18,6 +18,9 @@ from shoal.logs.export import Source
 from shoal.logs.export.mcap import export_mcap
 from shoal.logs.export.ros_messages import ros_type
 from shoal.logs.selection import Selection
+from tasks.vision.records import write_cameras
+from world import DOWN, Pose
+from world.optics import DoubleSphereCamera, PinholeCamera
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 HEADER = {"timestamp": 1.7e9, "src": 0x1A, "src_ent": 7, "dst": 0x1E, "dst_ent": 9}
@@ -299,3 +302,31 @@ def test_pictures_of_the_log_are_shown_when_they_were_taken(make_log, tmp_path):
     assert (message.log_time, bytes(said.data), said.format) == (1_700_000_002_250_000_000, b"jpg", "jpeg")
     export_mcap(source_of(log), tmp_path / "b.mcap", images=False)
     assert "/lauv_noptilus_1/Camera/image" not in Reader(tmp_path / "b.mcap").topics
+
+
+def test_cameras_have_their_models_and_places(make_log, tmp_path):
+    """As a vehicle writes them to Photos/cameras.yaml."""
+    log = make_log([imc.Heartbeat(**HEADER)])
+    mounts = {"Front Camera": Pose(0.5, -0.1, 0.2, 0.0, 0.0, math.pi / 2), "Odd": DOWN}
+    pinhole = PinholeCamera(64, 48, 40.0, 41.0, 32.5, 24.5, -0.1, 0.01, 1e-3, 2e-3)
+    models = {"Front Camera": pinhole, "Odd": DoubleSphereCamera(64, 48, 40.0, 40.0, 32.5, 24.5, 0.1, 0.6)}
+    write_cameras(log / "Photos", {name: (models[name], mount) for name, mount in mounts.items()})
+    for camera in ("Front_Camera", "Odd"):
+        (log / "Photos" / f"{camera}_000000_1700000000.500000.png").write_bytes(b"png")
+    export_mcap(source_of(log), tmp_path / "a.mcap")
+    reader = Reader(tmp_path / "a.mcap")
+    ((message, info),) = reader.on("/lauv_noptilus_1/Front_Camera/camera_info")
+    assert (message.log_time, info.width, info.height) == (1_700_000_000_500_000_000, 64, 48)
+    assert (info.distortion_model, list(info.d)) == ("plumb_bob", [-0.1, 0.01, 1e-3, 2e-3, 0.0])
+    assert list(info.k) == [40.0, 0.0, 32.0, 0.0, 41.0, 24.0, 0.0, 0.0, 1.0]
+    assert list(info.p)[:7] == [40.0, 0.0, 32.0, 0.0, 0.0, 41.0, 24.0]
+    assert "/lauv_noptilus_1/Odd/camera_info" not in reader.topics, "ROS has no double sphere"
+    found = {said.transforms[0].child_frame_id: said.transforms[0] for _, said in reader.on("/tf")}
+    assert set(found) == {"Front_Camera", "Odd"}
+    front = found["Front_Camera"]
+    assert front.header.frame_id == "lauv_noptilus_1"
+    place, turn = front.transform.translation, front.transform.rotation
+    assert (place.x, place.y, place.z) == pytest.approx((0.5, 0.1, -0.2))
+    w, x, y, z = turn.w, turn.x, turn.y, turn.z
+    ahead = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]
+    assert ahead == pytest.approx([0.0, -1.0, 0.0], abs=1e-9), "to starboard"

@@ -1,0 +1,62 @@
+"""The cameras of a log in ROS 2 types: sensor_msgs/CameraInfo, and their places in the vehicle."""
+
+import struct
+
+import numpy as np
+
+from shoal.logs.export.calibration import LoggedCamera
+from shoal.logs.export.cdr import text
+from shoal.logs.export.ros_messages import STANDARD, RosType
+from world.attitude import quaternion
+
+CAMERA_INFO = RosType(
+    "sensor_msgs/CameraInfo",
+    "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\nfloat64[9] k\n"
+    "float64[9] r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\nRegionOfInterest roi\n",
+    needs={
+        **STANDARD,
+        "sensor_msgs/RegionOfInterest": "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\n"
+        "bool do_rectify\n",
+    },
+)
+MODELS = {"radtan": "plumb_bob", "equidistant": "equidistant"}  # of image_geometry, by Kalibr's names
+FLU = np.diag([1.0, -1.0, -1.0])  # from forward, right, down to forward, left, up
+BILLION = 1_000_000_000
+
+
+def camera_info(time: int, frame: str, camera: LoggedCamera) -> bytes:
+    """A CAMERA_INFO, time in ns; empty for a model that ROS lacks."""
+    model = camera.model
+    name = MODELS.get(model.get("distortion_model", ""))
+    if name is None or model["camera_model"] != "pinhole":
+        return b""
+    fx, fy, cx, cy = model["intrinsics"]
+    d = [*model["distortion_coeffs"], *([0.0] if name == "plumb_bob" else [])]
+    k = [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]
+    p = [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]
+    width, height = model["resolution"]
+    body = _header(time, frame)
+    body += _aligned(body, 4) + struct.pack("<II", height, width) + text(name.encode())
+    body += _aligned(body, 4) + struct.pack("<I", len(d))
+    body += _aligned(body, 8) + struct.pack(f"<{len(d)}d", *d)
+    body += struct.pack("<30d", *k, *np.eye(3).ravel(), *p)
+    return body + struct.pack("<6I?", 0, 0, 0, 0, 0, 0, False)
+
+
+def camera_transform(time: int, vehicle: str, frame: str, camera: LoggedCamera) -> bytes:
+    """A TRANSFORM from the optical frame of a camera to its vehicle (forward, left, up); time in ns."""
+    pose = camera.pose
+    x, y, z = (FLU @ pose[:3, 3]).tolist()
+    qw, qx, qy, qz = quaternion((FLU @ pose[:3, :3]).tolist())
+    body = struct.pack("<I", 1) + _header(time, vehicle)
+    body += _aligned(body, 4) + text(frame.encode())
+    return body + _aligned(body, 8) + struct.pack("<7d", x, y, z, qx, qy, qz, qw)
+
+
+def _header(time: int, frame: str) -> bytes:
+    return struct.pack("<II", *divmod(time, BILLION)) + text(frame.encode())
+
+
+def _aligned(body: bytes, size: int) -> bytes:
+    """What has to follow so that the next value begins at a multiple of its size."""
+    return bytes(-len(body) % size)
