@@ -1,5 +1,6 @@
 """Renders what a camera sees."""
 
+from world.pictures.boards import Board, april_grid, chessboard
 from world.pictures.camera import Camera
 from world.pictures.lookup import void_warning
 from world.pictures.mug import Glider
@@ -10,9 +11,12 @@ from world.pictures.scenes import SCENES, Standpoint
 __all__ = [
     "INTERPOLATIONS",
     "SCENES",
+    "Board",
     "Camera",
     "Glider",
     "Standpoint",
+    "april_grid",
+    "chessboard",
     "optical",
     "void_warning",
 ]

@@ -11,6 +11,7 @@ from numpy.random import PCG64, Generator, SeedSequence
 from numpy.typing import NDArray
 
 from world.optics import CameraModel
+from world.pictures.boards import Board
 from world.pictures.lookup import Lookup
 from world.pictures.mug import Glider
 from world.pictures.renderer import Renderer
@@ -46,7 +47,9 @@ class Camera:
     sun: Sun = field(default_factory=Sun)
     mount: Pose = DOWN
 
-    def picture(self, pose: Standpoint, gliders: Sequence[Glider] | None = None) -> NDArray[np.uint8]:
+    def picture(
+        self, pose: Standpoint, gliders: Sequence[Glider] | None = None, boards: Sequence[Board] = ()
+    ) -> NDArray[np.uint8]:
         """RGBA (height, width, 4) from where the vehicle is; all zero where the camera sees nothing.
 
         `gliders` replace those at `mugs`.
@@ -54,7 +57,7 @@ class Camera:
         assemble, renderer = self._tables
         if gliders is None:
             gliders = [Glider(north, east) for north, east in self.mugs]
-        return assemble(renderer.render(pose, gliders))
+        return assemble(renderer.render(pose, gliders, boards))
 
     @cached_property
     def _tables(self) -> tuple[Callable[[NDArray[np.uint32]], NDArray[np.uint8]], Renderer]:

@@ -1,11 +1,14 @@
 """Renders the surroundings of a vehicle into the faces of a camera."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from world.attitude import rotation
+from world.pictures import boards
+from world.pictures.boards import Board
 from world.pictures.faces import empty_atlas, rotations
 from world.pictures.mug import Glider, Mug, draw
 from world.pictures.planes import Caster
@@ -47,13 +50,20 @@ class Renderer:
         self.mount = mount
         self.caster = Caster(width)
 
-    def render(self, vehicle: Standpoint, gliders: Sequence[Glider] = ()) -> NDArray[np.uint32]:
+    def render(
+        self, vehicle: Standpoint, gliders: Sequence[Glider] = (), flat: Sequence[Board] = ()
+    ) -> NDArray[np.uint32]:
         """The atlas of the faces (see faces.empty_atlas); the camera's height must be positive."""
         atlas = empty_atlas(len(self.faces), self.width)
         pose, turns = vehicle.carried(self.mount), camera(vehicle, self.mount) @ self.faces
         windows = list(zip(self.rows, self.columns, strict=True))
         self.caster.cast(atlas, turns, windows, self.scene.planes(pose), (pose.north, pose.east), pose.time)
         pixels = atlas[:-1].view(np.uint8).reshape(len(turns), self.width, self.width, 4)
+        for board in flat:
+            offset = board.north - pose.north, board.east - pose.east, pose.height - board.rise
+            look = self.scene.seen(pose, -offset[2] / math.hypot(*offset) if any(offset) else -1.0)
+            for face, turn, window in zip(pixels, turns, windows, strict=True):
+                boards.draw(face, turn, window, board, offset, look)
         for mug in _seen(pose, gliders):
             look = self.scene.seen(pose, -mug.centre[2] / float(np.linalg.norm(mug.centre)))
             for face, turn, window in zip(pixels, turns, windows, strict=True):
