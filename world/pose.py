@@ -24,6 +24,13 @@ class Pose(NamedTuple):
     theta: float = 0.0
     psi: float = 0.0
 
+    @classmethod
+    def of(cls, transform: Floats) -> "Pose":
+        """That of a frame from which a matrix (4, 4) leads to the outer one."""
+        (a, b, c), (d, e, f), (g, h, i) = transform[:3, :3].tolist()
+        x, y, z = transform[:3, 3].tolist()
+        return cls(x, y, z, *euler(((a, b, c), (d, e, f), (g, h, i))))
+
     @property
     def place(self) -> Vector:
         return self.x, self.y, self.z

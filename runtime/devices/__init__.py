@@ -2,6 +2,7 @@
 
 from runtime.devices.addresses import Address, Connection, SerialPort, TcpConnection, TcpServer, UdpSocket, look_up
 from runtime.devices.device import Device, Log, Owner
+from runtime.devices.exchange import Exchange
 from runtime.devices.recording import Piece, Recording, Recordings
 from runtime.devices.splitters import Frames, Lines, Splitter, Whole, lines_of, number
 
@@ -9,6 +10,7 @@ __all__ = [
     "Address",
     "Connection",
     "Device",
+    "Exchange",
     "Frames",
     "Lines",
     "Log",

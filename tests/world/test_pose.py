@@ -29,3 +29,8 @@ def test_what_looks_down_has_its_top_at_the_bow() -> None:
         Pose(psi=0.5).transform[:3, :3] @ DOWN.transform[:3, :3]
     )
     assert math.isclose(Pose(psi=0.5).carried(DOWN).theta, -math.pi / 2)
+
+
+@given(poses)
+def test_a_pose_comes_back_from_its_transform(pose: Pose) -> None:
+    assert Pose.of(pose.transform).transform == pytest.approx(pose.transform, abs=1e-9)

@@ -4,6 +4,7 @@ from world.pictures.boards import Board, april_grid, chessboard
 from world.pictures.camera import Camera
 from world.pictures.lookup import void_warning
 from world.pictures.mug import Glider
+from world.pictures.panorama import Panorama
 from world.pictures.renderer import optical
 from world.pictures.sampling import INTERPOLATIONS
 from world.pictures.scenes import SCENES, Standpoint
@@ -14,6 +15,7 @@ __all__ = [
     "Board",
     "Camera",
     "Glider",
+    "Panorama",
     "Standpoint",
     "april_grid",
     "chessboard",

@@ -1,0 +1,207 @@
+"""Cameras that AirSim, Colosseum or Cosys-AirSim renders."""
+
+import math
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+import imc
+from runtime import Frame, ParameterError, State, Task, consume, param, periodic
+from tasks.surroundings import Chart, Truth, world_of
+from tasks.vision.airsim_client import AirSimClient, Shot, mount_of
+from tasks.vision.airsim_messages import AirSimError, Image, Kinematics, transform
+from tasks.vision.records import camera_frame
+from world import SECTIONS, Pose
+from world.attitude import to_body
+from world.optics import PRESETS, CameraModel, FisheyeCamera, Floats, PinholeCamera, preset_lens
+from world.pictures import INTERPOLATIONS, Panorama, void_warning
+
+OLDEST = 1.0  # s, beyond which a state counts as missing
+FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
+SHOAL, AIRSIM = "Shoal", "AirSim"
+
+
+class Picture(NamedTuple):
+    """What came of an exposure: a picture (RGBA), and what is known of its camera, in AirSim's north, east, down."""
+
+    image: Image
+    optics: CameraModel
+    pose: Floats
+    mount: Floats
+    stamp: float
+    motion: Kinematics | None
+
+
+class AirSim(Task):
+    """Shares frames that AirSim, Colosseum or Cosys-AirSim renders.
+
+    They are those of one camera, or fisheye pictures from five or six views of 90°.
+
+    With `Pose From = Shoal`, the vehicle is put where it really is before each exposure (SimulatedState, or without it
+    EstimatedState), so AirSim is a renderer; on a virtual clock, time stands still while it works. With `Pose From =
+    AirSim`, it moves by itself, and `Publish Truth` makes SimulatedState of its motion. A server that is absent, hangs,
+    or answers what cannot be used is named in the entity's state and asked again, at least every 5 s.
+    """
+
+    reads = SECTIONS
+    transient = ("_client", "_panorama")
+
+    host: str = param("127.0.0.1", "", "Name or address of the computer that AirSim runs on.", editable=False)
+    port: int = param(41451, "1", "Its TCP port: ApiServerPort.", minimum=1, maximum=65535, editable=False)
+    timeout: float = param(2.0, "s", "Time for an answer.", minimum=0.01, maximum=60)
+    vehicle_name: str = param("", "", "Vehicle in AirSim's settings; empty for the first one.", editable=False)
+    cameras: list[str] = param(
+        ["fisheye_down", "fisheye_front", "fisheye_right", "fisheye_back", "fisheye_left"],
+        "",
+        "Cameras in AirSim's settings: one, or the views down, front, right, back, left and perhaps up.",
+        editable=False,
+    )
+    compress: bool = param(False, "", "Let AirSim send PNGs, which are smaller and slower.")
+    pose_from: str = param(SHOAL, "", "Who moves the vehicle.", choices=(SHOAL, AIRSIM), editable=False)
+    publish_truth: bool = param(False, "", "Publish AirSim's motion as SimulatedState.", editable=False)
+    origin: list[float] = param(
+        [0.0, 0.0, 0.0], "m", "Where the origin of [World] is in AirSim: north, east and down.", size=3
+    )
+    frame_rate: float = param(5.0, "Hz", "Images per second.", minimum=0.01, maximum=1000, visibility="user")
+    size: int = param(1024, "px", "Width and height of a fisheye image.", minimum=1, maximum=4096)
+    field_of_view: float = param(180.0, "°", "Angle between opposite points of a fisheye image's rim.")
+    lens: str = param("equidistant", "", "Kind of lens.", choices=tuple(PRESETS))
+    interpolation: str = param("nearest", "", "Interpolation between the pixels of a view.", choices=INTERPOLATIONS)
+    latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
+
+    def configure(self) -> None:
+        world_of(self)
+        if len(self.cameras) not in (1, 5, 6):
+            raise ParameterError("Cameras", f"{len(self.cameras)} instead of one, five or six")
+        if self.publish_truth and self.pose_from == SHOAL:
+            raise ParameterError("Publish Truth", f"needs Pose From = {AIRSIM}")
+        self._panorama: Panorama | None = None
+        if len(self.cameras) > 1:
+            fov = math.radians(self.field_of_view)
+            try:
+                optics = FisheyeCamera.square(preset_lens(self.lens, fov), self.size)
+                self._panorama = Panorama(optics, len(self.cameras), self.interpolation)
+            except ValueError as error:
+                raise ParameterError("Field of View", str(error)) from None
+            if warning := void_warning(fov, len(self.cameras)):
+                self.after(0.0, self.log.warning, warning)
+
+    def start(self) -> None:
+        origin = world_of(self).origin
+        self._truth, self._chart = Truth(origin), Chart(origin)
+        self._estimate: imc.EstimatedState | None = None
+        self.taken = self.dropped = self.failed = 0
+        self._trouble = ""
+        self.restored()
+        self.set_entity_state(State.BOOT, f"connecting to {self._client.exchange.name}")
+
+    def restored(self) -> None:
+        turns = self._panorama.turns if self._panorama else np.eye(3)[None]
+        self._client = AirSimClient(
+            self.host, self.port, self.timeout, self.vehicle_name, self.cameras, turns, compress=self.compress
+        )
+        self._busy, self._retry, self._next = False, FIRST_RETRY, self.now
+
+    def stop(self) -> None:
+        self._client.exchange.close()
+
+    @consume
+    def follow(self, state: imc.EstimatedState) -> None:
+        self._estimate = state
+
+    @consume
+    def follow_truth(self, truth: imc.SimulatedState) -> None:
+        self._truth.follow(truth)
+
+    @periodic("frame_rate")
+    def expose(self) -> None:
+        if self._busy and not self.vehicle.virtual:
+            self.dropped += 1
+            return
+        if self.now < self._next:
+            return
+        truth, believed, pose = self._truth.at(self.now, OLDEST), self._believed(), None
+        if self.pose_from == SHOAL:
+            pose = believed if truth is None else Pose(truth.north, truth.east, truth.down, *truth.angles)
+            if pose is None:
+                self.set_entity_state(State.BOOT, "waiting for SimulatedState")
+                return
+            x, y, z = self.origin
+            pose = pose._replace(x=pose.x + x, y=pose.y + y, z=pose.z + z)
+        self._busy = True
+        deliver = partial(self._deliver, self.now, believed, pose is None or truth is not None)
+        self.offload(_shoot, self._client, self._panorama, pose, then=deliver, latency=self.latency)
+
+    def _believed(self) -> Pose | None:
+        """Where the vehicle believes to be in the world."""
+        state = self._estimate
+        if state is None or not math.isfinite(state.x + state.y + state.z + state.phi + state.theta + state.psi):
+            return None
+        return Pose(*self._chart.place(state), state.z, state.phi, state.theta, state.psi)
+
+    def _deliver(self, time: float, believed: Pose | None, is_true: bool, made: Picture | str) -> None:
+        self._busy = False
+        if isinstance(made, str):
+            self._fail(made)
+            return
+        self._next, self._retry = self.now, FIRST_RETRY
+        if self._trouble or self.entity.state is not State.NORMAL:
+            self.log.info(f"{self._client.exchange.name} answers")
+            self._trouble = ""
+        self.set_entity_state(State.NORMAL, f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed")
+        pose = made.pose.copy()
+        pose[:3, 3] -= self.origin
+        info = {"airsim_time": made.stamp}
+        self.share(Frame(time, self.entity.label, self.taken, made.image, info, made.optics, made.mount, pose))
+        estimate = None if believed is None else believed.transform @ made.mount
+        self.publish(camera_frame(time, self.taken, made.optics, pose, estimate, "", is_true=is_true))
+        self.taken += 1
+        if self.publish_truth and made.motion is not None:
+            self.publish(self._simulated(made.motion).replace(timestamp=time), keep_time=True)
+
+    def _fail(self, why: str) -> None:
+        self.failed += 1
+        self._next, self._retry = self.now + self._retry, min(LAST_RETRY, 2.0 * self._retry)
+        named = f"{self._client.exchange.name}: {why}"
+        if why != self._trouble:
+            self.log.error(named)
+        self._trouble = why
+        self.set_entity_state(State.ERROR, f"{named} ({self.failed} failed)")
+
+    def _simulated(self, motion: Kinematics) -> imc.SimulatedState:
+        """From where the vehicle began; AirSim's air does not move."""
+        home, body = self._client.home, Pose.of(transform(motion.position, motion.orientation))
+        speed, rates = motion.linear_velocity, motion.angular_velocity
+        u, v, w = to_body(body.rotation, (speed.x_val, speed.y_val, speed.z_val))
+        x, y, z, phi, theta, psi = body
+        found = imc.SimulatedState(x=x, y=y, z=z, phi=phi, theta=theta, psi=psi, u=u, v=v, w=w)
+        found = found.replace(p=rates.x_val, q=rates.y_val, r=rates.z_val)
+        if home is None:
+            return found
+        return found.replace(lat=math.radians(home.latitude), lon=math.radians(home.longitude), height=home.altitude)
+
+
+def _shoot(client: AirSimClient, panorama: Panorama | None, pose: Pose | None) -> Picture | str:
+    """A picture, or why there is none."""
+    try:
+        shot = client.shoot(None if pose is None else (pose.place, (pose.phi, pose.theta, pose.psi)))
+        body = _body(shot) if pose is None else pose.transform
+    except AirSimError as error:
+        return str(error)
+    except OSError as error:
+        return error.strerror or str(error)
+    if panorama is not None:
+        image, optics = panorama.picture(shot.images), panorama.optics
+    else:
+        height, width, _ = shot.images[0].shape
+        image = np.full((height, width, 4), 255, np.uint8)
+        image[..., :3] = shot.images[0]
+        f = 0.5 * width / math.tan(0.5 * shot.fov)
+        optics = PinholeCamera(width, height, f, f, 0.5 * width, 0.5 * height)
+    return Picture(image, optics, shot.pose, mount_of(shot.pose, body), shot.stamp, shot.motion)
+
+
+def _body(shot: Shot) -> Floats:
+    assert shot.motion is not None
+    return transform(shot.motion.position, shot.motion.orientation)
