@@ -1,0 +1,117 @@
+"""What cameras have in common whose pictures come from elsewhere: a calibration, a mount, and frames."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import imc
+from runtime import Frame, ParameterError, State, Task, consume, param
+from tasks.surroundings import Chart, world_of
+from tasks.vision.records import camera_frame
+from world import SECTIONS, Pose
+from world.attitude import turned
+from world.optics import CalibrationError, CameraModel, PinholeCamera, read_camera
+from world.pictures import optical
+
+OLDEST = 1.0  # s, beyond which an EstimatedState says nothing of a picture
+NOWHERE = np.full((4, 4), math.nan)
+
+
+class CalibratedCamera(Task):
+    """Shares frames that somebody else has taken."""
+
+    reads = SECTIONS
+
+    calibration: str = param(
+        "",
+        "",
+        "A calibration file, of Kalibr, OpenCV, ROS, EuRoC or WoodScape, or the cameras.yaml of a log; with #NAME for "
+        "one of several cameras; a relative path counts from the profile, or the working folder.",
+        editable=False,
+    )
+    mount_position: list[float] = param(
+        [0.0, 0.0, 0.0], "m", "Where the camera is in the vehicle: forward, right, down.", size=3
+    )
+    mount_orientation: list[float] = param(
+        [0.0, -90.0, 0.0],
+        "°",
+        "Roll, pitch and yaw in the vehicle of a camera that looks ahead; -90 looks down.",
+        size=3,
+    )
+
+    transient = ("_optics",)
+
+    def configure(self) -> None:
+        world_of(self)
+        self._optics: CameraModel | None = None
+        if self.calibration:
+            try:
+                self._optics = self._read(self.calibration)
+            except (CalibrationError, OSError) as error:
+                raise ParameterError("Calibration", str(error)) from None
+
+    def start(self) -> None:
+        self.taken = self.dropped = self.failed = 0
+        self._chart = Chart(world_of(self).origin)
+        self._estimate: imc.EstimatedState | None = None
+        self._odd = ""
+
+    @consume
+    def follow(self, state: imc.EstimatedState) -> None:
+        moving = math.isfinite(state.vx + state.vy + state.vz + state.p + state.q + state.r)
+        if moving and math.isfinite(state.x + state.y + state.z + state.phi + state.theta + state.psi):
+            self._estimate = state
+
+    def path_of(self, name: str) -> Path:
+        """A path of a parameter; a relative one counts from the profile, or else from the working folder.
+
+        A run that goes on from a snapshot has its profile elsewhere.
+        """
+        path = Path(name).expanduser()
+        beside = self.vehicle.profile.folder / path
+        return beside if beside.exists() else path
+
+    def deliver(self, time: float, image: NDArray[np.uint8], stamp: float, what: str = "") -> None:
+        """Share a picture (height, width, 4) that was exposed at `time`, by its own clock at `stamp` (s)."""
+        height, width, _ = image.shape
+        optics, told = self._optics, f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed"
+        if optics is not None and (optics.width, optics.height) != (width, height):
+            odd = f"the calibration is for {optics.width} x {optics.height} px, not {width} x {height} px"
+            if odd != self._odd:
+                self._odd = odd
+                self.log.warning(odd)
+            self.set_entity_state(State.FAULT, f"{odd}; {told}")
+            optics = None
+        else:
+            self.set_entity_state(State.NORMAL, f"{what}{told}")
+        mount = optical(self._mount)
+        estimate = self._believed(time)
+        there = NOWHERE if estimate is None else estimate.transform @ mount
+        model = optics or PinholeCamera(width, height, 1.0, 1.0, 0.5 * width, 0.5 * height)
+        message = camera_frame(time, self.taken, model, there, None if estimate is None else there, "", is_true=False)
+        unknown = {} if optics else {"fx": math.nan, "fy": math.nan, "cx": math.nan, "cy": math.nan}
+        self.share(Frame(time, self.entity.label, self.taken, image, {"stamp": stamp}, optics, mount))
+        self.publish(message.replace(**unknown))
+        self.taken += 1
+
+    def _believed(self, time: float) -> Pose | None:
+        """Where the vehicle believes to be at a time."""
+        state = self._estimate
+        if state is None or abs(time - state.timestamp) > OLDEST:
+            return None
+        seconds = time - state.timestamp
+        north, east = self._chart.place(state)
+        angles = turned((state.phi, state.theta, state.psi), (state.p, state.q, state.r), seconds)
+        return Pose(north + seconds * state.vx, east + seconds * state.vy, state.z + seconds * state.vz, *angles)
+
+    @property
+    def _mount(self) -> Pose:
+        x, y, z = self.mount_position
+        roll, pitch, yaw = map(math.radians, self.mount_orientation)
+        return Pose(x, y, z, roll, pitch, yaw)
+
+    def _read(self, calibration: str) -> CameraModel:
+        file, _, name = calibration.partition("#")
+        return read_camera(self.path_of(file), name)

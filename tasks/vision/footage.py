@@ -1,0 +1,216 @@
+"""Pictures and videos on disk, with their times; reading blocks, so it belongs into a worker."""
+
+import importlib
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Image = NDArray[np.uint8]
+
+ENDINGS = (".png", ".jpg", ".jpeg", ".qoi", ".bmp", ".tif", ".tiff", ".ppm", ".pgm")
+PHOTO = re.compile(r"(?P<camera>.+)_(?P<number>\d{6,})_(?P<time>-?\d+\.\d{3})")
+STAMP = re.compile(r"\d+(\.\d+)?")
+INSIDE = ("mav0/cam0", "cam0", "Photos")  # where a data set, or a log, has its pictures
+NANO = 1e12  # numbers beyond that are ns
+MOST_PIXELS = 1 << 26  # of a picture
+TOLD = 10  # bad lines that are named
+
+
+class Item(NamedTuple):
+    """A picture by its number in the footage: its time (s), and RGBA, or None and what is wrong with it."""
+
+    number: int
+    time: float
+    image: Image | None
+    error: str
+
+
+class Reel:
+    """Pictures of a folder (EuRoC, TUM, `Photos` of a log, names that are times) or of a video, in order of time.
+
+    `camera` chooses one of several in a folder. It is opened with the first picture that is taken.
+    """
+
+    def __init__(self, source: Path, camera: str = ""):
+        self.source = source
+        self.problems: list[str] = []
+        self._camera = camera
+        self._pictures: list[tuple[float, Path]] | None = None
+        self._video: Any = None
+        self._next = 0  # of the video
+
+    def take(self, number: int, earliest: float = -math.inf) -> Item | str | None:
+        """Picture `number` (from 0), or the first one after it that is not before `earliest` (s since 1970).
+
+        None at the end. A text says why the source cannot be read.
+        """
+        try:
+            if self._pictures is None and self._video is None:
+                self._open()
+            return self._of_video(number) if self._pictures is None else self._of_folder(number, earliest)
+        except (OSError, ValueError) as error:
+            return f"{self.source}: {getattr(error, 'strerror', None) or error}"
+
+    def close(self) -> None:
+        video, self._video = self._video, None
+        if video is not None:
+            video.release()
+
+    def _open(self) -> None:
+        if self.source.is_dir():
+            self._pictures = self._listed(pictures_folder(self.source))
+            return
+        with self.source.open("rb"):  # for the reason of the system, if it cannot be
+            pass
+        video = open_video(str(self.source))
+        if video is None:
+            raise ValueError("OpenCV cannot read this video")
+        self._video, self._next = video, 0
+
+    def _listed(self, folder: Path) -> list[tuple[float, Path]]:
+        if (folder / "data.csv").is_file():
+            rows = self._rows(folder / "data.csv", ",", folder / "data")
+        elif (folder / "rgb.txt").is_file():
+            rows = self._rows(folder / "rgb.txt", None, folder)
+        else:
+            rows = self._named(folder)
+        found = sorted(rows, key=lambda row: row[0])
+        if not found:
+            raise ValueError("no pictures with times" + (f" of {self._camera}" if self._camera else ""))
+        return found
+
+    def _rows(self, table: Path, separator: str | None, folder: Path) -> Iterator[tuple[float, Path]]:
+        """The rows of a table: a time, in s or ns, and a file."""
+        for number, line in enumerate(table.read_text("utf-8", "replace").splitlines(), start=1):
+            if not line.strip() or line.lstrip().startswith("#"):
+                continue
+            words = [word.strip() for word in line.split(separator)]
+            path = folder / words[1] if len(words) > 1 else folder
+            if not STAMP.fullmatch(words[0]) or len(words) < 2 or not words[1]:
+                self._note(f"{table.name}, line {number}: {line[:60]!r} is not a time and a file")
+            elif not path.resolve().is_relative_to(folder.resolve()):
+                self._note(f"{table.name}, line {number}: {words[1]} is outside the folder")
+            else:
+                yield seconds(words[0]), path
+
+    def _named(self, folder: Path) -> Iterator[tuple[float, Path]]:
+        """Pictures whose names tell their times, and perhaps their camera."""
+        wanted = re.sub(r"[^A-Za-z0-9]+", "_", self._camera)
+        cameras: set[str] = set()
+        for path in sorted(folder.iterdir()):
+            if path.suffix.lower() not in ENDINGS:
+                continue
+            photo = PHOTO.fullmatch(path.stem)
+            if photo is not None:
+                if wanted in ("", photo["camera"]):
+                    cameras.add(photo["camera"])
+                    yield float(photo["time"]), path
+            elif STAMP.fullmatch(path.stem):
+                yield seconds(path.stem), path
+            else:
+                self._note(f"{path.name}: the name is no time")
+        if len(cameras) > 1:
+            raise ValueError(f"pictures of several cameras: {', '.join(sorted(cameras))}; choose one")
+
+    def _note(self, problem: str) -> None:
+        self.problems.append(problem)
+
+    def _of_folder(self, number: int, earliest: float) -> Item | None:
+        assert self._pictures is not None
+        while number < len(self._pictures) and self._pictures[number][0] < earliest:
+            number += 1
+        if number >= len(self._pictures):
+            return None
+        time, path = self._pictures[number]
+        image, error = read_picture(path)
+        return Item(number, time, image, error)
+
+    def _of_video(self, number: int) -> Item | None:
+        cv2 = importlib.import_module("cv2")
+        while self._next < number:
+            if not self._video.grab():
+                return None
+            self._next += 1
+        rate = self._video.get(cv2.CAP_PROP_FPS)
+        done, picture = self._video.read()
+        if not done:
+            return None
+        self._next += 1
+        time = self._video.get(cv2.CAP_PROP_POS_MSEC) / 1e3
+        if number and not time > 0.0:  # not all containers tell times
+            if not 0.0 < rate < math.inf:
+                raise ValueError("the video tells neither times nor a rate")
+            time = number / rate
+        return Item(number, time, rgba(picture), "")
+
+
+def pictures_folder(source: Path) -> Path:
+    """The folder of pictures within a data set or a log, or the folder itself."""
+    return next((source / name for name in INSIDE if (source / name).is_dir()), source)
+
+
+def calibration_beside(source: Path, camera: str) -> str:
+    """The calibration that a folder of pictures has, and its camera (FILE#NAME); empty if there is none."""
+    folder = pictures_folder(source)
+    if (folder / "cameras.yaml").is_file():
+        return f"{folder / 'cameras.yaml'}#{camera}"
+    sensor = folder / "sensor.yaml"
+    return str(sensor) if sensor.is_file() and "intrinsics" in sensor.read_text("utf-8", "replace") else ""
+
+
+def seconds(text: str) -> float:
+    """A time in s or ns as s."""
+    number = float(text)
+    return number / 1e9 if number > NANO else number
+
+
+def read_picture(path: Path) -> tuple[Image | None, str]:
+    """A picture as RGBA, or None and why there is none."""
+    from PIL import Image as Pillow
+
+    try:
+        with Pillow.open(path) as picture:
+            width, height = picture.size
+            if width * height > MOST_PIXELS:
+                return None, f"{path.name}: {width} x {height} px are too many"
+            if picture.mode.startswith("I;16") or picture.mode == "I":
+                deep = np.asarray(picture, np.uint32)
+                shallow = (deep >> 8 if deep.max() > 0xFF else deep).astype(np.uint8)
+                return rgba(shallow), ""
+            return np.array(picture.convert("RGBA")), ""
+    except OSError as error:
+        return None, f"{path.name}: {error.strerror or 'no picture'}"
+    except (ValueError, SyntaxError, EOFError, Pillow.DecompressionBombError) as error:
+        return None, f"{path.name}: {error}"
+
+
+def open_video(address: str | int, timeout: float = 0.0) -> Any:
+    """OpenCV's capture of a file, an address or a device; None if it cannot be opened.
+
+    With a `timeout` (s), a network that falls silent ends it. Raises OSError without OpenCV.
+    """
+    try:
+        cv2 = importlib.import_module("cv2")
+    except ModuleNotFoundError:
+        raise OSError("videos and cameras need pip install opencv-python-headless") from None
+    if isinstance(address, str) and timeout:
+        limit = round(1000 * timeout)
+        words = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, limit, cv2.CAP_PROP_READ_TIMEOUT_MSEC, limit]
+        found = cv2.VideoCapture(address, cv2.CAP_FFMPEG, words)
+    else:
+        found = cv2.VideoCapture(address)
+    return found if found.isOpened() else None
+
+
+def rgba(picture: Any) -> Image:
+    """From OpenCV's blue, green, red, or from gray."""
+    if picture.ndim == 2:
+        picture = np.repeat(picture[..., np.newaxis], 3, axis=-1)
+    image = np.full((*picture.shape[:2], 4), 255, np.uint8)
+    image[..., :3] = picture[..., 2::-1]
+    return image
