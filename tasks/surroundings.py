@@ -1,13 +1,13 @@
 """The simulated world that the tasks of a vehicle share, and where a vehicle is in it."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import imc
 from imc.coordinates import NOWHERE, StartPoint, offset
 from runtime import ParameterError, Task
-from world import Spot, World, WorldError, read_world
+from world import Pose, Spot, World, WorldError, read_world
 from world.attitude import Vector
 from world.sensors import BodyMotion
 
@@ -46,6 +46,19 @@ def check_older(task: Task, *options: str) -> None:
 
 def _read(value: Callable[[str, str], str]) -> World:
     return read_world(value, offset)
+
+
+def mount_of(position: Sequence[float], orientation: Sequence[float] = ()) -> Pose:
+    """Where a device is in its vehicle, by its options Device Position (m) and Device Orientation (°).
+
+    Each has three numbers, or none. Raises ParameterError.
+    """
+    for name, value in (("Device Position", position), ("Device Orientation", orientation)):
+        if len(value) not in (0, 3):
+            raise ParameterError(name, f"{len(value)} numbers instead of three")
+    x, y, z = position or (0.0, 0.0, 0.0)
+    roll, pitch, yaw = map(math.radians, orientation or (0.0, 0.0, 0.0))
+    return Pose(x, y, z, roll, pitch, yaw)
 
 
 class Placed(NamedTuple):

@@ -7,7 +7,8 @@ from datetime import UTC, datetime
 import imc
 from imc import coordinates
 from runtime import ParameterError, State, Task, consume, param, periodic
-from world.attitude import Vector, cross, rotation, to_body, to_ned
+from tasks.surroundings import mount_of
+from world.attitude import cross, rotation, to_body, to_ned
 from world.sensors import Drift
 
 SLOWEST = 0.05  # m/s, least speed that has a course
@@ -71,8 +72,7 @@ class GPS(Task):
         position = self.initial_position
         if len(position) == 1 or (position and not (abs(position[0]) <= 90.0 and abs(position[1]) <= 180.0)):
             raise ParameterError("Initial Position", f"{position} is not a latitude and a longitude")
-        if len(self.device_position) not in (0, 3):
-            raise ParameterError("Device Position", f"{len(self.device_position)} numbers instead of three")
+        self._antenna = mount_of(self.device_position).place
 
     def start(self) -> None:
         self._truths: deque[imc.SimulatedState] = deque()
@@ -147,11 +147,6 @@ class GPS(Task):
         if self.report_yaw:
             self.publish(imc.EulerAngles(time=self.now, psi=truth.psi, psi_magnetic=truth.psi))
         self.set_entity_state(State.NORMAL, "active")
-
-    @property
-    def _antenna(self) -> Vector:
-        x, y, z = self.device_position or (0.0, 0.0, 0.0)
-        return x, y, z
 
     def _drop_older_than(self, time: float) -> None:
         """Keep the last state before a time, and what is newer."""

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 import imc
 from runtime import ParameterError, State, Task, consume, param
+from tasks.surroundings import mount_of
 from world.attitude import Vector, wrap
 from world.sensors import (
     DRAWS,
@@ -98,20 +99,14 @@ class IMU(Task):
     dropped = 0
 
     def configure(self) -> None:
-        for name, value in (("Device Position", self.device_position), ("Device Orientation", self.device_orientation)):
-            if len(value) not in (0, 3):
-                raise ParameterError(name, f"{len(value)} numbers instead of three")
+        mount = mount_of(self.device_position, self.device_orientation)
         self.grade = own_values(self._number) if self.part == OWN_VALUES else self._of_part()
         gyro, accel = self.grade.gyroscope.density, self.grade.accelerometer.density
         if not hasattr(self, "gyroscope"):
             self.gyroscope, self.accelerometer = NoisyTriad(gyro), NoisyTriad(accel)
             self.gyro_device = self.accel_device = Device()
         self.gyroscope.density, self.accelerometer.density = gyro, accel
-        place, turn = (tuple(each or (0.0, 0.0, 0.0)) for each in (self.device_position, self.device_orientation))
-        roll, pitch, yaw = map(math.radians, turn)
-        self._sampler = InertialSampler(
-            self.sampling_rate, self.gravity, (place[0], place[1], place[2]), (roll, pitch, yaw)
-        )
+        self._sampler = InertialSampler(self.sampling_rate, self.gravity, mount)
 
     def _number(self, name: str) -> float:
         return getattr(self, self.parameters()[name].attribute)

@@ -8,6 +8,7 @@ import numpy as np
 from world.attitude import Vector, rotation, to_body
 from world.notebook.quadrotor import Column, QuadrotorState, triple
 from world.notebook.sensor import Sensor
+from world.pose import Pose
 from world.sensors import (
     DRAWS,
     PARTS,
@@ -46,7 +47,7 @@ class Inertial(Sensor):
         if part not in (*DENSITIES, *PARTS):
             raise ValueError(f"part {part!r} is not one of {', '.join((*DENSITIES, *PARTS))}")
         self.part, self.gravity = part, gravity
-        self._place, self._turn = triple(t, "t"), triple(angles, "angles")
+        self._mount = Pose(*triple(t, "t"), *triple(angles, "angles"))
         self._last: BodyMotion | None = None
 
     def _begin(self, grade: TriadGrade) -> None:
@@ -63,10 +64,10 @@ class Inertial(Sensor):
         motion = BodyMotion(n * Ts, angles, rates, triple(quad.v, "v"), STILL)
         last, self._last = self._last, motion
         if last is not None and motion.time > last.time:
-            sampler = InertialSampler(1.0 / (motion.time - last.time), self.gravity, self._place, self._turn)
+            sampler = InertialSampler(1.0 / (motion.time - last.time), self.gravity, self._mount)
             if samples := [*sampler.feed(last), *sampler.feed(motion)]:
                 return samples[0]
-        axes, force = rotation(*self._turn), specific_force(rotation(*angles), STILL, self.gravity)
+        axes, force = self._mount.rotation, specific_force(rotation(*angles), STILL, self.gravity)
         return InertialSample(motion.time, Ts, angles, to_body(axes, rates), to_body(axes, force))
 
     def _disturbed(self, value: Vector, interval: float) -> Column:

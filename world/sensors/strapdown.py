@@ -5,11 +5,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from world.attitude import Matrix, Vector, cross, rotation, to_body, to_ned, turned, wrap
+from world.pose import Pose
 from world.sensors.imu import specific_force
 
 TIMING = 1e-3  # of a period: a state that is early by less belongs to the sample, since timestamps have 0.24 µs
 LONGEST_GAP = 10.0  # s between states; after a longer one, sampling starts again
 CENTRE: Vector = (0.0, 0.0, 0.0)
+CENTRED = Pose()
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,17 +74,16 @@ class InertialSample:
 class InertialSampler:
     """Makes samples, `rate` a second, of a motion that is given as states, at that rate or any other.
 
-    The sensor sits at `place` (m in the body), its axes turned against the body's by `orientation` (roll, pitch, yaw in
-    rad).
-    Between two states, the acceleration over ground is constant, and angles and rates change evenly. So the mean force
-    of an interval without rotation, times its length, is exactly the change of velocity less gravity's.
+    `mount` is where the sensor is in the body. Between two states, the acceleration over ground is constant, and angles
+    and rates change evenly. So the mean force of an interval without rotation, times its length, is exactly the change
+    of velocity less gravity's.
     """
 
-    def __init__(self, rate: float, gravity: float, place: Vector = CENTRE, orientation: Vector = CENTRE):
+    def __init__(self, rate: float, gravity: float, mount: Pose = CENTRED):
         self.rate = rate
         self.gravity = gravity
-        self._place = place
-        self._axes: Matrix | None = rotation(*orientation) if orientation != CENTRE else None
+        self._place = mount.place
+        self._axes: Matrix | None = mount.rotation if mount[3:] != CENTRED[3:] else None
         self._last: BodyMotion | None = None
         self._first = self._sampled = 0.0
         self._count = 0
