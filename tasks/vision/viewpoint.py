@@ -100,7 +100,13 @@ class Viewpoint:
         )
         return tuple(
             Glider(
-                spot.north, spot.east, self._rise(spot, thing.depth, ground), spot.heading, thing.length, thing.diameter
+                spot.north,
+                spot.east,
+                self._rise(spot, thing.depth, ground),
+                spot.heading,
+                thing.length,
+                thing.diameter,
+                thing.id,
             )
             for thing, spot in things
         )

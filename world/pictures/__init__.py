@@ -2,6 +2,7 @@
 
 from world.pictures.boards import Board, april_grid, chessboard
 from world.pictures.camera import Camera
+from world.pictures.labels import Box, Kind, Labeller, Labels
 from world.pictures.lookup import void_warning
 from world.pictures.mug import Glider
 from world.pictures.panorama import Panorama
@@ -13,8 +14,12 @@ __all__ = [
     "INTERPOLATIONS",
     "SCENES",
     "Board",
+    "Box",
     "Camera",
     "Glider",
+    "Kind",
+    "Labeller",
+    "Labels",
     "Panorama",
     "Standpoint",
     "april_grid",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from world.optics import CameraModel
 from world.pictures.boards import Board
+from world.pictures.labels import Labeller, Labels
 from world.pictures.lookup import Lookup
 from world.pictures.mug import Glider
 from world.pictures.renderer import Renderer
@@ -55,9 +56,23 @@ class Camera:
         `gliders` replace those at `mugs`.
         """
         assemble, renderer = self._tables
-        if gliders is None:
-            gliders = [Glider(north, east) for north, east in self.mugs]
-        return assemble(renderer.render(pose, gliders, boards))
+        return assemble(renderer.render(pose, self._gliders(gliders), boards))
+
+    def labels(
+        self,
+        pose: Standpoint,
+        gliders: Sequence[Glider] | None = None,
+        following: tuple[Standpoint, Sequence[Glider]] | None = None,
+    ) -> Labels:
+        """What `picture` shows there; see Labeller.labels."""
+        return self._labeller.labels(pose, self._gliders(gliders), following)
+
+    def _gliders(self, given: Sequence[Glider] | None) -> Sequence[Glider]:
+        return [Glider(north, east) for north, east in self.mugs] if given is None else given
+
+    @cached_property
+    def _labeller(self) -> Labeller:
+        return Labeller(self.optics, self.mount, self.scene)
 
     @cached_property
     def _tables(self) -> tuple[Callable[[NDArray[np.uint32]], NDArray[np.uint8]], Renderer]:

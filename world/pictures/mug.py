@@ -23,7 +23,7 @@ RIM = math.radians(80.0)  # beyond the rim of a face, which is at 45°
 class Glider(NamedTuple):
     """A glider in a scene: m north and east of its origin, `rise` m above the ground beneath the camera.
 
-    It points to `heading` (rad); its sizes are in m.
+    It points to `heading` (rad); its sizes are in m. `id` is its number in labels, from 1; 0 if it has none.
     """
 
     north: float
@@ -32,6 +32,7 @@ class Glider(NamedTuple):
     heading: float = 0.0
     length: float = LENGTH
     diameter: float = DIAMETER
+    id: int = 0
 
 
 @dataclass(frozen=True)

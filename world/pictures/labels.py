@@ -1,0 +1,170 @@
+"""Exact labels of what a camera sees: distance, depth, class, instance, boxes and optical flow, without a picture."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from world.optics import CameraModel, Floats
+from world.pictures.capsule import Capsule
+from world.pictures.flow import flow
+from world.pictures.mug import Glider
+from world.pictures.rays import Places, Rays
+from world.pictures.scenes import Standpoint
+from world.pictures.sight import Sight, check_scene, numbered
+from world.pose import DOWN, Pose
+
+BLOCK = 1 << 14  # pixels per step: their arrays fit into the L2 cache
+
+
+class Kind(IntEnum):
+    """What a pixel shows: the numbers of `Labels.kinds`."""
+
+    VOID = 0
+    """Nothing: the lens does not reach there."""
+    SEABED = 1
+    SURFACE = 2
+    """The surface of the sea, from below or from above."""
+    SKY = 3
+    GLIDER = 4
+
+
+class Box(NamedTuple):
+    """What is seen of one object. Boxes are left, top, right, bottom (px): pixels [left, right) x [top, bottom).
+
+    `box` and `area` (px) count what is visible, all zero behind other objects; `whole_box` and `whole_area` what would
+    be seen if the object were alone. `cut` is the share, 0 to 1, of its view that lies beyond the picture.
+    """
+
+    instance: int
+    kind: Kind
+    box: tuple[int, int, int, int]
+    area: int
+    whole_box: tuple[int, int, int, int]
+    whole_area: int
+    cut: float
+
+    @property
+    def occluded(self) -> float:
+        """The share, 0 to 1, that other objects hide of what the picture would show."""
+        return 1.0 - self.area / self.whole_area
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Labels:
+    """The labels of one picture, (height, width) as it is, true at the pixel centers.
+
+    `distance` (m, float32) is along the ray, `depth` (m, float32) along the camera's axis, negative behind it; both are
+    infinite in the sky and NaN in the void. `kinds` (uint8) are numbers of Kind; `instances` (uint16) those of the
+    objects, 0 elsewhere. `boxes` are those of the objects that the picture would show if they were alone, in the order
+    in which they were given. `flow` (height, width, 2; px, float32) leads to where the same point is seen in the next
+    picture, also beside it; it is NaN in the void, for objects that are gone, and for what the lens no longer covers.
+    """
+
+    distance: NDArray[np.float32]
+    depth: NDArray[np.float32]
+    kinds: NDArray[np.uint8]
+    instances: NDArray[np.uint16]
+    boxes: tuple[Box, ...] = ()
+    flow: NDArray[np.float32] | None = None
+
+
+class Labeller:
+    """Labels the pictures of a camera with a mount in the vehicle, in one of SCENES. Raises ValueError for another one.
+
+    As in the pictures, seabed and surface are planes, which never hide a glider. The flow of a plane is that of its
+    points, not of the waves on it.
+    """
+
+    def __init__(self, optics: CameraModel, mount: Pose = DOWN, scene: str = "Seabed"):
+        check_scene(scene)
+        self.optics, self.mount, self.scene = optics, mount, scene
+        self._rays = Rays(optics)
+        self._below, self._above = (Kind.SEABED, Kind.SURFACE) if scene == "Seabed" else (Kind.SURFACE, Kind.SKY)
+
+    def labels(
+        self,
+        standpoint: Standpoint,
+        gliders: Sequence[Glider] = (),
+        following: tuple[Standpoint, Sequence[Glider]] | None = None,
+    ) -> Labels:
+        """The labels at a standpoint, with flow if standpoint and gliders of the following picture are given.
+
+        Gliders without any number are numbered from 1 in their order. Raises ValueError if the camera is within an
+        object or under the ground, and for numbers that are not finite, or of two objects.
+        """
+        gliders = numbered(gliders)
+        sight = Sight.of(standpoint, self.mount, self.scene)
+        bodies = {glider.id: sight.body(glider) for glider in gliders}
+        distance, kinds = self._planes(sight)
+        instances = np.zeros(distance.shape, dtype=np.uint16)
+        boxes = self._draw(bodies, distance, kinds, instances)
+        moved = None
+        if following is not None:
+            after = Sight.of(following[0], self.mount, self.scene)
+            now, then = ({glider.id: glider for glider in each} for each in (gliders, numbered(following[1])))
+            moved = flow(self.optics, self._rays.all, distance, instances, (sight, now), (after, then))
+        shape = self.optics.height, self.optics.width
+        return Labels(
+            distance.astype(np.float32).reshape(shape),
+            self._depth(distance).reshape(shape),
+            kinds.reshape(shape),
+            instances.reshape(shape),
+            boxes,
+            None if moved is None else moved.reshape(*shape, 2),
+        )
+
+    def _planes(self, sight: Sight) -> tuple[Floats, NDArray[np.uint8]]:
+        """Distances (n,) to the planes below and above, and the kinds (n,) of what is there."""
+        count = self._rays.all.shape[1]
+        distance, kinds = np.empty(count), np.empty(count, dtype=np.uint8)
+        a, b, c = sight.turn[2].tolist()
+        for start in range(0, count, BLOCK):
+            part = slice(start, start + BLOCK)
+            x, y, z = self._rays.all[:, part]
+            down = a * x + b * y + c * z
+            up = down < 0.0
+            with np.errstate(divide="ignore"):
+                np.divide(np.where(up, sight.depth, sight.height), np.abs(down), out=distance[part])
+            kinds[part] = np.where(up, np.uint8(self._above), np.uint8(self._below))
+        kinds[~self._rays.covered] = Kind.VOID
+        return distance, kinds
+
+    def _draw(
+        self,
+        bodies: Mapping[int, Capsule],
+        distance: Floats,
+        kinds: NDArray[np.uint8],
+        instances: NDArray[np.uint16],
+    ) -> tuple[Box, ...]:
+        """Set the pixels that show bodies, and return the boxes."""
+        seen: list[tuple[int, Places, float]] = []
+        for number, body in bodies.items():
+            pixels, rim = self._rays.near(body)
+            far = body.distances(self._rays.all[:, pixels])
+            pixels, far = pixels[far < math.inf], far[far < math.inf]
+            if pixels.size:
+                shown = (instances[pixels] == 0) | (far < distance[pixels])
+                own = pixels[shown]
+                distance[own], kinds[own], instances[own] = far[shown], Kind.GLIDER, number
+                seen.append((number, pixels, 1.0 - body.share_in(self.optics) if rim else 0.0))
+        return tuple(self._box(number, pixels, instances, cut) for number, pixels, cut in seen)
+
+    def _box(self, number: int, whole: Places, instances: NDArray[np.uint16], cut: float) -> Box:
+        visible = whole[instances[whole] == number]
+        return Box(number, Kind.GLIDER, self._corners(visible), visible.size, self._corners(whole), whole.size, cut)
+
+    def _corners(self, pixels: Places) -> tuple[int, int, int, int]:
+        if not pixels.size:
+            return 0, 0, 0, 0
+        rows, columns = np.divmod(pixels, self.optics.width)
+        return int(columns.min()), int(rows.min()), int(columns.max()) + 1, int(rows.max()) + 1
+
+    def _depth(self, distance: Floats) -> NDArray[np.float32]:
+        depth = distance * self._rays.all[2]
+        depth[np.isinf(distance)] = math.inf
+        return depth.astype(np.float32)

@@ -1,0 +1,85 @@
+"""Where a camera is in a scene, by its mount in the vehicle, and where it sees bodies."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from world.optics import Floats
+from world.pictures.capsule import Capsule
+from world.pictures.mug import Glider
+from world.pictures.renderer import camera
+from world.pictures.scenes import SCENES, SHALLOWEST, Standpoint
+from world.pose import Pose
+
+FARTHEST = 1e7  # m, of a camera from the scene's origin
+MOST_IDS = 65535
+
+
+class Sight(NamedTuple):
+    """A camera: `turn` (3, 3) from its optical frame to NED, and its place in m north and east of the scene's origin.
+
+    It is `height` m above the plane below, and `depth` m below the plane above, infinite for the sky.
+    """
+
+    turn: Floats
+    north: float
+    east: float
+    height: float
+    depth: float
+
+    @classmethod
+    def of(cls, standpoint: Standpoint, mount: Pose, scene: str) -> "Sight":
+        """That of a vehicle in one of SCENES. Raises ValueError for a camera that is nowhere, or under the ground."""
+        where = standpoint.north, standpoint.east, standpoint.height, standpoint.depth
+        angles = standpoint.roll, standpoint.pitch, standpoint.yaw
+        if not all(map(math.isfinite, (*where, *angles, *mount))):
+            raise ValueError(f"{standpoint} of a camera at {mount} is not finite")
+        if max(map(abs, where)) > FARTHEST:
+            raise ValueError(f"{standpoint} is more than {FARTHEST:g} m away")
+        place = standpoint.carried(mount)
+        if not place.height > 0.0:
+            raise ValueError(f"a camera {place.height:g} m above the ground is under it")
+        depth = max(place.depth, SHALLOWEST) if scene == "Seabed" else math.inf
+        return cls(camera(standpoint, mount), place.north, place.east, place.height, depth)
+
+    def to(self, glider: Glider) -> Floats:
+        """(3,) m north, east and down from the camera to the middle of a glider."""
+        return np.array((glider.north - self.north, glider.east - self.east, self.height - glider.rise))
+
+    def body(self, glider: Glider) -> Capsule:
+        """A glider as the camera sees it. Raises ValueError if the camera is within it, or if it has no size."""
+        if not all(map(math.isfinite, glider)):
+            raise ValueError(f"object {glider.id} is not finite: {glider}")
+        if not 0.0 < glider.diameter <= glider.length:
+            size = f"{glider.length:g} m by {glider.diameter:g} m"
+            raise ValueError(f"object {glider.id}: {size} is not a length and a diameter")
+        bow = np.array((math.cos(glider.heading), math.sin(glider.heading), 0.0))
+        radius = glider.diameter / 2
+        body = Capsule(_turned(self.to(glider), self.turn), _turned(bow, self.turn), glider.length / 2 - radius, radius)
+        if float(np.linalg.norm(body.nearest)) <= radius:
+            raise ValueError(f"the camera is within object {glider.id}")
+        return body
+
+
+def check_scene(scene: str) -> None:
+    """Raises ValueError unless it is one of SCENES."""
+    if scene not in SCENES:
+        raise ValueError(f"{scene!r} is not one of the scenes {', '.join(SCENES)}")
+
+
+def numbered(gliders: Sequence[Glider]) -> tuple[Glider, ...]:
+    """Gliders with their numbers; from 1 in their order if none has one. Raises ValueError unless all are different."""
+    if not any(glider.id for glider in gliders):
+        return tuple(glider._replace(id=number) for number, glider in enumerate(gliders, start=1))
+    ids = [glider.id for glider in gliders]
+    for number, glider in zip(ids, gliders, strict=True):
+        if not 0 < number <= MOST_IDS or ids.count(number) > 1:
+            raise ValueError(f"the number {number} of {glider} is not within 1 and {MOST_IDS}, or taken twice")
+    return tuple(gliders)
+
+
+def _turned(vector: Floats, turn: Floats) -> Floats:
+    """From NED to the optical frame."""
+    return (vector[:, np.newaxis] * turn).sum(axis=0)
