@@ -1,0 +1,50 @@
+"""Measures labels of fisheye pictures beside the pictures themselves.
+
+Figures are the best processor time of one thread; picture and labels alternate, so that their ratio is fair.
+"""
+
+import math
+import sys
+from functools import partial
+
+from fisheye import best
+
+from world.optics import FisheyeCamera, preset_lens
+from world.pictures import Camera, Glider, Standpoint
+
+LEAST_FPS = 40.0  # five faces of 256 px, a fisheye picture of 512 px, depth and instances
+CASES = ((256, 512), (512, 1024))
+GLIDERS = Glider(1.0, 0.3, id=1), Glider(3.0, -2.0, id=2), Glider(-1.5, 2.0, 0.4, 1.0, id=3)
+VIEWS = (
+    ("Seabed", Standpoint(0.0, 0.0, 5.0, 8.0, roll=math.radians(20))),
+    ("Sea Surface", Standpoint(0.0, 0.0, 10.0, roll=math.radians(20))),
+)
+
+
+def main() -> int:
+    rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 30
+    good = True
+    print("180°, three gliders         picture    labels   with flow    both, fps   labels / picture")
+    for face, size in CASES:
+        optics = FisheyeCamera.square(preset_lens("equidistant", math.pi), size)
+        for scene, pose in VIEWS:
+            camera = Camera(optics, face, scene=scene)
+            times = best(
+                {
+                    "picture": partial(camera.picture, pose, GLIDERS),
+                    "labels": partial(camera.labels, pose, GLIDERS),
+                    "flow": partial(camera.labels, pose, GLIDERS, (pose, GLIDERS)),
+                },
+                rounds,
+            )
+            picture, labels, flow = (times[name] for name in ("picture", "labels", "flow"))
+            fps = 1.0 / (picture + labels)
+            good &= size > 512 or fps >= LEAST_FPS
+            least = f" (at least {LEAST_FPS:.0f})" if size <= 512 else ""
+            columns = f"{picture * 1e3:6.1f} ms {labels * 1e3:6.1f} ms {flow * 1e3:8.1f} ms {fps:10.0f}{least:14s}"
+            print(f"{face:4d} -> {size:4d}  {scene:12s} {columns} {labels / picture:5.2f}")
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
