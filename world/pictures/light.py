@@ -11,8 +11,11 @@ from world.pictures.texture import TONES
 
 Floats = NDArray[np.floating[Any]]
 
+OPAQUE = np.uint32(0xFF000000)
 ROWS = 1024  # steps of the sine of the elevation, from the horizon to the nadir or the zenith
 SUMS = 2 * TONES  # the tones of two textures are added
+BRIGHT = 112  # sum of tones that only one of a hundred places exceeds where the sand is light
+WHITE = 0.95  # linear light that a camera allows such places
 CONTRAST_LEFT = 3.912  # -ln 0.02: visibility is the distance at which 2 % of the contrast is left (Koschmieder)
 WINDOW = math.cos(math.asin(1 / 1.34))  # cosine of the zenith angle of the rim of Snell's window
 
@@ -115,9 +118,17 @@ def encode(linear: Floats) -> Floats:
     return np.sqrt(np.clip(linear, 0.0, 1.0)) * np.float32(255.0)
 
 
-def rgba_words(linear: Floats) -> NDArray[np.uint32]:
-    """Flat RGBA words of (3, n, m) linear light."""
-    pixels = np.full((linear[0].size, 4), 255, dtype=np.uint8)
-    for channel, values in enumerate(encode(linear)):
-        pixels[:, channel] = values.ravel()
-    return pixels.view(np.uint32).ravel()
+def rgba_words(linear: Floats, veil: Floats | None = None) -> NDArray[np.uint32]:
+    """Flat RGBA words of (3, n, m) linear light, that of a `veil` (3, n, 1) added. Overwrites `linear`."""
+    if veil is not None:
+        linear += veil
+    np.minimum(linear, 1.0, out=linear)
+    np.sqrt(linear, out=linear)
+    linear *= np.float32(255.0)
+    red, green, blue = linear.astype(np.uint32)
+    green <<= 8
+    blue <<= 16
+    red |= green
+    red |= blue
+    red |= OPAQUE
+    return red.ravel()

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from world.pictures.faces import pixel_axis
 from world.pictures.light import ROWS, SUMS
-from world.pictures.texture import LEVELS, SIZE, STRIDE, level_offset
+from world.pictures.texture import TONES, WIDE
 
 Floats = NDArray[np.floating[Any]]
 Words = NDArray[np.uint32]
@@ -19,15 +19,16 @@ Window = tuple[tuple[int, int], tuple[int, int]]
 Strip = tuple[slice, slice]
 
 STRIP = 32  # rows of a face that are cast together: their temporary arrays fit into the L2 cache
+BITS = TONES.bit_length() - 1
 GRAZING = 1e-4  # sine of the elevation, next to the horizon, below which texture is invisible
-FAR = 64 * SIZE  # keeps texture coordinates positive, so that truncation rounds down
+FAR = 8 * WIDE  # keeps texture coordinates positive, so that truncation rounds down
 
 
 @dataclass(frozen=True)
 class Layer:
     """A texture laid on a plane: pyramid (see texture.pyramid), texel size in m, heading in rad, drift in m/s."""
 
-    pyramid: NDArray[np.uint8]
+    pyramid: NDArray[np.uint8] | NDArray[np.uint16]
     texel: float
     heading: float = 0.0
     drift: float = 0.0
@@ -37,7 +38,8 @@ class Layer:
 class Plane:
     """A plane in one picture: `distance` m below (side 1) or above (side -1) the camera.
 
-    The tones of both layers are added. `palette` (ROWS * SUMS) holds the RGBA words by elevation and sum of tones.
+    The tones of both layers are added; the first one may shift the second (see texture.bending_pyramid), so that places
+    where both are the same are far apart. `palette` (ROWS * SUMS) holds the RGBA words by elevation and sum of tones.
     """
 
     side: int
@@ -98,7 +100,7 @@ class Shot:
     def __init__(self, caster: Caster, plane: Plane, position: tuple[float, float], time: float):
         self.caster = caster
         self.palette = plane.palette
-        self.prints = [Print(layer, plane.distance, 2 / caster.width, position, time) for layer in plane.layers]
+        self.prints = [Print(layer, plane, 2 / caster.width, position, time) for layer in plane.layers]
 
     def shade(self, out: Words, turn: NDArray[np.float64], strip: Strip, height: Floats) -> None:
         """Colors pixels whose rays, of length 1 along the face's axis, approach the plane by `height` > 0."""
@@ -106,43 +108,56 @@ class Shot:
         np.minimum(step, ROWS - 1, out=step)
         index = step * SUMS
         scale = np.reciprocal(height)
+        bend = None
         for layer in self.prints:
-            across, down = (self.caster.affine(axis @ turn, strip) * scale for axis in layer.axes)
-            index += layer.tones(across, down, step)
+            across, down = (whole(self.caster.affine(axis @ turn, strip), scale) for axis in layer.axes)
+            if bend is not None:
+                across += bend
+            tones = layer.tones(across, down, step)
+            if layer.bends:
+                bend = tones >> BITS
+                tones &= TONES - 1
+            index += tones
         np.take(self.palette, index, out=out, mode="clip")
 
 
-class Print:
-    """A layer in one picture: `axes` (2, 3) maps directions in NED to texels across and down the texture."""
+def whole(texels: Floats, scale: Floats) -> NDArray[np.int32]:
+    """Texels from places on the plane that is a unit away, rounded down."""
+    texels *= scale
+    with np.errstate(invalid="ignore"):  # out of range next to the horizon, where the texture is one texel
+        return texels.astype(np.int32)
 
-    def __init__(self, layer: Layer, distance: float, pixel: float, position: tuple[float, float], time: float):
+
+class Print:
+    """A layer in one picture.
+
+    `axes` (2, 3) maps directions in NED that approach the plane by 1 to texels across and down the texture.
+    """
+
+    def __init__(self, layer: Layer, plane: Plane, pixel: float, position: tuple[float, float], time: float):
+        size, self.stride = layer.pyramid.shape
+        self.mask = size - 1
         self.pyramid = layer.pyramid
+        self.bends = layer.pyramid.dtype == np.uint16
         cos, sin = math.cos(layer.heading) / layer.texel, math.sin(layer.heading) / layer.texel
         axes = np.array([[-sin, cos, 0.0], [cos, sin, 0.0]])
-        self.axes = axes * distance
-        across, down = axes[:, :2] @ np.array(position)
-        across += layer.drift * time / layer.texel
-        self.origin = np.float32(across % SIZE + FAR), np.float32(down % SIZE + FAR)
+        self.axes = axes * plane.distance
+        origin = axes[:, :2] @ np.array(position) + (layer.drift * time / layer.texel, 0.0)
+        self.axes[:, 2] = plane.side * (origin % size + FAR)
         sine = (np.arange(ROWS) + 0.5) / ROWS
         # A compromise: the extent of a pixel grows with sine**-2 along the view, with sine**-1 across it.
-        footprint = pixel * distance / layer.texel * sine**-1.75
-        self.level = np.clip(np.ceil(np.log2(footprint) - 0.3), 0, LEVELS - 1).astype(np.int32)
-        self.column = level_offset(self.level)
+        footprint = pixel * plane.distance / layer.texel * sine**-1.75
+        self.level = np.clip(np.ceil(np.log2(footprint) - 0.3), 0, size.bit_length() - 1).astype(np.int32)
 
-    def tones(self, across: Floats, down: Floats, step: NDArray[np.int64]) -> NDArray[np.uint8]:
-        """The texture at an offset in texels from the point below the camera, as coarse as its elevation requires."""
-        column, row = (self._whole(*place) for place in ((across, self.origin[0]), (down, self.origin[1])))
+    def tones(self, column: NDArray[np.int32], row: NDArray[np.int32], step: NDArray[np.int64]) -> NDArray[Any]:
+        """The texture at whole texels, as coarse as its elevation requires."""
         level = self.level.take(step, mode="clip")
-        row >>= level
-        column >>= level
-        row *= STRIDE
+        for place in (column, row):
+            place &= self.mask
+            place >>= level
+        row *= self.stride
         row += column
-        row += self.column.take(step, mode="clip")
+        row += self.stride
+        np.right_shift(self.stride, level, out=level)
+        row -= level
         return self.pyramid.take(row, mode="clip")
-
-    def _whole(self, texels: Floats, origin: np.float32) -> NDArray[np.int32]:
-        texels += origin
-        with np.errstate(invalid="ignore"):  # out of range next to the horizon, where the texture is one texel
-            whole = texels.astype(np.int32)
-        whole &= SIZE - 1
-        return whole

@@ -64,25 +64,26 @@ class Seabed:
     def __init__(self, visibility: float, random: Generator, waves: Waves, sun: Sun):
         self.water = light.water(visibility, sun.slant)
         self.sun = sun.towards_under_water
-        sand, patches, swell = (texture.pyramid(f(random)) for f in (texture.sand, texture.patches, texture.waves))
-        self.bottom = Layer(sand, 0.012, 0.3), Layer(patches, 0.083, 1.1)
+        sand, swell = (texture.pyramid(f(random)) for f in (texture.sand, texture.waves))
+        ground = texture.bending_pyramid(texture.patches(random), texture.bends(random, 20.0))
+        self.bottom = Layer(ground, 0.0625, 1.1), Layer(sand, 0.012, 0.3)
         self.surface = Layer(swell, 0.02, 0.5, 0.7), Layer(swell, 0.083, 0.9, 1.6)
         self.bottom_colours, self.surface_colours = light.seabed(), light.surface_from_below(waves.roughness)
 
     def planes(self, pose: Standpoint) -> tuple[Plane, Plane]:
         """The planes below and above the camera."""
-        depth = max(pose.depth, SHALLOWEST)
-        on_bottom, on_top = (self.water.daylight(d, depth) for d in (depth + pose.height, 0.0))
+        depth, lit = max(pose.depth, SHALLOWEST), self._lit(pose)
+        on_bottom, on_top, around = (lit(d) for d in (depth + pose.height, 0.0, depth))
         return (
-            Plane(1, pose.height, self.bottom, self._palette(self.bottom_colours * on_bottom, 1, pose.height, depth)),
-            Plane(-1, depth, self.surface, self._palette(self.surface_colours * on_top, -1, depth, depth)),
+            Plane(1, pose.height, self.bottom, self._palette(self.bottom_colours * on_bottom, 1, pose.height, around)),
+            Plane(-1, depth, self.surface, self._palette(self.surface_colours * on_top, -1, depth, around)),
         )
 
     def seen(self, pose: Standpoint, sine: float) -> Callable[[Floats, Floats], Floats]:
         """How a body near the ground looks from the camera (see mug.draw); `sine` is that of its elevation."""
-        depth = max(pose.depth, SHALLOWEST)
-        lit = self.water.daylight(depth + pose.height, depth)
-        glow = self._glow(np.array([[sine]], dtype=np.float32), depth)
+        depth, daylight = max(pose.depth, SHALLOWEST), self._lit(pose)
+        lit = daylight(depth + pose.height)
+        glow = self._glow(np.array([[sine]], dtype=np.float32), daylight(depth))
 
         def look(reflected: Floats, distance: Floats) -> Floats:
             left = self.water.transmission(distance)
@@ -90,12 +91,22 @@ class Seabed:
 
         return look
 
-    def _glow(self, sine: Floats, depth: float) -> Floats:
-        return light.sideways(self.water.glow * self.water.daylight(depth, depth), sine)
+    def _lit(self, pose: Pose) -> Callable[[float], Floats]:
+        """Light by depth (m) for a camera that does not burn out bright sand straight below it."""
+        depth = max(pose.depth, SHALLOWEST)
+        on_bottom, around = (self.water.daylight(d, depth) for d in (depth + pose.height, depth))
+        left = self.water.transmission(np.array([[pose.height]], dtype=np.float32))
+        bright = self.bottom_colours[..., light.BRIGHT, np.newaxis] * on_bottom * left
+        bright += self._glow(np.array([[-1.0]], dtype=np.float32), around) * (1 - left)
+        aperture = min(1.0, light.WHITE / float(bright.max()))
+        return lambda d: aperture * self.water.daylight(d, depth)
 
-    def _palette(self, colours: Floats, side: int, distance: float, depth: float) -> NDArray[np.uint32]:
+    def _glow(self, sine: Floats, around: Floats) -> Floats:
+        return light.sideways(self.water.glow * around, sine)
+
+    def _palette(self, colours: Floats, side: int, distance: float, around: Floats) -> NDArray[np.uint32]:
         left = self.water.transmission(distance / light.sines())
-        return light.rgba_words(colours * left + self._glow(-side * light.sines(), depth) * (1 - left))
+        return light.rgba_words(colours * left, self._glow(-side * light.sines(), around) * (1 - left))
 
 
 class SeaSurface:
