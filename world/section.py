@@ -6,7 +6,17 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from world.objects import CLASSES, DIAMETER, GLIDER, LENGTH, Place, Thing, Waypoint, gliders, parse_gliders
-from world.sea import USUAL_HEIGHT, Bathymetry, BathymetryError, Offset, Waves, read_bathymetry, read_reference
+from world.sea import (
+    USUAL_HEIGHT,
+    WATER_TYPES,
+    Bathymetry,
+    BathymetryError,
+    Offset,
+    Waves,
+    read_bathymetry,
+    read_reference,
+    visibility,
+)
 from world.sun import Sun
 from world.world import World
 
@@ -52,6 +62,7 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
         ),
         "Wave Height": Option("m", "Significant height of the waves in pictures.", f"{USUAL_HEIGHT}", 0.0, 30.0),
         "Water Visibility": Option("m", "Distance at which 2 % of the contrast is left in water.", "20", 0.1, 1e6),
+        "Water Type": Option("", f"Instead of a visibility: Jerlov's type of water, {', '.join(WATER_TYPES)}."),
         "Air Visibility": Option("m", "The same in air.", "20000", 0.1, 1e6),
         "Sun Azimuth": Option("°", "Where the sun stands, from north.", "0", -360.0, 360.0),
         "Sun Elevation": Option("°", "How high it stands.", "90", 0.1, 90.0),
@@ -111,14 +122,18 @@ def read_world(value: Reader, offset: Offset | None = None) -> World:
         seabed = _read_seabed(value, section, origin, offset)
     except BathymetryError as error:
         raise WorldError(f"[Bathymetry] {error}") from None
+    kind = section.choice("Water Type", ("", *WATER_TYPES))
+    if kind and section.is_set("Water Visibility"):
+        raise section.error("Water Visibility", f"is that of the Water Type {kind}: set one of both")
     return World(
         origin,
         seabed,
         _read_objects(value, section),
         Waves(section.number("Wave Height")),
         Sun(math.radians(section.number("Sun Azimuth")), math.radians(section.number("Sun Elevation"))),
-        section.number("Water Visibility"),
+        visibility(kind) if kind else section.number("Water Visibility"),
         section.number("Air Visibility"),
+        kind,
     )
 
 

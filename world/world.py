@@ -13,7 +13,7 @@ class World:
 
     `origin` is a latitude and longitude (rad); without it, places count from where a vehicle is first seen. `seabed` is
     None where the bottom is not known. `water_visibility` and `air_visibility` (m) are the distances at which 2 % of
-    the contrast is left.
+    the contrast is left; `water_type` is one of Jerlov's types, if the water is of one.
     """
 
     origin: tuple[float, float] | None = None
@@ -23,6 +23,7 @@ class World:
     sun: Sun = field(default_factory=Sun)
     water_visibility: float = 20.0
     air_visibility: float = 20e3
+    water_type: str = ""
 
     def bottom(self, north: float, east: float) -> float | None:
         """Depth (m) of the bottom at a place; None if it is not known."""

@@ -94,6 +94,7 @@ class RenderedCamera(Task):
             waves=world.waves,
             sun=world.sun,
             mount=self.mount,
+            water="" if self.visibility else world.water_type,
         )
 
     def start(self) -> None:

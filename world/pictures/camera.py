@@ -31,6 +31,7 @@ class Camera:
 
     `mount` is where the camera is in its vehicle; by default it looks down, the top of the picture towards the bow.
     `face_width` (px) is that of the square views of 90° that make up a picture; 0 is as fine as the picture itself.
+    `water` is one of Jerlov's types, which has a visibility of its own.
     `mugs` are positions of gliders in m north and east of the scene's origin, on the ground beneath the camera. All
     cameras with the same seed see the same seabed. The first picture takes some tenths of a second longer, since it
     builds the tables.
@@ -47,6 +48,7 @@ class Camera:
     waves: Waves = field(default_factory=Waves)
     sun: Sun = field(default_factory=Sun)
     mount: Pose = DOWN
+    water: str = ""
 
     def picture(
         self, pose: Standpoint, gliders: Sequence[Glider] | None = None, boards: Sequence[Board] = ()
@@ -79,7 +81,7 @@ class Camera:
         width = self.face_width or finest_face(self.optics)
         lookup = Lookup(self.optics, width, self.faces)
         random = Generator(PCG64(SeedSequence([self.seed, crc32(self.scene.encode())])))
-        scene = surroundings(self.scene, self.visibility, random, self.waves, self.sun)
+        scene = surroundings(self.scene, self.visibility, random, self.waves, self.sun, self.water)
         renderer = Renderer(scene, width, self.faces, lookup.rows, lookup.columns, self.mount)
         return sampler(lookup, self.interpolation), renderer
 

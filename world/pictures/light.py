@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.pictures.texture import TONES
+from world.sea import CONTRAST_LEFT, jerlov
 
 Floats = NDArray[np.floating[Any]]
 
@@ -16,7 +17,7 @@ ROWS = 1024  # steps of the sine of the elevation, from the horizon to the nadir
 SUMS = 2 * TONES  # the tones of two textures are added
 BRIGHT = 112  # sum of tones that only one of a hundred places exceeds where the sand is light
 WHITE = 0.95  # linear light that a camera allows such places
-CONTRAST_LEFT = 3.912  # -ln 0.02: visibility is the distance at which 2 % of the contrast is left (Koschmieder)
+DOWNWARD = 0.5  # the glow of water seen straight down
 WINDOW = math.cos(math.asin(1 / 1.34))  # cosine of the zenith angle of the rim of Snell's window
 
 
@@ -39,12 +40,13 @@ def tones() -> Floats:
 class OpticalMedium:
     """Water or air: `attenuation` along a beam and `extinction` of daylight with depth, in 1/m by color.
 
-    `glow` is the light that an infinite layer of it scatters from the horizon to the camera.
+    `glow` is the light that an infinite layer of it scatters from the horizon to the camera; it fills in by `filling`.
     """
 
     attenuation: Floats
     extinction: Floats
     glow: Floats
+    filling: Floats
 
     def daylight(self, depth: float, exposed_at: float) -> Floats:
         """Light at `depth` m for a camera whose exposure is right for green light at `exposed_at` m."""
@@ -55,21 +57,32 @@ class OpticalMedium:
         """(3, n, m) share of the light left after a distance (n, m) in m."""
         return np.exp(-self.attenuation * distance)
 
+    def veil(self, distance: Floats) -> Floats:
+        """(3, n, m) share of the glow between the camera and a distance (n, m) in m."""
+        return 1 - np.exp(-self.filling * distance)
+
 
 def water(visibility: float, slant: float = 1.0) -> OpticalMedium:
     """Green coastal water; `visibility` is that of green light, in m. Daylight goes `slant` times the depth."""
-    beam = CONTRAST_LEFT / visibility
-    return OpticalMedium(beam * rgb(1.4, 1.0, 1.08), slant * beam * rgb(0.28, 0.2, 0.23), rgb(0.014, 0.115, 0.145))
+    beam = CONTRAST_LEFT / visibility * rgb(1.4, 1.0, 1.08)
+    fall = slant * CONTRAST_LEFT / visibility * rgb(0.28, 0.2, 0.23)
+    return OpticalMedium(beam, fall, rgb(0.014, 0.115, 0.145), beam)
+
+
+def typed_water(kind: str, slant: float = 1.0) -> OpticalMedium:
+    """Water of one of Jerlov's types (see world.sea.jerlov)."""
+    direct, veil, daylight, glow = (rgb(*colours) for colours in jerlov(kind))
+    return OpticalMedium(direct, slant * daylight, glow / DOWNWARD, veil)
 
 
 def air(visibility: float) -> OpticalMedium:
-    beam = CONTRAST_LEFT / visibility
-    return OpticalMedium(beam * rgb(1.0, 1.1, 1.25), rgb(0.0, 0.0, 0.0), rgb(0.60, 0.71, 0.80))
+    beam = CONTRAST_LEFT / visibility * rgb(1.0, 1.1, 1.25)
+    return OpticalMedium(beam, rgb(0.0, 0.0, 0.0), rgb(0.60, 0.71, 0.80), beam)
 
 
 def sideways(glow: Floats, upward: Floats) -> Floats:
     """(3, n, m) glow of water by the sine of the elevation (n, m): brightest from above."""
-    return glow * (0.5 + 1.1 * (0.5 + 0.5 * upward) ** 1.3)
+    return glow * (DOWNWARD + 1.1 * (0.5 + 0.5 * upward) ** 1.3)
 
 
 def seabed() -> Floats:

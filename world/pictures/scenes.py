@@ -61,8 +61,8 @@ class Seabed:
 
     visibility = 20.0
 
-    def __init__(self, visibility: float, random: Generator, waves: Waves, sun: Sun):
-        self.water = light.water(visibility, sun.slant)
+    def __init__(self, visibility: float, random: Generator, waves: Waves, sun: Sun, water: str = ""):
+        self.water = light.typed_water(water, sun.slant) if water else light.water(visibility, sun.slant)
         self.sun = sun.towards_under_water
         sand, swell = (texture.pyramid(f(random)) for f in (texture.sand, texture.waves))
         ground = texture.bending_pyramid(texture.patches(random), texture.bends(random, 20.0))
@@ -86,8 +86,8 @@ class Seabed:
         glow = self._glow(np.array([[sine]], dtype=np.float32), daylight(depth))
 
         def look(reflected: Floats, distance: Floats) -> Floats:
-            left = self.water.transmission(distance)
-            return light.encode(reflected * lit * left + glow * (1 - left))
+            left, veil = self.water.transmission(distance), self.water.veil(distance)
+            return light.encode(reflected * lit * left + glow * veil)
 
         return look
 
@@ -95,9 +95,9 @@ class Seabed:
         """Light by depth (m) for a camera that does not burn out bright sand straight below it."""
         depth = max(pose.depth, SHALLOWEST)
         on_bottom, around = (self.water.daylight(d, depth) for d in (depth + pose.height, depth))
-        left = self.water.transmission(np.array([[pose.height]], dtype=np.float32))
-        bright = self.bottom_colours[..., light.BRIGHT, np.newaxis] * on_bottom * left
-        bright += self._glow(np.array([[-1.0]], dtype=np.float32), around) * (1 - left)
+        height = np.array([[pose.height]], dtype=np.float32)
+        bright = self.bottom_colours[..., light.BRIGHT, np.newaxis] * on_bottom * self.water.transmission(height)
+        bright += self._glow(np.array([[-1.0]], dtype=np.float32), around) * self.water.veil(height)
         aperture = min(1.0, light.WHITE / float(bright.max()))
         return lambda d: aperture * self.water.daylight(d, depth)
 
@@ -105,8 +105,9 @@ class Seabed:
         return light.sideways(self.water.glow * around, sine)
 
     def _palette(self, colours: Floats, side: int, distance: float, around: Floats) -> NDArray[np.uint32]:
-        left = self.water.transmission(distance / light.sines())
-        return light.rgba_words(colours * left, self._glow(-side * light.sines(), around) * (1 - left))
+        away = distance / light.sines()
+        veil = self._glow(-side * light.sines(), around) * self.water.veil(away)
+        return light.rgba_words(colours * self.water.transmission(away), veil)
 
 
 class SeaSurface:
@@ -114,7 +115,7 @@ class SeaSurface:
 
     visibility = 20e3
 
-    def __init__(self, visibility: float, random: Generator, waves: Waves, sun: Sun):
+    def __init__(self, visibility: float, random: Generator, waves: Waves, sun: Sun, water: str = ""):
         self.air = light.air(visibility)
         self.sun = sun.towards
         swell, sky = (texture.pyramid(f(random)) for f in (texture.waves, texture.clouds))
@@ -147,8 +148,16 @@ SCENES: tuple[str, ...] = ("Seabed", "Sea Surface")
 
 
 def surroundings(
-    scene: str, visibility: float, random: Generator, waves: Waves | None = None, sun: Sun | None = None
+    scene: str,
+    visibility: float,
+    random: Generator,
+    waves: Waves | None = None,
+    sun: Sun | None = None,
+    water: str = "",
 ) -> Surroundings:
-    """The scene of this name; `visibility` in m, 0 for the default of the scene."""
+    """The scene of this name; `visibility` in m, 0 for the default of the scene.
+
+    Of Jerlov's types of water, `water` is one, which has a visibility of its own.
+    """
     kind = Seabed if scene == "Seabed" else SeaSurface
-    return kind(visibility or kind.visibility, random, waves or Waves(), sun or Sun())
+    return kind(visibility or kind.visibility, random, waves or Waves(), sun or Sun(), water)

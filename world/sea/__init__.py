@@ -1,16 +1,21 @@
-"""The sea: its bottom, what happens to a vehicle that touches it, and its waves."""
+"""The sea: its bottom, what happens to a vehicle that touches it, its water, and its waves."""
 
 from world.sea.bathymetry import Bathymetry, BathymetryError, Offset, read_bathymetry, read_reference
 from world.sea.grounding import Grounding
+from world.sea.water import CONTRAST_LEFT, WATER_TYPES, jerlov, visibility
 from world.sea.waves import USUAL_HEIGHT, Waves
 
 __all__ = [
+    "CONTRAST_LEFT",
     "USUAL_HEIGHT",
+    "WATER_TYPES",
     "Bathymetry",
     "BathymetryError",
     "Grounding",
     "Offset",
     "Waves",
+    "jerlov",
     "read_bathymetry",
     "read_reference",
+    "visibility",
 ]

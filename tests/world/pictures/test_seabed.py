@@ -7,7 +7,7 @@ import pytest
 
 from world.pictures import light, texture
 from world.pictures.renderer import Renderer
-from world.pictures.scenes import Pose, surroundings
+from world.pictures.scenes import Standpoint, surroundings
 
 ONE_FACE = ((0, 0),) * 4
 
@@ -24,7 +24,7 @@ def test_sand_does_not_burn_out(visibility, depth):
     scene = surroundings("Seabed", visibility, np.random.default_rng(3))
     for height in (0.5, 1.0, 2.6, 5.0, 15.0):
         for north in (0.0, 40.0):
-            picture = below(scene, Pose(north, 3.0, height, depth), 128)
+            picture = below(scene, Standpoint(north, 3.0, height, depth), 128)
             assert np.mean(picture.max(axis=-1) == 255) < 0.01
             assert picture.mean() > 30
 
@@ -32,16 +32,16 @@ def test_sand_does_not_burn_out(visibility, depth):
 def test_far_from_the_ground_the_exposure_is_that_of_the_water():
     """The aperture closes only where bright sand asks for it."""
     scene = surroundings("Seabed", 20.0, np.random.default_rng(3))
-    pose = Pose(0.0, 0.0, 15.0, 10.0)
+    pose = Standpoint(0.0, 0.0, 15.0, 10.0)
     np.testing.assert_array_equal(scene._lit(pose)(12.0), scene.water.daylight(12.0, 10.0))
-    assert scene._lit(Pose(0.0, 0.0, 0.5, 10.0))(12.0)[1] < 0.7 * scene.water.daylight(12.0, 10.0)[1]
+    assert scene._lit(Standpoint(0.0, 0.0, 0.5, 10.0))(12.0)[1] < 0.7 * scene.water.daylight(12.0, 10.0)[1]
 
 
 @pytest.mark.parametrize("corner", [(100, 100), (990, 990)])
 def test_the_seabed_does_not_repeat(corner):
     """A place of 4 m x 4 m is like no other one within 100 m, except where it is: 120 m of ground seen from 60 m."""
     size, metre = 68, 2048 / 120
-    ground = below(surroundings("Seabed", 1e6, np.random.default_rng(1)), Pose(0.0, 0.0, 60.0, 10.0), 2048)
+    ground = below(surroundings("Seabed", 1e6, np.random.default_rng(1)), Standpoint(0.0, 0.0, 60.0, 10.0), 2048)
     likeness = correlation(ground[..., 1].astype(float), corner, size)
     near = int(1.2 * metre)
     assert likeness[corner] == pytest.approx(1.0, abs=1e-6)
