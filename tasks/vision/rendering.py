@@ -19,7 +19,7 @@ from tasks.vision.records import camera_frame, write_cameras
 from tasks.vision.viewpoint import View, Viewpoint
 from world import SECTIONS, Pose
 from world.optics import CameraModel
-from world.pictures import INTERPOLATIONS, SCENES, Camera, optical
+from world.pictures import INTERPOLATIONS, SCENES, Camera, Exposure, Shutter, Standpoint, noise, optical
 
 Op = imc.LoggingControl.Op
 LEAST_VISIBILITY = 0.1  # m
@@ -61,9 +61,24 @@ class RenderedCamera(Task):
         "Of the images that are written: PNG and QOI keep each pixel; QOI is the fastest, JPEG the smallest.",
         choices=tuple(FORMATS),
     )
+    exposure_time: float = param(
+        0.0, "s", "How long motion smears an image; its brightness stays.", minimum=0, maximum=10
+    )
+    gain: float = param(1.0, "1", "Makes up for light that is missing: fewer photons.", minimum=1, maximum=1000)
+    full_well: float = param(
+        0.0, "1", "Electrons that are white at a gain of 1; 0 for no noise.", minimum=0, maximum=1e9
+    )
+    read_noise: float = param(0.0, "1", "Root mean square of electrons that are none.", minimum=0, maximum=1e6)
+    vignetting: float = param(
+        0.0, "1", "Share of light that the corner farthest from the middle loses.", minimum=0, maximum=1
+    )
+    motion_blur_samples: int = param(
+        1, "1", "Instants within the exposure time whose mean an image is.", minimum=1, maximum=100
+    )
+    readout_time: float = param(0.0, "s", "From the first to the last row of a rolling shutter.", minimum=0, maximum=10)
     latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
 
-    transient = ("camera", "_folder")
+    transient = ("camera", "shutter", "_folder")
 
     def optics(self) -> CameraModel:
         """The model of the camera. Raises ParameterError."""
@@ -96,6 +111,7 @@ class RenderedCamera(Task):
             mount=self.mount,
             water="" if self.visibility else world.water_type,
         )
+        self.shutter = Shutter(self.camera, self._exposure())
 
     def start(self) -> None:
         if self.save_images:
@@ -175,9 +191,31 @@ class RenderedCamera(Task):
         deliver = partial(
             self._deliver, self.now, self.taken, view, self._described(state) if self._is_wanted() else ()
         )
+        random = noise(self.vehicle.seed, self.entity.label, self.taken)
         self.taken += 1
         self._busy = True
-        self.offload(self.camera.picture, view.vehicle, view.gliders, then=deliver, latency=self.latency)
+        self.offload(self.shutter.picture, self._path(view), view.gliders, random, then=deliver, latency=self.latency)
+
+    def _path(self, view: View) -> list[Standpoint]:
+        """Where the vehicle is while the shutter is open, as it moves now; where that is not known, it stays."""
+        world, began, path = world_of(self), self.vehicle.start_time, list[Standpoint]()
+        for seconds in self.shutter.instants:
+            moved = self.viewpoint.view(world, self.now + float(seconds), began) if seconds else view
+            path.append(view.vehicle if isinstance(moved, str) else moved.vehicle)
+        return path
+
+    def _exposure(self) -> Exposure:
+        if self.read_noise and not self.full_well:
+            raise ParameterError("Full Well", "must be set with Read Noise")
+        return Exposure(
+            self.exposure_time,
+            self.gain,
+            self.full_well,
+            self.read_noise,
+            self.vignetting,
+            self.motion_blur_samples,
+            self.readout_time,
+        )
 
     def _keep_in(self, folder: Path) -> None:
         """Write images to this folder; in a new folder, their numbers start at 0."""

@@ -2,6 +2,7 @@
 
 from world.pictures.boards import Board, april_grid, chessboard
 from world.pictures.camera import Camera
+from world.pictures.exposure import Exposure, Shutter, noise
 from world.pictures.labels import Box, Kind, Labeller, Labels
 from world.pictures.lookup import void_warning
 from world.pictures.mug import Glider
@@ -16,14 +17,17 @@ __all__ = [
     "Board",
     "Box",
     "Camera",
+    "Exposure",
     "Glider",
     "Kind",
     "Labeller",
     "Labels",
     "Panorama",
+    "Shutter",
     "Standpoint",
     "april_grid",
     "chessboard",
+    "noise",
     "optical",
     "void_warning",
 ]

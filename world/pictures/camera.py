@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from zlib import crc32
 
 import numpy as np
@@ -17,7 +18,7 @@ from world.pictures.lookup import Lookup
 from world.pictures.mug import Glider
 from world.pictures.renderer import Renderer
 from world.pictures.sampling import sampler
-from world.pictures.scenes import Standpoint, surroundings
+from world.pictures.scenes import Standpoint, Surroundings, surroundings
 from world.pose import DOWN, Pose
 from world.sea import Waves
 from world.sun import Sun
@@ -76,13 +77,29 @@ class Camera:
     def _labeller(self) -> Labeller:
         return Labeller(self.optics, self.mount, self.scene)
 
+    def bands(self, count: int) -> tuple["Camera", ...]:
+        """Cameras that see `count` bands of rows of about the same height, from the top, in the same scene."""
+        if count == 1:
+            return (self,)
+        optics, borders = self.optics, [self.optics.height * n // count for n in range(count + 1)]
+        parts = [
+            replace(self, optics=replace(optics, height=last - first, cy=optics.cy - first))
+            for first, last in pairwise(borders)
+        ]
+        for part in parts:
+            vars(part)["_scene"] = self._scene  # its textures take long to make
+        return tuple(parts)
+
+    @cached_property
+    def _scene(self) -> Surroundings:
+        random = Generator(PCG64(SeedSequence([self.seed, crc32(self.scene.encode())])))
+        return surroundings(self.scene, self.visibility, random, self.waves, self.sun, self.water)
+
     @cached_property
     def _tables(self) -> tuple[Callable[[NDArray[np.uint32]], NDArray[np.uint8]], Renderer]:
         width = self.face_width or finest_face(self.optics)
         lookup = Lookup(self.optics, width, self.faces)
-        random = Generator(PCG64(SeedSequence([self.seed, crc32(self.scene.encode())])))
-        scene = surroundings(self.scene, self.visibility, random, self.waves, self.sun, self.water)
-        renderer = Renderer(scene, width, self.faces, lookup.rows, lookup.columns, self.mount)
+        renderer = Renderer(self._scene, width, self.faces, lookup.rows, lookup.columns, self.mount)
         return sampler(lookup, self.interpolation), renderer
 
 

@@ -91,7 +91,7 @@ class Seabed:
 
         return look
 
-    def _lit(self, pose: Pose) -> Callable[[float], Floats]:
+    def _lit(self, pose: Standpoint) -> Callable[[float], Floats]:
         """Light by depth (m) for a camera that does not burn out bright sand straight below it."""
         depth = max(pose.depth, SHALLOWEST)
         on_bottom, around = (self.water.daylight(d, depth) for d in (depth + pose.height, depth))
