@@ -1,0 +1,24 @@
+"""Finds things in pictures, and where they are."""
+
+from world.detection.blobs import YELLOW, BlobDetector, Mark
+from world.detection.ground import Accuracy, Sighting, Standing, fits, meet, sight
+from world.detection.markers import FAMILIES, MarkerDetector
+from world.detection.tracker import Habits, Track, Tracker, View
+
+__all__ = [
+    "FAMILIES",
+    "YELLOW",
+    "Accuracy",
+    "BlobDetector",
+    "Habits",
+    "Mark",
+    "MarkerDetector",
+    "Sighting",
+    "Standing",
+    "Track",
+    "Tracker",
+    "View",
+    "fits",
+    "meet",
+    "sight",
+]

@@ -1,0 +1,148 @@
+"""Where the ray of a pixel meets a level plane, seen from a vehicle, and how far off errors of its pose take it."""
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from world.attitude import Vector, rotation
+
+Floats = NDArray[np.floating[Any]]
+Bools = NDArray[np.bool_]
+
+AROUND: Floats = np.array([[0.0, 0.0], [0.5, 0.0], [-0.5, 0.0], [0.0, 0.5], [0.0, -0.5]])  # px
+SMALLEST, LARGEST = 0.15, 4.0  # of the area of a body: of what is seen of it, and with its shadow
+SMEARED = 2.0  # px that a body seems to be larger
+TURN, HEIGHT, PLACE = slice(0, 3), 3, slice(4, 6)  # of the errors of a pose
+ERRORS = 6
+
+
+class Rays(Protocol):
+    """What is needed of a camera model."""
+
+    def rays(self, pixels: ArrayLike) -> tuple[Floats, Bools]: ...
+
+
+class Standing(NamedTuple):
+    """A vehicle at a moment: m north and east of the world's origin, Euler angles (rad), and `height`.
+
+    `height` (m) is that of the vehicle above the plane, negative below it.
+    """
+
+    north: float
+    east: float
+    height: float
+    angles: Vector
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Standard deviations of what a detection depends on, and how long errors of the pose last (s).
+
+    Errors of a pose are Gauss-Markov processes: that of attitude (rad; roll and pitch), that of `heading` (rad), that
+    of the height (m, and `slope` m per m of height), that of the place (m, north and east each). `pixel` (px) and
+    `shape` (m, how far the middle of what is seen is off) are new in each picture.
+    """
+
+    pixel: float = 0.5
+    shape: float = 0.02
+    attitude: float = math.radians(0.3)
+    heading: float = math.radians(0.5)
+    height: float = 0.05
+    slope: float = 0.01
+    place: float = 0.1
+    attitude_time: float = 10.0
+    height_time: float = 30.0
+    place_time: float = 300.0
+
+    def variances(self, height: float) -> Floats:
+        """(6,) of the errors: turns about the body's axes (rad²), height (m²), north and east (m²)."""
+        up = math.hypot(self.height, self.slope * height)
+        sigmas = self.attitude, self.attitude, self.heading, up, self.place, self.place
+        return np.square(sigmas)
+
+    def left(self, seconds: float) -> Floats:
+        """(6,) the share of the errors that is left after some seconds."""
+        attitude, height, place = self.attitude_time, self.height_time, self.place_time
+        times = attitude, attitude, attitude, height, place, place
+        return np.array([math.exp(-seconds / time) if time > 0.0 else 0.0 for time in times])
+
+
+class Sighting(NamedTuple):
+    """Something on the plane: m north and east of the vehicle, with the covariance `noise` (2, 2) of pixel and shape.
+
+    `by_errors` (2, 6) are the derivatives by the errors of the pose, `per_pixel` (2, 2) those by the pixel (m/px).
+    `distance` (m) is that from the camera.
+    """
+
+    north: float
+    east: float
+    noise: Floats
+    by_errors: Floats
+    per_pixel: Floats
+    distance: float
+
+    def covariance(self, errors: Floats) -> Floats:
+        """(2, 2), with `errors` (6,) as the variances of the errors of the pose; the place of the vehicle left out."""
+        own = self.by_errors[:, :4]
+        return self.noise + own * errors[:4] @ own.T
+
+
+def meet(turn: Floats, lever: Floats, rays: Floats, height: float) -> tuple[Floats, Floats, Bools]:
+    """Where rays (n, 3) of the optical frame meet the plane `height` m below: offsets (n, 3) from the vehicle (m).
+
+    `turn` (3, 3) leads from the optical frame to north-east-down, `lever` (3,) is the camera's place in the same axes
+    (m, from the vehicle). Also returns distances (n,) along the rays, and which rays meet the plane.
+    """
+    directions = rays @ turn.T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distances = (height - lever[2]) / directions[:, 2]
+    met = np.isfinite(distances) & (distances > 0.0)
+    return lever + np.where(met, distances, np.nan)[:, None] * directions, distances, met
+
+
+def sight(
+    optics: Rays, mount: Floats, standing: Standing, pixels: ArrayLike, accuracy: Accuracy
+) -> list[Sighting | None]:
+    """What is seen at pixels (n, 2) of a camera, by a vehicle that believes to stand so; None beside the plane.
+
+    `mount` (4, 4) leads from the optical frame to the body.
+    """
+    points = np.asarray(pixels, np.float64).reshape(-1, 2)
+    body = np.array(rotation(*standing.angles))
+    turn, lever = body @ mount[:3, :3], body @ mount[:3, 3]
+    rays, valid = optics.rays(points[:, None] + AROUND)
+    offsets, distances, met = meet(turn, lever, rays[:, 0], standing.height)
+    around = (rays[:, 1::2] - rays[:, 2::2]) @ turn.T  # from one pixel to the next, along both axes of the picture
+    found: list[Sighting | None] = [None] * len(points)
+    for k in np.flatnonzero(met & valid.all(axis=1)).tolist():
+        offset = offsets[k]
+        slope = (offset[:2] - lever[:2]) / (offset[2] - lever[2])  # m aside per m down
+        per_pixel = distances[k] * _on_plane(around[k].T, slope)
+        by_errors = np.zeros((2, ERRORS))
+        by_errors[:, TURN] = _on_plane(-body @ _cross(body.T @ offset), slope)
+        by_errors[:, HEIGHT] = slope
+        by_errors[:, PLACE] = np.eye(2)
+        noise = accuracy.pixel**2 * per_pixel @ per_pixel.T + accuracy.shape**2 * np.eye(2)
+        found[k] = Sighting(float(offset[0]), float(offset[1]), noise, by_errors, per_pixel, float(distances[k]))
+    return found
+
+
+def fits(sighting: Sighting, pixels: float, length: float, diameter: float) -> bool:
+    """Whether something seen on so many pixels can be a body of a length and a diameter (m)."""
+    area = abs(float(np.linalg.det(sighting.per_pixel))) * pixels
+    rim = SMEARED * math.sqrt(abs(float(np.linalg.det(sighting.per_pixel))))
+    return SMALLEST * length * diameter <= area <= LARGEST * (length + rim) * (diameter + rim)
+
+
+def _on_plane(moved: Floats, slope: Floats) -> Floats:
+    """(2, n) how a point of the plane moves if its ray there moves by (3, n): what is down moves it aside."""
+    return moved[:2] - slope[:, None] * moved[2]
+
+
+def _cross(vector: Floats) -> Floats:
+    """The matrix (3, 3) of the vector product with a vector."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

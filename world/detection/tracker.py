@@ -1,0 +1,206 @@
+"""Follows what is seen on the plane: one track for each thing, with an id that stays."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from world.detection.ground import ERRORS, PLACE, Accuracy, Sighting, Standing
+
+Floats = NDArray[np.floating[Any]]
+
+GATE = 13.8  # chi² of two dimensions, exceeded once in a thousand
+
+
+@dataclass(frozen=True)
+class Habits:
+    """How things move and how sure a track must be.
+
+    `walk` (m/√s) is the random walk of a thing's place, `fastest` (m/s) the standard deviation of its speed, 0 for
+    things that lie still, `jerk` (m/s per √s) that speed's random walk. A track counts when `least` of `window`
+    pictures have shown it; until then it is dropped when it cannot any more, afterwards when it has not been seen for
+    `memory` s. Of tracks closer than `apart` (m), which may be parts of one thing, the oldest stays; those of markers
+    all stay.
+    """
+
+    walk: float = 0.002
+    fastest: float = 0.0
+    jerk: float = 0.0
+    least: int = 3
+    window: int = 5
+    memory: float = 900.0
+    apart: float = 0.0
+
+
+@dataclass(eq=False)
+class Track:
+    """Where something is believed to be, as a Schmidt-Kalman filter: errors of the pose are considered, not estimated.
+
+    `state` is north and east (m, on the map of the vehicle), and if things move, their velocities; `covariance` is
+    (n, n), `shared` (n, 6) that of its error with the errors of the pose (see Accuracy). `id` is None until the track
+    counts.
+    """
+
+    state: Floats
+    covariance: Floats
+    shared: Floats
+    time: float
+    seen: float
+    marker: int | None = None
+    id: int | None = None
+    hits: list[bool] = field(default_factory=list[bool])
+
+    def advance(self, time: float, accuracy: Accuracy, habits: Habits) -> None:
+        """Let time pass, in s; nothing happens for a time before that of the track."""
+        seconds = time - self.time
+        if not seconds > 0.0:
+            return
+        self.time = time
+        if len(self.state) == 4:
+            step = np.eye(4)
+            step[0, 2] = step[1, 3] = seconds
+            self.state = step @ self.state
+            self.covariance = step @ self.covariance @ step.T
+            self.shared = step @ self.shared
+        walks = [habits.walk**2] * 2 + [habits.jerk**2] * (len(self.state) - 2)
+        self.covariance = self.covariance + seconds * np.diag(walks)
+        self.shared = self.shared * accuracy.left(seconds)
+
+    def innovation(self, view: "View") -> tuple[Floats, Floats]:
+        """What a sighting has beyond the track (2,), and its covariance (2, 2)."""
+        cross = self.shared[:2] @ view.by_errors.T
+        spread = self.covariance[:2, :2] - cross - cross.T + view.spread
+        return view.place - self.state[:2], spread
+
+    def update(self, view: "View") -> None:
+        """Schmidt (1966); the covariances as in Joseph's form, which stays symmetric and positive."""
+        beyond, spread = self.innovation(view)
+        gain = (self.covariance[:, :2] - self.shared @ view.by_errors.T) @ np.linalg.inv(spread)
+        keep = np.eye(len(self.state))
+        keep[:, :2] -= gain
+        mixed = keep @ self.shared @ view.by_errors.T @ gain.T
+        self.state = self.state + gain @ beyond
+        self.covariance = keep @ self.covariance @ keep.T + mixed + mixed.T + gain @ view.spread @ gain.T
+        self.shared = keep @ self.shared + gain @ (view.by_errors * view.errors)
+
+    def at(self, time: float, accuracy: Accuracy, habits: Habits) -> "Track":
+        """A copy of the track at a later time (s)."""
+        later = replace(self)
+        later.advance(time, accuracy, habits)
+        return later
+
+    def offset(self, standing: Standing, accuracy: Accuracy) -> tuple[float, float, Floats]:
+        """North and east (m) of a vehicle at the time of the track, and the covariance (2, 2)."""
+        cross = self.shared[:2, PLACE]
+        spread = self.covariance[:2, :2] - cross - cross.T + accuracy.place**2 * np.eye(2)
+        return float(self.state[0]) - standing.north, float(self.state[1]) - standing.east, spread
+
+
+class View(NamedTuple):
+    """A sighting on the map of the vehicle: its place (2,), and its covariance, by the errors of the pose."""
+
+    place: Floats
+    spread: Floats
+    by_errors: Floats
+    errors: Floats
+
+    @classmethod
+    def of(cls, sighting: Sighting, standing: Standing, accuracy: Accuracy) -> "View":
+        errors = accuracy.variances(abs(standing.height))
+        h = sighting.by_errors
+        place = np.array([standing.north + sighting.north, standing.east + sighting.east])
+        return cls(place, h * errors @ h.T + sighting.noise, h, errors)
+
+
+class Tracker:
+    """Assigns sightings to tracks. Ids count from 1, and are never used again; those of markers are the markers'."""
+
+    def __init__(self, accuracy: Accuracy, habits: Habits | None = None):
+        self.accuracy = accuracy
+        self.habits = habits or Habits()
+        self.tracks: list[Track] = []
+        self._last_id = 0
+
+    def see(
+        self, time: float, standing: Standing, sightings: Sequence[Sighting], markers: Sequence[int | None] = ()
+    ) -> list[Track]:
+        """The tracks that count and are seen in a picture of `time` (s), by ascending id.
+
+        `markers` are numbers read from the things, None where there is none. A picture from before the last one is
+        taken for one of its time.
+        """
+        views = [View.of(sighting, standing, self.accuracy) for sighting in sightings]
+        numbers = list(markers) or [None] * len(views)
+        for track in self.tracks:
+            track.advance(time, self.accuracy, self.habits)
+        pairs = self._pairs(views, numbers)
+        for number, track in enumerate(self.tracks):
+            track.hits = [*track.hits, number in pairs][-self.habits.window :]
+            if number in pairs:
+                track.update(views[pairs[number]])
+                track.seen = time
+                self._confirm(track)
+        found = [self.tracks[number] for number in pairs if self.tracks[number].id is not None]
+        taken = set(pairs.values())
+        begun = [self._begin(time, view, numbers[k]) for k, view in enumerate(views) if k not in taken]
+        self.tracks = [track for track in self.tracks if self._lasts(track, time)] + begun
+        self.tracks = self._separate(self.tracks)
+        return sorted((track for track in found if track in self.tracks), key=lambda track: track.id or 0)
+
+    def restart(self) -> None:
+        """Forget all tracks, but not which ids were used."""
+        self.tracks = []
+
+    def _pairs(self, views: list[View], markers: list[int | None]) -> dict[int, int]:
+        """Numbers of tracks, with those of their sightings: the likeliest pairs first, among those within the gate."""
+        chances: list[tuple[bool, float, int, int]] = []
+        for t, track in enumerate(self.tracks):
+            for v, view in enumerate(views):
+                if track.marker != markers[v]:
+                    continue
+                beyond, spread = track.innovation(view)
+                distance = float(beyond @ np.linalg.solve(spread, beyond))
+                if distance < GATE:
+                    unlikely = distance + math.log(float(np.linalg.det(spread)))
+                    chances.append((track.id is None, unlikely, t, v))
+        pairs: dict[int, int] = {}
+        for _, _, t, v in sorted(chances):
+            if t not in pairs and v not in pairs.values():
+                pairs[t] = v
+        return pairs
+
+    def _begin(self, time: float, view: View, marker: int | None) -> Track:
+        moving = self.habits.fastest > 0.0
+        size = 4 if moving else 2
+        state, covariance, shared = np.zeros(size), np.zeros((size, size)), np.zeros((size, ERRORS))
+        state[:2], covariance[:2, :2] = view.place, view.spread
+        if moving:
+            covariance[2:, 2:] = self.habits.fastest**2 * np.eye(2)
+        shared[:2] = view.by_errors * view.errors
+        track = Track(state, covariance, shared, time, time, marker, hits=[True])
+        self._confirm(track)
+        return track
+
+    def _separate(self, tracks: list[Track]) -> list[Track]:
+        """Without those that are too close to an older one."""
+        kept: list[Track] = []
+        for track in sorted(tracks, key=lambda track: track.id is None):
+            nearest = min((math.dist(track.state[:2], other.state[:2]) for other in kept), default=math.inf)
+            if track.marker is not None or nearest >= self.habits.apart:
+                kept.append(track)
+        return kept
+
+    def _confirm(self, track: Track) -> None:
+        if track.id is not None or track.hits.count(True) < self.habits.least:
+            return
+        if track.marker is None:
+            self._last_id += 1
+        track.id = self._last_id if track.marker is None else track.marker
+
+    def _lasts(self, track: Track, time: float) -> bool:
+        if track.id is None:
+            return any(track.hits[-(self.habits.window - self.habits.least + 1) :])
+        return time - track.seen <= self.habits.memory
