@@ -54,7 +54,7 @@ def test_all_tasks_of_a_shipped_vehicle_share_one_world(tmp_path):
     users = [task for task in vehicle.tasks if type(task).reads]
     assert len({id(world_of(task)) for task in users}) == 1
     assert {type(task).__name__ for task in users} == {
-        *("DVL", "Environment", "FisheyeCamera", "MUGDetectionCamera", "VSIM")
+        *("DVL", "Environment", "FisheyeCamera", "MUGDetectionCamera", "MUGDetector", "VSIM")
     }
 
 

@@ -1,0 +1,295 @@
+"""Detects mini underwater gliders in the pictures of cameras."""
+
+import importlib
+import importlib.util
+import math
+from collections import Counter
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import imc
+from runtime import Frame, ParameterError, State, Task, consume, param
+from tasks.surroundings import world_of
+from tasks.vision.whereabouts import Belief, Whereabouts
+from world import SECTIONS
+from world.detection import (
+    FAMILIES,
+    YELLOW,
+    Accuracy,
+    BlobDetector,
+    Habits,
+    Mark,
+    MarkerDetector,
+    Sighting,
+    Standing,
+    Tracker,
+    fits,
+    sight,
+)
+
+Find = Callable[[NDArray[np.uint8]], Any]
+WALKS = 0.002  # m/√s, of things that lie still
+STEADY = 0.1  # of the speed, by which it changes in a second
+LEAST_HUE = 10.0  # of 255, between the colors
+SLOPES = 3  # steps to where a ray meets the bottom of a map
+
+
+class Shot(NamedTuple):
+    """What is needed of a frame, besides its pixels."""
+
+    time: float
+    camera: str
+    optics: Any
+    mount: NDArray[np.floating[Any]]
+
+
+class MUGDetector(Task):
+    """Publishes an EstimatedMugState for each glider that a frame shows: its offset north and east (m), and its number.
+
+    It hears the frames of cameras, finds gliders in them, and follows each one on the map: what is published is the
+    track, from where the vehicle is by then. Pixels become places with the attitude, position and height that the
+    vehicle believes to have had at the exposure. Numbers count from 1, and a glider keeps its own while its place is
+    known. A glider counts when three of five frames have shown it. On a wall clock, a frame that comes while the one
+    before is still looked at is dropped and counted.
+    """
+
+    reads = SECTIONS
+    transient = ("_find",)
+
+    camera: str = param("", "", "Label of the camera's entity; empty for all cameras.")
+    detector: str = param(
+        "Color",
+        "",
+        "What it looks for: a color, or markers on the gliders (OpenCV), or what a function of yours finds.",
+        choices=("Color", "Marker", "Function"),
+    )
+    color: list[float] = param(list(YELLOW), "1", "Red, green and blue of the gliders, 0 to 255.", size=(3, 3))
+    contrast: float = param(
+        3.5, "σ", "How far a pixel stands out from those around it, in their deviations.", minimum=2, maximum=100
+    )
+    least_pixels: int = param(6, "px", "Pixels of the smallest glider.", minimum=1, maximum=1000000)
+    marker_family: str = param("4X4_50", "", "Family of markers.", choices=FAMILIES)
+    function: str = param(
+        "",
+        "",
+        "module:function: takes a picture (height, width, 4; RGBA, uint8), returns rows of column and row (px), and "
+        "optionally a number.",
+        editable=False,
+    )
+    target_length: float = param(0.8, "m", "Length of a glider; 0 for any size.", minimum=0, maximum=1000)
+    target_diameter: float = param(0.16, "m", "Diameter of a glider.", minimum=0.001, maximum=1000)
+    target_speed: float = param(0.0, "m/s", "Speed of gliders; 0 if they lie still.", minimum=0, maximum=10)
+    target_plane: str = param(
+        "Seabed",
+        "",
+        "Where gliders are: on the seabed, below by the altitude or where [World] has it (Map), or at a depth.",
+        choices=("Seabed", "Map", "Surface", "Depth"),
+    )
+    target_depth: float = param(0.0, "m", "Depth of the gliders, for Depth.", minimum=0, maximum=11000)
+    maximum_range: float = param(100.0, "m", "Distance beyond which nothing is taken for a glider.", minimum=0.1)
+    pixel_error: float = param(0.5, "px", "Standard deviation of what is found in a picture.", minimum=0)
+    shape_error: float = param(0.02, "m", "The same of the middle of what is seen of a glider.", minimum=0)
+    attitude_error: float = param(0.3, "°", "The same of roll and pitch.", minimum=0, maximum=90)
+    heading_error: float = param(0.5, "°", "The same of the heading.", minimum=0, maximum=180)
+    height_error: float = param(0.1, "m", "The same of the height above the gliders.", minimum=0)
+    height_error_share: float = param(1.0, "%", "A further one, per height.", minimum=0, maximum=100)
+    position_error: float = param(0.3, "m", "The same of the position, north and east each.", minimum=0)
+    attitude_error_time: float = param(5.0, "s", "How long an error of the attitude lasts.", minimum=0)
+    height_error_time: float = param(10.0, "s", "How long an error of the height lasts.", minimum=0)
+    position_error_time: float = param(300.0, "s", "How long an error of the position lasts.", minimum=0)
+    memory: float = param(900.0, "s", "How long a glider keeps its number without being seen.", minimum=0)
+    maximum_age: float = param(1.0, "s", "For how long the last state is carried on.", minimum=0, maximum=60)
+    patience: float = param(5.0, "s", "After which a detector that does not answer is a fault.", minimum=0.1)
+    latency: float = param(0.05, "s", "Time of detection on a virtual clock.", minimum=0, maximum=60)
+
+    def configure(self) -> None:
+        self.accuracy = Accuracy(
+            self.pixel_error,
+            self.shape_error,
+            math.radians(self.attitude_error),
+            math.radians(self.heading_error),
+            self.height_error,
+            self.height_error_share / 100.0,
+            self.position_error,
+            self.attitude_error_time,
+            self.height_error_time,
+            self.position_error_time,
+        )
+        speed = self.target_speed
+        self.habits = Habits(WALKS, speed, STEADY * speed, memory=self.memory, apart=self.target_length)
+        self._find = self._finder()
+        if hasattr(self, "tracker"):
+            self.tracker.accuracy, self.tracker.habits = self.accuracy, self.habits
+        world_of(self)
+
+    def start(self) -> None:
+        self.tracker = Tracker(self.accuracy, self.habits)
+        self.whereabouts = Whereabouts(world_of(self).origin)
+        self.skipped: Counter[str] = Counter()
+        self.looked = self.dropped = 0
+        self._asked = -math.inf
+        self._busy = False
+        self._last: dict[str, float] = {}
+        self._faults: dict[str, str] = {}
+        self.set_entity_state(State.BOOT, "waiting for frames")
+
+    def restored(self) -> None:
+        self._find = self._finder()
+
+    @consume
+    def follow(self, state: imc.EstimatedState) -> None:
+        fault = self.whereabouts.follow(state)
+        if fault:
+            self._skip("", fault)
+
+    @consume
+    def look(self, frame: Frame) -> None:
+        if self.camera and frame.camera != self.camera:
+            return
+        fault = _fault(frame)
+        if fault:
+            self._skip(frame.camera, fault)
+            return
+        if frame.time < self._last.get(frame.camera, -math.inf):
+            self.tracker.restart()
+            self._skip(frame.camera, "time goes backwards")
+        self._last[frame.camera] = frame.time
+        if self._busy and not self.vehicle.virtual:
+            self.dropped += 1
+            if self.now - self._asked > self.patience:
+                self._skip(frame.camera, f"the detector has not answered for {self.patience:g} s")
+            return
+        self._busy, self._asked = True, self.now
+        shot = Shot(frame.time, frame.camera, frame.optics, np.asarray(frame.mount, np.float64))
+        self.offload(_found, self._find, frame.image, then=partial(self._locate, shot), latency=self.latency)
+
+    def _locate(self, shot: Shot, found: tuple[list[Mark], str]) -> None:
+        self._busy = False
+        marks, error = found
+        belief, now = (self.whereabouts.at(time, self.maximum_age) for time in (shot.time, self.now))
+        fault = error or next((text for text in (belief, now) if isinstance(text, str)), "")
+        if fault or isinstance(belief, str) or isinstance(now, str):
+            self._skip(shot.camera, fault)
+            return
+        standing = self._standing(belief)
+        if not math.isfinite(standing.height):
+            self._skip(shot.camera, "no altitude")
+            return
+        seen = self._sightings(shot, belief, standing, marks)
+        tracks = self.tracker.see(shot.time, standing, [s for s, _ in seen], [marker for _, marker in seen])
+        here = self._standing(now)
+        for track in tracks:
+            x, y, _ = track.at(self.now, self.accuracy, self.habits).offset(here, self.accuracy)
+            self.publish(imc.EstimatedMugState(id=track.id or 0, x=x, y=y))
+        self.looked += 1
+        self._faults.pop(shot.camera, None)
+        self._faults.pop("", None)
+        self._tell()
+
+    def _sightings(
+        self, shot: Shot, belief: Belief, standing: Standing, marks: list[Mark]
+    ) -> list[tuple[Sighting, int | None]]:
+        """What may be a glider, with the number of its marker."""
+        pixels = np.array([(mark.u, mark.v) for mark in marks]).reshape(-1, 2)
+        found: list[tuple[Sighting, int | None]] = []
+        for mark, seen in zip(marks, sight(shot.optics, shot.mount, standing, pixels, self.accuracy), strict=True):
+            if self.target_plane == "Map":
+                seen = self._on_map(shot, belief, mark, seen)
+            if seen is None or seen.distance > self.maximum_range:
+                continue
+            sized = self.detector == "Color" and self.target_length > 0.0
+            if not sized or fits(seen, mark.pixels, self.target_length, self.target_diameter):
+                found.append((seen, mark.marker))
+        return found
+
+    def _on_map(self, shot: Shot, belief: Belief, mark: Mark, seen: Sighting | None) -> Sighting | None:
+        """A sighting on a bottom that is not level."""
+        for _ in range(SLOPES):
+            if seen is None:
+                return None
+            bottom = world_of(self).bottom(belief.north + seen.north, belief.east + seen.east)
+            if bottom is None:
+                return None
+            standing = Standing(belief.north, belief.east, bottom - belief.down, belief.angles)
+            (seen,) = sight(shot.optics, shot.mount, standing, (mark.u, mark.v), self.accuracy)
+        return seen
+
+    def _standing(self, belief: Belief) -> Standing:
+        plane = {"Seabed": belief.bottom, "Surface": 0.0, "Depth": self.target_depth}.get(self.target_plane)
+        if plane is None:
+            bottom = world_of(self).bottom(belief.north, belief.east)
+            plane = math.nan if bottom is None else bottom
+        return Standing(belief.north, belief.east, plane - belief.down, belief.angles)
+
+    def _skip(self, camera: str, fault: str) -> None:
+        self.skipped[fault] += 1
+        if self._faults.get(camera) != fault:
+            self.log.warning(f"{camera}: {fault}" if camera else fault)
+        self._faults[camera] = fault
+        self._tell()
+
+    def _tell(self) -> None:
+        if self._faults:
+            camera, fault = next(iter(self._faults.items()))
+            text = f"{camera}: {fault}" if camera else fault
+            self.set_entity_state(State.FAULT, f"{text} ({self.skipped[fault]} skipped)")
+            return
+        number = len([track for track in self.tracker.tracks if track.id is not None])
+        counts = f"{self.looked} frames, {self.dropped} dropped, {number} glider{'s' if number != 1 else ''}"
+        skipped = self.skipped.total()
+        self.set_entity_state(State.NORMAL, f"{counts}, {skipped} skipped" if skipped else counts)
+
+    def _finder(self) -> Find:
+        if self.detector == "Color":
+            red, green, blue = self.color
+            if max(self.color) - min(self.color) < LEAST_HUE:
+                raise ParameterError("Color", "is gray, which only its hue can tell from others")
+            return BlobDetector((red, green, blue), self.contrast, least=self.least_pixels).find
+        if self.detector == "Marker":
+            if importlib.util.find_spec("cv2") is None:
+                raise ParameterError("Detector", "markers need `pip install opencv-python-headless`")
+            return MarkerDetector(self.marker_family).find
+        return _imported(self.function)
+
+
+def _imported(text: str) -> Find:
+    module, _, name = text.partition(":")
+    try:
+        found: Any = importlib.import_module(module)
+        for part in name.split("."):
+            found = getattr(found, part)
+    except Exception as error:
+        raise ParameterError("Function", f"{text!r} cannot be imported: {type(error).__name__}: {error}") from None
+    if not callable(found):
+        raise ParameterError("Function", f"{text!r} is no function")
+    return found
+
+
+def _fault(frame: Frame) -> str:
+    """Why nothing can be located in a frame."""
+    if frame.optics is None or frame.mount is None:
+        return f"frames without {'the camera model' if frame.optics is None else 'the mount of the camera'}"
+    height, width = frame.image.shape[:2]
+    if (frame.optics.width, frame.optics.height) != (width, height):
+        return f"frames of {width} x {height} px, model of {frame.optics.width} x {frame.optics.height} px"
+    if not math.isfinite(frame.time) or frame.mount.shape != (4, 4) or not np.isfinite(frame.mount).all():
+        return "frames without time or mount"
+    return ""
+
+
+def _found(find: Find, image: NDArray[np.uint8]) -> tuple[list[Mark], str]:
+    """The marks in a picture, or what is wrong with the detector: it may be anybody's."""
+    try:
+        return [row if isinstance(row, Mark) else _mark(*row) for row in find(image)], ""
+    except Exception as error:
+        return [], f"the detector failed: {type(error).__name__}: {error}"
+
+
+def _mark(u: float, v: float, marker: int | None = None) -> Mark:
+    if not math.isfinite(float(u) + float(v)):
+        raise ValueError(f"{u}, {v} is no pixel")
+    return Mark(float(u), float(v), marker=None if marker is None else int(marker))
