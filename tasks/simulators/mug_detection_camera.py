@@ -3,13 +3,18 @@
 import math
 from collections import Counter
 
+import numpy as np
+
 import imc
 from runtime import ParameterError, State, Task, consume, param
 from tasks.surroundings import Chart, Placed, Truth, check_older, world_of
-from world import SECTIONS, Spot, Thing
-from world.attitude import rotation
+from tasks.whereabouts import Whereabouts
+from world import DOWN, SECTIONS, Pose, Spot, Thing
+from world.detection import Chances, Floats, Sighting
 from world.optics import Pinhole
+from world.pictures import optical
 from world.sensors import (
+    ACCURACY,
     UNIFORM_ERROR,
     CameraPose,
     Offset,
@@ -17,8 +22,11 @@ from world.sensors import (
     detect_originally,
     gsd_sigma,
     mug_original,
+    see_pixel,
+    to_camera,
 )
 
+UP = math.pi, 0.0, 0.0  # of a camera that looked down
 SMALLEST_FIELD = 1e-3  # °
 NO_ALTITUDE = "no altitude"
 SETTLING = 2.0  # s from the start, in which a missing altitude is not logged
@@ -32,6 +40,7 @@ class MUGDetectionCamera(Task):
     pixel, back through the pixel's center to the depth of the glider, with the attitude and altitude that the vehicle
     believes, and gets an error that grows with the height. Without SimulatedState, the estimate counts as the truth.
     Without `Mount Orientation` the camera looks to the side where the glider is: down, or up from below the surface.
+    With a probability it misses gliders; it may be late, and detect what is not there, with numbers of its own.
 
     `Original` follows the README of the original task, `Original Code` its source: both at every state, with its flaws
     (see mug_original). The source assumes an altitude of 10 m and adds the same error to each detection.
@@ -70,6 +79,9 @@ class MUGDetectionCamera(Task):
     mount_orientation: list[float] = param(
         [], "°", "Roll, pitch and yaw in the vehicle of a camera that looks down.", size=(0, 3)
     )
+    mount_position: list[float] = param(
+        [0.0, 0.0, 0.0], "m", "Where the camera is in the vehicle: forward, right, down.", size=3
+    )
     mugs: list[str] = param(["1.0 0.3"], "", "Older place of [World] Gliders, which all cameras see.", name="MUGs")
     target_plane: str = param(
         "Seabed",
@@ -81,10 +93,21 @@ class MUGDetectionCamera(Task):
     error_model: str = param(
         "Default",
         "",
-        "Error of position: uniform within 0.5 m at 10 m (the default), normal from pixel, attitude and height (GSD), "
-        "or the constant of the original code (Frozen, the default of Original Code).",
-        choices=("Default", "Uniform", "GSD", "Frozen", "None"),
+        "Error of position: uniform within 0.5 m at 10 m (the default), normal from pixel, attitude and height (GSD; "
+        "Covariance in their true directions), or the constant of the original code (Frozen, its default).",
+        choices=("Default", "Uniform", "GSD", "Covariance", "Frozen", "None"),
     )
+    detection_probability: float = param(1.0, "1", "Of a glider that is near and large.", minimum=0, maximum=1)
+    visibility: float = param(
+        0.0, "m", "Distance at which half of that is left; 0 for no effect.", minimum=0, maximum=1e6
+    )
+    least_pixels: float = param(
+        0.0, "px", "Pixels of a glider of which half are detected; 0 for no effect.", minimum=0, maximum=1e6
+    )
+    false_alarm_rate: float = param(
+        0.0, "Hz", "False alarms per second, anywhere in the image.", minimum=0, maximum=100
+    )
+    latency: float = param(0.0, "s", "Time from an image to its detections.", minimum=0, maximum=60)
     maximum_altitude: float = param(200.0, "m", "Altitude above which gliders are too small to detect.", minimum=0)
     maximum_age: float = param(1.0, "s", "Older states are skipped.", minimum=0)
 
@@ -99,12 +122,21 @@ class MUGDetectionCamera(Task):
         self.camera = Pinhole(self.horizontal_resolution, self.vertical_resolution, fields[0], fields[1])
         if len(self.mount_orientation) not in (0, 3):
             raise ParameterError("Mount Orientation", "must be roll, pitch and yaw, or nothing")
+        roll, pitch, yaw = map(math.radians, self.mount_orientation or (0.0, 0.0, 0.0))
+        self.mounts = (
+            self._mount(roll, pitch, yaw),
+            self._mount(*((roll, pitch, yaw) if self.mount_orientation else UP)),
+        )
+        self.chances = Chances(self.detection_probability, self.visibility, self.least_pixels)
         check_older(self, "MUGs", "Target Plane", "Target Depth")
         world_of(self)
 
     def start(self) -> None:
         self.skipped: Counter[str] = Counter()
         self._truth, self._chart = Truth(world_of(self).origin), Chart(world_of(self).origin)
+        self.whereabouts = Whereabouts(world_of(self).origin)
+        (self._chance,) = self.random.spawn(1)  # so that errors are the same with and without misses and false alarms
+        self._false_alarms = 0
         self._seen_something = False
         self._first = self._last = -math.inf
         self._image = -1
@@ -122,7 +154,9 @@ class MUGDetectionCamera(Task):
             self._skip(fault)
             return
         place = self._chart.place(state)
+        self.whereabouts.follow(state)
         self._seen_something = True
+        since = state.timestamp - self._last
         if not self._due(state.timestamp):
             return
         truth = self._truth.at(self.now, self.maximum_age) if self.fidelity == "Physical" else None
@@ -141,21 +175,74 @@ class MUGDetectionCamera(Task):
             else:
                 view, mug = self._true_view(truth, spot, believed.height), truth.to(spot)
             seen = self._detect(view, mug, believed)
-            if seen is not None:
-                scale = self._error_scale(abs(view.height), mug)
-                x, y = seen[0] + scale[0] * draws[0], seen[1] + scale[1] * draws[1]
-                self.publish(imc.EstimatedMugState(id=thing.id, x=x, y=y))
+            if seen is not None and self._is_noticed(thing, view, mug):
+                x, y = self._with_error(seen, draws, abs(view.height), mug)
+                self._tell(thing.id, x, y, place)
+        if self.false_alarm_rate > 0.0 and self.fidelity == "Physical":
+            self._alarm_falsely(state, place, 1.0 / self.detection_rate if self.detection_rate > 0.0 else since)
 
     def _true_view(self, truth: Placed, spot: Spot, believed_height: float) -> CameraPose:
-        """The pose of the camera, with its height above a glider; on an unknown bottom that is the believed one."""
+        """The pose of the vehicle, with its height above a glider; on an unknown bottom that is the believed one."""
         return CameraPose(*truth.angles, believed_height if spot.down is None else spot.down - truth.down)
 
-    def _detect(self, view: CameraPose, mug: Offset, believed: CameraPose) -> Offset | None:
+    def _mount(self, roll: float, pitch: float, yaw: float) -> Floats:
+        """From the optical frame to the body, (4, 4), of a camera that is turned after it looked down."""
+        x, y, z = self.mount_position
+        return optical(Pose(x, y, z, roll, pitch, yaw).carried(DOWN))
+
+    def _detect(self, view: CameraPose, mug: Offset, believed: CameraPose) -> Sighting | Offset | None:
         if self.fidelity != "Physical":
             return detect_originally(self.camera, view, mug)
-        roll, pitch, yaw = self.mount_orientation or ((0.0 if view.height > 0.0 else 180.0), 0.0, 0.0)
-        mount = rotation(math.radians(roll), math.radians(pitch), math.radians(yaw))
-        return detect(self.camera, view, mug, believed, mount)
+        return detect(self.camera, view, mug, believed, self.mounts[view.height <= 0.0])
+
+    def _is_noticed(self, thing: Thing, view: CameraPose, mug: Offset) -> bool:
+        """Whether a glider in the image is detected; no number is drawn if all are."""
+        if self.chances == Chances() or self.fidelity != "Physical":
+            return True
+        x, y, z = to_camera(view, mug, self.mounts[view.height <= 0.0])
+        across, down = self.camera.focal_lengths
+        pixels = thing.length * thing.diameter * across * down / (z * z)
+        return float(self._chance.random()) < self.chances.of(math.hypot(x, y, z), pixels)
+
+    def _with_error(self, seen: Sighting | Offset, draws: Offset, height: float, mug: Offset) -> Offset:
+        if not isinstance(seen, Sighting):
+            scale = self._error_scale(height, mug)
+            return seen[0] + scale[0] * draws[0], seen[1] + scale[1] * draws[1]
+        if self.errors == "Covariance":
+            (a, b, _, c) = np.linalg.cholesky(seen.covariance(ACCURACY.variances(height))).T.reshape(-1).tolist()
+            return seen.north + a * draws[0], seen.east + b * draws[0] + c * draws[1]
+        scale = self._error_scale(height, mug)
+        return seen.north + scale[0] * draws[0], seen.east + scale[1] * draws[1]
+
+    def _alarm_falsely(self, state: imc.EstimatedState, place: Offset, seconds: float) -> None:
+        """False alarms of an image, as if on the plane of the first object, or on the seabed."""
+        count = int(self._chance.poisson(self.false_alarm_rate * min(seconds, self.maximum_age)))
+        points = self._chance.random((count, 2)).tolist()
+        objects = world_of(self).objects
+        height = self._height(state, objects[0]) if objects else state.alt
+        view = CameraPose(state.phi, state.theta, state.psi, height)
+        for u, v in points:
+            mount = self.mounts[height <= 0.0]
+            seen = see_pixel(self.camera, u * self.camera.width, v * self.camera.height, view, mount)
+            if seen is not None:
+                self._false_alarms += 1
+                number = max((thing.id for thing in objects), default=0) + self._false_alarms
+                self._tell(number, seen.north, seen.east, place)
+
+    def _tell(self, number: int, north: float, east: float, place: Offset) -> None:
+        """Publish a detection, m from a vehicle that believes to be at a place of the world."""
+        if self.latency == 0.0 or self.fidelity != "Physical":
+            self.publish(imc.EstimatedMugState(id=number, x=north, y=east))
+        else:
+            self.after(self.latency, self._tell_late, number, place[0] + north, place[1] + east)
+
+    def _tell_late(self, number: int, north: float, east: float) -> None:
+        """The vehicle has moved on meanwhile."""
+        here = self.whereabouts.at(self.now, self.maximum_age)
+        if isinstance(here, str):
+            self._skip(here)
+        else:
+            self.publish(imc.EstimatedMugState(id=number, x=north - here.north, y=east - here.east))
 
     def _fault(self, state: imc.EstimatedState) -> str:
         if self.blindness:
@@ -208,7 +295,7 @@ class MUGDetectionCamera(Task):
 
     def _draw(self) -> Offset:
         """Two random numbers, drawn also for a glider that is out of sight, so that the others' stay the same."""
-        if self.errors == "GSD":
+        if self.errors in ("GSD", "Covariance"):
             north, east = self.random.standard_normal(2).tolist()
         elif self.errors == "Uniform":
             north, east = self.random.uniform(-1.0, 1.0, 2).tolist()

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 import imc
 from runtime import Frame, ParameterError, State, Task, consume, param
 from tasks.surroundings import world_of
-from tasks.vision.whereabouts import Belief, Whereabouts
+from tasks.whereabouts import Belief, Whereabouts
 from world import SECTIONS
 from world.detection import (
     FAMILIES,
     YELLOW,
     Accuracy,
     BlobDetector,
+    Floats,
     Habits,
     Mark,
     MarkerDetector,
@@ -44,7 +45,7 @@ class Shot(NamedTuple):
     time: float
     camera: str
     optics: Any
-    mount: NDArray[np.floating[Any]]
+    mount: Floats
 
 
 class MUGDetector(Task):
@@ -100,7 +101,7 @@ class MUGDetector(Task):
     position_error: float = param(0.3, "m", "The same of the position, north and east each.", minimum=0)
     attitude_error_time: float = param(5.0, "s", "How long an error of the attitude lasts.", minimum=0)
     height_error_time: float = param(10.0, "s", "How long an error of the height lasts.", minimum=0)
-    position_error_time: float = param(300.0, "s", "How long an error of the position lasts.", minimum=0)
+    position_error_time: float = param(60.0, "s", "How long an error of the position lasts.", minimum=0)
     memory: float = param(900.0, "s", "How long a glider keeps its number without being seen.", minimum=0)
     maximum_age: float = param(1.0, "s", "For how long the last state is carried on.", minimum=0, maximum=60)
     patience: float = param(5.0, "s", "After which a detector that does not answer is a fault.", minimum=0.1)
@@ -170,10 +171,9 @@ class MUGDetector(Task):
     def _locate(self, shot: Shot, found: tuple[list[Mark], str]) -> None:
         self._busy = False
         marks, error = found
-        belief, now = (self.whereabouts.at(time, self.maximum_age) for time in (shot.time, self.now))
-        fault = error or next((text for text in (belief, now) if isinstance(text, str)), "")
-        if fault or isinstance(belief, str) or isinstance(now, str):
-            self._skip(shot.camera, fault)
+        belief, here = (self.whereabouts.at(time, self.maximum_age) for time in (shot.time, self.now))
+        if error or isinstance(belief, str) or isinstance(here, str):
+            self._skip(shot.camera, error or next(text for text in (belief, here) if isinstance(text, str)))
             return
         standing = self._standing(belief)
         if not math.isfinite(standing.height):
@@ -181,14 +181,24 @@ class MUGDetector(Task):
             return
         seen = self._sightings(shot, belief, standing, marks)
         tracks = self.tracker.see(shot.time, standing, [s for s, _ in seen], [marker for _, marker in seen])
-        here = self._standing(now)
-        for track in tracks:
-            x, y, _ = track.at(self.now, self.accuracy, self.habits).offset(here, self.accuracy)
-            self.publish(imc.EstimatedMugState(id=track.id or 0, x=x, y=y))
+        for number in [track.id or 0 for track in tracks]:
+            x, y, _ = self.offset_of(number)
+            self.publish(imc.EstimatedMugState(id=number, x=x, y=y))
         self.looked += 1
         self._faults.pop(shot.camera, None)
         self._faults.pop("", None)
         self._tell()
+
+    def offset_of(self, number: int) -> tuple[float, float, Floats]:
+        """North and east (m) of the vehicle, as it is now, of a glider, and the covariance (2, 2).
+
+        Raises LookupError for a number that no glider has, or without a recent state.
+        """
+        track = next((track for track in self.tracker.tracks if track.id == number), None)
+        here = self.whereabouts.at(self.now, self.maximum_age)
+        if track is None or isinstance(here, str):
+            raise LookupError(f"no glider {number}" if track is None else here)
+        return track.at(self.now, self.accuracy, self.habits).offset(self._standing(here), self.accuracy)
 
     def _sightings(
         self, shot: Shot, belief: Belief, standing: Standing, marks: list[Mark]

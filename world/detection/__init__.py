@@ -1,7 +1,8 @@
 """Finds things in pictures, and where they are."""
 
 from world.detection.blobs import YELLOW, BlobDetector, Mark
-from world.detection.ground import Accuracy, Sighting, Standing, fits, meet, sight
+from world.detection.chances import Chances
+from world.detection.ground import Accuracy, Floats, Sighting, Standing, fits, sight
 from world.detection.markers import FAMILIES, MarkerDetector
 from world.detection.tracker import Habits, Track, Tracker, View
 
@@ -10,6 +11,8 @@ __all__ = [
     "YELLOW",
     "Accuracy",
     "BlobDetector",
+    "Chances",
+    "Floats",
     "Habits",
     "Mark",
     "MarkerDetector",
@@ -19,6 +22,5 @@ __all__ = [
     "Tracker",
     "View",
     "fits",
-    "meet",
     "sight",
 ]

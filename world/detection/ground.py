@@ -20,7 +20,7 @@ ERRORS = 6
 
 
 class Rays(Protocol):
-    """What is needed of a camera model."""
+    """What is needed of a camera model: rays (..., 3) of any length through pixels (..., 2), and which exist."""
 
     def rays(self, pixels: ArrayLike) -> tuple[Floats, Bools]: ...
 
@@ -50,12 +50,12 @@ class Accuracy:
     shape: float = 0.02
     attitude: float = math.radians(0.3)
     heading: float = math.radians(0.5)
-    height: float = 0.05
+    height: float = 0.1
     slope: float = 0.01
-    place: float = 0.1
-    attitude_time: float = 10.0
-    height_time: float = 30.0
-    place_time: float = 300.0
+    place: float = 0.3
+    attitude_time: float = 5.0
+    height_time: float = 10.0
+    place_time: float = 60.0
 
     def variances(self, height: float) -> Floats:
         """(6,) of the errors: turns about the body's axes (rad²), height (m²), north and east (m²)."""
@@ -90,19 +90,6 @@ class Sighting(NamedTuple):
         return self.noise + own * errors[:4] @ own.T
 
 
-def meet(turn: Floats, lever: Floats, rays: Floats, height: float) -> tuple[Floats, Floats, Bools]:
-    """Where rays (n, 3) of the optical frame meet the plane `height` m below: offsets (n, 3) from the vehicle (m).
-
-    `turn` (3, 3) leads from the optical frame to north-east-down, `lever` (3,) is the camera's place in the same axes
-    (m, from the vehicle). Also returns distances (n,) along the rays, and which rays meet the plane.
-    """
-    directions = rays @ turn.T
-    with np.errstate(divide="ignore", invalid="ignore"):
-        distances = (height - lever[2]) / directions[:, 2]
-    met = np.isfinite(distances) & (distances > 0.0)
-    return lever + np.where(met, distances, np.nan)[:, None] * directions, distances, met
-
-
 def sight(
     optics: Rays, mount: Floats, standing: Standing, pixels: ArrayLike, accuracy: Accuracy
 ) -> list[Sighting | None]:
@@ -114,19 +101,23 @@ def sight(
     body = np.array(rotation(*standing.angles))
     turn, lever = body @ mount[:3, :3], body @ mount[:3, 3]
     rays, valid = optics.rays(points[:, None] + AROUND)
-    offsets, distances, met = meet(turn, lever, rays[:, 0], standing.height)
-    around = (rays[:, 1::2] - rays[:, 2::2]) @ turn.T  # from one pixel to the next, along both axes of the picture
+    directions = rays @ turn.T
+    around = directions[:, 1::2] - directions[:, 2::2]  # from one pixel to the next, along both axes of the picture
     found: list[Sighting | None] = [None] * len(points)
-    for k in np.flatnonzero(met & valid.all(axis=1)).tolist():
-        offset = offsets[k]
-        slope = (offset[:2] - lever[:2]) / (offset[2] - lever[2])  # m aside per m down
-        per_pixel = distances[k] * _on_plane(around[k].T, slope)
+    for k in np.flatnonzero(valid.all(axis=1)).tolist():
+        direction, below = directions[k, 0], standing.height - lever[2]
+        if not direction[2] * below > 0.0:
+            continue
+        along, slope = below / direction[2], direction[:2] / direction[2]  # m aside per m down
+        offset = lever + along * direction
+        per_pixel = along * _on_plane(around[k].T, slope)
         by_errors = np.zeros((2, ERRORS))
         by_errors[:, TURN] = _on_plane(-body @ _cross(body.T @ offset), slope)
         by_errors[:, HEIGHT] = slope
         by_errors[:, PLACE] = np.eye(2)
         noise = accuracy.pixel**2 * per_pixel @ per_pixel.T + accuracy.shape**2 * np.eye(2)
-        found[k] = Sighting(float(offset[0]), float(offset[1]), noise, by_errors, per_pixel, float(distances[k]))
+        distance = along * float(np.linalg.norm(direction))
+        found[k] = Sighting(float(offset[0]), float(offset[1]), noise, by_errors, per_pixel, distance)
     return found
 
 

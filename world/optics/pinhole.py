@@ -1,9 +1,12 @@
-"""A pinhole camera that looks straight down, with the top of its image towards the bow."""
+"""A pinhole camera by its fields of view, whose pixels need not be square."""
 
 import math
 from dataclasses import dataclass
 
-from world.attitude import Matrix, Vector, to_body, to_ned
+import numpy as np
+from numpy.typing import ArrayLike
+
+from world.optics.camera import Bools, Floats
 
 NEAR = 1e-6  # m, closer to the camera's plane nothing is visible
 
@@ -22,33 +25,28 @@ class Pinhole:
     horizontal: float
     vertical: float
 
-    def project(self, r: Matrix, to_target: Vector) -> tuple[float, float] | None:
-        """Image point (px) of a target at `to_target` (m, north-east-down, from the camera); None behind the camera.
+    @property
+    def focal_lengths(self) -> tuple[float, float]:
+        """Along the rows and along the columns, px."""
+        return focal_length(self.width, self.horizontal), focal_length(self.height, self.vertical)
 
-        `r` is the vehicle's rotation from body to north-east-down. The camera's x, y, z are the body's y, -x, z.
-        """
-        x, y, z = to_body(r, to_target)
+    def project(self, x: float, y: float, z: float) -> tuple[float, float] | None:
+        """Image point (px) of a point of the optical frame (x right, y down, z ahead; m); None behind the camera."""
         if z <= NEAR:
             return None
-        u = 0.5 * self.width + focal_length(self.width, self.horizontal) * y / z
-        v = 0.5 * self.height - focal_length(self.height, self.vertical) * x / z
-        return u, v
+        across, down = self.focal_lengths
+        return 0.5 * self.width + across * x / z, 0.5 * self.height + down * y / z
 
     def covers(self, u: float, v: float) -> bool:
         """Whether an image point lies in the image; the right and lower borders are outside."""
         return 0.0 <= u < self.width and 0.0 <= v < self.height
 
-    def locate(self, r: Matrix, u: float, v: float, height: float) -> tuple[float, float] | None:
-        """North and east (m, from the camera) where the ray of an image point meets the plane `height` m below.
-
-        None if the ray misses the plane.
-        """
-        right = (u - 0.5 * self.width) / focal_length(self.width, self.horizontal)
-        back = (v - 0.5 * self.height) / focal_length(self.height, self.vertical)
-        north, east, down = to_ned(r, (-back, right, 1.0))
-        if down * height <= 0.0:
-            return None
-        return north * height / down, east * height / down
+    def rays(self, pixels: ArrayLike) -> tuple[Floats, Bools]:
+        """Rays (..., 3) through pixels (..., 2), with z = 1, and that they exist."""
+        places = np.asarray(pixels, np.float64) - (0.5 * self.width, 0.5 * self.height)
+        ahead = np.ones((*places.shape[:-1], 1))
+        rays = np.concatenate((places / self.focal_lengths, ahead), axis=-1)
+        return rays, np.ones(rays.shape[:-1], np.bool_)
 
     def ground_sample(self, height: float) -> float:
         """Size on the ground (m) of a pixel seen from `height` (m)."""

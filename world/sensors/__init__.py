@@ -10,12 +10,23 @@ from world.sensors.imu import (
     specific_force,
     vins_parameters,
 )
-from world.sensors.mug_detection import UNIFORM_ERROR, CameraPose, Offset, detect, detect_originally, gsd_sigma
+from world.sensors.mug_detection import (
+    ACCURACY,
+    UNIFORM_ERROR,
+    CameraPose,
+    Offset,
+    detect,
+    detect_originally,
+    gsd_sigma,
+    see_pixel,
+    to_camera,
+)
 from world.sensors.sonar import Beam
 from world.sensors.strapdown import BodyMotion, InertialSample, InertialSampler
 from world.sensors.triad import DRAWS, PARTS, Device, Part, TriadGrade
 
 __all__ = [
+    "ACCURACY",
     "DRAWS",
     "PARTS",
     "STANDARD_GRAVITY",
@@ -37,6 +48,8 @@ __all__ = [
     "detect_originally",
     "gsd_sigma",
     "mug_original",
+    "see_pixel",
     "specific_force",
+    "to_camera",
     "vins_parameters",
 ]

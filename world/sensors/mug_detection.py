@@ -3,7 +3,10 @@
 import math
 from typing import NamedTuple
 
-from world.attitude import UNTURNED, Matrix, product, rotation
+import numpy as np
+
+from world.attitude import rotation
+from world.detection import Accuracy, Floats, Sighting, Standing, sight
 from world.optics import Pinhole
 from world.sensors import mug_original
 
@@ -13,15 +16,31 @@ UNIFORM_ERROR = 0.05  # share of the height: half a meter at 10 m, at any resolu
 PIXEL_ERROR = 0.5  # px
 ATTITUDE_ERROR = math.radians(0.2)
 HEIGHT_ERROR = 0.01  # share of the height
+ACCURACY = Accuracy(PIXEL_ERROR, 0.0, ATTITUDE_ERROR, ATTITUDE_ERROR, 0.0, HEIGHT_ERROR, 0.0)
+LOOKING_DOWN: Floats = np.array(
+    [[0.0, -1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+)  # optical frame to body: the top of the picture towards the bow
 
 
 class CameraPose(NamedTuple):
-    """Attitude of the camera (rad), and its height (m) above the plane of the targets."""
+    """Attitude of the vehicle (rad), and its height (m) above the plane of the targets."""
 
     phi: float
     theta: float
     psi: float
     height: float
+
+    @property
+    def standing(self) -> Standing:
+        return Standing(0.0, 0.0, self.height, (self.phi, self.theta, self.psi))
+
+
+def to_camera(view: CameraPose, target: Offset, mount: Floats = LOOKING_DOWN) -> tuple[float, float, float]:
+    """Where a `target` (m, from the vehicle) is in the optical frame (m); `mount` (4, 4) leads from it to the body."""
+    body = np.array(rotation(view.phi, view.theta, view.psi))
+    to_target = np.array([*target, view.height]) - body @ mount[:3, 3]
+    x, y, z = (to_target @ body @ mount[:3, :3]).tolist()
+    return x, y, z
 
 
 def detect(
@@ -29,19 +48,25 @@ def detect(
     view: CameraPose,
     target: Offset,
     believed: CameraPose | None = None,
-    mount: Matrix = UNTURNED,
-) -> Offset | None:
-    """North and east (m, from the camera) of the pixel that shows `target`; None if it is outside the image.
+    mount: Floats = LOOKING_DOWN,
+) -> Sighting | None:
+    """What the pixel shows that shows `target`, m from the vehicle; None if it is outside the image.
 
-    `view` is where the vehicle really is, and `mount` turns a camera that looks down in it. Where the pixel's ray meets
-    the ground is computed with the pose that the vehicle believes, so that its errors are those of the result.
+    `view` is where the vehicle really is, and `mount` (4, 4) where the camera is in it. Where the pixel's ray meets the
+    ground is computed with the pose that the vehicle believes, so that its errors are those of the result.
     """
-    point = camera.project(product(rotation(view.phi, view.theta, view.psi), mount), (*target, view.height))
+    point = camera.project(*to_camera(view, target, mount))
     if point is None or not camera.covers(*point):
         return None
-    pose = believed or view
-    r = product(rotation(pose.phi, pose.theta, pose.psi), mount)
-    return camera.locate(r, math.floor(point[0]) + 0.5, math.floor(point[1]) + 0.5, pose.height)
+    return see_pixel(camera, math.floor(point[0]) + 0.5, math.floor(point[1]) + 0.5, believed or view, mount)
+
+
+def see_pixel(
+    camera: Pinhole, u: float, v: float, believed: CameraPose, mount: Floats = LOOKING_DOWN
+) -> Sighting | None:
+    """What an image point (px) shows of the plane; None beside it."""
+    (seen,) = sight(camera, mount, believed.standing, (u, v), ACCURACY)
+    return seen
 
 
 def detect_originally(camera: Pinhole, view: CameraPose, target: Offset) -> Offset | None:
