@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 Image = NDArray[np.uint8]
 
 ENDINGS = (".png", ".jpg", ".jpeg", ".qoi", ".bmp", ".tif", ".tiff", ".ppm", ".pgm")
-PHOTO = re.compile(r"(?P<camera>.+)_(?P<number>\d{6,})_(?P<time>-?\d+\.\d{3})")
+PHOTO = re.compile(r"(?P<camera>.+)_(?P<number>\d{6,})_(?P<time>-?\d+\.\d+)")
 STAMP = re.compile(r"\d+(\.\d+)?")
 INSIDE = ("mav0/cam0", "cam0", "Photos")  # where a data set, or a log, has its pictures
 NANO = 1e12  # numbers beyond that are ns
