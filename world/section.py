@@ -78,6 +78,10 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
         "Gliders Depth": Option(
             "m", "Depth of the gliders, if they lie on none of both.", "0", 0, DEEPEST, ((MUG_CAMERA, "Target Depth"),)
         ),
+        "Walls": Option(
+            "m",
+            'Walls that sonars hear, not cameras: north and east of both ends of each, "0 0 20 0, 20 0 20 30".',
+        ),
         "Objects": Option("", "Names of further objects, each of which has a section [World/NAME]."),
     }
 )
@@ -134,6 +138,7 @@ def read_world(value: Reader, offset: Offset | None = None) -> World:
         visibility(kind) if kind else section.number("Water Visibility"),
         section.number("Air Visibility"),
         kind,
+        walls=_read_walls(section),
     )
 
 
@@ -146,6 +151,19 @@ def _read_seabed(value: Reader, section: "_Section", origin: Place | None, offse
     known = soundings or own or flat >= 0.0 or value(ENVIRONMENT, "Enabled")
     elsewhere = flat if flat >= 0.0 else elsewhere
     return read_bathymetry(value, radius, elsewhere, level, origin, offset) if known else None
+
+
+def _read_walls(section: "_Section") -> tuple[tuple[Place, Place], ...]:
+    found: list[tuple[Place, Place]] = []
+    for text in filter(None, map(str.strip, section.text("Walls").split(","))):
+        try:
+            a, b, c, d = map(float, text.split())
+        except ValueError:
+            a = b = c = d = math.nan
+        if not (math.isfinite(a + b + c + d) and (a, b) != (c, d)):
+            raise section.error("Walls", "is not north and east of both ends of each wall")
+        found.append(((a, b), (c, d)))
+    return tuple(found)
 
 
 def _read_objects(value: Reader, section: "_Section") -> tuple[Thing, ...]:

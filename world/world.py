@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from world.objects import Spot, Thing
+from world.objects import Place, Spot, Thing
 from world.sea import Bathymetry, Waves
 from world.sun import Sun
 
@@ -13,7 +13,8 @@ class World:
 
     `origin` is a latitude and longitude (rad); without it, places count from where a vehicle is first seen. `seabed` is
     None where the bottom is not known. `water_visibility` and `air_visibility` (m) are the distances at which 2 % of
-    the contrast is left; `water_type` is one of Jerlov's types, if the water is of one.
+    the contrast is left; `water_type` is one of Jerlov's types, if the water is of one. `walls` are vertical, from one
+    place (m north, east) to another, as high as the water is deep.
     """
 
     origin: tuple[float, float] | None = None
@@ -24,6 +25,7 @@ class World:
     water_visibility: float = 20.0
     air_visibility: float = 20e3
     water_type: str = ""
+    walls: tuple[tuple[Place, Place], ...] = ()
 
     def bottom(self, north: float, east: float) -> float | None:
         """Depth (m) of the bottom at a place; None if it is not known."""

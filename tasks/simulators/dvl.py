@@ -3,21 +3,27 @@
 import math
 
 import imc
-from runtime import State, Task, consume, param, periodic
-from tasks.surroundings import Chart, world_of
-from world import SECTIONS
-from world.attitude import rotation, to_body
-from world.sensors import Beam
+from runtime import Entity, State, Task, consume, param, periodic
+from tasks.surroundings import Chart, mount_of, world_of
+from world import SECTIONS, Pose
+from world.attitude import Vector, cross, rotation, to_body, to_ned
+from world.sensors import Beam, Echo, janus, listen, velocity_of
 
 ALL_VALID = 0x7
-DOWN = -0.5 * math.pi
+BEAMS = 4
+FARTHEST = 1000.0  # m, for beams without a limit
 
 
 class DVL(Task):
     """Measures velocity over ground and through the water in the body frame, with white noise.
 
     Some samples are invalid; their velocities are zero. Without the bottom of [World] in range, straight below the
-    vehicle's keel, there is no velocity over ground.
+    device, there is no velocity over ground.
+
+    With four `Beams`, each hears the nearest of bottom, surface, walls and objects of [World] within its range, and
+    publishes its Distance (invalid without an echo). The velocity over ground is then what three or four beams tell: it
+    is relative to the surface if they hear that, and wrong by what an object moves that they hear. The device measures
+    at its place, along its own axes; its beams are around its z axis, which looks down unless it is turned.
     """
 
     reads = SECTIONS
@@ -38,50 +44,123 @@ class DVL(Task):
         0.0, "m", "Distance beyond which the bottom is not heard; 0 for any.", minimum=0, maximum=11000
     )
 
+    blanking_distance: float = param(0.0, "m", "Distance below which a beam hears nothing.", minimum=0, maximum=100)
+    beams: int = param(
+        0,
+        "",
+        "Number of beams that hear what is around; 0 for an ideal device that looks for the bottom only.",
+        choices=(0, BEAMS),
+        editable=False,
+    )
+    beam_tilt: float = param(30.0, "°", "Angle between each beam and the device's axis.", minimum=5, maximum=60)
+    beam_noise: float = param(
+        0.0, "m", "White noise of the distance of each beam.", name="Standard Deviation - Beam Distance", minimum=0
+    )
+    device_position: list[float] = param(
+        [], "m", "Place in the vehicle: forward, right, down of its origin; empty for the origin.", size=(0, 3)
+    )
+    device_orientation: list[float] = param(
+        [], "°", "Roll, pitch and yaw of its axes against the vehicle's; empty for none.", size=(0, 3)
+    )
+
     def configure(self) -> None:
         world_of(self)
+        self._mount = mount_of(self.device_position, self.device_orientation)
+        self._directions = janus(math.radians(self.beam_tilt))
+        self._ears = [self.reserve(f"{self.entity.label} Beam {n}") for n in range(1, self.beams + 1)]
 
     def start(self) -> None:
         self._chart = Chart(world_of(self).origin)
         self._truth: imc.SimulatedState | None = None
-        self.set_entity_state(State.BOOT, "waiting for SimulatedState")
+        self._say(State.BOOT, "waiting for SimulatedState")
 
     @consume
     def follow(self, truth: imc.SimulatedState) -> None:
         motion = truth.u + truth.v + truth.w + truth.svx + truth.svy + truth.svz
-        place = truth.lat + truth.lon + truth.x + truth.y + truth.z
+        place = truth.lat + truth.lon + truth.x + truth.y + truth.z + truth.p + truth.q + truth.r
         if not math.isfinite(motion + truth.phi + truth.theta + truth.psi + place):
             self._truth = None
-            self.set_entity_state(State.FAULT, "SimulatedState is not finite")
+            self._say(State.FAULT, "SimulatedState is not finite")
             return
         if self._truth is None:
-            self.set_entity_state(State.NORMAL, "active")
+            self._say(State.NORMAL, "active")
         self._truth = truth
 
     @periodic("execution_frequency")
     def measure(self) -> None:
         draws: list[float] = self.random.standard_normal(6).tolist()
         invalid = self.random.random() * 100.0 < self.invalid_reading_probability
+        further: list[float] = self.random.standard_normal(BEAMS).tolist() if self.beams else []
         truth = self._truth
         if truth is None:
             return
         time, water, ground = truth.timestamp, imc.WaterVelocity(), imc.GroundVelocity()
+        heard = self._hear(truth) if self.beams else None
         if not invalid:
-            sx, sy, sz = to_body(rotation(truth.phi, truth.theta, truth.psi), (truth.svx, truth.svy, truth.svz))
-            a, b = self.water_noise, self.ground_noise
-            u, v, w = truth.u, truth.v, truth.w
-            water = imc.WaterVelocity(validity=ALL_VALID, x=u + a * draws[0], y=v + a * draws[1], z=w + a * draws[2])
-            if self._hears_bottom(truth):
-                ground = imc.GroundVelocity(
-                    validity=ALL_VALID, x=u + sx + b * draws[3], y=v + sy + b * draws[4], z=w + sz + b * draws[5]
-                )
+            through, over = self._velocities(truth)
+            x, y, z = _noisy(through, self.water_noise, draws)
+            water = imc.WaterVelocity(validity=ALL_VALID, x=x, y=y, z=z)
+            if heard is not None:
+                over = self._relative(truth, over, heard)
+            elif not self._hears_bottom(truth):
+                over = None
+            if over is not None:
+                x, y, z = _noisy(over, self.ground_noise, draws[3:])
+                ground = imc.GroundVelocity(validity=ALL_VALID, x=x, y=y, z=z)
         self.publish(water.replace(timestamp=time), keep_time=True)
         self.publish(ground.replace(timestamp=time), keep_time=True)
+        for ear, echo, draw in zip(self._ears, heard or (), further, strict=True):
+            self._report(ear, echo, self.beam_noise * draw, time)
+
+    def _velocities(self, truth: imc.SimulatedState) -> tuple[Vector, Vector]:
+        """Through the water and over ground, along the axes of the device."""
+        sx, sy, sz = to_body(rotation(truth.phi, truth.theta, truth.psi), (truth.svx, truth.svy, truth.svz))
+        around = cross((truth.p, truth.q, truth.r), self._mount.place)
+        u, v, w = truth.u + around[0], truth.v + around[1], truth.w + around[2]
+        axes = self._mount.rotation
+        return to_body(axes, (u, v, w)), to_body(axes, (u + sx, v + sy, w + sz))
+
+    def _pose(self, truth: imc.SimulatedState) -> Pose:
+        """Where the device is in the world."""
+        here = Pose(*self._chart.place(truth), truth.z, truth.phi, truth.theta, truth.psi)
+        return here.carried(self._mount)
+
+    def _hear(self, truth: imc.SimulatedState) -> list[Echo | None]:
+        pose, world = self._pose(truth), world_of(self)
+        elapsed, stream = truth.timestamp - self.vehicle.start_time, (truth.svx, truth.svy, truth.svz)
+        beams = [Beam(pose.place, to_ned(pose.rotation, direction)) for direction in self._directions]
+        reach = self.bottom_range or FARTHEST
+        return [listen(world, beam, elapsed, stream, self.blanking_distance, reach) for beam in beams]
+
+    def _relative(self, truth: imc.SimulatedState, over: Vector, heard: list[Echo | None]) -> Vector | None:
+        """The velocity that beams tell, each from the shift of the echo that it hears."""
+        axes, found = self._pose(truth).rotation, list[tuple[Vector, float]]()
+        for direction, echo in zip(self._directions, heard, strict=True):
+            if echo is not None:
+                moved = to_body(axes, echo.velocity)
+                pairs = zip(direction, over, moved, strict=True)
+                found.append((direction, math.fsum(part * (own - its) for part, own, its in pairs)))
+        return velocity_of([direction for direction, _ in found], [speed for _, speed in found])
+
+    def _say(self, state: State, description: str) -> None:
+        for entity in (self.entity, *self._ears):
+            self.set_entity_state(state, description, entity=entity)
+
+    def _report(self, ear: Entity, echo: Echo | None, noise: float, time: float) -> None:
+        self.set_entity_state(State.NORMAL, "no echo" if echo is None else echo.of, entity=ear)
+        validity = imc.Distance.Validity.INVALID if echo is None else imc.Distance.Validity.VALID
+        value = 0.0 if echo is None else max(0.0, echo.distance + noise)
+        self.publish(imc.Distance(timestamp=time, validity=validity, value=value), entity=ear, keep_time=True)
 
     def _hears_bottom(self, truth: imc.SimulatedState) -> bool:
         seabed = world_of(self).seabed
-        if self.bottom_range == 0.0 or seabed is None:
+        if (self.bottom_range == 0.0 and self.blanking_distance == 0.0) or seabed is None:
             return True
-        place, angles = (*self._chart.place(truth), truth.z), (truth.phi, truth.theta, truth.psi)
-        beam = Beam.of(place, angles, (0.0, 0.0, 0.0), 0.0, DOWN)
-        return beam.bottom(seabed.depth, self.bottom_range, seabed.shallowest) <= self.bottom_range
+        pose, reach = self._pose(truth), self.bottom_range or FARTHEST
+        beam = Beam(pose.place, to_ned(pose.rotation, (0.0, 0.0, 1.0)))
+        return self.blanking_distance <= beam.bottom(seabed.depth, reach, seabed.shallowest) <= reach
+
+
+def _noisy(velocity: Vector, sigma: float, draws: list[float]) -> Vector:
+    x, y, z = velocity
+    return x + sigma * draws[0], y + sigma * draws[1], z + sigma * draws[2]

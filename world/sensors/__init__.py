@@ -2,6 +2,7 @@
 
 from world.sensors import mug_original
 from world.sensors.drift import Drift
+from world.sensors.echo import Echo, janus, listen, velocity_of
 from world.sensors.imu import (
     STANDARD_GRAVITY,
     NoiseDensity,
@@ -36,6 +37,7 @@ __all__ = [
     "CameraPose",
     "Device",
     "Drift",
+    "Echo",
     "InertialSample",
     "InertialSampler",
     "NoiseDensity",
@@ -47,9 +49,12 @@ __all__ = [
     "detect",
     "detect_originally",
     "gsd_sigma",
+    "janus",
+    "listen",
     "mug_original",
     "see_pixel",
     "specific_force",
     "to_camera",
+    "velocity_of",
     "vins_parameters",
 ]

@@ -1,4 +1,4 @@
-"""Distances along the beam of a sonar to the surface, the bottom, or a pier."""
+"""Distances along the beam of a sonar to the surface, the bottom, a wall, or a body."""
 
 import math
 from collections.abc import Callable
@@ -78,6 +78,44 @@ class Beam:
         along, share = (an * we - ae * wn) / cross, (an * de - ae * dn) / cross
         return along if along >= 0.0 and 0.0 <= share <= 1.0 else math.inf
 
+    def capsule(self, middle: Vector, heading: float, length: float, diameter: float) -> float:
+        """Distance (m) to a level body with round ends; infinite if the beam misses it, 0 inside of it.
+
+        `middle` is north, east, down, `length` includes the ends (m), `heading` is that of its axis (rad).
+        """
+        radius, half = 0.5 * diameter, 0.5 * (length - diameter)
+        axis = math.cos(heading), math.sin(heading), 0.0
+        (n, e, d), (dn, de, dd) = self.start, self.direction
+        from_middle = n - middle[0], e - middle[1], d - middle[2]
+        along, ahead = _dot(axis, from_middle), _dot(axis, self.direction)
+        nearest = math.inf
+        across = 1.0 - ahead * ahead
+        if across > 1e-12:  # the side: where the part of the way that is square to the axis comes within the radius
+            b = _dot(from_middle, self.direction) - along * ahead
+            span = _span(across, b, _dot(from_middle, from_middle) - along * along - radius * radius)
+            for distance in span:
+                if abs(along + distance * ahead) <= half:
+                    nearest = min(nearest, distance)
+        for end in (-half, half):
+            n, e, d = (off - end * part for off, part in zip(from_middle, axis, strict=True))
+            span = _span(1.0, n * dn + e * de + d * dd, n * n + e * e + d * d - radius * radius)
+            nearest = min((nearest, *span))
+        inside = max(abs(along) - half, 0.0) ** 2 + _dot(from_middle, from_middle) - along * along <= radius * radius
+        return 0.0 if inside else nearest
+
     def _above(self, depth: Callable[[float, float], float], distance: float) -> float:
         (north, east, down), (dn, de, dd) = self.start, self.direction
         return depth(north + distance * dn, east + distance * de) - (down + distance * dd)
+
+
+def _dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _span(a: float, b: float, c: float) -> tuple[float, ...]:
+    """The positive solutions of a t² + 2 b t + c = 0."""
+    root = b * b - a * c
+    if root < 0.0:
+        return ()
+    far, near = (-b + math.sqrt(root)) / a, (-b - math.sqrt(root)) / a
+    return tuple(t for t in (near, far) if t >= 0.0)
