@@ -1,4 +1,4 @@
-"""`shoal log`: shows, cuts, merges, compares, repairs and exports logs."""
+"""`shoal log`: shows, cuts, merges, compares, repairs, exports and renders logs."""
 
 from typing import ClassVar
 
@@ -16,6 +16,7 @@ COMMANDS = {
     "report": ("shoal.cli.log_report", "Draw a log as one HTML page: track, depth, states, errors, plans."),
     "doctor": ("shoal.cli.log_doctor", "Find what is wrong with a log, and repair it."),
     "export": ("shoal.cli.log_export", "Write a log as MCAP, NetCDF, Parquet, CSV or LLF."),
+    "render": ("shoal.cli.log_render", "Take pictures and labels of a simulated run after the fact."),
     "import": ("shoal.cli.log_export", "Convert an MCAP, .tlog, .BIN or .ulg file to a log."),
 }
 
@@ -28,4 +29,4 @@ class LogGroup(LazyGroup):
 
 @click.group(cls=LogGroup)
 def log() -> None:
-    """Show, fetch, cut, merge, compare, repair and export logs."""
+    """Show, fetch, cut, merge, compare, repair, export and render logs."""

@@ -84,10 +84,10 @@ def export(
     """Write LOG to OUT as MCAP, NetCDF, Parquet, CSV, LLF, EuRoC or TUM; OUT is named after the log by default."""
     with refusals():
         form = form or (_format_of(out) if out else "mcap")
-        with _extra("analysis"):
+        with extra("analysis"):
             write = _writer(form, raw, images)
         opened = open_log(log)
-        out = out or Path(_name(opened.path) + FORMATS[form].ending)
+        out = out or Path(default_name(opened.path) + FORMATS[form].ending)
         with progress(opened.path) as tell:
             summary = summarize(opened, tell)
         check_found(opened, summary.packets)
@@ -125,7 +125,7 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
     with refusals():
         if file.exists() and not file.is_file():  # a device has no end, and a pipe would be waited for
             raise ValueError(f"{file}: not a regular file")
-        with _extra("analysis" if _begins(file, MCAP_MAGIC) else "mavlink"):
+        with extra("analysis" if _begins(file, MCAP_MAGIC) else "mavlink"):
             write = _reader(file, system)
             with new_folder(out, force) as part, progress(file) as tell:
                 warnings = write(file, part, tell)
@@ -187,14 +187,15 @@ def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportShare], list
 
 
 @contextmanager
-def _extra(name: str) -> Generator[None]:
+def extra(name: str) -> Generator[None]:
+    """Turns a missing library into the advice to install an extra of Shoal."""
     try:
         yield
     except ModuleNotFoundError as error:
         raise click.ClickException(f"this needs {error.name}: pip install 'shoal[{name}]'") from None
 
 
-def _name(path: Path) -> str:
+def default_name(path: Path) -> str:
     """The name of a log: vehicle, date and time, if its folders have them."""
     if not path.name.startswith("Data.lsf"):
         return path.name.split(".")[0]

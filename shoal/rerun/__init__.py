@@ -3,8 +3,9 @@
 from shoal.rerun.comparison import Comparison, FieldStatistics, FirstDifference, Key, MessageCount
 from shoal.rerun.history import Instants
 from shoal.rerun.outlines import outline
-from shoal.rerun.resimulation import Resimulation, ResimulationError, resimulate
+from shoal.rerun.resimulation import Resimulation, ResimulationError, profile_of, resimulate, tick_rates
 from shoal.rerun.rewind import Rewound, continued
+from shoal.rerun.run import LoggedRun, run_of
 
 __all__ = [
     "Comparison",
@@ -12,11 +13,15 @@ __all__ = [
     "FirstDifference",
     "Instants",
     "Key",
+    "LoggedRun",
     "MessageCount",
     "Resimulation",
     "ResimulationError",
     "Rewound",
     "continued",
     "outline",
+    "profile_of",
     "resimulate",
+    "run_of",
+    "tick_rates",
 ]

@@ -67,7 +67,7 @@ def resimulate(
     about = outline(run)
     if about is None:
         raise ResimulationError(f"{log.path}: the log has no messages")
-    loaded, notes = _profile(run.logs[0], about, profile)
+    loaded, notes = profile_of(run.logs[0], about, profile)
     if loaded.messages is not None:
         run.schema.share(loaded.messages)
     if before := ", ".join(earlier.path.parent.name for earlier in run.logs[:-1]):
@@ -111,7 +111,7 @@ def resimulate(
         for label, entity in about.labels.items():
             vehicle.entities.hear(about.owner, entity, label)
         with _written(out, log, loaded) as bus.seen:
-            rates = Instants(start, (rate for _, rate in _rates(loaded)), virtual=virtual)
+            rates = Instants(start, (rate for _, rate in tick_rates(loaded)), virtual=virtual)
             of_entity = _rates_by_entity(loaded, about) if virtual else {}
             bus.follow(History(run, about.owner, rates, own, start, about.late, of_entity), log.schema, own)
             try:
@@ -137,7 +137,8 @@ def resimulate(
     return Resimulation(log, sections, comparison, virtual and not overrides, start / SECOND, notes, chosen, missing)
 
 
-def _profile(log: imc.Log, about: Outline, named: str | Path | None) -> tuple[Profile, list[str]]:
+def profile_of(log: imc.Log, about: Outline, named: str | Path | None) -> tuple[Profile, list[str]]:
+    """The configuration of a run by its first log, or the profile that is named, and what is to be noted of it."""
     beside = log.path.parent / CONFIGURATION
     if named is not None:
         return load_profile(named, strict=False), []
@@ -185,14 +186,14 @@ def _check(section: str) -> None:
 
 def _rates_by_entity(profile: Profile, about: Outline) -> dict[int, set[float]]:
     found: dict[int, set[float]] = {}
-    for section, rate in _rates(profile):
+    for section, rate in tick_rates(profile):
         label = profile.config.value(section, "Entity Label", default_label(section))
         if label in about.labels:
             found.setdefault(about.labels[label], set()).add(rate)
     return found
 
 
-def _rates(profile: Profile) -> Iterator[tuple[str, float]]:
+def tick_rates(profile: Profile) -> Iterator[tuple[str, float]]:
     """The sections of the profile, with each rate (Hz) at which their tasks tick."""
     for name in profile.config.sections:
         try:

@@ -12,7 +12,7 @@ from shoal.cli import main
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
 IDLE = str(LOGS / "dune-idle")
-COMMANDS = ("info", "ls", "cut", "merge", "diff", "report", "doctor", "export", "import")
+COMMANDS = ("info", "ls", "cut", "merge", "diff", "report", "doctor", "export", "render", "import")
 
 
 @pytest.fixture(scope="module")

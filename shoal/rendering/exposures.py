@@ -1,0 +1,210 @@
+"""Which pictures cameras take in a logged run, and from where: cameras run on the logged states, and render none."""
+
+import math
+import tempfile
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import imc
+from runtime.kernel import VirtualClock, nanoseconds
+from runtime.logs import logs_of_run, place_of
+from runtime.vehicle import Vehicle, build
+from shoal.rendering.cameras import take_cameras, take_world
+from shoal.rerun import Instants, LoggedRun, ResimulationError, outline, profile_of, run_of, tick_rates
+from tasks.vision.photos import write_picture
+from tasks.vision.records import FILE
+from tasks.vision.rendering import FOLDER, RenderedCamera
+from world.pictures import Camera, Glider, Standpoint
+
+TOLD = (imc.LoggingControl, imc.SimulatedState, imc.EstimatedState)  # all that moves a camera, and its pictures
+Op = imc.LoggingControl.Op
+Offload = Callable[..., None]
+
+
+class Shot(NamedTuple):
+    """A picture: the label of its camera, when it was exposed (s since 1970 UTC), its file, and how it is rendered.
+
+    `method` of the camera with `view` makes it; the view begins with the vehicle's standpoint and the gliders.
+    """
+
+    camera: str
+    time: float
+    name: str
+    form: str
+    method: str
+    view: tuple[Any, ...]
+
+    @property
+    def standpoint(self) -> Standpoint:
+        return self.view[0]
+
+    @property
+    def gliders(self) -> tuple[Glider, ...]:
+        return self.view[1]
+
+
+@dataclass
+class Exposures:
+    """The pictures of a log in order of time; cameras by label, and what describes them in the folder of pictures.
+
+    troubles: why there is none of a camera.
+    """
+
+    cameras: dict[str, Camera]
+    shots: list[Shot]
+    description: bytes = b""
+    notes: list[str] = field(default_factory=list[str])
+    troubles: list[str] = field(default_factory=list[str])
+
+
+def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None) -> Exposures:
+    """The pictures that the cameras of an ini file, by default the vehicle's own, take in a log.
+
+    They start with the run, whose earlier logs are read as well. Of a virtual run they are those that the cameras would
+    have taken in it, if each is exposed before or after the states of the same instant as its rate says. `world` is an
+    ini file whose options of [World] replace those of the run. Raises ResimulationError, ProfileError, OSError.
+    """
+    run = run_of(log)
+    about = outline(run)
+    if about is None:
+        raise ResimulationError(f"{log.path}: the log has no messages")
+    for kind in TOLD[1:]:
+        if not about.counts[kind.ID]:
+            why = "cameras look from where a simulated vehicle truly was, and begin when it knows where it is"
+            raise ResimulationError(f"{log.path}: the log has no {kind.__name__}: {why}")
+    loaded, notes = profile_of(run.logs[0], about, None)
+    loaded.refuse_errors()
+    virtual = about.begin == loaded.start_time
+    start = loaded.start_time_ns if virtual else nanoseconds(about.begin)
+    instants = Instants(start, [rate for _, rate in tick_rates(loaded)], virtual=virtual)
+    told = _told(run, instants, about.owner)
+    name = _name(log.schema, told[imc.LoggingControl.ID])
+    before = len(loaded.problems)
+    take_world(loaded, world)
+    sections = take_cameras(loaded, cameras)
+    notes += map(str, loaded.problems[before:])
+    for section in sections:
+        loaded.override(f"{section}:Save Images=true")
+    loaded.override(f"General:Vehicle={loaded.vehicle}")
+    if cameras is not None:
+        loaded.path = cameras
+    if not virtual:
+        notes.append("made on a wall clock: the log does not record when cameras were exposed")
+    with tempfile.TemporaryDirectory() as folder:
+        made = build(
+            loaded,
+            clock=VirtualClock(start),
+            keep_going=False,
+            log_root=Path(folder) / "log",
+            state_folder=Path(folder) / "db",
+            only=sections,
+        )
+        vehicle = made.vehicle
+        try:
+            for reason, skipped in made.skipped.items():
+                raise ResimulationError(f"{', '.join(skipped)}: {reason}")
+            recorders = [_Recorder(task) for task in vehicle.tasks if isinstance(task, RenderedCamera)]
+            for number, entries in told.items():
+                _Chain(vehicle, log.schema, entries, last=number == imc.LoggingControl.ID).ask()
+            vehicle.start()
+            # A run ends before the events of its last instant, but a log that another one follows after some of them.
+            end = instants.of(about.end)
+            vehicle.kernel.run(until=end if about.closed and not _goes_on(log) else end + 1)
+        finally:
+            vehicle.close()
+        pictures = vehicle.log_root / vehicle.name / name / FOLDER
+        shots = [shot for recorder in recorders for path, shot in recorder.shots if path.parent == pictures]
+        described = (pictures / FILE).read_bytes() if (pictures / FILE).is_file() else b""
+    entities = [recorder.task.entity for recorder in recorders]
+    blind = [entity for entity in entities if not any(shot.camera == entity.label for shot in shots)]
+    troubles = [f"no picture of {entity.label}: {entity.description}" for entity in blind]
+    shots.sort(key=lambda shot: (shot.time, shot.camera))
+    return Exposures(
+        {each.task.entity.label: each.task.camera for each in recorders}, shots, described, notes, troubles
+    )
+
+
+class _Recorder:
+    """Takes down what a camera would compute; in place of a picture it gets an empty one, which takes no memory."""
+
+    def __init__(self, task: RenderedCamera):
+        self.task = task
+        self.shots: list[tuple[Path, Shot]] = []
+        self._taken: dict[int, tuple[float, NDArray[np.uint8], str, tuple[Any, ...]]] = {}
+        self._offload: Offload = task.offload
+        task.offload = self.offload
+
+    def offload(self, function: Callable[..., Any], *args: Any, then: Callable[[Any], object], latency: float = 0.0):
+        """In place of Task.offload."""
+        if getattr(function, "__self__", None) is self.task.camera:
+            optics = self.task.camera.optics
+            result = np.broadcast_to(np.zeros(4, np.uint8), (optics.height, optics.width, 4))
+            self._taken[id(result)] = self.task.now, result, function.__name__, args
+        elif function is write_picture:
+            path, image, form = args
+            time, _, method, view = self._taken.pop(id(image))
+            self.shots.append((path, Shot(self.task.entity.label, time, path.name, form, method, view)))
+            result = ""
+        else:
+            result = function(*args)
+        self._offload(lambda: result, then=then, latency=latency)
+
+
+class _Chain:
+    """Publishes the logged messages of one type, and asks for the next one whenever it has published one.
+
+    That is when the task asked for its next tick that published them; so ticks of cameras at the same instant come
+    before or after them as they did in the run. Messages that come `last` follow all that is due at their instant.
+    """
+
+    def __init__(self, vehicle: Vehicle, schema: imc.Schema, entries: deque[tuple[int, bytes]], *, last: bool):
+        self._vehicle, self._schema, self._entries, self._last = vehicle, schema, entries, last
+
+    def ask(self) -> None:
+        kernel = self._vehicle.kernel
+        if self._entries and self._last:
+            kernel.at(self._entries[0][0], kernel.soon, self._tell)
+        elif self._entries:
+            kernel.at(self._entries[0][0], self._tell)
+
+    def _tell(self) -> None:
+        while self._entries and self._entries[0][0] <= self._vehicle.kernel.now_ns:
+            _, packet = self._entries.popleft()
+            self._vehicle.bus.publish(self._schema.decode(packet), packet, None)
+        self.ask()
+
+
+def _told(run: LoggedRun, instants: Instants, owner: int) -> Mapping[int, deque[tuple[int, bytes]]]:
+    """When the vehicle's messages of TOLD were published (ns), and their packets, by message id."""
+    found = {kind.ID: deque[tuple[int, bytes]]() for kind in TOLD}
+    # Few packets are of these: the others, known by two bytes in either order, are not looked at.
+    numbers = {number.to_bytes(2, order) for number in found for order in ("little", "big")}
+    latest = 0
+    for _, packet in run.packets():
+        if packet[2:4] in numbers:
+            header = imc.header(packet)
+            if header.src == owner and header.id in found and math.isfinite(header.timestamp):
+                latest = max(latest, instants.of(header.timestamp))
+                found[header.id].append((latest, packet))
+    return found
+
+
+def _goes_on(log: imc.Log) -> bool:
+    """Whether the run goes on in another log beside this one."""
+    place = place_of(log.path.parent)
+    return place is not None and len(logs_of_run(log.path.parent)) > place.number
+
+
+def _name(schema: imc.Schema, told: Iterable[tuple[int, bytes]]) -> str:
+    """The name of the last log that LoggingControl tells of, by which its pictures are kept; empty if none does."""
+    name = ""
+    for _, packet in told:
+        said = schema.decode(packet)
+        name = getattr(said, "name", "") if getattr(said, "op", None) in (Op.STARTED, Op.CURRENT_NAME) else name
+    return name

@@ -1,0 +1,147 @@
+"""Renders the pictures and labels of a logged run on several processors: the same bytes on any number of them."""
+
+import json
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import imc
+from shoal.rendering.exposures import Shot, expose
+from shoal.rendering.label_files import LABELS, describe_boxes, kinds, write_labels
+from shoal.rerun import ResimulationError
+from tasks.vision.photos import write_picture
+from tasks.vision.records import FILE
+from tasks.vision.rendering import FOLDER
+from world.pictures import Camera
+
+MOST_NOTES = 20
+
+Boxes = dict[str, Any]
+"""What is told of a picture in the file of all labels."""
+
+
+class Job(NamedTuple):
+    """What one process renders of a run: each `shots` with the next one of its camera; whether labels have flow."""
+
+    cameras: Mapping[str, Camera]
+    shots: Sequence[tuple[Shot, Shot | None]]
+    folder: Path
+    labels: bool
+    flow: bool
+
+
+class Rendered(NamedTuple):
+    """How many pictures there are of each camera, and what is to be noted of them."""
+
+    pictures: dict[str, int]
+    notes: list[str]
+
+
+def render(
+    log: imc.Log,
+    folder: Path,
+    *,
+    cameras: Path | None = None,
+    world: Path | None = None,
+    labels: bool = True,
+    flow: bool = False,
+    processes: int | None = None,
+    progress: Callable[[float], object] = lambda _: None,
+) -> Rendered:
+    """Write Photos/ as the run itself would have it, Labels/ and labels.json to a folder.
+
+    `cameras` and `world` are ini files, see expose. `processes` is how many render, by default one on each processor.
+    Raises what expose raises, ResimulationError if there is nothing to see, and OSError.
+    """
+    seen = expose(log, cameras, world)
+    if not seen.shots:
+        raise ResimulationError(f"{log.path}: there is no picture in this log: {'; '.join(seen.troubles)}")
+    pairs = list(_pairs(seen.shots))
+    count = min(processes or os.cpu_count() or 1, len(pairs))
+    jobs = [Job(seen.cameras, pairs[first::count], folder, labels, flow) for first in range(count)]
+    (folder / FOLDER).mkdir(parents=True, exist_ok=True)
+    (folder / FOLDER / FILE).write_bytes(seen.description)
+    found: dict[str, Boxes] = {}
+    for boxes in _in_processes(jobs) if count > 1 else rendered(jobs[0]):
+        found[boxes["file"]] = boxes
+        progress(len(found) / len(pairs))
+    if labels:
+        told = {"classes": kinds(), "pictures": [found[shot.name] for shot, _ in pairs]}
+        (folder / f"{LABELS.lower()}.json").write_text(json.dumps(told, indent=1) + "\n")
+    counts = {label: sum(shot.camera == label for shot in seen.shots) for label in sorted(seen.cameras)}
+    refused = [f"{boxes['file']} has no labels: {boxes['error']}" for boxes in found.values() if "error" in boxes]
+    return Rendered(counts, [*seen.notes, *seen.troubles, *refused[:MOST_NOTES]])
+
+
+def rendered(job: Job) -> Iterator[Boxes]:
+    """Render, and tell the boxes of each picture. Raises OSError."""
+    for shot, after in job.shots:
+        camera = job.cameras[shot.camera]
+        error = write_picture(job.folder / FOLDER / shot.name, getattr(camera, shot.method)(*shot.view), shot.form)
+        if error:
+            raise OSError(error)
+        optics = camera.optics
+        about: Boxes = {"file": shot.name, "camera": shot.camera, "time": shot.time}
+        about |= {"width": optics.width, "height": optics.height}
+        if job.labels:
+            following = (after.standpoint, after.gliders) if after is not None and job.flow else None
+            try:
+                found = camera.labels(shot.standpoint, shot.gliders, following)
+            except ValueError as refused:
+                about["error"] = str(refused)
+            else:
+                write_labels(job.folder / LABELS, Path(shot.name).stem, found)
+                about["objects"] = describe_boxes(found.boxes)
+        yield about
+
+
+def _pairs(shots: Sequence[Shot]) -> Iterator[tuple[Shot, Shot | None]]:
+    """Each with the next one of its camera."""
+    after: dict[str, Shot] = {}
+    pairs: list[tuple[Shot, Shot | None]] = []
+    for shot in reversed(shots):
+        pairs.append((shot, after.get(shot.camera)))
+        after[shot.camera] = shot
+    yield from reversed(pairs)
+
+
+def _in_processes(jobs: Sequence[Job]) -> Iterator[Boxes]:
+    """What `rendered` tells of all jobs, as it comes. Raises OSError, and what else a process raises."""
+    fresh = multiprocessing.get_context("spawn")  # a copy of this one might lack its threads
+    running: dict[Connection, Any] = {}
+    for job in jobs:
+        ours, theirs = fresh.Pipe(duplex=False)
+        process = fresh.Process(target=_serve, args=(theirs, job), daemon=True)
+        process.start()
+        theirs.close()
+        running[ours] = process
+    try:
+        while running:
+            for pipe in wait(list(running)):
+                assert isinstance(pipe, Connection)
+                try:
+                    said = pipe.recv()
+                except EOFError:
+                    said = OSError(f"process {running[pipe].pid}, which renders, was ended from outside")
+                if said is None:
+                    running.pop(pipe).join()
+                elif isinstance(said, BaseException):
+                    raise said
+                else:
+                    yield said
+    finally:
+        for process in running.values():
+            process.terminate()
+            process.join()
+
+
+def _serve(pipe: Connection, job: Job) -> None:
+    try:
+        for boxes in rendered(job):
+            pipe.send(boxes)
+        pipe.send(None)
+    except Exception as error:
+        pipe.send(error)
