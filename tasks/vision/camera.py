@@ -5,7 +5,7 @@ import math
 from runtime import ParameterError, param
 from tasks.vision.rendering import RenderedCamera
 from world import Pose
-from world.optics import CalibrationError, CameraModel, PinholeCamera, read_camera
+from world.optics import CalibrationError, CameraModel, Dome, FlatPort, PinholeCamera, housed, read_camera
 
 
 class Camera(RenderedCamera):
@@ -45,8 +45,21 @@ class Camera(RenderedCamera):
         0, "px", "Width of the views of 90° that make up an image; 0 is as fine as the image.", minimum=0, maximum=8192
     )
 
+    housing: str = param("None", "", "The window between air and water.", choices=("None", "Flat Port", "Dome"))
+    port_distance: float = param(
+        0.03, "m", "From the camera's center to the pane of a flat port.", minimum=0, maximum=10
+    )
+    port_thickness: float = param(0.01, "m", "Of the glass of a flat port or a dome.", minimum=0, maximum=1)
+    dome_radius: float = param(0.08, "m", "Inner radius of a dome.", minimum=0.001, maximum=10)
+    dome_offset: float = param(
+        0.0, "m", "How far the camera's center is before that of a dome.", minimum=-10, maximum=10
+    )
+    subject_distance: float = param(
+        3.0, "m", "Where pictures through a port are exact; nearer and farther, a pixel or some off.", minimum=0.01
+    )
+
     def configure(self) -> None:
-        self._optics = self._model()
+        self._optics = self._housed(self._model())
         super().configure()
 
     def views(self) -> tuple[int, int]:
@@ -60,6 +73,17 @@ class Camera(RenderedCamera):
 
     def optics(self) -> CameraModel:
         return self._optics
+
+    def _housed(self, camera: CameraModel) -> CameraModel:
+        try:
+            port = None
+            if self.housing == "Flat Port":
+                port = FlatPort(self.port_thickness, distance=self.port_distance)
+            elif self.housing == "Dome":
+                port = Dome(self.port_thickness, radius=self.dome_radius, offset=self.dome_offset)
+            return housed(camera, port, self.subject_distance)
+        except CalibrationError as error:
+            raise ParameterError("Housing", str(error)) from None
 
     def _model(self) -> CameraModel:
         if self.calibration:

@@ -5,6 +5,7 @@ from world.optics.camera import CalibrationError, CameraModel, Floats
 from world.optics.double_sphere import DoubleSphereCamera
 from world.optics.files import read_camera
 from world.optics.fisheye import FisheyeCamera, kannala_brandt
+from world.optics.housing import Dome, FlatPort, HousedCamera, housed
 from world.optics.lens import PRESETS, Lens, preset_lens
 from world.optics.pinhole import Pinhole
 
@@ -12,12 +13,16 @@ __all__ = [
     "PRESETS",
     "CalibrationError",
     "CameraModel",
+    "Dome",
     "DoubleSphereCamera",
     "FisheyeCamera",
+    "FlatPort",
     "Floats",
+    "HousedCamera",
     "Lens",
     "Pinhole",
     "PinholeCamera",
+    "housed",
     "kannala_brandt",
     "preset_lens",
     "read_camera",

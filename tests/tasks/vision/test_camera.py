@@ -32,6 +32,8 @@ CAMERAS = {
     "ahead": {"mount_orientation": [0.0, -20.0, 0.0]},
     "aside, apart": {"mount_orientation": [10.0, -60.0, 70.0], "mount_position": [0.8, -0.3, 0.2]},
     "barrel": {"distortion": [-0.28, 0.07, 2e-4, 2e-5], "principal_point": [300.0, 260.5]},
+    "behind a pane": {"housing": "Flat Port", "port_distance": 0.05, "field_of_view": 120.0},
+    "in a dome": {"housing": "Dome", "dome_offset": 0.02, "distortion": [-0.28, 0.07]},
     "woodscape": {"calibration": "camera.json"},
 }
 GLIDERS = ((2.0, 0.4), (3.5, -0.8), (0.4, 1.5))

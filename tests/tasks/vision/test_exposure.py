@@ -80,3 +80,9 @@ def test_motion_blurs_what_passes_by():
 def test_read_noise_needs_a_full_well():
     with pytest.raises(ParameterError, match="Full Well"):
         frames(read_noise=5.0)
+
+
+def test_a_port_that_does_not_hold_its_camera_is_refused():
+    for wrong in ({"housing": "Dome", "dome_offset": 0.2}, {"housing": "Flat Port", "subject_distance": 0.02}):
+        with pytest.raises(ParameterError, match="Housing"):
+            frames(**wrong)
