@@ -17,10 +17,12 @@ from runtime.logs import logs_of_run, place_of
 from runtime.vehicle import Vehicle, build
 from shoal.rendering.cameras import take_cameras, take_world
 from shoal.rerun import Instants, LoggedRun, ResimulationError, outline, profile_of, run_of, tick_rates
+from tasks.surroundings import world_of
 from tasks.vision.photos import write_picture
 from tasks.vision.records import FILE
 from tasks.vision.rendering import FOLDER, RenderedCamera
-from world.pictures import Camera, Glider, Standpoint
+from tasks.vision.viewpoint import View
+from world.pictures import Camera, Glider, Shutter, Standpoint
 
 TOLD = (imc.LoggingControl, imc.SimulatedState, imc.EstimatedState)  # all that moves a camera, and its pictures
 Op = imc.LoggingControl.Op
@@ -30,23 +32,23 @@ Offload = Callable[..., None]
 class Shot(NamedTuple):
     """A picture: the label of its camera, when it was exposed (s since 1970 UTC), its file, and how it is rendered.
 
-    `method` of the camera with `view` makes it; the view begins with the vehicle's standpoint and the gliders.
+    The shutter's `picture(*given)` makes it. At its instant, the vehicle was at a standpoint among gliders.
     """
 
     camera: str
     time: float
     name: str
     form: str
-    method: str
-    view: tuple[Any, ...]
+    given: tuple[Any, ...]
+    standpoint: Standpoint
+    gliders: tuple[Glider, ...]
 
-    @property
-    def standpoint(self) -> Standpoint:
-        return self.view[0]
 
-    @property
-    def gliders(self) -> tuple[Glider, ...]:
-        return self.view[1]
+class Eye(NamedTuple):
+    """A camera and its shutter."""
+
+    camera: Camera
+    shutter: Shutter
 
 
 @dataclass
@@ -56,7 +58,7 @@ class Exposures:
     troubles: why there is none of a camera.
     """
 
-    cameras: dict[str, Camera]
+    cameras: dict[str, Eye]
     shots: list[Shot]
     description: bytes = b""
     notes: list[str] = field(default_factory=list[str])
@@ -125,9 +127,8 @@ def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None)
     blind = [entity for entity in entities if not any(shot.camera == entity.label for shot in shots)]
     troubles = [f"no picture of {entity.label}: {entity.description}" for entity in blind]
     shots.sort(key=lambda shot: (shot.time, shot.camera))
-    return Exposures(
-        {each.task.entity.label: each.task.camera for each in recorders}, shots, described, notes, troubles
-    )
+    eyes = {each.task.entity.label: Eye(each.task.camera, each.task.shutter) for each in recorders}
+    return Exposures(eyes, shots, described, notes, troubles)
 
 
 class _Recorder:
@@ -136,20 +137,23 @@ class _Recorder:
     def __init__(self, task: RenderedCamera):
         self.task = task
         self.shots: list[tuple[Path, Shot]] = []
-        self._taken: dict[int, tuple[float, NDArray[np.uint8], str, tuple[Any, ...]]] = {}
+        self._taken: dict[int, tuple[NDArray[np.uint8], Shot]] = {}
         self._offload: Offload = task.offload
         task.offload = self.offload
 
     def offload(self, function: Callable[..., Any], *args: Any, then: Callable[[Any], object], latency: float = 0.0):
         """In place of Task.offload."""
-        if getattr(function, "__self__", None) is self.task.camera:
-            optics = self.task.camera.optics
-            result = np.broadcast_to(np.zeros(4, np.uint8), (optics.height, optics.width, 4))
-            self._taken[id(result)] = self.task.now, result, function.__name__, args
+        task = self.task
+        if getattr(function, "__self__", None) is task.shutter:
+            view = task.viewpoint.view(world_of(task), task.now, task.vehicle.start_time)
+            assert isinstance(view, View)
+            result = np.broadcast_to(np.zeros(4, np.uint8), (task.camera.optics.height, task.camera.optics.width, 4))
+            shot = Shot(task.entity.label, task.now, "", "", args, view.vehicle, view.gliders)
+            self._taken[id(result)] = result, shot
         elif function is write_picture:
             path, image, form = args
-            time, _, method, view = self._taken.pop(id(image))
-            self.shots.append((path, Shot(self.task.entity.label, time, path.name, form, method, view)))
+            _, shot = self._taken.pop(id(image))
+            self.shots.append((path, shot._replace(name=path.name, form=form)))
             result = ""
         else:
             result = function(*args)

@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import imc
-from shoal.rendering.exposures import Shot, expose
+from shoal.rendering.exposures import Eye, Shot, expose
 from shoal.rendering.label_files import LABELS, describe_boxes, kinds, write_labels
 from shoal.rerun import ResimulationError
 from tasks.vision.photos import write_picture
 from tasks.vision.records import FILE
 from tasks.vision.rendering import FOLDER
-from world.pictures import Camera
 
 MOST_NOTES = 20
 
@@ -26,7 +25,7 @@ Boxes = dict[str, Any]
 class Job(NamedTuple):
     """What one process renders of a run: each `shots` with the next one of its camera; whether labels have flow."""
 
-    cameras: Mapping[str, Camera]
+    cameras: Mapping[str, Eye]
     shots: Sequence[tuple[Shot, Shot | None]]
     folder: Path
     labels: bool
@@ -79,8 +78,8 @@ def render(
 def rendered(job: Job) -> Iterator[Boxes]:
     """Render, and tell the boxes of each picture. Raises OSError."""
     for shot, after in job.shots:
-        camera = job.cameras[shot.camera]
-        error = write_picture(job.folder / FOLDER / shot.name, getattr(camera, shot.method)(*shot.view), shot.form)
+        camera, shutter = job.cameras[shot.camera]
+        error = write_picture(job.folder / FOLDER / shot.name, shutter.picture(*shot.given), shot.form)
         if error:
             raise OSError(error)
         optics = camera.optics

@@ -33,6 +33,11 @@ Width = 60
 Height = 45
 Mount Position = 0.4, 0.1, -0.2
 Mount Orientation = 0, -60, 10
+Exposure Time = 0.02
+Motion Blur Samples = 2
+Readout Time = 0.03
+Full Well = 4000
+Read Noise = 10
 Scene = {scene}
 Save Images = true
 """
