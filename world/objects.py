@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
-GLIDER = "Glider"
-CLASSES = (GLIDER,)
+GLIDER, CHESSBOARD, APRIL_GRID = "Glider", "Chessboard", "AprilGrid"
+CLASSES = (GLIDER, CHESSBOARD, APRIL_GRID)
+MOST_TAGS = 96
 LENGTH, DIAMETER = 0.8, 0.16  # m, of a mini underwater glider (MUG)
 
 Place = tuple[float, float]
@@ -38,7 +39,8 @@ class Thing:
     """An object: its number, its class, its size (m), and its track, which has one waypoint if it lies still.
 
     Its middle is `depth` m below the surface, or on the seabed without a depth. It looks where it goes, or to its
-    `heading` (rad). Between waypoints it moves evenly; it waits at the first one, and stays at the last.
+    `heading` (rad). Between waypoints it moves evenly; it waits at the first one, and stays at the last. A board lies
+    flat: `squares` are the rows and columns of its squares or tags, each `square` m wide.
     """
 
     id: int
@@ -48,12 +50,18 @@ class Thing:
     kind: str = GLIDER
     length: float = LENGTH
     diameter: float = DIAMETER
+    squares: tuple[int, int] = (6, 9)
+    square: float = 0.05
 
     def __post_init__(self) -> None:
         if self.kind not in CLASSES:
             raise ValueError(f"{self.kind!r} is not one of the classes {', '.join(CLASSES)}")
         if not (0.0 < self.diameter <= self.length < math.inf):
             raise ValueError(f"{self.length:g} m by {self.diameter:g} m is not a length and a diameter")
+        rows, columns = self.squares
+        fewest = 2 if self.kind == CHESSBOARD else 1
+        if min(rows, columns) < fewest or (self.kind == APRIL_GRID and rows * columns > MOST_TAGS):
+            raise ValueError(f"{rows} x {columns} squares make no {self.kind}; there are {MOST_TAGS} tags")
         if not self.track or any(b.time <= a.time for a, b in pairwise(self.track)):
             raise ValueError("the times of a track must grow")
 

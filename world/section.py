@@ -96,6 +96,8 @@ OBJECT_OPTIONS: Mapping[str, Option] = MappingProxyType(
         "Depth": Option("m", "Its depth, if it lies on none of both.", "0", 0.0, DEEPEST),
         "Length": Option("m", "Its length.", f"{LENGTH}", 0.01, 1000.0),
         "Diameter": Option("m", "Its diameter.", f"{DIAMETER}", 0.01, 1000.0),
+        "Squares": Option("1", "Rows and columns of squares, or of tags, of a board.", "6, 9", 1.0, 100.0),
+        "Square Size": Option("m", "Width of a square of a chessboard, or of a tag.", "0.05", 0.001, 10.0),
     }
 )
 BATHYMETRY_OPTIONS: Mapping[str, Option] = MappingProxyType(
@@ -202,9 +204,22 @@ def _read_object(section: "_Section", name: str, number: int) -> Thing:
             section.choice("Class", CLASSES),
             section.number("Length"),
             section.number("Diameter"),
+            _squares(section),
+            section.number("Square Size"),
         )
+    except WorldError:
+        raise
     except ValueError as error:
-        raise WorldError(f"[{section.name}] {'Track' if 'track' in str(error) else 'Diameter'} {error}") from None
+        words = str(error)
+        option = "Track" if "track" in words else "Squares" if "squares" in words else "Diameter"
+        raise WorldError(f"[{section.name}] {option} {words}") from None
+
+
+def _squares(section: "_Section") -> tuple[int, int]:
+    rows, columns = section.numbers("Squares", 2)
+    if not (rows.is_integer() and columns.is_integer()):
+        raise section.error("Squares", "is not two whole numbers")
+    return int(rows), int(columns)
 
 
 class _Section:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from world.objects import Place, Spot, Thing
+from world.objects import GLIDER, Place, Spot, Thing
 from world.sea import Bathymetry, Waves
 from world.sun import Sun
 
@@ -26,6 +26,14 @@ class World:
     air_visibility: float = 20e3
     water_type: str = ""
     walls: tuple[tuple[Place, Place], ...] = ()
+
+    @property
+    def gliders(self) -> tuple[Thing, ...]:
+        return tuple(thing for thing in self.objects if thing.kind == GLIDER)
+
+    @property
+    def boards(self) -> tuple[Thing, ...]:
+        return tuple(thing for thing in self.objects if thing.kind != GLIDER)
 
     def bottom(self, north: float, east: float) -> float | None:
         """Depth (m) of the bottom at a place; None if it is not known."""

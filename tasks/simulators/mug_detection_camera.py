@@ -164,7 +164,7 @@ class MUGDetectionCamera(Task):
         self.set_entity_state(State.NORMAL, "active, looks from EstimatedState" if estimated else "active")
         angles = state.phi, state.theta, state.psi
         world = world_of(self)
-        for thing in world.objects:
+        for thing in world.gliders:
             draws = self._draw()
             spot = world.spot(thing, self.now - self.vehicle.start_time)
             believed = CameraPose(*angles, self._height(state, thing))
@@ -218,7 +218,7 @@ class MUGDetectionCamera(Task):
         """False alarms of an image, as if on the plane of the first object, or on the seabed."""
         count = int(self._chance.poisson(self.false_alarm_rate * min(seconds, self.maximum_age)))
         points = self._chance.random((count, 2)).tolist()
-        objects = world_of(self).objects
+        objects = world_of(self).gliders
         height = self._height(state, objects[0]) if objects else state.alt
         view = CameraPose(state.phi, state.theta, state.psi, height)
         for u, v in points:
@@ -250,7 +250,7 @@ class MUGDetectionCamera(Task):
         pose = state.lat + state.lon + state.x + state.y + state.z + state.phi + state.theta + state.psi
         if not math.isfinite(pose):
             return "no position or attitude"
-        on_seabed = all(thing.depth is None for thing in world_of(self).objects)
+        on_seabed = all(thing.depth is None for thing in world_of(self).gliders)
         by_altitude = self.fidelity == "Original" or (self.fidelity == "Physical" and on_seabed)
         if by_altitude and not 0.0 < state.alt < math.inf:
             return NO_ALTITUDE

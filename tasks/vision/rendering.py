@@ -194,7 +194,8 @@ class RenderedCamera(Task):
         random = noise(self.vehicle.seed, self.entity.label, self.taken)
         self.taken += 1
         self._busy = True
-        self.offload(self.shutter.picture, self._path(view), view.gliders, random, then=deliver, latency=self.latency)
+        given = self._path(view), view.gliders, random, view.boards
+        self.offload(self.shutter.picture, *given, then=deliver, latency=self.latency)
 
     def _path(self, view: View) -> list[Standpoint]:
         """Where the vehicle is while the shutter is open, as it moves now; where that is not known, it stays."""

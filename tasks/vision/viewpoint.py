@@ -7,7 +7,7 @@ import imc
 from tasks.surroundings import Chart, Placed, Truth
 from world import Pose, Spot, World
 from world.attitude import turned
-from world.pictures import Glider, Standpoint
+from world.pictures import Board, Glider, Standpoint, board
 
 OLDEST = 1.0  # s, beyond which the true state counts as missing
 
@@ -19,6 +19,7 @@ class View(NamedTuple):
     gliders: tuple[Glider, ...] = ()
     true: bool = True
     estimate: Pose | None = None
+    boards: tuple[Board, ...] = ()
 
 
 class Viewpoint:
@@ -52,7 +53,8 @@ class Viewpoint:
         elif believed is None:
             return "no position or attitude"
         else:
-            view = View(believed, self._gliders(world, now - began, self._ground(state)), true=False)
+            scene = world, now - began, self._ground(state)
+            view = View(believed, self._gliders(*scene), true=False, boards=self._boards(*scene))
         if not view.vehicle.height > 0.0:
             return "no altitude"
         return view._replace(estimate=None if believed is None else believed.pose)
@@ -63,7 +65,7 @@ class Viewpoint:
         if bottom is None:
             bottom = _bottom(self.estimate)
         pose = Standpoint(north, east, bottom - down, down, *angles, time)
-        return View(pose, self._gliders(world, time, bottom))
+        return View(pose, self._gliders(world, time, bottom), boards=self._boards(world, time, bottom))
 
     def _believed(self, state: imc.EstimatedState, now: float, time: float) -> Standpoint | None:
         """Where the vehicle believes it is; None without a place or an attitude."""
@@ -95,7 +97,7 @@ class Viewpoint:
         """
         things = (
             (thing, world.spot(thing, time))
-            for thing in world.objects
+            for thing in world.gliders
             if not (self.sea and (thing.depth or 0.0) > thing.diameter)
         )
         return tuple(
@@ -110,6 +112,11 @@ class Viewpoint:
             )
             for thing, spot in things
         )
+
+    def _boards(self, world: World, time: float, ground: float) -> tuple[Board, ...]:
+        """The boards of the world like `_gliders`; none is seen through the surface."""
+        boards = ((thing, world.spot(thing, time)) for thing in world.boards if not (self.sea and thing.depth))
+        return tuple(board(thing, spot, self._rise(spot, thing.depth, ground)) for thing, spot in boards)
 
     def _rise(self, spot: Spot, depth: float | None, ground: float) -> float:
         return 0.0 if spot.down is None or (self.sea and depth is None) else ground - spot.down

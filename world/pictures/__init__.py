@@ -1,6 +1,6 @@
 """Renders what a camera sees."""
 
-from world.pictures.boards import Board, april_grid, chessboard
+from world.pictures.boards import Board, april_grid, board, chessboard
 from world.pictures.camera import Camera
 from world.pictures.exposure import Exposure, Shutter, noise
 from world.pictures.labels import Box, Kind, Labeller, Labels
@@ -26,6 +26,7 @@ __all__ = [
     "Shutter",
     "Standpoint",
     "april_grid",
+    "board",
     "chessboard",
     "noise",
     "optical",

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from world.objects import CHESSBOARD, Spot, Thing
 from world.pictures.faces import pixel_axis
 from world.pictures.planes import Window
 
@@ -47,6 +48,15 @@ class Board:
     rise: float = 0.0
     heading: float = 0.0
     id: int = 0
+
+
+def board(thing: Thing, spot: Spot, rise: float) -> Board:
+    """An object of the world that is a board, `rise` m above the ground beneath the camera."""
+    if thing.kind == CHESSBOARD:
+        cells, cell = chessboard(*thing.squares), thing.square
+    else:
+        cells, cell = april_grid(*thing.squares), thing.square / TAG
+    return Board(cells, cell, spot.north, spot.east, rise, spot.heading, thing.id)
 
 
 @cache

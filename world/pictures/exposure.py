@@ -10,6 +10,7 @@ import numpy as np
 from numpy.random import PCG64, Generator, SeedSequence
 from numpy.typing import NDArray
 
+from world.pictures.boards import Board
 from world.pictures.camera import Camera
 from world.pictures.mug import Glider
 from world.pictures.scenes import Standpoint
@@ -96,13 +97,24 @@ class Shutter:
         """s from the instant of a picture, at which `picture` wants standpoints."""
         return self.exposure.instants(self.bands)
 
-    def picture(self, standpoints: Sequence[Standpoint], gliders: Sequence[Glider] | None, random: Generator) -> Image:
+    def picture(
+        self,
+        standpoints: Sequence[Standpoint],
+        gliders: Sequence[Glider] | None,
+        random: Generator,
+        boards: Sequence[Board] = (),
+    ) -> Image:
         """RGBA (height, width, 4), seen from where the vehicle is at the `instants`. Raises ValueError for others."""
         samples = self.exposure.samples
         if len(standpoints) != self.bands * samples:
             raise ValueError(f"{len(standpoints)} standpoints are not {self.bands} times {samples}")
         parts = [
-            mean([camera.picture(standpoint, gliders) for standpoint in standpoints[n * samples : (n + 1) * samples]])
+            mean(
+                [
+                    camera.picture(standpoint, gliders, boards)
+                    for standpoint in standpoints[n * samples : (n + 1) * samples]
+                ]
+            )
             for n, camera in enumerate(self.cameras)
         ]
         return self.exposure.apply(np.vstack(parts) if len(parts) > 1 else parts[0], random)

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from world.attitude import Vector
-from world.objects import Place, Spot, Thing
+from world.objects import GLIDER, Place, Spot, Thing
 from world.sea import Bathymetry
 from world.sensors.sonar import Beam
 
@@ -56,7 +56,7 @@ def listen(world: Surroundings, beam: Beam, time: float, stream: Vector, blankin
 
 def _of(world: Surroundings, thing: Thing, beam: Beam, time: float) -> Echo | None:
     spot = world.spot(thing, time)
-    if spot.down is None:
+    if spot.down is None or thing.kind != GLIDER:  # boards are too thin to be heard
         return None
     middle = spot.north, spot.east, spot.down
     distance = beam.capsule(middle, spot.heading, thing.length, thing.diameter)

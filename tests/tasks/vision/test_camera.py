@@ -170,3 +170,23 @@ def test_a_camera_in_the_ground_says_so():
     run = simulate(Camera, feed=states(), mount_position=[0.0, 0.0, 3.5])
     assert run.frames == []
     assert run.task.entity.description == "the camera is in the ground"
+
+
+@pytest.mark.parametrize(("kind", "squares"), [("Chessboard", "6, 9"), ("AprilGrid", "3, 4")])
+def test_a_board_of_the_world_is_seen_where_it_lies(kind, squares):
+    options = {"Class": kind, "Position": "0.3, -0.2", "Heading": "0", "Squares": squares, "Square Size": "0.1"}
+    settings = {"World": {"Gliders": "none", "Objects": "Board"}, "World/Board": options}
+    common = {"feed": states(), "frame_rate": 2.0, "visibility": 1000.0, "interpolation": "bilinear"}
+    seen = simulate(Camera, settings=settings, **common).frames[-1]
+    bare = simulate(Camera, settings={"World": {"Gliders": "none"}}, **common).frames[-1]
+    rows, columns = np.nonzero(np.abs(seen.image.astype(int) - bare.image).sum(axis=-1) > 60)
+    middle = np.linalg.inv(seen.pose) @ [0.3, -0.2, 5.0, 1.0]
+    (u, v), _ = seen.optics.project(middle[:3])
+    assert (columns.min() + columns.max() + 1) / 2 == pytest.approx(u, abs=2.0)
+    assert (rows.min() + rows.max() + 1) / 2 == pytest.approx(v, abs=2.0)
+
+
+def test_an_impossible_board_is_refused_with_its_section():
+    options = {"Class": "Chessboard", "Position": "0 0", "Squares": "1, 9"}
+    with pytest.raises(ValueError, match=r"World/Board\] Squares 1 x 9 squares make no Chessboard"):
+        simulate(Camera, settings={"World": {"Objects": "Board"}, "World/Board": options})
