@@ -39,7 +39,7 @@ OPEN = {  # modules that are imported as they are
     *("imc.coordinates.arrays", "imc.schema.yamltree"),  # need NumPy and PyYAML, which are slow to import
     *(f"shoal.logs.export.{form}" for form in ("mcap", "netcdf", "parquet", "csv", "llf")),  # need their libraries
     *("shoal.logs.edit.mcap_import", "shoal.logs.edit.tlog_import", "shoal.logs.edit.flight_import"),
-    *(f"tasks.vision.{module}" for module in ("photos", "records", "rendering", "viewpoint")),  # need NumPy, too
+    *(f"tasks.vision.{part}" for part in ("keeping", "photos", "records", "rendering", "viewpoint")),  # NumPy, too
     "runtime.vehicle.vehicle",  # its file's name ends what is shown of a traceback
     "runtime.kernel.kernel",
 }

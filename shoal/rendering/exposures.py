@@ -18,9 +18,10 @@ from runtime.vehicle import Vehicle, build
 from shoal.rendering.cameras import take_cameras, take_world
 from shoal.rerun import Instants, LoggedRun, ResimulationError, outline, profile_of, run_of, tick_rates
 from tasks.surroundings import world_of
+from tasks.vision.keeping import FOLDER
 from tasks.vision.photos import write_picture
 from tasks.vision.records import FILE
-from tasks.vision.rendering import FOLDER, RenderedCamera
+from tasks.vision.rendering import RenderedCamera
 from tasks.vision.viewpoint import View
 from world.pictures import Camera, Glider, Shutter, Standpoint
 

@@ -12,9 +12,9 @@ import imc
 from shoal.rendering.exposures import Eye, Shot, expose
 from shoal.rendering.label_files import LABELS, describe_boxes, kinds, write_labels
 from shoal.rerun import ResimulationError
+from tasks.vision.keeping import FOLDER
 from tasks.vision.photos import write_picture
 from tasks.vision.records import FILE
-from tasks.vision.rendering import FOLDER
 
 MOST_NOTES = 20
 

@@ -7,15 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 import imc
-from runtime import Frame, ParameterError, State, Task, consume, param, periodic
+from runtime import Frame, ParameterError, State, consume, param, periodic
 from tasks.surroundings import Chart, Truth, world_of
 from tasks.vision.airsim_client import AirSimClient, Shot, mount_of
 from tasks.vision.airsim_messages import AirSimError, Image, Kinematics, transform
+from tasks.vision.keeping import PictureKeeper
 from tasks.vision.records import camera_frame
 from world import SECTIONS, Pose
 from world.attitude import to_body
 from world.optics import PRESETS, CameraModel, FisheyeCamera, Floats, PinholeCamera, preset_lens
-from world.pictures import INTERPOLATIONS, Panorama, void_warning
+from world.pictures import INTERPOLATIONS, Panorama, optical, void_warning
 
 OLDEST = 1.0  # s, beyond which a state counts as missing
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
@@ -33,7 +34,7 @@ class Picture(NamedTuple):
     motion: Kinematics | None
 
 
-class AirSim(Task):
+class AirSim(PictureKeeper):
     """Shares frames that AirSim, Colosseum or Cosys-AirSim renders.
 
     They are those of one camera, or fisheye pictures from five or six views of 90°.
@@ -45,7 +46,7 @@ class AirSim(Task):
     """
 
     reads = SECTIONS
-    transient = ("_client", "_panorama")
+    transient = (*PictureKeeper.transient, "_client", "_panorama", "_camera")
 
     host: str = param("127.0.0.1", "", "Name or address of the computer that AirSim runs on.", editable=False)
     port: int = param(41451, "1", "Its TCP port: ApiServerPort.", minimum=1, maximum=65535, editable=False)
@@ -88,15 +89,25 @@ class AirSim(Task):
                 self.after(0.0, self.log.warning, warning)
 
     def start(self) -> None:
+        super().start()
         origin = world_of(self).origin
         self._truth, self._chart = Truth(origin), Chart(origin)
         self._estimate: imc.EstimatedState | None = None
         self.taken = self.dropped = self.failed = 0
         self._trouble = ""
-        self.restored()
+        self._connect()
         self.set_entity_state(State.BOOT, f"connecting to {self._client.exchange.name}")
 
     def restored(self) -> None:
+        super().restored()
+        self._connect()
+
+    @property
+    def known(self) -> tuple[CameraModel, Pose] | None:
+        return self._camera
+
+    def _connect(self) -> None:
+        self._camera: tuple[CameraModel, Pose] | None = None
         turns = self._panorama.turns if self._panorama else np.eye(3)[None]
         self._client = AirSimClient(
             self.host, self.port, self.timeout, self.vehicle_name, self.cameras, turns, compress=self.compress
@@ -155,7 +166,9 @@ class AirSim(Task):
         info = {"airsim_time": made.stamp}
         self.share(Frame(time, self.entity.label, self.taken, made.image, info, made.optics, made.mount, pose))
         estimate = None if believed is None else believed.transform @ made.mount
-        self.publish(camera_frame(time, self.taken, made.optics, pose, estimate, "", is_true=is_true))
+        self._camera = made.optics, Pose.of(made.mount @ np.linalg.inv(optical(Pose())))
+        file = self.keep(time, made.image, self.described(self._estimate)) if self.is_wanted() else ""
+        self.publish(camera_frame(time, self.taken, made.optics, pose, estimate, file, is_true=is_true))
         self.taken += 1
         if self.publish_truth and made.motion is not None:
             self.publish(self._simulated(made.motion).replace(timestamp=time), keep_time=True)

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import imc
-from runtime import Frame, ParameterError, State, Task, consume, param
+from runtime import Frame, ParameterError, State, consume, param
 from tasks.surroundings import Chart, world_of
+from tasks.vision.keeping import PictureKeeper
 from tasks.vision.records import camera_frame
 from world import SECTIONS, Pose
 from world.attitude import turned
@@ -19,7 +20,7 @@ OLDEST = 1.0  # s, beyond which an EstimatedState says nothing of a picture
 NOWHERE = np.full((4, 4), math.nan)
 
 
-class CalibratedCamera(Task):
+class CalibratedCamera(PictureKeeper):
     """Shares frames that somebody else has taken."""
 
     reads = SECTIONS
@@ -41,7 +42,7 @@ class CalibratedCamera(Task):
         size=3,
     )
 
-    transient = ("_optics",)
+    transient = (*PictureKeeper.transient, "_optics")
 
     def configure(self) -> None:
         world_of(self)
@@ -52,7 +53,12 @@ class CalibratedCamera(Task):
             except (CalibrationError, OSError) as error:
                 raise ParameterError("Calibration", str(error)) from None
 
+    @property
+    def known(self) -> tuple[CameraModel, Pose] | None:
+        return None if self._optics is None else (self._optics, self._mount)
+
     def start(self) -> None:
+        super().start()
         self.taken = self.dropped = self.failed = 0
         self._chart = Chart(world_of(self).origin)
         self._estimate: imc.EstimatedState | None = None
@@ -90,7 +96,8 @@ class CalibratedCamera(Task):
         estimate = self._believed(time)
         there = NOWHERE if estimate is None else estimate.transform @ mount
         model = optics or PinholeCamera(width, height, 1.0, 1.0, 0.5 * width, 0.5 * height)
-        message = camera_frame(time, self.taken, model, there, None if estimate is None else there, "", is_true=False)
+        file = self.keep(time, image, self.described(self._estimate)) if self.is_wanted() else ""
+        message = camera_frame(time, self.taken, model, there, None if estimate is None else there, file, is_true=False)
         unknown = {} if optics else {"fx": math.nan, "fy": math.nan, "cx": math.nan, "cy": math.nan}
         self.share(Frame(time, self.entity.label, self.taken, image, {"stamp": stamp}, optics, mount))
         self.publish(message.replace(**unknown))

@@ -19,7 +19,6 @@ class Device(CalibratedCamera):
     """
 
     external = True
-    requires = "vision"
 
     address: str = param(
         "",

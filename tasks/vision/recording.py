@@ -20,7 +20,6 @@ class Recording(CalibratedCamera):
     that is missing or broken is named, counted and left out.
     """
 
-    requires = "vision"
     transient = (*CalibratedCamera.transient, "_reel")
 
     source: str = param(
@@ -55,11 +54,12 @@ class Recording(CalibratedCamera):
     def start(self) -> None:
         super().start()
         self._number, self._began, self._first = 0, self.now, 0.0
-        self.restored()
+        self._reel = Reel(self.path_of(self.source), self.camera)
         self.set_entity_state(State.BOOT, f"opening {self.source}")
         self._fetch()
 
     def restored(self) -> None:
+        super().restored()
         self._reel = Reel(self.path_of(self.source), self.camera)
 
     def stop(self) -> None:

@@ -6,6 +6,8 @@ import socket
 import msgspec
 import numpy as np
 import pytest
+import yaml
+from PIL import Image
 
 import imc
 from runtime import ParameterError, State
@@ -91,6 +93,24 @@ def test_six_views_fill_more_than_five():
     with StandIn(128, 128) as server:
         six = shot(server, cameras=list(SETTINGS)[:6], field_of_view=320.0, interpolation="bilinear")
         assert apart(six.frames[0]) <= 4
+
+
+def test_pictures_are_kept_on_request_with_their_camera(tmp_path):
+    order = imc.Event(timestamp=0.3, topic="Take Pictures", data="count=2", dst=0x1A)
+    estimate = imc.EstimatedState(timestamp=0.0, lat=LAT, lon=LON, x=11.0, depth=2.5)
+    with StandIn() as server:
+        feed = [estimate, *[truth(t / 10) for t in range(9)], order]
+        run = shot(server, feed=feed, log_root=tmp_path, cameras=["front_center"], entity_label="Front")
+    folder = tmp_path / "lauv-noptilus-1"
+    told = [message for message in run.of(imc.CameraFrame) if message.file]
+    assert [message.index for message in told] == [1, 2]
+    for message in told:
+        with Image.open(folder / message.file) as picture:
+            assert np.array_equal(np.asarray(picture), run.frames[message.index].image)
+    known = yaml.safe_load((folder / "Photos" / "cameras.yaml").read_text())["Front"]
+    np.testing.assert_allclose(known["T_BS"], run.frames[0].mount, atol=1e-6)
+    assert known["intrinsics"][0] == pytest.approx(32.0)
+    assert told[0].est_x == pytest.approx(11.5, abs=0.6)
 
 
 def test_airsim_moves_and_its_motion_is_the_truth():

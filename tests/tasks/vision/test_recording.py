@@ -102,6 +102,22 @@ def test_photos_of_a_log_with_their_cameras(tmp_path):
     assert len(played(tmp_path, camera="Front", times="As Recorded", start=START + 2.0, seconds=4.0).frames) == 2
 
 
+def test_what_is_played_can_be_kept_and_played_again(tmp_path):
+    estimates = [imc.EstimatedState(timestamp=t / 10, lat=0.7, depth=2.5) for t in range(6)]
+    options = {"source": str(euroc(tmp_path / "set")), "save_images": True, "entity_label": "Old Camera"}
+    run = simulate(Recording, estimates, seconds=1.0, log_root=tmp_path / "log", **options)
+    folder = tmp_path / "log" / "lauv-noptilus-1"
+    assert [message.file for message in run.of(imc.CameraFrame)] == [
+        f"Photos/{photo_name('Old Camera', number, START + number / 10)}" for number in range(5)
+    ]
+    assert len([event for event in run.of(imc.Event) if "depth=2.500" in event.data]) == 5
+    again = played(folder, times="As Recorded", camera="Old Camera")
+    assert shown(again) == shown(run)
+    first, second = run.frames[0], again.frames[0]
+    assert np.array_equal(first.image, second.image)
+    assert (second.optics.fx, second.optics.k1) == pytest.approx((first.optics.fx, first.optics.k1))
+
+
 def test_names_that_are_times(tmp_path):
     for number, time in enumerate(("1403636579763555584", "1403636579963555584", "1403636580763555584")):
         Image.fromarray(colored(number)[..., :3]).save(tmp_path / f"{time}.jpg", quality=95)
