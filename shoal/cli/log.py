@@ -15,7 +15,7 @@ COMMANDS = {
     "diff": ("shoal.cli.log_diff", "Show where two logs differ."),
     "report": ("shoal.cli.log_report", "Draw a log as one HTML page: track, depth, states, errors, plans."),
     "doctor": ("shoal.cli.log_doctor", "Find what is wrong with a log, and repair it."),
-    "export": ("shoal.cli.log_export", "Write a log as MCAP, NetCDF, Parquet, CSV or LLF."),
+    "export": ("shoal.cli.log_export", "Write a log as MCAP, NetCDF, Parquet, CSV, LLF or a data set."),
     "render": ("shoal.cli.log_render", "Take pictures and labels of a simulated run after the fact."),
     "import": ("shoal.cli.log_export", "Convert an MCAP, .tlog, .BIN or .ulg file to a log."),
 }

@@ -40,10 +40,14 @@ FORMATS = {
     "csv": Format("-csv", False, "shoal.logs.export.csv", "export_csv"),
     "llf": Format("-llf", False, "shoal.logs.export.llf", "export_llf"),
     "euroc": Format("-euroc", False, "shoal.logs.export.euroc", "export_euroc"),
+    "coco": Format("-coco", False, "shoal.rendering.coco", "export_coco"),
     "tum": Format("-tum", False, "shoal.logs.export.tum", "export_tum"),
 }
 Writer: TypeAlias = Callable[[Source, Path, ReportBytes], int]
 """Writes what is selected to a path, reports the bytes read, and returns how many messages or rows it wrote."""
+
+NOUNS = {"mcap": "message", "coco": "picture"}
+"""What a format has, if not rows."""
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 MOST_LINES = 20
@@ -53,8 +57,9 @@ MOST_LINES = 20
     epilog="MCAP: one topic per system, message and entity, for Foxglove, PlotJuggler and ROS 2 tools, and the packets "
     "from which `shoal log import` restores the same log. NetCDF: one file, one group per message type, CF "
     "conventions. Parquet, CSV, LLF: a folder with one file per message type. EuRoC, TUM: a folder with inertial "
-    "samples, true and estimated motion, and pictures, for visual-inertial navigation. MCAP, NetCDF and Parquet need "
-    "the extra shoal[analysis]."
+    "samples, true and estimated motion, and pictures, for visual-inertial navigation. COCO: a folder with the "
+    "pictures, and boxes and masks of the objects of a simulation. MCAP, NetCDF and Parquet need the extra "
+    "shoal[analysis]."
 )
 @click.argument("log", type=LOG, required=False)
 @click.argument("out", type=LOG, required=False)
@@ -81,7 +86,10 @@ def export(
     images: bool,
     force: bool,
 ) -> None:
-    """Write LOG to OUT as MCAP, NetCDF, Parquet, CSV, LLF, EuRoC or TUM; OUT is named after the log by default."""
+    """Write LOG to OUT as MCAP, NetCDF, Parquet, CSV, LLF, EuRoC, TUM or COCO.
+
+    OUT is named after the log by default.
+    """
     with refusals():
         form = form or (_format_of(out) if out else "mcap")
         with extra("analysis"):
@@ -100,7 +108,7 @@ def export(
             if source.packets == 0:
                 raise ValueError("no message is selected; nothing is written")
     of = f"{number(source.packets, 'message')} of the log"
-    click.echo(printable(f"{of}: {number(written, 'message' if form == 'mcap' else 'row')} in {out}"))
+    click.echo(printable(f"{of}: {number(written, NOUNS.get(form, 'row'))} in {out}"))
     for reason, count in source.skipped.most_common(MOST_LINES):
         click.echo(printable(f"skipped: {number(count, 'message')}: {reason}"), err=True)
     for offset, length, reason in opened.losses[:MOST_LINES]:

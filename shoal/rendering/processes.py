@@ -3,12 +3,13 @@
 import json
 import multiprocessing
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import imc
+from shoal.rendering import coco
 from shoal.rendering.exposures import Eye, Shot, expose
 from shoal.rendering.label_files import LABELS, describe_boxes, kinds, write_labels
 from shoal.rerun import ResimulationError
@@ -18,8 +19,8 @@ from tasks.vision.records import FILE
 
 MOST_NOTES = 20
 
-Boxes = dict[str, Any]
-"""What is told of a picture in the file of all labels."""
+Picture = tuple[dict[str, Any], list[dict[str, Any]]]
+"""What is told of a picture in the file of all labels, and its annotations in that of COCO."""
 
 
 class Job(NamedTuple):
@@ -50,7 +51,7 @@ def render(
     processes: int | None = None,
     progress: Callable[[float], object] = lambda _: None,
 ) -> Rendered:
-    """Write Photos/ as the run itself would have it, Labels/ and labels.json to a folder.
+    """Write Photos/ as the run itself would have it, Labels/, labels.json and annotations.json (COCO) to a folder.
 
     `cameras` and `world` are ini files, see expose. `processes` is how many render, by default one on each processor.
     Raises what expose raises, ResimulationError if there is nothing to see, and OSError.
@@ -63,27 +64,30 @@ def render(
     jobs = [Job(seen.cameras, pairs[first::count], folder, labels, flow) for first in range(count)]
     (folder / FOLDER).mkdir(parents=True, exist_ok=True)
     (folder / FOLDER / FILE).write_bytes(seen.description)
-    found: dict[str, Boxes] = {}
-    for boxes in _in_processes(jobs) if count > 1 else rendered(jobs[0]):
-        found[boxes["file"]] = boxes
+    found: dict[str, Picture] = {}
+    for picture in _in_processes(jobs) if count > 1 else rendered(jobs[0]):
+        found[picture[0]["file"]] = picture
         progress(len(found) / len(pairs))
+    told = [found[shot.name] for shot, _ in pairs]
     if labels:
-        told = {"classes": kinds(), "pictures": [found[shot.name] for shot, _ in pairs]}
-        (folder / f"{LABELS.lower()}.json").write_text(json.dumps(told, indent=1) + "\n")
+        text = json.dumps({"classes": kinds(), "pictures": [about for about, _ in told]}, indent=1)
+        (folder / f"{LABELS.lower()}.json").write_text(text + "\n")
+        (folder / coco.FILE).write_text(coco.dataset(_annotated(told)))
     counts = {label: sum(shot.camera == label for shot in seen.shots) for label in sorted(seen.cameras)}
-    refused = [f"{boxes['file']} has no labels: {boxes['error']}" for boxes in found.values() if "error" in boxes]
+    refused = [f"{about['file']} has no labels: {about['error']}" for about, _ in told if "error" in about]
     return Rendered(counts, [*seen.notes, *seen.troubles, *refused[:MOST_NOTES]])
 
 
-def rendered(job: Job) -> Iterator[Boxes]:
-    """Render, and tell the boxes of each picture. Raises OSError."""
+def rendered(job: Job) -> Iterator[Picture]:
+    """Render, and tell what is in each picture. Raises OSError."""
     for shot, after in job.shots:
         camera, shutter = job.cameras[shot.camera]
         error = write_picture(job.folder / FOLDER / shot.name, shutter.picture(*shot.given), shot.form)
         if error:
             raise OSError(error)
         optics = camera.optics
-        about: Boxes = {"file": shot.name, "camera": shot.camera, "time": shot.time}
+        annotations = list[dict[str, Any]]()
+        about: dict[str, Any] = {"file": shot.name, "camera": shot.camera, "time": shot.time}
         about |= {"width": optics.width, "height": optics.height}
         if job.labels:
             following = (after.standpoint, after.gliders) if after is not None and job.flow else None
@@ -94,7 +98,14 @@ def rendered(job: Job) -> Iterator[Boxes]:
             else:
                 write_labels(job.folder / LABELS, Path(shot.name).stem, found)
                 about["objects"] = describe_boxes(found.boxes)
-        yield about
+                annotations = coco.annotate(found)
+        yield about, annotations
+
+
+def _annotated(pictures: Iterable[Picture]) -> Iterator[coco.Annotated]:
+    for about, annotations in pictures:
+        file = f"{FOLDER}/{about['file']}"
+        yield coco.Annotated(file, about["time"], about["camera"], about["width"], about["height"], annotations)
 
 
 def _pairs(shots: Sequence[Shot]) -> Iterator[tuple[Shot, Shot | None]]:
@@ -107,7 +118,7 @@ def _pairs(shots: Sequence[Shot]) -> Iterator[tuple[Shot, Shot | None]]:
     yield from reversed(pairs)
 
 
-def _in_processes(jobs: Sequence[Job]) -> Iterator[Boxes]:
+def _in_processes(jobs: Sequence[Job]) -> Iterator[Picture]:
     """What `rendered` tells of all jobs, as it comes. Raises OSError, and what else a process raises."""
     fresh = multiprocessing.get_context("spawn")  # a copy of this one might lack its threads
     running: dict[Connection, Any] = {}
@@ -139,8 +150,8 @@ def _in_processes(jobs: Sequence[Job]) -> Iterator[Boxes]:
 
 def _serve(pipe: Connection, job: Job) -> None:
     try:
-        for boxes in rendered(job):
-            pipe.send(boxes)
+        for picture in rendered(job):
+            pipe.send(picture)
         pipe.send(None)
     except Exception as error:
         pipe.send(error)

@@ -1,0 +1,119 @@
+"""Pictures and their objects as a COCO data set: images, annotations with boxes and masks, categories."""
+
+import json
+import shutil
+from collections.abc import Callable, Iterable
+from datetime import UTC, datetime
+from itertools import count
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shoal.logs.export import Source
+from shoal.rendering.exposures import expose
+from shoal.rendering.label_files import name_of
+from tasks.vision.keeping import FOLDER
+from world.pictures import Box, Kind, Labels
+
+FILE = "annotations.json"
+IMAGES = "images"
+THINGS = (Kind.GLIDER,)
+
+
+class Annotated(NamedTuple):
+    """A picture of a data set: its file, when it was taken (s since 1970 UTC), its size (px), and its annotations."""
+
+    file: str
+    time: float
+    camera: str
+    width: int
+    height: int
+    annotations: list[dict[str, Any]]
+
+
+def annotate(labels: Labels) -> list[dict[str, Any]]:
+    """The annotations of the objects of which a pixel is visible, without ids.
+
+    `bbox` is left, top, width, height (px); `segmentation` counts pixels in and out of the mask, column by column
+    (COCO's uncompressed run lengths). `attributes` are not of COCO: the object's number, and the shares of it that
+    others hide and that the border cuts off.
+    """
+    return [_annotation(labels, box) for box in labels.boxes if box.area]
+
+
+def _annotation(labels: Labels, box: Box) -> dict[str, Any]:
+    left, top, right, bottom = box.box
+    return {
+        "category_id": int(box.kind),
+        "bbox": [left, top, right - left, bottom - top],
+        "area": box.area,
+        "iscrowd": 0,
+        "segmentation": {"size": list(labels.kinds.shape), "counts": runs(labels.instances == box.instance)},
+        "attributes": {"instance": box.instance, "occluded": round(box.occluded, 6), "cut": round(box.cut, 6)},
+    }
+
+
+def runs(mask: NDArray[np.bool_]) -> list[int]:
+    """The lengths of the runs of a mask (height, width), column by column, the first one of pixels outside of it."""
+    flat = np.concatenate(([False], mask.ravel(order="F"), [not mask[-1, -1]]))
+    ends = np.flatnonzero(flat[1:] != flat[:-1])
+    return np.diff(ends, prepend=0).tolist()
+
+
+def dataset(pictures: Iterable[Annotated]) -> str:
+    """The text of a data set."""
+    images, annotations, numbers = list[dict[str, Any]](), list[dict[str, Any]](), count(1)
+    for number, picture in enumerate(pictures, start=1):
+        taken = datetime.fromtimestamp(picture.time, UTC)
+        images.append(
+            {
+                "id": number,
+                "file_name": picture.file,
+                "width": picture.width,
+                "height": picture.height,
+                "date_captured": taken.isoformat(sep=" ", timespec="microseconds").removesuffix("+00:00"),
+                "camera": picture.camera,
+            }
+        )
+        annotations += ({"id": next(numbers), "image_id": number, **found} for found in picture.annotations)
+    categories = [{"id": int(kind), "name": name_of(kind), "supercategory": "object"} for kind in THINGS]
+    return json.dumps({"images": images, "annotations": annotations, "categories": categories}) + "\n"
+
+
+def export_coco(source: Source, folder: Path, progress: Callable[[float], object] = lambda _: None) -> int:
+    """Write the pictures in Photos beside a log to images/, and annotations.json; returns how many there are.
+
+    Their labels are those of the cameras of the run, from SimulatedState. A picture that none of them took counts as
+    skipped in `source`. Raises ValueError without any picture, OSError, and what expose raises.
+    """
+    files = sorted(path for path in (source.log.path.parent / FOLDER).glob("*_*_*.*") if path.is_file())
+    if not files:
+        raise ValueError(
+            f"{source.log.path}: no pictures beside it in {FOLDER}; shoal log render makes some, with {FILE}"
+        )
+    seen = expose(source.log)
+    shots = {_key(shot.name): shot for shot in seen.shots}
+    (folder / IMAGES).mkdir(parents=True)
+    pictures = list[Annotated]()
+    source.packets = source.summary.packets
+    for place, file in enumerate(files, start=1):
+        shot = shots.get(_key(file.name))
+        if shot is None:
+            source.skipped[f"{FOLDER}/{file.name} is of no camera of the run"] += 1
+        elif source.choice.start <= shot.time < source.choice.end:
+            shutil.copyfile(file, folder / IMAGES / file.name)
+            camera = seen.cameras[shot.camera].camera
+            found = annotate(camera.labels(shot.standpoint, shot.gliders))
+            size = camera.optics.width, camera.optics.height
+            pictures.append(Annotated(f"{IMAGES}/{file.name}", shot.time, shot.camera, *size, found))
+        progress(place / len(files))
+    (folder / FILE).write_text(dataset(pictures))
+    return len(pictures)
+
+
+def _key(name: str) -> tuple[str, str]:
+    """Camera and time in the name of a picture, whose number depends on how many were taken."""
+    camera, _, time = name.rsplit(".", 1)[0].rsplit("_", 2)
+    return camera, time
