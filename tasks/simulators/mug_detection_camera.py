@@ -10,8 +10,8 @@ from runtime import ParameterError, State, Task, consume, param
 from tasks.surroundings import Chart, Placed, Truth, check_older, world_of
 from tasks.whereabouts import Whereabouts
 from world import DOWN, SECTIONS, Pose, Spot, Thing
-from world.detection import Chances, Floats, Sighting
-from world.optics import Pinhole
+from world.detection import Accuracy, Chances, Floats, Sighting
+from world.optics import Pinhole, PinholeCamera
 from world.pictures import optical
 from world.sensors import (
     ACCURACY,
@@ -130,6 +130,13 @@ class MUGDetectionCamera(Task):
         self.chances = Chances(self.detection_probability, self.visibility, self.least_pixels)
         check_older(self, "MUGs", "Target Plane", "Target Depth")
         world_of(self)
+
+    def as_seen(self) -> tuple[PinholeCamera, Accuracy, float]:
+        """The model of the camera, the errors of its detections, and a further one per height (standard deviation)."""
+        across, down = self.camera.focal_lengths
+        width, height = self.camera.width, self.camera.height
+        model = PinholeCamera(width, height, across, down, width / 2, height / 2)
+        return model, ACCURACY, UNIFORM_ERROR / math.sqrt(3.0) if self.errors == "Uniform" else 0.0
 
     def start(self) -> None:
         self.skipped: Counter[str] = Counter()

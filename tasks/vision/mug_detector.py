@@ -4,7 +4,7 @@ import importlib
 import importlib.util
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -32,6 +32,10 @@ from world.detection import (
     sight,
 )
 
+ERRORS = (
+    *("pixel_error", "shape_error", "attitude_error", "heading_error", "height_error", "height_error_share"),
+    *("position_error", "attitude_error_time", "height_error_time", "position_error_time"),
+)
 Find = Callable[[NDArray[np.uint8]], Any]
 WALKS = 0.002  # m/√s, of things that lie still
 STEADY = 0.1  # of the speed, by which it changes in a second
@@ -108,18 +112,7 @@ class MUGDetector(Task):
     latency: float = param(0.05, "s", "Time of detection on a virtual clock.", minimum=0, maximum=60)
 
     def configure(self) -> None:
-        self.accuracy = Accuracy(
-            self.pixel_error,
-            self.shape_error,
-            math.radians(self.attitude_error),
-            math.radians(self.heading_error),
-            self.height_error,
-            self.height_error_share / 100.0,
-            self.position_error,
-            self.attitude_error_time,
-            self.height_error_time,
-            self.position_error_time,
-        )
+        self.accuracy = accuracy_of({name: getattr(self, name) for name in ERRORS})
         speed = self.target_speed
         self.habits = Habits(WALKS, speed, STEADY * speed, memory=self.memory, apart=self.target_length)
         self._find = self._finder()
@@ -264,6 +257,14 @@ class MUGDetector(Task):
                 raise ParameterError("Detector", "markers need `pip install opencv-python-headless`")
             return MarkerDetector(self.marker_family).find
         return _imported(self.function)
+
+
+def accuracy_of(values: Mapping[str, Any]) -> Accuracy:
+    """What the parameters (by attribute) say of the errors of detections."""
+    degrees = math.radians(values["attitude_error"]), math.radians(values["heading_error"])
+    pixel, shape, *_, height, share, place, attitude_time, height_time, place_time = (values[name] for name in ERRORS)
+    share = share / 100.0
+    return Accuracy(pixel, shape, *degrees, height, share, place, attitude_time, height_time, place_time)
 
 
 def _imported(text: str) -> Find:

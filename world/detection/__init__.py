@@ -3,6 +3,7 @@
 from world.detection.blobs import YELLOW, BlobDetector, Mark
 from world.detection.chances import Chances
 from world.detection.ground import Accuracy, Floats, Sighting, Standing, fits, sight
+from world.detection.judgement import Score, ThingScore, matched, score
 from world.detection.markers import FAMILIES, MarkerDetector
 from world.detection.tracker import Habits, Track, Tracker, View
 
@@ -16,11 +17,15 @@ __all__ = [
     "Habits",
     "Mark",
     "MarkerDetector",
+    "Score",
     "Sighting",
     "Standing",
+    "ThingScore",
     "Track",
     "Tracker",
     "View",
     "fits",
+    "matched",
+    "score",
     "sight",
 ]

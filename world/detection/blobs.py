@@ -92,7 +92,9 @@ class BlobDetector:
             down, across = background.around(j, i, *pixels.shape[:2])
             over -= (down / background.sigma[j, i] + np.float32(self.edge))[:, None]
             over -= across / background.sigma[j, i]
-            found[rows, columns] = np.where(pixels[..., 3] > 0, over, np.float32(-1.0))
+            if (hidden := pixels[..., 3] == 0).any():
+                over[hidden] = -1.0
+            found[rows, columns] = over
         return found
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import imc
 from imc import coordinates
 from runtime.logs import Array, Summary
+from shoal.logs.look.detections import Judged, judge
 
 FARTHEST = 1e6  # any offset, depth, angle or speed beyond it is invalid
 AFLOAT = 0.1  # m; a vehicle that is never deeper stays at the surface
@@ -82,6 +83,7 @@ class LogContent:
     progress: tuple[Array, Array] = field(default_factory=lambda: (np.empty(0), np.empty(0)))
     entries: list[LogbookLine] = field(default_factory=list[LogbookLine])
     levels: Counter[str] = field(default_factory=Counter[str])
+    judged: list[Judged] = field(default_factory=list[Judged])
 
     @property
     def distance(self) -> float:
@@ -124,6 +126,7 @@ def content_of(log: imc.Log, summary: Summary) -> LogContent:
     for entry in collected["LogBookEntry"]:
         content.entries.append(LogbookLine(entry.timestamp - summary.start, _level(entry), entry.context, entry.text))
     content.entries.sort(key=lambda entry: entry.time)
+    content.judged = judge(log, summary, lambda entity: summary.names.entity(summary.owner, entity))
     return content
 
 

@@ -50,6 +50,7 @@ def page(content: LogContent) -> str:
         *_charts(content, duration),
         *_timelines(content, duration),
         _detections(content),
+        _judged(content),
         _book(content.entries, content),
         _rates(summary),
         _troubles(summary),
@@ -194,6 +195,27 @@ def _detections(content: LogContent) -> str:
         rows.append((f"MUG {identity}", str(int(of.sum())), *times, *figures, where))
     head = ("", "detections", "first", "last", "north", "east", "spread", "latitude, longitude")
     return _section("MUG detections", _table(head, rows, range(1, 7)))
+
+
+def _judged(content: LogContent) -> str:
+    rows: list[tuple[str, ...]] = []
+    for label, gliders, found in content.judged:
+        for glider, thing in zip(gliders, found.things, strict=True):
+            looks = ("", "") if thing.looks < 0 else (str(thing.looks), str(thing.missed))
+            errors = [
+                f"{value:.2f}{unit}" if math.isfinite(value) else ""
+                for value, unit in ((thing.rms, " m"), (thing.nees, ""))
+            ]
+            rows.append((label, f"MUG {glider}", *looks, str(thing.found), str(thing.switches), *errors))
+        rows.append((label, "false alarms", "", "", str(found.false), "", "", ""))
+    if not rows:
+        return ""
+    head = ("by", "", "in view", "missed", "detections", "id switches", "error, rms", "NEES")
+    note = (
+        "<p class=none>In view are pictures that show the glider, large enough, by the truth. NEES is the squared "
+        "error over the stated variance of a single detection: 2 if that is right, less for a track.</p>"
+    )
+    return _section("MUG detections and the truth", _table(head, rows[:MOST_ENTRIES], range(2, 8)) + note)
 
 
 def _book(entries: list[LogbookLine], content: LogContent) -> str:

@@ -1,0 +1,215 @@
+"""Judges the detections of a log by the truth: the gliders of its world, and where the vehicle really was."""
+
+import math
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import imc
+from imc.coordinates import NOWHERE, offset
+from runtime.kernel import VirtualClock
+from runtime.logs import Array, Summary
+from runtime.problem import ProfileError
+from runtime.profile import Profile, default_label, load_profile
+from runtime.task import ParameterError, Task
+from world import World, WorldError, read_world
+from world.attitude import rotation
+from world.detection import Accuracy, Score, Standing, matched, score, sight
+
+SIMULATED, DETECTOR = "Simulators.MUGDetectionCamera", "Vision.MUGDetector"
+CAMERAS = (SIMULATED, "Vision.FisheyeCamera", "Vision.Camera")
+MOST_LOOKS = 20000
+MOST_SPREADS = 3000
+LONGEST = 30 * 86400.0  # s of a run
+
+
+class Judged(NamedTuple):
+    """What an entity detected, and the numbers of the gliders that its score has, in their order."""
+
+    label: str
+    gliders: tuple[int, ...]
+    score: Score
+
+
+class _Eye(NamedTuple):
+    """A camera: its model, where it is (4, 4) for what is below and above it, and what its errors are.
+
+    `blur` is a further error per height; the accuracy is None where it is not told. What is seen on fewer pixels than
+    `least` is not expected to be found.
+    """
+
+    optics: Any
+    mounts: tuple[Array, Array]
+    looks: Array
+    accuracy: Accuracy | None
+    blur: float = 0.0
+    least: float = 0.0
+
+
+class _Truth(NamedTuple):
+    """Arrays of a vehicle's true motion: time (s since 1970), places (n, 3) in the world, angles (n, 3), unwrapped."""
+
+    time: Array
+    places: Array
+    angles: Array
+
+    def at(self, times: Array) -> tuple[Array, Array]:
+        return self._column(self.places, times), self._column(self.angles, times)
+
+    def _column(self, rows: Array, times: Array) -> Array:
+        return np.stack([np.interp(times, self.time, row) for row in (rows[:, 0], rows[:, 1], rows[:, 2])], axis=-1)
+
+
+def judge(log: imc.Log, summary: Summary, labels: Callable[[int], str]) -> list[Judged]:
+    """Judge all entities that detect gliders; none of a log without truth or configuration.
+
+    `labels` tells the label of an entity. Of the configuration, which may come from a stranger, only Shoal's own
+    cameras are made, and nothing runs.
+    """
+    path = log.path.parent / "Config.ini"
+    wanted = {"EstimatedMugState", "SimulatedState"}
+    if not path.is_file() or not wanted <= {name for name, tally in summary.by_type.items() if tally.count}:
+        return []
+    try:
+        profile = load_profile(path)
+        world = read_world(profile.value, offset)
+        truth = _truth(log, summary, world)
+        eyes = _eyes(log, profile, summary, labels)
+    except (ProfileError, WorldError, ParameterError, ValueError, OSError, KeyError):
+        return []  # of a log that is no run of Shoal, or of another version
+    if truth is None or not world.objects:
+        return []
+    began = profile.start_time if 0.0 <= summary.start - profile.start_time <= LONGEST else summary.start
+    rows = log.array("EstimatedMugState", src=summary.owner)
+    rows = rows[(rows["timestamp"] >= truth.time[0]) & (rows["timestamp"] <= truth.time[-1])]
+    rows = rows[np.isfinite(rows["x"] + rows["y"]) & (np.abs(rows["x"]) + np.abs(rows["y"]) < 1e6)]
+    found: list[Judged] = []
+    for entity in np.unique(rows["src_ent"]).tolist():
+        label = labels(entity)
+        mine = rows[rows["src_ent"] == entity]
+        found.append(_judged(label, mine[np.argsort(mine["timestamp"], kind="stable")], truth, world, began, eyes))
+    return found
+
+
+def _judged(
+    label: str, rows: Array, truth: _Truth, world: World, began: float, eyes: Mapping[str, Sequence[_Eye]]
+) -> Judged:
+    offsets = np.stack([rows["x"], rows["y"]], axis=-1).astype(np.float64)
+    places, angles = truth.at(rows["timestamp"])
+    to = _gliders(world, rows["timestamp"] - began, places)
+    looking = eyes.get(label, ())
+    spreads = np.full((len(rows), 2, 2), np.nan)
+    of = matched(offsets, to[..., :2])
+    for eye in looking[:1]:
+        every = max(1, math.ceil(len(rows) / MOST_SPREADS))
+        for k in [k for k in range(0, len(rows), every) if of[k] >= 0]:
+            spreads[k] = _spread(eye, to[k, of[k]], angles[k])
+    shown = [_shown(eye, truth, world, began) for eye in looking if len(eye.looks)]
+    seen = np.concatenate(shown) if shown else None
+    found = score(rows["id"], offsets, to[..., :2], spreads, seen)
+    return Judged(label, tuple(thing.id for thing in world.objects), found)
+
+
+def _gliders(world: World, times: Array, places: Array) -> Array:
+    """(n, k, 3) from the vehicle to all objects, in m; down is NaN on a bottom that the world does not know."""
+    spots = [[world.spot(thing, time) for thing in world.objects] for time in times.tolist()]
+    to = [[(s.north, s.east, math.nan if s.down is None else s.down) for s in row] for row in spots]
+    return np.array(to, float).reshape(len(times), len(world.objects), 3) - places[:, None]
+
+
+def _shown(eye: _Eye, truth: _Truth, world: World, began: float) -> Array:
+    """(m, k): which look showed which object."""
+    times = eye.looks[(eye.looks >= truth.time[0]) & (eye.looks <= truth.time[-1])]
+    places, angles = truth.at(times)
+    to = _gliders(world, times - began, places)
+    turns = np.array([rotation(*row) for row in angles.tolist()], float).reshape(-1, 3, 3)
+    body = np.einsum("nji,nkj->nki", turns, to)
+    below, above = ((body - mount[:3, 3]) @ mount[:3, :3] for mount in eye.mounts)
+    points = below.copy()
+    points[to[..., 2] <= 0.0] = above[to[..., 2] <= 0.0]
+    inside = eye.optics.project(points)[1]
+    sizes = np.array([thing.length * thing.diameter for thing in world.objects])
+    pixels = sizes * eye.optics.fx * eye.optics.fy / np.sum(points**2, axis=-1)
+    return inside & (pixels >= eye.least)
+
+
+def _spread(eye: _Eye, to: Array, angles: Array) -> Array:
+    """(2, 2) of one detection, by what its camera says of its errors."""
+    if eye.accuracy is None:
+        return np.full((2, 2), np.nan)
+    mount = eye.mounts[int(to[2] <= 0.0)]
+    point = (np.array(rotation(*angles.tolist())).T @ to - mount[:3, 3]) @ mount[:3, :3]
+    pixel, _ = eye.optics.project(point)
+    standing = Standing(0.0, 0.0, float(to[2]), tuple(angles.tolist()))
+    (seen,) = sight(eye.optics, mount, standing, pixel, eye.accuracy)
+    if seen is None:
+        return np.full((2, 2), np.nan)
+    return seen.covariance(eye.accuracy.variances(abs(float(to[2])))) + (eye.blur * to[2]) ** 2 * np.eye(2)
+
+
+def _truth(log: imc.Log, summary: Summary, world: World) -> _Truth | None:
+    rows = log.array("SimulatedState", src=summary.owner)
+    rows = rows[np.argsort(rows["timestamp"], kind="stable")]
+    table = np.stack([rows[name].astype(np.float64) for name in ("x", "y", "z", "phi", "theta", "psi")], axis=-1)
+    good = np.isfinite(table).all(axis=1)
+    rows, table = rows[good], table[good]
+    if len(rows) < 2:
+        return None
+    origin = world.origin
+    for lat, lon in np.unique(np.stack([rows["lat"], rows["lon"]], axis=-1), axis=0).tolist():
+        if origin is not None and (lat, lon) != NOWHERE:
+            table[(rows["lat"] == lat) & (rows["lon"] == lon), :2] += offset(*origin, lat, lon)
+    if origin is None:
+        table[:, :2] -= table[0, :2]
+    return _Truth(rows["timestamp"], table[:, :3], np.unwrap(table[:, 3:], axis=0))
+
+
+def _eyes(log: imc.Log, profile: Profile, summary: Summary, labels: Callable[[int], str]) -> dict[str, Sequence[_Eye]]:
+    """The cameras behind the entities that detect gliders, by label."""
+    from runtime.vehicle import build  # slow to import, as tasks are
+    from tasks.simulators.mug_detection_camera import MUGDetectionCamera
+    from tasks.vision.mug_detector import MUGDetector, accuracy_of
+    from tasks.vision.rendering import RenderedCamera
+    from world.pictures import optical
+
+    sections = list(profile.config.sections)
+    only = [name for name in sections if name.partition("/")[0] in CAMERAS]
+    with tempfile.TemporaryDirectory() as folder:
+        clock = VirtualClock(profile.start_time_ns)
+        root = Path(folder)
+        vehicle = build(profile, clock=clock, only=only, log_root=root / "log", state_folder=root / "db").vehicle
+        tasks: dict[str, Task] = {task.entity.label: task for task in vehicle.tasks}
+        vehicle.close()
+    frames = log.array("CameraFrame", src=summary.owner) if "CameraFrame" in summary.by_type else None
+    found: dict[str, Sequence[_Eye]] = {}
+    for label, task in tasks.items():
+        if isinstance(task, MUGDetectionCamera):
+            rate = task.detection_rate or 20.0
+            looks = np.arange(summary.start, summary.end, max(1.0 / rate, (summary.end - summary.start) / MOST_LOOKS))
+            exact = task.fidelity == "Physical"
+            optics, accuracy, blur = task.as_seen()
+            found[label] = [_Eye(optics, task.mounts, looks, accuracy if exact else None, blur, task.least_pixels)]
+    for section in (name for name in sections if name.partition("/")[0] == DETECTOR):
+        options = profile.options(section)
+        values = {
+            p.attribute: p.parse(options.get(n, "") or p.format(p.default)) for n, p in MUGDetector.parameters().items()
+        }
+        eyes: list[_Eye] = []
+        for label, task in tasks.items():
+            if isinstance(task, RenderedCamera) and values["camera"] in ("", label):
+                looks = np.empty(0) if frames is None else _looks(frames, label, labels)
+                mount = optical(task.mount)
+                least = 2.0 * values["least_pixels"]
+                eyes.append(_Eye(task.camera.optics, (mount, mount), looks, accuracy_of(values), 0.0, least))
+        found[options.get("Entity Label", "") or default_label(section)] = eyes
+    return found
+
+
+def _looks(frames: Array, label: str, labels: Callable[[int], str]) -> Array:
+    """Times of exposure of a camera, s since 1970."""
+    mine = [entity for entity in np.unique(frames["src_ent"]).tolist() if labels(entity) == label]
+    times = np.sort(frames["time"][np.isin(frames["src_ent"], mine)])
+    return times[:: max(1, math.ceil(len(times) / MOST_LOOKS))]
