@@ -65,7 +65,7 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
         "Water Type": Option("", f"Instead of a visibility: Jerlov's type of water, {', '.join(WATER_TYPES)}."),
         "Air Visibility": Option("m", "The same in air.", "20000", 0.1, 1e6),
         "Sun Azimuth": Option("°", "Where the sun stands, from north.", "0", -360.0, 360.0),
-        "Sun Elevation": Option("°", "How high it stands.", "90", 0.1, 90.0),
+        "Sun Elevation": Option("°", "How high it stands; negative at night.", "90", -90.0, 90.0),
         "Gliders": Option(
             "m",
             'North and east of each glider (MUG), from the origin: "1.0 0.3, 25 5"; "none" for none; ids from 1.',

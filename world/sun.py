@@ -6,28 +6,36 @@ from dataclasses import dataclass
 from world.attitude import Vector
 
 REFRACTION = 1.34  # of sea water
+BRIGHTNESS = 1e5  # lux at the surface of the sea by day
+STARLIGHT = 1e-3  # lux
+DUSK = math.radians(1.34)  # further down, the sun leaves a tenth of its light: 3 lux at the end of civil twilight
 
 
 @dataclass(frozen=True)
 class Sun:
-    """Azimuth (rad from north) and elevation (rad, above 0 and at most π/2)."""
+    """Azimuth (rad from north) and elevation (rad, at most π/2; negative at night)."""
 
     azimuth: float = 0.0
     elevation: float = math.pi / 2
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.elevation <= math.pi / 2:
-            raise ValueError(f"a sun at an elevation of {math.degrees(self.elevation):g}° does not shine")
+        if not abs(self.elevation) <= math.pi / 2 or not math.isfinite(self.azimuth):
+            raise ValueError(f"the sun has no elevation of {math.degrees(self.elevation):g}°")
+
+    @property
+    def lux(self) -> float:
+        """Light at the surface: the same all day, since clouds matter more; less and less after sunset."""
+        return max(STARLIGHT, BRIGHTNESS * 10.0 ** (min(0.0, self.elevation) / DUSK))
 
     @property
     def towards(self) -> Vector:
-        """Unit vector to the sun (north, east, down)."""
-        return self._vector(self.elevation)
+        """Unit vector to the sun (north, east, down); to where it went down, after that."""
+        return self._vector(max(0.0, self.elevation))
 
     @property
     def towards_under_water(self) -> Vector:
         """Unit vector to where its light comes from under water: higher than the sun, by Snell's law."""
-        return self._vector(math.acos(math.cos(self.elevation) / REFRACTION))
+        return self._vector(math.acos(math.cos(max(0.0, self.elevation)) / REFRACTION))
 
     @property
     def slant(self) -> float:

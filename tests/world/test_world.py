@@ -51,8 +51,9 @@ def test_light_comes_down_steeper_under_water():
     assert (north, east) == pytest.approx((0.0, math.sqrt(0.75) / 1.34)), "Snell's law"
     assert low.slant == pytest.approx(-1.0 / down) == pytest.approx(1.311, abs=1e-3)
     assert Sun().slant == 1.0
-    for elevation in (0.0, -0.1, 1.6, math.nan):
-        with pytest.raises(ValueError, match="does not shine"):
+    assert Sun(0.0, -0.3).towards == pytest.approx((1.0, 0.0, 0.0)), "where it went down"
+    for elevation in (-1.6, 1.6, math.nan):
+        with pytest.raises(ValueError, match="has no elevation"):
             Sun(0.0, elevation)
 
 
@@ -142,7 +143,7 @@ def test_the_older_places_of_options_still_count():
         ({"World": {"Wave Height": "high"}}, r"\[World\] Wave Height = high is not a number"),
         ({"World": {"Wave Height": "nan"}}, r"\[World\] Wave Height = nan is not a number"),
         ({"World": {"Water Visibility": "0"}}, r"\[World\] Water Visibility = 0 is not within 0.1"),
-        ({"World": {"Sun Elevation": "0"}}, r"\[World\] Sun Elevation = 0 is not within"),
+        ({"World": {"Sun Elevation": "90.5"}}, r"\[World\] Sun Elevation = 90.5 is not within"),
         ({"World": {"Gliders": "1"}}, r"\[World\] Gliders = 1 is wrong: '1': expected north and east"),
         ({"World": {"Gliders Lie On": "Moon"}}, r"\[World\] Gliders Lie On = Moon is not one of Seabed, Surface"),
         ({"World": {"Objects": "Tug"}}, r"\[World\] Objects has Tug, so \[World/Tug\] must have"),

@@ -4,6 +4,7 @@ from world.pictures.boards import Board, april_grid, board, chessboard
 from world.pictures.camera import Camera
 from world.pictures.exposure import Exposure, Shutter, noise
 from world.pictures.labels import Box, Kind, Labeller, Labels
+from world.pictures.lamps import Lamp
 from world.pictures.lookup import void_warning
 from world.pictures.mug import Glider
 from world.pictures.panorama import Panorama
@@ -22,6 +23,7 @@ __all__ = [
     "Kind",
     "Labeller",
     "Labels",
+    "Lamp",
     "Panorama",
     "Shutter",
     "Standpoint",

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from world.optics import CameraModel
 from world.pictures.boards import Board
 from world.pictures.labels import Labeller, Labels
+from world.pictures.lamps import Lamp
 from world.pictures.lookup import Lookup
 from world.pictures.mug import Glider
 from world.pictures.renderer import Renderer
@@ -33,6 +34,7 @@ class Camera:
     `mount` is where the camera is in its vehicle; by default it looks down, the top of the picture towards the bow.
     `face_width` (px) is that of the square views of 90° that make up a picture; 0 is as fine as the picture itself.
     `water` is one of Jerlov's types, which has a visibility of its own.
+    `lamps` are those of the vehicle; they shine under water only.
     `mugs` are positions of gliders in m north and east of the scene's origin, on the ground beneath the camera. All
     cameras with the same seed see the same seabed. The first picture takes some tenths of a second longer, since it
     builds the tables.
@@ -50,6 +52,7 @@ class Camera:
     sun: Sun = field(default_factory=Sun)
     mount: Pose = DOWN
     water: str = ""
+    lamps: tuple[Lamp, ...] = ()
 
     def picture(
         self, pose: Standpoint, gliders: Sequence[Glider] | None = None, boards: Sequence[Board] = ()
@@ -99,7 +102,7 @@ class Camera:
     def _tables(self) -> tuple[Callable[[NDArray[np.uint32]], NDArray[np.uint8]], Renderer]:
         width = self.face_width or finest_face(self.optics)
         lookup = Lookup(self.optics, width, self.faces)
-        renderer = Renderer(self._scene, width, self.faces, lookup.rows, lookup.columns, self.mount)
+        renderer = Renderer(self._scene, width, self.faces, lookup.rows, lookup.columns, self.mount, self.lamps)
         return sampler(lookup, self.interpolation), renderer
 
 

@@ -16,6 +16,7 @@ OPAQUE = np.uint32(0xFF000000)
 ROWS = 1024  # steps of the sine of the elevation, from the horizon to the nadir or the zenith
 SUMS = 2 * TONES  # the tones of two textures are added
 BRIGHT = 112  # sum of tones that only one of a hundred places exceeds where the sand is light
+DARKEST = 1.0  # lux at which a camera still gets a bright picture
 WHITE = 0.95  # linear light that a camera allows such places
 DOWNWARD = 0.5  # the glow of water seen straight down
 WINDOW = math.cos(math.asin(1 / 1.34))  # cosine of the zenith angle of the rim of Snell's window
@@ -52,6 +53,11 @@ class OpticalMedium:
         """Light at `depth` m for a camera whose exposure is right for green light at `exposed_at` m."""
         brightest = 60.0  # largest exponent: white anyway, and within single precision
         return np.exp(np.minimum(self.extinction[1] * exposed_at - self.extinction * depth, brightest))
+
+    @property
+    def backward(self) -> Floats:
+        """(3, 1, 1) 1/m that is scattered backwards: of daylight, a third of its share comes up again (Gordon 1975)."""
+        return 3.0 * DOWNWARD * self.glow * self.extinction
 
     def transmission(self, distance: Floats) -> Floats:
         """(3, n, m) share of the light left after a distance (n, m) in m."""
@@ -129,6 +135,12 @@ def clouds() -> Floats:
 def encode(linear: Floats) -> Floats:
     """Linear light to 0..255, with a gamma of 2."""
     return np.sqrt(np.clip(linear, 0.0, 1.0)) * np.float32(255.0)
+
+
+def lay_over(pixels: NDArray[np.uint8], veil: Floats) -> None:
+    """Adds linear light (3, n, m) to pixels (n, m, 4)."""
+    linear = (pixels[..., :3] / np.float32(255.0)) ** 2 + np.moveaxis(veil, 0, -1)
+    pixels[..., :3] = encode(linear)
 
 
 def rgba_words(linear: Floats, veil: Floats | None = None) -> NDArray[np.uint32]:

@@ -1,7 +1,7 @@
 """Casts the rays of square faces onto textured horizontal planes below and above the camera."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,12 +40,14 @@ class Plane:
 
     The tones of both layers are added; the first one may shift the second (see texture.bending_pyramid), so that places
     where both are the same are far apart. `palette` (ROWS * SUMS) holds the RGBA words by elevation and sum of tones.
+    Where the light is not the same everywhere, `shade(points, tones)` colors points (3, n, m; m, NED from the camera).
     """
 
     side: int
     distance: float
     layers: tuple[Layer, Layer]
     palette: Words
+    shade: Callable[[Floats, NDArray[Any]], Words] | None = None
 
 
 class Caster:
@@ -99,14 +101,14 @@ class Shot:
 
     def __init__(self, caster: Caster, plane: Plane, position: tuple[float, float], time: float):
         self.caster = caster
-        self.palette = plane.palette
+        self.plane = plane
         self.prints = [Print(layer, plane, 2 / caster.width, position, time) for layer in plane.layers]
 
     def shade(self, out: Words, turn: NDArray[np.float64], strip: Strip, height: Floats) -> None:
         """Colors pixels whose rays, of length 1 along the face's axis, approach the plane by `height` > 0."""
         step = (height * self.caster.steps[strip]).astype(np.int64)
         np.minimum(step, ROWS - 1, out=step)
-        index = step * SUMS
+        index = step * SUMS if self.plane.shade is None else np.zeros_like(step)
         scale = np.reciprocal(height)
         bend = None
         for layer in self.prints:
@@ -118,7 +120,11 @@ class Shot:
                 bend = tones >> BITS
                 tones &= TONES - 1
             index += tones
-        np.take(self.palette, index, out=out, mode="clip")
+        if self.plane.shade is None:
+            np.take(self.plane.palette, index, out=out, mode="clip")
+        else:
+            points = np.stack([self.caster.affine(axis, strip) * scale for axis in turn]) * self.plane.distance
+            out[...] = self.plane.shade(points, index)
 
 
 def whole(texels: Floats, scale: Floats) -> NDArray[np.int32]:

@@ -1,18 +1,18 @@
 """Renders the surroundings of a vehicle into the faces of a camera."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from world.attitude import rotation
-from world.pictures import boards
+from world.pictures import boards, light
 from world.pictures.boards import Board
 from world.pictures.faces import empty_atlas, rotations
+from world.pictures.lamps import Lamp, beams
 from world.pictures.mug import Glider, Mug, draw
 from world.pictures.planes import Caster
-from world.pictures.scenes import Standpoint, Surroundings
+from world.pictures.scenes import Seabed, Standpoint, Surroundings
 from world.pose import DOWN, Pose
 
 # Columns are the x (right), y (down) and z (ahead) of a picture in the frame of the sensor that takes it.
@@ -42,12 +42,13 @@ class Renderer:
         rows: Sequence[tuple[int, int]] = (),
         columns: Sequence[tuple[int, int]] = (),
         mount: Pose = DOWN,
+        lamps: Sequence[Lamp] = (),
     ):
         self.scene = scene
         self.width = width
         self.faces = rotations(faces)
         self.rows, self.columns = (tuple(some) or ((0, width),) * faces for some in (rows, columns))
-        self.mount = mount
+        self.mount, self.lamps = mount, tuple(lamps)
         self.caster = Caster(width)
 
     def render(
@@ -57,17 +58,22 @@ class Renderer:
         atlas = empty_atlas(len(self.faces), self.width)
         pose, turns = vehicle.carried(self.mount), camera(vehicle, self.mount) @ self.faces
         windows = list(zip(self.rows, self.columns, strict=True))
-        self.caster.cast(atlas, turns, windows, self.scene.planes(pose), (pose.north, pose.east), pose.time)
+        lights = beams(self.lamps, vehicle.pose, self.mount)
+        self.caster.cast(atlas, turns, windows, self.scene.planes(pose, lights), (pose.north, pose.east), pose.time)
         pixels = atlas[:-1].view(np.uint8).reshape(len(turns), self.width, self.width, 4)
         for board in flat:
             offset = board.north - pose.north, board.east - pose.east, pose.height - board.rise
-            look = self.scene.seen(pose, -offset[2] / math.hypot(*offset) if any(offset) else -1.0)
+            look = self.scene.seen(pose, offset, lights)
             for face, turn, window in zip(pixels, turns, windows, strict=True):
                 boards.draw(face, turn, window, board, offset, look)
         for mug in _seen(pose, gliders):
-            look = self.scene.seen(pose, -mug.centre[2] / float(np.linalg.norm(mug.centre)))
+            look = self.scene.seen(pose, mug.centre, lights)
             for face, turn, window in zip(pixels, turns, windows, strict=True):
                 draw(face, turn, window, mug, look, self.scene.sun)
+        if lights and isinstance(self.scene, Seabed):
+            for face, turn, (rows, columns) in zip(pixels, turns, windows, strict=True):
+                window = slice(*rows), slice(*columns)
+                light.lay_over(face[window], self.scene.veil(pose, turn, self.width, lights)[:, *window])
         return atlas
 
 

@@ -1,15 +1,18 @@
 """The two scenes of a camera: over a seabed under water, and over the sea in the air."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from world.attitude import to_ned
-from world.pictures import light, texture
+from world.attitude import Vector, to_ned
+from world.pictures import lamps, light, texture
+from world.pictures.lamps import Beam
 from world.pictures.planes import Layer, Plane
 from world.pose import Pose
 from world.sea import Waves
@@ -18,7 +21,13 @@ from world.sun import Sun
 Floats = NDArray[np.floating[Any]]
 
 CLOUDS = 900.0  # height of the clouds, m
+Look = Callable[[Floats, Floats], Floats]  # from reflectances and distances to 0..255
 SHALLOWEST = 0.05  # m; any closer, a few texels of the surface would fill the upper view
+
+
+# Places on the ground (3, n) for a camera at a height of 1, as far as five times that.
+_away, _bearing = (a.ravel() for a in np.meshgrid(np.linspace(0.0, 5.0, 16), np.linspace(0.0, math.tau, 24)))
+GRID = np.stack([_away * np.cos(_bearing), _away * np.sin(_bearing), np.ones_like(_away)])
 
 
 @dataclass(frozen=True)
@@ -63,27 +72,31 @@ class Seabed:
 
     def __init__(self, visibility: float, random: Generator, waves: Waves, sun: Sun, water: str = ""):
         self.water = light.typed_water(water, sun.slant) if water else light.water(visibility, sun.slant)
-        self.sun = sun.towards_under_water
+        self.sun, self.lux = sun.towards_under_water, sun.lux
         sand, swell = (texture.pyramid(f(random)) for f in (texture.sand, texture.waves))
         ground = texture.bending_pyramid(texture.patches(random), texture.bends(random, 20.0))
         self.bottom = Layer(ground, 0.0625, 1.1), Layer(sand, 0.012, 0.3)
         self.surface = Layer(swell, 0.02, 0.5, 0.7), Layer(swell, 0.083, 0.9, 1.6)
         self.bottom_colours, self.surface_colours = light.seabed(), light.surface_from_below(waves.roughness)
 
-    def planes(self, pose: Standpoint) -> tuple[Plane, Plane]:
-        """The planes below and above the camera."""
-        depth, lit = max(pose.depth, SHALLOWEST), self._lit(pose)
+    def planes(self, pose: Standpoint, lights: Sequence[Beam] = ()) -> tuple[Plane, Plane]:
+        """The planes below and above the camera, also by the light of lamps."""
+        depth, (lit, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
         on_bottom, on_top, around = (lit(d) for d in (depth + pose.height, 0.0, depth))
+        sand = self._palette(self.bottom_colours * on_bottom, 1, pose.height, around)
+        shade = partial(self._shade, pose.height, on_bottom, around, aperture, lights) if lights else None
         return (
-            Plane(1, pose.height, self.bottom, self._palette(self.bottom_colours * on_bottom, 1, pose.height, around)),
+            Plane(1, pose.height, self.bottom, sand, shade),
             Plane(-1, depth, self.surface, self._palette(self.surface_colours * on_top, -1, depth, around)),
         )
 
-    def seen(self, pose: Standpoint, sine: float) -> Callable[[Floats, Floats], Floats]:
-        """How a body near the ground looks from the camera (see mug.draw); `sine` is that of its elevation."""
-        depth, daylight = max(pose.depth, SHALLOWEST), self._lit(pose)
+    def seen(self, pose: Standpoint, place: Vector, lights: Sequence[Beam] = ()) -> Look:
+        """How a body near the ground looks from the camera (see mug.draw); `place` is NED, m from the camera."""
+        depth, (daylight, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
         lit = daylight(depth + pose.height)
-        glow = self._glow(np.array([[sine]], dtype=np.float32), daylight(depth))
+        if lights:
+            lit = lit + aperture * light.rgb(*lamps.on_body(lights, place, self.water.attenuation))
+        glow = self._glow(np.array([[_sine(place)]], dtype=np.float32), daylight(depth))
 
         def look(reflected: Floats, distance: Floats) -> Floats:
             left, veil = self.water.transmission(distance), self.water.veil(distance)
@@ -91,15 +104,50 @@ class Seabed:
 
         return look
 
-    def _lit(self, pose: Standpoint) -> Callable[[float], Floats]:
-        """Light by depth (m) for a camera that does not burn out bright sand straight below it."""
+    def veil(self, pose: Standpoint, turn: NDArray[np.float64], width: int, lights: Sequence[Beam]) -> Floats:
+        """Light of lamps (3, width, width) that the water throws back into a face (see lamps.veil)."""
+        water, (_, aperture) = self.water, self._lit(pose, lights)
+        return aperture * lamps.veil(
+            lights, turn, width, pose.height, water.attenuation.ravel(), water.backward.ravel()
+        )
+
+    def _lit(self, pose: Standpoint, lights: Sequence[Beam] = ()) -> tuple[Callable[[float], Floats], float]:
+        """Light by depth (m) for a camera that does not burn out bright sand, and what one lux counts for it.
+
+        Bright sand is that straight below, and, where there are lamps, all of it.
+        """
         depth = max(pose.depth, SHALLOWEST)
-        on_bottom, around = (self.water.daylight(d, depth) for d in (depth + pose.height, depth))
-        height = np.array([[pose.height]], dtype=np.float32)
-        bright = self.bottom_colours[..., light.BRIGHT, np.newaxis] * on_bottom * self.water.transmission(height)
-        bright += self._glow(np.array([[-1.0]], dtype=np.float32), around) * self.water.veil(height)
-        aperture = min(1.0, light.WHITE / float(bright.max()))
-        return lambda d: aperture * self.water.daylight(d, depth)
+        at_camera = self.lux * math.exp(-min(float(self.water.extinction[1, 0, 0]) * depth, 80.0))
+        sensitive = min(1.0, at_camera / light.DARKEST)
+        on_bottom, around = (sensitive * self.water.daylight(d, depth) for d in (depth + pose.height, depth))
+        points = GRID * pose.height if lights else np.array([[0.0], [0.0], [pose.height]])
+        away = np.sqrt(np.sum(points**2, axis=0))[np.newaxis].astype(np.float32)
+        if lights:
+            on_bottom = on_bottom + self._lamplight(points[:, np.newaxis], lights) / max(at_camera, light.DARKEST)
+        bright = self.bottom_colours[..., light.BRIGHT, np.newaxis] * on_bottom * self.water.transmission(away)
+        bright += self._glow(np.array([[-1.0]], dtype=np.float32), around) * self.water.veil(away)
+        aperture = min(1.0, light.WHITE / max(float(bright.max()), 1e-9))
+        return lambda d: aperture * sensitive * self.water.daylight(d, depth), aperture / max(at_camera, light.DARKEST)
+
+    def _lamplight(self, points: Floats, lights: Sequence[Beam]) -> Floats:
+        return lamps.on_ground(lights, points, self.water.attenuation.ravel())
+
+    def _shade(
+        self,
+        height: float,
+        on_bottom: Floats,
+        around: Floats,
+        aperture: float,
+        lights: Sequence[Beam],
+        points: Floats,
+        tones: NDArray[Any],
+    ) -> NDArray[np.uint32]:
+        """RGBA words (n, m) of the bottom at points (3, n, m; m, NED from the camera) by its sum of tones (n, m)."""
+        away = np.sqrt(np.sum(points**2, axis=0)).astype(np.float32)
+        lit = on_bottom + aperture * self._lamplight(points, lights).astype(np.float32)
+        linear = self.bottom_colours[:, 0][:, tones] * lit * self.water.transmission(away)
+        veil = self._glow(-height / away, around) * self.water.veil(away)
+        return light.rgba_words(linear, veil).reshape(tones.shape)
 
     def _glow(self, sine: Floats, around: Floats) -> Floats:
         return light.sideways(self.water.glow * around, sine)
@@ -117,30 +165,35 @@ class SeaSurface:
 
     def __init__(self, visibility: float, random: Generator, waves: Waves, sun: Sun, water: str = ""):
         self.air = light.air(visibility)
-        self.sun = sun.towards
+        self.sun, self.lit = sun.towards, min(1.0, sun.lux / light.DARKEST)
         swell, sky = (texture.pyramid(f(random)) for f in (texture.waves, texture.clouds))
         self.sea = Layer(swell, 0.045, 0.4, 1.2), Layer(swell, 0.31, 0.75, 3.4)
         self.sky = Layer(sky, 3.0, 0.2, 6.0), Layer(sky, 11.0, 1.3, 6.0)
         self.sea_colours = light.sea(waves.roughness)
         self.sky_words = light.rgba_words(self._hazy(light.clouds(), CLOUDS))
 
-    def planes(self, pose: Standpoint) -> tuple[Plane, Plane]:
-        """The planes below and above the camera."""
+    def planes(self, pose: Standpoint, lights: Sequence[Beam] = ()) -> tuple[Plane, Plane]:
+        """The planes below and above the camera; lamps do not shine so far."""
         sea = light.rgba_words(self._hazy(self.sea_colours, pose.height))
         return Plane(1, pose.height, self.sea, sea), Plane(-1, CLOUDS, self.sky, self.sky_words)
 
-    def seen(self, pose: Standpoint, sine: float) -> Callable[[Floats, Floats], Floats]:
-        """How a body near the ground looks from the camera (see mug.draw); `sine` is that of its elevation."""
+    def seen(self, pose: Standpoint, place: Vector, lights: Sequence[Beam] = ()) -> Look:
+        """How a body near the surface looks from the camera (see mug.draw)."""
 
         def look(reflected: Floats, distance: Floats) -> Floats:
             left = self.air.transmission(distance)
-            return light.encode(reflected * left + self.air.glow * (1 - left))
+            return light.encode(self.lit * (reflected * left + self.air.glow * (1 - left)))
 
         return look
 
     def _hazy(self, colours: Floats, distance: float) -> Floats:
         left = self.air.transmission(distance / light.sines())
-        return colours * left + self.air.glow * (1 - left)
+        return self.lit * (colours * left + self.air.glow * (1 - left))
+
+
+def _sine(place: Vector) -> float:
+    """Of the elevation of a place (NED)."""
+    return -place[2] / math.hypot(*place) if any(place) else -1.0
 
 
 Surroundings = Seabed | SeaSurface

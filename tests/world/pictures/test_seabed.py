@@ -33,8 +33,8 @@ def test_far_from_the_ground_the_exposure_is_that_of_the_water():
     """The aperture closes only where bright sand asks for it."""
     scene = surroundings("Seabed", 20.0, np.random.default_rng(3))
     pose = Standpoint(0.0, 0.0, 15.0, 10.0)
-    np.testing.assert_array_equal(scene._lit(pose)(12.0), scene.water.daylight(12.0, 10.0))
-    assert scene._lit(Standpoint(0.0, 0.0, 0.5, 10.0))(12.0)[1] < 0.7 * scene.water.daylight(12.0, 10.0)[1]
+    np.testing.assert_array_equal(scene._lit(pose)[0](12.0), scene.water.daylight(12.0, 10.0))
+    assert scene._lit(Standpoint(0.0, 0.0, 0.5, 10.0))[0](12.0)[1] < 0.7 * scene.water.daylight(12.0, 10.0)[1]
 
 
 @pytest.mark.parametrize("corner", [(100, 100), (990, 990)])
