@@ -16,13 +16,15 @@ from runtime.kernel import ScaledClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.cli.status import Status
+from world import Pose, Sun
 from world.optics import FisheyeCamera, preset_lens
-from world.pictures import Camera, Standpoint
+from world.pictures import Camera, Lamp, Standpoint
 
 COMMAND = "shoal run lauv-noptilus-1 -p Simulation --clock 20x"
 SECONDS = 300.0  # of the vehicle
 SIZE, GAP = 396, 28  # px
 MUGS = ((2.5, 1.0), (0.5, -0.5), (-1.5, 2.0))
+WATERS, TILE = ("I", "II", "1C", "3C", "5C"), 150  # Jerlov types; px
 FISHEYES = (
     ("Seabed", Standpoint(0.0, 0.0, 3.0, depth=8.0, roll=math.radians(38), yaw=math.radians(20))),
     ("Sea Surface", Standpoint(0.0, 0.0, 7.0, roll=math.radians(-28), pitch=math.radians(8))),
@@ -60,7 +62,24 @@ def draw_fisheye(path: Path) -> None:
     sheet.save(path, optimize=True)
 
 
+def draw_water(path: Path) -> None:
+    """A seabed in waters of Jerlov, by day and at night in the light of two lamps."""
+    optics = FisheyeCamera.square(preset_lens("equidistant", math.radians(150)), 2 * TILE)
+    lamps = tuple(Lamp(Pose(0.5, side, 0.0, 0.0, math.radians(-60)), 3000.0, math.radians(70)) for side in (-0.4, 0.4))
+    lights = ((Sun(), ()), (Sun(elevation=math.radians(-30)), lamps))
+    sheet = Image.new("RGBA", (len(WATERS) * TILE, len(lights) * TILE))
+    for column, water in enumerate(WATERS):
+        for row, (sun, lit) in enumerate(lights):
+            camera = Camera(optics, 512, mugs=MUGS, water=water, sun=sun, lamps=lit, interpolation="bilinear")
+            picture = Image.fromarray(camera.picture(Standpoint(0.0, 0.0, 1.8, depth=6.0, pitch=0.2)))
+            sheet.paste(picture.resize((TILE, TILE), Image.Resampling.LANCZOS), (column * TILE, row * TILE))
+    paper = Image.new("RGB", sheet.size, "white")
+    paper.paste(sheet, mask=sheet)
+    paper.save(path, quality=85)
+
+
 if __name__ == "__main__":
     folder = Path(sys.argv[1]).resolve()
     draw_fisheye(folder / "fisheye.png")
+    draw_water(folder / "water.jpg")
     draw_run(folder / "run.svg")

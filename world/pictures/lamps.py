@@ -112,29 +112,36 @@ def veil(
 ) -> Floats:
     """Light (3, width, width) that the water throws back into a face, whose optical frame `turn` rotates to NED.
 
-    It is in the unit of a white surface in one lux. Single scattering: what `backward` (3,; 1/m) is in all, spread
-    evenly over the half space behind; summed along rays as far as the ground, `ground` m below, or as the eye, at
-    a grid of rays, between which it is interpolated. It lies over bodies, too, as if they were as far as the ground.
+    That of a grid of rays (see glare), between which it is interpolated. It lies over bodies, too, as if they were as
+    far as the ground.
     """
     axis = np.linspace(-1.0, 1.0, NODES)
     rays = np.stack([*np.meshgrid(axis, axis), np.ones((NODES, NODES))])
     rays = np.einsum("ij,jkl->ikl", turn, rays / np.linalg.norm(rays, axis=0))
+    found = glare(lights, rays, ground, attenuation, backward).astype(np.float32)
+    place = (pixel_axis(width) + 1.0) * np.float32((NODES - 1) / 2)
+    first = np.minimum(place.astype(np.int64), NODES - 2)
+    share = place - first
+    found = found[:, first] * (1 - share)[:, np.newaxis] + found[:, first + 1] * share[:, np.newaxis]
+    return found[:, :, first] * (1 - share) + found[:, :, first + 1] * share
+
+
+def glare(lights: Sequence[Beam], rays: Floats, ground: float, attenuation: Floats, backward: Floats) -> Floats:
+    """Light (3, ...) that the water throws back along rays (3, ...; unit vectors in NED).
+
+    It is in the unit of a white surface in one lux. Single scattering: what `backward` (3,; 1/m) is in all, spread
+    evenly over the half space behind; summed along the rays as far as the ground, `ground` m below, or as the eye.
+    """
     farthest = LENGTHS / float(np.min(attenuation))
     with np.errstate(divide="ignore"):
         end = np.where(rays[2] > 0.0, np.minimum(ground / rays[2], farthest), farthest)
-    share = np.linspace(0.0, 1.0, SAMPLES + 1)[:, np.newaxis, np.newaxis]
+    share = np.reshape(np.linspace(0.0, 1.0, SAMPLES + 1), (SAMPLES + 1, *(1,) * (rays.ndim - 1)))
     steps = NEAREST * np.maximum(end / NEAREST, 2.0) ** share
     middle, length = np.sqrt(steps[1:] * steps[:-1]), np.diff(steps, axis=0)
-    sight = np.exp(-np.reshape(attenuation, (3, 1, 1, 1)) * middle)
-    found = np.zeros((3, NODES, NODES))
+    sight = np.exp(-np.reshape(attenuation, (3, *(1,) * rays.ndim)) * middle)
+    found = np.zeros((3, *rays.shape[1:]))
     for beam in lights:
         lux, _ = beam.reach(rays[:, np.newaxis] * middle, attenuation)
         found += np.sum(lux * sight * length, axis=1)
     # Of radiance backward / 2 pi per lux, and 1 / pi per lux is white.
-    found *= 0.5 * np.reshape(backward, (3, 1, 1))
-    place = (pixel_axis(width) + 1.0) * np.float32((NODES - 1) / 2)
-    first = np.minimum(place.astype(np.int64), NODES - 2)
-    share = place - first
-    found = found.astype(np.float32)
-    found = found[:, first] * (1 - share)[:, np.newaxis] + found[:, first + 1] * share[:, np.newaxis]
-    return found[:, :, first] * (1 - share) + found[:, :, first + 1] * share
+    return found * 0.5 * np.reshape(backward, (3, *(1,) * (rays.ndim - 1)))

@@ -26,7 +26,7 @@ SHALLOWEST = 0.05  # m; any closer, a few texels of the surface would fill the u
 
 
 # Places on the ground (3, n) for a camera at a height of 1, as far as five times that.
-_away, _bearing = (a.ravel() for a in np.meshgrid(np.linspace(0.0, 5.0, 16), np.linspace(0.0, math.tau, 24)))
+_away, _bearing = (a.ravel() for a in np.meshgrid(np.linspace(0.0, 6.0, 13), np.linspace(0.0, math.tau, 17)))
 GRID = np.stack([_away * np.cos(_bearing), _away * np.sin(_bearing), np.ones_like(_away)])
 
 
@@ -114,7 +114,7 @@ class Seabed:
     def _lit(self, pose: Standpoint, lights: Sequence[Beam] = ()) -> tuple[Callable[[float], Floats], float]:
         """Light by depth (m) for a camera that does not burn out bright sand, and what one lux counts for it.
 
-        Bright sand is that straight below, and, where there are lamps, all of it.
+        Bright sand is that straight below, and, where there are lamps, all around, behind the glare of the water.
         """
         depth = max(pose.depth, SHALLOWEST)
         at_camera = self.lux * math.exp(-min(float(self.water.extinction[1, 0, 0]) * depth, 80.0))
@@ -123,11 +123,17 @@ class Seabed:
         points = GRID * pose.height if lights else np.array([[0.0], [0.0], [pose.height]])
         away = np.sqrt(np.sum(points**2, axis=0))[np.newaxis].astype(np.float32)
         if lights:
-            on_bottom = on_bottom + self._lamplight(points[:, np.newaxis], lights) / max(at_camera, light.DARKEST)
+            lux = 1.0 / max(at_camera, light.DARKEST)
+            on_bottom = on_bottom + lux * self._lamplight(points[:, np.newaxis], lights)
         bright = self.bottom_colours[..., light.BRIGHT, np.newaxis] * on_bottom * self.water.transmission(away)
         bright += self._glow(np.array([[-1.0]], dtype=np.float32), around) * self.water.veil(away)
+        if lights:
+            bright += lux * self._glare(points / away, pose.height, lights)[:, np.newaxis]
         aperture = min(1.0, light.WHITE / max(float(bright.max()), 1e-9))
         return lambda d: aperture * sensitive * self.water.daylight(d, depth), aperture / max(at_camera, light.DARKEST)
+
+    def _glare(self, rays: Floats, height: float, lights: Sequence[Beam]) -> Floats:
+        return lamps.glare(lights, rays, height, self.water.attenuation.ravel(), self.water.backward.ravel())
 
     def _lamplight(self, points: Floats, lights: Sequence[Beam]) -> Floats:
         return lamps.on_ground(lights, points, self.water.attenuation.ravel())
