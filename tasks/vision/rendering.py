@@ -14,7 +14,18 @@ from tasks.vision.records import camera_frame
 from tasks.vision.viewpoint import View, Viewpoint
 from world import SECTIONS, Pose
 from world.optics import CameraModel
-from world.pictures import INTERPOLATIONS, SCENES, Camera, Exposure, Shutter, Standpoint, noise, optical
+from world.pictures import (
+    INTERPOLATIONS,
+    SCENES,
+    Camera,
+    Exposure,
+    Lamp,
+    Shutter,
+    Standpoint,
+    noise,
+    optical,
+    parse_lamp,
+)
 
 LEAST_VISIBILITY = 0.1  # m
 ESTIMATED = "EstimatedState, since there is no SimulatedState"
@@ -55,6 +66,12 @@ class RenderedCamera(PictureKeeper):
         1, "1", "Instants within the exposure time whose mean an image is.", minimum=1, maximum=100
     )
     readout_time: float = param(0.0, "s", "From the first to the last row of a rolling shutter.", minimum=0, maximum=10)
+    lamps: list[str] = param(
+        [],
+        "",
+        "Lamps of the vehicle that this camera sees the light of: forward, right, down (m), pitch, yaw (°), flux (lm) "
+        'and width of the beam (°): "0.6 0 0 -80 0 3000 70".',
+    )
     latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
 
     transient = (*PictureKeeper.transient, "camera", "shutter")
@@ -93,6 +110,7 @@ class RenderedCamera(PictureKeeper):
             sun=world.sun,
             mount=self.mount,
             water="" if self.visibility else world.water_type,
+            lamps=self._lamps(),
         )
         self.shutter = Shutter(self.camera, self._exposure())
 
@@ -145,6 +163,12 @@ class RenderedCamera(PictureKeeper):
             moved = self.viewpoint.view(world, self.now + float(seconds), began) if seconds else view
             path.append(view.vehicle if isinstance(moved, str) else moved.vehicle)
         return path
+
+    def _lamps(self) -> tuple[Lamp, ...]:
+        try:
+            return tuple(map(parse_lamp, self.lamps))
+        except ValueError as error:
+            raise ParameterError("Lamps", str(error)) from None
 
     def _exposure(self) -> Exposure:
         if self.read_noise and not self.full_well:

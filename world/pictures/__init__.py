@@ -4,7 +4,7 @@ from world.pictures.boards import Board, april_grid, board, chessboard
 from world.pictures.camera import Camera
 from world.pictures.exposure import Exposure, Shutter, noise
 from world.pictures.labels import Box, Kind, Labeller, Labels
-from world.pictures.lamps import Lamp
+from world.pictures.lamps import Lamp, parse_lamp
 from world.pictures.lookup import void_warning
 from world.pictures.mug import Glider
 from world.pictures.panorama import Panorama
@@ -32,5 +32,6 @@ __all__ = [
     "chessboard",
     "noise",
     "optical",
+    "parse_lamp",
     "void_warning",
 ]

@@ -52,6 +52,15 @@ class Lamp:
         return np.exp2(np.maximum(-((angle * (2.0 / self.width)) ** 2), DARK))
 
 
+def parse_lamp(text: str) -> Lamp:
+    """The lamp of "x y z pitch yaw flux width", in m, °, lm and °; raises ValueError."""
+    try:
+        x, y, z, pitch, yaw, flux, width = map(float, text.split())
+    except ValueError:
+        raise ValueError(f"{text!r} is not forward, right, down, pitch, yaw, flux and width of a lamp") from None
+    return Lamp(Pose(x, y, z, 0.0, math.radians(pitch), math.radians(yaw)), flux, math.radians(width))
+
+
 class Beam(NamedTuple):
     """A lamp in one picture: `place` (m) and unit vector `axis` in NED, both from the camera."""
 

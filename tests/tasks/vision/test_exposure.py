@@ -86,3 +86,16 @@ def test_a_port_that_does_not_hold_its_camera_is_refused():
     for wrong in ({"housing": "Dome", "dome_offset": 0.2}, {"housing": "Flat Port", "subject_distance": 0.02}):
         with pytest.raises(ParameterError, match="Housing"):
             frames(**wrong)
+
+
+def test_lamps_of_the_vehicle_light_the_night():
+    night = {"settings": {"World": {"Sun Elevation": "-30"}}}
+    dark, lit = (frames(**night, **lamps)[0].image for lamps in ({}, {"lamps": ["-0.6 0 0 -90 0 3000 80"]}))
+    assert dark[..., :3].max() < 12
+    assert lit[60, 80, :3].mean() > 60
+
+
+@pytest.mark.parametrize("lamp", ["1 2 3", "0 0 0 -90 0 -5 80", "0 0 0 -90 0 3000 0", "nan 0 0 0 0 1 80"])
+def test_a_lamp_that_cannot_be_is_refused(lamp):
+    with pytest.raises(ParameterError, match="Lamps"):
+        frames(lamps=[lamp])
