@@ -122,15 +122,15 @@ class Seabed:
         on_bottom, around = (sensitive * self.water.daylight(d, depth) for d in (depth + pose.height, depth))
         points = GRID * pose.height if lights else np.array([[0.0], [0.0], [pose.height]])
         away = np.sqrt(np.sum(points**2, axis=0))[np.newaxis].astype(np.float32)
+        lux = 1.0 / max(at_camera, light.DARKEST)
         if lights:
-            lux = 1.0 / max(at_camera, light.DARKEST)
             on_bottom = on_bottom + lux * self._lamplight(points[:, np.newaxis], lights)
         bright = self.bottom_colours[..., light.BRIGHT, np.newaxis] * on_bottom * self.water.transmission(away)
         bright += self._glow(np.array([[-1.0]], dtype=np.float32), around) * self.water.veil(away)
         if lights:
             bright += lux * self._glare(points / away, pose.height, lights)[:, np.newaxis]
         aperture = min(1.0, light.WHITE / max(float(bright.max()), 1e-9))
-        return lambda d: aperture * sensitive * self.water.daylight(d, depth), aperture / max(at_camera, light.DARKEST)
+        return lambda d: aperture * sensitive * self.water.daylight(d, depth), aperture * lux
 
     def _glare(self, rays: Floats, height: float, lights: Sequence[Beam]) -> Floats:
         return lamps.glare(lights, rays, height, self.water.attenuation.ravel(), self.water.backward.ravel())
