@@ -50,7 +50,7 @@ def estimate(time, **fields):
 
 
 def test_all_tasks_of_a_shipped_vehicle_share_one_world(tmp_path):
-    vehicle, _ = sailed(tmp_path, 0.1, modes="Simulation,Camera")
+    vehicle, _ = sailed(tmp_path, 0.1, modes="Simulation,Camera,Detector")
     users = [task for task in vehicle.tasks if type(task).reads]
     assert len({id(world_of(task)) for task in users}) == 1
     assert {type(task).__name__ for task in users} == {

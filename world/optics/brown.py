@@ -53,6 +53,8 @@ class PinholeCamera(CameraModel):
                 size = np.linalg.norm(step, axis=-1, keepdims=True)
                 bare = bare - step * np.minimum(1.0, 0.5 * (1.0 + np.linalg.norm(bare, axis=-1, keepdims=True)) / size)
                 bare = np.where(size > 0.0, bare, np.stack((x, y), axis=-1))
+                if not (size > EXACT).any():
+                    break
             x, y = bare[..., 0], bare[..., 1]
             left = np.linalg.norm(self._bent(x, y) - places, axis=-1)
             valid = (left < EXACT * (1.0 + np.linalg.norm(places, axis=-1))) & (x * x + y * y < self._edge)

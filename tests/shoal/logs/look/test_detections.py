@@ -24,7 +24,7 @@ def sailed(tmp_path_factory):
     overrides = ["World:Gliders=1 0.3, 8 -4, 15 10", "Vision.FisheyeCamera:Save Images=false"]
     overrides += [f"{MUG_CAMERA}:Detection Probability=0.8", f"{MUG_CAMERA}:False Alarm Rate=0.1"]
     profile = load_profile("lauv-noptilus-1", overrides=overrides)
-    selected = profile.select("Simulation,Camera")
+    selected = profile.select("Simulation,Camera,Detector")
     vehicle = build(profile, selected, clock=VirtualClock(profile.start_time_ns), log_root=folder).vehicle
     vehicle.start()
     vehicle.run(85.0)
