@@ -19,7 +19,7 @@ from world.pictures import Box, Kind, Labels
 
 FILE = "annotations.json"
 IMAGES = "images"
-THINGS = (Kind.GLIDER,)
+THINGS = (Kind.GLIDER, Kind.BOARD)
 
 
 class Annotated(NamedTuple):
@@ -105,7 +105,7 @@ def export_coco(source: Source, folder: Path, progress: Callable[[float], object
         elif source.choice.start <= shot.time < source.choice.end:
             shutil.copyfile(file, folder / IMAGES / file.name)
             camera = seen.cameras[shot.camera].camera
-            found = annotate(camera.labels(shot.standpoint, shot.gliders))
+            found = annotate(camera.labels(shot.standpoint, shot.gliders, boards=shot.boards))
             size = camera.optics.width, camera.optics.height
             pictures.append(Annotated(f"{IMAGES}/{file.name}", shot.time, shot.camera, *size, found))
         progress(place / len(files))

@@ -23,7 +23,7 @@ from tasks.vision.photos import write_picture
 from tasks.vision.records import FILE
 from tasks.vision.rendering import RenderedCamera
 from tasks.vision.viewpoint import View
-from world.pictures import Camera, Glider, Shutter, Standpoint
+from world.pictures import Board, Camera, Glider, Shutter, Standpoint
 
 TOLD = (imc.LoggingControl, imc.SimulatedState, imc.EstimatedState)  # all that moves a camera, and its pictures
 Op = imc.LoggingControl.Op
@@ -33,7 +33,8 @@ Offload = Callable[..., None]
 class Shot(NamedTuple):
     """A picture: the label of its camera, when it was exposed (s since 1970 UTC), its file, and how it is rendered.
 
-    The shutter's `picture(*given)` makes it. At its instant, the vehicle was at a standpoint among gliders.
+    The shutter's `picture(*given)` makes it. At its instant, the vehicle was at a standpoint among gliders
+    and boards.
     """
 
     camera: str
@@ -43,6 +44,7 @@ class Shot(NamedTuple):
     given: tuple[Any, ...]
     standpoint: Standpoint
     gliders: tuple[Glider, ...]
+    boards: tuple[Board, ...] = ()
 
 
 class Eye(NamedTuple):
@@ -149,7 +151,7 @@ class _Recorder:
             view = task.viewpoint.view(world_of(task), task.now, task.vehicle.start_time)
             assert isinstance(view, View)
             result = np.broadcast_to(np.zeros(4, np.uint8), (task.camera.optics.height, task.camera.optics.width, 4))
-            shot = Shot(task.entity.label, task.now, "", "", args, view.vehicle, view.gliders)
+            shot = Shot(task.entity.label, task.now, "", "", args, view.vehicle, view.gliders, view.boards)
             self._taken[id(result)] = result, shot
         elif function is write_picture:
             path, image, form = args

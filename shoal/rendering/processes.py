@@ -92,7 +92,7 @@ def rendered(job: Job) -> Iterator[Picture]:
         if job.labels:
             following = (after.standpoint, after.gliders) if after is not None and job.flow else None
             try:
-                found = camera.labels(shot.standpoint, shot.gliders, following)
+                found = camera.labels(shot.standpoint, shot.gliders, following, shot.boards)
             except ValueError as refused:
                 about["error"] = str(refused)
             else:

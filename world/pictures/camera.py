@@ -69,9 +69,10 @@ class Camera:
         pose: Standpoint,
         gliders: Sequence[Glider] | None = None,
         following: tuple[Standpoint, Sequence[Glider]] | None = None,
+        boards: Sequence[Board] = (),
     ) -> Labels:
         """What `picture` shows there; see Labeller.labels."""
-        return self._labeller.labels(pose, self._gliders(gliders), following)
+        return self._labeller.labels(pose, self._gliders(gliders), following, boards)
 
     def _gliders(self, given: Sequence[Glider] | None) -> Sequence[Glider]:
         return [Glider(north, east) for north, east in self.mugs] if given is None else given

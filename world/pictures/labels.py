@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.optics import CameraModel, Floats
+from world.pictures.boards import Board
 from world.pictures.capsule import Capsule
 from world.pictures.flow import flow
 from world.pictures.mug import Glider
 from world.pictures.rays import Places, Rays
 from world.pictures.scenes import Standpoint
-from world.pictures.sight import Sight, check_scene, numbered
+from world.pictures.sight import Sight, board_beyond, board_seen, check_scene, numbered
 from world.pose import DOWN, Pose
 
 BLOCK = 1 << 14  # pixels per step: their arrays fit into the L2 cache
@@ -31,6 +32,7 @@ class Kind(IntEnum):
     """The surface of the sea, from below or from above."""
     SKY = 3
     GLIDER = 4
+    BOARD = 5
 
 
 class Box(NamedTuple):
@@ -91,10 +93,12 @@ class Labeller:
         standpoint: Standpoint,
         gliders: Sequence[Glider] = (),
         following: tuple[Standpoint, Sequence[Glider]] | None = None,
+        boards: Sequence[Board] = (),
     ) -> Labels:
         """The labels at a standpoint, with flow if standpoint and gliders of the following picture are given.
 
-        Gliders without any number are numbered from 1 in their order. Raises ValueError if the camera is within an
+        Gliders without any number are numbered from 1 in their order. Boards lie still, and have boxes if they have a
+        number. Raises ValueError if the camera is within an
         object or under the ground, and for numbers that are not finite, or of two objects.
         """
         gliders = numbered(gliders)
@@ -102,12 +106,24 @@ class Labeller:
         bodies = {glider.id: sight.body(glider) for glider in gliders}
         distance, kinds = self._planes(sight)
         instances = np.zeros(distance.shape, dtype=np.uint16)
+        flat = [(board, self._lay(board, sight, distance, kinds, instances)) for board in boards]
         boxes = self._draw(bodies, distance, kinds, instances)
+        boxes += tuple(
+            Box(
+                board.id,
+                Kind.BOARD,
+                *self._extents(pixels, instances, board.id),
+                board_beyond(board, sight, self.optics),
+            )
+            for board, pixels in flat
+            if board.id and pixels.size
+        )
         moved = None
         if following is not None:
             after = Sight.of(following[0], self.mount, self.scene)
             now, then = ({glider.id: glider for glider in each} for each in (gliders, numbered(following[1])))
-            moved = flow(self.optics, self._rays.all, distance, instances, (sight, now), (after, then))
+            bodies_alone = np.where(kinds == Kind.BOARD, np.uint16(0), instances)
+            moved = flow(self.optics, self._rays.all, distance, bodies_alone, (sight, now), (after, then))
         shape = self.optics.height, self.optics.width
         return Labels(
             distance.astype(np.float32).reshape(shape),
@@ -134,6 +150,19 @@ class Labeller:
         kinds[~self._rays.covered] = Kind.VOID
         return distance, kinds
 
+    def _lay(
+        self,
+        board: Board,
+        sight: Sight,
+        distance: Floats,
+        kinds: NDArray[np.uint8],
+        instances: NDArray[np.uint16],
+    ) -> Places:
+        """Set the pixels that show a board, and return them; one that was laid before is under it."""
+        pixels, far = board_seen(board, sight, self._rays.all)
+        distance[pixels], kinds[pixels], instances[pixels] = far, Kind.BOARD, board.id
+        return pixels
+
     def _draw(
         self,
         bodies: Mapping[int, Capsule],
@@ -155,8 +184,13 @@ class Labeller:
         return tuple(self._box(number, pixels, instances, cut) for number, pixels, cut in seen)
 
     def _box(self, number: int, whole: Places, instances: NDArray[np.uint16], cut: float) -> Box:
+        return Box(number, Kind.GLIDER, *self._extents(whole, instances, number), cut)
+
+    def _extents(
+        self, whole: Places, instances: NDArray[np.uint16], number: int
+    ) -> tuple[tuple[int, int, int, int], int, tuple[int, int, int, int], int]:
         visible = whole[instances[whole] == number]
-        return Box(number, Kind.GLIDER, self._corners(visible), visible.size, self._corners(whole), whole.size, cut)
+        return self._corners(visible), visible.size, self._corners(whole), whole.size
 
     def _corners(self, pixels: Places) -> tuple[int, int, int, int]:
         if not pixels.size:

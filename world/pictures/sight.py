@@ -5,16 +5,21 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from world.optics import Floats
+from world.optics import CameraModel, Floats
+from world.pictures.boards import Board
 from world.pictures.capsule import Capsule
 from world.pictures.mug import Glider
 from world.pictures.renderer import camera
 from world.pictures.scenes import SCENES, SHALLOWEST, Standpoint
 from world.pose import Pose
 
+Places = NDArray[np.intp]
+
 FARTHEST = 1e7  # m, of a camera from the scene's origin
 MOST_IDS = 65535
+SAMPLES = 32  # across a board, to tell how much of it the picture shows
 
 
 class Sight(NamedTuple):
@@ -61,6 +66,37 @@ class Sight(NamedTuple):
         if float(np.linalg.norm(body.nearest)) <= radius:
             raise ValueError(f"the camera is within object {glider.id}")
         return body
+
+
+def board_seen(board: Board, sight: Sight, rays: Floats) -> tuple[Places, Floats]:
+    """The pixels (n,) whose rays (3, n; optical frame) meet a board, and how far off (m)."""
+    a, b, c = (row[:, np.newaxis] for row in sight.turn)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = (sight.height - board.rise) / (c * rays).sum(axis=0)
+        north = far * (a * rays).sum(axis=0) + sight.north - board.north
+        east = far * (b * rays).sum(axis=0) + sight.east - board.east
+        ahead, right = _along(board, north, east)
+        rows, columns = board.cells.shape
+        hit = (far > 0.0) & (np.abs(ahead) < rows / 2 * board.cell) & (np.abs(right) < columns / 2 * board.cell)
+    pixels = np.flatnonzero(hit)
+    return pixels, far[pixels]
+
+
+def board_beyond(board: Board, sight: Sight, optics: CameraModel) -> float:
+    """The share, 0 to 1, of a board that lies beyond the picture."""
+    rows, columns = board.cells.shape
+    fine = (np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5
+    ahead, right = (each.ravel() * board.cell for each in np.meshgrid(rows * fine, columns * fine))
+    c, s = math.cos(board.heading), math.sin(board.heading)
+    north, east = c * ahead - s * right + board.north, s * ahead + c * right + board.east
+    down = np.full(north.shape, sight.height - board.rise)
+    points = np.stack((north - sight.north, east - sight.east, down), axis=-1) @ sight.turn
+    return float(1.0 - optics.project(points)[1].mean())
+
+
+def _along(board: Board, north: Floats, east: Floats) -> tuple[Floats, Floats]:
+    c, s = math.cos(board.heading), math.sin(board.heading)
+    return c * north + s * east, c * east - s * north
 
 
 def check_scene(scene: str) -> None:

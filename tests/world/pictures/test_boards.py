@@ -12,7 +12,7 @@ from tasks.vision.records import describe
 from world import DOWN
 from world.attitude import rotation
 from world.optics import FisheyeCamera, PinholeCamera, kannala_brandt, preset_lens
-from world.pictures import Board, Camera, Standpoint, april_grid, chessboard
+from world.pictures import Board, Camera, Glider, Kind, Standpoint, april_grid, chessboard
 from world.pictures.renderer import camera
 
 ROWS, COLUMNS, SQUARE, RISE = 8, 11, 0.05, 0.2
@@ -150,3 +150,42 @@ def test_impossible_boards_are_refused():
         chessboard(1, 5)
     with pytest.raises(ValueError, match="20 x 20 tags"):
         april_grid(20, 20)
+
+
+@pytest.mark.parametrize("optics", [BROWN, ODD, QUARTIC], ids=["brown", "kannala", "quartic"])
+def test_a_board_is_labelled_where_its_points_project_to(optics):
+    """Points of the board, and of the ground around it, by the model alone; a glider above hides a part of it."""
+    board = Board(chessboard(ROWS, COLUMNS), SQUARE, 0.1, -0.1, 0.15, heading=0.7, id=9)
+    pose, glider = Standpoint(0.0, 0.1, 0.9, 5.0, 0.15, -0.1, 0.4), Glider(0.1, -0.1, 0.4, 0.0, 0.3, 0.08, id=4)
+    following = Standpoint(0.05, 0.1, 0.85, 5.05, 0.1, -0.1, 0.45)
+    camera_ = Camera(optics, 64, 6)
+    found = camera_.labels(pose, [glider], (following, [glider]), [board])
+    random = np.random.default_rng(2)
+    ahead, right = random.uniform(-1.3, 1.3, (2, 4000)) * np.array([[0.25], [0.325]])
+    north, east = (
+        math.cos(0.7) * ahead - math.sin(0.7) * right + 0.1,
+        math.sin(0.7) * ahead + math.cos(0.7) * right - 0.1,
+    )
+    points = np.stack((north - pose.north, east - pose.east, np.full(north.shape, 0.75)), axis=-1)
+    pixels, seen = optics.project(points @ camera(pose, DOWN))
+    distance = np.linalg.norm(points, axis=1)
+    margin = 2.0 * distance / optics.fx
+    inside = (np.abs(ahead) < 0.25 - margin) & (np.abs(right) < 0.325 - margin) & seen
+    outside = ((np.abs(ahead) > 0.25 + margin) | (np.abs(right) > 0.325 + margin)) & seen
+    u, v = pixels[seen].astype(int).T
+    kinds = np.zeros(seen.shape, int)
+    kinds[seen] = found.kinds[v, u]
+    assert set(kinds[outside]) <= {Kind.SEABED, Kind.GLIDER}
+    assert set(kinds[inside]) == {Kind.BOARD, Kind.GLIDER}
+    own = inside & (kinds == Kind.BOARD)
+    u, v = pixels[own].astype(int).T
+    assert found.distance[v, u] == pytest.approx(distance[own], rel=0.01)
+    assert set(found.instances[v, u]) == {9}
+    after = np.stack((north - following.north, east - following.east, np.full(north.shape, 0.7)), axis=-1)
+    moved = optics.project(after @ camera(following, DOWN))[0] - pixels
+    assert np.abs(found.flow[v, u] - moved[own]).max() < 0.5, "within a pixel, of which the flow is that of the center"
+    (body, flat) = found.boxes
+    assert (body.instance, flat.instance, flat.kind, body.kind) == (4, 9, Kind.BOARD, Kind.GLIDER)
+    assert flat.area == np.count_nonzero(found.instances == 9) < flat.whole_area
+    assert 0.0 < flat.occluded < 0.5
+    assert flat.cut == pytest.approx(np.mean(~seen[(np.abs(ahead) < 0.25) & (np.abs(right) < 0.325)]), abs=0.05)
