@@ -85,13 +85,15 @@ def board_seen(board: Board, sight: Sight, rays: Floats) -> tuple[Places, Floats
 def board_beyond(board: Board, sight: Sight, optics: CameraModel) -> float:
     """The share, 0 to 1, of a board that lies beyond the picture."""
     rows, columns = board.cells.shape
-    fine = (np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5
-    ahead, right = (each.ravel() * board.cell for each in np.meshgrid(rows * fine, columns * fine))
+    fine = (np.arange(SAMPLES, dtype=np.float64) + 0.5) / SAMPLES - 0.5
+    ahead: Floats = np.repeat(fine, SAMPLES) * (rows * board.cell)
+    right: Floats = np.tile(fine, SAMPLES) * (columns * board.cell)
     c, s = math.cos(board.heading), math.sin(board.heading)
-    north, east = c * ahead - s * right + board.north, s * ahead + c * right + board.east
-    down = np.full(north.shape, sight.height - board.rise)
-    points = np.stack((north - sight.north, east - sight.east, down), axis=-1) @ sight.turn
-    return float(1.0 - optics.project(points)[1].mean())
+    points = np.empty((SAMPLES * SAMPLES, 3))
+    points[:, 0] = c * ahead - s * right + board.north - sight.north
+    points[:, 1] = s * ahead + c * right + board.east - sight.east
+    points[:, 2] = sight.height - board.rise
+    return float(1.0 - optics.project(points @ sight.turn)[1].mean())
 
 
 def _along(board: Board, north: Floats, east: Floats) -> tuple[Floats, Floats]:
