@@ -169,7 +169,7 @@ def test_logs_elsewhere_are_writable(folder: Path) -> None:
             "no enabled section has Process = visoin",
         ),
         (["lauv-noptilus-1", "-p", "Camera", *VISION[2:], "--process", "vision"], "needs a zenoh bus"),
-        (["otter"], "has nothing to run without a mode; select one with -p: Camera, Hardware"),
+        (["otter"], "has nothing to run without a mode; select one with -p: Camera, Detector, Hardware"),
         (["otter", "-p", "Simlation"], "did you mean 'Simulation'"),
         (["otter", "-p", "Simulation", "--set", "Simulators.GPS:HACC=high"], "'high' is not a number"),
         (["otter", "-p", "Simulation", "--user", "root; rm"], "not the name of a user"),
