@@ -16,7 +16,7 @@ from runtime.problem import printable
 from shoal.cli.log_change import TIMES, read_time, split_words
 from shoal.cli.log_open import LOG, check_found, open_log, progress, refusals, takes_runs
 from shoal.logs.edit import new_file, new_folder
-from shoal.logs.export import ReportBytes, Source
+from shoal.logs.export import Source
 from shoal.logs.look import number
 from shoal.logs.selection import choose
 
@@ -43,7 +43,7 @@ FORMATS = {
     "coco": Format("-coco", False, "shoal.rendering.coco", "export_coco"),
     "tum": Format("-tum", False, "shoal.logs.export.tum", "export_tum"),
 }
-Writer: TypeAlias = Callable[[Source, Path, ReportBytes], int]
+Writer: TypeAlias = Callable[[Source, Path, ReportShare], int]
 """Writes what is selected to a path, reports the bytes read, and returns how many messages or rows it wrote."""
 
 NOUNS = {"mcap": "message", "coco": "picture"}

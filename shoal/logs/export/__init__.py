@@ -1,5 +1,5 @@
 """Logs in the formats of other tools; each format is a module, which needs its library."""
 
-from shoal.logs.export.batches import ReportBytes, Source
+from shoal.logs.export.batches import Source
 
-__all__ = ["ReportBytes", "Source"]
+__all__ = ["Source"]

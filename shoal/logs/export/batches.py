@@ -1,7 +1,7 @@
 """The packets to export, in batches, grouped by message; those of fixed size as arrays."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -10,7 +10,7 @@ import numpy as np
 
 import imc
 from imc.layout import ADDRESS_FIELDS, HEADER_FIELDS, SMALLEST_PACKET, VARIABLE, columns
-from imc.lsf import Batch, at_each
+from imc.lsf import Batch, ReportShare, at_each
 from runtime.logs import Array, Names, Summary
 from shoal.logs.selection import Selection, Watch, wanted
 
@@ -18,8 +18,6 @@ BATCH_BYTES = 1 << 21
 
 HEADER_AND_ORDER = np.dtype([*columns({"id": "H", "size": "H", **ADDRESS_FIELDS}), ("big", "?")])
 """A header, and whether the packet is big-endian."""
-
-ReportBytes = Callable[[int], object]
 
 
 class ExportBatch(NamedTuple):
@@ -77,12 +75,12 @@ class Source:
     def _layouts(self) -> dict[int, np.dtype[np.void]]:
         return {m.id: layout for m in self.schema.messages if (layout := _layout(m)) is not None}
 
-    def batches(self, progress: ReportBytes = lambda _: None) -> Iterator[ExportBatch]:
-        """The selected packets; `progress` gets the number of bytes read from the unpacked log."""
+    def batches(self, progress: ReportShare = lambda _: None) -> Iterator[ExportBatch]:
+        """The selected packets; `progress` gets the share of the log that has been read, 0 to 1."""
         watch = Watch(self.summary.owner)
         self.packets = 0
         for batch in _merged(self.log.batches()):
-            progress(batch.base + len(batch.data))
+            progress((batch.base + len(batch.data)) / max(1, self.summary.unpacked))
             heads = _headers(batch)
             keep = wanted(heads, self.choice, watch)
             if keep.any():

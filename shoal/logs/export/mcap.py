@@ -9,10 +9,10 @@ import numpy as np
 
 import imc
 from imc.layout import ADDRESS_FIELDS
-from imc.lsf import packed_schema
+from imc.lsf import ReportShare, packed_schema
 from runtime.logs import Array
 from shoal.logs.export import ros_standard
-from shoal.logs.export.batches import ExportBatch, MessageBatch, ReportBytes, Source, nanoseconds
+from shoal.logs.export.batches import ExportBatch, MessageBatch, Source, nanoseconds
 from shoal.logs.export.calibration import logged_cameras
 from shoal.logs.export.cdr import ENCAPSULATION, Item, Record, Unfit, Write, text, writer
 from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, camera_transform
@@ -32,7 +32,7 @@ _BILLION = 1_000_000_000
 
 
 def export_mcap(
-    source: Source, path: Path, raw: bool = True, images: bool = True, progress: ReportBytes = lambda _: None
+    source: Source, path: Path, raw: bool = True, images: bool = True, progress: ReportShare = lambda _: None
 ) -> int:
     """Write the selected messages of a log to a new MCAP file; returns the number of messages in it.
 

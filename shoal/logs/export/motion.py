@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from imc.coordinates.arrays import displacement
-from imc.lsf import positions
+from imc.lsf import ReportShare, positions
 from runtime.logs import Array
-from shoal.logs.export.batches import ExportBatch, MessageBatch, ReportBytes, Source, nanoseconds
+from shoal.logs.export.batches import ExportBatch, MessageBatch, Source, nanoseconds
 from shoal.logs.export.ros_standard import MapOrigin, Photo, first_origin, photos
 
 TRIAD = ("timestamp", "src", "src_ent", "x", "y", "z")
@@ -56,7 +56,7 @@ class Recording:
     pictures: dict[str, list[Photo]] = field(default_factory=dict[str, list[Photo]])
 
 
-def record(source: Source, progress: ReportBytes = lambda _: None) -> Recording:
+def record(source: Source, progress: ReportShare = lambda _: None) -> Recording:
     """Read a log. What cannot be used counts as skipped in `source`. Raises OSError."""
     found: dict[str, list[Array]] = {name: [] for name in FIELDS}
     for batch in source.batches(progress):

@@ -5,14 +5,15 @@ from pathlib import Path
 
 import numpy as np
 
+from imc.lsf import ReportShare
 from runtime.logs import Array
-from shoal.logs.export.batches import ReportBytes, Source
+from shoal.logs.export.batches import Source
 from shoal.logs.export.motion import Track, record
 
 BILLION = 1_000_000_000
 
 
-def export_tum(source: Source, folder: Path, progress: ReportBytes = lambda _: None) -> int:
+def export_tum(source: Source, folder: Path, progress: ReportShare = lambda _: None) -> int:
     """Write groundtruth.txt, estimate.txt, accelerometer.txt, gyroscope.txt, and rgb.txt with rgb/; returns the rows.
 
     Poses are those of the vehicle (forward, right, down) in east, north, up; quaternions end with w. Of several IMUs or

@@ -8,8 +8,14 @@ import pytest
 from click.testing import CliRunner
 
 import imc
+from runtime.logs import summarize
 from shoal.cli import main
 from shoal.logs.edit.tlog_import import import_tlog
+from shoal.logs.export import Source
+from shoal.logs.export.csv import export_csv
+from shoal.logs.export.euroc import export_euroc
+from shoal.logs.export.llf import export_llf
+from shoal.logs.export.tum import export_tum
 from tests.mavlink.flights import DataFlashWriter, ULogWriter
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
@@ -177,6 +183,17 @@ def test_progress_is_a_share_of_the_file(tmp_path):
     import_tlog(LOGS / "ardusub.tlog", tmp_path / "log", progress=told.append)
     assert told
     assert all(0.0 < share <= 1.0 for share in told)
+
+
+@pytest.mark.parametrize("write", [export_csv, export_euroc, export_tum, export_llf])
+def test_progress_of_an_export_is_a_share_of_the_log(write, make_log, tmp_path):
+    log = imc.Log(make_log([imc.encode(imc.Rpm(value=n, src=0x1A, timestamp=1.7e9 + n)) for n in range(50)]))
+    told = []
+    (tmp_path / "out").mkdir()
+    write(Source(log, summarize(log)), tmp_path / "out", progress=told.append)
+    assert told
+    assert all(0.0 < share <= 1.0 for share in told)
+    assert told[-1] == 1.0
 
 
 def test_a_missing_extra_is_named(shoal, rpms, monkeypatch):
