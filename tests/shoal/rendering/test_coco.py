@@ -58,7 +58,8 @@ def test_a_data_set_has_the_pictures_of_the_run_with_boxes_and_masks(log):
     assert shoal("export", folder, "set", "-f", "coco")[0] == 0
     assert shoal("render", folder, "again", "-j", 1)[0] == 0
     found, again = (json.loads(Path(name, "annotations.json").read_text()) for name in ("set", "again"))
-    assert found["categories"] == [{"id": 4, "name": "glider", "supercategory": "object"}]
+    names = {4: "glider", 5: "board"}
+    assert found["categories"] == [{"id": n, "name": name, "supercategory": "object"} for n, name in names.items()]
     files = [Path(image["file_name"]) for image in found["images"]]
     assert [path.name for path in files] == sorted(path.name for path in (folder / "Photos").glob("*.png"))
     assert all((Path("set") / path).read_bytes() == (folder / "Photos" / path.name).read_bytes() for path in files)
