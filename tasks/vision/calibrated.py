@@ -1,14 +1,13 @@
 """What cameras have in common whose pictures come from elsewhere: a calibration, a mount, and frames."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 import imc
 from runtime import Frame, ParameterError, State, consume, param
-from tasks.surroundings import Chart, world_of
+from tasks.surroundings import Chart, mount_of, world_of
 from tasks.vision.keeping import PictureKeeper
 from tasks.vision.records import camera_frame
 from world import SECTIONS, Pose
@@ -70,15 +69,6 @@ class CalibratedCamera(PictureKeeper):
         if moving and math.isfinite(state.x + state.y + state.z + state.phi + state.theta + state.psi):
             self._estimate = state
 
-    def path_of(self, name: str) -> Path:
-        """A path of a parameter; a relative one counts from the profile, or else from the working folder.
-
-        A run that goes on from a snapshot has its profile elsewhere.
-        """
-        path = Path(name).expanduser()
-        beside = self.vehicle.profile.folder / path
-        return beside if beside.exists() else path
-
     def deliver(self, time: float, image: NDArray[np.uint8], stamp: float, what: str = "") -> None:
         """Share a picture (height, width, 4) that was exposed at `time`, by its own clock at `stamp` (s)."""
         height, width, _ = image.shape
@@ -115,9 +105,7 @@ class CalibratedCamera(PictureKeeper):
 
     @property
     def _mount(self) -> Pose:
-        x, y, z = self.mount_position
-        roll, pitch, yaw = map(math.radians, self.mount_orientation)
-        return Pose(x, y, z, roll, pitch, yaw)
+        return mount_of(self.mount_position, self.mount_orientation)
 
     def _read(self, calibration: str) -> CameraModel:
         file, _, name = calibration.partition("#")

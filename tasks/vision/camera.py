@@ -3,6 +3,7 @@
 import math
 
 from runtime import ParameterError, param
+from tasks.surroundings import mount_of
 from tasks.vision.rendering import RenderedCamera
 from world import Pose
 from world.optics import CalibrationError, CameraModel, Dome, FlatPort, PinholeCamera, housed, read_camera
@@ -29,7 +30,7 @@ class Camera(RenderedCamera):
         "",
         "",
         "A calibration file, of Kalibr, OpenCV, ROS, EuRoC or WoodScape, instead of all that; with #NAME for one of "
-        "several cameras; a relative path counts from the profile.",
+        "several cameras; a relative path counts from the profile, or the working folder.",
         editable=False,
     )
     mount_position: list[float] = param(
@@ -67,9 +68,7 @@ class Camera(RenderedCamera):
 
     @property
     def mount(self) -> Pose:
-        x, y, z = self.mount_position
-        roll, pitch, yaw = map(math.radians, self.mount_orientation)
-        return Pose(x, y, z, roll, pitch, yaw)
+        return mount_of(self.mount_position, self.mount_orientation)
 
     def optics(self) -> CameraModel:
         return self._optics
@@ -89,7 +88,7 @@ class Camera(RenderedCamera):
         if self.calibration:
             file, _, name = self.calibration.partition("#")
             try:
-                return read_camera(self.vehicle.profile.folder / file, name)
+                return read_camera(self.path_of(file), name)
             except (CalibrationError, OSError) as error:
                 raise ParameterError("Calibration", str(error)) from None
         focal = self.width / 2 / math.tan(math.radians(self.field_of_view) / 2)

@@ -92,6 +92,15 @@ class PictureKeeper(Task):
             self._wanted, self._period = series
             self._next = self.now
 
+    def path_of(self, name: str) -> Path:
+        """A path of a parameter; a relative one counts from the profile, or else from the working folder.
+
+        A run that goes on from a snapshot has its profile elsewhere.
+        """
+        path = Path(name).expanduser()
+        beside = self.vehicle.profile.folder / path
+        return beside if beside.exists() else path
+
     def is_wanted(self) -> bool:
         """Whether to write the image that is exposed now."""
         if not self._wanted or self.now < self._next - SOON:
