@@ -33,7 +33,10 @@ class WorldError(ValueError):
 
 
 class Option(NamedTuple):
-    """An option: its unit, what it means, its default, its limits if it is a number, older places that set it."""
+    """An option: its unit, what it means, its default, its limits if it is a number, older places that set it.
+
+    `lists` is what the sections begin with that its items name.
+    """
 
     unit: str
     meaning: str
@@ -41,6 +44,7 @@ class Option(NamedTuple):
     least: float = -math.inf
     most: float = math.inf
     older: tuple[tuple[str, str], ...] = ()
+    lists: str = ""
 
 
 OPTIONS: Mapping[str, Option] = MappingProxyType(
@@ -82,7 +86,7 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
             "m",
             'Walls that sonars hear, not cameras: north and east of both ends of each, "0 0 20 0, 20 0 20 30".',
         ),
-        "Objects": Option("", "Names of further objects, each of which has a section [World/NAME]."),
+        "Objects": Option("", "Names of further objects, each of which has a section [World/NAME].", lists=f"{WORLD}/"),
     }
 )
 OBJECT_OPTIONS: Mapping[str, Option] = MappingProxyType(
@@ -253,15 +257,15 @@ class _Section:
 
     def numbers(self, option: str, count: int) -> tuple[float, ...]:
         """`count` finite numbers; none if neither the option nor a default is set."""
-        text, (*_, least, most, _) = self.text(option), self._options[option]
+        text, known = self.text(option), self._options[option]
         try:
             found = tuple(map(float, text.replace(",", " ").split()))
         except ValueError:
             found = (math.nan,)
         if text and (len(found) != count or not all(map(math.isfinite, found))):
             raise self.error(option, "is not a number" if count == 1 else f"is not {count} numbers")
-        if not all(least <= number <= most for number in found):
-            raise self.error(option, f"is not within {least:g} and {most:g}")
+        if not all(known.least <= number <= known.most for number in found):
+            raise self.error(option, f"is not within {known.least:g} and {known.most:g}")
         return found
 
     def _found(self, option: str) -> tuple[str, str, str] | None:

@@ -16,7 +16,7 @@ from runtime.task.handlers import (
 from runtime.task.logbook import Logbook, one_line, with_place
 from runtime.task.parameters import Parameter, ParameterError, SharedOption, find_parameter, param
 from runtime.task.script import Inbox, Script
-from runtime.task.task import Task, shared_options
+from runtime.task.task import Task, listing_options, shared_options
 
 __all__ = [
     "HIGHEST_RATE",
@@ -42,6 +42,7 @@ __all__ = [
     "expect",
     "expectations",
     "find_parameter",
+    "listing_options",
     "one_line",
     "param",
     "periodic",

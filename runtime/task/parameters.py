@@ -25,7 +25,7 @@ class ParameterError(ValueError):
 
 
 class SharedOption(Protocol):
-    """An option of a section that several tasks read."""
+    """An option of a section that several tasks read; `lists` begins the names of the sections that its items name."""
 
     @property
     def unit(self) -> str: ...
@@ -35,6 +35,9 @@ class SharedOption(Protocol):
 
     @property
     def default(self) -> str: ...
+
+    @property
+    def lists(self) -> str: ...
 
 
 def _text(word: str) -> str:

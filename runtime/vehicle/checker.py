@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 import imc
 from runtime.problem import Origin, Problem, ProfileError, Severity, misspelled, nearest, quoted, suggestion
 from runtime.profile import ALWAYS, NEVER, Option, Profile, Section, default_label, dune, items, parse_address
-from runtime.task import Parameter, SharedOption, Task, find_parameter, shared_options
+from runtime.task import Parameter, SharedOption, Task, find_parameter, listing_options, shared_options
 from runtime.vehicle.catalogue import misspelled_task, nearest_task, section_name, why_missing
 from runtime.zenoh import ZenohConfig
 
@@ -181,6 +181,7 @@ class _Checker:
         known = shared_options(self._tasks.values(), name)
         if known or name in dune.DATA_SECTIONS or name.startswith(dune.DATA_PREFIXES):
             self._check_shared(section, known)
+            self._check_listed(section)
             return
         if name == dune.MULTIPLEXER:
             self._check_multiplexer(section)
@@ -205,6 +206,13 @@ class _Checker:
                 text = f"[{section.name}] nothing reads {quoted(option.name)}"
                 hint = f"did you mean {quoted(near)}?" if near else f"shoal explain lists those of {section.name}"
                 self._say("warning", option.origin, text, hint)
+
+    def _check_listed(self, section: Section) -> None:
+        own = section.name.partition("/")[2]
+        for place, name in listing_options(self._tasks.values(), section.name):
+            if own not in items(self._config.value(place, name)):
+                hint = f"write {quoted(own)} in {name} of [{place}]"
+                self._say("warning", section.origin, f"nothing reads [{section.name}]", hint)
 
     def _check_multiplexer(self, section: Section) -> None:
         tasks = ", ".join(dict.fromkeys(name for name, _ in dune.multiplexed("Enabled")))

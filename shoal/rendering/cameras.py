@@ -5,7 +5,7 @@ from pathlib import Path
 
 from runtime.problem import Problem, ProfileError, quoted, suggestion
 from runtime.profile import EVERY_TASK, NEVER, Config, Profile, Section, items, own_etc, parse
-from runtime.task import find_parameter
+from runtime.task import find_parameter, listing_options
 from runtime.vehicle import TaskImportError, find_task
 from tasks.vision.rendering import RenderedCamera
 from world import SECTIONS
@@ -66,6 +66,12 @@ def take_world(profile: Profile, file: Path | None) -> None:
             for place, name in known[option.name].older if option.name in known else ():
                 if (older := profile.config.sections.get(place)) is not None:
                     older.options.pop(name, None)
+    for section in given.sections.values():
+        for place, name in listing_options([RenderedCamera], section.name):
+            own = section.name.partition("/")[2]
+            if own not in items(profile.value(place, name)):
+                text, hint = f"nothing reads [{section.name}]", f"write {quoted(own)} in {name} of [{place}]"
+                problems.append(Problem("error", *section.origin, text, hint))
     if problems:
         raise ProfileError(problems)
 

@@ -42,12 +42,13 @@ class Depth(NamedTuple):
     unit: str = "m"
     meaning: str = "How deep the water is."
     default: str = "5"
+    lists: str = ""
 
 
 class Diver(Task):
     """Dives in a pool."""
 
-    reads = MappingProxyType({"Pool": {"Depth": Depth()}, "Pool/": {"Width": Depth()}})
+    reads = MappingProxyType({"Pool": {"Depth": Depth(), "Lanes": Depth(lists="Pool/")}, "Pool/": {"Width": Depth()}})
 
 
 TASKS: dict[str, type[Task]] = {"Simulators.Swimmer": Swimmer, "Transports.Speaker": Speaker, "Simulators.GPS": Swimmer}
@@ -282,14 +283,15 @@ def test_the_sections_of_the_runtime_are_checked_too(section: str, words: str) -
 
 
 def test_a_section_that_several_tasks_read() -> None:
-    text = f"{GOOD}[Pool]\nDepht = 3\nColour = blue\n[Pool/Left]\nWidth = 3\nDepth = 2\n"
+    text = f"{GOOD}[Pool]\nDepht = 3\nColour = blue\nLanes = Left\n[Pool/Left]\nWidth = 3\nDepth = 2\n[Pool/Right]\n"
     told = [str(problem) for problem in check(written(text), {**TASKS, "Divers.Diver": Diver})]
     assert told == [
         "auv.ini:11: warning: [Pool] nothing reads 'Depht' (did you mean 'Depth'?)",
         "auv.ini:12: warning: [Pool] nothing reads 'Colour' (shoal explain lists those of Pool)",
-        "auv.ini:15: warning: [Pool/Left] nothing reads 'Depth' (shoal explain lists those of Pool/Left)",
+        "auv.ini:16: warning: [Pool/Left] nothing reads 'Depth' (shoal explain lists those of Pool/Left)",
+        "auv.ini:17: warning: nothing reads [Pool/Right] (write 'Right' in Lanes of [Pool])",
     ]
-    first, second, _ = explain(written(text), "Pool", shared=shared_options([Diver], "Pool"))
+    first, *_, second, _ = explain(written(text), "Pool", shared=shared_options([Diver], "Pool"))
     assert (first.option, first.value, first.unit, first.origin) == ("Depth", "5", "m", "default")
     assert second.meaning == "unknown; did you mean 'Depth'?"
     assert shared_options([Diver, Swimmer], "Pools") == {}

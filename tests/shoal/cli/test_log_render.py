@@ -193,6 +193,7 @@ def test_wrong_cameras_are_told_with_file_and_line(shoal, run, tmp_path, text):
         ("[World]\nWater Visibility = -3", "world.ini:2: error: [World] Water Visibility = -3 is not within"),
         ("[Word]\nGliders = none", "world.ini:1: error: [Word] is not of the world (did you mean"),
         ("[World]\nObjects = One\n[World/One]\nClass = Whale", "world.ini:2: error: [World] Objects has One, so"),
+        ("[World/One]\nClass = Glider", "world.ini:1: error: nothing reads [World/One] (write 'One' in Objects of [W"),
     ],
 )
 def test_a_wrong_world_is_told_with_file_and_line(shoal, run, tmp_path, text, told):
