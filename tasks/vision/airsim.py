@@ -157,10 +157,10 @@ class AirSim(PictureKeeper):
             self._fail(made)
             return
         self._next, self._retry = self.now, FIRST_RETRY
-        if self._trouble or self.entity.state is not State.NORMAL:
+        if self._trouble or not self.taken:
             self.log.info(f"{self._client.exchange.name} answers")
             self._trouble = ""
-        self.set_entity_state(State.NORMAL, f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed")
+        self.tell(f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed")
         pose = made.pose.copy()
         pose[:3, 3] -= self.origin
         info = {"airsim_time": made.stamp}

@@ -81,7 +81,7 @@ class CalibratedCamera(PictureKeeper):
             self.set_entity_state(State.FAULT, f"{odd}; {told}")
             optics = None
         else:
-            self.set_entity_state(State.NORMAL, f"{what}{told}")
+            self.tell(f"{what}{told}")
         mount = optical(self._mount)
         estimate = self._believed(time)
         there = NOWHERE if estimate is None else estimate.transform @ mount

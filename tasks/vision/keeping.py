@@ -59,7 +59,8 @@ class PictureKeeper(Task):
             importlib.import_module("PIL.PngImagePlugin")
         self._wanted, self._period, self._next = 0.0, 0.0, self.now
         self._folder: Path = self._log_root
-        self._kept = 0
+        self._kept = self.lost = 0
+        self._unwritten, self._undescribed = "", False
 
     def restored(self) -> None:
         """Write images to the log that continues, not to the one of the snapshot."""
@@ -125,7 +126,7 @@ class PictureKeeper(Task):
         file = f"{FOLDER}/{photo_name(self.entity.label, self._kept, time, self.image_format)}"
         path = self._folder / file
         told = describe_picture(self._within_logs(path), self._kept, time, *described)
-        if not self._kept:
+        if not self._kept or self._undescribed:
             self._describe_cameras(path.parent)
         self._kept += 1
         self.offload(write_picture, path, image, self.image_format, then=partial(self._written, told))
@@ -140,20 +141,39 @@ class PictureKeeper(Task):
         """All cameras of the vehicle write the same file, so that it does not matter which of them is first."""
         cameras = [task for task in self.vehicle.tasks if isinstance(task, PictureKeeper)]
         known = {task.entity.label: camera for task in cameras if (camera := task.known) is not None}
-        self.offload(write_cameras, folder, known, then=self._note_error)
+        self.offload(write_cameras, folder, known, then=self._described)
+
+    def _described(self, error: str) -> None:
+        self._undescribed = bool(error)
+        self._note_error(error)
 
     def _within_logs(self, path: Path) -> str:
         path, root = path.resolve(), self._log_root.resolve()
         return (path.relative_to(root) if path.is_relative_to(root) else path).as_posix()
 
+    def tell(self, counts: str) -> None:
+        """That frames come; while they cannot be written, this counts as a failure."""
+        if self._unwritten:
+            self.set_entity_state(State.FAILURE, f"{self._unwritten}, {counts}")
+        else:
+            self.set_entity_state(State.NORMAL, counts)
+
     def _written(self, told: str, error: str) -> None:
-        if not error:
+        if error:
+            self.lost += 1
+        else:
             self.publish(imc.Event(topic="Picture", data=told))
+            if self._unwritten:
+                self.log.info(f"pictures are written again; {self.lost} were lost")
+            self._unwritten = ""
         self._note_error(error)
 
     def _note_error(self, error: str) -> None:
         if error:
-            self.set_entity_state(State.FAILURE, error)
+            if not self._unwritten:
+                self.log.error(error)
+            self._unwritten = f"{error} ({self.lost} pictures lost)"
+            self.set_entity_state(State.FAILURE, self._unwritten)
 
     @property
     def _log_root(self) -> Path:

@@ -1,5 +1,6 @@
 """Pictures on disk, and the events that ask for them and tell of them."""
 
+import contextlib
 import io
 import math
 import re
@@ -55,7 +56,10 @@ def describe_picture(
 
 
 def write_picture(path: Path, image: NDArray[np.uint8], kind: str = "PNG") -> str:
-    """Write an RGBA image in one of FORMATS; returns an error text, empty on success. The file contains no date."""
+    """Write an RGBA image in one of FORMATS; returns an error text, empty on success. The file contains no date.
+
+    There is a whole file or none, also on a full disk.
+    """
     from PIL import Image
 
     packed, picture = io.BytesIO(), Image.fromarray(image)
@@ -63,9 +67,13 @@ def write_picture(path: Path, image: NDArray[np.uint8], kind: str = "PNG") -> st
         picture.convert("RGB").save(packed, format=kind, quality=QUALITY)
     else:
         picture.save(packed, format=kind, **({"compress_level": COMPRESSION} if kind == "PNG" else {}))
+    partial = path.with_name(f"{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(packed.getvalue())
+        partial.write_bytes(packed.getvalue())
+        partial.replace(path)
     except OSError as error:
+        with contextlib.suppress(OSError):
+            partial.unlink()
         return f"cannot write {path}: {error.strerror or error}"
     return ""

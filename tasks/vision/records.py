@@ -1,5 +1,6 @@
 """What a log says of pictures: a message for each frame, and a file that describes the cameras."""
 
+import contextlib
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -78,6 +79,8 @@ def write_cameras(folder: Path, cameras: Mapping[str, tuple[CameraModel, Pose]])
         partial.write_text(text)
         os.replace(partial, path)
     except OSError as error:
+        with contextlib.suppress(OSError):
+            partial.unlink()
         return f"cannot write {path}: {error.strerror or error}"
     return ""
 

@@ -192,7 +192,7 @@ class RenderedCamera(PictureKeeper):
         pose = view.vehicle.pose.transform @ mount
         estimate = None if view.estimate is None else view.estimate.transform @ mount
         optics = self.camera.optics
-        self.set_entity_state(State.NORMAL, f"{index + 1} frames, {self.dropped} dropped")
+        self.tell(f"{index + 1} frames, {self.dropped} dropped")
         self.share(Frame(time, self.entity.label, index, image, self._figures(view), optics, mount, pose))
         file = self.keep(time, image, described) if described else ""
         self.publish(camera_frame(time, index, optics, pose, estimate, file, is_true=view.true))

@@ -17,6 +17,7 @@ from runtime.testing import simulate
 from runtime.vehicle import build
 from tasks.surroundings import world_of
 from tasks.vision.fisheye_camera import FisheyeCamera
+from tasks.vision.photos import write_picture
 from world.pictures import Standpoint
 from world.pictures.renderer import camera
 
@@ -186,8 +187,46 @@ def test_a_full_disk_fails_the_entity_and_frames_go_on(tmp_path):
         FisheyeCamera, feed=states(1.0), seconds=1.1, save_images=True, log_root=tmp_path, system="ship", **SMALL
     )
     assert len(run.frames) == 5
-    assert run.of(imc.EntityState)[-1].state == FAILURE
+    told = [entity.state for entity in run.of(imc.EntityState)]
+    assert set(told[told.index(FAILURE) :]) == {FAILURE}
     assert "cannot write" in run.task.entity.description
+    assert "5 pictures lost" in run.task.entity.description
+    assert len([text for text in run.log if "cannot write" in text]) == 1
+
+
+@pytest.mark.parametrize("kind", ["PNG", "QOI"])
+def test_pictures_that_are_written_again_make_the_entity_normal(tmp_path, kind):
+    """As when somebody makes room on a full disk."""
+    overrides = [
+        f"Vision.FisheyeCamera:{text}" for text in ("Size=32", "Face Size=16", "Frame Rate=5", f"Image Format={kind}")
+    ]
+    profile = load_profile("lauv-noptilus-1", overrides=overrides)
+    selected = profile.select(["Simulation", "Camera"])
+    vehicle = build(profile, selected, clock=VirtualClock(START), log_root=tmp_path).vehicle
+    camera = next(task for task in vehicle.tasks if isinstance(task, FisheyeCamera))
+    vehicle.start()
+    vehicle.run(0.01)
+    folder = vehicle.log_folder / "Photos"
+    folder.write_text("in the way")
+    vehicle.run(2.5)
+    assert camera.entity.state == FAILURE
+    assert camera.lost == camera.taken > 1
+    folder.unlink()
+    vehicle.run(2.0)
+    vehicle.close()
+    assert camera.entity.state == NORMAL
+    written = sorted(path.suffix for path in folder.iterdir())
+    assert written == sorted([f".{kind.lower()}"] * (camera.taken - camera.lost) + [".yaml"])
+
+
+def test_a_picture_that_cannot_be_written_leaves_no_part_of_it(tmp_path):
+    image = np.zeros((4, 4, 4), np.uint8)
+    (tmp_path / "1.png").mkdir()
+    (tmp_path / "1.png/in the way").touch()
+    assert write_picture(tmp_path / "1.png", image).startswith("cannot write")
+    assert [path.name for path in tmp_path.iterdir()] == ["1.png"]
+    assert write_picture(tmp_path / "2.png", image) == ""
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["1.png", "2.png"]
 
 
 @pytest.mark.parametrize("rate", [20.0, 30.0])
