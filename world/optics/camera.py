@@ -93,7 +93,11 @@ class CameraModel(ABC):
 
     def centers(self) -> tuple[Floats, Bools]:
         """Unit rays (height, width, 3) through the centers of all pixels, and which exist; others are NaN."""
-        u, v = np.meshgrid(np.arange(self.width) + 0.5, np.arange(self.height) + 0.5)
+        return self.first(self.height, self.width)
+
+    def first(self, rows: int, columns: int) -> tuple[Floats, Bools]:
+        """Those of `centers` in the first rows and columns."""
+        u, v = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
         return self.rays(np.stack((u, v), axis=-1))
 
     @property

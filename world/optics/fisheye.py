@@ -53,8 +53,24 @@ class FisheyeCamera(CameraModel):
         radius = np.hypot(places[..., 0], places[..., 1])
         phi = self.lens.angle(radius)
         factor = np.divide(np.sin(phi), radius, out=np.zeros_like(radius), where=radius > 0.0)
-        rays = np.concatenate((places * factor[..., None], np.cos(phi)[..., None]), axis=-1)
+        rays = np.empty((*radius.shape, 3))
+        np.multiply(places[..., 0], factor, out=rays[..., 0])
+        np.multiply(places[..., 1], factor, out=rays[..., 1])
+        np.cos(phi, out=rays[..., 2])
         return rays, radius <= self.lens.edge_radius
+
+    def centers(self) -> tuple[Floats, Bools]:
+        if (2.0 * self.cx, 2.0 * self.cy) != (self.width, self.height):
+            return super().centers()
+        rows, columns = (self.height + 1) // 2, (self.width + 1) // 2
+        rays, valid = np.empty((self.height, self.width, 3)), np.empty((self.height, self.width), np.bool_)
+        rays[:rows, :columns], valid[:rows, :columns] = self.first(rows, columns)  # and its mirror images
+        for whole in (rays, valid):
+            whole[:rows, columns:] = whole[:rows, : self.width - columns][:, ::-1]
+            whole[rows:] = whole[: self.height - rows][::-1]
+        for half in (rays[:, columns:, 0], rays[rows:, :, 1]):
+            np.negative(half, out=half)
+        return rays, valid
 
     def slopes(self, points: Floats) -> Floats:
         """Those of r(phi) x / rho with rho² = x² + y² and tan phi = rho / z; on the axis their limit."""

@@ -81,7 +81,9 @@ class Lens:
         phi = np.interp(r, radii, angles)
         r = np.clip(r, 0.0, self.edge_radius)
         for _ in range(NEWTON_STEPS):
-            phi = np.clip(phi - (self.radius(phi) - r) / self.slope(phi), 0.0, self.edge)
+            before, phi = phi, np.clip(phi - (self.radius(phi) - r) / self.slope(phi), 0.0, self.edge)
+            if np.array_equal(before, phi):
+                break
         return phi
 
     def _fold(self) -> float | None:

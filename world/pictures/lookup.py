@@ -9,6 +9,7 @@ from world.optics import CameraModel, Floats
 from world.pictures.faces import WIDEST_OF_FIVE, rotations
 
 OUTSIDE, VOID = -2, -1
+STRIP = 32  # rows that are looked up together: their temporary arrays fit into the L2 cache
 
 
 def void_warning(fov: float, faces: int) -> str:
@@ -36,43 +37,56 @@ class Lookup:
         self.shape = optics.height, optics.width
         self.face_width = face_width
         self.faces = faces
-        turn = rotations(faces)
+        self.face = np.empty(self.shape, np.int8)
+        self.u, self.v = np.empty(self.shape), np.empty(self.shape)
+        turns, spans = rotations(faces), np.tile((np.inf, -np.inf), (faces, 2, 1))
         rays, inside = optics.centers()
-        self.face = _nearest_face(rays, inside, faces)
-        self.u = np.full(self.shape, np.nan)
-        self.v = np.full(self.shape, np.nan)
-        windows = [self._place(rays, f, turn[f]) for f in range(faces)]
-        self.columns = tuple(columns for columns, _ in windows)
-        self.rows = tuple(rows for _, rows in windows)
+        for first in range(0, optics.height, STRIP):
+            rows = slice(first, first + STRIP)
+            self._fill(rows, np.ascontiguousarray(np.moveaxis(rays[rows], -1, 0)), inside[rows], turns, spans)
+        self.columns, self.rows = (tuple(self._span(*ends) for ends in spans[:, axis].tolist()) for axis in (0, 1))
 
     @property
     def void(self) -> float:
         """Share of the image circle that no face fills."""
         return float(np.sum(self.face == VOID) / np.sum(self.face != OUTSIDE))
 
-    def _place(self, rays: Floats, face: int, turn: NDArray[np.float64]) -> tuple[tuple[int, int], tuple[int, int]]:
-        shown = self.face == face
-        x, y, z = np.moveaxis(rays[shown] @ turn, -1, 0)
-        half = self.face_width / 2
-        self.u[shown] = u = (x / z + 1) * half - 0.5
-        self.v[shown] = v = (y / z + 1) * half - 0.5
-        return self._span(u), self._span(v)
+    def _fill(self, rows: slice, rays: Floats, inside: NDArray[np.bool_], turns: Floats, spans: Floats) -> None:
+        """Fills rows by their rays (3, n, width).
 
-    def _span(self, places: Floats) -> tuple[int, int]:
+        `spans` (faces, 2, 2) are the least and the largest u, and v, of each face so far.
+        """
+        face = self.face[rows] = _nearest_face(rays, inside, self.faces)
+        places, half = np.full((2, face.size), np.nan), self.face_width / 2
+        rays = rays.reshape(3, -1)
+        for number, turn in enumerate(turns):
+            shown = np.flatnonzero(face == number)
+            if not shown.size:
+                continue
+            axes = np.abs(turn).argmax(axis=0)  # a face is turned by right angles
+            x, y, z = (rays[axis].take(shown) * turn[axis, k] for k, axis in enumerate(axes.tolist()))
+            for along, place, ends in zip((x, y), places, spans[number], strict=True):
+                found = (along / z + 1) * half - 0.5
+                place[shown] = found
+                ends[:] = min(ends[0], found.min()), max(ends[1], found.max())
+        self.u[rows], self.v[rows] = places.reshape(2, *face.shape)
+
+    def _span(self, least: float, largest: float) -> tuple[int, int]:
         """The pixels around places; a bilinear blend reads those on both sides."""
-        if not places.size:
+        if least > largest:
             return 0, 0
-        return max(0, math.floor(places.min())), min(self.face_width, math.floor(places.max()) + 2)
+        return max(0, math.floor(least)), min(self.face_width, math.floor(largest) + 2)
 
 
 def _nearest_face(rays: Floats, inside: NDArray[np.bool_], faces: int) -> NDArray[np.int8]:
-    """The face whose axis is nearest to each ray; the first of equally near ones."""
-    x, y, z = np.moveaxis(np.where(inside[..., np.newaxis], rays, 1.0), -1, 0)
+    """The face (n, m) whose axis is nearest to each ray (3, n, m); the first of equally near ones."""
+    x, y, z = rays
     face = np.zeros(inside.shape, dtype=np.int8)
     nearest = z.copy()
-    for number, along in ((1, -y), (2, x), (3, y), (4, -x), (5 if faces > 5 else VOID, -z)):
-        closer = along > nearest
-        face[closer] = number
-        np.copyto(nearest, along, where=closer)
+    with np.errstate(invalid="ignore"):
+        for number, along in ((1, -y), (2, x), (3, y), (4, -x), (5 if faces > 5 else VOID, -z)):
+            closer = along > nearest
+            np.copyto(face, np.int8(number), where=closer)
+            np.copyto(nearest, along, where=closer)
     face[~inside] = OUTSIDE
     return face

@@ -14,6 +14,7 @@ SIZE = 1024
 WIDE = 2048  # size of the textures that repeat last
 TONES = 64  # texture values are 0 to TONES - 1
 BENDS = 256  # texels by which a texture can shift another one
+CHUNK = 64  # rows whose tones are found together: they fit into the L2 cache
 STEEPEST = 9  # cycles per side of the longest waves of sand: those that shifts of its texture make unrecognizable
 
 
@@ -24,7 +25,10 @@ def pyramid(texture: Floats) -> NDArray[np.uint8]:
 
 def bending_pyramid(texture: Floats, bends: Floats) -> NDArray[np.uint16]:
     """A pyramid of tones and, times TONES, of shifts (n, n) of another texture in its texels, 0 to BENDS."""
-    return _pyramid(texture, TONES, np.uint16) + TONES * _pyramid(bends / BENDS, BENDS, np.uint16)
+    shifts = _pyramid(bends / BENDS, BENDS, np.uint16)
+    shifts *= TONES
+    shifts += _pyramid(texture, TONES, np.uint16)
+    return shifts
 
 
 def _pyramid(texture: Floats, steps: int, kind: type[Any]) -> NDArray[Any]:
@@ -33,18 +37,33 @@ def _pyramid(texture: Floats, steps: int, kind: type[Any]) -> NDArray[Any]:
     column, level = 0, texture
     while True:
         width = level.shape[0]
-        levels[:width, column : column + width] = np.clip(level * steps, 0, steps - 1).astype(kind)
+        for start in range(0, width, CHUNK):
+            rows = slice(start, min(start + CHUNK, width))
+            tones = level[rows] * steps
+            levels[rows, column : column + width] = np.clip(tones, 0, steps - 1, out=tones)
         if width == 1:
             return levels
         column += width
-        level = 0.25 * (level[::2, ::2] + level[1::2, ::2] + level[::2, 1::2] + level[1::2, 1::2])
+        level = _halved(level)
+
+
+def _halved(level: Floats) -> Floats:
+    half = np.empty((level.shape[0] // 2, level.shape[1] // 2), level.dtype)
+    for start in range(0, len(half), CHUNK):
+        out, fine = half[start : start + CHUNK], level[2 * start : 2 * (start + CHUNK)]
+        np.add(fine[::2, ::2], fine[1::2, ::2], out=out)
+        out += fine[::2, 1::2]
+        out += fine[1::2, 1::2]
+        out *= 0.25
+    return half
 
 
 def sand(random: Generator) -> Floats:
     """Ripples that wind and fork, over rough ground, lit from one side."""
-    winding = noise(random, lambda f, _: f**-1.9)
-    ground = noise(random, lambda f, _: f**-1.6 * (f > STEEPEST))
-    grain = noise(random, lambda f, _: np.minimum(f, 200.0) ** -0.4 * (f > STEEPEST))
+    f, _ = waves_across()
+    winding = noise(random, f**-1.9)
+    ground = noise(random, f**-1.6 * (f > STEEPEST))
+    grain = noise(random, np.minimum(f, 200.0) ** -0.4 * (f > STEEPEST))
     down, across = np.meshgrid(*(np.arange(SIZE, dtype=np.float32) * np.float32(math.tau / SIZE),) * 2, indexing="ij")
     phase = 34 * across + 11 * down + 5.5 * winding
     ripple = np.abs(np.sin(phase / 2 + 0.3 * np.sin(phase))) * np.clip(1.0 + 0.25 * ground, 0.2, 1.6)
@@ -54,37 +73,50 @@ def sand(random: Generator) -> Floats:
 
 def patches(random: Generator) -> Floats:
     """(WIDE, WIDE) light and dark ground, meters across."""
-    return _tones(0.5 + 0.16 * wide_noise(random, 256, lambda f: f**-1.5))
+    field = wide_noise(random, 256, lambda f: f**-1.5)
+    field *= 0.16
+    field += 0.5
+    return _tones(field)
 
 
 def bends(random: Generator, spread: float) -> Floats:
     """(WIDE, WIDE) smooth shifts about BENDS / 2, with a standard deviation of `spread` texels."""
-    return BENDS / 2 + spread * wide_noise(random, 32, lambda f: (f > 14).astype(np.float32))
+    field = wide_noise(random, 32, lambda f: (f > 14).astype(np.float32))
+    field *= spread
+    field += BENDS / 2
+    return field
 
 
 def waves(random: Generator) -> Floats:
     """Slopes of a wind sea that comes from the left."""
-    slope = noise(random, lambda f, bearing: f**-0.85 * (0.2 + np.cos(bearing) ** 2) * (f > 3))
+    f, bearing = waves_across()
+    slope = noise(random, f**-0.85 * (0.2 + np.cos(bearing) ** 2) * (f > 3))
     return _tones(0.5 + 0.17 * slope)
 
 
 def clouds(random: Generator) -> Floats:
     """Fair-weather cumulus: 0 in the gaps."""
-    return _tones(np.clip(0.55 * noise(random, lambda f, _: f**-1.8 * (f > 3)) - 0.1, 0.0, 1.0))
+    f, _ = waves_across()
+    return _tones(0.55 * noise(random, f**-1.8 * (f > 3)) - 0.1)
 
 
-def noise(random: Generator, spectrum: Callable[[Floats, Floats], Floats]) -> Floats:
-    """(SIZE, SIZE) seamless Gaussian noise of mean 0 and variance 1.
+def waves_across() -> tuple[Floats, Floats]:
+    """Cycles per side, at least 1, and bearing (rad, 0 to π / 2) of the sines that make up noise, (n + 1, n + 1)."""
+    fy, fx = np.meshgrid(np.arange(SIZE // 2 + 1.0), np.arange(SIZE // 2 + 1.0), indexing="ij")
+    return np.maximum(np.hypot(fx, fy), 1.0).astype(np.float32), np.arctan2(fy, fx).astype(np.float32)
 
-    `spectrum(f, bearing)` is its amplitude at f cycles per side, f >= 1, in a direction in rad.
+
+def noise(random: Generator, amplitude: Floats) -> Floats:
+    """(SIZE, SIZE) seamless Gaussian noise of mean 0 and variance 1; `amplitude` is that of `waves_across`.
+
+    It is the same for those that go up and down.
     """
-    white = np.fft.rfft2(random.standard_normal((SIZE, SIZE), dtype=np.float32))
-    fy, fx = np.meshgrid(np.fft.fftfreq(SIZE, 1 / SIZE), np.fft.rfftfreq(SIZE, 1 / SIZE), indexing="ij")
-    frequency = np.maximum(np.hypot(fx, fy), 1.0).astype(np.float32)
-    shaped = white * spectrum(frequency, np.arctan2(fy, fx).astype(np.float32))
+    shaped = np.fft.rfft2(random.standard_normal((SIZE, SIZE), dtype=np.float32))
+    half = SIZE // 2
+    shaped[: half + 1] *= amplitude
+    shaped[half + 1 :] *= amplitude[half - 1 : 0 : -1]
     shaped[0, 0] = 0.0
-    field = np.fft.irfft2(shaped, s=(SIZE, SIZE))
-    return (field / field.std()).astype(np.float32)
+    return _normal(np.fft.irfft2(shaped, s=(SIZE, SIZE)))
 
 
 def wide_noise(random: Generator, finest: int, spectrum: Callable[[Floats], Floats]) -> Floats:
@@ -95,11 +127,16 @@ def wide_noise(random: Generator, finest: int, spectrum: Callable[[Floats], Floa
     shaped = (numbers[0] + 1j * numbers[1]) * np.where(
         (frequency >= 1) & (frequency <= finest), spectrum(np.maximum(frequency, 1.0)), np.float32(0.0)
     )
-    padded = np.zeros((WIDE, WIDE // 2 + 1), dtype=np.complex64)
-    padded[:finest, : finest + 1], padded[-finest:, : finest + 1] = shaped[:finest], shaped[finest:]
-    field = np.fft.irfft2(padded, s=(WIDE, WIDE))
-    return (field / field.std()).astype(np.float32)
+    padded = np.zeros((WIDE, finest + 1), dtype=np.complex64)
+    padded[:finest], padded[-finest:] = shaped[:finest], shaped[finest:]
+    # Higher frequencies along the rows are zero: those columns need no transform.
+    return _normal(np.fft.irfft(np.fft.ifft(padded, axis=0), n=WIDE, axis=1))
+
+
+def _normal(field: Floats) -> Floats:
+    field /= field.std()
+    return field
 
 
 def _tones(texture: Floats) -> Floats:
-    return np.clip(texture, 0.0, 1.0).astype(np.float32)
+    return np.clip(texture, 0.0, 1.0, out=texture)

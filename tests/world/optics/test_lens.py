@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -121,3 +122,15 @@ def test_the_middle_of_the_image_looks_along_the_axis():
 
 def test_the_printed_size_criterion():
     assert original_size_criterion() == pytest.approx(332159737.875, abs=5e-4)
+
+
+@pytest.mark.parametrize(("width", "height"), [(64, 48), (65, 49), (1, 1), (2, 7)])
+def test_rays_of_all_pixels_are_those_of_each_pixel(width, height):
+    """A picture whose middle is on the axis is computed once for four pixels."""
+    optics = FisheyeCamera(width, height, 20.0, 22.0, width / 2, height / 2, preset_lens("equisolid", math.pi))
+    for model in (optics, replace(optics, cx=optics.cx + 0.25)):
+        rays, covered = model.centers()
+        u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+        each, valid = model.rays(np.stack((u, v), axis=-1))
+        np.testing.assert_array_equal(rays, each)
+        np.testing.assert_array_equal(covered, valid)
