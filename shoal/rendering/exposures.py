@@ -16,6 +16,7 @@ from runtime.kernel import VirtualClock, nanoseconds
 from runtime.logs import logs_of_run, place_of
 from runtime.vehicle import Vehicle, build
 from shoal.rendering.cameras import take_cameras, take_world
+from shoal.rendering.frames import FrameTimes, Taken, frame_rates, logged_frames, start_time
 from shoal.rerun import Instants, LoggedRun, ResimulationError, outline, profile_of, run_of, tick_rates
 from tasks.surroundings import world_of
 from tasks.vision.keeping import FOLDER
@@ -26,6 +27,7 @@ from tasks.vision.viewpoint import View
 from world.pictures import Board, Camera, Glider, Shutter, Standpoint
 
 TOLD = (imc.LoggingControl, imc.SimulatedState, imc.EstimatedState)  # all that moves a camera, and its pictures
+BESIDE = (imc.CameraFrame, imc.Announce)  # what tells when frames were taken, and the vehicle started
 Op = imc.LoggingControl.Op
 Offload = Callable[..., None]
 
@@ -72,8 +74,10 @@ def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None)
     """The pictures that the cameras of an ini file, by default the vehicle's own, take in a log.
 
     They start with the run, whose earlier logs are read as well. Of a virtual run they are those that the cameras would
-    have taken in it, if each is exposed before or after the states of the same instant as its rate says. `world` is an
-    ini file whose options of [World] replace those of the run. Raises ResimulationError, ProfileError, OSError.
+    have taken in it, if each is exposed before or after the states of the same instant as its rate says. On a wall
+    clock a camera whose label and rate are those of one of the run is exposed when that was, others at their rate.
+    `world` is an ini file whose options of [World] replace those of the run. Raises ResimulationError, ProfileError,
+    OSError.
     """
     run = run_of(log)
     about = outline(run)
@@ -90,6 +94,8 @@ def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None)
     instants = Instants(start, [rate for _, rate in tick_rates(loaded)], virtual=virtual)
     told = _told(run, instants, about.owner)
     name = _name(log.schema, told[imc.LoggingControl.ID])
+    taken = {} if virtual else logged_frames(log.schema, told[imc.CameraFrame.ID])
+    rates = frame_rates(loaded)
     before = len(loaded.problems)
     take_world(loaded, world)
     sections = take_cameras(loaded, cameras)
@@ -99,8 +105,6 @@ def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None)
     loaded.override(f"General:Vehicle={loaded.vehicle}")
     if cameras is not None:
         loaded.path = cameras
-    if not virtual:
-        notes.append("made on a wall clock: the log does not record when cameras were exposed")
     with tempfile.TemporaryDirectory() as folder:
         made = build(
             loaded,
@@ -115,8 +119,17 @@ def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None)
             for reason, skipped in made.skipped.items():
                 raise ResimulationError(f"{', '.join(skipped)}: {reason}")
             recorders = [_Recorder(task) for task in vehicle.tasks if isinstance(task, RenderedCamera)]
-            for number, entries in told.items():
-                _Chain(vehicle, log.schema, entries, last=number == imc.LoggingControl.ID).ask()
+            for kind in TOLD:
+                _Chain(vehicle, log.schema, told[kind.ID], last=kind is imc.LoggingControl).ask()
+            if not virtual:
+                vehicle.start_time = start_time(log.schema, told[imc.Announce.ID], about.begin)
+                for recorder in recorders:
+                    label = recorder.task.entity.label
+                    frames = taken.get(about.labels.get(label, -1))
+                    if frames is not None and recorder.task.frame_rate in rates.get(label, ()):
+                        recorder.follow(frames)
+                    else:
+                        notes.append(f"made on a wall clock: the log does not tell when {label} was exposed")
             vehicle.start()
             # A run ends before the events of its last instant, but a log that another one follows after some of them.
             end = instants.of(about.end)
@@ -141,8 +154,17 @@ class _Recorder:
         self.task = task
         self.shots: list[tuple[Path, Shot]] = []
         self._taken: dict[int, tuple[NDArray[np.uint8], Shot]] = {}
+        self._latency: float | None = None
         self._offload: Offload = task.offload
         task.offload = self.offload
+
+    def follow(self, frames: deque[Taken]) -> None:
+        """Expose when these frames were taken, not at the camera's rate."""
+        self.task.begin_ticking = FrameTimes(self.task.vehicle.kernel, frames, self._expose).ask
+
+    def _expose(self, frame: Taken) -> None:
+        self.task.taken, self._latency = frame.number, frame.latency
+        self.task.expose()
 
     def offload(self, function: Callable[..., Any], *args: Any, then: Callable[[Any], object], latency: float = 0.0):
         """In place of Task.offload."""
@@ -153,6 +175,7 @@ class _Recorder:
             result = np.broadcast_to(np.zeros(4, np.uint8), (task.camera.optics.height, task.camera.optics.width, 4))
             shot = Shot(task.entity.label, task.now, "", "", args, view.vehicle, view.gliders, view.boards)
             self._taken[id(result)] = result, shot
+            latency = latency if self._latency is None else self._latency
         elif function is write_picture:
             path, image, form = args
             _, shot = self._taken.pop(id(image))
@@ -188,8 +211,8 @@ class _Chain:
 
 
 def _told(run: LoggedRun, instants: Instants, owner: int) -> Mapping[int, deque[tuple[int, bytes]]]:
-    """When the vehicle's messages of TOLD were published (ns), and their packets, by message id."""
-    found = {kind.ID: deque[tuple[int, bytes]]() for kind in TOLD}
+    """When the vehicle's messages of TOLD and BESIDE were published (ns), and their packets, by message id."""
+    found = {kind.ID: deque[tuple[int, bytes]]() for kind in (*TOLD, *BESIDE)}
     # Few packets are of these: the others, known by two bytes in either order, are not looked at.
     numbers = {number.to_bytes(2, order) for number in found for order in ("little", "big")}
     latest = 0
