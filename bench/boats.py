@@ -23,6 +23,7 @@ STATION = HEAD + "  - station_keeping: {north: 30, east: 20, speed: 1.2 m/s, rad
 CIRCLE = HEAD + "  - loiter: {north: 20, east: 30, radius: 15, duration: 150}\n"
 ACROSS = HEAD + "  - goto: {north: 20}\n  - goto: {north: 220}\n"
 FLOW = ("Simulators.StreamVelocity:Default Speed East=0.3",)
+WAVES = ("World:Wave Height=0.5",)
 WIND = ("Simulators.Wind:Speed=6", "Simulators.Wind:Direction=45", "Simulators.Wind:Gusts=1")
 
 
@@ -76,6 +77,9 @@ def table(boat: str) -> None:
         leg = of_leg(sail(boat, parse_plan(ACROSS), *overrides), 1)
         aside = leg[leg[:, 1] > 60.0][:, 2]
         print(f"  leg across {name}: {math.sqrt((aside**2).mean()):.2f} m RMS, {np.abs(aside).max():.2f} m at most")
+    rough = sail(boat, load_plan(HARBOUR), *WAVES)
+    aside = np.abs(of_leg(rough, 0)[:, 2]).max()
+    print(f"  in waves of 0.5 m: {aside:.2f} m off the first leg at most, {1000 * rough['cost']:.1f} ms CPU")
     print(f"  {1000 * harbour['cost']:.1f} ms CPU per simulated second; equal runs {harbour['hash'] == again['hash']}")
 
 

@@ -64,7 +64,14 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
         "Tide Level": Option(
             "m", "Height of the tide above the soundings' datum.", "0", -20.0, 20.0, ((ENVIRONMENT, "Tide Level"),)
         ),
-        "Wave Height": Option("m", "Significant height of the waves in pictures.", f"{USUAL_HEIGHT}", 0.0, 30.0),
+        "Wave Height": Option(
+            "m",
+            "Significant height of the waves in pictures; if it is set, boats feel them.",
+            f"{USUAL_HEIGHT}",
+            0.0,
+            30.0,
+        ),
+        "Wave Direction": Option("°", "Where the waves that boats feel come from, from north.", "0", -360.0, 360.0),
         "Water Visibility": Option("m", "Distance at which 2 % of the contrast is left in water.", "20", 0.1, 1e6),
         "Water Type": Option("", f"Instead of a visibility: Jerlov's type of water, {', '.join(WATER_TYPES)}."),
         "Air Visibility": Option("m", "The same in air.", "20000", 0.1, 1e6),
@@ -145,6 +152,8 @@ def read_world(value: Reader, offset: Offset | None = None) -> World:
         section.number("Air Visibility"),
         kind,
         walls=_read_walls(section),
+        felt=section.is_set("Wave Height"),
+        wave_bearing=math.radians(section.number("Wave Direction")),
     )
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from world.objects import GLIDER, Place, Spot, Thing
-from world.sea import Bathymetry, Waves
+from world.sea import Bathymetry, Waves, WindSea
 from world.sun import Sun
 
 
@@ -14,7 +14,8 @@ class World:
     `origin` is a latitude and longitude (rad); without it, places count from where a vehicle is first seen. `seabed` is
     None where the bottom is not known. `water_visibility` and `air_visibility` (m) are the distances at which 2 % of
     the contrast is left; `water_type` is one of Jerlov's types, if the water is of one. `walls` are vertical, from one
-    place (m north, east) to another, as high as the water is deep.
+    place (m north, east) to another, as high as the water is deep. `felt`: boats ride on the waves, which come from
+    `wave_bearing` (rad from north).
     """
 
     origin: tuple[float, float] | None = None
@@ -26,6 +27,8 @@ class World:
     air_visibility: float = 20e3
     water_type: str = ""
     walls: tuple[tuple[Place, Place], ...] = ()
+    felt: bool = False
+    wave_bearing: float = 0.0
 
     @property
     def gliders(self) -> tuple[Thing, ...]:
@@ -38,6 +41,10 @@ class World:
     def bottom(self, north: float, east: float) -> float | None:
         """Depth (m) of the bottom at a place; None if it is not known."""
         return None if self.seabed is None else self.seabed.depth(north, east)
+
+    def sea(self, seed: int) -> WindSea | None:
+        """The waves that boats feel in a run; None if they feel none."""
+        return WindSea(self.waves, self.wave_bearing, seed) if self.felt and self.waves.height else None
 
     def spot(self, thing: Thing, time: float) -> Spot:
         """Where an object is at a time (s from the start of the run)."""

@@ -15,12 +15,14 @@ from world.bodies import (
     Boat,
     BoatModel,
     ModelError,
+    Riding,
     UnderwaterModel,
     UnderwaterVehicle,
     estimated,
     is_boat,
     read_boat_model,
     read_underwater_model,
+    ride,
 )
 from world.sea import Grounding
 
@@ -37,13 +39,14 @@ class VSIM(Powered):
     The model is the section [VSIM/Model/<Vehicle Type>] of the profile; its option Type selects one of the two. The
     vehicle starts at rest at the position of the first manual GpsFix; a later one, of its own or addressed to it, moves
     it there and keeps its depth, attitude and velocities. In SimulatedState, lat, lon and height are those of the fix,
-    and u, v, w are velocities through the water. AbsoluteWind (where it comes from) moves boats only. Without power the
-    thrusters do not turn. The bottom of the sea is that of [World]; a vehicle that touches it stops there.
+    and u, v, w are velocities through the water. AbsoluteWind (where it comes from) moves boats only, and so do waves,
+    if the profile sets Wave Height of [World]. Without power the thrusters do not turn. The bottom of the sea is that
+    of [World]; a vehicle that touches it stops there.
     """
 
     reads = SECTIONS
 
-    transient = ("_seabed",)
+    transient = ("_seabed", "_sea")
 
     execution_frequency: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=20, maximum=1000, editable=False)
     initial_heading: float = param(0.0, "°", "Heading at the start, true north.", minimum=-360, maximum=360)
@@ -62,7 +65,9 @@ class VSIM(Powered):
             self._model = self._read(self.vehicle.profile.value)
         except ModelError as error:
             raise ParameterError("Vehicle Type", str(error)) from None
-        self._seabed = world_of(self).seabed
+        world = world_of(self)
+        self._seabed = world.seabed
+        self._sea = world.sea(self.vehicle.seed) if isinstance(self._model, BoatModel) else None
 
     def doubts(self) -> Iterator[Doubt]:
         read = {"Integration Method"}
@@ -88,6 +93,7 @@ class VSIM(Powered):
     def start(self) -> None:
         self.craft = Boat(self._model) if isinstance(self._model, BoatModel) else UnderwaterVehicle(self._model)
         self._origin: imc.GpsFix | None = None
+        self._start = (0.0, 0.0)
         self._grounding = Grounding()
         self._touched: float | None = None
         self._unknown: set[tuple[str, int]] = set()
@@ -120,6 +126,8 @@ class VSIM(Powered):
             self.craft.orient(0.0, 0.0, math.radians(self.initial_heading))
         self.craft.x = self.craft.y = 0.0
         self._origin = fix
+        origin = world_of(self).origin
+        self._start = (0.0, 0.0) if origin is None else offset(*origin, fix.lat, fix.lon)
         if self._seabed is not None:
             self._grounding.place(self.craft, *offset(*self._seabed.reference, fix.lat, fix.lon), self._seabed)
         self.set_entity_state(State.NORMAL, "active")
@@ -158,7 +166,7 @@ class VSIM(Powered):
             return
         if stall := self._steps.go(self.now_ns, periods, self._step, self._release):
             self.log.warning(stall)
-        phi, theta, psi = craft.euler_angles()
+        (x, y, z), (u, v, w), (phi, theta, psi), (p, q, r) = self._motion()
         svx, svy, svz = craft.stream
         self.publish(
             imc.SimulatedState(
@@ -166,23 +174,31 @@ class VSIM(Powered):
                 lat=origin.lat,
                 lon=origin.lon,
                 height=origin.height,
-                x=craft.x,
-                y=craft.y,
-                z=craft.z,
+                x=x,
+                y=y,
+                z=z,
                 phi=phi,
                 theta=theta,
                 psi=psi,
-                u=craft.u,
-                v=craft.v,
-                w=craft.w,
-                p=craft.p,
-                q=craft.q,
-                r=craft.r,
+                u=u,
+                v=v,
+                w=w,
+                p=p,
+                q=q,
+                r=r,
                 svx=svx,
                 svy=svy,
                 svz=svz,
             ),
             keep_time=True,
+        )
+
+    def _motion(self) -> Riding:
+        craft = self.craft
+        if self._sea is not None and isinstance(craft, Boat):
+            return ride(craft, self._sea, self._start, self._steps.time - self.vehicle.start_time)
+        return Riding(
+            (craft.x, craft.y, craft.z), (craft.u, craft.v, craft.w), craft.euler_angles(), (craft.p, craft.q, craft.r)
         )
 
     def _step(self, seconds: float) -> None:

@@ -7,6 +7,7 @@ from world.bodies.boat_model import BoatModel, estimated, is_boat, read_boat_mod
 from world.bodies.kinematics import Motion
 from world.bodies.model_section import ModelError
 from world.bodies.multirotor import Airframe, Multirotor
+from world.bodies.riding import Riding, ride
 from world.bodies.trajectory import Circle, Legs, Line, Pattern, Ramp, lawn_mower, parse_points
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "Multirotor",
     "Pattern",
     "Ramp",
+    "Riding",
     "Thruster",
     "UnderwaterModel",
     "UnderwaterVehicle",
@@ -32,4 +34,5 @@ __all__ = [
     "parse_points",
     "read_boat_model",
     "read_underwater_model",
+    "ride",
 ]

@@ -51,7 +51,7 @@ class BoatModel:
     coefficients of drag X_u, Y_v, N_r, Y_r, N_v; `lift` those of Y_uv, Y_ur, N_uv, N_ur. `cross_flow` are length and
     draft (m) and a drag coefficient. `munk` adds the Munk moment of the added masses; without it, the other
     coefficients contain that moment. `wind` are the frontal and the lateral area (m²), the length (m), and the
-    coefficients c_x, c_y, c_n.
+    coefficients c_x, c_y, c_n. Waves are averaged over `waterplane`, a length and a beam (m).
     """
 
     mass: float
@@ -66,6 +66,7 @@ class BoatModel:
     wind: tuple[float, ...]
     rudders: tuple[Rudder, ...]
     engines: tuple[Propeller, ...]
+    waterplane: tuple[float, float] = (0.0, 0.0)
 
 
 def is_boat(value: Callable[[str, str], str], name: str) -> bool:
@@ -123,6 +124,10 @@ def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
     surge, sway, yaw = mass - added[0], mass - added[1], inertia - added[2]
     if min(surge, sway, yaw) <= 0.0 or sway * yaw <= (mass * centre - added[3]) ** 2:
         raise section.error("Added Mass Coefficients make the inertia matrix not positive definite")
+    cross_flow = section.numbers("Cross Flow", 3, (0.0,) * 3)
+    length, beam = section.numbers("Waterplane", 2, (cross_flow[0], 0.0))
+    if min(length, beam) < 0.0:
+        raise section.error("Waterplane must be a length and a beam")
     return BoatModel(
         mass=mass,
         inertia=inertia,
@@ -131,11 +136,12 @@ def read_boat_model(value: Callable[[str, str], str], name: str) -> BoatModel:
         linear=damping("Linear Drag Coefficients"),
         quadratic=damping("Quadratic Drag Coefficients"),
         lift=section.numbers("Body Lift Coefficients", 4, (0.0,) * 4),
-        cross_flow=section.numbers("Cross Flow", 3, (0.0,) * 3),
+        cross_flow=cross_flow,
         munk=section.text("Munk Moment") not in ("false", "False", "0"),
         wind=section.numbers("Wind", 6, (0.0,) * 6),
         rudders=tuple(rudder(i) for i in range(section.count("Rudder Count"))),
         engines=tuple(engine(i) for i in range(section.count("Engine Count"))),
+        waterplane=(length, beam),
     )
 
 
@@ -167,4 +173,5 @@ def _estimate(section: ModelSection, engines: tuple[Propeller, ...]) -> BoatMode
         wind=(0.0,) * 6,
         rudders=tuple(rudders),
         engines=engines,
+        waterplane=(length, beam),
     )

@@ -4,6 +4,7 @@ from world.sea.bathymetry import Bathymetry, BathymetryError, Offset, read_bathy
 from world.sea.grounding import Grounding
 from world.sea.water import CONTRAST_LEFT, WATER_TYPES, jerlov, visibility
 from world.sea.waves import USUAL_HEIGHT, Waves
+from world.sea.wind_sea import Ride, WindSea
 
 __all__ = [
     "CONTRAST_LEFT",
@@ -13,7 +14,9 @@ __all__ = [
     "BathymetryError",
     "Grounding",
     "Offset",
+    "Ride",
     "Waves",
+    "WindSea",
     "jerlov",
     "read_bathymetry",
     "read_reference",

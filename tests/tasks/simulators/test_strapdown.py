@@ -54,11 +54,17 @@ def miss(truth, samples, begin):
 
 
 @pytest.mark.parametrize(
-    ("profile", "rate", "limit"),
-    [("lauv-noptilus-1", 100, 0.05), ("otter", 100, 0.05), ("hexa-00", 50, 2.0), ("hexa-00", 200, 0.3)],
+    ("profile", "rate", "limit", "more"),
+    [
+        ("lauv-noptilus-1", 100, 0.05, ()),
+        ("otter", 100, 0.05, ()),
+        ("otter", 100, 0.3, ("World:Wave Height=0.5",)),
+        ("hexa-00", 50, 2.0, ()),
+        ("hexa-00", 200, 0.3, ()),
+    ],
 )
-def test_dead_reckoning_follows_the_truth(profile, rate, limit, tmp_path):
-    overrides = ["Simulators.IMU/AHRS:Generate Noise=false", f"Simulators.IMU/AHRS:Sampling Rate={rate}"]
+def test_dead_reckoning_follows_the_truth(profile, rate, limit, more, tmp_path):
+    overrides = [*more, "Simulators.IMU/AHRS:Generate Noise=false", f"Simulators.IMU/AHRS:Sampling Rate={rate}"]
     fly(parse_plan(PLANS[profile]), profile, limit=60.0, log_root=tmp_path, overrides=overrides)
     folder = max(tmp_path.rglob("Data.lsf.gz"), key=lambda file: file.stat().st_size).parent
     log = imc.Log(folder)
