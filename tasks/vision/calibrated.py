@@ -44,6 +44,7 @@ class CalibratedCamera(PictureKeeper):
     transient = (*PictureKeeper.transient, "_optics")
 
     def configure(self) -> None:
+        super().configure()
         world_of(self)
         self._optics: CameraModel | None = None
         if self.calibration:

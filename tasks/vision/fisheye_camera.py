@@ -7,7 +7,7 @@ from tasks.surroundings import check_older
 from tasks.vision.rendering import RenderedCamera
 from tasks.vision.viewpoint import View
 from world import DOWN, Pose, optics
-from world.optics import PRESETS, Lens, preset_lens
+from world.optics import PRESETS, CameraModel, Lens, preset_lens
 from world.pictures import void_warning
 
 
@@ -69,5 +69,6 @@ class FisheyeCamera(RenderedCamera):
         except ValueError as error:
             raise ParameterError(name, str(error)) from None
 
-    def _figures(self, view: View) -> dict[str, float]:
-        return {"fov": math.radians(self.field_of_view), **super()._figures(view)}
+    def figures(self, view: View, camera: CameraModel) -> dict[str, float]:
+        fov = {"fov": camera.lens.fov} if isinstance(camera, optics.FisheyeCamera) else {}
+        return {**fov, **super().figures(view, camera)}

@@ -11,15 +11,17 @@ from numpy.typing import NDArray
 
 import imc
 from imc.coordinates import absolute
-from runtime import State, Task, consume, param
+from runtime import ParameterError, State, Task, consume, param
 from tasks.vision.photos import FORMATS, ORDERS, describe_picture, photo_name, series_of, write_picture
-from tasks.vision.records import write_cameras
+from tasks.vision.records import FILE, write_cameras
 from world import Pose
 from world.optics import CameraModel
 
 Op = imc.LoggingControl.Op
 FOLDER = "Photos"  # of a log
 SOON = 1e-3  # s by which a picture may be early
+MOST_WAITING = 4  # pictures that wait for a slow disk, on a wall clock
+MOVED = 1e-3  # m or rad by which a mount that is measured may waver
 
 
 class Described(NamedTuple):
@@ -34,7 +36,7 @@ class PictureKeeper(Task):
     """A camera that writes pictures to the log: all of them, or those that Events ask for."""
 
     requires = "vision"
-    transient = ("_folder",)
+    transient = ("_folder", "_described")
 
     save_images: bool = param(
         False,
@@ -54,17 +56,27 @@ class PictureKeeper(Task):
         """The model of the camera and its mount, for cameras.yaml; None while they are not known."""
         return None
 
+    def configure(self) -> None:
+        """Refuse a label whose pictures would have the names of another camera's. Raises ParameterError."""
+        own = photo_name(self.entity.label, 0, 0.0)
+        for other in self.vehicle.tasks:
+            if other is not self and isinstance(other, PictureKeeper) and photo_name(other.entity.label, 0, 0.0) == own:
+                reason = f"pictures of {self.entity.label!r} and {other.entity.label!r} would have the same names"
+                raise ParameterError("Entity Label", reason)
+
     def start(self) -> None:
         if self.save_images:
             importlib.import_module("PIL.PngImagePlugin")
         self._wanted, self._period, self._next = 0.0, 0.0, self.now
         self._folder: Path = self._log_root
-        self._kept = self.lost = 0
-        self._unwritten, self._undescribed = "", False
+        self._kept = self._writing = self.lost = 0
+        self._unwritten = self._undescribed = self._counts = ""
+        self._described: tuple[CameraModel, Pose] | None = None
 
     def restored(self) -> None:
         """Write images to the log that continues, not to the one of the snapshot."""
         self._folder = self.vehicle.log_folder or self._log_root
+        self._described = None
 
     @consume
     def note_log(self, log: imc.LoggingControl) -> None:
@@ -122,30 +134,42 @@ class PictureKeeper(Task):
         return Described(place, state.depth, (state.phi, state.theta, state.psi))
 
     def keep(self, time: float, image: NDArray[np.uint8], described: Described) -> str:
-        """Write a picture that was exposed at `time` (s since 1970); returns its file in the folder of the log."""
+        """Write a picture that was exposed at `time` (s since 1970); returns its file in the folder of the log.
+
+        On a wall clock a picture is lost, and has no file, if the disk is too slow.
+        """
+        if self._writing >= MOST_WAITING and not self.vehicle.virtual:
+            self._miss(f"{self._folder} is slower than the pictures")
+            return ""
         file = f"{FOLDER}/{photo_name(self.entity.label, self._kept, time, self.image_format)}"
         path = self._folder / file
         told = describe_picture(self._within_logs(path), self._kept, time, *described)
-        if not self._kept or self._undescribed:
-            self._describe_cameras(path.parent)
+        self._describe_cameras(path.parent)
         self._kept += 1
+        self._writing += 1
         self.offload(write_picture, path, image, self.image_format, then=partial(self._written, told))
         return file
 
     def _keep_in(self, folder: Path) -> None:
         """Write images to this folder; in a new folder, their numbers start at 0."""
         if folder != self._folder:
-            self._folder, self._kept = folder, 0
+            self._folder, self._kept, self._described = folder, 0, None
 
     def _describe_cameras(self, folder: Path) -> None:
-        """All cameras of the vehicle write the same file, so that it does not matter which of them is first."""
+        """Tell of the cameras with the first picture, and when this one has changed.
+
+        All cameras of the vehicle write the same file, so that it does not matter which of them is first.
+        """
+        own, before = self.known, self._described
+        if own is None or (not self._undescribed and before is not None and _same(own, before)):
+            return
+        if before is not None and not _same(own, before):
+            self.log.warning(f"{FILE} tells of the camera from picture {self._kept} on; CameraFrame tells of each")
+        self._described = own
         cameras = [task for task in self.vehicle.tasks if isinstance(task, PictureKeeper)]
         known = {task.entity.label: camera for task in cameras if (camera := task.known) is not None}
-        self.offload(write_cameras, folder, known, then=self._described)
-
-    def _described(self, error: str) -> None:
-        self._undescribed = bool(error)
-        self._note_error(error)
+        part = photo_name(self.entity.label, self._kept, self.now)
+        self.offload(write_cameras, folder, known, part, then=self._note_description)
 
     def _within_logs(self, path: Path) -> str:
         path, root = path.resolve(), self._log_root.resolve()
@@ -153,28 +177,41 @@ class PictureKeeper(Task):
 
     def tell(self, counts: str) -> None:
         """That frames come; while they cannot be written, this counts as a failure."""
-        if self._unwritten:
-            self.set_entity_state(State.FAILURE, f"{self._unwritten}, {counts}")
+        self._counts = counts
+        if not (self._writing or self._wanted or self.save_images):
+            self._unwritten = ""
+        told = f"{counts}, {self.lost} pictures lost" if self.lost else counts
+        if trouble := self._unwritten or self._undescribed:
+            self.set_entity_state(State.FAILURE, f"{trouble}, {told}")
         else:
-            self.set_entity_state(State.NORMAL, counts)
+            self.set_entity_state(State.NORMAL, told)
 
     def _written(self, told: str, error: str) -> None:
+        self._writing -= 1
         if error:
-            self.lost += 1
-        else:
-            self.publish(imc.Event(topic="Picture", data=told))
-            if self._unwritten:
-                self.log.info(f"pictures are written again; {self.lost} were lost")
-            self._unwritten = ""
-        self._note_error(error)
+            self._miss(error)
+            return
+        self.publish(imc.Event(topic="Picture", data=told))
+        if self._unwritten:
+            self.log.info(f"pictures are written again; {self.lost} were lost")
+        self._unwritten = ""
 
-    def _note_error(self, error: str) -> None:
-        if error:
-            if not self._unwritten:
-                self.log.error(error)
-            self._unwritten = f"{error} ({self.lost} pictures lost)"
-            self.set_entity_state(State.FAILURE, self._unwritten)
+    def _miss(self, why: str) -> None:
+        self.lost += 1
+        if not self._unwritten:
+            self.log.error(why)
+        self._unwritten = why
+        self.tell(self._counts)
+
+    def _note_description(self, error: str) -> None:
+        if error and not self._undescribed:
+            self.log.error(error)
+        self._undescribed = error
 
     @property
     def _log_root(self) -> Path:
         return self.vehicle.log_root / self.vehicle.name
+
+
+def _same(one: tuple[CameraModel, Pose], other: tuple[CameraModel, Pose]) -> bool:
+    return one[0] == other[0] and all(abs(a - b) < MOVED for a, b in zip(one[1], other[1], strict=True))

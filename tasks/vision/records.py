@@ -69,11 +69,14 @@ def _parts(transform: Floats) -> tuple[tuple[float, ...], Quaternion]:
     return tuple(transform[:3, 3].tolist()), quaternion(transform[:3, :3].tolist())
 
 
-def write_cameras(folder: Path, cameras: Mapping[str, tuple[CameraModel, Pose]]) -> str:
-    """Write the models and mounts of cameras, by entity label; returns an error text, empty on success."""
+def write_cameras(folder: Path, cameras: Mapping[str, tuple[CameraModel, Pose]], part: str) -> str:
+    """Write the models and mounts of cameras, by entity label; returns an error text, empty on success.
+
+    `part` names the unfinished file, which no other writer may use.
+    """
     text = HEAD + yaml.safe_dump({name: describe(*camera) for name, camera in cameras.items()}, sort_keys=False)
     path = folder / FILE
-    partial = path.with_suffix(".yaml.part")
+    partial = folder / f"{part}.{FILE}.part"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         partial.write_text(text)

@@ -94,6 +94,7 @@ class RenderedCamera(PictureKeeper):
         raise NotImplementedError
 
     def configure(self) -> None:
+        super().configure()
         if 0.0 < self.visibility < LEAST_VISIBILITY:
             raise ParameterError("Visibility", f"must be 0 or at least {LEAST_VISIBILITY} m, not {self.visibility:g} m")
         if self.interpolation == "opencv" and importlib.util.find_spec("cv2") is None:
@@ -147,9 +148,8 @@ class RenderedCamera(PictureKeeper):
         if self._true is not view.true:
             self._true = view.true
             self.log.info(f"pictures are taken from {'SimulatedState' if view.true else ESTIMATED}")
-        deliver = partial(
-            self._deliver, self.now, self.taken, view, self.described(state) if self.is_wanted() else None
-        )
+        described = self.described(state) if self.is_wanted() else None
+        deliver = partial(self._deliver, self.now, self.taken, view, self.known, described)
         random = noise(self.vehicle.seed, self.entity.label, self.taken)
         self.taken += 1
         self._busy = True
@@ -184,24 +184,32 @@ class RenderedCamera(PictureKeeper):
         )
 
     def _deliver(
-        self, time: float, index: int, view: View, described: Described | None, image: NDArray[np.uint8]
+        self,
+        time: float,
+        index: int,
+        view: View,
+        camera: tuple[CameraModel, Pose],
+        described: Described | None,
+        image: NDArray[np.uint8],
     ) -> None:
-        """Share a frame, and say what it is; a picture is written after that, to the log that says so."""
+        """Share a frame, and say what it is; a picture is written after that, to the log that says so.
+
+        `camera` is as it was at the exposure.
+        """
         self._busy = False
-        mount = optical(self.mount)
+        optics, mount = camera[0], optical(camera[1])
         pose = view.vehicle.pose.transform @ mount
         estimate = None if view.estimate is None else view.estimate.transform @ mount
-        optics = self.camera.optics
-        self.tell(f"{index + 1} frames, {self.dropped} dropped")
-        self.share(Frame(time, self.entity.label, index, image, self._figures(view), optics, mount, pose))
+        self.tell(f"{index + 1} frames, {self.dropped} dropped{'' if view.true else ', from EstimatedState'}")
+        self.share(Frame(time, self.entity.label, index, image, self.figures(view, optics), optics, mount, pose))
         file = self.keep(time, image, described) if described else ""
         self.publish(camera_frame(time, index, optics, pose, estimate, file, is_true=view.true))
 
-    def _figures(self, view: View) -> dict[str, float]:
+    def figures(self, view: View, camera: CameraModel) -> dict[str, float]:
         """Angles in rad, lengths in m, the focal length in px."""
         vehicle = view.vehicle
         return {
-            "focal_length": self.camera.optics.fx,
+            "focal_length": camera.fx,
             "north": vehicle.north,
             "east": vehicle.east,
             "height": vehicle.height,

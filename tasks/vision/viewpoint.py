@@ -51,7 +51,7 @@ class Viewpoint:
         elif state is None:
             return "waiting for EstimatedState"
         elif believed is None:
-            return "no position or attitude"
+            return "no position or attitude" if now - state.timestamp <= OLDEST else "no recent EstimatedState"
         else:
             scene = world, now - began, self._ground(state)
             view = View(believed, self._gliders(*scene), true=False, boards=self._boards(*scene))
@@ -68,12 +68,15 @@ class Viewpoint:
         return View(pose, self._gliders(world, time, bottom), boards=self._boards(world, time, bottom))
 
     def _believed(self, state: imc.EstimatedState, now: float, time: float) -> Standpoint | None:
-        """Where the vehicle believes it is; None without a place or an attitude."""
-        if not math.isfinite(
+        """Where the vehicle believes it is; None without a recent place and attitude."""
+        if now - state.timestamp > OLDEST or not math.isfinite(
             state.lat + state.lon + state.x + state.y + state.z + state.depth + state.phi + state.theta + state.psi
         ):
             return None
-        seconds = max(0.0, min(OLDEST, now - state.timestamp))
+        moving = math.isfinite(state.vx + state.vy + state.vz + state.p + state.q + state.r)
+        if not moving:
+            state = state.replace(vx=0.0, vy=0.0, vz=0.0, p=0.0, q=0.0, r=0.0)
+        seconds = max(0.0, now - state.timestamp)
         angles = turned((state.phi, state.theta, state.psi), (state.p, state.q, state.r), seconds)
         return Standpoint(
             self._place[0] + seconds * state.vx,

@@ -88,7 +88,7 @@ def test_tum(tmp_path):
 def test_photos_of_a_log_with_their_cameras(tmp_path):
     lens = FisheyeCamera.square(preset_lens("equidistant", math.pi), 16)
     pinhole = PinholeCamera(24, 16, 20.0, 20.0, 12.0, 8.0)
-    write_cameras(tmp_path / "Photos", {"Fisheye Camera": (lens, DOWN), "Front": (pinhole, Pose())})
+    write_cameras(tmp_path / "Photos", {"Fisheye Camera": (lens, DOWN), "Front": (pinhole, Pose())}, "1")
     for number in range(4):
         for camera in ("Fisheye Camera", "Front"):
             kind = ("PNG", "QOI")[number % 2]

@@ -310,7 +310,7 @@ def test_cameras_have_their_models_and_places(make_log, tmp_path):
     mounts = {"Front Camera": Pose(0.5, -0.1, 0.2, 0.0, 0.0, math.pi / 2), "Odd": DOWN}
     pinhole = PinholeCamera(64, 48, 40.0, 41.0, 32.5, 24.5, -0.1, 0.01, 1e-3, 2e-3)
     models = {"Front Camera": pinhole, "Odd": DoubleSphereCamera(64, 48, 40.0, 40.0, 32.5, 24.5, 0.1, 0.6)}
-    write_cameras(log / "Photos", {name: (models[name], mount) for name, mount in mounts.items()})
+    write_cameras(log / "Photos", {name: (models[name], mount) for name, mount in mounts.items()}, "1")
     for camera in ("Front_Camera", "Odd"):
         (log / "Photos" / f"{camera}_000000_1700000000.500000.png").write_bytes(b"png")
     export_mcap(source_of(log), tmp_path / "a.mcap")
