@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -9,6 +10,7 @@ import numpy as np
 import yaml
 
 from runtime.logs import Array
+from world.optics import CalibrationError, CameraModel, read_camera
 from world.sensors import Part
 
 FILE = "cameras.yaml"
@@ -17,10 +19,11 @@ MODELS = {"radtan": "radial-tangential", "equidistant": "equidistant"}  # EuRoC'
 
 
 class LoggedCamera(NamedTuple):
-    """A camera: its model in Kalibr's terms, without its place, and the 4x4 pose of its optical frame in the body."""
+    """A camera: its model in Kalibr's terms, without its place; the pose (4, 4) of its optical frame in the body."""
 
     model: Mapping[str, Any]
     pose: Array
+    label: str = ""
 
 
 class LoggedUnit(NamedTuple):
@@ -43,7 +46,16 @@ def logged_cameras(photos: Path) -> dict[str, LoggedCamera]:
             model = {str(name): value for name, value in camera.items() if name != "T_BS"}  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType, reportUnknownArgumentType]
         except (AttributeError, KeyError, TypeError, ValueError):
             continue
-        found[re.sub(r"[^A-Za-z0-9]+", "_", str(label))] = LoggedCamera(model, pose)  # pyright: ignore[reportUnknownArgumentType]
+        found[re.sub(r"[^A-Za-z0-9]+", "_", str(label))] = LoggedCamera(model, pose, str(label))  # pyright: ignore[reportUnknownArgumentType]
+    return found
+
+
+def camera_models(photos: Path, cameras: Mapping[str, LoggedCamera]) -> dict[str, CameraModel]:
+    """The models of these cameras of a folder of pictures; those that can be used."""
+    found: dict[str, CameraModel] = {}
+    for name, camera in cameras.items():
+        with suppress(CalibrationError, OSError):
+            found[name] = read_camera(photos / FILE, camera.label)
     return found
 
 

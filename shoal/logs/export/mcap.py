@@ -11,10 +11,11 @@ import imc
 from imc.layout import ADDRESS_FIELDS
 from imc.lsf import ReportShare, packed_schema
 from runtime.logs import Array
-from shoal.logs.export import ros_standard
+from shoal.logs.export import foxglove, ros_standard
 from shoal.logs.export.batches import ExportBatch, MessageBatch, Source, nanoseconds
-from shoal.logs.export.calibration import logged_cameras
+from shoal.logs.export.calibration import camera_models, logged_cameras
 from shoal.logs.export.cdr import ENCAPSULATION, Item, Record, Unfit, Write, text, writer
+from shoal.logs.export.detections import MUG, Detections, Pieces, Spot
 from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, camera_transform
 from shoal.logs.export.mcap_file import MESSAGE, MESSAGE_LENGTH, Chunk, McapFile
 from shoal.logs.export.ros_messages import PACKAGE, RosType, ros_type
@@ -26,6 +27,8 @@ PACKETS = RosType(f"{PACKAGE}/Packets", "# IMC packets, one behind the other, as
 PACKETS_TOPIC = ("imc", "packets")
 BESIDE = ("IMC.xml.gz", "IMC.xml", "Config.ini")
 LARGEST_BESIDE = 1 << 24
+BALL = 0.4  # m, of a detection in the scene
+LIFETIME = 5_000_000_000  # ns, for which a detection is shown
 
 _ADDRESSES = {name: code for name, code in ADDRESS_FIELDS.items() if name != "timestamp"}
 _BILLION = 1_000_000_000
@@ -39,7 +42,8 @@ def export_mcap(
     Each message is on the topic /<system>/<Message>/<entity>, with the time of its packet as log time, its number in
     the export as sequence. EstimatedState and SimulatedState are also .../pose, .../location and on /tf, GpsFix is also
     .../location, LogBookEntry is also on /rosout, pictures in the folder Photos are on /<system>/<camera>/image, and
-    with its cameras.yaml also on .../camera_info, the places of the cameras on /tf.
+    with its cameras.yaml also on .../camera_info, the places of the cameras on /tf, what was detected in them on
+    .../annotations. EstimatedMugState is also .../scene.
     With `raw`, /imc/packets has the packets, from which `import_mcap` restores the same log.
     Messages that their ROS type cannot hold count as skipped. Raises OSError.
     """
@@ -51,6 +55,7 @@ def export_mcap(
             export.write(batch)
             if raw:
                 export.write_packets(batch)
+        export.write_detections()
         if images:
             export.write_photos(source.log.path.parent / "Photos")
         export.close()
@@ -81,6 +86,8 @@ class _Export:
         self._moving: dict[int, int] = {}
         self._records: dict[tuple[int, bytes], Record] = {}
         self._prefix = cache(_plain_record)
+        self._pieces = Pieces()
+        self._detections: dict[int, Detections] = {}
 
     def write(self, batch: ExportBatch) -> None:
         """Write all messages of a batch, in one chunk."""
@@ -106,10 +113,28 @@ class _Export:
         chunk.add(self._topics.channel(PACKETS_TOPIC, PACKETS), batch.first & 0xFFFFFFFF, time, body)
         self._file.add_chunk(chunk)
 
+    def write_detections(self) -> None:
+        """Write what was detected, where the vehicles believe it to be."""
+        self._detections, names = self._pieces.joined(self._origin), self._source.names
+        for src, found in self._detections.items():
+            chunk = Chunk()
+            times = nanoseconds(np.array([spot.time for spot in found.spots])).tolist()
+            for number, (time, spot) in enumerate(zip(times, found.spots, strict=True)):
+                north, east, down = spot.place
+                thing = str(spot.id), (east, north, -down), BALL, self._called(src, spot)
+                parts = names.system(src), MUG, names.entity(src, spot.entity), "scene"
+                body = foxglove.scene(time, ros_standard.MAP.decode(), LIFETIME, [thing])
+                chunk.add(self._topics.channel(parts, foxglove.SCENE), number, time, ENCAPSULATION + body)
+            self._file.add_chunk(chunk)
+
+    def _called(self, src: int, spot: Spot) -> str:
+        return f"{self._source.names.entity(src, spot.entity)} {spot.id}"
+
     def write_photos(self, folder: Path) -> None:
         """Write the pictures in a folder that were taken in the selected time."""
         source = self._source
         system, cameras = source.names.system(source.summary.owner), logged_cameras(folder)
+        models, detections = camera_models(folder, cameras), self._detections.get(source.summary.owner)
         for number, photo in enumerate(ros_standard.photos(folder, source.summary.start)):
             if not source.choice.start <= photo.time < source.choice.end or not 0.0 <= photo.time < 1 << 31:
                 continue
@@ -126,6 +151,12 @@ class _Export:
                     chunk.add(channel, number, time, ENCAPSULATION + info)
                 place = camera_transform(time, ros_name(system), frame, camera)
                 chunk.add(self._topics.channel(("tf",), ros_standard.TRANSFORM), number, time, ENCAPSULATION + place)
+            if detections is not None and photo.camera in models:
+                shown = detections.in_picture(photo.time, models[photo.camera], cameras[photo.camera])
+                marks = [(*pixel, size, self._called(source.summary.owner, spot)) for spot, pixel, size in shown]
+                body = foxglove.annotations(time, marks)
+                channel = self._topics.channel((system, photo.camera, "annotations"), foxglove.ANNOTATIONS)
+                chunk.add(channel, number, time, ENCAPSULATION + body)
             self._file.add_chunk(chunk)
 
     def close(self) -> None:
@@ -177,6 +208,7 @@ class _Export:
     ) -> None:
         frame = ros_name(self._source.names.system(src)).encode()
         type_, _ = self._type(message)
+        self._pieces.take(message.abbrev, src, array)
         record = self._records.get((message.id, frame))
         if record is None:
             record = self._records[message.id, frame] = _record(type_, frame)

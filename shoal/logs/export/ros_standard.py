@@ -33,7 +33,7 @@ _GEOMETRY = {
 }
 
 
-def _geometry(*names: str) -> dict[str, str]:
+def geometry(*names: str) -> dict[str, str]:
     return {f"geometry_msgs/{name}": _GEOMETRY[name] for name in names}
 
 
@@ -53,12 +53,12 @@ LOCATION = RosType(
 POSE = RosType(
     "geometry_msgs/PoseStamped",
     "std_msgs/Header header\nPose pose\n",
-    needs={**STANDARD, **_geometry("Pose", "Point", "Quaternion")},
+    needs={**STANDARD, **geometry("Pose", "Point", "Quaternion")},
 )
 TRANSFORM = RosType(
     "tf2_msgs/TFMessage",
     "geometry_msgs/TransformStamped[] transforms\n",
-    needs={**STANDARD, **_geometry("TransformStamped", "Transform", "Vector3", "Quaternion")},
+    needs={**STANDARD, **geometry("TransformStamped", "Transform", "Vector3", "Quaternion")},
 )
 LOG = RosType(
     "rcl_interfaces/Log",

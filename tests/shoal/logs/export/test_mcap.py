@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mcap.reader import make_reader
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores, get_typestore
 
 import imc
 from imc.layout import WIRE_CODES
@@ -19,6 +18,7 @@ from shoal.logs.export.mcap import export_mcap
 from shoal.logs.export.ros_messages import ros_type
 from shoal.logs.selection import Selection
 from tasks.vision.records import write_cameras
+from tests.shoal.logs.export.mcap_reader import Reader
 from world import DOWN, Pose
 from world.optics import DoubleSphereCamera, PinholeCamera
 
@@ -35,41 +35,6 @@ def packets_of(log):
 def source_of(log, **choice):
     opened = imc.Log(log)
     return Source(opened, summarize(opened), Selection(**choice))
-
-
-class Reader:
-    """What the two packages find in an MCAP file."""
-
-    def __init__(self, path):
-        self.types = get_typestore(Stores.EMPTY)
-        self.messages = []
-        with path.open("rb") as file:
-            reader = make_reader(file, validate_crcs=True)
-            self.summary = reader.get_summary()
-            assert reader.get_header().profile == "ros2"
-            for schema in self.summary.schemas.values():
-                assert schema.encoding == "ros2msg"
-                self.register(get_types_from_msg(schema.data.decode(), schema.name))
-            last = 0
-            for schema, channel, message in reader.iter_messages():
-                assert message.log_time >= last
-                last = message.log_time
-                self.messages.append((channel, message, self.types.deserialize_cdr(message.data, schema.name)))
-            self.attachments = {item.name: item.data for item in reader.iter_attachments()}
-            self.metadata = {item.name: item.metadata for item in reader.iter_metadata()}
-
-    def register(self, types):
-        for name, definition in types.items():
-            if name in self.types.fielddefs:
-                assert self.types.fielddefs[name] == definition
-        self.types.register({name: types[name] for name in types if name not in self.types.fielddefs})
-
-    def on(self, topic):
-        return [(message, said) for channel, message, said in self.messages if channel.topic == topic]
-
-    @property
-    def topics(self):
-        return {channel.topic for channel in self.summary.channels.values()}
 
 
 def check_equal(schema, message, said):

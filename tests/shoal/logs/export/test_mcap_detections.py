@@ -1,0 +1,93 @@
+"""Detections in MCAP files, where the pictures and the world have what was detected."""
+
+import numpy as np
+import pytest
+
+import imc
+from runtime.logs import summarize
+from shoal.logs.export import Source
+from shoal.logs.export.mcap import export_mcap
+from shoal.logs.selection import Selection
+from shoal.missions import prepare
+from shoal.rendering import expose
+from tests.outside import ALONE
+from tests.shoal.logs.export.mcap_reader import Reader
+
+CAMERA = ("Size=400", "Face Size=200", "Frame Rate=2", "Save Images=true")
+GLIDERS = "World:Gliders=1 0.3, 8 -4"
+SECONDS = 25.0
+NAME = "/lauv_noptilus_1"
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory):
+    """The longest log of a LAUV that finds two gliders in its pictures."""
+    folder = tmp_path_factory.mktemp("run")
+    options = [*(f"Vision.FisheyeCamera:{option}" for option in CAMERA), GLIDERS, *ALONE]
+    modes = ["Simulation", "Camera", "Detector"]
+    made = prepare("lauv-noptilus-1", modes=modes, overrides=options, log_root=folder, state_folder=folder / "db")
+    made.vehicle.start()
+    made.vehicle.run(SECONDS)
+    made.vehicle.close()
+    log = imc.Log(max(folder.rglob("Data.lsf.gz"), key=lambda path: path.stat().st_size).parent)
+    return Source(log, summarize(log))
+
+
+@pytest.fixture(scope="module")
+def reader(source, tmp_path_factory):
+    path = tmp_path_factory.mktemp("mcap") / "a.mcap"
+    export_mcap(source, path, raw=False)
+    return Reader(path)
+
+
+def test_pictures_have_circles_around_the_gliders_that_they_show(source, reader):
+    pictures = [message.log_time for message, _ in reader.on(f"{NAME}/Fisheye_Camera/image")]
+    found = reader.on(f"{NAME}/Fisheye_Camera/annotations")
+    assert [message.log_time for message, _ in found] == pictures
+    assert len(pictures) > 20
+    seen = expose(source.log)
+    shots = {round(shot.time * 1e6) * 1000: shot for shot in seen.shots}
+    misses: dict[str, list[float]] = {}
+    for message, said in found:
+        shot = shots[message.log_time]
+        labels = seen.cameras[shot.camera].camera.labels(shot.standpoint, shot.gliders)
+        boxes = np.array([box.box for box in labels.boxes if box.area > 5], float).reshape(-1, 4)
+        middles = (boxes[:, :2] + boxes[:, 2:]) / 2
+        assert len(said.texts) == len(said.circles)
+        for circle, words in zip(said.circles, said.texts, strict=True):
+            assert (said.timestamp.sec, circle.timestamp.nanosec) == divmod(message.log_time, 10**9)
+            place = circle.position.x, circle.position.y
+            if len(middles):
+                misses.setdefault(words.text.rpartition(" ")[0], []).append(np.min(np.hypot(*(middles - place).T)))
+    assert len(misses["MUG Detector"]) > 20
+    assert np.median(misses["MUG Detector"]) < 3.0  # px
+
+
+def test_the_scene_has_the_gliders_where_the_vehicle_believes_them(source, reader):
+    found = reader.on(f"{NAME}/EstimatedMugState/MUG_Detector/scene")
+    entity = next(number for (_, number), label in source.names.labels.items() if label == "MUG Detector")
+    rows = source.log.array("EstimatedMugState")
+    rows = rows[rows["src_ent"] == entity]
+    states = source.log.array("EstimatedState")
+    (topic,) = [topic for topic in reader.topics if topic.startswith(f"{NAME}/EstimatedState") and "pose" in topic]
+    poses = [said.pose.position for _, said in reader.on(topic)]
+    assert len(found) == len(rows) > 20
+    assert len(poses) == len(states)
+    for (message, said), row in zip(found, rows, strict=True):
+        (thing,) = said.entities
+        assert (thing.id, thing.frame_id, len(said.deletions)) == (str(row["id"]), "map", 0)
+        assert message.log_time == pytest.approx(row["timestamp"] * 1e9, abs=500)
+        near = int(np.argmin(np.abs(states["timestamp"] - row["timestamp"])))
+        place, here = thing.spheres[0].pose.position, poses[near]
+        offset = place.y - here.y, place.x - here.x, here.z - place.z
+        np.testing.assert_allclose(offset, (row["x"], row["y"], states["alt"][near]), atol=0.1)
+        assert (thing.texts[0].text, thing.texts[0].billboard) == (f"MUG Detector {row['id']}", True)
+
+
+def test_without_states_only_the_messages_are_there(source, tmp_path):
+    chosen = Selection(types=frozenset({imc.EstimatedMugState.ID}))
+    export_mcap(Source(source.log, source.summary, chosen), tmp_path / "a.mcap", raw=False)
+    found = Reader(tmp_path / "a.mcap")
+    assert {topic.rpartition("/")[2] for topic in found.topics} == {
+        *("MUG_Camera", "MUG_Detector", "image", "camera_info", "tf")
+    }
