@@ -72,7 +72,7 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
             30.0,
         ),
         "Wave Direction": Option("°", "Where the waves that boats feel come from, from north.", "0", -360.0, 360.0),
-        "Water Visibility": Option("m", "Distance at which 2 % of the contrast is left in water.", "20", 0.1, 1e6),
+        "Water Visibility": Option("m", "Distance at which 2 % of the contrast is left in water.", "60", 0.1, 1e6),
         "Water Type": Option("", f"Instead of a visibility: Jerlov's type of water, {', '.join(WATER_TYPES)}."),
         "Air Visibility": Option("m", "The same in air.", "20000", 0.1, 1e6),
         "Sun Azimuth": Option("°", "Where the sun stands, from north.", "0", -360.0, 360.0),

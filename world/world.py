@@ -23,7 +23,7 @@ class World:
     objects: tuple[Thing, ...] = ()
     waves: Waves = field(default_factory=Waves)
     sun: Sun = field(default_factory=Sun)
-    water_visibility: float = 20.0
+    water_visibility: float = 60.0
     air_visibility: float = 20e3
     water_type: str = ""
     walls: tuple[tuple[Place, Place], ...] = ()

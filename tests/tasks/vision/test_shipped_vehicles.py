@@ -3,6 +3,7 @@
 import pytest
 from PIL import Image
 
+from runtime import Frame
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
@@ -21,3 +22,21 @@ def test_the_mode_camera_takes_pictures_of_what_is_below(name, tmp_path):
     with Image.open(pictures[-1]) as picture:
         assert picture.size == (64, 64)
         assert len(picture.getcolors(64 * 64) or []) > 100  # neither black nor one color
+
+
+@pytest.mark.parametrize("water", ["Water Type=9C", "Water Visibility=3"])
+def test_the_water_of_the_world_is_that_of_shipped_cameras(water, tmp_path):
+    def means(*overrides):
+        loaded = load_profile("lauv-noptilus-1", overrides=["Vision.FisheyeCamera:Size=32", *overrides])
+        modes = loaded.select("Simulation, Camera, Stereo")
+        vehicle = build(loaded, modes, clock=VirtualClock(loaded.start_time_ns), log_root=tmp_path).vehicle
+        found = {}
+        vehicle.tap(Frame, lambda frame: found.update({frame.camera: frame.image[..., 0].mean()}))
+        vehicle.start()
+        vehicle.run(8.0)
+        vehicle.close()
+        return found
+
+    clear, murky = means(), means(f"World:{water}")
+    assert len(clear) == 3
+    assert all(murky[camera] < 0.7 * red for camera, red in clear.items())

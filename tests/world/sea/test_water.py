@@ -79,7 +79,7 @@ def options(**given):
 def test_a_profile_names_the_type():
     world = read_world(options(Water_Type="IB"))
     assert (world.water_type, world.water_visibility) == ("IB", visibility("IB"))
-    assert read_world(options()).water_visibility == 20.0
+    assert read_world(options()).water_visibility == 60.0
 
 
 @pytest.mark.parametrize(
