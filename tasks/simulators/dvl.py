@@ -7,7 +7,7 @@ from runtime import Entity, State, Task, consume, param, periodic
 from tasks.surroundings import Chart, mount_of, world_of
 from world import SECTIONS, Pose
 from world.attitude import Vector, cross, rotation, to_body, to_ned
-from world.sensors import Beam, Echo, janus, listen, velocity_of
+from world.sensors import Beam, Echo, janus, listen, to_bottom, velocity_of
 
 ALL_VALID = 0x7
 BEAMS = 4
@@ -158,7 +158,7 @@ class DVL(Task):
             return True
         pose, reach = self._pose(truth), self.bottom_range or FARTHEST
         beam = Beam(pose.place, to_ned(pose.rotation, (0.0, 0.0, 1.0)))
-        return self.blanking_distance <= beam.bottom(seabed.depth, reach, seabed.shallowest) <= reach
+        return self.blanking_distance <= to_bottom(beam, seabed, reach) <= reach
 
 
 def _noisy(velocity: Vector, sigma: float, draws: list[float]) -> Vector:

@@ -138,9 +138,11 @@ class Environment(Task):
         axis = _beam(place, angles, position, orientation, 0.0)
         nearest = axis.surface()
         if self.bottom_intersection_method:
-            shallowest = self._bathymetry.shallowest
+            sea = self._bathymetry
             edge = _beam(place, angles, position, orientation, -0.5 * math.radians(self.forward_beam_width))
-            nearest = min(nearest, edge.bottom(self._depth, self.forward_range, shallowest))
+            nearest = min(
+                nearest, edge.bottom(self._depth, self.forward_range, sea.shallowest, sea.deepest, sea.stride)
+            )
         if self.simulate_pier:
             nearest = min(nearest, axis.wall(*self._pier))
         return nearest

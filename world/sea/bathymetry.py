@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterable
 
 PARTS = 4  # of each side of a cell; only soundings near a part are searched for its points
+REMEMBERED = 20000  # parts whose soundings are kept, of a survey of some hours
 Sounding = tuple[float, float, float]
 Offset = Callable[[float, float, float, float], tuple[float, float]]
 
@@ -17,7 +18,8 @@ class Bathymetry:
 
     Between them it is Shepard's inverse-distance mean of those within `radius` m (Franke and Nielson 1980), which
     passes through each sounding and has no steps; if none is in range, it is `elsewhere`. The water stands `level` m
-    above the datum of all these depths. `shallowest` is the least depth of all.
+    above the datum of all these depths. `shallowest` is the least depth of all, `deepest` the greatest; beams look
+    at the bottom each `stride` m.
     """
 
     def __init__(
@@ -31,12 +33,14 @@ class Bathymetry:
         self.reference = reference
         self.has_soundings = False
         self._radius, self._elsewhere = radius, elsewhere + level
-        self.shallowest = self._elsewhere
+        self.shallowest = self.deepest = self._elsewhere
+        self.stride = radius / 4.0
         self._cells: dict[tuple[int, int], list[Sounding]] = {}
         for north, east, depth in soundings:
             sounding = north, east, depth + level
             self.has_soundings = True
             self.shallowest = min(self.shallowest, sounding[2])
+            self.deepest = max(self.deepest, sounding[2])
             home = self._cell(north, east)
             for i in (-1, 0, 1):
                 for j in (-1, 0, 1):
@@ -52,7 +56,11 @@ class Bathymetry:
         part = math.floor(north / side), math.floor(east / side)
         near = self._near.get(part)
         if near is None:
-            near = self._near[part] = self._within_reach(part)
+            near = self._within_reach(part)
+            if near:
+                if len(self._near) >= REMEMBERED:
+                    self._near.clear()
+                self._near[part] = near
         for n, e, depth in near:
             dn, de = n - north, e - east
             distance = dn * dn + de * de

@@ -2,7 +2,7 @@
 
 from world.sensors import mug_original
 from world.sensors.drift import Drift
-from world.sensors.echo import Echo, janus, listen, velocity_of
+from world.sensors.echo import Echo, janus, listen, to_bottom, velocity_of
 from world.sensors.imu import (
     STANDARD_GRAVITY,
     NoiseDensity,
@@ -54,6 +54,7 @@ __all__ = [
     "mug_original",
     "see_pixel",
     "specific_force",
+    "to_bottom",
     "to_camera",
     "velocity_of",
     "vins_parameters",

@@ -47,11 +47,16 @@ def listen(world: Surroundings, beam: Beam, time: float, stream: Vector, blankin
         return None
     found = [Echo(beam.surface(), "surface", stream)]
     if world.seabed is not None:
-        found.append(Echo(beam.bottom(world.seabed.depth, reach, world.seabed.shallowest), "bottom"))
+        found.append(Echo(to_bottom(beam, world.seabed, reach), "bottom"))
     found += [Echo(beam.wall(*wall), "wall") for wall in world.walls]
     found += [echo for thing in world.objects if (echo := _of(world, thing, beam, time)) is not None]
     nearest = min(found, key=lambda echo: echo.distance)
     return nearest if blanking <= nearest.distance <= reach else None
+
+
+def to_bottom(beam: Beam, seabed: Bathymetry, reach: float) -> float:
+    """Distance (m) along a beam to a bottom within `reach`; infinite if the beam does not hit it."""
+    return beam.bottom(seabed.depth, reach, seabed.shallowest, seabed.deepest, seabed.stride)
 
 
 def _of(world: Surroundings, thing: Thing, beam: Beam, time: float) -> Echo | None:

@@ -7,7 +7,11 @@ from dataclasses import dataclass
 from world.attitude import Vector, rotation, to_ned
 
 STEPS = 10
-REFINEMENTS = 3
+LEAST_LEVEL = 0.3  # m sideways per m, at least, for which steep beams count
+ROUNDING = 0.01  # m beyond the deepest place, so that rounding does not lose it
+REFINEMENTS = 12
+LEAST_REFINEMENTS = 6
+PRECISION = 0.01  # m
 
 
 @dataclass(frozen=True)
@@ -33,10 +37,17 @@ class Beam:
         depth, down = self.start[2], self.direction[2]
         return max(0.0, depth) / -down if down < 0.0 else math.inf
 
-    def bottom(self, depth: Callable[[float, float], float], reach: float, shallowest: float = 0.0) -> float:
+    def bottom(
+        self,
+        depth: Callable[[float, float], float],
+        reach: float,
+        shallowest: float = 0.0,
+        deepest: float = math.inf,
+        stride: float = math.inf,
+    ) -> float:
         """Distance (m) to a bottom of `depth` (north, east) within `reach`; infinite if the beam does not hit it.
 
-        The whole bottom is at least `shallowest` m deep.
+        The whole bottom is from `shallowest` to `deepest` m deep. What is two `stride` (m) wide is not missed.
         """
         clear, down = shallowest - self.start[2], self.direction[2]
         if clear > 0.0 and clear >= reach * down:
@@ -45,8 +56,13 @@ class Beam:
         over = self._above(depth, near)
         if over <= 0.0:
             return near
-        for step in range(1, STEPS + 1):
-            far = first + (reach - first) * step / STEPS
+        if down != 0.0:
+            last = deepest + ROUNDING if down > 0.0 else shallowest - ROUNDING
+            reach = min(reach, (last - self.start[2]) / down)
+        level = max(LEAST_LEVEL, math.hypot(self.direction[0], self.direction[1]))
+        most = min((reach - first) / STEPS, stride / level)
+        while near < reach:  # in small steps close to the bottom, which may be rough
+            far = min(reach, near + min(most, max(over, 0.1 * stride) / level))
             under = self._above(depth, far)
             if under <= 0.0:
                 return self._crossing(depth, near, over, far, under)
@@ -58,6 +74,8 @@ class Beam:
     ) -> float:
         """Where the beam meets the bottom: by false position, and by bisection for a bottom with a step."""
         for attempt in range(2 * REFINEMENTS):
+            if attempt >= LEAST_REFINEMENTS and far - near < PRECISION:
+                break
             share = 0.5 if attempt % 2 else over / (over - under)
             middle = near + share * (far - near)
             above = self._above(depth, middle)

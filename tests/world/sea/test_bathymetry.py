@@ -2,10 +2,11 @@
 
 import math
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from world.sea import Bathymetry
+from world.sea import Bathymetry, bathymetry
 
 METERS = st.floats(-300.0, 300.0)
 SOUNDINGS = st.lists(st.tuples(METERS, METERS, st.floats(0.0, 100.0)), max_size=30)
@@ -24,3 +25,15 @@ def test_the_search_misses_no_sounding(soundings, points, radius):
             continue  # at the edge of the radius, where rounding decides
         expected = math.fsum(weight * depth for weight, depth in weights) / total if weights else 120.0
         assert math.isclose(sea.depth(north, east), expected, rel_tol=1e-6, abs_tol=1e-6)
+
+
+def test_places_without_soundings_are_not_remembered_and_others_within_bounds(monkeypatch):
+    monkeypatch.setattr(bathymetry, "REMEMBERED", 50)
+    sea, fresh = (Bathymetry([(0.0, 0.0, 8.0), (30.0, 5.0, 12.0)], 40.0, 120.0) for _ in range(2))
+    assert [sea.depth(1000.0 + k, -1000.0) for k in range(500)] == [120.0] * 500
+    assert not sea._near
+    for north in range(-40, 70, 3):
+        for east in range(-40, 45, 3):
+            assert sea.depth(north, east) == pytest.approx(fresh.depth(north, east))
+            fresh._near.clear()
+            assert len(sea._near) <= 50

@@ -5,9 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from world import Thing, Waypoint, World
+from imc.coordinates import offset
+from runtime.profile import load_profile
+from world import Thing, Waypoint, World, read_world
+from world.attitude import rotation, to_ned
 from world.sea import Bathymetry
-from world.sensors import Beam, janus, listen, velocity_of
+from world.sensors import Beam, janus, listen, to_bottom, velocity_of
 
 RANDOM = np.random.Generator(np.random.PCG64(7))
 STILL = (0.0, 0.0, 0.0)
@@ -112,3 +115,31 @@ def test_beams_tell_the_velocity():
     assert velocity_of(directions, speeds) == pytest.approx(velocity)
     assert velocity_of(directions[:2], speeds[:2]) is None
     assert velocity_of([directions[0]] * 3, [1.0] * 3) is None
+
+
+def test_a_beam_without_a_limit_hears_the_bottom_of_a_shipped_vehicle():
+    """Against a walk along the beam in steps of 5 cm, over soundings in a sea that is 120 m deep elsewhere."""
+    seabed = read_world(load_profile("lauv-noptilus-1").value, offset).seabed
+    random = np.random.default_rng(2)
+    for north, east, share, heading in random.random((60, 4)) * (250.0, 250.0, 0.6, 2.0 * math.pi) - (100, 100, 0, 0):
+        down = (0.2 + share) * min(seabed.depth(north, east), 20.0)
+        direction = to_ned(rotation(0.0, 0.0, heading), janus(math.radians(30.0))[0])
+        beam = Beam((north, east, down), direction)
+        steps = (0.05 * k for k in range(3000))
+        hits = (t for t in steps if seabed.depth(*at(beam, t)[:2]) <= at(beam, t)[2])
+        assert to_bottom(beam, seabed, 1000.0) == pytest.approx(next(hits, math.inf), abs=0.06)
+
+
+def at(beam, distance):
+    return tuple(start + distance * part for start, part in zip(beam.start, beam.direction, strict=True))
+
+
+@pytest.mark.parametrize("reach", [40.0, 80.0, 1000.0])
+@pytest.mark.parametrize("tilt", [30.0, 60.0, 89.0])
+def test_a_beam_does_not_pass_through_a_ridge(reach, tilt):
+    places = [(north, east) for north in range(-50, 51, 2) for east in range(-10, 11, 2)]
+    seabed = Bathymetry([(n, e, 12.0 if 18 <= n <= 22 else 30.0) for n, e in places], 4.0, 30.0)
+    down = 15.0 if tilt == 89.0 else 18.0 - 18.0 / math.tan(math.radians(tilt)) - 2.0
+    beam = Beam((0.0, 0.0, down), (math.sin(math.radians(tilt)), 0.0, math.cos(math.radians(tilt))))
+    expected = next(0.01 * k for k in range(4000) if seabed.depth(*at(beam, 0.01 * k)[:2]) <= at(beam, 0.01 * k)[2])
+    assert to_bottom(beam, seabed, reach) == pytest.approx(expected, abs=0.03)
