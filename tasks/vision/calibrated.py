@@ -1,4 +1,4 @@
-"""What cameras have in common whose pictures come from elsewhere: a calibration, a mount, and frames."""
+"""What cameras have in common whose pictures come from elsewhere: frames, and what is known of them."""
 
 import math
 
@@ -6,56 +6,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 import imc
-from runtime import Frame, ParameterError, State, consume, param
-from tasks.surroundings import Chart, mount_of, world_of
-from tasks.vision.keeping import PictureKeeper
+from runtime import Frame, State, consume
+from tasks.surroundings import Chart, world_of
+from tasks.vision.mounted import MountedCamera
 from tasks.vision.records import camera_frame
 from world import SECTIONS, Pose
 from world.attitude import turned
-from world.optics import CalibrationError, CameraModel, PinholeCamera, read_camera
+from world.optics import CameraModel, PinholeCamera
 from world.pictures import optical
 
 OLDEST = 1.0  # s, beyond which an EstimatedState says nothing of a picture
 NOWHERE = np.full((4, 4), math.nan)
 
 
-class CalibratedCamera(PictureKeeper):
+class CalibratedCamera(MountedCamera):
     """Shares frames that somebody else has taken."""
 
     reads = SECTIONS
 
-    calibration: str = param(
-        "",
-        "",
-        "A calibration file, of Kalibr, OpenCV, ROS, EuRoC or WoodScape, or the cameras.yaml of a log; with #NAME for "
-        "one of several cameras; a relative path counts from the profile, or the working folder.",
-        editable=False,
-    )
-    mount_position: list[float] = param(
-        [0.0, 0.0, 0.0], "m", "Where the camera is in the vehicle: forward, right, down.", size=3
-    )
-    mount_orientation: list[float] = param(
-        [0.0, -90.0, 0.0],
-        "°",
-        "Roll, pitch and yaw in the vehicle of a camera that looks ahead; -90 looks down.",
-        size=3,
-    )
-
-    transient = (*PictureKeeper.transient, "_optics")
+    transient = (*MountedCamera.transient, "_optics")
 
     def configure(self) -> None:
         super().configure()
         world_of(self)
-        self._optics: CameraModel | None = None
-        if self.calibration:
-            try:
-                self._optics = self._read(self.calibration)
-            except (CalibrationError, OSError) as error:
-                raise ParameterError("Calibration", str(error)) from None
+        self._optics = self.calibrated()
 
     @property
     def known(self) -> tuple[CameraModel, Pose] | None:
-        return None if self._optics is None else (self._optics, self._mount)
+        return None if self._optics is None else (self._optics, self.mount)
 
     def start(self) -> None:
         super().start()
@@ -83,7 +61,7 @@ class CalibratedCamera(PictureKeeper):
             optics = None
         else:
             self.tell(f"{what}{told}")
-        mount = optical(self._mount)
+        mount = optical(self.mount)
         estimate = self._believed(time)
         there = NOWHERE if estimate is None else estimate.transform @ mount
         model = optics or PinholeCamera(width, height, 1.0, 1.0, 0.5 * width, 0.5 * height)
@@ -103,11 +81,3 @@ class CalibratedCamera(PictureKeeper):
         north, east = self._chart.place(state)
         angles = turned((state.phi, state.theta, state.psi), (state.p, state.q, state.r), seconds)
         return Pose(north + seconds * state.vx, east + seconds * state.vy, state.z + seconds * state.vz, *angles)
-
-    @property
-    def _mount(self) -> Pose:
-        return mount_of(self.mount_position, self.mount_orientation)
-
-    def _read(self, calibration: str) -> CameraModel:
-        file, _, name = calibration.partition("#")
-        return read_camera(self.path_of(file), name)

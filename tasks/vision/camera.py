@@ -3,18 +3,18 @@
 import math
 
 from runtime import ParameterError, param
-from tasks.surroundings import mount_of
+from tasks.vision.mounted import MountedCamera
 from tasks.vision.rendering import RenderedCamera
-from world import Pose
-from world.optics import CalibrationError, CameraModel, Dome, FlatPort, PinholeCamera, housed, read_camera
+from world.optics import CalibrationError, CameraModel, Dome, FlatPort, PinholeCamera, housed
 
 
-class Camera(RenderedCamera):
+class Camera(MountedCamera, RenderedCamera):
     """Shares frames of the seabed under a diving vehicle, or of the sea under a flying one, and of gliders.
 
     By default it looks down, the top of its image to the bow. Its model is a pinhole with the distortion of Brown and
-    Conrady, or the one of a calibration file. Cameras with one frame rate expose at the same instants: two of them are
-    a stereo camera. Poses, frames and events are like those of Vision.FisheyeCamera.
+    Conrady, or the one of a calibration file, which replaces all options of the pinhole. Cameras with one frame rate
+    expose at the same instants: two of them are a stereo camera. Poses, frames and events are like those of
+    Vision.FisheyeCamera.
     """
 
     width: int = param(640, "px", "Width of the image.", minimum=1, maximum=8192)
@@ -26,22 +26,6 @@ class Camera(RenderedCamera):
         [], "px", "Where the axis meets the image, from its left upper corner; by default its middle.", size=(0, 2)
     )
     distortion: list[float] = param([], "1", "k1, k2, p1, p2 and k3, as OpenCV counts them.", size=(0, 5))
-    calibration: str = param(
-        "",
-        "",
-        "A calibration file, of Kalibr, OpenCV, ROS, EuRoC or WoodScape, instead of all that; with #NAME for one of "
-        "several cameras; a relative path counts from the profile, or the working folder.",
-        editable=False,
-    )
-    mount_position: list[float] = param(
-        [0.0, 0.0, 0.0], "m", "Where it is in the vehicle: forward, right, down.", size=3
-    )
-    mount_orientation: list[float] = param(
-        [0.0, -90.0, 0.0],
-        "°",
-        "Roll, pitch and yaw in the vehicle of a camera that looks ahead; -90 looks down.",
-        size=3,
-    )
     face_size: int = param(
         0, "px", "Width of the views of 90° that make up an image; 0 is as fine as the image.", minimum=0, maximum=8192
     )
@@ -66,10 +50,6 @@ class Camera(RenderedCamera):
     def views(self) -> tuple[int, int]:
         return self.face_size, 6
 
-    @property
-    def mount(self) -> Pose:
-        return mount_of(self.mount_position, self.mount_orientation)
-
     def optics(self) -> CameraModel:
         return self._optics
 
@@ -85,12 +65,8 @@ class Camera(RenderedCamera):
             raise ParameterError("Housing", str(error)) from None
 
     def _model(self) -> CameraModel:
-        if self.calibration:
-            file, _, name = self.calibration.partition("#")
-            try:
-                return read_camera(self.path_of(file), name)
-            except (CalibrationError, OSError) as error:
-                raise ParameterError("Calibration", str(error)) from None
+        if (calibrated := self.calibrated()) is not None:
+            return calibrated
         focal = self.width / 2 / math.tan(math.radians(self.field_of_view) / 2)
         if len(self.principal_point) == 1:
             raise ParameterError("Principal Point", "must be two numbers, or nothing")

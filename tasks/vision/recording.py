@@ -42,7 +42,7 @@ class Recording(CalibratedCamera):
             raise ParameterError("Source", "is not set")
         if not self.calibration and (found := calibration_beside(self.path_of(self.source), self.camera)):
             try:
-                self._optics = self._read(found)
+                self._optics = self.read(found)
             except (CalibrationError, OSError) as error:
                 self.after(0.0, self.log.warning, f"pictures without a calibration: {error}")
         if self.path_of(self.source).is_file():
