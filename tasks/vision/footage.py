@@ -41,7 +41,7 @@ class Reel:
         self.problems: list[str] = []
         self._camera = camera
         self._pictures: list[tuple[float, Path]] | None = None
-        self._video: Any = None
+        self._video: Any = None  # its last reference frees it; to release it while a worker reads it would be a crash
         self._next = 0  # of the video
 
     def take(self, number: int, earliest: float = -math.inf) -> Item | str | None:
@@ -55,11 +55,6 @@ class Reel:
             return self._of_video(number) if self._pictures is None else self._of_folder(number, earliest)
         except (OSError, ValueError) as error:
             return f"{self.source}: {getattr(error, 'strerror', None) or error}"
-
-    def close(self) -> None:
-        video, self._video = self._video, None
-        if video is not None:
-            video.release()
 
     def _open(self) -> None:
         if self.source.is_dir():

@@ -62,9 +62,6 @@ class Recording(CalibratedCamera):
         super().restored()
         self._reel = Reel(self.path_of(self.source), self.camera)
 
-    def stop(self) -> None:
-        self._reel.close()
-
     def _fetch(self) -> None:
         """Read the next picture, before its time."""
         if self.times == AS_RECORDED:

@@ -2,13 +2,14 @@
 
 import math
 import os
+import threading
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import imc
-from runtime import ParameterError, State
+from runtime import ParameterError, State, Task, periodic
 from runtime.kernel import WallClock
 from runtime.testing import START, simulate
 from tasks.vision.footage import Reel
@@ -230,6 +231,44 @@ def test_a_video(tmp_path):
     assert played(tmp_path / "no.mp4").task.entity.description.endswith("OpenCV cannot read this video")
 
 
+class Endless:
+    """OpenCV's video in its outlines; its second picture is read until the vehicle has ended."""
+
+    def __init__(self):
+        self.ended, self.said = threading.Event(), []
+
+    def read(self):
+        self.said.append("reading")
+        if len(self.said) > 1:
+            self.ended.wait(10.0)
+        self.said.append("read")
+        return True, np.zeros((4, 6, 3), np.uint8)
+
+    def get(self, _):
+        return 20.0
+
+    def release(self):
+        self.said.append("released")
+
+
+def test_a_video_is_not_closed_while_it_is_read(tmp_path, monkeypatch):
+    endless = Endless()
+    monkeypatch.setattr("tasks.vision.footage.open_video", lambda _: endless)
+
+    class Watcher(Task):
+        @periodic(50.0)
+        def look(self):
+            if endless.said.count("reading") == 2:
+                self.vehicle.kernel.stop()
+
+        def stop(self):  # after the recording has stopped
+            endless.ended.set()
+
+    (tmp_path / "dive.avi").touch()
+    simulate([Watcher, (Recording, {"source": str(tmp_path / "dive.avi")})], seconds=10.0, clock=WallClock())
+    assert endless.said == ["reading", "read"] * 2
+
+
 def test_any_picture_can_be_the_next(tmp_path):
     for source in (video(tmp_path / "dive.avi"), euroc(tmp_path / "set")):
         expected = Reel(source).take(3) if source.is_dir() else None
@@ -238,7 +277,6 @@ def test_any_picture_can_be_the_next(tmp_path):
         assert item.number == 3
         assert expected is None or np.array_equal(item.image, expected.image)
         assert reel.take(99) is None
-        reel.close()
 
 
 def test_two_runs_are_one(tmp_path):
