@@ -17,6 +17,7 @@ PHOTO = re.compile(r"(?P<camera>.+)_(?P<number>\d{6,})_(?P<time>-?\d+\.\d+)")
 STAMP = re.compile(r"\d+(\.\d+)?")
 INSIDE = ("mav0/cam0", "cam0", "Photos")  # where a data set, or a log, has its pictures
 NANO = 1e12  # numbers beyond that are ns
+LAST = 1e12  # s since 1970, beyond which a time is none
 MOST_PIXELS = 1 << 26  # of a picture
 TOLD = 10  # bad lines that are named
 
@@ -85,13 +86,12 @@ class Reel:
             if not line.strip() or line.lstrip().startswith("#"):
                 continue
             words = [word.strip() for word in line.split(separator)]
-            path = folder / words[1] if len(words) > 1 else folder
-            if not STAMP.fullmatch(words[0]) or len(words) < 2 or not words[1]:
+            if len(words) < 2 or not words[1] or not is_time(words[0]):
                 self._note(f"{table.name}, line {number}: {line[:60]!r} is not a time and a file")
-            elif not path.resolve().is_relative_to(folder.resolve()):
-                self._note(f"{table.name}, line {number}: {words[1]} is outside the folder")
+            elif not is_inside(folder, words[1]):
+                self._note(f"{table.name}, line {number}: {words[1][:60]!r} is no file in the folder")
             else:
-                yield seconds(words[0]), path
+                yield seconds(words[0]), folder / words[1]
 
     def _named(self, folder: Path) -> Iterator[tuple[float, Path]]:
         """Pictures whose names tell their times, and perhaps their camera."""
@@ -101,11 +101,11 @@ class Reel:
             if path.suffix.lower() not in ENDINGS:
                 continue
             photo = PHOTO.fullmatch(path.stem)
-            if photo is not None:
+            if photo is not None and abs(float(photo["time"])) <= LAST:
                 if wanted in ("", photo["camera"]):
                     cameras.add(photo["camera"])
                     yield float(photo["time"]), path
-            elif STAMP.fullmatch(path.stem):
+            elif is_time(path.stem):
                 yield seconds(path.stem), path
             else:
                 self._note(f"{path.name}: the name is no time")
@@ -158,6 +158,18 @@ def calibration_beside(source: Path, camera: str) -> str:
     return str(sensor) if sensor.is_file() and "intrinsics" in sensor.read_text("utf-8", "replace") else ""
 
 
+def is_time(text: str) -> bool:
+    return STAMP.fullmatch(text) is not None and seconds(text) <= LAST
+
+
+def is_inside(folder: Path, name: str) -> bool:
+    """Whether a name of a file leads to somewhere in the folder."""
+    try:
+        return (folder / name).resolve().is_relative_to(folder.resolve())
+    except (OSError, ValueError, RuntimeError):  # too long, a zero byte, links in a circle
+        return False
+
+
 def seconds(text: str) -> float:
     """A time in s or ns as s."""
     number = float(text)
@@ -174,9 +186,8 @@ def read_picture(path: Path) -> tuple[Image | None, str]:
             if width * height > MOST_PIXELS:
                 return None, f"{path.name}: {width} x {height} px are too many"
             if picture.mode.startswith("I;16") or picture.mode == "I":
-                deep = np.asarray(picture, np.uint32)
-                shallow = (deep >> 8 if deep.max() > 0xFF else deep).astype(np.uint8)
-                return rgba(shallow), ""
+                deep = np.asarray(picture).astype(np.int64)
+                return rgba(np.clip(deep >> 8, 0, 0xFF).astype(np.uint8)), ""
             return np.array(picture.convert("RGBA")), ""
     except OSError as error:
         return None, f"{path.name}: {error.strerror or 'no picture'}"

@@ -76,6 +76,9 @@ class Recording(CalibratedCamera):
         self.failed += len(problems)
         if item is None:
             counts = f"{self.taken} frames, {self.dropped} dropped, {self.failed} failed"
+            if self.times == AS_RECORDED and not self._number:
+                counts += "; all pictures are earlier than the run"
+                self.log.warning(f"{self.source}: all pictures are earlier than the run: use Times = {FROM_START}")
             self.set_entity_state(State.NORMAL, f"{self.source} has ended: {counts}")
             return
         if isinstance(item, str):

@@ -12,7 +12,7 @@ import imc
 from runtime import ParameterError, State, Task, periodic
 from runtime.kernel import WallClock
 from runtime.testing import START, simulate
-from tasks.vision.footage import Reel
+from tasks.vision.footage import Reel, read_picture
 from tasks.vision.photos import photo_name, write_picture
 from tasks.vision.recording import Recording
 from tasks.vision.records import write_cameras
@@ -136,6 +136,13 @@ def test_gray_and_deep_pictures(tmp_path):
         assert frame.image[0, 0].tolist() == [77, 77, 77, 255]
 
 
+@pytest.mark.parametrize(("value", "shown"), [(0, 0), (0xFF, 0), (0x100, 1), (0xFFFF, 255)])
+def test_a_dark_deep_picture_is_as_dark_as_it_was(value, shown, tmp_path):
+    Image.fromarray(np.full((4, 6), value, np.uint16)).save(tmp_path / "dark.png")
+    image, error = read_picture(tmp_path / "dark.png")
+    assert (image[0, 0].tolist(), error) == ([shown] * 3 + [255], "")
+
+
 def test_what_is_missing_or_broken_is_named_counted_and_left_out(tmp_path):
     folder = euroc(tmp_path)
     cam = folder / "mav0" / "cam0"
@@ -154,8 +161,29 @@ def test_what_is_missing_or_broken_is_named_counted_and_left_out(tmp_path):
     assert f"left out: {NS + 2 * 10**8}.png: " in said
     assert f"left out: {NS + 3 * 10**8}.png: " in said
     assert "data.csv, line 7: 'yesterday,1.png' is not a time and a file" in said
-    assert "data.csv, line 10: ../../../secret.png is outside the folder" in said
+    assert "data.csv, line 10: '../../../secret.png' is no file in the folder" in said
     assert run.task.entity.state is State.NORMAL
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [("9" * 400 + " rgb/0.png", "is not a time and a file"), ("1305031103.0 rgb/\0.png", "is no file in the folder")],
+)
+def test_a_row_that_cannot_be_is_left_out(row, said, tmp_path):
+    table = tum(tmp_path) / "rgb.txt"
+    table.write_text(f"{row}\n{table.read_text()}")
+    run = played(tmp_path)
+    assert [number for number, _ in shown(run)] == [0, 1, 2]
+    assert run.task.failed == 1
+    assert run.log[0].startswith("rgb.txt, line 1: ")
+    assert run.log[0].endswith(said)
+
+
+def test_pictures_that_are_all_earlier_than_the_run_are_told(tmp_path):
+    run = played(tum(tmp_path), times="As Recorded")
+    assert run.log == [f"{tmp_path}: all pictures are earlier than the run: use Times = From Start"]
+    assert run.task.entity.description.endswith("0 failed; all pictures are earlier than the run")
+    assert not any("earlier" in text for text in played(tmp_path, times="As Recorded", start=1305031102.0).log)
 
 
 def test_thousands_of_broken_pictures_are_no_livelock(tmp_path):
