@@ -25,6 +25,7 @@ from tasks.vision.airsim_messages import (
 from world.optics import Floats
 
 ALIGNED = math.radians(1.0)  # by which a camera may look elsewhere than its face
+NARROWEST = 1e-3  # °, of fields of view
 TOGETHER = 0.1  # s between the pictures of one answer
 
 
@@ -79,13 +80,18 @@ class AirSimClient(Rpc):
                 self._begin()
             if place is not None:
                 self.call("simSetVehiclePose", type(None), pose_of(*place), True, self._vehicle)
-            motion = None if place is not None else self.call("simGetGroundTruthKinematics", Kinematics, self._vehicle)
+            motion = None if place is not None else self._motion()
             asked = [image_request(name, compress=self._compress, cosys=self._cosys) for name in self._cameras]
             answers = self.call("simGetImages", list[ImageResponse], asked, self._vehicle, *self._outside)
             return self._checked(answers, motion)
         except AirSimError:
             self.exchange.drop()
             raise
+
+    def _motion(self) -> Kinematics:
+        found = self.call("simGetGroundTruthKinematics", Kinematics, self._vehicle)
+        found.check()
+        return found
 
     @property
     def _outside(self) -> tuple[bool, ...]:
@@ -94,12 +100,14 @@ class AirSimClient(Rpc):
 
     def _begin(self) -> None:
         self._cosys = self.call("getServerVersion", int) >= COSYS
-        self.home = self.call("getHomeGeoPoint", GeoPoint, self._vehicle)
+        home = self.call("getHomeGeoPoint", GeoPoint, self._vehicle)
+        home.check()
+        self.home = home
         fields = [
             self.call("simGetCameraInfo", CameraInfo, name, self._vehicle, *self._outside).fov for name in self._cameras
         ]
         for name, fov in zip(self._cameras, fields, strict=True):
-            if not 0.0 < fov < 180.0:
+            if not NARROWEST < fov < 180.0:
                 raise AirSimError(f"{name}: a field of view of {fov:g}°")
             if len(fields) > 1 and abs(fov - 90.0) > 1e-3:
                 raise AirSimError(f"{name}: FOV_Degrees is {fov:g} in settings.json, not 90")

@@ -1,5 +1,6 @@
 """The messages of AirSim's interface: msgpack-rpc requests, and what answers contain. No input or output."""
 
+import math
 from typing import Any
 
 import msgspec
@@ -18,6 +19,7 @@ REQUEST, ANSWER = 0, 1
 SCENE = 0  # of the types of images
 COSYS = 2  # the first version of a server that no longer knows cameras outside vehicles
 LARGEST = 8192  # px of a side
+FARTHEST = 1e9  # m, m/s, rad/s, beyond which a number is rubbish
 PNG = b"\x89PNG"
 SCALARS = {0xC0: 0, 0xC2: 0, 0xC3: 0, 0xCA: 4, 0xCB: 8, 0xCC: 1, 0xCD: 2, 0xCE: 4, 0xCF: 8} | {
     **dict(zip(range(0xD0, 0xD4), (1, 2, 4, 8), strict=True)),
@@ -62,6 +64,13 @@ class Kinematics(Struct):
     linear_velocity: Vector
     angular_velocity: Vector
 
+    def check(self) -> None:
+        """Raises AirSimError for a place, an attitude, a velocity or rates that cannot be."""
+        transform(self.position, self.orientation)
+        for each in (self.linear_velocity, self.angular_velocity):
+            if not all(abs(part) < FARTHEST for part in (each.x_val, each.y_val, each.z_val)):
+                raise AirSimError(f"a motion that is none: {each}")
+
 
 class GeoPoint(Struct):
     """In degrees, and m above the ellipsoid."""
@@ -69,6 +78,11 @@ class GeoPoint(Struct):
     latitude: float
     longitude: float
     altitude: float
+
+    def check(self) -> None:
+        """Raises AirSimError for a place that is none on Earth."""
+        if not (abs(self.latitude) <= 90.0 and abs(self.longitude) <= 180.0 and abs(self.altitude) < FARTHEST):
+            raise AirSimError(f"a place that is none: {self}")
 
 
 class CameraInfo(Struct):
@@ -148,7 +162,7 @@ def answered(data: bytes | bytearray, number: int, kind: Any) -> Any:
         if (given, which) != (ANSWER, number):
             raise AirSimError(f"an answer of kind {given} to request {which} instead of {number}")
         return msgspec.msgpack.decode(result, type=kind)
-    except (msgspec.MsgspecError, UnicodeDecodeError) as wrong:
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as wrong:
         raise AirSimError(f"an answer that is not understood: {wrong}") from None
 
 
@@ -168,13 +182,14 @@ def pose_of(place: tuple[float, float, float], angles: tuple[float, float, float
 
 
 def transform(position: Vector, orientation: Quaternion) -> Floats:
-    """(4, 4) from a body to north, east, down. Raises AirSimError for what is not finite, or no rotation."""
+    """(4, 4) from a body to north, east, down. Raises AirSimError for what is too far, or no rotation."""
     q = np.array([orientation.w_val, orientation.x_val, orientation.y_val, orientation.z_val])
+    length = math.hypot(*q)
     found = np.eye(4)
     found[:3, 3] = position.x_val, position.y_val, position.z_val
-    if not (np.isfinite(found).all() and abs(np.linalg.norm(q) - 1.0) < 1e-2):
+    if not (np.abs(found).max() < FARTHEST and abs(length - 1.0) < 1e-2):
         raise AirSimError(f"a pose that is none: {position}, {orientation}")
-    w, x, y, z = q / np.linalg.norm(q)
+    w, x, y, z = q / length
     found[:3, :3] = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
@@ -218,5 +233,5 @@ def _decompressed(camera: str, data: bytes, width: int, height: int) -> Image:
             if picture.size != (width, height):
                 raise AirSimError(f"{camera}: a PNG of {picture.size}, told as {width} x {height} px")
             return np.asarray(picture.convert("RGB"))
-    except (OSError, ValueError, SyntaxError) as error:
+    except (OSError, ValueError, SyntaxError, EOFError, Pillow.DecompressionBombError) as error:
         raise AirSimError(f"{camera}: a damaged PNG: {error}") from None

@@ -2,6 +2,8 @@
 
 import math
 import socket
+import struct
+import zlib
 
 import msgspec
 import numpy as np
@@ -181,6 +183,15 @@ def lost(method, answer):
     return msgspec.msgpack.encode([kind, number, error, images[:4]])
 
 
+def png(width, height):
+    def part(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    few = zlib.compress(bytes(100))
+    return b"\x89PNG\r\n\x1a\n" + part(b"IHDR", head) + part(b"IDAT", few) + part(b"IEND", b"")
+
+
 NOWHERE = {"x_val": math.nan, "y_val": 0.0, "z_val": 0.0}
 
 
@@ -198,6 +209,10 @@ NOWHERE = {"x_val": math.nan, "y_val": 0.0, "z_val": 0.0}
         (changed(width=10**9, height=10**9), "fisheye_right: a picture of 1000000000 x"),
         (changed(width="64"), "Expected `int`, got `str`"),
         (changed(camera_position=NOWHERE), "a pose that is none"),
+        (changed(camera_position={**NOWHERE, "x_val": 1e300}), "a pose that is none"),
+        (changed(image_data_uint8=png(30000, 30000)), "fisheye_right: a damaged PNG: Image size"),
+        (changed(image_data_uint8=png(64, 64)), "fisheye_right: a damaged PNG: "),
+        (lambda m, a: b"\x94\x01\x01" + b"\x91" * 9999 + b"\xc0" * 2, "not understood: maximum recursion"),
         (changed(time_stamp=1), "s apart"),
         (changed(width=32, height=128), "the views are not squares of one size: fisheye_down 64 x 64"),
         (lambda m, a: b"\xdf\xff\xff\xff\xff" * 3, "no answer within 1 s"),
