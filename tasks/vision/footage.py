@@ -149,13 +149,13 @@ def pictures_folder(source: Path) -> Path:
     return next((source / name for name in INSIDE if (source / name).is_dir()), source)
 
 
-def calibration_beside(source: Path, camera: str) -> str:
-    """The calibration that a folder of pictures has, and its camera (FILE#NAME); empty if there is none."""
+def calibration_beside(source: Path, camera: str) -> tuple[Path, str] | None:
+    """The calibration that a folder of pictures has, and which of its cameras; None if there is none."""
     folder = pictures_folder(source)
     if (folder / "cameras.yaml").is_file():
-        return f"{folder / 'cameras.yaml'}#{camera}"
+        return folder / "cameras.yaml", camera
     sensor = folder / "sensor.yaml"
-    return str(sensor) if sensor.is_file() and "intrinsics" in sensor.read_text("utf-8", "replace") else ""
+    return (sensor, "") if sensor.is_file() and "intrinsics" in sensor.read_text("utf-8", "replace") else None
 
 
 def is_time(text: str) -> bool:

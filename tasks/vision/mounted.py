@@ -4,7 +4,10 @@ from runtime import ParameterError, param
 from tasks.surroundings import mount_of
 from tasks.vision.keeping import PictureKeeper
 from world import Pose
-from world.optics import CalibrationError, CameraModel, read_camera
+from world.optics import CalibrationError, CameraModel, camera_text, parse_camera
+
+INLINE = "{"  # begins a calibration that is no file
+NO_VALUE = frozenset(";|#\n")  # what values of a profile cannot have
 
 
 class MountedCamera(PictureKeeper):
@@ -13,9 +16,12 @@ class MountedCamera(PictureKeeper):
     calibration: str = param(
         "",
         "",
-        "A calibration file, of Kalibr, OpenCV, ROS, EuRoC or WoodScape, or the cameras.yaml of a log; with #NAME for "
-        "one of several cameras; a relative path counts from the profile, or the working folder.",
+        "A calibration file, of Kalibr, OpenCV, ROS, EuRoC or WoodScape, or the cameras.yaml of a log. A relative "
+        "path counts from the profile, or, if there is no such file, from the working folder. A log has its content.",
         editable=False,
+    )
+    calibration_camera: str = param(
+        "", "", "Which camera of that file, if it tells of several: cam1, or an entity label.", editable=False
     )
     mount_position: list[float] = param(
         [0.0, 0.0, 0.0], "m", "Where the camera is in the vehicle: forward, right, down.", size=3
@@ -33,13 +39,19 @@ class MountedCamera(PictureKeeper):
         return mount_of(self.mount_position, self.mount_orientation)
 
     def calibrated(self) -> CameraModel | None:
-        """The model of the calibration file; None if none is given. Raises ParameterError."""
+        """The model of the calibration file; None if none is given. Raises ParameterError.
+
+        The content of the file becomes part of the configuration, so that a log or a snapshot needs no other file.
+        """
+        if not self.calibration:
+            return None
         try:
-            return self.read(self.calibration) if self.calibration else None
+            text = self.calibration
+            if not text.startswith(INLINE):
+                text = camera_text(self.path_of(text), self.calibration_camera)
+                if NO_VALUE.isdisjoint(text):
+                    self.calibration = text
+                    self.vehicle.profile.override(f"{self.name}:Calibration={text}")
+            return parse_camera(text)
         except (CalibrationError, OSError) as error:
             raise ParameterError("Calibration", str(error)) from None
-
-    def read(self, calibration: str) -> CameraModel:
-        """The model of a file, or of one of several cameras in it (FILE#NAME). Raises CalibrationError, OSError."""
-        file, _, name = calibration.partition("#")
-        return read_camera(self.path_of(file), name)

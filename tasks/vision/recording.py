@@ -6,7 +6,7 @@ from functools import partial
 from runtime import ParameterError, State, param
 from tasks.vision.calibrated import CalibratedCamera
 from tasks.vision.footage import TOLD, Image, Item, Reel, calibration_beside
-from world.optics import CalibrationError
+from world.optics import CalibrationError, read_camera
 
 FROM_START, AS_RECORDED = "From Start", "As Recorded"
 LATE = 1.0  # s, beyond which a picture is left out on a wall clock
@@ -42,7 +42,7 @@ class Recording(CalibratedCamera):
             raise ParameterError("Source", "is not set")
         if not self.calibration and (found := calibration_beside(self.path_of(self.source), self.camera)):
             try:
-                self._optics = self.read(found)
+                self._optics = read_camera(*found)
             except (CalibrationError, OSError) as error:
                 self.after(0.0, self.log.warning, f"pictures without a calibration: {error}")
         if self.path_of(self.source).is_file():

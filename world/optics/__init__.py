@@ -3,7 +3,7 @@
 from world.optics.brown import PinholeCamera
 from world.optics.camera import CalibrationError, CameraModel, Floats
 from world.optics.double_sphere import DoubleSphereCamera
-from world.optics.files import read_camera
+from world.optics.files import camera_text, parse_camera, read_camera
 from world.optics.fisheye import FisheyeCamera, kannala_brandt
 from world.optics.housing import Dome, FlatPort, HousedCamera, housed
 from world.optics.lens import PRESETS, Lens, preset_lens
@@ -22,8 +22,10 @@ __all__ = [
     "Lens",
     "Pinhole",
     "PinholeCamera",
+    "camera_text",
     "housed",
     "kannala_brandt",
+    "parse_camera",
     "preset_lens",
     "read_camera",
 ]

@@ -35,21 +35,44 @@ def read_camera(path: str | Path, camera: str = "") -> CameraModel:
     or where they would fold.
     Raises CalibrationError with the file and the field that it lacks or contradicts, OSError, ModuleNotFoundError.
     """
-    path = Path(path)
     try:
-        values = _load(path)
-        cameras = {str(name): each for name, each in values.items() if _is_camera(name, each)}
-        if cameras:
-            if camera and camera not in cameras:
-                raise CalibrationError(f"no camera {camera}; there are {', '.join(cameras)}")
-            values = _mapping(cameras[camera] if camera else next(iter(cameras.values())), "cam0")
-        if "intrinsic" in values:
-            return _woodscape(_mapping(values["intrinsic"], "intrinsic"))
-        return _kalibr(values) if "intrinsics" in values else _opencv(values)
-    except CalibrationError as error:
+        return _model(_values(Path(path), camera))
+    except ValueError as error:  # also of a lens
         raise CalibrationError(f"{path}: {error}") from None
-    except ValueError as error:  # of a lens
+
+
+def camera_text(path: str | Path, camera: str = "") -> str:
+    """What a calibration file says of a camera, in a line of JSON for `parse_camera`. Raises like `read_camera`."""
+    try:
+        values = _values(Path(path), camera)
+        _model(values)
+    except ValueError as error:
         raise CalibrationError(f"{path}: {error}") from None
+    return json.dumps(values, default=str)
+
+
+def parse_camera(text: str) -> CameraModel:
+    """The camera of a text of `camera_text`. Raises CalibrationError."""
+    try:
+        return _model(_mapping(json.loads(text), "the text"))
+    except (ValueError, RecursionError) as error:
+        raise CalibrationError(str(error)) from None
+
+
+def _values(path: Path, camera: str) -> Values:
+    values = _load(path)
+    cameras = {str(name): each for name, each in values.items() if _is_camera(name, each)}
+    if not cameras:
+        return values
+    if camera and camera not in cameras:
+        raise CalibrationError(f"no camera {camera}; there are {', '.join(cameras)}")
+    return _mapping(cameras[camera] if camera else next(iter(cameras.values())), "cam0")
+
+
+def _model(values: Values) -> CameraModel:
+    if "intrinsic" in values:
+        return _woodscape(_mapping(values["intrinsic"], "intrinsic"))
+    return _kalibr(values) if "intrinsics" in values else _opencv(values)
 
 
 def _load(path: Path) -> Values:

@@ -16,7 +16,8 @@ PROFILE = """
 [Vision.Camera/Front]
 Enabled            = Simulation
 Entity Label       = Front Camera
-Calibration        = cameras.yaml#Front
+Calibration        = cameras.yaml
+Calibration Camera = Front
 Mount Position     = 0.5, 0.1, 0
 Mount Orientation  = 0, -60, 0
 Frame Rate         = 4
@@ -40,8 +41,9 @@ def pictures(root):
 @pytest.mark.heavy
 def test_pictures_go_on_as_those_of_the_uninterrupted_run(tmp_path):
     optics = PinholeCamera(64, 48, 50.0, 51.0, 33.0, 23.0, -0.1, 0.01)
-    for name in ("whole", "rest"):
-        assert write_cameras(tmp_path / name, {"Front": (optics, DOWN)}) == ""
+    (tmp_path / "rest").mkdir()
+    others = {"Aft": (PinholeCamera(64, 48, 90.0, 90.0, 32.0, 24.0), DOWN), "Front": (optics, DOWN)}
+    assert write_cameras(tmp_path / "whole", others, "1") == ""
     (tmp_path / "whole" / "mine.ini").write_text(PROFILE)
     words = ("-p", "Simulation", "--clock", "virtual", "--for", "6s", "--snapshot-every", "3s")
     shoal(tmp_path / "whole", "run", "mine.ini", *words)
