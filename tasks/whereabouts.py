@@ -25,9 +25,10 @@ class Belief(NamedTuple):
 
 
 class Whereabouts:
-    """Remembers EstimatedState for some seconds, in a world with an origin (rad)."""
+    """Remembers EstimatedState for `kept` seconds, in a world with an origin (rad)."""
 
-    def __init__(self, origin: tuple[float, float] | None):
+    def __init__(self, origin: tuple[float, float] | None, kept: float = KEPT):
+        self.kept = kept
         self._chart = Chart(origin)
         self._states: deque[tuple[imc.EstimatedState, Belief]] = deque()
 
@@ -44,7 +45,7 @@ class Whereabouts:
         bottom = state.z + state.alt if 0.0 < state.alt < math.inf else math.nan
         belief = Belief(north, east, state.z, bottom, (state.phi, state.theta, state.psi))
         self._states.append((state, belief))
-        while state.timestamp - self._states[0][0].timestamp > KEPT:
+        while state.timestamp - self._states[0][0].timestamp > self.kept:
             self._states.popleft()
         return fault
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import imc
 from runtime import Frame, ParameterError, State, Task, consume, param
 from tasks.surroundings import world_of
-from tasks.whereabouts import Belief, Whereabouts
+from tasks.whereabouts import KEPT, Belief, Whereabouts
 from world import SECTIONS
 from world.detection import (
     FAMILIES,
@@ -27,6 +27,7 @@ from world.detection import (
     MarkerDetector,
     Sighting,
     Standing,
+    Track,
     Tracker,
     fits,
     sight,
@@ -39,7 +40,9 @@ ERRORS = (
 Find = Callable[[NDArray[np.uint8]], Any]
 WALKS = 0.002  # m/√s, of things that lie still
 STEADY = 0.1  # of the speed, by which it changes in a second
+MARKERS = 1 << 31
 LEAST_HUE = 10.0  # of 255, between the colors
+SILENT = 10.0  # s without a frame, after which the fault of a camera is over
 SLOPES = 3  # steps to where a ray meets the bottom of a map
 
 
@@ -57,9 +60,9 @@ class MUGDetector(Task):
 
     It hears the frames of cameras, finds gliders in them, and follows each one on the map: what is published is the
     track, from where the vehicle is by then. Pixels become places with the attitude, position and height that the
-    vehicle believes to have had at the exposure. Numbers count from 1, and a glider keeps its own while its place is
-    known. A glider counts when three of five frames have shown it. On a wall clock, a frame that comes while the one
-    before is still looked at is dropped and counted.
+    vehicle believes to have had at the exposure. Numbers count from 1, and a glider keeps its own while its place
+    is known. A glider counts when three of five frames of a camera have shown it. On a wall clock, a frame that
+    comes while the one before is still looked at is dropped and counted.
     """
 
     reads = SECTIONS
@@ -118,16 +121,19 @@ class MUGDetector(Task):
         self._find = self._finder()
         if hasattr(self, "tracker"):
             self.tracker.accuracy, self.tracker.habits = self.accuracy, self.habits
+            self.whereabouts.kept = KEPT + self.latency
+            self._heard = {name: time for name, time in self._heard.items() if self.camera in ("", name)}
         world_of(self)
 
     def start(self) -> None:
         self.tracker = Tracker(self.accuracy, self.habits)
-        self.whereabouts = Whereabouts(world_of(self).origin)
+        self.whereabouts = Whereabouts(world_of(self).origin, KEPT + self.latency)
         self.skipped: Counter[str] = Counter()
         self.looked = self.dropped = 0
         self._asked = -math.inf
         self._busy = False
         self._last: dict[str, float] = {}
+        self._heard: dict[str, float] = {}
         self._faults: dict[str, str] = {}
         self.set_entity_state(State.BOOT, "waiting for frames")
 
@@ -144,6 +150,7 @@ class MUGDetector(Task):
     def look(self, frame: Frame) -> None:
         if self.camera and frame.camera != self.camera:
             return
+        self._heard[frame.camera] = self.now
         fault = _fault(frame)
         if fault:
             self._skip(frame.camera, fault)
@@ -170,13 +177,13 @@ class MUGDetector(Task):
             return
         standing = self._standing(belief)
         if not math.isfinite(standing.height):
-            self._skip(shot.camera, "no altitude")
+            self._skip(shot.camera, "[World] has no bottom here" if self.target_plane == "Map" else "no altitude")
             return
         seen = self._sightings(shot, belief, standing, marks)
-        tracks = self.tracker.see(shot.time, standing, [s for s, _ in seen], [marker for _, marker in seen])
-        for number in [track.id or 0 for track in tracks]:
-            x, y, _ = self.offset_of(number)
-            self.publish(imc.EstimatedMugState(id=number, x=x, y=y))
+        sightings, markers = [sighting for sighting, _ in seen], [marker for _, marker in seen]
+        for track in self.tracker.see(shot.time, standing, sightings, markers, shot.camera):
+            x, y, _ = self._offset(track, here)
+            self.publish(imc.EstimatedMugState(id=track.id or 0, x=x, y=y))
         self.looked += 1
         self._faults.pop(shot.camera, None)
         self._faults.pop("", None)
@@ -191,6 +198,9 @@ class MUGDetector(Task):
         here = self.whereabouts.at(self.now, self.maximum_age)
         if track is None or isinstance(here, str):
             raise LookupError(f"no glider {number}" if track is None else here)
+        return self._offset(track, here)
+
+    def _offset(self, track: Track, here: Belief) -> tuple[float, float, Floats]:
         return track.at(self.now, self.accuracy, self.habits).offset(self._standing(here), self.accuracy)
 
     def _sightings(
@@ -236,6 +246,9 @@ class MUGDetector(Task):
         self._tell()
 
     def _tell(self) -> None:
+        for camera in list(self._faults):
+            if camera and self.now - self._heard.get(camera, -math.inf) > SILENT:
+                del self._faults[camera]
         if self._faults:
             camera, fault = next(iter(self._faults.items()))
             text = f"{camera}: {fault}" if camera else fault
@@ -303,4 +316,6 @@ def _found(find: Find, image: NDArray[np.uint8]) -> tuple[list[Mark], str]:
 def _mark(u: float, v: float, marker: int | None = None) -> Mark:
     if not math.isfinite(float(u) + float(v)):
         raise ValueError(f"{u}, {v} is no pixel")
+    if marker is not None and not 0 <= int(marker) < MARKERS:
+        raise ValueError(f"{marker} is no number of a marker")
     return Mark(float(u), float(v), marker=None if marker is None else int(marker))

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from world.detection.ground import ERRORS, PLACE, Accuracy, Sighting, Standing
 
 Floats = NDArray[np.floating[Any]]
 
+LEAST = 1e-8  # m², variance of any sighting: two that are exact cannot be weighed against each other
 GATE = 13.8  # chi² of two dimensions, exceeded once in a thousand
 
 
@@ -21,9 +23,9 @@ class Habits:
 
     `walk` (m/√s) is the random walk of a thing's place, `fastest` (m/s) the standard deviation of its speed, 0 for
     things that lie still, `jerk` (m/s per √s) that speed's random walk. A track counts when `least` of `window`
-    pictures have shown it; until then it is dropped when it cannot any more, afterwards when it has not been seen for
-    `memory` s. Of tracks closer than `apart` (m), which may be parts of one thing, the oldest stays; those of markers
-    all stay.
+    pictures of one camera have shown it; until then it is dropped when none can show it often enough any more,
+    afterwards when it has not been seen for `memory` s. Of tracks closer than `apart` (m), which may be parts of one
+    thing, the oldest stays; those of markers all stay.
     """
 
     walk: float = 0.002
@@ -41,7 +43,7 @@ class Track:
 
     `state` is north and east (m, on the map of the vehicle), and if things move, their velocities; `covariance` is
     (n, n), `shared` (n, 6) that of its error with the errors of the pose (see Accuracy). `id` is None until the track
-    counts.
+    counts. `hits` are by camera: whether its last pictures have shown it.
     """
 
     state: Floats
@@ -51,7 +53,7 @@ class Track:
     seen: float
     marker: int | None = None
     id: int | None = None
-    hits: list[bool] = field(default_factory=list[bool])
+    hits: dict[str, list[bool]] = field(default_factory=dict[str, list[bool]])
 
     def advance(self, time: float, accuracy: Accuracy, habits: Habits) -> None:
         """Let time pass, in s; nothing happens for a time before that of the track."""
@@ -112,40 +114,50 @@ class View(NamedTuple):
         errors = accuracy.variances(abs(standing.height))
         h = sighting.by_errors
         place = np.array([standing.north + sighting.north, standing.east + sighting.east])
-        return cls(place, h * errors @ h.T + sighting.noise, h, errors)
+        return cls(place, h * errors @ h.T + sighting.noise + LEAST * np.eye(2), h, errors)
 
 
 class Tracker:
-    """Assigns sightings to tracks. Ids count from 1, and are never used again; those of markers are the markers'."""
+    """Assigns sightings to tracks. Ids count from 1, and are never used again; those of markers are the markers'.
+
+    Ids that count skip the numbers of markers seen before.
+    """
 
     def __init__(self, accuracy: Accuracy, habits: Habits | None = None):
         self.accuracy = accuracy
         self.habits = habits or Habits()
         self.tracks: list[Track] = []
         self._last_id = 0
+        self._markers: set[int | None] = set()
 
     def see(
-        self, time: float, standing: Standing, sightings: Sequence[Sighting], markers: Sequence[int | None] = ()
+        self,
+        time: float,
+        standing: Standing,
+        sightings: Sequence[Sighting],
+        markers: Sequence[int | None] = (),
+        camera: str = "",
     ) -> list[Track]:
-        """The tracks that count and are seen in a picture of `time` (s), by ascending id.
+        """The tracks that count and are seen in a picture that a `camera` has taken at `time` (s), by ascending id.
 
         `markers` are numbers read from the things, None where there is none. A picture from before the last one is
         taken for one of its time.
         """
         views = [View.of(sighting, standing, self.accuracy) for sighting in sightings]
         numbers = list(markers) or [None] * len(views)
+        self._markers.update(numbers)
         for track in self.tracks:
             track.advance(time, self.accuracy, self.habits)
         pairs = self._pairs(views, numbers)
         for number, track in enumerate(self.tracks):
-            track.hits = [*track.hits, number in pairs][-self.habits.window :]
+            track.hits[camera] = [*track.hits.get(camera, ()), number in pairs][-self.habits.window :]
             if number in pairs:
                 track.update(views[pairs[number]])
                 track.seen = time
                 self._confirm(track)
         found = [self.tracks[number] for number in pairs if self.tracks[number].id is not None]
         taken = set(pairs.values())
-        begun = [self._begin(time, view, numbers[k]) for k, view in enumerate(views) if k not in taken]
+        begun = [self._begin(time, view, numbers[k], camera) for k, view in enumerate(views) if k not in taken]
         self.tracks = [track for track in self.tracks if self._lasts(track, time)] + begun
         self.tracks = self._separate(self.tracks)
         return sorted((track for track in found if track in self.tracks), key=lambda track: track.id or 0)
@@ -172,7 +184,7 @@ class Tracker:
                 pairs[t] = v
         return pairs
 
-    def _begin(self, time: float, view: View, marker: int | None) -> Track:
+    def _begin(self, time: float, view: View, marker: int | None, camera: str) -> Track:
         moving = self.habits.fastest > 0.0
         size = 4 if moving else 2
         state, covariance, shared = np.zeros(size), np.zeros((size, size)), np.zeros((size, ERRORS))
@@ -180,7 +192,7 @@ class Tracker:
         if moving:
             covariance[2:, 2:] = self.habits.fastest**2 * np.eye(2)
         shared[:2] = view.by_errors * view.errors
-        track = Track(state, covariance, shared, time, time, marker, hits=[True])
+        track = Track(state, covariance, shared, time, time, marker, hits={camera: [True]})
         self._confirm(track)
         return track
 
@@ -194,13 +206,14 @@ class Tracker:
         return kept
 
     def _confirm(self, track: Track) -> None:
-        if track.id is not None or track.hits.count(True) < self.habits.least:
+        most = max(hits.count(True) for hits in track.hits.values())
+        if track.id is not None or most < self.habits.least:
             return
         if track.marker is None:
-            self._last_id += 1
+            self._last_id = next(n for n in count(self._last_id + 1) if n not in self._markers)
         track.id = self._last_id if track.marker is None else track.marker
 
     def _lasts(self, track: Track, time: float) -> bool:
-        if track.id is None:
-            return any(track.hits[-(self.habits.window - self.habits.least + 1) :])
-        return time - track.seen <= self.habits.memory
+        spared = self.habits.window - self.habits.least + 1
+        hopeful = track.id is not None or any(any(hits[-spared:]) for hits in track.hits.values())
+        return hopeful and time - track.seen <= self.habits.memory
