@@ -41,7 +41,8 @@ class AirSim(PictureKeeper):
 
     With `Pose From = Shoal`, the vehicle is put where it really is before each exposure (SimulatedState, or without it
     EstimatedState), so AirSim is a renderer; on a virtual clock, time stands still while it works. With `Pose From =
-    AirSim`, it moves by itself, and `Publish Truth` makes SimulatedState of its motion. A server that is absent, hangs,
+    AirSim`, it moves by itself, and `Publish Truth` makes SimulatedState of its motion; the mount of the camera is
+    measured from frame to frame, exactly when the vehicle is at rest. A server that is absent, hangs,
     or answers what cannot be used is named in the entity's state and asked again, at least every 5 s.
     """
 

@@ -22,6 +22,7 @@ from tasks.vision.airsim_messages import (
     pose_of,
     request,
 )
+from tasks.vision.airsim_mount import Mount, angle_between
 from world.optics import Floats
 
 ALIGNED = math.radians(1.0)  # by which a camera may look elsewhere than its face
@@ -37,7 +38,7 @@ class Shot(NamedTuple):
     stamp: float
     pose: Floats
     fov: float
-    motion: Kinematics | None
+    motion: Kinematics | None = None
 
 
 class Rpc:
@@ -68,22 +69,27 @@ class AirSimClient(Rpc):
         self.home: GeoPoint | None = None
         self._vehicle, self._cameras, self._turns, self._compress = vehicle, cameras, turns, compress
         self._cosys = False
+        self._mount = Mount()
         self._fov = 0.0
 
     def shoot(self, place: tuple[Any, Any] | None) -> Shot:
         """Move the vehicle to `place` (north, east, down; roll, pitch, yaw), if it is given, and take the pictures.
 
-        Without a place, the motion of the vehicle is in the result. Raises OSError, AirSimError.
+        Without a place, the motion of the vehicle at that instant is in the result, as far as `Mount` knows it. Raises
+        OSError, AirSimError.
         """
         try:
             if not self.exchange.is_open:
                 self._begin()
             if place is not None:
                 self.call("simSetVehiclePose", type(None), pose_of(*place), True, self._vehicle)
-            motion = None if place is not None else self._motion()
+            before = None if place is not None else self._motion()
             asked = [image_request(name, compress=self._compress, cosys=self._cosys) for name in self._cameras]
             answers = self.call("simGetImages", list[ImageResponse], asked, self._vehicle, *self._outside)
-            return self._checked(answers, motion)
+            shot = self._checked(answers)
+            if before is None:
+                return shot
+            return shot._replace(motion=self._mount.motion(before, shot.pose, self._motion()))
         except AirSimError:
             self.exchange.drop()
             raise
@@ -99,6 +105,7 @@ class AirSimClient(Rpc):
         return () if self._cosys else (False,)
 
     def _begin(self) -> None:
+        self._mount = Mount()
         self._cosys = self.call("getServerVersion", int) >= COSYS
         home = self.call("getHomeGeoPoint", GeoPoint, self._vehicle)
         home.check()
@@ -113,7 +120,7 @@ class AirSimClient(Rpc):
                 raise AirSimError(f"{name}: FOV_Degrees is {fov:g} in settings.json, not 90")
         self._fov = math.radians(fields[0])
 
-    def _checked(self, answers: list[ImageResponse], motion: Kinematics | None) -> Shot:
+    def _checked(self, answers: list[ImageResponse]) -> Shot:
         if len(answers) != len(self._cameras):
             raise AirSimError(f"{len(answers)} pictures instead of {len(self._cameras)}")
         images = [pixels(name, answer) for name, answer in zip(self._cameras, answers, strict=True)]
@@ -123,7 +130,7 @@ class AirSimClient(Rpc):
         poses = [optical_pose(answer) for answer in answers]
         if len(images) > 1:
             self._check_faces(images, poses)
-        return Shot(images, stamps[0] / 1e9, poses[0], self._fov, motion)
+        return Shot(images, stamps[0] / 1e9, poses[0], self._fov)
 
     def _check_faces(self, images: list[Image], poses: list[Floats]) -> None:
         sizes = {image.shape for image in images}
@@ -136,11 +143,6 @@ class AirSimClient(Rpc):
             off = angle_between(poses[0][:3, :3] @ turn, pose[:3, :3])
             if off > ALIGNED:
                 raise AirSimError(f"{name} looks {math.degrees(off):.1f}° from where it should: see its Pitch and Yaw")
-
-
-def angle_between(a: Floats, b: Floats) -> float:
-    """The angle (rad) of the rotation that takes one rotation (3, 3) to another."""
-    return math.acos(max(-1.0, min(1.0, (float(np.trace(a.T @ b)) - 1.0) / 2.0)))
 
 
 def mount_of(pose: Floats, vehicle: Floats) -> Floats:
