@@ -8,7 +8,7 @@ import numpy as np
 
 import imc
 from runtime import Frame, ParameterError, State, consume, param, periodic
-from tasks.surroundings import Chart, Truth, world_of
+from tasks.surroundings import Belief, Truth, world_of
 from tasks.vision.airsim_client import AirSimClient, Shot, mount_of
 from tasks.vision.airsim_messages import AirSimError, Image, Kinematics, transform
 from tasks.vision.keeping import PictureKeeper
@@ -51,7 +51,7 @@ class AirSim(PictureKeeper):
 
     host: str = param("127.0.0.1", "", "Name or address of the computer that AirSim runs on.", editable=False)
     port: int = param(41451, "1", "Its TCP port: ApiServerPort.", minimum=1, maximum=65535, editable=False)
-    timeout: float = param(2.0, "s", "Time for an answer.", minimum=0.01, maximum=60)
+    timeout: float = param(2.0, "s", "Time for an answer.", minimum=0.01, maximum=60, editable=False)
     vehicle_name: str = param("", "", "Vehicle in AirSim's settings; empty for the first one.", editable=False)
     cameras: list[str] = param(
         ["fisheye_down", "fisheye_front", "fisheye_right", "fisheye_back", "fisheye_left"],
@@ -59,7 +59,7 @@ class AirSim(PictureKeeper):
         "Cameras in AirSim's settings: one, or the views down, front, right, back, left and perhaps up.",
         editable=False,
     )
-    compress: bool = param(False, "", "Let AirSim send PNGs, which are smaller and slower.")
+    compress: bool = param(False, "", "Let AirSim send PNGs, which are smaller and slower.", editable=False)
     pose_from: str = param(SHOAL, "", "Who moves the vehicle.", choices=(SHOAL, AIRSIM), editable=False)
     publish_truth: bool = param(False, "", "Publish AirSim's motion as SimulatedState.", editable=False)
     origin: list[float] = param(
@@ -92,8 +92,7 @@ class AirSim(PictureKeeper):
     def start(self) -> None:
         super().start()
         origin = world_of(self).origin
-        self._truth, self._chart = Truth(origin), Chart(origin)
-        self._estimate: imc.EstimatedState | None = None
+        self._truth, self._belief, self._began = Truth(origin), Belief(origin), self.now
         self.taken = self.dropped = self.failed = 0
         self._trouble = ""
         self._connect()
@@ -120,7 +119,7 @@ class AirSim(PictureKeeper):
 
     @consume
     def follow(self, state: imc.EstimatedState) -> None:
-        self._estimate = state
+        self._belief.follow(state)
 
     @consume
     def follow_truth(self, truth: imc.SimulatedState) -> None:
@@ -133,24 +132,20 @@ class AirSim(PictureKeeper):
             return
         if self.now < self._next:
             return
-        truth, believed, pose = self._truth.at(self.now, OLDEST), self._believed(), None
+        truth, believed, pose = self._truth.at(self.now, OLDEST), self._belief.at(self.now, OLDEST), None
         if self.pose_from == SHOAL:
             pose = believed if truth is None else Pose(truth.north, truth.east, truth.down, *truth.angles)
             if pose is None:
-                self.set_entity_state(State.BOOT, "waiting for SimulatedState")
+                if self.now - self._began > OLDEST:
+                    self.set_entity_state(State.FAULT, f"no SimulatedState or EstimatedState of the last {OLDEST:g} s")
+                else:
+                    self.set_entity_state(State.BOOT, "waiting for SimulatedState")
                 return
             x, y, z = self.origin
             pose = pose._replace(x=pose.x + x, y=pose.y + y, z=pose.z + z)
         self._busy = True
         deliver = partial(self._deliver, self.now, believed, pose is None or truth is not None)
         self.offload(_shoot, self._client, self._panorama, pose, then=deliver, latency=self.latency)
-
-    def _believed(self) -> Pose | None:
-        """Where the vehicle believes to be in the world."""
-        state = self._estimate
-        if state is None or not math.isfinite(state.x + state.y + state.z + state.phi + state.theta + state.psi):
-            return None
-        return Pose(*self._chart.place(state), state.z, state.phi, state.theta, state.psi)
 
     def _deliver(self, time: float, believed: Pose | None, is_true: bool, made: Picture | str) -> None:
         self._busy = False
@@ -168,7 +163,7 @@ class AirSim(PictureKeeper):
         self.share(Frame(time, self.entity.label, self.taken, made.image, info, made.optics, made.mount, pose))
         estimate = None if believed is None else believed.transform @ made.mount
         self._camera = made.optics, Pose.of(made.mount @ np.linalg.inv(optical(Pose())))
-        file = self.keep(time, made.image, self.described(self._estimate)) if self.is_wanted() else ""
+        file = self.keep(time, made.image, self.described(self._belief.state)) if self.is_wanted() else ""
         self.publish(camera_frame(time, self.taken, made.optics, pose, estimate, file, is_true=is_true))
         self.taken += 1
         if self.publish_truth and made.motion is not None:

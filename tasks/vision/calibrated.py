@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 
 import imc
 from runtime import Frame, State, consume
-from tasks.surroundings import Chart, world_of
+from tasks.surroundings import Belief, world_of
 from tasks.vision.mounted import MountedCamera
 from tasks.vision.records import camera_frame
 from world import SECTIONS, Pose
-from world.attitude import turned
 from world.optics import CameraModel, PinholeCamera
 from world.pictures import optical
 
@@ -38,15 +37,12 @@ class CalibratedCamera(MountedCamera):
     def start(self) -> None:
         super().start()
         self.taken = self.dropped = self.failed = 0
-        self._chart = Chart(world_of(self).origin)
-        self._estimate: imc.EstimatedState | None = None
+        self._belief = Belief(world_of(self).origin)
         self._odd = ""
 
     @consume
     def follow(self, state: imc.EstimatedState) -> None:
-        moving = math.isfinite(state.vx + state.vy + state.vz + state.p + state.q + state.r)
-        if moving and math.isfinite(state.x + state.y + state.z + state.phi + state.theta + state.psi):
-            self._estimate = state
+        self._belief.follow(state)
 
     def deliver(self, time: float, image: NDArray[np.uint8], stamp: float, what: str = "") -> None:
         """Share a picture (height, width, 4) that was exposed at `time`, by its own clock at `stamp` (s)."""
@@ -62,22 +58,12 @@ class CalibratedCamera(MountedCamera):
         else:
             self.tell(f"{what}{told}")
         mount = optical(self.mount)
-        estimate = self._believed(time)
+        estimate = self._belief.at(time, OLDEST)
         there = NOWHERE if estimate is None else estimate.transform @ mount
         model = optics or PinholeCamera(width, height, 1.0, 1.0, 0.5 * width, 0.5 * height)
-        file = self.keep(time, image, self.described(self._estimate)) if self.is_wanted() else ""
+        file = self.keep(time, image, self.described(self._belief.state)) if self.is_wanted() else ""
         message = camera_frame(time, self.taken, model, there, None if estimate is None else there, file, is_true=False)
         unknown = {} if optics else {"fx": math.nan, "fy": math.nan, "cx": math.nan, "cy": math.nan}
         self.share(Frame(time, self.entity.label, self.taken, image, {"stamp": stamp}, optics, mount))
         self.publish(message.replace(**unknown))
         self.taken += 1
-
-    def _believed(self, time: float) -> Pose | None:
-        """Where the vehicle believes to be at a time."""
-        state = self._estimate
-        if state is None or abs(time - state.timestamp) > OLDEST:
-            return None
-        seconds = time - state.timestamp
-        north, east = self._chart.place(state)
-        angles = turned((state.phi, state.theta, state.psi), (state.p, state.q, state.r), seconds)
-        return Pose(north + seconds * state.vx, east + seconds * state.vy, state.z + seconds * state.vz, *angles)

@@ -1,4 +1,4 @@
-"""What AirSim tells of its vehicle and camera when it moves by itself."""
+"""Where AirSim's vehicle and camera are, by what it tells, or by what the states of Shoal's vehicle say."""
 
 import itertools
 import math
@@ -10,7 +10,7 @@ import pytest
 import imc
 from runtime import State
 from tests.tasks.vision.airsim_standin import StandIn, about, times
-from tests.tasks.vision.test_airsim import NOWHERE, shot
+from tests.tasks.vision.test_airsim import LAT, LON, NOWHERE, shot, truth
 from world import Pose
 
 
@@ -105,3 +105,38 @@ def test_a_camera_that_is_turned_in_the_vehicle_is_measured_anew():
         run = flown(server)
     assert run.frames[0].mount[:3, 3] == pytest.approx([0.5, 0.0, 0.1], abs=1e-6)
     assert run.frames[-1].mount[:3, 3] == pytest.approx([0.0, 0.3, 0.0], abs=1e-6)
+
+
+def test_the_estimate_is_carried_on_to_the_exposure():
+    moving = [(t / 5, {"lat": LAT, "lon": LON, "x": 2.0 * t / 5, "z": 3.0}) for t in range(10)]
+    feed = [
+        message
+        for t, place in moving
+        for message in (
+            imc.SimulatedState(timestamp=t, u=2.0, **place),
+            imc.EstimatedState(timestamp=t, vx=2.0, **place),
+        )
+    ]
+    with StandIn() as server:
+        frames = shot(server, seconds=1.9, feed=feed, frame_rate=7.0).of(imc.CameraFrame)
+    assert len(frames) >= 12
+    assert [frame.est_x for frame in frames] == pytest.approx([frame.x for frame in frames], abs=1e-3)
+
+
+def test_without_states_of_the_last_second_there_is_a_fault_and_no_picture():
+    with StandIn() as server:
+        for feed in ([], [imc.EstimatedState(timestamp=0.1, lat=LAT, lon=LON, z=3.0)]):
+            run = shot(server, seconds=3.0, feed=feed)
+            assert run.task.entity.state is State.FAULT
+            assert run.task.entity.description == "no SimulatedState or EstimatedState of the last 1 s"
+            assert all(frame.time - run.vehicle.start_time <= 1.1 for frame in run.frames)
+        feed = [truth(t / 10) for t in (*range(8), *range(25, 30))]
+        assert shot(server, seconds=3.0, feed=feed).task.entity.state is State.NORMAL
+
+
+def test_what_a_connection_was_made_with_is_not_editable():
+    wanted = [imc.EntityParameter(name=name, value=value) for name, value in (("Compress", "true"), ("Timeout", "0.3"))]
+    order = imc.SetEntityParameters(timestamp=0.3, name="Air", params=tuple(wanted))
+    with StandIn() as server:
+        run = shot(server, feed=[truth(0.0), order], entity_label="Air")
+    assert (run.task.compress, run.task.timeout) == (False, 1.0)
