@@ -197,5 +197,15 @@ def densities(part: Part) -> dict[str, float]:
     }
 
 
+class _Indented(yaml.SafeDumper):
+    """Indents lists below their key: OpenCV, which OpenVINS reads with, refuses those in the column of the key."""
+
+    def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:
+        super().increase_indent(flow, False)
+
+
 def _write(path: Path, content: Mapping[str, Any], head: str = "") -> None:
-    path.write_text(head + yaml.safe_dump(dict(content), sort_keys=False, default_flow_style=None))
+    flat = not any(isinstance(value, list | dict) for value in content.values())
+    style = False if flat else None
+    text = yaml.dump(dict(content), Dumper=_Indented, sort_keys=False, default_flow_style=style, width=1000)  # pyright: ignore[reportUnknownMemberType]
+    path.write_text(head + text)

@@ -128,6 +128,32 @@ def test_each_calibration_says_the_same_of_each_camera(source, tmp_path):
         assert wanted == entry["intrinsics"]
 
 
+def test_openvins_reads_its_files_with_opencv(source, tmp_path):
+    export_euroc(source, tmp_path)
+    folder = tmp_path / "calibration/openvins"
+    estimator = cv2.FileStorage(str(folder / "estimator_config.yaml"), cv2.FILE_STORAGE_READ)
+    assert (estimator.getNode("max_cameras").real(), estimator.getNode("gravity_mag").real()) == (3.0, 9.80665)
+    cameras, imu = (
+        cv2.FileStorage(str(folder / estimator.getNode(f"relative_config_{kind}").string()), cv2.FILE_STORAGE_READ)
+        for kind in ("imucam", "imu")
+    )
+    assert listed(imu.getNode("imu0").getNode("T_i_b")) == np.eye(4).tolist()
+    noise = yaml.safe_load((tmp_path / "calibration/imu0.yaml").read_text())
+    for name in ("gyroscope_noise_density", "accelerometer_random_walk", "update_rate"):
+        assert imu.getNode("imu0").getNode(name).real() == noise[name]
+    chain = yaml.safe_load((tmp_path / "calibration/camchain.yaml").read_text())
+    assert list(chain) == ["cam0", "cam1", "cam2"]
+    for camera, told in chain.items():
+        for name in ("intrinsics", "distortion_coeffs", "resolution", "T_cam_imu"):
+            assert np.array(listed(cameras.getNode(camera).getNode(name))) == pytest.approx(np.array(told[name]))
+        assert cameras.getNode(camera).getNode("distortion_model").string() == told["distortion_model"]
+
+
+def listed(node):
+    """The numbers of a list of OpenCV's, which may be one of lists."""
+    return [listed(node.at(n)) for n in range(node.size())] if node.isSeq() else node.real()
+
+
 def test_kalibr_gets_densities_and_the_articles_block_is_labelled(source, tmp_path):
     export_euroc(source, tmp_path)
     noise = yaml.safe_load((tmp_path / "calibration/imu0.yaml").read_text())
