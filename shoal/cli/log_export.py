@@ -51,6 +51,7 @@ NOUNS = {"mcap": "message", "coco": "picture"}
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 MOST_LINES = 20
+MOST_NAMES = 5
 
 
 @click.command(
@@ -111,6 +112,9 @@ def export(
     click.echo(printable(f"{of}: {number(written, NOUNS.get(form, 'row'))} in {out}"))
     for reason, count in source.skipped.most_common(MOST_LINES):
         click.echo(printable(f"skipped: {number(count, 'message')}: {reason}"), err=True)
+    if source.unread:
+        named = ", ".join(source.unread[:MOST_NAMES]) + (", ..." if len(source.unread) > MOST_NAMES else "")
+        click.echo(printable(f"skipped: {number(len(source.unread), 'picture')}: {named}"), err=True)
     for offset, length, reason in opened.losses[:MOST_LINES]:
         click.echo(printable(f"skipped: byte {offset}: {number(length, 'byte')}: {reason}"), err=True)
     if len(opened.losses) > MOST_LINES:

@@ -1,7 +1,6 @@
 """Pictures and their objects as a COCO data set: images, annotations with boxes and masks, categories."""
 
 import json
-import shutil
 from collections.abc import Callable, Iterable
 from datetime import UTC, datetime
 from itertools import count
@@ -11,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shoal.logs.export import Source
+from shoal.logs.export import Source, exported, exported_ending
 from shoal.rendering.exposures import expose
 from shoal.rendering.label_files import name_of
 from tasks.vision.keeping import FOLDER
@@ -103,11 +102,14 @@ def export_coco(source: Source, folder: Path, progress: Callable[[float], object
         if shot is None:
             source.skipped[f"{FOLDER}/{file.name} is of no camera of the run"] += 1
         elif source.choice.start <= shot.time < source.choice.end:
-            shutil.copyfile(file, folder / IMAGES / file.name)
+            if (data := exported(source, file)) is None:
+                continue
+            name = f"{IMAGES}/{file.stem}{exported_ending(file)}"
+            (folder / name).write_bytes(data)
             camera = seen.cameras[shot.camera].camera
             found = annotate(camera.labels(shot.standpoint, shot.gliders, boards=shot.boards))
             size = camera.optics.width, camera.optics.height
-            pictures.append(Annotated(f"{IMAGES}/{file.name}", shot.time, shot.camera, *size, found))
+            pictures.append(Annotated(name, shot.time, shot.camera, *size, found))
         progress(place / len(files))
     (folder / FILE).write_text(dataset(pictures))
     return len(pictures)

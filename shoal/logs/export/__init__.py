@@ -1,5 +1,6 @@
 """Logs in the formats of other tools; each format is a module, which needs its library."""
 
 from shoal.logs.export.batches import Source
+from shoal.logs.export.pictures import exported, exported_ending
 
-__all__ = ["Source"]
+__all__ = ["Source", "exported", "exported_ending"]

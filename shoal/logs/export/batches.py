@@ -55,12 +55,16 @@ class MessageBatch(NamedTuple):
 
 @dataclass
 class Source:
-    """A log, and what to export of it. skipped: reason -> number of messages that could not be written."""
+    """A log, and what to export of it.
+
+    skipped: reason -> number of messages that could not be written; unread: pictures that could not be read.
+    """
 
     log: imc.Log
     summary: Summary
     choice: Selection = field(default_factory=Selection)
     skipped: Counter[str] = field(default_factory=Counter[str])
+    unread: list[str] = field(default_factory=list[str])
     packets: int = 0
 
     @property

@@ -122,6 +122,8 @@ def _write_openvins(folder: Path, chain: dict[str, Any], unit: LoggedUnit, rate:
     imu: dict[str, Any] = {
         "T_i_b": np.eye(4).tolist(),
         **densities(unit.part),
+        **{name: np.eye(3).tolist() for name in ("Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC")},
+        "Tg": np.zeros((3, 3)).tolist(),
         "model": "calibrated",
         "rostopic": "/imu0",
         "time_offset": 0.0,

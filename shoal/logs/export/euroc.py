@@ -1,7 +1,6 @@
 """Logs as data sets in the layout of EuRoC's (ASL), with the noise of their IMUs as Kalibr has it."""
 
 import math
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,7 @@ from shoal.logs.export.calibration import (
     write_calibration,
 )
 from shoal.logs.export.motion import Samples, Track, record
-from shoal.logs.export.ros_standard import Photo
+from shoal.logs.export.pictures import Photo, exported
 from tasks.simulators.imu import ARTICLE_INTERVAL, IMU, grade_of
 from world.attitude import rotation
 from world.sensors import vins_parameters
@@ -59,7 +58,7 @@ def export_euroc(source: Source, folder: Path, progress: ReportShare = lambda _:
             written += _write_track(folder / "mav0" / name, track)
     known, chain = logged_cameras(source.log.path.parent / "Photos"), list[LoggedCamera]()
     for number, (camera, photos) in enumerate(sorted(recording.pictures.items())):
-        written += _write_pictures(folder / "mav0" / f"cam{number}", camera, photos, known.get(camera))
+        written += _write_pictures(source, folder / "mav0" / f"cam{number}", photos, known.get(camera))
         chain += [known[camera]] if camera in known else []
     first = recording.units[0] if recording.units else None
     unit = None if first is None else units.get(first.label)
@@ -99,18 +98,21 @@ def _write_track(place: Path, track: Track) -> int:
     return len(track.times)
 
 
-def _write_pictures(place: Path, camera: str, photos: list[Photo], known: LoggedCamera | None) -> int:
+def _write_pictures(source: Source, place: Path, photos: list[Photo], known: LoggedCamera | None) -> int:
     (place / "data").mkdir(parents=True)
     lines = ["#timestamp [ns],filename"]
-    times = [round(photo.time * 1e6) * 1000 for photo in photos]
-    for time, photo in zip(times, photos, strict=True):
-        name = f"{time}{photo.path.suffix.lower()}"
-        shutil.copyfile(photo.path, place / "data" / name)
-        lines.append(f"{time},{name}")
+    times = list[int]()
+    for photo in photos:
+        if (data := exported(source, photo.path)) is None:
+            continue
+        times.append(round(photo.time * 1e6) * 1000)
+        name = f"{times[-1]}{photo.ending}"
+        (place / "data" / name).write_bytes(data)
+        lines.append(f"{times[-1]},{name}")
     (place / "data.csv").write_text("\n".join(lines) + "\n")
-    about = {"sensor_type": "camera", "comment": camera, "rate_hz": _rate(np.array(times))}
+    about = {"sensor_type": "camera", "comment": photos[0].camera, "rate_hz": _rate(np.array(times))}
     _write_yaml(place / "sensor.yaml", {**about, **({} if known is None else sensor(known))})
-    return len(photos)
+    return len(times)
 
 
 def _rate(times: Array) -> float:

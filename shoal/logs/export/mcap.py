@@ -18,6 +18,7 @@ from shoal.logs.export.cdr import ENCAPSULATION, Item, Record, Unfit, Write, tex
 from shoal.logs.export.detections import MUG, Detections, Pieces, Spot
 from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, camera_transform
 from shoal.logs.export.mcap_file import MESSAGE, MESSAGE_LENGTH, Chunk, McapFile
+from shoal.logs.export.pictures import exported, photos
 from shoal.logs.export.ros_messages import PACKAGE, RosType, ros_type
 from shoal.logs.export.ros_standard import STAMP
 from shoal.logs.export.topics import Topics, ros_name
@@ -135,14 +136,16 @@ class _Export:
         source = self._source
         system, cameras = source.names.system(source.summary.owner), logged_cameras(folder)
         models, detections = camera_models(folder, cameras), self._detections.get(source.summary.owner)
-        for number, photo in enumerate(ros_standard.photos(folder, source.summary.start)):
+        for number, photo in enumerate(photos(folder, source.summary.start)):
             if not source.choice.start <= photo.time < source.choice.end or not 0.0 <= photo.time < 1 << 31:
+                continue
+            if (data := exported(source, photo.path)) is None:
                 continue
             chunk = Chunk()
             channel = self._topics.channel((system, photo.camera, "image"), ros_standard.IMAGE)
             time = round(photo.time * 1e6) * 1000
             frame = ros_name(photo.camera)
-            body = ros_standard.image_body(time, frame.encode(), photo.form, photo.path.read_bytes())
+            body = ros_standard.image_body(time, frame.encode(), photo.form, data)
             chunk.add(channel, number, time, ENCAPSULATION + body)
             if photo.camera in cameras:
                 camera = cameras[photo.camera]

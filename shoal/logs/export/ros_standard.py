@@ -5,9 +5,6 @@ tangent plane there; a vehicle's own frame is forward, left, up and has the vehi
 """
 
 import math
-import re
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -77,8 +74,6 @@ LEVELS = {
     imc.LogBookEntry.Type.ERROR: 40,
     imc.LogBookEntry.Type.CRITICAL: 50,
 }
-_PHOTO = re.compile(r"(?:(?P<camera>.+)_\d+_)?(?P<time>\d+(?:\.\d+)?)")
-_FORMATS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
 
 
 def location_items(frame: bytes) -> tuple[Item, ...]:
@@ -180,25 +175,3 @@ def image_body(time: int, frame: bytes, form: str, data: bytes) -> bytearray:
     for words in (frame, form.encode()):
         body += bytes(-len(body) % 4) + text(words)
     return body + bytes(-len(body) % 4) + len(data).to_bytes(4, "little") + data
-
-
-class Photo(NamedTuple):
-    """A picture of a log: s since 1970 UTC, camera, "png" or "jpeg", file."""
-
-    time: float
-    camera: str
-    form: str
-    path: Path
-
-
-def photos(folder: Path, start: float) -> Iterator[Photo]:
-    """The pictures in a folder `Photos`, whose names end with the time: seconds since 1970, or since `start`.
-
-    Names without a time are skipped.
-    """
-    for path in sorted(folder.rglob("*")):
-        form = _FORMATS.get(path.suffix.lower())
-        found = _PHOTO.fullmatch(path.stem)
-        if form and found and path.is_file():
-            time = float(found["time"])
-            yield Photo(time if time > 1e9 else start + time, found["camera"] or "Camera", form, path)

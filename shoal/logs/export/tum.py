@@ -1,6 +1,5 @@
 """Logs as data sets in the layout of TUM's RGB-D benchmark."""
 
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +8,7 @@ from imc.lsf import ReportShare
 from runtime.logs import Array
 from shoal.logs.export.batches import Source
 from shoal.logs.export.motion import Track, record
+from shoal.logs.export.pictures import exported
 
 BILLION = 1_000_000_000
 
@@ -36,11 +36,13 @@ def export_tum(source: Source, folder: Path, progress: ReportShare = lambda _: N
         (folder / place).mkdir()
         lines = [f"# color images of {camera}", "# file: the log's folder Photos", "# timestamp filename"]
         for photo in photos:
-            name = f"{place}/{photo.time:.6f}{photo.path.suffix.lower()}"
-            shutil.copyfile(photo.path, folder / name)
+            if (data := exported(source, photo.path)) is None:
+                continue
+            name = f"{place}/{photo.time:.6f}{photo.ending}"
+            (folder / name).write_bytes(data)
             lines.append(f"{photo.time:.6f} {name}")
+            written += 1
         (folder / f"{place}.txt").write_text("\n".join(lines) + "\n")
-        written += len(photos)
     return written
 
 

@@ -138,6 +138,7 @@ def test_openvins_reads_its_files_with_opencv(source, tmp_path):
         for kind in ("imucam", "imu")
     )
     assert listed(imu.getNode("imu0").getNode("T_i_b")) == np.eye(4).tolist()
+    assert listed(imu.getNode("imu0").getNode("Ta")) == np.eye(3).tolist()
     noise = yaml.safe_load((tmp_path / "calibration/imu0.yaml").read_text())
     for name in ("gyroscope_noise_density", "accelerometer_random_walk", "update_rate"):
         assert imu.getNode("imu0").getNode(name).real() == noise[name]
