@@ -2,10 +2,13 @@
 
 import importlib
 import importlib.util
+import inspect
 import math
+import sys
 from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import partial
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -282,15 +285,26 @@ def accuracy_of(values: Mapping[str, Any]) -> Accuracy:
 
 def _imported(text: str) -> Find:
     module, _, name = text.partition(":")
+    _refuse_library(text, module)
     try:
         found: Any = importlib.import_module(module)
         for part in name.split("."):
             found = getattr(found, part)
+            if isinstance(found, ModuleType) or inspect.isroutine(found):
+                _refuse_library(text, getattr(found, "__module__", None) or found.__name__)
+    except ParameterError:
+        raise
     except Exception as error:
         raise ParameterError("Function", f"{text!r} cannot be imported: {type(error).__name__}: {error}") from None
     if not callable(found):
         raise ParameterError("Function", f"{text!r} is no function")
     return found
+
+
+def _refuse_library(text: str, module: str) -> None:
+    """Refuse Python's own modules, as sections do: a profile may be that of a stranger's log, and they do anything."""
+    if module.partition(".")[0] in sys.stdlib_module_names:
+        raise ParameterError("Function", f"{text!r} is of Python's own library, and finds no gliders")
 
 
 def _fault(frame: Frame) -> str:

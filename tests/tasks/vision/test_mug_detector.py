@@ -251,6 +251,8 @@ def test_a_function_that_hangs_is_a_fault_and_frames_are_dropped(good):
         ({"detector": "Function", "function": "no.such.module:find"}, "Function"),
         ({"detector": "Function", "function": "math:nothing"}, "Function"),
         ({"detector": "Function", "function": "math:pi"}, "Function"),
+        ({"detector": "Function", "function": "os:abort"}, "Function"),
+        ({"detector": "Function", "function": "PIL.Image:os.abort"}, "Function"),
         ({"color": [1.0, 2.0]}, "Color"),
         ({"color": [100.0, 100.0, 100.0]}, "Color"),
     ],
