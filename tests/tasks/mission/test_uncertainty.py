@@ -35,6 +35,7 @@ def normalised_error(folder, seed: int) -> float:
 
 
 @pytest.mark.heavy
+@pytest.mark.computing
 def test_errors_are_those_that_the_uncertainty_promises(tmp_path):
     """The mean of twelve distances, each of two degrees of freedom, is from 1.03 to 3.28 in 95 of 100 cases."""
     distances = [normalised_error(tmp_path, seed) for seed in SEEDS]

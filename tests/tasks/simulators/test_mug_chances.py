@@ -113,6 +113,7 @@ def test_errors_by_covariance_are_longer_where_the_plane_is_seen_aslant():
 
 
 @pytest.mark.heavy
+@pytest.mark.computing
 def test_a_detector_of_pictures_agrees_with_the_camera_without_pixels(tmp_path):
     """The shipped AUV with a camera that both look through: offsets of one instant differ by the detector's error."""
     wide = f"{math.degrees(2 * math.atan(0.75 * math.tan(math.radians(40.0)))):.9f}"

@@ -80,6 +80,7 @@ def test_gliders_are_found_and_within_five_centimeters():
 
 
 @pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize(("pictures", "width"), [(3000, 640), (300, 1280)])
 def test_ten_minutes_without_a_false_track(pictures, width):
     share, errors, false = sail(pictures, width)

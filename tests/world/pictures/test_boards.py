@@ -106,6 +106,7 @@ def test_tags_are_found_with_their_numbers():
 
 
 @pytest.mark.heavy
+@pytest.mark.computing
 @pytest.mark.parametrize(("optics", "spread"), [(BROWN, 0.25), (FINE, 0.45)], ids=["brown", "kannala"])
 def test_a_calibration_gives_the_camera_back(optics, spread):
     """With a coarser fisheye, OpenCV draws corners far off the axis inwards by 0.1 px, in any exact picture."""
