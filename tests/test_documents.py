@@ -13,6 +13,8 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+# Flights of several seconds of computing each, 70 s together: heavy.
+LONG = ("aerial", "detection", "dynamics", "export", "fleet", "logs", "mission", "plans", "surface", "time")
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -20,7 +22,11 @@ def blocks(document):
     return [(lang, re.search(r"file=(\S+)", info), code) for lang, info, code in FENCE.findall(document.read_text())]
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "document",
+    [pytest.param(p, marks=pytest.mark.heavy if p.stem in LONG else ()) for p in DOCUMENTS],
+    ids=lambda path: path.name,
+)
 def test_blocks_run(document, tmp_path, apart):
     environment = {
         **os.environ,
