@@ -14,7 +14,8 @@ class World:
     `origin` is a latitude and longitude (rad); without it, places count from where a vehicle is first seen. `seabed` is
     None where the bottom is not known. `water_visibility` and `air_visibility` (m) are the distances at which 2 % of
     the contrast is left; `water_type` is one of Jerlov's types, if the water is of one. `walls` are vertical, from one
-    place (m north, east) to another, as high as the water is deep. `felt`: boats ride on the waves, which come from
+    place (m north, east) to another, as high as the water is deep. `snow` is how many flakes are in
+    a cubic meter of water. `felt`: boats ride on the waves, which come from
     `wave_bearing` (rad from north).
     """
 
@@ -27,6 +28,7 @@ class World:
     air_visibility: float = 20e3
     water_type: str = ""
     walls: tuple[tuple[Place, Place], ...] = ()
+    snow: float = 0.0
     felt: bool = False
     wave_bearing: float = 0.0
 

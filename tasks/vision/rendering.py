@@ -112,6 +112,7 @@ class RenderedCamera(PictureKeeper):
             mount=self.mount,
             water="" if self.visibility else world.water_type,
             lamps=self._lamps(),
+            snow=world.snow,
         )
         self.shutter = Shutter(self.camera, self._exposure())
 

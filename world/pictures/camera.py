@@ -20,6 +20,7 @@ from world.pictures.mug import Glider
 from world.pictures.renderer import Renderer
 from world.pictures.sampling import sampler
 from world.pictures.scenes import Standpoint, Surroundings, surroundings
+from world.pictures.snow import Snow
 from world.pose import DOWN, Pose
 from world.sea import Waves
 from world.sun import Sun
@@ -34,7 +35,7 @@ class Camera:
     `mount` is where the camera is in its vehicle; by default it looks down, the top of the picture towards the bow.
     `face_width` (px) is that of the square views of 90° that make up a picture; 0 is as fine as the picture itself.
     `water` is one of Jerlov's types, which has a visibility of its own.
-    `lamps` are those of the vehicle; they shine under water only.
+    `lamps` are those of the vehicle; they shine under water only. `snow` is how many flakes are in a cubic meter of it.
     `mugs` are positions of gliders in m north and east of the scene's origin, on the ground beneath the camera. All
     cameras with the same seed see the same seabed. The first picture takes some tenths of a second longer, since it
     builds the tables.
@@ -53,6 +54,7 @@ class Camera:
     mount: Pose = DOWN
     water: str = ""
     lamps: tuple[Lamp, ...] = ()
+    snow: float = 0.0
 
     def picture(
         self, pose: Standpoint, gliders: Sequence[Glider] | None = None, boards: Sequence[Board] = ()
@@ -92,6 +94,7 @@ class Camera:
         ]
         for part in parts:
             vars(part)["_scene"] = self._scene  # its textures take long to make
+            vars(part)["_snow"] = self._snow
         return tuple(parts)
 
     @cached_property
@@ -100,10 +103,16 @@ class Camera:
         return surroundings(self.scene, self.visibility, random, self.waves, self.sun, self.water)
 
     @cached_property
+    def _snow(self) -> Snow | None:
+        return Snow(self.snow, self.seed) if self.snow else None
+
+    @cached_property
     def _tables(self) -> tuple[Callable[[NDArray[np.uint32]], NDArray[np.uint8]], Renderer]:
         width = self.face_width or finest_face(self.optics)
         lookup = Lookup(self.optics, width, self.faces)
-        renderer = Renderer(self._scene, width, self.faces, lookup.rows, lookup.columns, self.mount, self.lamps)
+        renderer = Renderer(
+            self._scene, width, self.faces, lookup.rows, lookup.columns, self.mount, self.lamps, self._snow
+        )
         return sampler(lookup, self.interpolation), renderer
 
 

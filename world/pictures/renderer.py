@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.attitude import rotation
-from world.pictures import boards, light
+from world.pictures import boards, light, snow
 from world.pictures.boards import Board
 from world.pictures.faces import empty_atlas, rotations
 from world.pictures.lamps import Lamp, beams
 from world.pictures.mug import Glider, Mug, draw
 from world.pictures.planes import Caster
 from world.pictures.scenes import Seabed, Standpoint, Surroundings
+from world.pictures.snow import Snow
 from world.pose import DOWN, Pose
 
 # Columns are the x (right), y (down) and z (ahead) of a picture in the frame of the sensor that takes it.
@@ -43,6 +44,7 @@ class Renderer:
         columns: Sequence[tuple[int, int]] = (),
         mount: Pose = DOWN,
         lamps: Sequence[Lamp] = (),
+        snow: Snow | None = None,
     ):
         self.scene = scene
         self.width = width
@@ -50,6 +52,7 @@ class Renderer:
         self.rows, self.columns = (tuple(some) or ((0, width),) * faces for some in (rows, columns))
         self.mount, self.lamps = mount, tuple(lamps)
         self.caster = Caster(width)
+        self.snow = snow
 
     def render(
         self, vehicle: Standpoint, gliders: Sequence[Glider] = (), flat: Sequence[Board] = ()
@@ -74,6 +77,11 @@ class Renderer:
             for face, turn, (rows, columns) in zip(pixels, turns, windows, strict=True):
                 window = slice(*rows), slice(*columns)
                 light.lay_over(face[window], self.scene.veil(pose, turn, self.width, lights)[:, *window])
+        if self.snow is not None and isinstance(self.scene, Seabed):
+            flakes = self.snow.around(pose.north, pose.east, pose.depth, pose.height, pose.time)
+            shine = self.scene.afloat(pose, flakes.points, lights)
+            for face, turn, window in zip(pixels, turns, windows, strict=True):
+                snow.draw(face, turn, window, flakes, shine)
         return atlas
 
 

@@ -22,6 +22,7 @@ Floats = NDArray[np.floating[Any]]
 
 CLOUDS = 900.0  # height of the clouds, m
 Look = Callable[[Floats, Floats], Floats]  # from reflectances and distances to 0..255
+FLAKE = 0.6  # reflectance of marine snow
 SHALLOWEST = 0.05  # m; any closer, a few texels of the surface would fill the upper view
 
 
@@ -103,6 +104,15 @@ class Seabed:
             return light.encode(reflected * lit * left + glow * veil)
 
         return look
+
+    def afloat(self, pose: Standpoint, points: Floats, lights: Sequence[Beam] = ()) -> Floats:
+        """Linear light (3, n) of white flakes in the water at points (3, n; m, NED from the camera)."""
+        depth, (daylight, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
+        away, lit = np.sqrt(np.sum(points**2, axis=0))[np.newaxis], daylight(depth)
+        for beam in lights:
+            lit = lit + aperture * beam.reach(points, self.water.attenuation.ravel())[0][:, np.newaxis]
+        veil = self._glow(-points[2] / away, daylight(depth)) * self.water.veil(away)
+        return (FLAKE * lit * self.water.transmission(away) + veil)[:, 0]
 
     def veil(self, pose: Standpoint, turn: NDArray[np.float64], width: int, lights: Sequence[Beam]) -> Floats:
         """Light of lamps (3, width, width) that the water throws back into a face (see lamps.veil)."""
