@@ -90,9 +90,10 @@ def rendering(rounds: int) -> None:
 
 
 def in_the_water(rounds: int) -> None:
-    """Prints what marine snow costs a whole picture of 512 px, five faces of 256 px."""
+    """Prints what caustics and marine snow cost a whole picture of 512 px, five faces of 256 px."""
     optics, pose = FisheyeCamera.square(preset_lens("equidistant", math.pi), 512), Standpoint(0.0, 0.0, 3.0, 6.0)
     cameras = {"clear": Camera(optics, 256), "with 300 flakes per m³": Camera(optics, 256, snow=300.0)}
+    cameras["with caustics"] = Camera(optics, 256, caustics=1.0)
     times = best({name: partial(camera.picture, pose) for name, camera in cameras.items()}, rounds)
     print("\n" + ", ".join(f"{name} {seconds * 1e3:.1f} ms" for name, seconds in times.items()))
 

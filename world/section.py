@@ -76,6 +76,7 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
         "Water Type": Option("", f"Instead of a visibility: Jerlov's type of water, {', '.join(WATER_TYPES)}."),
         "Air Visibility": Option("m", "The same in air.", "20000", 0.1, 1e6),
         "Marine Snow": Option("1/m³", "Flakes in the water that cameras see.", "0", 0.0, 1e5),
+        "Caustics": Option("1", "Share of sun without clouds that waves gather on the bottom.", "0", 0.0, 1.0),
         "Sun Azimuth": Option("°", "Where the sun stands, from north.", "0", -360.0, 360.0),
         "Sun Elevation": Option("°", "How high it stands; negative at night.", "90", -90.0, 90.0),
         "Gliders": Option(
@@ -153,6 +154,7 @@ def read_world(value: Reader, offset: Offset | None = None) -> World:
         section.number("Air Visibility"),
         kind,
         walls=_read_walls(section),
+        caustics=section.number("Caustics"),
         snow=section.number("Marine Snow"),
         felt=section.is_set("Wave Height"),
         wave_bearing=math.radians(section.number("Wave Direction")),

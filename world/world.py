@@ -15,8 +15,8 @@ class World:
     None where the bottom is not known. `water_visibility` and `air_visibility` (m) are the distances at which 2 % of
     the contrast is left; `water_type` is one of Jerlov's types, if the water is of one. `walls` are vertical, from one
     place (m north, east) to another, as high as the water is deep. `snow` is how many flakes are in
-    a cubic meter of water. `felt`: boats ride on the waves, which come from
-    `wave_bearing` (rad from north).
+    a cubic meter of water, `caustics` the share of a clear sun that waves gather on the bottom. `felt`: boats ride on
+    the waves, which come from `wave_bearing` (rad from north).
     """
 
     origin: tuple[float, float] | None = None
@@ -29,6 +29,7 @@ class World:
     water_type: str = ""
     walls: tuple[tuple[Place, Place], ...] = ()
     snow: float = 0.0
+    caustics: float = 0.0
     felt: bool = False
     wave_bearing: float = 0.0
 

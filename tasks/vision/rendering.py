@@ -113,6 +113,7 @@ class RenderedCamera(PictureKeeper):
             water="" if self.visibility else world.water_type,
             lamps=self._lamps(),
             snow=world.snow,
+            caustics=world.caustics,
         )
         self.shutter = Shutter(self.camera, self._exposure())
 

@@ -81,6 +81,7 @@ def test_all_options_of_the_section():
             "Wave Height": "2",
             "Wave Direction": "90",
             "Marine Snow": "300",
+            "Caustics": "0.5",
             "Water Visibility": "12",
             "Air Visibility": "5000",
             "Sun Azimuth": "90",
@@ -97,7 +98,7 @@ def test_all_options_of_the_section():
     assert found.origin == (math.radians(41.185), math.radians(-8.7062))
     assert found.bottom(40.0, 0.0) == 9.5
     assert (found.waves, found.sun) == (Waves(2.0), Sun(math.pi / 2, math.pi / 4))
-    assert found.snow == 300.0
+    assert (found.snow, found.caustics) == (300.0, 0.5)
     assert (found.felt, found.wave_bearing) == (True, math.pi / 2)
     assert (found.water_visibility, found.air_visibility) == (12.0, 5000.0)
     assert [(thing.id, thing.depth) for thing in found.objects] == [(1, 3.0), (2, 3.0), (9, None), (4, 0.0)]

@@ -2,9 +2,11 @@
 
 from world.pictures.boards import Board, april_grid, board, chessboard
 from world.pictures.camera import Camera
+from world.pictures.caustics import Caustics
 from world.pictures.exposure import Exposure, Shutter, noise
 from world.pictures.labels import Box, Kind, Labeller, Labels
 from world.pictures.lamps import Lamp, parse_lamp
+from world.pictures.light import water
 from world.pictures.lookup import void_warning
 from world.pictures.mug import Glider
 from world.pictures.panorama import Panorama
@@ -18,6 +20,7 @@ __all__ = [
     "Board",
     "Box",
     "Camera",
+    "Caustics",
     "Exposure",
     "Glider",
     "Kind",
@@ -34,4 +37,5 @@ __all__ = [
     "optical",
     "parse_lamp",
     "void_warning",
+    "water",
 ]

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from world.optics import CameraModel
 from world.pictures.boards import Board
+from world.pictures.caustics import Caustics
 from world.pictures.labels import Labeller, Labels
 from world.pictures.lamps import Lamp
 from world.pictures.lookup import Lookup
 from world.pictures.mug import Glider
 from world.pictures.renderer import Renderer
 from world.pictures.sampling import sampler
-from world.pictures.scenes import Standpoint, Surroundings, surroundings
+from world.pictures.scenes import Seabed, Standpoint, Surroundings, surroundings
 from world.pictures.snow import Snow
 from world.pose import DOWN, Pose
 from world.sea import Waves
@@ -36,6 +37,7 @@ class Camera:
     `face_width` (px) is that of the square views of 90° that make up a picture; 0 is as fine as the picture itself.
     `water` is one of Jerlov's types, which has a visibility of its own.
     `lamps` are those of the vehicle; they shine under water only. `snow` is how many flakes are in a cubic meter of it.
+    `caustics` is how much light the waves gather on the ground, from 0 to 1 for a clear sky.
     `mugs` are positions of gliders in m north and east of the scene's origin, on the ground beneath the camera. All
     cameras with the same seed see the same seabed. The first picture takes some tenths of a second longer, since it
     builds the tables.
@@ -55,6 +57,7 @@ class Camera:
     water: str = ""
     lamps: tuple[Lamp, ...] = ()
     snow: float = 0.0
+    caustics: float = 0.0
 
     def picture(
         self, pose: Standpoint, gliders: Sequence[Glider] | None = None, boards: Sequence[Board] = ()
@@ -94,7 +97,7 @@ class Camera:
         ]
         for part in parts:
             vars(part)["_scene"] = self._scene  # its textures take long to make
-            vars(part)["_snow"] = self._snow
+            vars(part)["_snow"], vars(part)["_caustics"] = self._snow, self._caustics
         return tuple(parts)
 
     @cached_property
@@ -107,12 +110,17 @@ class Camera:
         return Snow(self.snow, self.seed) if self.snow else None
 
     @cached_property
+    def _caustics(self) -> Caustics | None:
+        if not self.caustics or not isinstance(self._scene, Seabed):
+            return None
+        return Caustics(self.caustics, self.waves, self.sun, self._scene.water, self.seed)
+
+    @cached_property
     def _tables(self) -> tuple[Callable[[NDArray[np.uint32]], NDArray[np.uint8]], Renderer]:
         width = self.face_width or finest_face(self.optics)
         lookup = Lookup(self.optics, width, self.faces)
-        renderer = Renderer(
-            self._scene, width, self.faces, lookup.rows, lookup.columns, self.mount, self.lamps, self._snow
-        )
+        seen, water = (lookup.rows, lookup.columns), (self._snow, self._caustics)
+        renderer = Renderer(self._scene, width, self.faces, *seen, self.mount, self.lamps, *water)
         return sampler(lookup, self.interpolation), renderer
 
 

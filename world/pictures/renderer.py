@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from world.attitude import rotation
 from world.pictures import boards, light, snow
 from world.pictures.boards import Board
+from world.pictures.caustics import Caustics
 from world.pictures.faces import empty_atlas, rotations
 from world.pictures.lamps import Lamp, beams
 from world.pictures.mug import Glider, Mug, draw
@@ -45,6 +46,7 @@ class Renderer:
         mount: Pose = DOWN,
         lamps: Sequence[Lamp] = (),
         snow: Snow | None = None,
+        caustics: Caustics | None = None,
     ):
         self.scene = scene
         self.width = width
@@ -52,7 +54,7 @@ class Renderer:
         self.rows, self.columns = (tuple(some) or ((0, width),) * faces for some in (rows, columns))
         self.mount, self.lamps = mount, tuple(lamps)
         self.caster = Caster(width)
-        self.snow = snow
+        self.snow, self.caustics = snow, caustics
 
     def render(
         self, vehicle: Standpoint, gliders: Sequence[Glider] = (), flat: Sequence[Board] = ()
@@ -64,6 +66,10 @@ class Renderer:
         lights = beams(self.lamps, vehicle.pose, self.mount)
         self.caster.cast(atlas, turns, windows, self.scene.planes(pose, lights), (pose.north, pose.east), pose.time)
         pixels = atlas[:-1].view(np.uint8).reshape(len(turns), self.width, self.width, 4)
+        if self.caustics is not None and isinstance(self.scene, Seabed):
+            place, shown = (pose.north, pose.east, pose.depth, pose.height), self.scene.shown(pose, lights)
+            for face, turn, window in zip(pixels, turns, windows, strict=True):
+                self.caustics.lay(face, turn, window, self.caster.axis, place, pose.time, shown)
         for board in flat:
             offset = board.north - pose.north, board.east - pose.east, pose.height - board.rise
             look = self.scene.seen(pose, offset, lights)

@@ -22,6 +22,7 @@ Floats = NDArray[np.floating[Any]]
 
 CLOUDS = 900.0  # height of the clouds, m
 Look = Callable[[Floats, Floats], Floats]  # from reflectances and distances to 0..255
+REACH = 64  # m, to which caustics are seen
 FLAKE = 0.6  # reflectance of marine snow
 SHALLOWEST = 0.05  # m; any closer, a few texels of the surface would fill the upper view
 
@@ -104,6 +105,19 @@ class Seabed:
             return light.encode(reflected * lit * left + glow * veil)
 
         return look
+
+    def shown(self, pose: Standpoint, lights: Sequence[Beam] = ()) -> Floats:
+        """The share of green light from the ground that is the sun's, by distance (m) from 0 to REACH."""
+        depth, (daylight, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
+        away = np.arange(REACH, dtype=np.float32)[np.newaxis]
+        sand = float(self.bottom_colours[1, 0, light.SUMS // 2])
+        lit, lamp = float(daylight(depth + pose.height)[1, 0, 0]), 0.0
+        if lights:
+            below = np.array([[[0.0]], [[0.0]], [[pose.height]]])
+            lamp = aperture * float(self._lamplight(below, lights)[1, 0, 0])
+        ground = sand * (lit + lamp) * self.water.transmission(away)[1, 0]
+        veil = (self._glow(np.full_like(away, -0.7), daylight(depth)) * self.water.veil(away))[1, 0]
+        return (ground / (ground + veil + 1e-9) * (lit / (lit + lamp + 1e-9))).astype(np.float32)
 
     def afloat(self, pose: Standpoint, points: Floats, lights: Sequence[Beam] = ()) -> Floats:
         """Linear light (3, n) of white flakes in the water at points (3, n; m, NED from the camera)."""

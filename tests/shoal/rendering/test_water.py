@@ -12,7 +12,7 @@ Width = 60
 Height = 45
 Save Images = true
 """
-WATER = "[World]\nMarine Snow = 100\n"
+WATER = "[World]\nMarine Snow = 100\nCaustics = 1\n"
 
 
 def test_pictures_rendered_afterwards_have_the_water_of_the_run(tmp_path):
