@@ -1,10 +1,9 @@
 """The ride of a boat on waves."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from world.attitude import Vector, rotation, to_body
 from world.bodies.boat import Boat
-from world.sea import WindSea
 
 
 class Riding(NamedTuple):
@@ -16,19 +15,37 @@ class Riding(NamedTuple):
     rates: Vector
 
 
-def ride(boat: Boat, sea: WindSea, start: tuple[float, float], time: float) -> Riding:
+class Sea(Protocol):
+    """What waves do to a hull: `world.sea.WindSea` is one."""
+
+    def ride(
+        self,
+        place: tuple[float, float],
+        velocity: Vector,
+        heading: float,
+        turn: float,
+        size: tuple[float, float],
+        time: float,
+    ) -> tuple[Vector, Vector, Vector, Vector]:
+        """Offset and velocity (m, m/s; NED), angles and rates (rad, rad/s)."""
+        ...
+
+
+def ride(boat: Boat, sea: Sea, start: tuple[float, float], time: float) -> Riding:
     """The motion of a boat in a sea at a time (s); its place counts from `start`, m north and east of the sea's origin.
 
     Water that waves move counts as at rest: velocity and stream together are still those over ground.
     """
     _, _, heading = boat.euler_angles()
     sailed = boat.over_ground
-    found = sea.ride((start[0] + boat.x, start[1] + boat.y), sailed, heading, boat.r, boat.model.waterplane, time)
-    (north, east, down), (vn, ve, vd) = found.offset, found.velocity
+    place = start[0] + boat.x, start[1] + boat.y
+    (north, east, down), (vn, ve, vd), angles, rates = sea.ride(
+        place, sailed, heading, boat.r, boat.model.waterplane, time
+    )
     through = sailed[0] + vn - boat.stream[0], sailed[1] + ve - boat.stream[1], sailed[2] + vd - boat.stream[2]
     return Riding(
         (boat.x + north, boat.y + east, boat.z + down),
-        to_body(rotation(*found.angles), through),
-        found.angles,
-        found.rates,
+        to_body(rotation(*angles), through),
+        angles,
+        rates,
     )
