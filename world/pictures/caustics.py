@@ -82,9 +82,10 @@ class Caustics:
             return
         lit = sine > STEEPEST
         scale = np.float32(height) / np.maximum(down, np.float32(STEEPEST))
-        away = scale * length
+        away: Floats = scale * length
+        step: NDArray[np.int64] = away.astype(np.int64)
         blur = away * np.float32(2.0 / len(axis) / TEXEL / 6.0) / np.maximum(sine, np.float32(STEEPEST))
-        share = shown.take(away.astype(np.int64), mode="clip") / (np.float32(1.0) + blur * blur)
+        share: Floats = shown.take(step, mode="clip") / (np.float32(1.0) + blur * blur)
         uneven = self._pattern(n * scale, e * scale, (north, east), time) * np.float32(contrast)
         share *= uneven
         share += np.float32(1.0)
