@@ -11,6 +11,7 @@ from world.sensors import Beam, Echo, janus, listen, to_bottom, velocity_of
 
 ALL_VALID = 0x7
 BEAMS = 4
+OLDEST = 1.0  # s, of the last state
 FARTHEST = 1000.0  # m, for beams without a limit
 
 
@@ -92,6 +93,9 @@ class DVL(Task):
         invalid = self.random.random() * 100.0 < self.invalid_reading_probability
         further: list[float] = self.random.standard_normal(BEAMS).tolist() if self.beams else []
         truth = self._truth
+        if truth is not None and self.now - truth.timestamp > OLDEST:
+            self._truth = truth = None
+            self._say(State.FAULT, "no recent SimulatedState")
         if truth is None:
             return
         time, water, ground = truth.timestamp, imc.WaterVelocity(), imc.GroundVelocity()

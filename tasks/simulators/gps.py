@@ -12,6 +12,7 @@ from world.attitude import cross, rotation, to_body, to_ned
 from world.sensors import Drift
 
 SLOWEST = 0.05  # m/s, least speed that has a course
+OLDEST = 1.0  # s, of the last state
 ALL_VALID = 0x1FF  # the nine flags of GpsFix.Validity
 
 
@@ -43,6 +44,7 @@ class GPS(Task):
         "Standard deviation of an error of north and of east that wanders (Gauss-Markov).",
         name="Standard Deviation - Position Drift",
         minimum=0,
+        editable=False,
     )
     height_drift: float = param(
         0.0,
@@ -50,9 +52,15 @@ class GPS(Task):
         "Standard deviation of an error of the height that wanders.",
         name="Standard Deviation - Height Drift",
         minimum=0,
+        editable=False,
     )
     drift_time: float = param(
-        1100.0, "s", "Time in which the wandering errors change.", name="Time Constant - Drift", minimum=1e-3
+        1100.0,
+        "s",
+        "Time in which the wandering errors change.",
+        name="Time Constant - Drift",
+        minimum=1e-3,
+        editable=False,
     )
     latency: float = param(0.0, "s", "Age of a fix when it is published.", minimum=0, maximum=10)
     start_up_time: float = param(0.0, "s", "Time from the start to the first fix.", name="Start-Up Time", minimum=0)
@@ -90,8 +98,9 @@ class GPS(Task):
     @consume
     def follow(self, truth: imc.SimulatedState) -> None:
         motion = truth.u + truth.v + truth.w + truth.svx + truth.svy + truth.svz
-        finite = math.isfinite(truth.x + truth.y + truth.z + truth.phi + truth.theta + truth.psi + motion)
-        if not finite:
+        motion += truth.phi + truth.theta + truth.psi + truth.p + truth.q + truth.r
+        place = truth.lat + truth.lon + truth.height + truth.x + truth.y + truth.z
+        if not math.isfinite(motion + place):
             self._truths.clear()
             self.set_entity_state(State.FAULT, "SimulatedState is not finite")
             return
@@ -103,6 +112,9 @@ class GPS(Task):
     @periodic("execution_frequency")
     def report(self, periods: int) -> None:
         self._drop_older_than(self.now - self.latency)
+        if self._truths and self.now - self._truths[-1].timestamp > OLDEST:
+            self.set_entity_state(State.FAULT, "no recent SimulatedState")
+            return
         if not self._truths or (self.latency and self._truths[0].timestamp > self.now - self.latency):
             return
         truth, antenna, elapsed = self._truths[0], self._antenna, periods / self.execution_frequency
@@ -145,7 +157,7 @@ class GPS(Task):
             velocity = to_body(attitude, (north, east, down))
             self.publish(imc.GroundVelocity(validity=0x7, x=velocity[0], y=velocity[1], z=velocity[2]))
         if self.report_yaw:
-            self.publish(imc.EulerAngles(time=self.now, psi=truth.psi, psi_magnetic=truth.psi))
+            self.publish(imc.EulerAngles(time=self.now - self.latency, psi=truth.psi, psi_magnetic=truth.psi))
         self.set_entity_state(State.NORMAL, "active")
 
     def _drop_older_than(self, time: float) -> None:

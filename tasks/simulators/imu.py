@@ -47,12 +47,15 @@ class IMU(Task):
     sampling_rate: float = param(
         100.0, "Hz", "Samples per second; each is the mean since the one before.", minimum=0.1, maximum=1000
     )
-    generate_noise: bool = param(True, "", "Add noise and the errors of the device to all measurements.")
+    generate_noise: bool = param(
+        True, "", "Add noise and the errors of the device to all measurements.", editable=False
+    )
     part: str = param(
         OWN_VALUES,
         "",
         "The part whose data sheet gives noise, ranges, resolutions, scale errors and misalignments.",
         choices=(OWN_VALUES, *PARTS),
+        editable=False,
     )
     device_position: list[float] = param(
         [], "m", "Place in the vehicle: forward, right, down of its origin; empty for the origin.", size=(0, 3)
@@ -78,6 +81,7 @@ class IMU(Task):
         "Standard deviation of a constant error of the true heading; the magnetic one has none.",
         name="Standard Deviation - Heading Offset",
         minimum=0,
+        editable=False,
     )
     gyro_rate_bias: float = param(0.0, "°/h", "Drift of the true heading; the magnetic one has none.")
     gravity: float = param(STANDARD_GRAVITY, "m/s²", "Local gravity.", minimum=0, maximum=100)
@@ -85,28 +89,44 @@ class IMU(Task):
     accel_range: float = param(0.0, "g", "Largest specific force that is measured; 0 for no limit.", minimum=0)
     gyro_resolution: float = param(0.0, "°/s", "Step between two rates in the output; 0 for none.", minimum=0)
     accel_resolution: float = param(0.0, "mg", "Step between two forces in the output; 0 for none.", minimum=0)
-    gyro_scale_error: float = param(0.0, "%", "Standard deviation of each scale, drawn at the start.", minimum=0)
-    accel_scale_error: float = param(0.0, "%", "Standard deviation of each scale, drawn at the start.", minimum=0)
+    gyro_scale_error: float = param(
+        0.0, "%", "Standard deviation of each scale, drawn at the start.", minimum=0, editable=False
+    )
+    accel_scale_error: float = param(
+        0.0, "%", "Standard deviation of each scale, drawn at the start.", minimum=0, editable=False
+    )
     gyro_misalignment: float = param(
-        0.0, "°", "Standard deviation of what each axis leans towards each other one.", minimum=0, maximum=30
+        0.0,
+        "°",
+        "Standard deviation of what each axis leans towards each other one.",
+        minimum=0,
+        maximum=30,
+        editable=False,
     )
     accel_misalignment: float = param(
-        0.0, "°", "Standard deviation of what each axis leans towards each other one.", minimum=0, maximum=30
+        0.0,
+        "°",
+        "Standard deviation of what each axis leans towards each other one.",
+        minimum=0,
+        maximum=30,
+        editable=False,
     )
-    gyro_offset: float = param(0.0, "°/s", "Standard deviation of the bias at the start.", minimum=0)
-    accel_offset: float = param(0.0, "mg", "Standard deviation of the bias at the start.", minimum=0)
+    gyro_offset: float = param(0.0, "°/s", "Standard deviation of the bias at the start.", minimum=0, editable=False)
+    accel_offset: float = param(0.0, "mg", "Standard deviation of the bias at the start.", minimum=0, editable=False)
 
     dropped = 0
 
     def configure(self) -> None:
-        mount = mount_of(self.device_position, self.device_orientation)
+        geometry = self.sampling_rate, self.gravity, mount_of(self.device_position, self.device_orientation)
         self.grade = own_values(self._number) if self.part == OWN_VALUES else self._of_part()
         gyro, accel = self.grade.gyroscope.density, self.grade.accelerometer.density
         if not hasattr(self, "gyroscope"):
             self.gyroscope, self.accelerometer = NoisyTriad(gyro), NoisyTriad(accel)
             self.gyro_device = self.accel_device = Device()
+            self._geometry = None
         self.gyroscope.density, self.accelerometer.density = gyro, accel
-        self._sampler = InertialSampler(self.sampling_rate, self.gravity, mount)
+        if geometry != self._geometry:
+            self._geometry, self._sampler = geometry, InertialSampler(*geometry)
 
     def _number(self, name: str) -> float:
         return getattr(self, self.parameters()[name].attribute)
@@ -162,7 +182,9 @@ class IMU(Task):
 
     def _report(self, time: float, angles: Vector, rates: Vector, force: Vector) -> None:
         phi, theta, psi = angles
-        drift = math.radians(self.gyro_rate_bias) / 3600.0 * (self.now - self._began)
+        wrong = self._offset + math.radians(self.gyro_rate_bias) / 3600.0 * (self.now - self._began)
+        if not self.generate_noise:
+            wrong = 0.0
         p, q, r = self.grade.gyroscope.digitised(rates)
         x, y, z = self.grade.accelerometer.digitised(force)
         for message in (
@@ -171,7 +193,7 @@ class IMU(Task):
                 time=time,
                 phi=wrap(phi),
                 theta=theta,
-                psi=wrap(psi + self._offset + drift),
+                psi=wrap(psi + wrong),
                 psi_magnetic=wrap(psi),
             ),
             imc.AngularVelocity(timestamp=time, time=time, x=p, y=q, z=r),

@@ -6,7 +6,7 @@ from collections import Counter
 import numpy as np
 
 import imc
-from runtime import ParameterError, State, Task, consume, param
+from runtime import ParameterError, State, Task, consume, param, periodic
 from tasks.surroundings import Chart, Placed, Truth, check_older, world_of
 from tasks.whereabouts import Whereabouts
 from world import DOWN, SECTIONS, Pose, Spot, Thing
@@ -163,12 +163,15 @@ class MUGDetectionCamera(Task):
         place = self._chart.place(state)
         self.whereabouts.follow(state)
         self._seen_something = True
-        since = state.timestamp - self._last
+        since = max(0.0, state.timestamp - self._last) if self._last > -math.inf else 0.0
         if not self._due(state.timestamp):
             return
         truth = self._truth.at(self.now, self.maximum_age) if self.fidelity == "Physical" else None
         estimated = truth is None and self.fidelity == "Physical"
         self.set_entity_state(State.NORMAL, "active, looks from EstimatedState" if estimated else "active")
+        if truth is not None:  # the picture is of now, which a late state is not
+            here = self.whereabouts.at(self.now, math.inf)
+            place = place if isinstance(here, str) else (here.north, here.east)
         angles = state.phi, state.theta, state.psi
         world = world_of(self)
         for thing in world.gliders:
@@ -184,9 +187,16 @@ class MUGDetectionCamera(Task):
             seen = self._detect(view, mug, believed)
             if seen is not None and self._is_noticed(thing, view, mug):
                 x, y = self._with_error(seen, draws, abs(view.height), mug)
-                self._tell(thing.id, x, y, place)
+                if math.isfinite(x) and math.isfinite(y):
+                    self._tell(thing.id, x, y, place)
         if self.false_alarm_rate > 0.0 and self.fidelity == "Physical":
             self._alarm_falsely(state, place, 1.0 / self.detection_rate if self.detection_rate > 0.0 else since)
+
+    @periodic(1.0)
+    def notice_silence(self) -> None:
+        silent = self.now - self._last if self._last > -math.inf else 0.0
+        if silent > max(self.maximum_age, 1.0) and self.entity.state is not State.FAULT:
+            self.set_entity_state(State.FAULT, "no recent EstimatedState")
 
     def _true_view(self, truth: Placed, spot: Spot, believed_height: float) -> CameraPose:
         """The pose of the vehicle, with its height above a glider; on an unknown bottom that is the believed one."""

@@ -72,8 +72,8 @@ class Inertial(Sensor):
 
     def _disturbed(self, value: Vector, interval: float) -> Column:
         if self.part == BEARD:
-            white = self._grade.density.white * math.sqrt(interval)
-            self._triad.density = NoiseDensity(white, 0.0)
+            per_density, _ = NoiseDensity(1.0, 0.0).per_sample(interval)
+            self._triad.density = NoiseDensity(self._grade.density.white / per_density, 0.0)
         noisy = self._triad.corrupt(self._device.measured(value), interval, next(self._normals))
         return np.array([self._grade.digitised(noisy)]).T
 

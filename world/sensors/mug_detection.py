@@ -78,7 +78,12 @@ def detect_originally(camera: Pinhole, view: CameraPose, target: Offset) -> Offs
 
 
 def gsd_sigma(camera: Pinhole, height: float, target: Offset) -> float:
-    """Standard deviation (m) of a `target` (m, from the camera) due to pixel, attitude and height errors."""
+    """Standard deviation (m) of a `target` (m, from the camera) due to pixel, attitude and height errors.
+
+    It is infinite for a camera in the plane of the target.
+    """
+    if height == 0.0:
+        return math.inf
     slope = math.hypot(*target) / height
     return math.hypot(
         camera.ground_sample(height) * PIXEL_ERROR,

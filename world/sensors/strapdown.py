@@ -9,7 +9,7 @@ from world.pose import Pose
 from world.sensors.imu import specific_force
 
 TIMING = 1e-3  # of a period: a state that is early by less belongs to the sample, since timestamps have 0.24 µs
-LONGEST_GAP = 10.0  # s between states; after a longer one, sampling starts again
+LONGEST_GAP = 1.0  # s between states; after a longer one, sampling starts again
 CENTRE: Vector = (0.0, 0.0, 0.0)
 CENTRED = Pose()
 
@@ -93,7 +93,7 @@ class InertialSampler:
     def feed(self, state: BodyMotion) -> list[InertialSample]:
         """The samples that are due up to `state`."""
         last, self._last = self._last, state
-        if last is None or not 0.0 <= state.time - last.time <= LONGEST_GAP:
+        if last is None or not 0.0 <= state.time - last.time <= LONGEST_GAP + TIMING:
             self._first = self._sampled = state.time
             self._count = 0
             self._turned = self._pushed = (0.0, 0.0, 0.0)

@@ -1,6 +1,7 @@
 """The beams of a DVL hear bottom, surface, walls and gliders; its place and axes count."""
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -159,3 +160,15 @@ def test_impossible_options(options, said):
 def test_walls_that_are_none_are_named(walls):
     with pytest.raises(ParameterError, match=r"\[World\] Walls = .* is not north and east of both ends"):
         measured({"Walls": walls})
+
+
+def test_there_is_no_velocity_without_a_recent_state():
+    feed = [imc.SimulatedState(timestamp=0.05 * k, lat=LAT, lon=LON, **MOVING) for k in (*range(20), *range(160, 200))]
+    settings = {"Bathymetry": BOTTOM, "World": {"Gliders": "none", "Out Of Bounds Depth": "20"}}
+    run = simulate(DVL, feed, settings=settings, seconds=10.0, beams=4, **QUIET)
+    for kind in (imc.GroundVelocity, imc.WaterVelocity, imc.Distance):
+        times = [message.timestamp for message in run.of(kind)]
+        assert max(after - before for before, after in pairwise(times)) > 6.0
+    said = [(m.state, m.description) for m in run.of(imc.EntityState)]
+    assert (imc.EntityState.State.FAULT, "no recent SimulatedState") in said
+    assert run.task.entity.state == imc.EntityState.State.NORMAL

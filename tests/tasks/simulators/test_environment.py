@@ -46,7 +46,7 @@ def test_dvl_over_ground_and_through_the_water():
 
 
 def test_dvl_and_what_is_not_finite():
-    run = simulate(DVL, [at(0.5, u=1.0), at(1.5, u=math.nan), at(2.5, u=1.0)], seconds=4.0)
+    run = simulate(DVL, [at(0.5, u=1.0), at(1.5, u=math.nan), at(2.5, u=1.0), at(3.3, u=1.0)], seconds=4.0)
     assert states(run, "DVL") == [State.BOOT, State.NORMAL, State.FAULT]
     assert len(run.of(imc.GroundVelocity)) == 12
 

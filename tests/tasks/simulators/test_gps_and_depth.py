@@ -13,10 +13,21 @@ from tasks.simulators.depth_sensor import DepthSensor
 from tasks.simulators.gps import GPS
 
 LAT, LON = 0.7188, -0.1519
+START = 1_767_225_600
+FAULT = imc.EntityState.State.FAULT
 
 
 def at(time, z, **fields):
     return imc.SimulatedState(timestamp=time, lat=LAT, lon=LON, z=z, **fields)
+
+
+def held(feed, seconds):
+    """The states, each again every half second until the next."""
+    found = []
+    for state, end in zip(feed, [*(later.timestamp for later in feed[1:]), seconds], strict=True):
+        times = np.arange(state.timestamp, end, 0.5)
+        found += [state.replace(timestamp=time) for time in times.tolist()]
+    return found
 
 
 def test_a_fix_on_the_surface():
@@ -52,7 +63,7 @@ def test_velocity_and_heading_on_demand():
 
 def test_under_water_it_gets_worse_and_recovers():
     feed = [at(0.5, 0.0), at(1.5, 0.21), at(4.5, 0.19)]
-    fixes = simulate(GPS, feed=feed, seconds=5.5).of(imc.GpsFix)
+    fixes = simulate(GPS, feed=held(feed, 5.5), seconds=5.5).of(imc.GpsFix)
     assert [(m.validity, m.satellites) for m in fixes] == [(0x1FF, 8), (0, 0), (0, 0), (0, 0), (0x1FF, 8)]
     assert [m.hdop for m in fixes] == pytest.approx([0.9, 1.9, 2.9, 3.9, 0.9])
     assert [m.hacc for m in fixes] == pytest.approx([2.0, 3.0, 4.0, 5.0, 2.0])
@@ -97,7 +108,7 @@ def test_states_of_before_a_clock_was_set_back_are_forgotten():
 
 def test_satellites_take_time_at_the_start_and_after_a_dive():
     feed = [at(0.5, 0.0), at(4.5, 1.0), at(6.5, 0.0)]
-    run = simulate(GPS, feed=feed, seconds=10.5, start_up_time=2.5, reacquisition_time=2.0)
+    run = simulate(GPS, feed=held(feed, 10.5), seconds=10.5, start_up_time=2.5, reacquisition_time=2.0)
     assert [m.validity != 0 for m in run.of(imc.GpsFix)] == [False, False, True, True] + [False] * 3 + [True] * 3
     assert "waiting for satellites" in [m.description for m in run.of(imc.EntityState)]
 
@@ -105,7 +116,7 @@ def test_satellites_take_time_at_the_start_and_after_a_dive():
 def test_the_position_wanders_as_told():
     feed = [at(0.5, 0.0)]
     drifting = {"position_drift": 5.0, "height_drift": 8.0, "drift_time": 20.0, "execution_frequency": 1.0}
-    fixes = simulate(GPS, feed=feed, seconds=6000, seed=5, **drifting).of(imc.GpsFix)
+    fixes = simulate(GPS, feed=held(feed, 6000.0), seconds=6000, seed=5, **drifting).of(imc.GpsFix)
     errors = np.array([coordinates.displacement(LAT, LON, 0.0, m.lat, m.lon, m.height) for m in fixes])
     independent = 6000 / 40.0
     assert errors.std(axis=0) == pytest.approx([5.0, 5.0, 8.0], rel=4 / math.sqrt(2 * independent))
@@ -166,3 +177,34 @@ def test_seeds():
 def test_bad_depth_parameters():
     with pytest.raises(ParameterError, match="Standard Deviation"):
         simulate(DepthSensor, standard_deviation=-1.0)
+
+
+@pytest.mark.parametrize("field", ["lat", "lon", "height", "x", "z", "p", "q", "r", "psi", "u", "svy"])
+def test_there_is_no_fix_from_a_state_that_is_not_finite(field):
+    feed = [at(0.25 * k, 0.0) for k in range(8)]
+    feed += [state.replace(timestamp=2.0 + state.timestamp, **{field: math.nan}) for state in feed]
+    run = simulate(GPS, feed=feed, seconds=4.5, execution_frequency=4.0, device_position=[1.0, 0.0, 0.0])
+    assert {fix.timestamp < START + 2.1 for fix in run.of(imc.GpsFix)} == {True}
+    assert (run.task.entity.state, run.task.entity.description) == (FAULT, "SimulatedState is not finite")
+
+
+def test_there_is_no_fix_without_a_recent_state():
+    run = simulate(GPS, feed=held([at(0.5, 0.0)], 2.2), seconds=20.0)
+    assert [fix.timestamp - START for fix in run.of(imc.GpsFix)] == pytest.approx([1.0, 2.0, 3.0])
+    assert (run.task.entity.state, run.task.entity.description) == (FAULT, "no recent SimulatedState")
+    again = simulate(GPS, feed=[*held([at(0.5, 0.0)], 2.2), *held([at(8.5, 0.0)], 12.0)], seconds=11.5)
+    assert again.of(imc.GpsFix)[-1].validity == 0x1FF
+    assert again.task.entity.state == imc.EntityState.State.NORMAL
+
+
+def test_the_heading_has_the_time_of_its_fix():
+    run = simulate(GPS, feed=held([at(0.5, 0.0, psi=0.1)], 6.0), seconds=5.5, latency=2.0, report_yaw=True)
+    fixes, angles = run.of(imc.GpsFix), run.of(imc.EulerAngles)
+    assert len(fixes) == len(angles) == 3
+    for fix, angle in zip(fixes, angles, strict=True):
+        assert angle.time % 86400.0 == pytest.approx(fix.utc_time, abs=1e-3)
+
+
+def test_what_is_drawn_at_the_start_cannot_be_changed_later():
+    for name in ("Standard Deviation - Position Drift", "Standard Deviation - Height Drift", "Time Constant - Drift"):
+        assert not GPS.parameters()[name].editable

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import imc
-from runtime import ParameterError
+from runtime import ParameterError, Task
 from runtime.testing import simulate
 from tasks.simulators.estimated_state import EstimatedState
 from tasks.simulators.imu import IMU
@@ -233,3 +233,31 @@ def test_devices_of_a_kind_differ_as_told():
     assert np.mean(found, axis=0) == pytest.approx((0.0, 0.0, 1.0), abs=4 * max(sigmas) / math.sqrt(len(found)))
     exact = simulate(IMU, feed=rest(0.05, r=1.0), seed=1, generate_noise=False, **spread)
     assert collect(exact, imc.AngularVelocity)[-1] == pytest.approx((0.0, 0.0, 1.0))
+
+
+def test_a_device_without_noise_has_no_errors_of_the_heading():
+    run = simulate(IMU, feed=rest(1.0, psi=0.3), generate_noise=False, heading_offset=5.0, gyro_rate_bias=1e5)
+    assert [m.psi for m in run.of(imc.EulerAngles)] == pytest.approx([0.3] * 100, abs=1e-6)
+
+
+def test_no_sample_is_lost_when_a_parameter_changes():
+    class Operator(Task):
+        def start(self):
+            self.after(0.505, self.choose)
+
+        def choose(self):
+            noise = imc.EntityParameter(name="Standard Deviation - Angular Velocity", value="0.1")
+            self.publish(imc.SetEntityParameters(name="AHRS", params=(noise,)))
+
+    run = simulate([(IMU, {"entity_label": "AHRS"}), (Operator, {})], feed=rest(1.0))
+    assert run.task.angular_velocity_noise == 0.1
+    assert len(run.of(imc.Acceleration)) == 100
+    fixed = ("Part", "Generate Noise", "Standard Deviation - Heading Offset", "Gyro Offset", "Accel Scale Error")
+    assert not any(IMU.parameters()[name].editable for name in fixed)
+
+
+def test_after_a_gap_sampling_begins_again():
+    feed = [imc.SimulatedState(timestamp=time) for time in (0.0, 0.05, 9.9, 9.95)]
+    assert len(simulate(IMU, feed=feed, seconds=10.0, sampling_rate=1000.0).of(imc.Acceleration)) == 100
+    slow = [imc.SimulatedState(timestamp=float(k)) for k in range(5)]
+    assert len(simulate(IMU, feed=slow, seconds=5.0, sampling_rate=10.0).of(imc.Acceleration)) == 40

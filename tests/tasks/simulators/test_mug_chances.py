@@ -1,12 +1,13 @@
 """What the MUG camera misses, makes up, and is late with; its mount; and that a detector of pictures agrees."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 
 import imc
-from runtime import State
+from runtime import State, Task
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.testing import simulate
@@ -18,6 +19,7 @@ from world.detection import Chances
 from world.pose import euler
 from world.sensors import ACCURACY
 
+START = 1_767_225_600
 EXACT = {"error_model": "None", "detection_rate": 0.0}
 
 
@@ -175,3 +177,48 @@ def euler_of(mount):
     """Roll, pitch and yaw (rad) of a camera that looks ahead, from the matrix of its optical frame."""
     ahead = mount[:3, [2, 0, 1]]
     return euler(tuple(map(tuple, ahead.tolist())))
+
+
+def test_late_detections_are_right_of_a_state_that_is_late_itself():
+    """At 2 m/s, with an estimate that comes 0.2 s after its time."""
+
+    def start(task):
+        for k in range(60):
+            estimate = imc.EstimatedState(timestamp=START + k / 20, x=k / 10, vx=2.0, u=2.0, z=5.0, depth=5.0, alt=4.0)
+            task.at(START + k / 20 + 0.2, partial(task.publish, estimate, keep_time=True))
+
+    truths = [imc.SimulatedState(timestamp=k / 20, x=k / 10, u=2.0, z=5.0) for k in range(60)]
+    filtering = type("Filtering", (Task,), {"start": start})
+    for latency in (0.0, 0.5):
+        camera = (MUGDetectionCamera, {"latency": latency, "error_model": "None"})
+        world = {"World": {"Gliders": "2 0.3"}}
+        seen = simulate([camera, (filtering, {})], truths, seconds=2.5, settings=world).of(imc.EstimatedMugState)
+        assert len(seen) >= 5
+        for mug in seen:
+            assert mug.x + 2.0 * (mug.timestamp - START) == pytest.approx(2.0, abs=0.02)
+
+
+def test_the_first_image_has_no_false_alarms_of_the_time_before():
+    seen = detections(still(60), false_alarm_rate=20.0, detection_rate=0.0, settings={"World": {"Gliders": "none"}})
+    assert within(len(seen) / 2.95, 1000, 0.02)
+    assert all(mug.timestamp - START > 0.04 for mug in seen)
+
+
+def test_a_camera_without_a_recent_state_is_not_active():
+    run = simulate(MUGDetectionCamera, still(20), seconds=19.0, mugs=["0 0"], **EXACT)
+    assert (run.task.entity.state, run.task.entity.description) == (State.FAULT, "no recent EstimatedState")
+    feed = [*still(20), *(state.replace(timestamp=state.timestamp + 10.0) for state in still(20))]
+    again = simulate(MUGDetectionCamera, feed, seconds=11.0, mugs=["0 0"], **EXACT)
+    assert again.task.entity.state is State.NORMAL
+
+
+def test_a_camera_in_the_plane_of_a_glider_does_not_see_it():
+    """Looking ahead, with an estimate that is a meter off in depth."""
+    truths = [imc.SimulatedState(timestamp=k / 20, z=0.0) for k in range(20)]
+    feed = sorted([*truths, *still(20, z=-1.0, depth=-1.0)], key=lambda message: message.timestamp)
+    world = {"World": {"Gliders": "20 0", "Gliders Lie On": "Surface"}}
+    run = simulate(
+        MUGDetectionCamera, feed, settings=world, error_model="GSD", mount_orientation=[0.0, 90.0, 0.0], seconds=0.9
+    )
+    assert run.of(imc.EstimatedMugState) == []
+    assert run.task.entity.state is State.NORMAL

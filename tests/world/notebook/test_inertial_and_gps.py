@@ -57,6 +57,7 @@ def test_rates_along_turned_axes():
         (Accelerometer(), 0.01, 2.354e-2),
         (RateGyro(), 0.025, 5.519e-4),
         (Accelerometer("beard"), 0.01, 0.0025 * G),
+        (Accelerometer("beard"), 1e-4, 0.0025 * G),
         (RateGyro("beard"), 0.25, np.radians(0.13)),
     ],
 )
