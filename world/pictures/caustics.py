@@ -121,7 +121,8 @@ def net(random: Generator) -> NDArray[np.float32]:
     f, _ = texture.waves_across()
     height = texture.noise(random, f**-2.5 * ((f >= LONGEST) & (f <= SHORTEST)))
     slopes = [0.5 * (np.roll(height, -1, axis) - np.roll(height, 1, axis)) for axis in (0, 1)]
-    curl = sum(0.5 * (np.roll(s, -1, axis) - np.roll(s, 1, axis)) for axis, s in enumerate(slopes))
+    down, right = (0.5 * (np.roll(s, -1, axis) - np.roll(s, 1, axis)) for axis, s in enumerate(slopes))
+    curl = down + right
     size = texture.SIZE
     rays = np.arange(size, dtype=np.float32)
     bend = BENT / float(np.std(curl))
