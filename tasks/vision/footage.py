@@ -15,7 +15,10 @@ Image = NDArray[np.uint8]
 ENDINGS = (".png", ".jpg", ".jpeg", ".qoi", ".bmp", ".tif", ".tiff", ".ppm", ".pgm")
 PHOTO = re.compile(r"(?P<camera>.+)_(?P<number>\d{6,})_(?P<time>-?\d+\.\d+)")
 STAMP = re.compile(r"\d+(\.\d+)?")
-INSIDE = ("mav0/cam0", "cam0", "Photos")  # where a data set, or a log, has its pictures
+HEADS = {  # what tells whose pictures a folder of EuRoC, or a table of TUM, has
+    "sensor.yaml": re.compile(r"^comment:\s*[\"']?(.*?)[\"']?\s*$", re.MULTILINE),
+    "rgb": re.compile(r"^# color images of (.*?)\s*$", re.MULTILINE),
+}
 NANO = 1e12  # numbers beyond that are ns
 LAST = 1e12  # s since 1970, beyond which a time is none
 MOST_PIXELS = 1 << 26  # of a picture
@@ -59,7 +62,7 @@ class Reel:
 
     def _open(self) -> None:
         if self.source.is_dir():
-            self._pictures = self._listed(pictures_folder(self.source))
+            self._pictures = self._listed(pictures_folder(self.source, self._camera))
             return
         with self.source.open("rb"):  # for the reason of the system, if it cannot be
             pass
@@ -72,7 +75,7 @@ class Reel:
         if (folder / "data.csv").is_file():
             rows = self._rows(folder / "data.csv", ",", folder / "data")
         elif (folder / "rgb.txt").is_file():
-            rows = self._rows(folder / "rgb.txt", None, folder)
+            rows = self._rows(tum_table(folder, self._camera)[0], None, folder)
         else:
             rows = self._named(folder)
         found = sorted(rows, key=lambda row: row[0])
@@ -95,7 +98,7 @@ class Reel:
 
     def _named(self, folder: Path) -> Iterator[tuple[float, Path]]:
         """Pictures whose names tell their times, and perhaps their camera."""
-        wanted = re.sub(r"[^A-Za-z0-9]+", "_", self._camera)
+        wanted = plain(self._camera)
         cameras: set[str] = set()
         for path in sorted(folder.iterdir()):
             if path.suffix.lower() not in ENDINGS:
@@ -144,16 +147,59 @@ class Reel:
         return Item(number, time, rgba(picture), "")
 
 
-def pictures_folder(source: Path) -> Path:
-    """The folder of pictures within a data set or a log, or the folder itself."""
-    return next((source / name for name in INSIDE if (source / name).is_dir()), source)
+def pictures_folder(source: Path, camera: str) -> Path:
+    """The folder of pictures within a data set or a log, or the folder itself.
+
+    Raises ValueError if a data set has no such camera; the first one counts without a name.
+    """
+    for root in (source / "mav0", source):
+        folders = sorted(path for path in root.glob("cam*") if re.fullmatch(r"cam\d+", path.name) and path.is_dir())
+        if folders:
+            named = [(path, _named_in(path / "sensor.yaml", HEADS["sensor.yaml"])) for path in folders]
+            return _chosen(named, camera)[0]
+    return source / "Photos" if (source / "Photos").is_dir() else source
+
+
+def tum_table(folder: Path, camera: str) -> tuple[Path, str]:
+    """The table of a camera of TUM's, and the name in it. Raises ValueError if there is no such camera."""
+    tables = sorted(path for path in folder.glob("rgb*.txt") if re.fullmatch(r"rgb\d*", path.stem))
+    return _chosen([(path, _named_in(path, HEADS["rgb"])) for path in tables], camera)
+
+
+def _named_in(file: Path, pattern: re.Pattern[str]) -> str:
+    try:
+        found = pattern.search(file.read_text("utf-8", "replace"))
+    except OSError:
+        return ""
+    return found[1] if found else ""
+
+
+def _chosen(cameras: list[tuple[Path, str]], camera: str) -> tuple[Path, str]:
+    """One of several by the name of its file, or the one in it; the first one without a name."""
+    wanted = plain(camera)
+    for path, name in cameras:
+        if wanted in ("", plain(path.stem), plain(name)):
+            return path, name
+    there = ", ".join(path.stem + (f" ({name})" if name else "") for path, name in cameras)
+    raise ValueError(f"no camera {camera}; there are {there}")
+
+
+def plain(name: str) -> str:
+    """The name of a camera as files of pictures have it."""
+    return re.sub(r"[^A-Za-z0-9]+", "_", name)
 
 
 def calibration_beside(source: Path, camera: str) -> tuple[Path, str] | None:
-    """The calibration that a folder of pictures has, and which of its cameras; None if there is none."""
-    folder = pictures_folder(source)
-    if (folder / "cameras.yaml").is_file():
-        return folder / "cameras.yaml", camera
+    """The calibration that a folder of pictures has, and which of its cameras; None if there is none.
+
+    Raises ValueError as `pictures_folder`, OSError.
+    """
+    folder = pictures_folder(source, camera)
+    if (folder / "rgb.txt").is_file():
+        camera = tum_table(folder, camera)[1] or camera
+    if (described := folder / "cameras.yaml").is_file():
+        labels: list[str] = re.findall(r"^([^\s#].*?):\s*$", described.read_text("utf-8", "replace"), re.MULTILINE)
+        return described, next((label for label in labels if plain(label) == plain(camera)), camera)
     sensor = folder / "sensor.yaml"
     return (sensor, "") if sensor.is_file() and "intrinsics" in sensor.read_text("utf-8", "replace") else None
 

@@ -25,7 +25,9 @@ class Recording(CalibratedCamera):
     source: str = param(
         "", "", "The folder or video; a relative path counts from the profile, or the working folder.", editable=False
     )
-    camera: str = param("", "", "Whose pictures, if a folder has those of several.", editable=False)
+    camera: str = param(
+        "", "", "Whose pictures, if a folder has those of several: a label, cam1 of EuRoC, rgb1 of TUM.", editable=False
+    )
     times: str = param(
         FROM_START,
         "",
@@ -40,7 +42,11 @@ class Recording(CalibratedCamera):
         super().configure()
         if not self.source:
             raise ParameterError("Source", "is not set")
-        if not self.calibration and (found := calibration_beside(self.path_of(self.source), self.camera)):
+        try:
+            beside = calibration_beside(self.path_of(self.source), self.camera)
+        except (OSError, ValueError) as error:
+            raise ParameterError("Camera", str(error)) from None
+        if not self.calibration and (found := beside):
             try:
                 self._optics = read_camera(*found)
             except (CalibrationError, OSError) as error:

@@ -2,6 +2,7 @@
 
 import math
 import os
+import shutil
 import threading
 
 import numpy as np
@@ -77,6 +78,27 @@ def test_euroc_with_its_camera(tmp_path):
     assert frame.pose is None
     assert frame.mount[:3, 2] == pytest.approx([0.0, 0.0, 1.0])
     assert run.task.entity.description == f"{tmp_path} has ended: 5 frames, 0 dropped, 0 failed"
+
+
+def test_one_of_several_cameras_of_a_data_set(tmp_path):
+    first, table = euroc(tmp_path / "euroc") / "mav0" / "cam0", tum(tmp_path / "tum") / "rgb.txt"
+    shutil.copytree(first, first.with_name("cam1"))
+    (first.with_name("cam1") / "sensor.yaml").write_text(SENSOR.replace("[20", "[30") + "comment: Left_Camera\n")
+    rows = (first / "data.csv").read_text().splitlines()
+    (first.with_name("cam1") / "data.csv").write_text("\n".join([rows[0], *rows[3:]]))
+    last = table.read_text().splitlines()[-1]
+    table.with_name("rgb1.txt").write_text(f"# color images of Left_Camera\n{last}")
+    lens = FisheyeCamera.square(preset_lens("equidistant", math.pi), 16), DOWN
+    write_cameras(
+        table.parent, {"Front": lens, "Left Camera": (PinholeCamera(24, 16, 30.0, 20.0, 12.0, 8.0), DOWN)}, "1"
+    )
+    for made, names in (("euroc", ("cam0", "cam1")), ("tum", ("rgb", "rgb1"))):
+        for camera, number in (("", 0), (names[0], 0), (names[1], 2), ("Left Camera", 2), ("Left_Camera", 2)):
+            run = played(tmp_path / made, camera=camera)
+            assert shown(run)[0][0] == number
+            assert number == 0 or run.frames[0].optics.fx == 30.0
+        with pytest.raises(ParameterError, match=rf"no camera R; there are {names[0]}, {names[1]} \(Left_Camera\)"):
+            played(tmp_path / made, camera="R")
 
 
 def test_tum(tmp_path):
