@@ -112,6 +112,8 @@ def export(
     click.echo(printable(f"{of}: {number(written, NOUNS.get(form, 'row'))} in {out}"))
     for reason, count in source.skipped.most_common(MOST_LINES):
         click.echo(printable(f"skipped: {number(count, 'message')}: {reason}"), err=True)
+    for note in source.notes:
+        click.echo(printable(f"note: {note}"), err=True)
     if source.unread:
         named = ", ".join(source.unread[:MOST_NAMES]) + (", ..." if len(source.unread) > MOST_NAMES else "")
         click.echo(printable(f"skipped: {number(len(source.unread), 'picture')}: {named}"), err=True)

@@ -57,7 +57,8 @@ class MessageBatch(NamedTuple):
 class Source:
     """A log, and what to export of it.
 
-    skipped: reason -> number of messages that could not be written; unread: pictures that could not be read.
+    skipped: reason -> number of messages that could not be written; unread: pictures that could not be read; notes:
+    what the export lacks, and why.
     """
 
     log: imc.Log
@@ -65,6 +66,7 @@ class Source:
     choice: Selection = field(default_factory=Selection)
     skipped: Counter[str] = field(default_factory=Counter[str])
     unread: list[str] = field(default_factory=list[str])
+    notes: list[str] = field(default_factory=list[str])
     packets: int = 0
 
     @property

@@ -16,7 +16,7 @@ from shoal.logs.export.batches import ExportBatch, MessageBatch, Source, nanosec
 from shoal.logs.export.calibration import camera_models, logged_cameras
 from shoal.logs.export.cdr import ENCAPSULATION, Item, Record, Unfit, Write, text, writer
 from shoal.logs.export.detections import MUG, Detections, Pieces, Spot
-from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, camera_transform
+from shoal.logs.export.mcap_cameras import CAMERA_INFO, camera_info, camera_transform, no_info
 from shoal.logs.export.mcap_file import MESSAGE, MESSAGE_LENGTH, Chunk, McapFile
 from shoal.logs.export.pictures import exported, photos
 from shoal.logs.export.ros_messages import PACKAGE, RosType, ros_type
@@ -152,6 +152,8 @@ class _Export:
                 if info := camera_info(time, frame, camera):
                     channel = self._topics.channel((system, photo.camera, "camera_info"), CAMERA_INFO)
                     chunk.add(channel, number, time, ENCAPSULATION + info)
+                elif (note := f"no CameraInfo of {camera.label}: {no_info(camera)}") not in source.notes:
+                    source.notes.append(note)
                 place = camera_transform(time, ros_name(system), frame, camera)
                 chunk.add(self._topics.channel(("tf",), ros_standard.TRANSFORM), number, time, ENCAPSULATION + place)
             if detections is not None and photo.camera in models:

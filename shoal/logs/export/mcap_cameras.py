@@ -43,6 +43,14 @@ def camera_info(time: int, frame: str, camera: LoggedCamera) -> bytes:
     return body + struct.pack("<6I?", 0, 0, 0, 0, 0, 0, False)
 
 
+def no_info(camera: LoggedCamera) -> str:
+    """Why a camera has no CAMERA_INFO."""
+    model = camera.model
+    if "intrinsics" not in model:
+        return str(model.get("not_in_kalibr", "it has no intrinsics"))
+    return f"ROS has no model {model['camera_model']} with {model.get('distortion_model', 'no distortion')}"
+
+
 def camera_transform(time: int, vehicle: str, frame: str, camera: LoggedCamera) -> bytes:
     """A TRANSFORM from the optical frame of a camera to its vehicle (forward, left, up); time in ns."""
     pose = camera.pose

@@ -7,6 +7,7 @@ import numpy as np
 from imc.lsf import ReportShare
 from runtime.logs import Array
 from shoal.logs.export.batches import Source
+from shoal.logs.export.calibration import FILE as CAMERAS
 from shoal.logs.export.motion import Track, record
 from shoal.logs.export.pictures import exported
 
@@ -17,9 +18,12 @@ def export_tum(source: Source, folder: Path, progress: ReportShare = lambda _: N
     """Write groundtruth.txt, estimate.txt, accelerometer.txt, gyroscope.txt, and rgb.txt with rgb/; returns the rows.
 
     Poses are those of the vehicle (forward, right, down) in east, north, up; quaternions end with w. Of several IMUs or
-    cameras, all but the first have a number in their file names. Raises OSError.
+    cameras, all but the first have a number in their file names. Copies cameras.yaml of the pictures. Raises OSError.
     """
     recording = record(source, progress)
+    cameras = source.log.path.parent / "Photos" / CAMERAS
+    if recording.pictures and cameras.is_file():
+        (folder / CAMERAS).write_bytes(cameras.read_bytes())
     written = 0
     for name, track in (("groundtruth", recording.truth), ("estimate", recording.estimate)):
         if track is not None:

@@ -179,6 +179,8 @@ def test_a_tum_data_set_says_the_same(source, tmp_path):
     for row, state in list(zip(truth, states, strict=True))[::200]:
         ned = np.array(rotation(state.phi, state.theta, state.psi))
         assert matrices(row[None, [7, 4, 5, 6]])[0] == pytest.approx(ned[[1, 0, 2]] * [[1], [1], [-1]], abs=1e-6)
+    described = (source.log.path.parent / "Photos/cameras.yaml").read_bytes()
+    assert (tmp_path / "cameras.yaml").read_bytes() == described
     assert len((tmp_path / "rgb.txt").read_text().splitlines()) - 3 == len(list((tmp_path / "rgb").iterdir()))
 
 

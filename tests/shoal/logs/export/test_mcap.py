@@ -278,7 +278,9 @@ def test_cameras_have_their_models_and_places(make_log, tmp_path):
     write_cameras(log / "Photos", {name: (models[name], mount) for name, mount in mounts.items()}, "1")
     for camera in ("Front_Camera", "Odd"):
         (log / "Photos" / f"{camera}_000000_1700000000.500000.png").write_bytes(b"png")
-    export_mcap(source_of(log), tmp_path / "a.mcap")
+    source = source_of(log)
+    export_mcap(source, tmp_path / "a.mcap")
+    assert source.notes == ["no CameraInfo of Odd: ROS has no model ds with none"]
     reader = Reader(tmp_path / "a.mcap")
     ((message, info),) = reader.on("/lauv_noptilus_1/Front_Camera/camera_info")
     assert (message.log_time, info.width, info.height) == (1_700_000_000_500_000_000, 64, 48)
