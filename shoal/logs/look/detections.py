@@ -38,7 +38,7 @@ class _Eye(NamedTuple):
     """A camera: its model, where it is (4, 4) for what is below and above it, and what its errors are.
 
     `blur` is a further error per height; the accuracy is None where it is not told. What is seen on fewer pixels than
-    `least` is not expected to be found.
+    `least` is not expected to be found. What is detected before `shared`, s since 1970, is of a picture before the log.
     """
 
     optics: Any
@@ -47,6 +47,7 @@ class _Eye(NamedTuple):
     accuracy: Accuracy | None
     blur: float = 0.0
     least: float = 0.0
+    shared: float = -math.inf
 
 
 class _Truth(NamedTuple):
@@ -97,10 +98,11 @@ def judge(log: imc.Log, summary: Summary, labels: Callable[[int], str]) -> list[
 def _judged(
     label: str, rows: Array, truth: _Truth, world: World, began: float, eyes: Mapping[str, Sequence[_Eye]]
 ) -> Judged:
+    looking = eyes.get(label, ())
+    rows = rows[rows["timestamp"] >= min((eye.shared for eye in looking), default=-math.inf)]
     offsets = np.stack([rows["x"], rows["y"]], axis=-1).astype(np.float64)
     places, angles = truth.at(rows["timestamp"])
     to = _gliders(world, rows["timestamp"] - began, places)
-    looking = eyes.get(label, ())
     spreads = np.full((len(rows), 2, 2), np.nan)
     of = matched(offsets, to[..., :2])
     for eye in looking[:1]:
@@ -200,16 +202,19 @@ def _eyes(log: imc.Log, profile: Profile, summary: Summary, labels: Callable[[in
         eyes: list[_Eye] = []
         for label, task in tasks.items():
             if isinstance(task, RenderedCamera) and values["camera"] in ("", label):
-                looks = np.empty(0) if frames is None else _looks(frames, label, labels)
+                looks, shared = (np.empty(0), -math.inf) if frames is None else _looks(frames, label, labels)
                 mount = optical(task.mount)
                 least = 2.0 * values["least_pixels"]
-                eyes.append(_Eye(task.camera.optics, (mount, mount), looks, accuracy_of(values), 0.0, least))
+                eyes.append(_Eye(task.camera.optics, (mount, mount), looks, accuracy_of(values), 0.0, least, shared))
         found[options.get("Entity Label", "") or default_label(section)] = eyes
     return found
 
 
-def _looks(frames: Array, label: str, labels: Callable[[int], str]) -> Array:
-    """Times of exposure of a camera, s since 1970."""
+def _looks(frames: Array, label: str, labels: Callable[[int], str]) -> tuple[Array, float]:
+    """Times of exposure of a camera, and when the first frame was shared, s since 1970."""
     mine = [entity for entity in np.unique(frames["src_ent"]).tolist() if labels(entity) == label]
-    times = np.sort(frames["time"][np.isin(frames["src_ent"], mine)])
-    return times[:: max(1, math.ceil(len(times) / MOST_LOOKS))]
+    own = frames[np.isin(frames["src_ent"], mine)]
+    times = np.sort(own["time"])
+    return times[:: max(1, math.ceil(len(times) / MOST_LOOKS))], float(own["timestamp"].min()) if len(
+        own
+    ) else -math.inf

@@ -10,8 +10,10 @@ from runtime.kernel import VirtualClock
 from runtime.logs import summarize
 from runtime.profile import load_profile
 from runtime.vehicle import build
+from shoal.logs.edit import cut
 from shoal.logs.look import report
 from shoal.logs.look.content import content_of
+from shoal.logs.selection import Selection
 
 HEAD = "MUG detections and the truth"
 MUG_CAMERA = "Simulators.MUGDetectionCamera"
@@ -56,6 +58,21 @@ def test_misses_false_alarms_switches_and_nees_of_a_shipped_vehicle(sailed):
         assert (len(thing.ids), thing.switches) == (1, 0)
         assert thing.rms < 0.5
         assert thing.nees < 2.4
+
+
+def test_detections_of_pictures_before_the_log_do_not_count(sailed, tmp_path):
+    """The log begins between a picture and what is detected in it."""
+    log = imc.Log(sailed)
+    summary = summarize(log)
+    entity = next(n for n in range(256) if summary.names.entity(summary.owner, n) == "MUG Detector")
+    first = next(log.messages("EstimatedMugState", src=summary.owner, src_ent=entity)).timestamp
+    cut(log, tmp_path / "part", Selection(first - 0.01, first + 30.0), summary.owner)
+    (tmp_path / "part" / "Config.ini").write_bytes((sailed / "Config.ini").read_bytes())
+    of = [entry for entry in imc.Log(tmp_path / "part").messages("EstimatedMugState") if entry.src_ent == entity]
+    early = [entry for entry in of if entry.timestamp < first + 0.05]
+    found = judged(tmp_path / "part")["MUG Detector"].score
+    assert early
+    assert found.false + sum(thing.found for thing in found.things) == len(of) - len(early)
 
 
 def test_the_page_has_a_table_of_them(sailed):
