@@ -2,9 +2,16 @@
 
 import math
 from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating[Any]]
 
 PARTS = 4  # of each side of a cell; only soundings near a part are searched for its points
 REMEMBERED = 20000  # parts whose soundings are kept, of a survey of some hours
+CHUNK = 1 << 13  # pairs of soundings and points per step: their arrays fit into the L2 cache
 Sounding = tuple[float, float, float]
 Offset = Callable[[float, float, float, float], tuple[float, float]]
 
@@ -46,6 +53,7 @@ class Bathymetry:
                 for j in (-1, 0, 1):
                     self._cells.setdefault((home[0] + i, home[1] + j), []).append(sounding)
         self._near: dict[tuple[int, int], list[Sounding]] = {}
+        self._nearby: dict[tuple[int, int], Floats] = {}
         self._shallowest = {cell: min(depth for *_, depth in found) for cell, found in self._cells.items()}
 
     def depth(self, north: float, east: float) -> float:
@@ -72,6 +80,63 @@ class Bathymetry:
                 weights += weight
                 total += weight * depth
         return total / weights if weights else self._elsewhere
+
+    @property
+    def elsewhere(self) -> float:
+        """Depth (m) where no sounding is near."""
+        return self._elsewhere
+
+    def depths(self, north: Floats, east: Floats) -> Floats:
+        """`depth` at many offsets (n,) at once, to the last bit."""
+        side = self._radius / PARTS
+        parts = np.floor(np.stack((north, east)) / side)
+        order = np.lexsort((parts[1], parts[0]))
+        found, sorted_parts = np.empty(len(order)), parts[:, order]
+        borders = np.flatnonzero(np.any(np.diff(sorted_parts), axis=0)) + 1
+        for first, last in zip([0, *borders.tolist()], [*borders.tolist(), len(order)], strict=True):
+            if first < last:
+                part = int(sorted_parts[0, first]), int(sorted_parts[1, first])
+                self._in_part(part, north, east, order[first:last], found)
+        return found
+
+    def _in_part(
+        self, part: tuple[int, int], north: Floats, east: Floats, places: NDArray[np.intp], found: Floats
+    ) -> None:
+        """Set the depths at offsets of one part of a cell."""
+        near = self._nearby.get(part)
+        if near is None:
+            near = np.array(self._within_reach(part), dtype=np.float64).reshape(-1, 3).T
+            if near.size:
+                if len(self._nearby) >= REMEMBERED:
+                    self._nearby.clear()
+                self._nearby[part] = near
+        if not near.size:
+            found[places] = self._elsewhere
+            return
+        n, e, depth = near[..., np.newaxis]
+        count = max(2, CHUNK // near.shape[1])
+        for start in range(0, len(places), count):
+            own = places[start : start + count]
+            own = own.repeat(2) if len(own) == 1 else own  # a single column would be summed in another order
+            square = n - north[own]
+            square *= square
+            across = e - east[own]
+            across *= across
+            square += across
+            at = square < 1e-6
+            weight = np.sqrt(np.where(at, 1.0, square))
+            np.divide(1.0, weight, out=weight)
+            weight -= 1.0 / self._radius
+            weight *= weight
+            weight *= square < self._radius * self._radius
+            weights = np.add.reduce(weight, axis=0)  # row by row, in the order of `depth`
+            weight *= depth
+            total = np.add.reduce(weight, axis=0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                result = np.where(weights > 0.0, total / weights, self._elsewhere)
+            for column in np.flatnonzero(at.any(axis=0)).tolist():
+                result[column] = depth[at[:, column].argmax(), 0]
+            found[own] = result
 
     def _within_reach(self, part: tuple[int, int]) -> list[Sounding]:
         """The soundings that may be within the radius of a point in a part of a cell."""

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -37,3 +38,11 @@ def test_places_without_soundings_are_not_remembered_and_others_within_bounds(mo
             assert sea.depth(north, east) == pytest.approx(fresh.depth(north, east))
             fresh._near.clear()
             assert len(sea._near) <= 50
+
+
+@given(soundings=SOUNDINGS, points=st.lists(st.tuples(METERS, METERS), max_size=40), radius=st.floats(0.5, 200.0))
+def test_many_depths_at_once_are_those_one_by_one(soundings, points, radius):
+    sea = Bathymetry(soundings, radius, 120.0, level=0.3)
+    places = [*points, *((n, e) for n, e, _ in soundings), *((n + 5e-4, e) for n, e, _ in soundings)]
+    north, east = np.array(places).reshape(-1, 2).T
+    np.testing.assert_array_equal(sea.depths(north, east), [sea.depth(*place) for place in places])
