@@ -93,7 +93,7 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
         ),
         "Walls": Option(
             "m",
-            'Walls that sonars hear, not cameras: north and east of both ends of each, "0 0 20 0, 20 0 20 30".',
+            'Walls from bottom to surface: north and east of both ends of each, "0 0 20 0, 20 0 20 30".',
         ),
         "Objects": Option("", "Names of further objects, each of which has a section [World/NAME].", lists=f"{WORLD}/"),
     }

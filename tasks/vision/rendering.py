@@ -114,6 +114,8 @@ class RenderedCamera(PictureKeeper):
             lamps=self._lamps(),
             snow=world.snow,
             caustics=world.caustics,
+            seabed=world.seabed,
+            walls=world.walls,
         )
         self.shutter = Shutter(self.camera, self._exposure())
 
@@ -141,8 +143,8 @@ class RenderedCamera(PictureKeeper):
         if isinstance(view, str):
             self.set_entity_state(State.FAULT, view)
             return
-        if not view.vehicle.carried(self.mount).height > 0.0:
-            self.set_entity_state(State.FAULT, "the camera is in the ground")
+        if trouble := self.camera.trouble(view.vehicle):
+            self.set_entity_state(State.FAULT, trouble)
             return
         if self._busy and not self.vehicle.virtual:  # a latency alone does not keep a camera from the next exposure
             self.dropped += 1

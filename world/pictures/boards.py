@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 
 from world.objects import CHESSBOARD, Spot, Thing
 from world.pictures.faces import pixel_axis
+from world.pictures.landscape import Lying
+from world.pictures.mug import Hidden
 from world.pictures.planes import Window
 
 Floats = NDArray[np.floating[Any]]
 
 SAMPLES = 4  # across a pixel of a face: an edge is shaded in steps of a sixteenth
 BLACK, WHITE = 0.04, 0.9  # reflectances
+THICK = 0.01  # m, of a board, by which the ground below it is never above it
 CHUNK = 32  # rows of a face that are drawn together
 TAG, GAP = 8, 2  # cells of a tag with its black border, and of the gap between tags
 CODES = """
@@ -98,6 +101,19 @@ def april_grid(rows: int, columns: int) -> Floats:
     return cells
 
 
+def lying(board: Board, down: float) -> Lying:
+    """How a board lies that is `down` m below the surface."""
+    rows, columns = board.cells.shape
+    c, s = math.cos(board.heading), math.sin(board.heading)
+    ahead = 0.5 * board.cell * rows * np.repeat((-1.0, 0.0, 1.0), 3)
+    right = 0.5 * board.cell * columns * np.tile((-1.0, 0.0, 1.0), 3)
+    points = np.empty((9, 3))
+    points[:, 0] = c * ahead - s * right + board.north
+    points[:, 1] = s * ahead + c * right + board.east
+    points[:, 2] = down
+    return points, THICK, 0.5 * board.cell * math.hypot(rows, columns)
+
+
 def draw(
     face: NDArray[np.uint8],
     turn: NDArray[np.float64],
@@ -105,11 +121,13 @@ def draw(
     board: Board,
     offset: tuple[float, float, float],
     light: Callable[[Floats, Floats], Floats],
+    hidden: Hidden | None = None,
 ) -> None:
     """Draw a board into a window of a face (w, w, 4); `turn` (3, 3) rotates the face's optical frame to NED.
 
     `offset` is the middle of the board from the camera (m, NED); `light(reflected, distance)` is what the camera sees,
-    0 to 255, of reflectances (3, n, m) at distances (n, m) in m.
+    0 to 255, of reflectances (3, n, m) at distances (n, m) in m; `hidden` tells which of its pixels are behind
+    something else.
     """
     width = face.shape[0]
     touched = _touched(turn, window, board, offset, width)
@@ -125,6 +143,11 @@ def draw(
         found, cover, distance = _look(turn, board, offset, across, down)
         if not cover.any():
             continue
+        if hidden is not None:
+            own = np.nonzero(cover)
+            pixels = own[0] + start, own[1] + columns[0]
+            length = np.sqrt(axis[pixels[0]] ** 2 + axis[pixels[1]] ** 2 + 1.0)
+            cover[own] *= ~hidden(pixels, length / distance[own])
         colour = np.moveaxis(light(np.broadcast_to(found, (3, *found.shape)).astype(np.float32), distance), 0, -1)
         shown = face[rows, columns[0] : columns[1], :3]
         shown[...] = np.rint(shown + (colour - shown) * cover[..., np.newaxis])

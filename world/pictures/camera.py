@@ -1,6 +1,5 @@
 """A camera on a vehicle that looks into a rendered scene."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -16,17 +15,16 @@ from world.pictures.boards import Board
 from world.pictures.caustics import Caustics
 from world.pictures.labels import Labeller, Labels
 from world.pictures.lamps import Lamp
-from world.pictures.lookup import Lookup
+from world.pictures.landscape import Landscape, Wall
+from world.pictures.lookup import Lookup, finest_face
 from world.pictures.mug import Glider
 from world.pictures.renderer import Renderer
 from world.pictures.sampling import sampler
 from world.pictures.scenes import Seabed, Standpoint, Surroundings, surroundings
 from world.pictures.snow import Snow
 from world.pose import DOWN, Pose
-from world.sea import Waves
+from world.sea import Bathymetry, Waves
 from world.sun import Sun
-
-FINEST = 8192  # px
 
 
 @dataclass(frozen=True)
@@ -38,6 +36,8 @@ class Camera:
     `water` is one of Jerlov's types, which has a visibility of its own.
     `lamps` are those of the vehicle; they shine under water only. `snow` is how many flakes are in a cubic meter of it.
     `caustics` is how much light the waves gather on the ground, from 0 to 1 for a clear sky.
+    With soundings, `seabed` is the ground, in place of a plane `height` m below the vehicle; `walls` reach from the ground
+    to the surface.
     `mugs` are positions of gliders in m north and east of the scene's origin, on the ground beneath the camera. All
     cameras with the same seed see the same seabed. The first picture takes some tenths of a second longer, since it
     builds the tables.
@@ -58,6 +58,8 @@ class Camera:
     lamps: tuple[Lamp, ...] = ()
     snow: float = 0.0
     caustics: float = 0.0
+    seabed: Bathymetry | None = None
+    walls: tuple[Wall, ...] = ()
 
     def picture(
         self, pose: Standpoint, gliders: Sequence[Glider] | None = None, boards: Sequence[Board] = ()
@@ -79,12 +81,17 @@ class Camera:
         """What `picture` shows there; see Labeller.labels."""
         return self._labeller.labels(pose, self._gliders(gliders), following, boards)
 
+    def trouble(self, pose: Standpoint) -> str:
+        """Why there is no picture from where the vehicle is: the camera is in the ground or in a wall; else empty."""
+        place = pose.carried(self.mount)
+        return self._landscape.trouble((place.north, place.east, place.depth), place.height)
+
     def _gliders(self, given: Sequence[Glider] | None) -> Sequence[Glider]:
         return [Glider(north, east) for north, east in self.mugs] if given is None else given
 
     @cached_property
     def _labeller(self) -> Labeller:
-        return Labeller(self.optics, self.mount, self.scene)
+        return Labeller(self.optics, self.mount, self.scene, self._landscape)
 
     def bands(self, count: int) -> tuple["Camera", ...]:
         """Cameras that see `count` bands of rows of about the same height, from the top, in the same scene."""
@@ -98,6 +105,7 @@ class Camera:
         for part in parts:
             vars(part)["_scene"] = self._scene  # its textures take long to make
             vars(part)["_snow"], vars(part)["_caustics"] = self._snow, self._caustics
+            vars(part)["_landscape"] = self._landscape
         return tuple(parts)
 
     @cached_property
@@ -116,14 +124,13 @@ class Camera:
         return Caustics(self.caustics, self.waves, self.sun, self._scene.water, self.seed)
 
     @cached_property
+    def _landscape(self) -> Landscape:
+        return Landscape(self.seabed, self.walls) if self.scene == "Seabed" else Landscape()
+
+    @cached_property
     def _tables(self) -> tuple[Callable[[NDArray[np.uint32]], NDArray[np.uint8]], Renderer]:
         width = self.face_width or finest_face(self.optics)
         lookup = Lookup(self.optics, width, self.faces)
         seen, water = (lookup.rows, lookup.columns), (self._snow, self._caustics)
-        renderer = Renderer(self._scene, width, self.faces, *seen, self.mount, self.lamps, *water)
+        renderer = Renderer(self._scene, width, self.faces, *seen, self.mount, self.lamps, *water, self._landscape)
         return sampler(lookup, self.interpolation), renderer
-
-
-def finest_face(optics: CameraModel) -> int:
-    """Width (px) of a face whose pixels, at its middle, are not larger than those of a camera on its axis."""
-    return min(FINEST, max(1, math.ceil(2.0 * np.abs(optics.jacobian([0.0, 0.0, 1.0])).max())))

@@ -25,6 +25,7 @@ FOCUS = 1.0  # m, depth at which the light is most uneven, in waves of the usual
 UNEVEN = 0.6  # standard deviation of the light there, by its mean
 ALMOST_STRAIGHT = 0.5  # share of scattered light that goes on as if it were not
 CLEAR, AIR = 0.85, 0.1  # share of daylight straight from the zenith, and optical thickness of the air
+REACH, SHALLOWEST = 200.0, 0.2  # m: how far, and how deep from on, ground that is not level is lit up
 STEEPEST, LEAST = 0.05, 0.004  # sine of the lowest rays, and contrast, that are worth drawing
 SHIFT = np.uint16(6)
 UNIT = np.uint16(1 << 6)  # factors of pixels are in 64ths, so that products fit into 16 bits
@@ -63,30 +64,36 @@ class Caustics:
         place: tuple[float, float, float, float],
         time: float,
         shown: Floats,
+        near: Floats | None = None,
     ) -> None:
         """Light up the ground in a window of a face (w, w, 4) whose frame `turn` rotates to NED; `axis` is pixel_axis.
 
         `place` is north, east, depth and height above the ground of the camera (m); `shown` is the share of what it
         sees that comes from the ground, by distance in steps of 1 m. Two by two pixels get the same light.
+        With `near` (w, w), 1 over the distance along the face's axis, the ground is not level.
         """
         north, east, depth, height = place
         contrast = float(self.contrast(depth + height))
-        if contrast < LEAST:
+        if contrast < LEAST and near is None:
             return
         rows, columns = (slice(*ends) for ends in window)
         y, x = (axis[ends][::2] + (axis[1] - axis[0]) / 2 if len(axis) > 1 else axis[ends] for ends in (rows, columns))
         n, e, down = (a * x + (b * y[:, np.newaxis] + c) for a, b, c in turn.astype(np.float32).tolist())
         length = np.sqrt(x * x + (y * y)[:, np.newaxis] + np.float32(1.0))
         sine = down / length
-        if float(sine.max(initial=0.0)) <= STEEPEST:
+        if near is None and float(sine.max(initial=0.0)) <= STEEPEST:
             return
         lit = sine > STEEPEST
         scale = np.float32(height) / np.maximum(down, np.float32(STEEPEST))
+        if near is not None:
+            scale = np.float32(1.0) / np.maximum(near[rows, columns][::2, ::2], np.float32(1.0 / REACH))
+            ground = np.float32(depth) + down * scale
+            lit, contrast, sine = ground > SHALLOWEST, self.contrast(ground), np.abs(sine)
         away: Floats = scale * length
         step: NDArray[np.int64] = away.astype(np.int64)
         blur = away * np.float32(2.0 / len(axis) / TEXEL / 6.0) / np.maximum(sine, np.float32(STEEPEST))
         share: Floats = shown.take(step, mode="clip") / (np.float32(1.0) + blur * blur)
-        uneven = self._pattern(n * scale, e * scale, (north, east), time) * np.float32(contrast)
+        uneven = self._pattern(n * scale, e * scale, (north, east), time) * np.asarray(contrast, np.float32)
         share *= uneven
         share += np.float32(1.0)
         gain = np.where(lit, np.sqrt(np.clip(share, np.float32(0.05), BRIGHTEST)), np.float32(1.0))

@@ -14,15 +14,23 @@ Scene = tuple[Sight, Mapping[int, Glider]]
 
 
 def flow(
-    optics: CameraModel, rays: Floats, distance: Floats, instances: NDArray[np.uint16], now: Scene, then: Scene
+    optics: CameraModel,
+    rays: Floats,
+    distance: Floats,
+    instances: NDArray[np.uint16],
+    now: Scene,
+    then: Scene,
+    *,
+    level: bool,
 ) -> NDArray[np.float32]:
     """(n, 2) px from each pixel to where its point is seen then; NaN where it is not.
 
-    `rays` (3, n) are in the optical frame, `distance` (n,) in m, `instances` (n,) the numbers of the objects.
+    `rays` (3, n) are in the optical frame, `distance` (n,) in m, `instances` (n,) the numbers of the objects. What is
+    `level` is known by the height of both cameras above it, what is not by their depths.
     """
     (sight, gliders), (after, moved) = now, then
     towards = _turned(sight.turn, rays)
-    shown = _plane_points(towards, distance, sight, after)
+    shown = _still_points(towards, distance, sight, after, level=level)
     for number in np.unique(instances[instances > 0]).tolist():
         own = instances == number
         if number in moved:
@@ -35,13 +43,15 @@ def flow(
     return (pixels - np.stack((i + 0.5, j + 0.5), axis=-1)).astype(np.float32)
 
 
-def _plane_points(towards: Floats, distance: Floats, sight: Sight, after: Sight) -> Floats:
-    """(3, n) directions to the points of the planes from the next camera, also to those at infinity.
+def _still_points(towards: Floats, distance: Floats, sight: Sight, after: Sight, *, level: bool) -> Floats:
+    """(3, n) directions to the points of ground and surface from the next camera, also to those at infinity.
 
     A point of a plane stays on it: where it lies is known by the distances of both cameras from the plane.
     """
-    rise = 0.0 if math.isinf(sight.depth) else sight.depth - after.depth
-    sink = np.where(towards[2] < 0.0, rise, after.height - sight.height)
+    sink = sight.down - after.down
+    if level:
+        rise = 0.0 if math.isinf(sight.depth) else sight.depth - after.depth
+        sink = np.where(towards[2] < 0.0, rise, after.height - sight.height)
     nearness = 1.0 / distance
     steps = (sight.north - after.north) * nearness, (sight.east - after.east) * nearness, sink * nearness
     return towards + np.stack(steps)

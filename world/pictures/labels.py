@@ -10,11 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.optics import CameraModel, Floats
-from world.pictures.boards import Board
+from world.pictures.boards import Board, lying
 from world.pictures.capsule import Capsule
 from world.pictures.flow import flow
+from world.pictures.landscape import Landscape
+from world.pictures.lattice import turned
 from world.pictures.mug import Glider
-from world.pictures.rays import Places, Rays
+from world.pictures.ranging import Ranging
+from world.pictures.rays import Bools, Places, Rays
 from world.pictures.scenes import Standpoint
 from world.pictures.sight import Sight, board_beyond, board_seen, check_scene, numbered
 from world.pose import DOWN, Pose
@@ -33,6 +36,7 @@ class Kind(IntEnum):
     SKY = 3
     GLIDER = 4
     BOARD = 5
+    WALL = 6
 
 
 class Box(NamedTuple):
@@ -78,14 +82,23 @@ class Labels:
 class Labeller:
     """Labels the pictures of a camera with a mount in the vehicle, in one of SCENES. Raises ValueError for another one.
 
-    As in the pictures, seabed and surface are planes, which never hide a glider. The flow of a plane is that of its
-    points, not of the waves on it.
+    As in the pictures, the surface is a plane, and so is the seabed in a landscape without a relief; planes never hide
+    a glider. The flow of a plane is that of its points, not of the waves on it.
     """
 
-    def __init__(self, optics: CameraModel, mount: Pose = DOWN, scene: str = "Seabed"):
+    def __init__(
+        self,
+        optics: CameraModel,
+        mount: Pose = DOWN,
+        scene: str = "Seabed",
+        landscape: Landscape | None = None,
+    ):
         check_scene(scene)
         self.optics, self.mount, self.scene = optics, mount, scene
+        self.landscape = landscape or Landscape()
         self._rays = Rays(optics)
+        relief = self.landscape.relief
+        self._ranging = None if relief is None else Ranging(optics, self._rays, relief)
         self._below, self._above = (Kind.SEABED, Kind.SURFACE) if scene == "Seabed" else (Kind.SURFACE, Kind.SKY)
 
     def labels(
@@ -102,12 +115,14 @@ class Labeller:
         object or under the ground, and for numbers that are not finite, or of two objects.
         """
         gliders = numbered(gliders)
-        sight = Sight.of(standpoint, self.mount, self.scene)
+        sight = Sight.of(standpoint, self.mount, self.scene, self.landscape)
         bodies = {glider.id: sight.body(glider) for glider in gliders}
-        distance, kinds = self._planes(sight)
+        distance, kinds = self._planes(sight) if self._ranging is None else self._ground(sight, self._ranging)
+        self._wall_in(sight, distance, kinds)
         instances = np.zeros(distance.shape, dtype=np.uint16)
         flat = [(board, self._lay(board, sight, distance, kinds, instances)) for board in boards]
-        boxes = self._draw(bodies, distance, kinds, instances)
+        beds = {glider.id: self.landscape.bed(*sight.lying(glider)) for glider in gliders}
+        boxes = self._draw(bodies, beds, sight, distance, kinds, instances)
         boxes += tuple(
             Box(
                 board.id,
@@ -120,10 +135,18 @@ class Labeller:
         )
         moved = None
         if following is not None:
-            after = Sight.of(following[0], self.mount, self.scene)
+            after = Sight.of(following[0], self.mount, self.scene, self.landscape)
             now, then = ({glider.id: glider for glider in each} for each in (gliders, numbered(following[1])))
             bodies_alone = np.where(kinds == Kind.BOARD, np.uint16(0), instances)
-            moved = flow(self.optics, self._rays.all, distance, bodies_alone, (sight, now), (after, then))
+            moved = flow(
+                self.optics,
+                self._rays.all,
+                distance,
+                bodies_alone,
+                (sight, now),
+                (after, then),
+                level=self._ranging is None,
+            )
         shape = self.optics.height, self.optics.width
         return Labels(
             distance.astype(np.float32).reshape(shape),
@@ -150,6 +173,40 @@ class Labeller:
         kinds[~self._rays.covered] = Kind.VOID
         return distance, kinds
 
+    def _ground(self, sight: Sight, ranging: Ranging) -> tuple[Floats, NDArray[np.uint8]]:
+        """The same with a relief below."""
+        near, (a, b, c) = ranging.nearness(sight.place, sight.turn), sight.turn[2].tolist()
+        distance = np.full(self._rays.all.shape[1], np.nan)
+        kinds = np.zeros(distance.shape, dtype=np.uint8)
+        for start in range(0, near.size, BLOCK):
+            pixels = ranging.seen[start : start + BLOCK]
+            own, (x, y, z) = near[start : start + BLOCK], self._rays.all[:, pixels]
+            top = (a * x + b * y + c * z) * (-1.0 / sight.depth)
+            kinds[pixels] = np.where(top > own, np.uint8(self._above), np.uint8(self._below))
+            with np.errstate(divide="ignore"):
+                distance[pixels] = 1.0 / np.maximum(np.maximum(top, own), 0.0)
+        return distance, kinds
+
+    def _wall_in(self, sight: Sight, distance: Floats, kinds: NDArray[np.uint8]) -> None:
+        """Set the pixels that show walls."""
+        if not self.landscape.walls:
+            return
+        for start in range(0, distance.size, BLOCK):
+            part = slice(start, start + BLOCK)
+            near = self.landscape.wall_nearness(sight.place, turned(sight.turn, self._rays.all[:, part]))
+            with np.errstate(invalid="ignore"):
+                (own,) = np.nonzero(near * distance[part] > 1.0)
+            distance[start + own], kinds[start + own] = 1.0 / near[own], Kind.WALL
+
+    def _behind(self, sight: Sight, pixels: Places, far: Floats, distance: Floats, bed: float) -> Bools:
+        """Which of the pixels of a body, at distances `far`, ground or walls hide."""
+        found = np.zeros(pixels.shape, dtype=np.bool_)
+        if self._ranging is not None or self.landscape.walls:
+            (own,) = np.nonzero(distance[pixels] < far)
+            rays = turned(sight.turn, self._rays.all[:, pixels[own]])
+            found[own] = self.landscape.hides(sight.place, rays, 1.0 / far[own], bed)
+        return found
+
     def _lay(
         self,
         board: Board,
@@ -160,12 +217,17 @@ class Labeller:
     ) -> Places:
         """Set the pixels that show a board, and return them; one that was laid before is under it."""
         pixels, far = board_seen(board, sight, self._rays.all)
-        distance[pixels], kinds[pixels], instances[pixels] = far, Kind.BOARD, board.id
+        bed = self.landscape.bed(*lying(board, sight.down + sight.height - board.rise))
+        shown = ~self._behind(sight, pixels, far, distance, bed)
+        own = pixels[shown]
+        distance[own], kinds[own], instances[own] = far[shown], Kind.BOARD, board.id
         return pixels
 
     def _draw(
         self,
         bodies: Mapping[int, Capsule],
+        beds: Mapping[int, float],
+        sight: Sight,
         distance: Floats,
         kinds: NDArray[np.uint8],
         instances: NDArray[np.uint16],
@@ -178,6 +240,7 @@ class Labeller:
             pixels, far = pixels[far < math.inf], far[far < math.inf]
             if pixels.size:
                 shown = (instances[pixels] == 0) | (far < distance[pixels])
+                shown &= ~self._behind(sight, pixels, far, distance, beds[number])
                 own = pixels[shown]
                 distance[own], kinds[own], instances[own] = far[shown], Kind.GLIDER, number
                 seen.append((number, pixels, 1.0 - body.share_in(self.optics) if rim else 0.0))

@@ -49,8 +49,8 @@ class OpticalMedium:
     glow: Floats
     filling: Floats
 
-    def daylight(self, depth: float, exposed_at: float) -> Floats:
-        """Light at `depth` m for a camera whose exposure is right for green light at `exposed_at` m."""
+    def daylight(self, depth: Any, exposed_at: float) -> Floats:
+        """Light at `depth` m (one or many) for a camera whose exposure is right for green light at `exposed_at` m."""
         brightest = 60.0  # largest exponent: white anyway, and within single precision
         return np.exp(np.minimum(self.extinction[1] * exposed_at - self.extinction * depth, brightest))
 

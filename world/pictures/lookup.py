@@ -10,6 +10,7 @@ from world.pictures.faces import WIDEST_OF_FIVE, rotations
 
 OUTSIDE, VOID = -2, -1
 STRIP = 32  # rows that are looked up together: their temporary arrays fit into the L2 cache
+FINEST = 8192  # px
 
 
 def void_warning(fov: float, faces: int) -> str:
@@ -20,6 +21,11 @@ def void_warning(fov: float, faces: int) -> str:
         f"five faces fill {math.degrees(WIDEST_OF_FIVE):.2f}° only; at {math.degrees(fov):g}° "
         "the diagonals have black gaps: use six faces"
     )
+
+
+def finest_face(optics: CameraModel) -> int:
+    """Width (px) of a face whose pixels, at its middle, are not larger than those of a camera on its axis."""
+    return min(FINEST, max(1, math.ceil(2.0 * np.abs(optics.jacobian([0.0, 0.0, 1.0])).max())))
 
 
 class Lookup:

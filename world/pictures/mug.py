@@ -11,10 +11,16 @@ from numpy.typing import NDArray
 from world.attitude import Vector
 from world.objects import DIAMETER, LENGTH
 from world.pictures.faces import pixel_axis
+from world.pictures.landscape import Lying
 from world.pictures.light import rgb
 from world.pictures.planes import Window
 
 Floats = NDArray[np.floating[Any]]
+
+Pixels = tuple[NDArray[np.intp], NDArray[np.intp]]
+"""Rows and columns."""
+Hidden = Callable[[Pixels, Floats], NDArray[np.bool_]]
+"""Which pixels (n,) of a body, at 1 over the distance along the axis of the face (n,), are behind something else."""
 
 YELLOW = rgb(3.2, 1.9, 0.02)
 RIM = math.radians(80.0)  # beyond the rim of a face, which is at 45°
@@ -45,6 +51,16 @@ class Mug:
     radius: float = DIAMETER / 2
 
 
+def lying(north: float, east: float, down: float, heading: float, length: float, radius: float) -> Lying:
+    """How a glider lies whose middle is at a place (m; north, east, down)."""
+    points = np.empty((3, 3))
+    aside = (length / 2 - radius) * np.array((-1.0, 0.0, 1.0))
+    points[:, 0] = north + aside * math.cos(heading)
+    points[:, 1] = east + aside * math.sin(heading)
+    points[:, 2] = down
+    return points, radius, length
+
+
 def draw(
     face: NDArray[np.uint8],
     turn: NDArray[np.float64],
@@ -52,11 +68,12 @@ def draw(
     mug: Mug,
     light: Callable[[Floats, Floats], Floats],
     sun: Vector = (0.0, 0.0, -1.0),
+    hidden: Hidden | None = None,
 ) -> None:
     """Draws a glider into a window of a face (w, w, 4); `turn` (3, 3) rotates its optical frame to NED.
 
     `light(reflected, distance)` is what the camera sees, 0 to 255, of reflectances (3, n, m) at distances (n, m) in m;
-    `sun` is the direction to the sun.
+    `sun` is the direction to the sun; `hidden` tells which of its pixels are behind something else.
     """
     width = face.shape[0]
     centre = turn.T @ np.array(mug.centre)
@@ -80,6 +97,10 @@ def draw(
     cover = np.where(distance > 0, np.clip((mug.radius - gap) / pixel + 0.5, 0.0, 1.0), 0.0)
     if not cover.any():
         return
+    if hidden is not None:
+        own = np.nonzero(cover > 0.0)
+        pixels = own[0] + touched[0].start, own[1] + touched[1].start
+        cover[own] *= ~hidden(pixels, norm[own] / distance[own])
     normal = -apart / mug.radius - ray * np.sqrt(np.clip(1 - (gap / mug.radius) ** 2, 0.0, 1.0))
     lit = 0.4 + 0.6 * np.clip(_dot(turn.T @ np.array(sun), normal), 0.0, 1.0)
     colour = np.moveaxis(light((YELLOW * lit).astype(np.float32), distance.astype(np.float32)), 0, -1)

@@ -115,7 +115,7 @@ class Shot:
             across, down = (whole(self.caster.affine(axis @ turn, strip), scale) for axis in layer.axes)
             if bend is not None:
                 across += bend
-            tones = layer.tones(across, down, step)
+            tones = layer.tones(across, down, layer.level.take(step, mode="clip"))
             if layer.bends:
                 bend = tones >> BITS
                 tones &= TONES - 1
@@ -127,9 +127,11 @@ class Shot:
             out[...] = self.plane.shade(points, index)
 
 
-def whole(texels: Floats, scale: Floats) -> NDArray[np.int32]:
+def whole(texels: Floats, scale: Floats, origin: np.float32 | None = None) -> NDArray[np.int32]:
     """Texels from places on the plane that is a unit away, rounded down."""
     texels *= scale
+    if origin is not None:
+        texels += origin
     with np.errstate(invalid="ignore"):  # out of range next to the horizon, where the texture is one texel
         return texels.astype(np.int32)
 
@@ -153,11 +155,11 @@ class Print:
         sine = (np.arange(ROWS) + 0.5) / ROWS
         # A compromise: the extent of a pixel grows with sine**-2 along the view, with sine**-1 across it.
         footprint = pixel * plane.distance / layer.texel * sine**-1.75
-        self.level = np.clip(np.ceil(np.log2(footprint) - 0.3), 0, size.bit_length() - 1).astype(np.int32)
+        self.coarsest = size.bit_length() - 1
+        self.level = np.clip(np.ceil(np.log2(footprint) - 0.3), 0, self.coarsest).astype(np.int32)
 
-    def tones(self, column: NDArray[np.int32], row: NDArray[np.int32], step: NDArray[np.int64]) -> NDArray[Any]:
-        """The texture at whole texels, as coarse as its elevation requires."""
-        level = self.level.take(step, mode="clip")
+    def tones(self, column: NDArray[np.int32], row: NDArray[np.int32], level: NDArray[np.int32]) -> NDArray[Any]:
+        """The texture at whole texels, 2**level times as coarse. Overwrites what it is given."""
         for place in (column, row):
             place &= self.mask
             place >>= level

@@ -1,21 +1,30 @@
 """Renders the surroundings of a vehicle into the faces of a camera."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from world.attitude import rotation
-from world.pictures import boards, light, snow
+from world.pictures import boards, light, masonry, snow
 from world.pictures.boards import Board
 from world.pictures.caustics import Caustics
 from world.pictures.faces import empty_atlas, rotations
-from world.pictures.lamps import Lamp, beams
-from world.pictures.mug import Glider, Mug, draw
+from world.pictures.lamps import Beam, Lamp, beams
+from world.pictures.landscape import Landscape, Lying
+from world.pictures.lattice import turned
+from world.pictures.mug import Glider, Mug, Pixels, draw, lying
 from world.pictures.planes import Caster
 from world.pictures.scenes import Seabed, Standpoint, Surroundings
 from world.pictures.snow import Snow
+from world.pictures.terrain import Terrain
 from world.pose import DOWN, Pose
+
+Floats = NDArray[np.floating[Any]]
+Bools = NDArray[np.bool_]
 
 # Columns are the x (right), y (down) and z (ahead) of a picture in the frame of the sensor that takes it.
 OPTICAL = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
@@ -47,48 +56,108 @@ class Renderer:
         lamps: Sequence[Lamp] = (),
         snow: Snow | None = None,
         caustics: Caustics | None = None,
+        landscape: Landscape | None = None,
     ):
         self.scene = scene
         self.width = width
         self.faces = rotations(faces)
         self.rows, self.columns = (tuple(some) or ((0, width),) * faces for some in (rows, columns))
         self.mount, self.lamps = mount, tuple(lamps)
-        self.caster = Caster(width)
         self.snow, self.caustics = snow, caustics
+        self.caster, self.terrain = Caster(width), None
+        self.windows = list(zip(self.rows, self.columns, strict=True))
+        self.landscape = landscape or Landscape()
+        if self.landscape.relief is not None and isinstance(scene, Seabed):
+            self.terrain = Terrain(self.landscape.relief, width, self.faces, self.windows)
 
     def render(
         self, vehicle: Standpoint, gliders: Sequence[Glider] = (), flat: Sequence[Board] = ()
     ) -> NDArray[np.uint32]:
         """The atlas of the faces (see faces.empty_atlas); the camera's height must be positive."""
         atlas = empty_atlas(len(self.faces), self.width)
-        pose, turns = vehicle.carried(self.mount), camera(vehicle, self.mount) @ self.faces
-        windows = list(zip(self.rows, self.columns, strict=True))
+        pose, eye = vehicle.carried(self.mount), camera(vehicle, self.mount)
+        turns, windows = eye @ self.faces, self.windows
         lights = beams(self.lamps, vehicle.pose, self.mount)
-        self.caster.cast(atlas, turns, windows, self.scene.planes(pose, lights), (pose.north, pose.east), pose.time)
         pixels = atlas[:-1].view(np.uint8).reshape(len(turns), self.width, self.width, 4)
+        near = self._surroundings(atlas, eye, pose, lights)
+        where = pose.north, pose.east, pose.depth
+        here = replace(pose, height=self.landscape.height(*where, pose.height))
         if self.caustics is not None and isinstance(self.scene, Seabed):
-            place, shown = (pose.north, pose.east, pose.depth, pose.height), self.scene.shown(pose, lights)
-            for face, turn, window in zip(pixels, turns, windows, strict=True):
-                self.caustics.lay(face, turn, window, self.caster.axis, place, pose.time, shown)
+            place, shown = (*where, here.height), self.scene.shown(here, lights)
+            for number, (face, turn, window) in enumerate(zip(pixels, turns, windows, strict=True)):
+                close = None if near is None else near[number]
+                self.caustics.lay(face, turn, window, self.caster.axis, place, pose.time, shown, close)
         for board in flat:
             offset = board.north - pose.north, board.east - pose.east, pose.height - board.rise
-            look = self.scene.seen(pose, offset, lights)
-            for face, turn, window in zip(pixels, turns, windows, strict=True):
-                boards.draw(face, turn, window, board, offset, look)
+            look, cover = (
+                self.scene.seen(here, offset, lights),
+                self._cover(pose, near, boards.lying(board, pose.depth + offset[2])),
+            )
+            for number, (face, turn, window) in enumerate(zip(pixels, turns, windows, strict=True)):
+                boards.draw(face, turn, window, board, offset, look, cover and partial(cover, number, turn))
         for mug in _seen(pose, gliders):
-            look = self.scene.seen(pose, mug.centre, lights)
-            for face, turn, window in zip(pixels, turns, windows, strict=True):
-                draw(face, turn, window, mug, look, self.scene.sun)
+            look, cover = self.scene.seen(here, mug.centre, lights), self._cover(pose, near, _lying(mug, pose))
+            for number, (face, turn, window) in enumerate(zip(pixels, turns, windows, strict=True)):
+                draw(face, turn, window, mug, look, self.scene.sun, cover and partial(cover, number, turn))
         if lights and isinstance(self.scene, Seabed):
             for face, turn, (rows, columns) in zip(pixels, turns, windows, strict=True):
                 window = slice(*rows), slice(*columns)
-                light.lay_over(face[window], self.scene.veil(pose, turn, self.width, lights)[:, *window])
+                light.lay_over(face[window], self.scene.veil(here, turn, self.width, lights)[:, *window])
         if self.snow is not None and isinstance(self.scene, Seabed):
-            flakes = self.snow.around(pose.north, pose.east, pose.depth, pose.height, pose.time)
-            shine = self.scene.afloat(pose, flakes.points, lights)
+            flakes = self.snow.around(*where, here.height, pose.time)
+            shine = self.scene.afloat(here, flakes.points, lights)
             for face, turn, window in zip(pixels, turns, windows, strict=True):
                 snow.draw(face, turn, window, flakes, shine)
         return atlas
+
+    def _surroundings(
+        self, atlas: NDArray[np.uint32], eye: NDArray[np.float64], pose: Standpoint, lights: Sequence[Beam]
+    ) -> NDArray[np.float32] | None:
+        """Draw what is around. Where it can hide bodies: 1 over its distance along the axis of each face (f, w, w)."""
+        scene, turns, position = self.scene, eye @ self.faces, (pose.north, pose.east)
+        if not isinstance(scene, Seabed) or (self.terrain is None and not self.landscape.walls):
+            self.caster.cast(atlas, turns, self.windows, scene.planes(pose, lights), position, pose.time)
+            return None
+        near = np.zeros((len(turns), self.width, self.width), dtype=np.float32)
+        if self.terrain is not None:
+            self.terrain.cast(atlas, near, eye, pose, scene, lights)
+        else:
+            planes = scene.planes(pose, lights)
+            self.caster.cast(atlas, turns, self.windows, planes, position, pose.time)
+            for turn, (rows, columns), close in zip(turns, self.windows, near, strict=True):
+                strip = slice(*rows), slice(*columns)
+                down = self.caster.affine(turn[2], strip)
+                below, above = (plane.distance for plane in planes)
+                close[strip] = np.where(down > 0.0, down / below, -down / above)
+        pixels = atlas[:-1].reshape(near.shape)
+        for wall in self.landscape.walls:
+            for face, close, turn, window in zip(pixels, near, turns, self.windows, strict=True):
+                masonry.draw(face, close, turn, window, wall, pose, scene, lights)
+        return near
+
+    def _cover(
+        self, pose: Standpoint, near: NDArray[np.float32] | None, lying: Lying
+    ) -> Callable[[int, NDArray[np.float64], Pixels, Floats], Bools] | None:
+        """What tells which pixels of a body on a face, whose frame `turn` rotates to NED, are hidden."""
+        if near is None:
+            return None
+        place, bed = (pose.north, pose.east, pose.depth), self.landscape.bed(*lying)
+
+        def cover(number: int, turn: NDArray[np.float64], pixels: Pixels, body: Floats) -> Bools:
+            found = near[number][pixels] > body
+            (own,) = np.nonzero(found)
+            if own.size:
+                y, x = (self.caster.axis[each[own]].astype(np.float64) for each in pixels)
+                rays = turned(turn, np.stack((x, y, np.ones_like(x))))
+                found[own] = self.landscape.hides(place, rays, body[own], bed)
+            return found
+
+        return cover
+
+
+def _lying(mug: Mug, pose: Standpoint) -> Lying:
+    north, east, down = mug.centre
+    return lying(pose.north + north, pose.east + east, pose.depth + down, mug.heading, mug.length, mug.radius)
 
 
 def _seen(pose: Standpoint, gliders: Sequence[Glider]) -> list[Mug]:

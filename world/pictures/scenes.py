@@ -27,6 +27,10 @@ FLAKE = 0.6  # reflectance of marine snow
 SHALLOWEST = 0.05  # m; any closer, a few texels of the surface would fill the upper view
 
 
+SHADE = 0.4  # share of the daylight that comes from all sides
+LOWEST = 0.05  # sine of the elevation of a sun that lights slopes
+
+
 # Places on the ground (3, n) for a camera at a height of 1, as far as five times that.
 _away, _bearing = (a.ravel() for a in np.meshgrid(np.linspace(0.0, 6.0, 13), np.linspace(0.0, math.tau, 17)))
 GRID = np.stack([_away * np.cos(_bearing), _away * np.sin(_bearing), np.ones_like(_away)])
@@ -92,6 +96,31 @@ class Seabed:
             Plane(-1, depth, self.surface, self._palette(self.surface_colours * on_top, -1, depth, around)),
         )
 
+    def surface_plane(self, pose: Standpoint, lights: Sequence[Beam] = ()) -> Plane:
+        """The plane above the camera."""
+        depth, (lit, _) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
+        return Plane(-1, depth, self.surface, self._palette(self.surface_colours * lit(0.0), -1, depth, lit(depth)))
+
+    def facing(self, north: Any, east: Any, up: Any) -> Any:
+        """Daylight on what looks to a direction (unit vectors, one or many), as share of that on level ground."""
+        sun = self.sun
+        if sun[2] > -LOWEST:
+            return SHADE + (1.0 - SHADE) * up
+        return SHADE + (1.0 - SHADE) * np.clip((north * sun[0] + east * sun[1] - up * sun[2]) / -sun[2], 0.0, 2.0)
+
+    def ground(self, pose: Standpoint, lights: Sequence[Beam], points: Floats, facing: Any) -> tuple[Floats, Floats]:
+        """What the camera sees of white ground, and of the water before it: (3, n) by color, linear light.
+
+        The ground is at points (3, n; m, NED from the camera); `facing` (n,) is its share of daylight.
+        """
+        depth, (lit, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
+        away = np.sqrt(np.sum(points**2, axis=0))[np.newaxis]
+        on_ground = lit(np.maximum(depth + points[2:], 0.0)) * facing
+        if lights:
+            on_ground = on_ground + aperture * self._lamplight(points[:, np.newaxis], lights)
+        veil = self._glow(-points[2] / away, lit(depth)) * self.water.veil(away)
+        return (on_ground * self.water.transmission(away))[:, 0], veil[:, 0]
+
     def seen(self, pose: Standpoint, place: Vector, lights: Sequence[Beam] = ()) -> Look:
         """How a body near the ground looks from the camera (see mug.draw); `place` is NED, m from the camera."""
         depth, (daylight, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
@@ -135,7 +164,7 @@ class Seabed:
             lights, turn, width, pose.height, water.attenuation.ravel(), water.backward.ravel()
         )
 
-    def _lit(self, pose: Standpoint, lights: Sequence[Beam] = ()) -> tuple[Callable[[float], Floats], float]:
+    def _lit(self, pose: Standpoint, lights: Sequence[Beam] = ()) -> tuple[Callable[[Any], Floats], float]:
         """Light by depth (m) for a camera that does not burn out bright sand, and what one lux counts for it.
 
         Bright sand is that straight below, and, where there are lamps, all around, behind the glare of the water.

@@ -7,10 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from world.attitude import Vector
 from world.optics import CameraModel, Floats
 from world.pictures.boards import Board
 from world.pictures.capsule import Capsule
-from world.pictures.mug import Glider
+from world.pictures.landscape import Landscape, Lying
+from world.pictures.mug import Glider, lying
 from world.pictures.renderer import camera
 from world.pictures.scenes import SCENES, SHALLOWEST, Standpoint
 from world.pose import Pose
@@ -25,7 +27,8 @@ SAMPLES = 32  # across a board, to tell how much of it the picture shows
 class Sight(NamedTuple):
     """A camera: `turn` (3, 3) from its optical frame to NED, and its place in m north and east of the scene's origin.
 
-    It is `height` m above the plane below, and `depth` m below the plane above, infinite for the sky.
+    It is `height` m above the plane below, and `depth` m below the plane above, infinite for the sky; `down` is how far
+    it is below the surface of the sea (m).
     """
 
     turn: Floats
@@ -33,10 +36,11 @@ class Sight(NamedTuple):
     east: float
     height: float
     depth: float
+    down: float
 
     @classmethod
-    def of(cls, standpoint: Standpoint, mount: Pose, scene: str) -> "Sight":
-        """That of a vehicle in one of SCENES. Raises ValueError for a camera that is nowhere, or under the ground."""
+    def of(cls, standpoint: Standpoint, mount: Pose, scene: str, landscape: Landscape) -> "Sight":
+        """That of a vehicle in one of SCENES. Raises ValueError for a camera that is nowhere, or in ground or walls."""
         where = standpoint.north, standpoint.east, standpoint.height, standpoint.depth
         angles = standpoint.roll, standpoint.pitch, standpoint.yaw
         if not all(map(math.isfinite, (*where, *angles, *mount))):
@@ -44,14 +48,27 @@ class Sight(NamedTuple):
         if max(map(abs, where)) > FARTHEST:
             raise ValueError(f"{standpoint} is more than {FARTHEST:g} m away")
         place = standpoint.carried(mount)
-        if not place.height > 0.0:
-            raise ValueError(f"a camera {place.height:g} m above the ground is under it")
+        spot = place.north, place.east, place.depth
+        height = landscape.height(*spot, place.height)
+        if not height > 0.0:
+            raise ValueError(f"a camera {height:g} m above the ground is under it")
+        if trouble := landscape.trouble(spot, place.height):
+            raise ValueError(trouble)
         depth = max(place.depth, SHALLOWEST) if scene == "Seabed" else math.inf
-        return cls(camera(standpoint, mount), place.north, place.east, place.height, depth)
+        return cls(camera(standpoint, mount), place.north, place.east, place.height, depth, place.depth)
+
+    @property
+    def place(self) -> Vector:
+        return self.north, self.east, self.down
 
     def to(self, glider: Glider) -> Floats:
         """(3,) m north, east and down from the camera to the middle of a glider."""
         return np.array((glider.north - self.north, glider.east - self.east, self.height - glider.rise))
+
+    def lying(self, glider: Glider) -> Lying:
+        """How a glider lies on the ground."""
+        down = self.down + self.height - glider.rise
+        return lying(glider.north, glider.east, down, glider.heading, glider.length, 0.5 * glider.diameter)
 
     def body(self, glider: Glider) -> Capsule:
         """A glider as the camera sees it. Raises ValueError if the camera is within it, or if it has no size."""

@@ -124,3 +124,35 @@ def seen_again(found, gliders, standpoint, then, turn, moved):
     overhead = (found.kinds == SURFACE) & (found.rays[:, 2] < 0)
     points[overhead, 2] -= (then.height + then.depth) - (standpoint.height + standpoint.depth)
     return (points - turn[:3, 3]) @ turn[:3, :3]
+
+
+def march_down(sea, origin, rays, lowered=0.0, far=130.0):
+    """Distances (n,) at which rays (n, 3; world) first meet a bottom, by small steps and bisection."""
+    low, high, going = np.zeros(len(rays)), np.full(len(rays), np.inf), np.arange(len(rays))
+
+    def over(chosen, way):
+        places = origin + way[:, None] * rays[chosen]
+        return sea.depths(places[:, 0].copy(), places[:, 1].copy()) + lowered > places[:, 2]
+
+    way = 0.0
+    while going.size and way < far:
+        after = way + 0.03 + 0.003 * way
+        above = over(going, np.full(len(going), after))
+        low[going], high[going[~above]] = way, after
+        going, way = going[above], after
+    hit = np.flatnonzero(np.isfinite(high))
+    for _ in range(40):
+        middle = (low[hit] + high[hit]) / 2
+        above = over(hit, middle)
+        low[hit], high[hit] = np.where(above, middle, low[hit]), np.where(above, high[hit], middle)
+    return high
+
+
+def wall_distance(wall, origin, rays):
+    """Distances (n,) to an upright wall, from its equation as a plane, and how far along it that is."""
+    a, b = np.array(wall)
+    normal = np.array([-(b - a)[1], (b - a)[0]])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        way = (a - origin[:2]) @ normal / (rays[:, :2] @ normal)
+        along = (origin[:2] + way[:, None] * rays[:, :2] - a) @ (b - a) / ((b - a) @ (b - a))
+        return np.where((way > 0) & (along >= 0) & (along <= 1), way, np.inf)
