@@ -35,9 +35,8 @@ class Camera:
     `face_width` (px) is that of the square views of 90° that make up a picture; 0 is as fine as the picture itself.
     `water` is one of Jerlov's types, which has a visibility of its own.
     `lamps` are those of the vehicle; they shine under water only. `snow` is how many flakes are in a cubic meter of it.
-    `caustics` is how much light the waves gather on the ground, from 0 to 1 for a clear sky.
-    With soundings, `seabed` is the ground, in place of a plane `height` m below the vehicle; `walls` reach from the ground
-    to the surface.
+    `caustics` is how much light the waves gather on the ground, 0 to 1 for a clear sky. With soundings, `seabed` is
+    the ground, in place of a plane `height` m below the vehicle; `walls` reach from the ground to the surface.
     `mugs` are positions of gliders in m north and east of the scene's origin, on the ground beneath the camera. All
     cameras with the same seed see the same seabed. The first picture takes some tenths of a second longer, since it
     builds the tables.

@@ -81,7 +81,7 @@ class Caustics:
         n, e, down = (a * x + (b * y[:, np.newaxis] + c) for a, b, c in turn.astype(np.float32).tolist())
         length = np.sqrt(x * x + (y * y)[:, np.newaxis] + np.float32(1.0))
         sine = down / length
-        if near is None and float(sine.max(initial=0.0)) <= STEEPEST:
+        if not sine.size or (near is None and float(sine.max()) <= STEEPEST):
             return
         lit = sine > STEEPEST
         scale = np.float32(height) / np.maximum(down, np.float32(STEEPEST))

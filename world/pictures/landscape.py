@@ -84,11 +84,10 @@ def nearness(wall: Wall, place: Vector, rays: Floats) -> Floats:
     wn, we = bn - an, be - ae
     aside = an * we - ae * wn
     if aside == 0.0:
-        return np.zeros(rays.shape[1])
-    near = (rays[0] * we - rays[1] * wn) / aside
-    share = (an * rays[1] - ae * rays[0]) / aside
-    missed = (near < 0.0) | (share < 0.0) | (share > near)
-    return np.where(missed, np.zeros_like(near), near)
+        return 0.0 * rays[0]
+    near: Floats = (rays[0] * we - rays[1] * wn) / aside
+    share: Floats = (an * rays[1] - ae * rays[0]) / aside
+    return near * ((near > 0.0) & (share >= 0.0) & (share <= near))
 
 
 def _apart(wall: Wall, place: Vector) -> float:
