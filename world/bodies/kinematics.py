@@ -43,7 +43,8 @@ class Motion:
         self.p = self.q = self.r = 0.0
         self._surge = Ramp(0.0)
         self._dive = Ramp(0.0)
-        self._yaw_rate = self._yaw_acceleration = 0.0
+        self._yaw_rate: float = 0.0
+        self._yaw_acceleration: float = 0.0
         self._derive()
 
     def advance(self, seconds: float) -> None:

@@ -87,7 +87,8 @@ def nearness(wall: Wall, place: Vector, rays: Floats) -> Floats:
         return 0.0 * rays[0]
     near: Floats = (rays[0] * we - rays[1] * wn) / aside
     share: Floats = (an * rays[1] - ae * rays[0]) / aside
-    return near * ((near > 0.0) & (share >= 0.0) & (share <= near))
+    near *= (near > 0.0) & (share >= 0.0) & (share <= near)
+    return near
 
 
 def _apart(wall: Wall, place: Vector) -> float:
