@@ -16,7 +16,7 @@ from runtime.kernel import VirtualClock, nanoseconds
 from runtime.logs import logs_of_run, place_of
 from runtime.vehicle import Vehicle, build
 from shoal.rendering.cameras import take_cameras, take_world
-from shoal.rendering.frames import FrameTimes, Taken, frame_rates, logged_frames, start_time
+from shoal.rendering.frames import FrameTimes, Taken, frame_rates, frames_unlike, logged_frames, start_time
 from shoal.rerun import Instants, LoggedRun, ResimulationError, outline, profile_of, run_of, tick_rates
 from tasks.surroundings import world_of
 from tasks.vision.keeping import FOLDER
@@ -60,7 +60,7 @@ class Eye(NamedTuple):
 class Exposures:
     """The pictures of a log in order of time; cameras by label, and what describes them in the folder of pictures.
 
-    troubles: why there is none of a camera.
+    troubles: why there is none of a camera. unlike: label and time of frames that the run took with another lens.
     """
 
     cameras: dict[str, Eye]
@@ -68,6 +68,7 @@ class Exposures:
     description: bytes = b""
     notes: list[str] = field(default_factory=list[str])
     troubles: list[str] = field(default_factory=list[str])
+    unlike: frozenset[tuple[str, float]] = frozenset()
 
 
 def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None) -> Exposures:
@@ -144,7 +145,13 @@ def expose(log: imc.Log, cameras: Path | None = None, world: Path | None = None)
     troubles = [f"no picture of {entity.label}: {entity.description}" for entity in blind]
     shots.sort(key=lambda shot: (shot.time, shot.camera))
     eyes = {each.task.entity.label: Eye(each.task.camera, each.task.shutter) for each in recorders}
-    return Exposures(eyes, shots, described, notes, troubles)
+    by_entity = {about.labels.get(label, -1): label for label in eyes} if cameras is None else {}
+    lenses = {entity: eyes[label].camera.optics for entity, label in by_entity.items()}
+    unlike = {(by_entity[e], time) for e, time in frames_unlike(log.schema, told[imc.CameraFrame.ID], lenses)}
+    for label in sorted({label for label, _ in unlike}):
+        others = sum(other == label for other, _ in unlike)  # integers
+        notes.append(f"{others} frames of {label} were taken with another lens or size, which changed during the run")
+    return Exposures(eyes, shots, described, notes, troubles, frozenset(unlike))
 
 
 class _Recorder:

@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 import imc
@@ -10,6 +10,7 @@ from imc.discovery import Services
 from runtime.kernel import SECOND, Kernel, nanoseconds
 from runtime.profile import Profile, default_label
 from shoal.rerun import tick_rates
+from world.optics import CameraModel
 
 LONGEST = 30 * 86400.0  # s of a run
 LONGEST_UID = 20  # digits
@@ -36,6 +37,26 @@ def logged_frames(schema: imc.Schema, packets: Iterable[tuple[int, bytes]]) -> d
             late = published - nanoseconds(time)
             found.setdefault(said.src_ent, []).append(Taken(nanoseconds(time), index, max(0, late) / SECOND))
     return {entity: deque(sorted(taken)) for entity, taken in found.items()}
+
+
+def frames_unlike(
+    schema: imc.Schema, packets: Iterable[tuple[int, bytes]], cameras: Mapping[int, CameraModel]
+) -> set[tuple[int, float]]:
+    """Entity and time (s since 1970 UTC) of the frames whose CameraFrame tells of another size or lens than cameras do.
+
+    The parameters of a camera may change during a run; a frame tells those of its exposure.
+    """
+    found = set[tuple[int, float]]()
+    for _, packet in packets:
+        said = schema.decode(packet)
+        optics = cameras.get(said.src_ent)
+        told = [getattr(said, name, math.nan) for name in ("width", "height", "fx", "fy", "cx", "cy")]
+        if optics is None or not all(map(math.isfinite, told)):
+            continue
+        wanted = optics.width, optics.height, optics.fx, optics.fy, optics.cx, optics.cy
+        if not all(math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-3) for a, b in zip(told, wanted, strict=True)):
+            found.add((said.src_ent, getattr(said, "time", math.nan)))
+    return found
 
 
 def frame_rates(profile: Profile) -> dict[str, set[float]]:
