@@ -17,7 +17,7 @@ from runtime.logs import place_of
 from runtime.problem import ProfileError
 from runtime.profile import Profile, items, load_profile
 from runtime.snapshot import STATE, SUFFIX, Journals, Snapshot, SnapshotError, load, load_file, restore, save
-from runtime.task import Parameter, Task
+from runtime.task import Parameter, Task, shared_options
 from runtime.vehicle import Vehicle, build
 from shoal.missions import PlanRequest, given_in
 from shoal.rerun.outlines import outline
@@ -200,7 +200,11 @@ def _value(vehicle: Vehicle, assignment: str) -> tuple[Task, Parameter, Any]:
     try:
         task = vehicle.task(section.strip())
     except KeyError:
-        raise SnapshotError(f"{assignment}: the vehicle has no task {section.strip()!r}") from None
+        if shared_options((type(task) for task in vehicle.tasks), section.strip()):
+            reason = f"[{section.strip()}] is read when a run begins: give it to `shoal run`"
+        else:
+            reason = f"the vehicle has no task {section.strip()!r}"
+        raise SnapshotError(f"{assignment}: {reason}") from None
     parameter = task.parameter_set.find(option.strip())
     if parameter is None:
         raise SnapshotError(f"{assignment}: {task.name} has no such parameter")

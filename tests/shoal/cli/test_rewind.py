@@ -78,6 +78,7 @@ def test_a_time_behind_the_end_of_the_log_is_said(log: Path, tmp_path: Path, at:
     [
         ("Simulators.GPS/Kinematic:HACK=1", "Simulators.GPS/Kinematic has no such parameter"),
         ("Simulators.GPX:HACC=1", "the vehicle has no task 'Simulators.GPX'"),
+        ("World:Water Type=9C", "[World] is read when a run begins"),
         ("Simulators.GPS/Kinematic:HACC=many", "many"),
     ],
 )
