@@ -84,21 +84,23 @@ def write_calibration(folder: Path, cameras: Sequence[LoggedCamera], unit: Logge
     """Write camchain.yaml, and with an IMU of a known noise and a `rate` (Hz) vins/ and openvins/. Raises OSError.
 
     Only what the models of the cameras allow is written: Kalibr's for camchain and OpenVINS, VINS-Fusion's for vins/.
+    A simulated IMU measures the mean over the interval that ends at its stamp: it is half an interval late.
     """
     known = [camera for camera in cameras if "intrinsics" in camera.model]
     if not known:
         return
-    chain = _chain(known, None if unit is None else unit.pose)
+    late = 0.5 / rate if rate > 0.0 else 0.0
+    chain = _chain(known, None if unit is None else unit.pose, late)
     folder.mkdir(parents=True, exist_ok=True)
     _write(folder / "camchain.yaml", chain)
     if unit is None:
         return
     _write_openvins(folder / "openvins", chain, unit, rate)
     if all(_camodocal(camera) for camera in known):
-        _write_vins(folder / "vins", known, unit)
+        _write_vins(folder / "vins", known, unit, late)
 
 
-def _chain(cameras: Sequence[LoggedCamera], imu: Array | None) -> dict[str, Any]:
+def _chain(cameras: Sequence[LoggedCamera], imu: Array | None, late: float) -> dict[str, Any]:
     chain: dict[str, Any] = {}
     for number, camera in enumerate(cameras):
         model = {name: camera.model[name] for name in ("camera_model", "intrinsics", "distortion_model")}
@@ -110,7 +112,7 @@ def _chain(cameras: Sequence[LoggedCamera], imu: Array | None) -> dict[str, Any]
             "cam_overlaps": [other for other in range(len(cameras)) if other != number],
         }
         if imu is not None:
-            entry |= {"T_cam_imu": (np.linalg.inv(camera.pose) @ imu).tolist(), "timeshift_cam_imu": 0.0}
+            entry |= {"T_cam_imu": (np.linalg.inv(camera.pose) @ imu).tolist(), "timeshift_cam_imu": late}
         if number:
             entry["T_cn_cnm1"] = (np.linalg.inv(camera.pose) @ cameras[number - 1].pose).tolist()
         chain[f"cam{number}"] = entry
@@ -147,8 +149,8 @@ def _write_openvins(folder: Path, chain: dict[str, Any], unit: LoggedUnit, rate:
         _write(folder / f"{name}.yaml", content, "%YAML:1.0\n\n")
 
 
-def _write_vins(folder: Path, cameras: Sequence[LoggedCamera], unit: LoggedUnit) -> None:
-    """VINS-Fusion's configuration, in which body is the IMU."""
+def _write_vins(folder: Path, cameras: Sequence[LoggedCamera], unit: LoggedUnit, late: float) -> None:
+    """VINS-Fusion's configuration, in which body is the IMU, whose samples are `late` (s)."""
     folder.mkdir(exist_ok=True)
     width, height = cameras[0].model["resolution"]
     noise = densities(unit.part)
@@ -163,7 +165,7 @@ def _write_vins(folder: Path, cameras: Sequence[LoggedCamera], unit: LoggedUnit)
     names = {"acc_n": "accelerometer_noise_density", "gyr_n": "gyroscope_noise_density"}
     names |= {"acc_w": "accelerometer_random_walk", "gyr_w": "gyroscope_random_walk"}
     lines += [f"{short}: {noise[name]!r}" for short, name in names.items()]
-    lines += [f"g_norm: {GRAVITY}", "estimate_td: 0", "td: 0.0"]
+    lines += [f"g_norm: {GRAVITY}", "estimate_td: 0", f"td: {late!r}"]
     (folder / "vins.yaml").write_text("\n".join(lines) + "\n")
     for number, camera in enumerate(cameras):
         _write(folder / f"cam{number}.yaml", _camodocal(camera), "%YAML:1.0\n---\n")

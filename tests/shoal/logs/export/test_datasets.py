@@ -108,7 +108,11 @@ def test_each_calibration_says_the_same_of_each_camera(source, tmp_path):
         storage.getNode("acc_n").real()
         == yaml.safe_load((calibration / "imu0.yaml").read_text())["accelerometer_noise_density"]
     )
-    body = yaml.safe_load((tmp_path / "mav0/imu0/sensor.yaml").read_text())["T_BS"]["data"]
+    sensor = yaml.safe_load((tmp_path / "mav0/imu0/sensor.yaml").read_text())
+    late = 0.5 / sensor["rate_hz"]  # samples are means over the interval that ends at their stamp
+    assert storage.getNode("td").real() == late > 0.0
+    assert [chain[f"cam{n}"]["timeshift_cam_imu"] for n in range(3)] == [late] * 3
+    body = sensor["T_BS"]["data"]
     body = np.array(body).reshape(4, 4)
     point = np.array([0.2, 0.1, 4.0, 1.0])
     for number in range(3):
