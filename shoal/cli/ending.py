@@ -30,8 +30,9 @@ def guarded(vehicle: Vehicle) -> Generator[Watchdog]:
         with watchdog:
             yield watchdog
     finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
+        if not watchdog.hasty:  # after a signal the process ends: one of the same stop must not kill it meanwhile
+            for number, handler in previous.items():
+                signal.signal(number, handler)
 
 
 def leave_after(watchdog: Watchdog, status: int) -> NoReturn:

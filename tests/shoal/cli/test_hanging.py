@@ -102,6 +102,17 @@ def test_a_signal_ends_it_in_a_second_whatever_hangs_and_the_log_can_be_read(tmp
     assert imc.Log(log).counts()["SimulatedState"] > 100
 
 
+def test_signals_of_the_same_moment_do_not_kill_a_run_that_has_stopped(tmp_path):
+    process = begin(tmp_path, "nothing")
+    until(process, "hanging now")
+    end = time.monotonic() + 0.9
+    while process.poll() is None and time.monotonic() < end:
+        process.send_signal(signal.SIGTERM)
+        time.sleep(0.001)
+    rest = process.communicate(timeout=20)[0]
+    assert process.returncode == 0, rest
+
+
 @pytest.mark.parametrize("gap", [0.001, 0.1])
 def test_signals_of_the_same_moment_are_one_stop(tmp_path, gap):
     """`timeout` signals its child, and then its group."""
