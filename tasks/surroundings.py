@@ -8,7 +8,7 @@ import imc
 from imc.coordinates import NOWHERE, StartPoint, offset
 from runtime import ParameterError, Task
 from world import Pose, Spot, World, WorldError, read_world
-from world.attitude import Vector, turned
+from world.attitude import Vector
 from world.sensors import BodyMotion
 
 
@@ -113,30 +113,3 @@ class Truth:
             return None
         (north, east, down), angles = BodyMotion.of(state).moved(now - state.timestamp)
         return Placed(self._place[0] + north, self._place[1] + east, state.z + down, angles)
-
-
-class Belief:
-    """Follows EstimatedState, and carries it on by its velocities and rates to a moment."""
-
-    def __init__(self, origin: tuple[float, float] | None):
-        self._chart = Chart(origin)
-        self.state: imc.EstimatedState | None = None
-
-    def follow(self, state: imc.EstimatedState) -> None:
-        """Take the next state; one that is not finite is passed over."""
-        numbers = (
-            *(state.lat, state.lon, state.x, state.y, state.z, state.phi, state.theta, state.psi),
-            *(state.vx, state.vy, state.vz, state.p, state.q, state.r),
-        )
-        if all(map(math.isfinite, numbers)):
-            self.state = state
-
-    def at(self, time: float, oldest: float) -> Pose | None:
-        """Where the vehicle believes to be at a time (s since 1970); None without a state within `oldest` s of it."""
-        state = self.state
-        if state is None or abs(time - state.timestamp) > oldest:
-            return None
-        seconds = time - state.timestamp
-        north, east = self._chart.place(state)
-        angles = turned((state.phi, state.theta, state.psi), (state.p, state.q, state.r), seconds)
-        return Pose(north + seconds * state.vx, east + seconds * state.vy, state.z + seconds * state.vz, *angles)

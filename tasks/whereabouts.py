@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import imc
 from tasks.surroundings import Chart
+from world import Pose
 from world.attitude import Vector, turned, wrap
 
 KEPT = 5.0  # s of states
@@ -22,6 +23,10 @@ class Belief(NamedTuple):
     down: float
     bottom: float
     angles: Vector
+
+    @property
+    def pose(self) -> Pose:
+        return Pose(self.north, self.east, self.down, *self.angles)
 
 
 class Whereabouts:
@@ -48,6 +53,15 @@ class Whereabouts:
         while state.timestamp - self._states[0][0].timestamp > self.kept:
             self._states.popleft()
         return fault
+
+    @property
+    def latest(self) -> imc.EstimatedState | None:
+        return self._states[-1][0] if self._states else None
+
+    def pose(self, time: float, oldest: float) -> Pose | None:
+        """Where the vehicle believed to be at a time, like `at`; None where that tells why it is not known."""
+        belief = self.at(time, oldest)
+        return None if isinstance(belief, str) else belief.pose
 
     def at(self, time: float, oldest: float) -> Belief | str:
         """The belief of a time (s since 1970), or why there is none; the last state is carried on for `oldest` s."""

@@ -8,11 +8,12 @@ import numpy as np
 
 import imc
 from runtime import Frame, ParameterError, State, consume, param, periodic
-from tasks.surroundings import Belief, Truth, world_of
+from tasks.surroundings import Truth, world_of
 from tasks.vision.airsim_client import AirSimClient, Shot, mount_of
 from tasks.vision.airsim_messages import AirSimError, Image, Kinematics, transform
 from tasks.vision.keeping import PictureKeeper
 from tasks.vision.records import camera_frame
+from tasks.whereabouts import Whereabouts
 from world import SECTIONS, Pose
 from world.attitude import to_body
 from world.optics import PRESETS, CameraModel, FisheyeCamera, Floats, PinholeCamera, preset_lens
@@ -92,7 +93,7 @@ class AirSim(PictureKeeper):
     def start(self) -> None:
         super().start()
         origin = world_of(self).origin
-        self._truth, self._belief, self._began = Truth(origin), Belief(origin), self.now
+        self._truth, self.whereabouts, self._began = Truth(origin), Whereabouts(origin), self.now
         self.taken = self.dropped = self.failed = 0
         self._trouble = ""
         self._connect()
@@ -119,7 +120,7 @@ class AirSim(PictureKeeper):
 
     @consume
     def follow(self, state: imc.EstimatedState) -> None:
-        self._belief.follow(state)
+        self.whereabouts.follow(state)
 
     @consume
     def follow_truth(self, truth: imc.SimulatedState) -> None:
@@ -132,7 +133,7 @@ class AirSim(PictureKeeper):
             return
         if self.now < self._next:
             return
-        truth, believed, pose = self._truth.at(self.now, OLDEST), self._belief.at(self.now, OLDEST), None
+        truth, believed, pose = self._truth.at(self.now, OLDEST), self.whereabouts.pose(self.now, OLDEST), None
         if self.pose_from == SHOAL:
             pose = believed if truth is None else Pose(truth.north, truth.east, truth.down, *truth.angles)
             if pose is None:
@@ -163,7 +164,7 @@ class AirSim(PictureKeeper):
         self.share(Frame(time, self.entity.label, self.taken, made.image, info, made.optics, made.mount, pose))
         estimate = None if believed is None else believed.transform @ made.mount
         self._camera = made.optics, Pose.of(made.mount @ np.linalg.inv(optical(Pose())))
-        file = self.keep(time, made.image, self.described(self._belief.state)) if self.is_wanted() else ""
+        file = self.keep(time, made.image, self.described(self.whereabouts.latest)) if self.is_wanted() else ""
         self.publish(camera_frame(time, self.taken, made.optics, pose, estimate, file, is_true=is_true))
         self.taken += 1
         if self.publish_truth and made.motion is not None:

@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 import imc
 from runtime import Frame, State, consume
-from tasks.surroundings import Belief, world_of
+from tasks.surroundings import world_of
 from tasks.vision.mounted import MountedCamera
 from tasks.vision.records import camera_frame
+from tasks.whereabouts import Whereabouts
 from world import SECTIONS, Pose
 from world.optics import CameraModel, PinholeCamera
 from world.pictures import optical
@@ -37,12 +38,12 @@ class CalibratedCamera(MountedCamera):
     def start(self) -> None:
         super().start()
         self.taken = self.dropped = self.failed = 0
-        self._belief = Belief(world_of(self).origin)
+        self.whereabouts = Whereabouts(world_of(self).origin)
         self._odd = ""
 
     @consume
     def follow(self, state: imc.EstimatedState) -> None:
-        self._belief.follow(state)
+        self.whereabouts.follow(state)
 
     def deliver(self, time: float, image: NDArray[np.uint8], stamp: float, what: str = "") -> None:
         """Share a picture (height, width, 4) that was exposed at `time`, by its own clock at `stamp` (s)."""
@@ -58,10 +59,10 @@ class CalibratedCamera(MountedCamera):
         else:
             self.tell(f"{what}{told}")
         mount = optical(self.mount)
-        estimate = self._belief.at(time, OLDEST)
+        estimate = self.whereabouts.pose(time, OLDEST)
         there = NOWHERE if estimate is None else estimate.transform @ mount
         model = optics or PinholeCamera(width, height, 1.0, 1.0, 0.5 * width, 0.5 * height)
-        file = self.keep(time, image, self.described(self._belief.state)) if self.is_wanted() else ""
+        file = self.keep(time, image, self.described(self.whereabouts.latest)) if self.is_wanted() else ""
         message = camera_frame(time, self.taken, model, there, None if estimate is None else there, file, is_true=False)
         unknown = {} if optics else {"fx": math.nan, "fy": math.nan, "cx": math.nan, "cy": math.nan}
         self.share(Frame(time, self.entity.label, self.taken, image, {"stamp": stamp}, optics, mount))
