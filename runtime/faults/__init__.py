@@ -1,0 +1,1 @@
+"""Faults of tasks in simulation: what they publish is lost, stuck, shifted or noisy, or they fail."""
