@@ -4,9 +4,9 @@ import math
 from typing import NamedTuple
 
 import imc
-from tasks.surroundings import Chart, Placed, Truth
+from tasks.surroundings import Placed, Truth
+from tasks.whereabouts import Whereabouts
 from world import Pose, Spot, World
-from world.attitude import turned
 from world.pictures import Board, Glider, Standpoint, board
 
 OLDEST = 1.0  # s, beyond which the true state counts as missing
@@ -28,13 +28,11 @@ class Viewpoint:
     def __init__(self, origin: tuple[float, float] | None, *, sea: bool):
         self.sea = sea
         self.estimate: imc.EstimatedState | None = None
-        self._place = (0.0, 0.0)
-        self._truth, self._chart = Truth(origin), Chart(origin)
+        self._truth, self._beliefs = Truth(origin), Whereabouts(origin, kept=0.0)
 
     def follow(self, state: imc.EstimatedState) -> None:
         self.estimate = state
-        if math.isfinite(state.lat + state.lon + state.x + state.y):
-            self._place = self._chart.place(state)
+        self._beliefs.follow(state)
 
     def follow_truth(self, truth: imc.SimulatedState) -> None:
         self._truth.follow(truth)
@@ -69,23 +67,11 @@ class Viewpoint:
 
     def _believed(self, state: imc.EstimatedState, now: float, time: float) -> Standpoint | None:
         """Where the vehicle believes it is; None without a recent place and attitude."""
-        if now - state.timestamp > OLDEST or not math.isfinite(
-            state.lat + state.lon + state.x + state.y + state.z + state.depth + state.phi + state.theta + state.psi
-        ):
+        belief = self._beliefs.at(now, OLDEST)
+        if isinstance(belief, str) or self._beliefs.latest is not state or not math.isfinite(state.depth):
             return None
-        moving = math.isfinite(state.vx + state.vy + state.vz + state.p + state.q + state.r)
-        if not moving:
-            state = state.replace(vx=0.0, vy=0.0, vz=0.0, p=0.0, q=0.0, r=0.0)
-        seconds = max(0.0, now - state.timestamp)
-        angles = turned((state.phi, state.theta, state.psi), (state.p, state.q, state.r), seconds)
-        return Standpoint(
-            self._place[0] + seconds * state.vx,
-            self._place[1] + seconds * state.vy,
-            self._ground(state) - state.z - seconds * state.vz,
-            state.depth + seconds * state.vz,
-            *angles,
-            time,
-        )
+        height, depth = self._ground(state) - belief.down, state.depth + belief.down - state.z
+        return Standpoint(belief.north, belief.east, height, depth, *belief.angles, time)
 
     def _ground(self, state: imc.EstimatedState) -> float:
         """Where the vehicle believes what is below it (m, down like its z)."""
