@@ -1,0 +1,41 @@
+"""One run that is to be done, wherever."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from shoal.scenarios import Result
+
+SUFFIX = ".scenario.yaml"
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run of the scenario in a file.
+
+    `key` is the caller's, to know it again. `values` replace those of the file, by path ("world/current/north").
+    `seed` replaces that of the file. A log is kept only with a `log_root`.
+    """
+
+    key: int | str
+    path: Path
+    values: Mapping[str, object] = field(default_factory=dict[str, object])
+    seed: int | None = None
+    log_root: Path | None = None
+
+    @property
+    def name(self) -> str:
+        """What the scenario is called if its file cannot be read: the file's name without its ending."""
+        return self.path.name.removesuffix(SUFFIX)
+
+    def failed(self, error: str, kind: type[Result] = Result) -> Result:
+        """The result of a run that did not come to its end."""
+        return kind(self.name, self.seed or 0, error=error)
+
+
+class Unreadable(Result):
+    """The result of a job whose file, or a value for it, is wrong: there was no run."""
+
+
+Do = Callable[[Job], Result]
+"""Does a job in the process that calls it. It may keep things from one job to the next."""

@@ -1,0 +1,135 @@
+"""Does jobs in processes of this computer; one that dies or hangs loses nothing."""
+
+import os
+import tempfile
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from multiprocessing.connection import wait
+from pathlib import Path
+from types import TracebackType
+
+from shoal.campaigns.job import Do, Job
+from shoal.campaigns.worker import Worker
+from shoal.scenarios import Result
+
+WALL_LIMIT = 600.0  # s
+TRIES = 2  # processes that may die of one job
+STILLBORN = 3  # processes, one after another, that ended before they could work
+
+
+class Pool:
+    """Processes that do jobs, and are kept for more of them until the pool is closed.
+
+    `workers` is how many, by default one on each processor; with 0 this process does the jobs itself, without a limit
+    of time. A job that takes more than `wall_limit` (s of wall time), or of which two processes die, has a Result with
+    an `error`. `code` are folders with tasks of a user. `make` makes in each process what does the jobs there.
+    """
+
+    def __init__(
+        self,
+        workers: int | None = None,
+        *,
+        make: Callable[[], Do],
+        wall_limit: float = WALL_LIMIT,
+        code: Sequence[Path] = (),
+    ):
+        self._count = processors() if workers is None else workers
+        self._make, self._code, self._wall_limit = make, tuple(code), wall_limit
+        self._workers: list[Worker] = []
+        self._stillborn = 0
+        self._again = deque[tuple[Job, int]]()
+        self._folder = tempfile.TemporaryDirectory(prefix="shoal-", ignore_cleanup_errors=True)
+        self._here: Do | None = None
+
+    def __enter__(self) -> "Pool":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End all processes at once."""
+        for worker in self._workers:
+            worker.end()
+        self._workers.clear()
+        self._folder.cleanup()
+
+    def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, Result]]:
+        """The jobs with their results, in the order of completion. Jobs are asked for when there is somebody for them.
+
+        Raises OSError if no process can be started.
+        """
+        if self._count == 0:
+            self._here = self._here or self._make()
+            yield from ((job, self._here(job)) for job in jobs)
+            return
+        coming = iter(jobs)
+        try:
+            while self._hand_out(coming):
+                yield from self._listen()
+        finally:  # the caller may have heard enough
+            self._again.clear()
+            for worker in [worker for worker in self._workers if worker.job is not None]:
+                self._end(worker)
+
+    def _hand_out(self, coming: Iterator[Job]) -> bool:
+        """Give jobs to all that have none; False if there is no job left, and nobody has one."""
+        while (idle := next((worker for worker in self._workers if worker.job is None), None)) is not None or (
+            len(self._workers) < self._count
+        ):
+            job, deaths = self._again.popleft() if self._again else (next(coming, None), 0)
+            if job is None:
+                break
+            if idle is None:
+                idle = Worker(self._make, self._code, Path(self._folder.name), self._wall_limit)
+                self._workers.append(idle)
+            idle.give(job, deaths)
+        return any(worker.job is not None for worker in self._workers)
+
+    def _listen(self) -> Iterator[tuple[Job, Result]]:
+        """What comes next: results, deaths, or limits that are reached."""
+        pipes = {worker.pipe: worker for worker in self._workers}
+        left = min(worker.seconds_left for worker in self._workers)
+        heard = wait(list(pipes), left if left < float("inf") else None)
+        for worker in [worker for pipe, worker in pipes.items() if pipe in heard]:
+            job = worker.job
+            try:
+                result = worker.take()
+            except EOFError:
+                result = self._mourn(worker)
+            else:
+                self._stillborn = 0
+            if job is not None and result is not None:
+                yield job, result
+        for worker in [worker for worker in self._workers if not worker.seconds_left]:
+            job, place = worker.job, worker.where()
+            self._end(worker)
+            words = f"not done after {self._wall_limit:g} s of wall time"
+            if job is not None:
+                yield job, job.failed(f"{words}: in {place}" if place else words)
+
+    def _mourn(self, worker: Worker) -> Result | None:
+        """Bury a worker; another one takes its job, unless too many have died of it."""
+        job, deaths, how = worker.job, worker.deaths, self._end(worker)
+        if not worker.is_ready:
+            self._stillborn += 1
+            if self._stillborn >= STILLBORN:
+                raise OSError(f"processes end before they can work: {how}")
+        elif job is not None:
+            deaths += 1
+            if deaths >= TRIES:
+                return job.failed(f"the process that ran it ended ({how}), and so did a second one")
+        if job is not None:
+            self._again.append((job, deaths))
+        return None
+
+    def _end(self, worker: Worker) -> str:
+        self._workers.remove(worker)
+        return worker.end()
+
+
+def processors() -> int:
+    """How many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
