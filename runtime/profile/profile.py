@@ -160,7 +160,7 @@ class Profile:
     @property
     def start_time(self) -> float:
         """The start of virtual time, in seconds since 1970 UTC. Raises ProfileError."""
-        return self.start_time_ns / 1e9
+        return self.start_time_ns / 10**9
 
     def start_at(self, time_ns: int) -> None:
         """Set the start of virtual time (ns since 1970 UTC), cut to microseconds."""

@@ -65,7 +65,7 @@ class Status:
 
     @property
     def now(self) -> float:
-        return self.vehicle.kernel.now_ns / 1e9
+        return self.vehicle.kernel.now_ns / 10**9
 
     def __enter__(self) -> "Status":
         if self._console.is_terminal:

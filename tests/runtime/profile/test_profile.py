@@ -216,6 +216,7 @@ def test_start_time() -> None:
     assert profile("[A]").start_time == 1767225600.0
     assert profile("[General]\nStart Time = 2026-03-01 12:00:00.5").start_time_ns == 1772366400_500_000_000
     assert profile("[General]\nStart Time = 2026-03-01T12:00:00+02:00").start_time == 1772359200
+    assert profile("[General]\nStart Time = 2026-01-01T00:00:00.75Z").start_time == 1767225600.75
     for text in ("tomorrow", "1969-12-31", "2026-13-01", "0001-01-01T00:00:00+14:00"):
         with pytest.raises(ProfileError, match=r"auv\.ini:2: error: \[General\] Start Time: .*2026-01-01T00:00:00Z"):
             _ = profile(f"[General]\nStart Time = {text}").start_time
