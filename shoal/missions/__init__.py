@@ -6,8 +6,10 @@ from shoal.missions.mission import Mission
 from shoal.missions.reader import PlanFileError
 from shoal.missions.report import ManeuverReport, Report
 from shoal.missions.request import PlanRequest, given_in
+from shoal.missions.values import UNITS, position, quantity, read_field
 
 __all__ = [
+    "UNITS",
     "ManeuverReport",
     "Mission",
     "PlanFileError",
@@ -18,5 +20,8 @@ __all__ = [
     "load_plan",
     "parse_plan",
     "plan_text",
+    "position",
     "prepare",
+    "quantity",
+    "read_field",
 ]

@@ -17,6 +17,10 @@ _FACTORS = {"ms": 1e-3, "min": 60.0, "h": 3600.0}
 _ANGLES, _TIMES, _LENGTHS = ("°", "deg", "rad"), ("s", "ms", "min", "h"), ("m",)
 LARGEST = 2.0**64  # of an integer field
 _UNITS = (*_ANGLES, *_TIMES, *_LENGTHS, *SPEED_UNITS)
+UNITS: Mapping[str, str] = (
+    dict.fromkeys(_ANGLES, "rad") | dict.fromkeys(_TIMES, "s") | {u: u for u in ("m", *SPEED_UNITS)}
+)
+"""What may follow a number, and the unit in which it then counts."""
 _FITTING = {"rad": _ANGLES, "s": _TIMES, "m": _LENGTHS}
 
 

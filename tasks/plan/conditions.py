@@ -1,13 +1,13 @@
 """Conditions of transitions: ManeuverIsDone, comparisons such as FuelLevel.value < 20, and, or, not."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import imc
 from imc.layout import NUMBERS
-from tasks.plan.logic import NUMBER, SIGN, Logic
+from tasks.plan.logic import NUMBER, SIGN, Logic, Meaning
 
 Latest: TypeAlias = Mapping[type[imc.Message], imc.Message]
 Test = Callable[[Latest, bool], bool]
@@ -34,12 +34,24 @@ def parse_condition(text: str) -> Condition:
         return Condition(text, lambda _, done: done, frozenset())
     kinds: set[type[imc.Message]] = set()
 
-    def single(logic: "Logic[[Latest, bool]]") -> Test:
+    def single(logic: Logic[Test]) -> Test:
         word = logic.take("a condition")
         return (lambda _, done: done) if word.lower() in DONE else _comparison(word, logic, kinds)
 
-    test = Logic[[Latest, bool]](text, _WORD, single).parse()
+    test = Logic[Test](text, _WORD, single, Meaning(_all_of, _any_of, _contrary)).parse()
     return Condition(text, test, frozenset(kinds))
+
+
+def _all_of(tests: Sequence[Test]) -> Test:
+    return lambda latest, done: all(test(latest, done) for test in tests)
+
+
+def _any_of(tests: Sequence[Test]) -> Test:
+    return lambda latest, done: any(test(latest, done) for test in tests)
+
+
+def _contrary(test: Test) -> Test:
+    return lambda latest, done: not test(latest, done)
 
 
 def _message(name: str) -> type[imc.Message] | None:
@@ -49,7 +61,7 @@ def _message(name: str) -> type[imc.Message] | None:
         return None
 
 
-def _comparison(word: str, logic: "Logic[[Latest, bool]]", kinds: set[type[imc.Message]]) -> Test:
+def _comparison(word: str, logic: Logic[Test], kinds: set[type[imc.Message]]) -> Test:
     name, _, field = word.partition(".")
     kind = _message(name)
     if kind is None or not field:

@@ -1,11 +1,12 @@
-"""The grammar of tests: and, or, not and brackets around comparisons; what a comparison is, its user says."""
+"""The grammar of tests: and, or, not and brackets around comparisons; what these mean, its user says."""
 
 import operator
 import re
-from collections.abc import Callable, Mapping
-from typing import Any, Generic, ParamSpec
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Generic, NamedTuple, TypeVar
 
-P = ParamSpec("P")
+T = TypeVar("T")
+R = TypeVar("R")
 LONGEST = 1000  # characters
 DEEPEST = 50  # nested brackets and negations
 COMPARISONS: Mapping[str, Callable[[Any, Any], bool]] = {
@@ -21,16 +22,35 @@ NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 SIGN = r"<=|>=|==|!=|<|>|&&|\|\||[!(),]"
 
 
-class Logic(Generic[P]):
+class Meaning(NamedTuple, Generic[T]):
+    """The test that is true if all tests are, if any is, and if one is not."""
+
+    all_of: Callable[[Sequence[T]], T]
+    any_of: Callable[[Sequence[T]], T]
+    contrary: Callable[[T], T]
+
+
+class Logic(Generic[T]):
     """Recursive descent over the words of a text; `word` is the next one, None at the end.
 
     `pattern` is what a word may be; `single` reads one comparison by means of `take` and `skip`, and returns its test.
+    With `sums`, brackets without a comparison in them are part of a sum, and left to `single`.
     """
 
-    def __init__(self, text: str, pattern: "re.Pattern[str]", single: "Callable[[Logic[P]], Callable[P, bool]]"):
+    def __init__(
+        self,
+        text: str,
+        pattern: "re.Pattern[str]",
+        single: "Callable[[Logic[T]], T]",
+        meaning: Meaning[T],
+        *,
+        sums: bool = False,
+    ):
         if len(text) > LONGEST:
             raise ValueError(f"has more than {LONGEST} characters")
         self._read_single = single
+        self._meaning = meaning
+        self._sums = sums
         self._words: list[str] = []
         self._depth = 0
         text, at = text.rstrip(), 0
@@ -48,12 +68,16 @@ class Logic(Generic[P]):
     def word(self) -> str | None:
         return self._words[-1] if self._words else None
 
-    def parse(self) -> Callable[P, bool]:
+    def parse(self) -> T:
         """The test of the whole text. Raises ValueError with the reason."""
         test = self._alternatives()
+        self.end()
+        return test
+
+    def end(self) -> None:
+        """Raise ValueError if there is another word."""
         if self.word is not None:
             raise ValueError(f"{self.word!r} is not expected")
-        return test
 
     def skip(self, *words: str) -> bool:
         """Whether the next word was one of these, which is then taken."""
@@ -67,51 +91,55 @@ class Logic(Generic[P]):
             raise ValueError(f"{what} is missing")
         return self._words.pop()
 
+    def close(self) -> None:
+        """Take the bracket that ends a group."""
+        if not self.skip(")"):
+            raise ValueError("a ) is missing")
+
     def comparison(self) -> Callable[[Any, Any], bool]:
         sign = self.take("a comparison")
         if sign not in COMPARISONS:
             raise ValueError(f"{sign!r} is not a comparison")
         return COMPARISONS[sign]
 
-    def _alternatives(self) -> Callable[P, bool]:
-        tests = [self._all()]
-        while self.skip("or", "||"):
-            tests.append(self._all())
-
-        def any_of(*args: P.args, **kwargs: P.kwargs) -> bool:
-            return any(test(*args, **kwargs) for test in tests)
-
-        return tests[0] if len(tests) == 1 else any_of
-
-    def _all(self) -> Callable[P, bool]:
-        tests = [self._single()]
-        while self.skip("and", "&&", ","):
-            tests.append(self._single())
-
-        def all_of(*args: P.args, **kwargs: P.kwargs) -> bool:
-            return all(test(*args, **kwargs) for test in tests)
-
-        return tests[0] if len(tests) == 1 else all_of
-
-    def _single(self) -> Callable[P, bool]:
+    def deeper(self, read: Callable[[], R]) -> R:
+        """What `read` reads one level further inside. Raises ValueError if that is too deep."""
         self._depth += 1
         if self._depth > DEEPEST:
             raise ValueError(f"is nested more than {DEEPEST} times")
-        test = self._term()
+        found = read()
         self._depth -= 1
-        return test
+        return found
 
-    def _term(self) -> Callable[P, bool]:
+    def _alternatives(self) -> T:
+        tests = [self._all()]
+        while self.skip("or", "||"):
+            tests.append(self._all())
+        return tests[0] if len(tests) == 1 else self._meaning.any_of(tests)
+
+    def _all(self) -> T:
+        tests = [self.deeper(self._term)]
+        while self.skip("and", "&&", ","):
+            tests.append(self.deeper(self._term))
+        return tests[0] if len(tests) == 1 else self._meaning.all_of(tests)
+
+    def _term(self) -> T:
         if self.skip("not", "!"):
-            inner = self._single()
-
-            def contrary(*args: P.args, **kwargs: P.kwargs) -> bool:
-                return not inner(*args, **kwargs)
-
-            return contrary
-        if self.skip("("):
+            return self._meaning.contrary(self.deeper(self._term))
+        if self.word == "(" and not (self._sums and self._is_sum()):
+            self.skip("(")
             inside = self._alternatives()
-            if not self.skip(")"):
-                raise ValueError("a ) is missing")
+            self.close()
             return inside
         return self._read_single(self)
+
+    def _is_sum(self) -> bool:
+        """Whether the bracket that opens next is closed without a comparison or a negation in it."""
+        depth = 0
+        for word in reversed(self._words):
+            depth += (word == "(") - (word == ")")
+            if word in COMPARISONS or word.lower() in ("!", "not"):
+                return False
+            if depth == 0:
+                return True
+        return False

@@ -1,0 +1,71 @@
+"""By how much tests are met: a test is a function of the latest messages, true if its margin is above 0."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import imc
+from tasks.plan import Meaning
+
+Latest: TypeAlias = Sequence[imc.Message | None]
+Margin: TypeAlias = Callable[[Latest, float], float]
+"""The margin of a test of the latest message of each watch; a comparison with one that is missing has that of the
+second argument: NaN if nothing is known of it, or -inf if it counts as false."""
+
+TIE = math.ulp(0.0)  # the margin of a test that is just met; just missed, it is negative
+
+
+def gap(compare: Callable[[Any, Any], bool], a: float, b: float) -> float:
+    """The margin of a comparison of two numbers: how far they may move before it changes."""
+    holds = compare(a, b)
+    size = float(abs(a - b))
+    if size == 0.0:
+        size = TIE
+    elif size != size:  # infinities of one sign are equal, anything else is no number
+        size = math.inf if a != a or b != b else TIE
+    return size if holds else -size
+
+
+def verdict(compare: Callable[[Any, Any], bool], a: object, b: object) -> float:
+    """The margin of a comparison of what has no distance: names, texts, numbers of states."""
+    return math.inf if compare(a, b) else -math.inf
+
+
+def shown(margin: float) -> float:
+    """A margin for people: a tie is 0."""
+    return 0.0 if abs(margin) <= TIE else margin
+
+
+def all_of(tests: Sequence[Margin]) -> Margin:
+    def margin(latest: Latest, unknown: float) -> float:
+        least, doubt = math.inf, False
+        for test in tests:
+            found = test(latest, unknown)
+            if found != found:
+                doubt = True
+            elif found < least:
+                least = found
+        return math.nan if doubt and least > 0.0 else least
+
+    return margin
+
+
+def any_of(tests: Sequence[Margin]) -> Margin:
+    def margin(latest: Latest, unknown: float) -> float:
+        most, doubt = -math.inf, False
+        for test in tests:
+            found = test(latest, unknown)
+            if found != found:
+                doubt = True
+            elif found > most:
+                most = found
+        return math.nan if doubt and most <= 0.0 else most
+
+    return margin
+
+
+def contrary(test: Margin) -> Margin:
+    return lambda latest, unknown: -test(latest, unknown)
+
+
+MEANING = Meaning(all_of, any_of, contrary)

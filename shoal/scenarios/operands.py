@@ -1,0 +1,241 @@
+"""What stands on the sides of a comparison: fields, numbers with units, names, texts, sums and functions of these."""
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from enum import IntEnum, IntFlag
+from typing import Any, NamedTuple
+
+import imc
+from imc.layout import NUMBERS
+from runtime.problem import hinted
+from shoal.missions import UNITS, quantity
+from shoal.scenarios.functions import FUNCTIONS, OF_PLACES, has_place
+from shoal.scenarios.margins import Latest, Margin
+from tasks.plan import Logic
+
+_PARTS = re.compile(r"(\w+)(?:\[([^\]]*)\])?(?:\.(\w+))?(?:@(.+))?")
+_SPECIAL = ("inf", "infinity", "nan")
+_ENUMERATIONS = ("Enumerated", "Bitfield")
+
+
+class Watch(NamedTuple):
+    """The messages of a kind that a vehicle publishes, of the entity with this label only if one is given."""
+
+    kind: type[imc.Message]
+    vehicle: str
+    entity: str = ""
+
+
+@dataclass(frozen=True)
+class Operand:
+    """`value` is a function of the latest messages; it `needs` those with these numbers.
+
+    `unit` is empty if it is not known, `enum` has the names of its values. A `name` is not understood by itself:
+    `known` is what it might mean.
+    """
+
+    text: str
+    value: Callable[[Latest], Any]
+    needs: frozenset[int] = frozenset()
+    unit: str = ""
+    enum: type[IntEnum] | type[IntFlag] | None = None
+    is_text: bool = False
+    name: str = ""
+    known: tuple[str, ...] = ()
+
+    def must_be_number(self) -> None:
+        if self.name:
+            raise ValueError(hinted(f"{self.name!r} is neither a number nor Message.field", self.name, self.known))
+        if self.is_text:
+            raise ValueError(f"{self.text} is a text, not a number")
+
+    def must_fit(self, other: "Operand") -> str:
+        """The unit of both. Raises ValueError if they differ."""
+        if self.unit and other.unit and self.unit != other.unit:
+            raise ValueError(f"{self.text} is in {self.unit}, but {other.text} in {other.unit}")
+        return self.unit or other.unit
+
+
+class Operands:
+    """Reads operands from the words of a text, and collects the messages that they use."""
+
+    def __init__(self, vehicles: Mapping[str, imc.Schema], vehicle: str):
+        self.watches: dict[Watch, int] = {}
+        self._vehicles = vehicles
+        self._vehicle = vehicle
+
+    def sum(self, logic: Logic[Margin]) -> Operand:
+        found = self._product(logic)
+        while logic.word in ("+", "-"):
+            sign = logic.take("a sign")
+            other = self._product(logic)
+            found.must_be_number()
+            other.must_be_number()
+            unit = found.must_fit(other)
+            found = _joined(f"{found.text} {sign} {other.text}", _add if sign == "+" else _subtract, found, other, unit)
+        return found
+
+    def _product(self, logic: Logic[Margin]) -> Operand:
+        found = logic.deeper(lambda: self._factor(logic))
+        while logic.word in ("*", "/"):
+            sign = logic.take("a sign")
+            other = logic.deeper(lambda: self._factor(logic))
+            found.must_be_number()
+            other.must_be_number()
+            plain = other if not other.needs and not other.unit else found if sign == "*" else None
+            kept = (found if plain is other else other).unit if plain and not plain.unit and not plain.needs else ""
+            found = _joined(
+                f"{found.text} {sign} {other.text}", _multiply if sign == "*" else _divide, found, other, kept
+            )
+        return found
+
+    def _factor(self, logic: Logic[Margin]) -> Operand:
+        if logic.skip("-"):
+            inner = logic.deeper(lambda: self._factor(logic))
+            inner.must_be_number()
+            value = inner.value
+
+            def negative(latest: Latest) -> float:
+                return -value(latest)
+
+            return replace(inner, text=f"-{inner.text}", value=negative, enum=None)
+        if logic.skip("+"):
+            return logic.deeper(lambda: self._factor(logic))
+        if logic.skip("("):
+            inner = self.sum(logic)
+            logic.close()
+            return replace(inner, text=f"({inner.text})")
+        word = logic.take("a number or Message.field")
+        if word[0].isdigit() or word[0] == ".":
+            return _number(word)
+        if word[0] in "\"'":
+            return Operand(word, lambda _: word[1:-1], is_text=True)
+        if not (word[0].isalpha() or word[0] == "_"):
+            raise ValueError(f"{word!r} is not expected")
+        return self._call(word, logic) if logic.word == "(" else self._name(word)
+
+    def _call(self, word: str, logic: Logic[Margin]) -> Operand:
+        logic.skip("(")
+        if word in OF_PLACES:
+            return self._call_of_places(word, logic)
+        if word not in FUNCTIONS:
+            raise ValueError(hinted(f"there is no function {word!r}", word, [*FUNCTIONS, *OF_PLACES]))
+        function, given = FUNCTIONS[word], [self.sum(logic)]
+        while logic.skip(","):
+            given.append(self.sum(logic))
+        logic.close()
+        if not function.least <= len(given) <= function.most:
+            raise ValueError(f"{word} takes {function.least} value{'s' * (function.least > 1)}, not {len(given)}")
+        first = next((operand for operand in given if operand.unit), given[0])
+        for operand in given:
+            operand.must_be_number()
+            first.must_fit(operand)
+        call, values = function.call, [operand.value for operand in given]
+        needs = frozenset[int]().union(*(operand.needs for operand in given))
+        text = f"{word}({', '.join(operand.text for operand in given)})"
+        unit = first.unit if function.keeps_unit else ""
+        if len(values) == 1:
+            (only,) = values
+            return Operand(text, lambda latest: call(only(latest)), needs, unit)
+        return Operand(text, lambda latest: call(*[value(latest) for value in values]), needs, unit)
+
+    def _call_of_places(self, word: str, logic: Logic[Margin]) -> Operand:
+        first = self._place(word, logic)
+        if not logic.skip(","):
+            raise ValueError(f"{word} takes two messages, such as {word}(SimulatedState, EstimatedState)")
+        second = self._place(word, logic)
+        logic.close()
+        call = OF_PLACES[word]
+        return Operand(
+            f"{word}(...)", lambda latest: call(latest[first], latest[second]), frozenset((first, second)), "m"
+        )
+
+    def _place(self, function: str, logic: Logic[Margin]) -> int:
+        word = logic.take("a message")
+        watch, field = self._watch(word)
+        if watch is None or field:
+            raise ValueError(f"{function} takes messages, such as SimulatedState, not {word!r}")
+        if not has_place(watch.kind):
+            raise ValueError(f"{watch.kind.__name__} has no position")
+        return self._index(watch)
+
+    def _name(self, word: str) -> Operand:
+        if word.lower() in _SPECIAL:
+            number = float(word)
+            return Operand(word, lambda _: number)
+        watch, field = self._watch(word)
+        if watch is None:
+            return Operand(word, lambda _: math.nan, name=word, known=tuple(FUNCTIONS))
+        if not field:
+            raise ValueError(f"{word!r} is a message: write which field, such as {_example(watch.kind, word)}")
+        infos = {info.name: info for info in imc.fields(watch.kind)}
+        usable = [name for name, info in infos.items() if info.type in NUMBERS or info.type == "plaintext"]
+        if field not in usable:
+            raise ValueError(hinted(f"{watch.kind.__name__} has no numeric field {field!r}", field, usable))
+        info, index = infos[field], self._index(watch)
+        unit = "" if info.unit in _ENUMERATIONS else info.unit
+        return Operand(
+            word,
+            lambda latest: getattr(latest[index], field),
+            frozenset((index,)),
+            unit,
+            info.enum,
+            info.type == "plaintext",
+        )
+
+    def _watch(self, word: str) -> tuple[Watch | None, str]:
+        """What a word such as Message[Entity].field@vehicle watches, None if it is a plain name; and the field."""
+        parts = _PARTS.fullmatch(word)
+        if parts is None:
+            raise ValueError(f"{word!r} is not understood")
+        name, entity, field, vehicle = parts.groups(default="")
+        vehicle = vehicle or self._vehicle
+        if vehicle not in self._vehicles and "@" in word:
+            raise ValueError(hinted(f"there is no vehicle {vehicle!r}", vehicle, self._vehicles))
+        schema = self._vehicles.get(vehicle, imc.builtin())
+        if name not in schema:
+            if not field and "@" not in word and "[" not in word:
+                return None, ""
+            messages = [kind.abbrev for kind in schema.types_by_id.values()]
+            raise ValueError(hinted(f"there is no message {name!r}", name, messages))
+        if vehicle not in self._vehicles:
+            raise ValueError(f"{word!r}: there are several vehicles; write @NAME behind it, or vehicle: NAME")
+        return Watch(schema[name], vehicle, entity.strip()), field
+
+    def _index(self, watch: Watch) -> int:
+        return self.watches.setdefault(watch, len(self.watches))
+
+
+def _number(word: str) -> Operand:
+    suffix = word.lstrip("0123456789.eE+-").strip()
+    number = quantity(word) if suffix else float(word)
+    return Operand(word, lambda _: number, unit=UNITS.get(suffix, ""))
+
+
+def _example(kind: type[imc.Message], word: str) -> str:
+    name = next((info.name for info in imc.fields(kind) if info.type in NUMBERS), "field")
+    message, at, vehicle = word.partition("@")
+    return f"{message}.{name}{at}{vehicle}"
+
+
+def _joined(text: str, join: Callable[[float, float], float], a: Operand, b: Operand, unit: str) -> Operand:
+    first, second = a.value, b.value
+    return Operand(text, lambda latest: join(first(latest), second(latest)), a.needs | b.needs, unit)
+
+
+def _add(a: float, b: float) -> float:
+    return a + b
+
+
+def _subtract(a: float, b: float) -> float:
+    return a - b
+
+
+def _multiply(a: float, b: float) -> float:
+    return a * b
+
+
+def _divide(a: float, b: float) -> float:
+    return a / b if b else math.nan

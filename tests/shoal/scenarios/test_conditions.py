@@ -1,0 +1,203 @@
+"""Conditions and expressions of scenarios: truth, margins, units, names, and the same meaning as in plans."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import imc
+from shoal.scenarios.conditions import Scope, parse, parse_expression
+from tasks.plan import parse_condition
+
+ALONE = Scope({"lauv": imc.builtin()}, "lauv")
+PAIR = Scope({"a": imc.builtin(), "b-1": imc.builtin()})
+MESSAGES = {
+    kind: message
+    for message in (
+        imc.FuelLevel(value=30.0),
+        imc.EstimatedState(depth=5.0, psi=0.1, x=-2.0),
+        imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER),
+        imc.PlanControlState(man_id="Goto1"),
+    )
+    for kind in [type(message)]
+}
+
+
+def latest(condition):
+    return [MESSAGES.get(watch.kind) for watch in condition.watches]
+
+
+def margin(text, scope=ALONE):
+    condition = parse(text, scope)
+    return condition.margin(latest(condition))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("EstimatedState.depth < 8", 3.0),
+        ("EstimatedState.depth < 8 m", 3.0),
+        ("3 > EstimatedState.depth", -2.0),
+        ("abs(EstimatedState.x) + 1 m <= EstimatedState.depth", 2.0),
+        ("(EstimatedState.x + 4) * 2 > 1", 3.0),
+        ("-EstimatedState.x - -1 == 3", 0.0),
+        ("hypot(EstimatedState.x, 0) != 2", -0.0),
+        ("min(EstimatedState.depth, 9 m, 4) / 2 > 1", 1.0),
+        ("not EstimatedState.depth < 8", -3.0),
+        ("EstimatedState.depth < 8 and FuelLevel.value > 29", 1.0),
+        ("EstimatedState.depth > 8 or FuelLevel.value > 29", 1.0),
+        ("EstimatedState.depth > 8, FuelLevel.value > 29", -3.0),
+        ("(EstimatedState.depth > 8 or FuelLevel.value > 31) and FuelLevel.value > 0", -1.0),
+        ("VehicleState.op_mode == MANEUVER", math.inf),
+        ("ERROR == VehicleState.op_mode", -math.inf),
+        ("PlanControlState.man_id == 'Goto1'", math.inf),
+        ('PlanControlState.man_id != "Goto1"', -math.inf),
+        ("EstimatedState.depth / 0 < 3", -math.inf),
+        ("EstimatedState.depth < inf", math.inf),
+        ("distance(EstimatedState, EstimatedState) < 3 m", 3.0),
+    ],
+)
+def test_margins(text, expected):
+    assert margin(text) == pytest.approx(expected, abs=1e-12)
+
+
+def test_angles_are_in_radians_and_wrap():
+    assert margin("EstimatedState.psi < 10°") == pytest.approx(math.radians(10.0) - 0.1)
+    assert margin("abs(angle(EstimatedState.psi - 360 deg)) < 0.2 rad") == pytest.approx(0.1)
+
+
+def test_what_is_just_met_is_met_and_what_is_just_missed_is_not():
+    assert margin("EstimatedState.depth <= 5") > 0.0 > margin("EstimatedState.depth < 5")
+    assert margin("not EstimatedState.depth < 5") > 0.0 > margin("not EstimatedState.depth >= 5")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("Temperature.value > 3", None),
+        ("not Temperature.value > 3", None),
+        ("Temperature.value > 3 and EstimatedState.depth > 9", -4.0),
+        ("Temperature.value > 3 and EstimatedState.depth > 2", None),
+        ("Temperature.value > 3 or EstimatedState.depth > 2", 3.0),
+        ("Temperature.value > 3 or EstimatedState.depth > 9", None),
+    ],
+)
+def test_a_margin_is_unknown_while_messages_that_decide_it_are_missing(text, expected):
+    assert math.isnan(margin(text)) if expected is None else margin(text) == expected
+
+
+def test_what_a_text_names_is_watched():
+    def watches(text):
+        return [(w.kind.__name__, w.vehicle, w.entity) for w in parse(text, PAIR).watches]
+
+    assert watches("Temperature[CTD 2].value@b-1 > 3") == [("Temperature", "b-1", "CTD 2")]
+    assert watches("EstimatedState.x@a > EstimatedState.y@a") == [("EstimatedState", "a", "")]
+    assert watches("distance(SimulatedState@a, SimulatedState@b-1) > 5 m") == [
+        ("SimulatedState", "a", ""),
+        ("SimulatedState", "b-1", ""),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("EstimatedState.deph > 3", r"has no numeric field 'deph' \(did you mean 'depth'\?\)"),
+        ("EstimatdState.depth > 3", r"no message 'EstimatdState' \(did you mean 'EstimatedState'\?\)"),
+        ("VehicleState.op_mode == EROR", r"not a value of VehicleState.op_mode \(did you mean 'ERROR'\?\)"),
+        ("EstimatedState.depth > 3 s", "EstimatedState.depth is in m, but 3 s in s"),
+        ("EstimatedState.depth + EstimatedState.psi > 3", "is in m, but EstimatedState.psi in rad"),
+        ("EstimatedState.depth = 3", "'=' is not understood; write =="),
+        ("EstimatedState.depth", "a comparison is missing"),
+        ("EstimatedState.depth > ", "a number or Message.field is missing"),
+        ("1 < EstimatedState.depth < 3", "join two comparisons by and"),
+        ("EstimatedState > 3", "write which field, such as EstimatedState.lat"),
+        ("depth > 3", "'depth' is neither a number nor Message.field"),
+        ("squareroot(2) > 1", "there is no function 'squareroot'"),
+        ("hypot() > 1", "is not expected"),
+        ("abs(1, 2) > 1", "abs takes 1 value, not 2"),
+        ("distance(EstimatedState) > 1", "takes two messages"),
+        ("distance(EstimatedState, Temperature) > 1", "Temperature has no position"),
+        ("PlanControlState.man_id > 'a'", "only be compared with a text"),
+        ("PlanControlState.man_id == 3", "only be compared with a text"),
+        ("ManeuverIsDone", "is for plans only"),
+        ("(EstimatedState.depth > 3", r"a \) is missing"),
+        ("(" * 400 + "EstimatedState.depth", "is nested more than 50 times"),
+        ("abs(" * 200 + "EstimatedState.depth", "is nested more than 50 times"),
+        ("EstimatedState.depth@c > 3", "there is no vehicle 'c'"),
+        ("__import__('os') > 3", "there is no function"),
+    ],
+)
+def test_mistakes_are_named(text, reason):
+    with pytest.raises(ValueError, match=reason):
+        parse(text, ALONE)
+
+
+def test_of_several_vehicles_one_is_named():
+    with pytest.raises(ValueError, match="there are several vehicles; write @NAME behind it"):
+        parse("EstimatedState.depth > 3", PAIR)
+    assert parse("EstimatedState.depth > 3", Scope(PAIR.vehicles, "a")).watches[0].vehicle == "a"
+
+
+def test_expressions():
+    found = parse_expression("2 * EstimatedState.depth - 1 m", ALONE)
+    assert found.value(latest(found)) == 9.0
+    assert found.unit == "m"
+    with pytest.raises(ValueError, match="is a text"):
+        parse_expression("PlanControlState.man_id", ALONE)
+    with pytest.raises(ValueError, match="'<' is not expected"):
+        parse_expression("EstimatedState.depth < 3", ALONE)
+
+
+FIELDS = ("FuelLevel.value", "EstimatedState.depth", "EstimatedState.x", "VehicleState.op_mode", "Temperature.value")
+NUMBERS = st.one_of(
+    st.sampled_from(["5", "30", "-2", "+4", ".5", "3.", "1e2", "nan", "-1E-3"]), st.floats().map(lambda x: f"{x:g}")
+).filter(lambda text: "-inf" not in text and "-nan" not in text)
+SINGLE = st.tuples(st.sampled_from(FIELDS), st.sampled_from(["<", "<=", ">", ">=", "==", "!="]), NUMBERS).map(" ".join)
+CONDITIONS = st.recursive(
+    SINGLE,
+    lambda inner: st.one_of(
+        inner.map("({})".format),
+        inner.map("not ({})".format),
+        inner.map("!{}".format),
+        st.tuples(inner, st.sampled_from([" and ", "&&", ", ", " or ", " || "]), inner).map("".join),
+    ),
+    max_leaves=6,
+)
+VALUES = st.one_of(st.sampled_from([5.0, 30.0, -2.0, math.nan, math.inf, 0.0]), st.floats(width=32))
+
+
+def states(depth, x, fuel):
+    return {
+        imc.FuelLevel: imc.FuelLevel(value=fuel),
+        imc.EstimatedState: imc.EstimatedState(depth=depth, x=x),
+        imc.VehicleState: imc.VehicleState(op_mode=2),
+    }
+
+
+@given(CONDITIONS, VALUES, VALUES, VALUES)
+def test_a_condition_of_a_plan_means_the_same(text, depth, x, fuel):
+    known = states(depth, x, fuel)
+    ours = parse(text, ALONE)
+    given = [known.get(watch.kind) for watch in ours.watches]
+    assert ours.holds(given) == parse_condition(text).holds(known, False)
+    assert {watch.kind for watch in ours.watches} == parse_condition(text).kinds
+
+
+@given(CONDITIONS.filter(lambda text: "Temperature" not in text), VALUES, VALUES, VALUES)
+def test_the_sign_of_the_margin_is_the_truth(text, depth, x, fuel):
+    known = states(depth, x, fuel)
+    ours = parse(text, ALONE)
+    given = [known[watch.kind] for watch in ours.watches]
+    found = ours.margin(given)
+    assert found != 0.0
+    assert (found > 0.0) == ours.holds(given)
+
+
+@given(st.text(alphabet="EstimadSe.depthx<>=!&|() 0123456789+-*/,'mabsor_@[]°", max_size=60))
+def test_any_text_is_a_condition_or_a_value_error(text):
+    try:
+        condition = parse(text, ALONE)
+    except ValueError:
+        return
+    condition.margin([watch.kind() for watch in condition.watches])
