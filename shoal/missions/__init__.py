@@ -1,14 +1,18 @@
 """Missions: plan files, the flight of a plan, and its report."""
 
-from shoal.missions.files import load_plan, parse_plan, plan_text
-from shoal.missions.flight import fly, prepare
+from shoal.missions.files import load_plan, parse_plan, plan_text, read_plan
+from shoal.missions.flight import AUTOSTART, fly, prepare, usual_modes
 from shoal.missions.mission import Mission
 from shoal.missions.reader import PlanFileError
-from shoal.missions.report import ManeuverReport, Report
+from shoal.missions.report import COMPLETED, FAILED, LATE, ManeuverReport, Report
 from shoal.missions.request import PlanRequest, given_in
 from shoal.missions.values import UNITS, position, quantity, read_field
 
 __all__ = [
+    "AUTOSTART",
+    "COMPLETED",
+    "FAILED",
+    "LATE",
     "UNITS",
     "ManeuverReport",
     "Mission",
@@ -24,4 +28,6 @@ __all__ = [
     "prepare",
     "quantity",
     "read_field",
+    "read_plan",
+    "usual_modes",
 ]

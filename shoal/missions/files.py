@@ -10,7 +10,7 @@ import yaml
 
 import imc
 from imc.addresses import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
-from imc.schema.yamltree import read_text
+from imc.schema.yamltree import Node, read_text, read_tree
 from shoal.missions.reader import DONE, PlanFileError, PlanReader, Values
 from shoal.missions.values import Z_UNITS, degrees, write_field
 from shoal.missions.values import number as shortest
@@ -27,12 +27,24 @@ def parse_plan(text: str, name: str = "plan", *, json: bool = False) -> imc.Plan
     YAML has the keys plan, origin, speed, depth (or altitude, height), start, maneuvers; see docs/plans.md.
     """
     try:
-        message = imc.from_json(text) if json else PlanReader(text, name).plan()
+        message = imc.from_json(text) if json else PlanReader(read_tree(text, name, PlanFileError), name).plan()
         if not isinstance(message, imc.PlanSpecification):
             raise PlanFileError(f"{name}: is a {type(message).__name__}, not a PlanSpecification")
         imc.encode(message)
     except (imc.DecodeError, imc.EncodeError) as error:
         raise PlanFileError(f"{name}: {error}") from None
+    return message
+
+
+def read_plan(node: Node, name: str) -> imc.PlanSpecification:
+    """The plan in a part of another file. Raises the error of this file; `name` is that of a plan without one."""
+    try:
+        message = PlanReader(node, name).plan()
+        if not isinstance(message, imc.PlanSpecification):
+            node.fail(f"is a {type(message).__name__}, not a PlanSpecification")
+        imc.encode(message)
+    except (imc.DecodeError, imc.EncodeError) as error:
+        node.fail(str(error))
     return message
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import imc
 from runtime.kernel import Clock, parse_clock
-from runtime.profile import load_profile
+from runtime.profile import Profile, load_profile
 from runtime.vehicle import Build, Fleet, build
 from shoal.missions.files import load_plan
 from shoal.missions.mission import Mission
@@ -65,16 +65,20 @@ def prepare(
     the clock of the fleet. Raises ProfileError if the profile is wrong, FleetError if the name is taken.
     """
     loaded = load_profile(profile, tuple(config_dir), vehicle=vehicle, overrides=tuple(overrides))
-    usual = [mode for mode in USUAL_MODES if mode in loaded.modes][:1]
     if AUTOSTART in loaded.config.sections:
         loaded.override(f"{AUTOSTART}:Enabled=Never")
     chosen = parse_clock(clock, loaded.start_time_ns) if isinstance(clock, str) else clock
     return build(
         loaded,
-        loaded.select(list(modes) or usual),
+        usual_modes(loaded, modes),
         clock=chosen if fleet is None else None,
         fleet=fleet,
         seed=seed,
         log_root=log_root,
         state_folder=state_folder,
     )
+
+
+def usual_modes(profile: Profile, modes: Sequence[str] = ()) -> frozenset[str]:
+    """These modes of a profile; if there are none, Simulation or else Kinematic. Raises ProfileError."""
+    return profile.select(list(modes) or [mode for mode in USUAL_MODES if mode in profile.modes][:1])

@@ -21,7 +21,8 @@ Followed = imc.PathControlState.Flags
 class Mission:
     """Starts a plan as soon as the vehicle is ready, follows it, and stops the vehicle when the plan is over.
 
-    `patience` (s) is how long the vehicle may take to be ready. `watch` is called with each PlanControlState.
+    `patience` (s) is how long the vehicle may take to be ready. `watch` is called with each PlanControlState. If `over`
+    is given, it is called when the plan is over, and the vehicle goes on.
     """
 
     def __init__(
@@ -32,6 +33,7 @@ class Mission:
         calibrate: bool = False,
         patience: float = 120.0,
         watch: Callable[[imc.PlanControlState], object] | None = None,
+        over: Callable[[], object] | None = None,
     ):
         self.report = Report()
         self.unsaved: list[OSError] = []
@@ -40,6 +42,7 @@ class Mission:
         request = imc.PlanControl(plan_id=plan.plan_id, flags=flags, arg=plan, dst=vehicle.system, request_id=1)
         self._request = PlanRequest(vehicle, request, patience=patience, refused=self._give_up)
         self._watch = watch
+        self._over = vehicle.stop if over is None else over
         self._position: tuple[float, float] | None = None
         self._reference: tuple[float, float] = NOWHERE
         self._errors: dict[str, tuple[int, bool]] = {}
@@ -92,7 +95,7 @@ class Mission:
     def _end(self, outcome: str, reason: str) -> None:
         self._is_over = True
         self.report.outcome, self.report.reason = outcome, reason
-        self._vehicle.stop()
+        self._over()
 
     def _follow(self, state: imc.PlanControlState) -> None:
         if state.src != self._vehicle.system:

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import imc
 from imc.coordinates import displace
-from imc.schema.yamltree import Node, read_tree
+from imc.schema.yamltree import Node
 from runtime.problem import hinted
 from shoal.missions.values import Z_UNITS, position, quantity, read_field, speed
 from tasks.plan import parse_condition
@@ -36,11 +36,11 @@ class PlanFileError(ValueError):
 
 
 class PlanReader:
-    """Reads one YAML document."""
+    """Reads the plan in a tree."""
 
-    def __init__(self, text: str, name: str):
+    def __init__(self, root: Node, name: str):
         self._name = name
-        self._root = read_tree(text, name, PlanFileError)
+        self._root = root
 
     def plan(self) -> imc.Message:
         root = self._mapping(self._root, "a plan")
@@ -235,7 +235,7 @@ class PlanReader:
     def _read(self, node: Node, function: Callable[[Any], Any]) -> Any:
         try:
             return function(node.value())
-        except PlanFileError:
+        except self._root.error:
             raise
         except ValueError as error:
             node.fail(str(error))

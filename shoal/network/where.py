@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, cast
 
 import imc
 from runtime.problem import suggestion
-from tasks.plan import NUMBER, SIGN, Logic
+from tasks.plan import NUMBER, SIGN, Logic, truth
 
 Test = Callable[[imc.Message], bool]
 Named = Mapping[type[imc.Message], int]
@@ -37,7 +37,7 @@ def parse_where(text: str, kinds: Iterable[type[imc.Message]] = (), schema: imc.
     known = list(kinds) or [schema[name] for name in schema.types]
     if not text.strip():
         return lambda _: True
-    return Logic[[imc.Message]](text, _WORD, lambda logic: _comparison(logic, known, schema)).parse()
+    return Logic[Test](text, _WORD, lambda logic: _comparison(logic, known, schema), truth()).parse()
 
 
 def field_of(message: imc.Message, path: str) -> Any:
@@ -54,7 +54,7 @@ def fields_of(kind: type[imc.Message]) -> dict[str, imc.FieldInfo]:
     return {info.name: info for info in imc.fields(kind)}
 
 
-def _comparison(logic: "Logic[[imc.Message]]", kinds: list[type[imc.Message]], schema: imc.Schema) -> Test:
+def _comparison(logic: Logic[Test], kinds: list[type[imc.Message]], schema: imc.Schema) -> Test:
     word = logic.take("a field")
     if not (word[0].isalpha() or word[0] == "_"):
         raise ValueError(f"{word!r} is no field; the field comes first, as in depth > 2")
@@ -95,7 +95,7 @@ def _split(word: str, kinds: list[type[imc.Message]], schema: imc.Schema) -> tup
     return word, kinds
 
 
-def _value(logic: "Logic[[imc.Message]]", word: str, infos: Mapping[type[imc.Message], imc.FieldInfo]) -> _Wanted:
+def _value(logic: Logic[Test], word: str, infos: Mapping[type[imc.Message], imc.FieldInfo]) -> _Wanted:
     """The value of a comparison; the name of an enumerated one has a number for each type of message."""
     text = logic.take("a value")
     if text[0] in "\"'":

@@ -1,5 +1,8 @@
 """Scenarios: what happens to vehicles in one run, and what is expected of them."""
 
+from shoal.scenarios.draft import Draft, load_draft
+from shoal.scenarios.engine import run
 from shoal.scenarios.result import Result, Verdict
+from shoal.scenarios.scenario import Scenario, ScenarioFileError
 
-__all__ = ["Result", "Verdict"]
+__all__ = ["Draft", "Result", "Scenario", "ScenarioFileError", "Verdict", "load_draft", "run"]

@@ -1,13 +1,13 @@
 """Conditions of transitions: ManeuverIsDone, comparisons such as FuelLevel.value < 20, and, or, not."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import imc
 from imc.layout import NUMBERS
-from tasks.plan.logic import NUMBER, SIGN, Logic, Meaning
+from tasks.plan.logic import NUMBER, SIGN, Logic, truth
 
 Latest: TypeAlias = Mapping[type[imc.Message], imc.Message]
 Test = Callable[[Latest, bool], bool]
@@ -38,20 +38,8 @@ def parse_condition(text: str) -> Condition:
         word = logic.take("a condition")
         return (lambda _, done: done) if word.lower() in DONE else _comparison(word, logic, kinds)
 
-    test = Logic[Test](text, _WORD, single, Meaning(_all_of, _any_of, _contrary)).parse()
+    test = Logic[Test](text, _WORD, single, truth()).parse()
     return Condition(text, test, frozenset(kinds))
-
-
-def _all_of(tests: Sequence[Test]) -> Test:
-    return lambda latest, done: all(test(latest, done) for test in tests)
-
-
-def _any_of(tests: Sequence[Test]) -> Test:
-    return lambda latest, done: any(test(latest, done) for test in tests)
-
-
-def _contrary(test: Test) -> Test:
-    return lambda latest, done: not test(latest, done)
 
 
 def _message(name: str) -> type[imc.Message] | None:

@@ -3,8 +3,9 @@
 import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, ParamSpec, TypeVar
 
+P = ParamSpec("P")
 T = TypeVar("T")
 R = TypeVar("R")
 LONGEST = 1000  # characters
@@ -28,6 +29,32 @@ class Meaning(NamedTuple, Generic[T]):
     all_of: Callable[[Sequence[T]], T]
     any_of: Callable[[Sequence[T]], T]
     contrary: Callable[[T], T]
+
+
+def truth() -> Meaning[Callable[P, bool]]:
+    """What and, or and not mean for functions that say whether something is true."""
+    return Meaning(_all_of, _any_of, _contrary)
+
+
+def _all_of(tests: Sequence[Callable[P, bool]]) -> Callable[P, bool]:
+    def test(*args: P.args, **kwargs: P.kwargs) -> bool:
+        return all(test(*args, **kwargs) for test in tests)
+
+    return test
+
+
+def _any_of(tests: Sequence[Callable[P, bool]]) -> Callable[P, bool]:
+    def test(*args: P.args, **kwargs: P.kwargs) -> bool:
+        return any(test(*args, **kwargs) for test in tests)
+
+    return test
+
+
+def _contrary(test: Callable[P, bool]) -> Callable[P, bool]:
+    def contrary(*args: P.args, **kwargs: P.kwargs) -> bool:
+        return not test(*args, **kwargs)
+
+    return contrary
 
 
 class Logic(Generic[T]):

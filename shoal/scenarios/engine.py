@@ -1,0 +1,216 @@
+"""Runs a scenario in virtual time."""
+
+import hashlib
+import math
+import tempfile
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import imc
+from imc.lsf import chunks, find_log
+from runtime.kernel import VirtualClock
+from runtime.problem import ProfileError
+from runtime.profile import load_profile
+from runtime.vehicle import Fleet, Vehicle
+from shoal.missions import COMPLETED, FAILED, Mission, prepare
+from shoal.scenarios.expectations import Expectation, Judge, unproved
+from shoal.scenarios.metrics import Meter
+from shoal.scenarios.result import Result, Verdict
+from shoal.scenarios.scenario import Actor, Scenario
+from shoal.scenarios.stage import Stage
+
+TRACKED = (imc.SimulatedState, imc.EstimatedState, imc.PlanControlState)
+
+
+def run(scenario: Scenario, *, seed: int | None = None, log_root: Path | None = None) -> Result:
+    """Run a scenario once in virtual time, in this process, and judge it.
+
+    `seed` replaces that of the scenario. Logs are kept only with a `log_root`, in a folder for each vehicle. What goes
+    wrong in the run, such as an exception of a task, is the `error` of the result. Nothing else is left behind.
+    """
+    seed = scenario.seed if seed is None else seed
+    with tempfile.TemporaryDirectory(prefix="shoal-") as folder:
+        performance = _Performance(scenario, seed)
+        try:
+            performance.build(log_root, Path(folder))
+            performance.play()
+        except Exception as error:
+            performance.note(error)
+        finally:
+            performance.close()
+        return performance.result(keep_logs=log_root is not None)
+
+
+class _Performance:
+    """One run of a scenario."""
+
+    def __init__(self, scenario: Scenario, seed: int):
+        self.error = ""
+        self._scenario = scenario
+        self._seed = seed
+        self._fleet: Fleet | None = None
+        self._stage: Stage | None = None
+        self._vehicles: dict[str, Vehicle] = {}
+        self._missions: dict[str, Mission] = {}
+        self._flying: set[str] = set()
+        self._judges: list[tuple[Expectation, Judge | None]] = []
+        self._meters: list[Meter] = []
+        self._last: dict[tuple[str, str], imc.Message] = {}
+        self._seconds = 0.0
+
+    def build(self, log_root: Path | None, folder: Path) -> None:
+        """Make the vehicles and what watches them; they are not started."""
+        for actor in self._scenario.actors:
+            self._add(actor, log_root, folder)
+        assert self._fleet is not None
+        self._stage = stage = Stage(self._fleet, self._vehicles, self._seed)
+        for actor in self._scenario.actors:
+            vehicle = self._vehicles[actor.name]
+            if actor.plan is not None:
+                over = partial(self._land, actor.name)
+                self._missions[actor.name] = Mission(vehicle, actor.plan, over=over)
+                self._flying.add(actor.name)
+            for kind in TRACKED:
+                vehicle.tap(kind, _Track(self._last, actor.name, vehicle.system).keep)
+        for event in self._scenario.events:
+            event.arm(stage)
+        self._meters = [metric.measure(stage) for metric in self._scenario.metrics]
+        for expected in self._scenario.expectations:
+            self._judges.append((expected, expected.judge(stage) if expected.kind != "outcome" else None))
+        if self._scenario.stop_when is not None:
+            stage.when(self._scenario.stop_when, stage.stop)
+
+    def _add(self, actor: Actor, log_root: Path | None, folder: Path) -> None:
+        overrides = [setting.override for setting in actor.settings]
+        if log_root is None:
+            overrides += [f"{section}:Enabled=Never" for section in actor.loggers]
+        if self._fleet is None:
+            first = load_profile(actor.profile, (actor.folder,), vehicle=actor.name, overrides=overrides)
+            self._fleet = Fleet(VirtualClock(first.start_time_ns))
+        made = prepare(
+            actor.profile,
+            actor.modes,
+            config_dir=(actor.folder,),
+            overrides=overrides,
+            vehicle=actor.name,
+            fleet=self._fleet,
+            seed=self._seed if actor.seed is None else actor.seed,
+            log_root=log_root or folder / "log",
+            state_folder=folder / "db" / actor.name,
+        )
+        self._vehicles[actor.name] = made.vehicle
+
+    def play(self) -> None:
+        """Start all vehicles and run to the end of the scenario."""
+        assert self._fleet is not None
+        for name, vehicle in self._vehicles.items():
+            if name in self._missions:
+                self._missions[name].begin()
+            else:
+                vehicle.start()
+        self._fleet.run(self._scenario.limit)
+
+    def _land(self, name: str) -> None:
+        """A plan is over: the run ends with the last one."""
+        self._flying.discard(name)
+        if not self._flying and self._stage is not None:
+            self._stage.at(self._stage.time + self._scenario.settle, self._stage.stop)
+
+    def note(self, error: Exception) -> None:
+        """Keep the first error of the run, for people."""
+        self.error = self.error or _told(error)
+
+    def close(self) -> None:
+        """End all vehicles; what is judged is the state before."""
+        self._seconds = self._stage.time if self._stage is not None else 0.0
+        self._verdicts = list(self._judge())
+        self._metrics = {meter.metric.name: meter.value() for meter in self._meters}
+        self._final = [(key, message.to_dict()) for key, message in sorted(self._last.items())]
+        if self._fleet is not None:
+            try:
+                self._fleet.close()
+            except Exception as error:
+                self.note(error)
+
+    def _judge(self) -> Iterator[Verdict]:
+        asked = {expected.vehicle for expected, _ in self._judges if expected.kind == "outcome"}
+        for expected, judge in self._judges:
+            yield judge.verdict() if judge is not None else self._judge_outcome(expected)
+        for name, mission in self._missions.items():
+            report = mission.report
+            if name not in asked and report.outcome == FAILED and not report.legs and not self.error:
+                yield Verdict(f"the plan of {name} begins", False, -math.inf, report.reason, time=self._seconds)
+
+    def _judge_outcome(self, expected: Expectation) -> Verdict:
+        report = self._missions[expected.vehicle].report
+        passed = report.outcome == expected.wanted
+        reason = report.outcome if report.outcome == COMPLETED else f"{report.outcome}, {report.reason}"
+        margin = math.inf if passed else -math.inf
+        return Verdict(expected.name, passed, margin, reason, time=self._seconds, origin=expected.origin)
+
+    def result(self, *, keep_logs: bool) -> Result:
+        """What the run has shown, after it was closed."""
+        warnings = [*self._scenario.warnings, *(self._stage.warnings if self._stage is not None else ())]
+        if not self.error:
+            warnings += unproved(self._verdicts)
+            warnings += [words for meter in self._meters if (words := meter.complaint())]
+        logs = {n: v.log_folder for n, v in self._vehicles.items() if keep_logs and v.log_folder is not None}
+        lost = {name: getattr(task, "lost", "") for name, v in self._vehicles.items() for task in v.tasks}
+        warnings += [f"the log of {name} is not complete: {words}" for name, words in lost.items() if words]
+        found = Result(
+            self._scenario.name,
+            self._seed,
+            tuple(self._verdicts),
+            self._metrics,
+            {name: mission.report.outcome for name, mission in self._missions.items()},
+            self._seconds,
+            self.error,
+            tuple(warnings),
+            logs,
+            {name: _hash(folder) for name, folder in logs.items()},
+        )
+        return replace(found, fingerprint=_fingerprint(found, self._final))
+
+
+class _Track:
+    """Keeps the last message of each kind that a vehicle has published."""
+
+    transient = True
+
+    def __init__(self, last: dict[tuple[str, str], imc.Message], vehicle: str, system: int):
+        self._last = last
+        self._vehicle = vehicle
+        self._system = system
+
+    def keep(self, message: imc.Message) -> None:
+        if message.src == self._system:
+            self._last[self._vehicle, type(message).__name__] = message
+
+
+def _told(error: Exception) -> str:
+    """An error in one line, with what is known of where it was."""
+    if isinstance(error, ProfileError):
+        return "; ".join(map(str, error.problems))
+    notes = "; ".join(getattr(error, "__notes__", ()))
+    return f"{type(error).__name__}: {error}" + (f" ({notes})" if notes else "")
+
+
+def _hash(folder: Path) -> str:
+    """SHA-256 of the unpacked data of a log."""
+    made = hashlib.sha256()
+    for piece in chunks(find_log(folder), _lose):
+        made.update(piece)
+    return made.hexdigest()
+
+
+def _lose(at: int, size: int, reason: str) -> None:
+    """What is damaged in a log that was just written is not part of its data."""
+
+
+def _fingerprint(result: Result, final: object) -> str:
+    """Of what does not depend on logs, files and computers."""
+    verdicts = [(v.name, v.passed, v.margin, v.applied, v.time) for v in result.verdicts]
+    known = verdicts, sorted(result.metrics.items()), sorted(result.outcomes.items()), result.seconds, final
+    return hashlib.sha256(repr(known).encode()).hexdigest()

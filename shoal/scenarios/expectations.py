@@ -1,0 +1,252 @@
+"""What is expected of a run: how expectations are judged, each with its margin."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from shoal.scenarios.conditions import Condition
+from shoal.scenarios.lookout import Seen, missing
+from shoal.scenarios.margins import shown
+from shoal.scenarios.result import Verdict
+from shoal.scenarios.stage import Stage
+
+TENDENCIES = ("always", "never", "eventually", "until", "after", "finally")
+
+
+@dataclass(frozen=True, eq=False)
+class Expectation:
+    """What is expected: `kind` is always, never, eventually, until, after, finally or outcome.
+
+    `condition` is judged from `begin` to `end` (s), while `meanwhile` holds. `then` is what has to hold until the
+    condition does, or what must follow it: at all, or always if `steady`, `within` so many seconds. `wanted` is the
+    outcome of the plan of `vehicle`.
+    """
+
+    name: str
+    kind: str
+    origin: str
+    condition: Condition | None = None
+    then: Condition | None = None
+    meanwhile: Condition | None = None
+    begin: float = 0.0
+    end: float = math.inf
+    within: float = math.inf
+    steady: bool = False
+    wanted: str = ""
+    vehicle: str = ""
+
+    def judge(self, stage: Stage) -> "Judge":
+        """What follows one run and judges it. Raises ValueError if a vehicle lacks an entity that is named."""
+        kinds = {"eventually": Sooner, "until": Until, "after": After, "finally": Last}
+        return kinds.get(self.kind, Always)(self, stage)
+
+
+class Judge:
+    """Judges an expectation at each message that it watches; `verdict` is its judgement at the end."""
+
+    transient = True
+
+    def __init__(self, expected: Expectation, stage: Stage):
+        self.expected = expected
+        self._stage = stage
+        conditions = [c for c in (expected.condition, expected.then, expected.meanwhile) if c is not None]
+        self._watches = [condition.watches for condition in conditions]
+        self._seen: list[Seen] = [[] for _ in conditions]
+        self._seen = stage.lookout.watch(self._watches, self.hear)
+        self._meanwhile = self._seen[-1] if expected.meanwhile is not None else None
+        self.count = 0
+
+    def hear(self) -> None:
+        """Judge the latest messages."""
+        expected, now = self.expected, self._stage.time
+        if not expected.begin <= now <= expected.end:
+            return
+        if expected.meanwhile is not None and not expected.meanwhile.holds(self._seen[-1]):
+            return
+        self.consider(now)
+
+    def consider(self, now: float) -> None:
+        """Judge at a time at which the expectation applies."""
+        raise NotImplementedError
+
+    def verdict(self) -> Verdict:
+        """The judgement, at the end of the run."""
+        raise NotImplementedError
+
+    def margin(self, index: int = 0) -> float:
+        condition = self.expected.condition if index == 0 else self.expected.then
+        assert condition is not None
+        return condition.margin(self._seen[index])
+
+    def said(self, margin: float, reason: str, time: float, *, applied: bool = True) -> Verdict:
+        passed = margin > 0.0
+        return Verdict(
+            self.expected.name,
+            passed,
+            shown(margin),
+            reason,
+            applied,
+            time,
+            self.expected.origin,
+        )
+
+    def idle(self, *, passed: bool) -> Verdict:
+        """The verdict of what never had anything to judge."""
+        absent = [name for group, seen in zip(self._watches, self._seen, strict=True) for name in missing(group, seen)]
+        reason = f"no {', no '.join(dict.fromkeys(absent))} arrived" if absent else "there was never anything to judge"
+        return self.said(math.inf if passed else -math.inf, reason, math.nan, applied=False)
+
+
+class Always(Judge):
+    """The condition holds at all times; its margin is the smallest."""
+
+    least = math.inf
+    time = math.nan
+    failed = math.nan
+
+    def consider(self, now: float) -> None:
+        margin = self.margin()
+        if margin != margin:
+            return
+        self.count += 1
+        if margin < self.least or self.count == 1:
+            self.least, self.time = margin, now
+        if margin <= 0.0 and self.failed != self.failed:
+            self.failed = now
+
+    def verdict(self) -> Verdict:
+        if not self.count:
+            return self.idle(passed=True)
+        if self.least > 0.0:
+            return self.said(self.least, f"closest at {self.time:.3f} s", self.time)
+        worst = f", worst at {self.time:.3f} s, by {-shown(self.least):.6g}" if math.isfinite(self.least) else ""
+        return self.said(self.least, f"failed first at {self.failed:.3f} s{worst}", self.time)
+
+
+class Sooner(Judge):
+    """The condition holds at one time at least; its margin is the largest."""
+
+    most = -math.inf
+    time = math.nan
+    met = math.nan
+
+    def consider(self, now: float) -> None:
+        margin = self.margin()
+        if margin != margin or now > self.deadline:
+            return
+        self.count += 1
+        if margin > self.most or self.count == 1:
+            self.most, self.time = margin, now
+        if margin > 0.0 and self.met != self.met:
+            self.met = now
+
+    @property
+    def deadline(self) -> float:
+        return self.expected.begin + self.expected.within
+
+    def verdict(self) -> Verdict:
+        if not self.count:
+            return self.idle(passed=False)
+        if self.most > 0.0:
+            return self.said(self.most, f"met at {self.met:.3f} s", self.time)
+        when = f"until {min(self.deadline, self.expected.end, self._stage.time):.3f} s"
+        near = f", closest at {self.time:.3f} s, off by {-shown(self.most):.6g}" if math.isfinite(self.most) else ""
+        return self.said(self.most, f"not met {when}{near}", self.time)
+
+
+class Until(Judge):
+    """The condition holds at one time, and `then` at all times before it."""
+
+    held = math.inf
+    held_time = math.nan
+    best = -math.inf
+    time = math.nan
+
+    def consider(self, now: float) -> None:
+        if now > self.expected.begin + self.expected.within:
+            return
+        margin, holding = self.margin(), self.margin(1)
+        if margin == margin:
+            self.count += 1
+            if (found := min(margin, self.held)) > self.best:
+                self.best, self.time = found, now
+        if holding == holding and holding < self.held:
+            self.held, self.held_time = holding, now
+
+    def verdict(self) -> Verdict:
+        if not self.count:
+            return self.idle(passed=False)
+        if self.best > 0.0:
+            return self.said(self.best, f"met at {self.time:.3f} s", self.time)
+        expected = self.expected
+        assert expected.condition is not None
+        assert expected.then is not None
+        if self.held <= 0.0:
+            reason = f"{expected.then.text} failed at {self.held_time:.3f} s, before {expected.condition.text}"
+            return self.said(self.best, reason, self.held_time)
+        end = min(expected.begin + expected.within, expected.end, self._stage.time)
+        return self.said(self.best, f"{expected.condition.text} did not hold until {end:.3f} s", self.time)
+
+
+class After(Judge):
+    """Each time that the condition begins to hold, `then` holds soon, or for a while."""
+
+    def __init__(self, expected: Expectation, stage: Stage):
+        super().__init__(expected, stage)
+        self._held = False
+        self._open: list[list[float]] = []  # begin and margin of what is not decided yet
+        self._least, self._time = math.inf, math.nan
+
+    def consider(self, now: float) -> None:
+        assert self.expected.condition is not None
+        self._close(now)
+        holds = self.expected.condition.holds(self._seen[0])
+        if holds and not self._held:
+            self._open.append([now, math.inf if self.expected.steady else -math.inf])
+        self._held = holds
+        margin = self.margin(1)
+        choose = min if self.expected.steady else max
+        if margin == margin:
+            for window in self._open:
+                window[1] = choose(window[1], margin)
+
+    def _close(self, now: float) -> None:
+        while self._open and now > self._open[0][0] + self.expected.within:
+            self._decide(*self._open.pop(0))
+
+    def _decide(self, begin: float, margin: float) -> None:
+        self.count += 1
+        if margin < self._least or self.count == 1:
+            self._least, self._time = margin, begin
+
+    def verdict(self) -> Verdict:
+        self._close(self._stage.time)
+        for begin, margin in self._open:
+            if (margin > 0.0) != self.expected.steady:  # what the end of the run leaves open is not judged
+                self._decide(begin, margin)
+        if not self.count:
+            return self.idle(passed=True)
+        times = f"{self.count} time{'s' * (self.count > 1)}"
+        if self._least > 0.0:
+            return self.said(self._least, f"followed {times}, closest after {self._time:.3f} s", self._time)
+        off = f", off by {-shown(self._least):.6g}" if math.isfinite(self._least) else ""
+        return self.said(self._least, f"did not follow after {self._time:.3f} s{off}", self._time)
+
+
+class Last(Judge):
+    """The condition holds at the end."""
+
+    def hear(self) -> None:
+        pass
+
+    def verdict(self) -> Verdict:
+        margin = self.margin()
+        if margin != margin:
+            return self.idle(passed=False)
+        off = f", off by {-shown(margin):.6g}" if -math.inf < margin <= 0.0 else ""
+        return self.said(margin, f"at the end, {self._stage.time:.3f} s{off}", self._stage.time)
+
+
+def unproved(verdicts: Sequence[Verdict]) -> list[str]:
+    """Warnings of expectations that have passed and proved nothing."""
+    return [f"{v.name} proved nothing: {v.reason}" for v in verdicts if v.passed and not v.applied]

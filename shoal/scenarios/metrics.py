@@ -1,0 +1,118 @@
+"""What is measured in a run: numbers that follow from all values of an expression."""
+
+import math
+from array import array
+from dataclasses import dataclass
+
+from shoal.scenarios.conditions import Condition, Expression
+from shoal.scenarios.lookout import missing
+from shoal.scenarios.stage import Stage
+
+KINDS = ("max", "min", "mean", "rms", "first", "last", "percentile", "time above", "time below")
+
+
+@dataclass(frozen=True, eq=False)
+class Metric:
+    """A number of a run: `kind` of the values of an expression from `begin` to `end` (s), while a condition holds.
+
+    `bound` is the limit of a time above or below it, or the percentage of a percentile.
+    """
+
+    name: str
+    kind: str
+    origin: str
+    expression: Expression
+    meanwhile: Condition | None = None
+    begin: float = 0.0
+    end: float = math.inf
+    bound: float = math.nan
+
+    def measure(self, stage: Stage) -> "Meter":
+        """What measures it in one run. Raises ValueError if a vehicle lacks an entity that is named."""
+        return Meter(self, stage)
+
+
+class Meter:
+    """Takes the value of an expression at each message that it watches."""
+
+    transient = True
+
+    def __init__(self, metric: Metric, stage: Stage):
+        self.metric = metric
+        self._stage = stage
+        groups = [metric.expression.watches, *([metric.meanwhile.watches] if metric.meanwhile is not None else [])]
+        self._seen = stage.lookout.watch(groups, self.hear)
+        self._samples = array("d")
+        self._undefined = 0
+        self._duration = 0.0
+        self._since = math.nan  # when it went beyond the limit
+
+    def hear(self) -> None:
+        metric, now = self.metric, self._stage.time
+        applies = metric.begin <= now <= metric.end
+        if applies and metric.meanwhile is not None:
+            applies = metric.meanwhile.holds(self._seen[1])
+        if not applies or None in self._seen[0]:
+            self._mark(now, beyond=False)
+            return
+        value = float(metric.expression.value(self._seen[0]))
+        if value != value:
+            self._undefined += 1
+        self._keep(now, value)
+
+    def _keep(self, now: float, value: float) -> None:
+        samples, kind = self._samples, self.metric.kind
+        if kind in ("mean", "rms", "percentile") or not samples:
+            samples.append(value)
+        elif kind == "max":
+            samples[0] = value if value > samples[0] else samples[0]
+        elif kind == "min":
+            samples[0] = value if value < samples[0] else samples[0]
+        elif kind == "last":
+            samples[0] = value
+        if kind in ("time above", "time below"):
+            self._mark(now, beyond=value > self.metric.bound if kind == "time above" else value < self.metric.bound)
+
+    def _mark(self, now: float, *, beyond: bool) -> None:
+        if self._since == self._since:
+            self._duration += now - self._since
+        self._since = now if beyond else math.nan
+
+    def value(self) -> float:
+        """The result at the end of the run; NaN if there was nothing to measure, or a value was no number."""
+        samples, kind = self._samples, self.metric.kind
+        if not samples or self._undefined:
+            return math.nan
+        if kind == "mean":
+            return math.fsum(samples) / len(samples)
+        if kind == "rms":
+            return math.sqrt(math.fsum(x * x for x in samples) / len(samples))
+        if kind == "percentile":
+            return _percentile(samples, self.metric.bound)
+        if kind in ("time above", "time below"):
+            self._mark(min(self._stage.time, self.metric.end), beyond=False)
+            return self._duration
+        return samples[0]
+
+    def complaint(self) -> str:
+        """Why there is no value, for people; else empty."""
+        if self._undefined:
+            return (
+                f"metric {self.metric.name}: {self._undefined} values of {self.metric.expression.text} are no numbers"
+            )
+        if not self._samples:
+            absent = missing(self.metric.expression.watches, self._seen[0])
+            why = f"no {', no '.join(absent)} arrived" if absent else "there was never anything to measure"
+            return f"metric {self.metric.name}: {why}"
+        return ""
+
+
+def _percentile(samples: "array[float]", percentage: float) -> float:
+    """The value below which so many percent of the samples are, between neighbours in proportion."""
+    ordered = sorted(samples)
+    place = percentage / 100.0 * (len(ordered) - 1)
+    low = math.floor(place)
+    high = min(low + 1, len(ordered) - 1)
+    if not math.isfinite(ordered[low]) or not math.isfinite(ordered[high]):
+        return ordered[low] if place == low else ordered[high]
+    return ordered[low] + (place - low) * (ordered[high] - ordered[low])

@@ -1,0 +1,246 @@
+"""Reads the tree of a scenario file."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import imc
+from imc.schema.yamltree import Node
+from runtime.problem import hinted
+from runtime.profile import Profile
+from shoal.missions import COMPLETED, FAILED, LATE, PlanFileError, load_plan, read_plan
+from shoal.scenarios.conditions import Condition, Scope, read_condition, read_expression
+from shoal.scenarios.expectations import Expectation
+from shoal.scenarios.margins import contrary
+from shoal.scenarios.metrics import KINDS, Metric
+from shoal.scenarios.profiles import Profiles
+from shoal.scenarios.scenario import Actor, Scenario, Setting
+from shoal.scenarios.shorthands import Tasks, start_settings, world_settings
+from shoal.scenarios.values import known, number, one_of, option_text, seconds, whole, word
+
+KEYS = (
+    *("scenario", "description", "seed", "vehicle", "vehicles", "world", "expect", "metrics"),
+    *("limit", "settle", "stop when"),
+)
+VEHICLE_KEYS = ("profile", "modes", "name", "seed", "start", "parameters", "plan")
+TIMES = ("from", "to", "while", "vehicle", "name")
+EXPECTED: Mapping[str, tuple[str, ...]] = {  # of each kind, what else may be said; the first kind that is there counts
+    "after": ("within", "eventually", "always", "never", *TIMES),
+    "until": ("holds", "within", *TIMES),
+    "always": TIMES,
+    "never": TIMES,
+    "eventually": ("within", *TIMES),
+    "finally": ("vehicle", "name"),
+    "outcome": ("vehicle", "name"),
+}
+LOGGER = "Transports.Logging"
+OUTCOMES = (COMPLETED, FAILED, LATE)
+
+
+class _Cast(NamedTuple):
+    """A vehicle as far as it is read: its node, profile and modes, and its name."""
+
+    node: Node
+    profile: Profile
+    modes: frozenset[str]
+    name: str
+
+
+class ScenarioReader:
+    """Reads the scenario in a tree; all that is wrong is an error with file and line."""
+
+    def __init__(self, root: Node, path: Path, profiles: Profiles):
+        self._root = root
+        self._path = path
+        self._profiles = profiles
+        self._nodes: dict[str, Node] = {}
+        self._schemas: dict[str, imc.Schema] = {}
+        self._world_read = False
+
+    def scenario(self) -> Scenario:
+        self._nodes = nodes = known(self._root, *KEYS)
+        if ("vehicle" in nodes) == ("vehicles" in nodes):
+            self._root.fail("a scenario has either a vehicle or vehicles")
+        cast = list(self._cast())
+        self._schemas = {each.name: self._profiles.schema(each.profile) for each in cast}
+        actors = tuple(self._actor(each) for each in cast)
+        self._check_world(cast)
+        limit = self._time("limit", 3600.0)
+        if limit <= 0.0:
+            nodes["limit"].fail("limit must be above 0")
+        return Scenario(
+            word(nodes["scenario"]) if "scenario" in nodes else self._path.name.removesuffix(".scenario.yaml"),
+            self._path,
+            str(nodes["description"].value()) if "description" in nodes else "",
+            whole(nodes["seed"]) if "seed" in nodes else 0,
+            actors,
+            tuple(self._named(self._expectation, "expect", actors)),
+            tuple(self._metrics()),
+            limit=limit,
+            settle=self._time("settle", 0.0),
+            stop_when=read_condition(nodes["stop when"], self._scope()) if "stop when" in nodes else None,
+        )
+
+    def _time(self, key: str, default: float) -> float:
+        return seconds(self._nodes[key]) if key in self._nodes else default
+
+    def _scope(self, node: Node | None = None) -> Scope:
+        """Whose messages a text means: those of the vehicle that `node` names, or of the only one."""
+        if node is not None:
+            return Scope(self._schemas, one_of(node, self._schemas, "vehicle"))
+        return Scope(self._schemas, next(iter(self._schemas)) if len(self._schemas) == 1 else "")
+
+    def _cast(self) -> Iterator[_Cast]:
+        many = self._nodes.get("vehicles")
+        given = many.mapping() if many is not None else {"": self._nodes["vehicle"]}
+        if not given:
+            (many or self._root).fail("there is no vehicle")
+        for key, node in given.items():
+            parts = known(node, *(part for part in VEHICLE_KEYS if not (key and part == "name")))
+            if "profile" not in parts:
+                node.fail("'profile' is missing")
+            name = key or (word(parts["name"]) if "name" in parts else "")
+            profile = self._profiles.get(parts["profile"], name)
+            modes = self._profiles.modes(parts.get("modes") or Node([], node.file, node.line, node.error), profile)
+            yield _Cast(node, profile, modes, profile.vehicle)
+
+    def _actor(self, cast: _Cast) -> Actor:
+        parts = cast.node.mapping()
+        tasks = Tasks(cast.profile, cast.modes)
+        found: list[Setting] = world_settings(self._nodes["world"], tasks) if "world" in self._nodes else []
+        found += start_settings(parts["start"], tasks) if "start" in parts else []
+        for section, options in parts["parameters"].mapping().items() if "parameters" in parts else ():
+            found += [
+                Setting(section, option, option_text(node), node.where) for option, node in options.mapping().items()
+            ]
+        self._profiles.check(cast.node, cast.profile, cast.modes, found)
+        return Actor(
+            cast.name,
+            self._profiles.name(parts["profile"].text()),
+            self._profiles.folder,
+            tuple(sorted(cast.modes)),
+            whole(parts["seed"]) if "seed" in parts else None,
+            tuple(found),
+            self._plan(parts["plan"]) if "plan" in parts else None,
+            tuple(tasks.of(LOGGER)),
+        )
+
+    def _check_world(self, cast: list[_Cast]) -> None:
+        """Refuse what no vehicle has: it would prove nothing."""
+        for key, node in self._nodes["world"].mapping().items() if "world" in self._nodes else ():
+            alone = Node({key: node}, node.file, node.line, node.error)
+            if not any(world_settings(alone, Tasks(each.profile, each.modes)) for each in cast):
+                node.fail(f"no vehicle has an option for {key}")
+
+    def _plan(self, node: Node) -> imc.PlanSpecification:
+        if isinstance(node.content, dict):
+            return read_plan(node, self._path.name.removesuffix(".scenario.yaml"))
+        path = self._profiles.folder / word(node)
+        try:
+            return load_plan(path)
+        except PlanFileError as error:
+            node.fail(str(error))
+        except OSError as error:
+            node.fail(f"{path}: {error.strerror or error}")
+
+    def _named(
+        self, read: Callable[[Node, tuple[Actor, ...]], Expectation], key: str, actors: tuple[Actor, ...]
+    ) -> Iterator[Expectation]:
+        taken: set[str] = set()
+        for node in self._nodes[key].items() if key in self._nodes else ():
+            found = read(node, actors)
+            if found.name in taken:
+                node.fail(f"the name {found.name!r} is used twice: give each a name of its own")
+            taken.add(found.name)
+            yield found
+
+    def _expectation(self, node: Node, actors: tuple[Actor, ...]) -> Expectation:
+        given = node.mapping()
+        kind = next((kind for kind in EXPECTED if kind in given), "")
+        if not kind:
+            wrong = next((key for key in given if key not in TIMES), "")
+            node.fail(hinted(f"expected one of {', '.join(EXPECTED)}", wrong, EXPECTED) if wrong else "says nothing")
+        parts = known(node, kind, *EXPECTED[kind])
+        scope = self._scope(parts.get("vehicle"))
+        name = word(parts["name"]) if "name" in parts else f"{kind} {parts[kind].text()}"
+        if kind == "outcome":
+            return self._outcome(node, name, scope, actors)
+        condition = read_condition(parts[kind], scope)
+        then, steady = self._then(node, kind, scope)
+        begin, end = (
+            seconds(parts[key]) if key in parts else usual for key, usual in (("from", 0.0), ("to", math.inf))
+        )
+        if end < begin:
+            parts["to"].fail("ends before it begins")
+        return Expectation(
+            name,
+            kind,
+            node.where,
+            contrary_of(condition) if kind == "never" else condition,
+            then,
+            read_condition(parts["while"], scope) if "while" in parts else None,
+            begin,
+            end,
+            seconds(parts["within"]) if "within" in parts else math.inf,
+            steady,
+            vehicle=scope.vehicle,
+        )
+
+    def _then(self, node: Node, kind: str, scope: Scope) -> tuple[Condition | None, bool]:
+        """What must hold until a condition does, or after it; and whether it must hold all the time."""
+        parts = node.mapping()
+        if kind == "until":
+            if "holds" not in parts:
+                node.fail("'holds' is missing: what has to hold until then")
+            return read_condition(parts["holds"], scope), False
+        if kind != "after":
+            return None, False
+        ways = [key for key in ("eventually", "always", "never") if key in parts]
+        if len(ways) != 1 or "within" not in parts:
+            node.fail("after needs within: TIME, and one of eventually, always or never: what has to follow")
+        found = read_condition(parts[ways[0]], scope)
+        return (contrary_of(found) if ways[0] == "never" else found), ways[0] != "eventually"
+
+    def _outcome(self, node: Node, name: str, scope: Scope, actors: tuple[Actor, ...]) -> Expectation:
+        parts = node.mapping()
+        wanted = one_of(parts["outcome"], OUTCOMES, "outcome")
+        if not scope.vehicle:
+            parts["outcome"].fail("there are several vehicles: write vehicle: NAME")
+        if next(actor for actor in actors if actor.name == scope.vehicle).plan is None:
+            parts["outcome"].fail(f"{scope.vehicle} has no plan")
+        return Expectation(name, "outcome", node.where, wanted=wanted, vehicle=scope.vehicle)
+
+    def _metrics(self) -> Iterator[Metric]:
+        for name, node in self._nodes["metrics"].mapping().items() if "metrics" in self._nodes else ():
+            given = node.mapping()
+            kind = next((kind for kind in KINDS if kind in given), "")
+            if not kind:
+                wrong = next(iter(given), "")
+                node.fail(hinted(f"expected one of {', '.join(KINDS)}", wrong, KINDS))
+            needed = {"percentile": "of", "time above": "limit", "time below": "limit"}.get(kind, "")
+            parts = known(node, kind, *([needed] if needed else []), "from", "to", "while", "vehicle")
+            scope = self._scope(parts.get("vehicle"))
+            expression = read_expression(parts[kind], scope)
+            bound = math.nan
+            if needed:
+                if needed not in parts:
+                    node.fail(f"{needed!r} is missing")
+                bound = number(parts[needed], expression.unit if needed == "limit" else "%")
+                if needed == "of" and not 0.0 <= bound <= 100.0:
+                    parts["of"].fail("a percentage is from 0 to 100")
+            yield Metric(
+                name,
+                kind,
+                node.where,
+                expression,
+                read_condition(parts["while"], scope) if "while" in parts else None,
+                seconds(parts["from"]) if "from" in parts else 0.0,
+                seconds(parts["to"]) if "to" in parts else math.inf,
+                bound,
+            )
+
+
+def contrary_of(condition: Condition) -> Condition:
+    """The condition that holds when another one does not."""
+    return Condition(f"not ({condition.text})", condition.watches, contrary(condition.test))

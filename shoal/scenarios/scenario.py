@@ -1,0 +1,63 @@
+"""A scenario as it was read: vehicles, events, expectations and metrics of one run."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import imc
+from shoal.scenarios.conditions import Condition
+from shoal.scenarios.expectations import Expectation
+from shoal.scenarios.metrics import Metric
+from shoal.scenarios.stage import Event
+
+
+class ScenarioFileError(ValueError):
+    """A file that does not hold a scenario; the text names file, line and reason."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """An option that a scenario sets, and the place in its file."""
+
+    section: str
+    option: str
+    value: str
+    where: str
+
+    @property
+    def override(self) -> str:
+        return f"{self.section}:{self.option}={self.value}"
+
+
+@dataclass(frozen=True)
+class Actor:
+    """A vehicle of a scenario, not built yet: `modes` are selected, `seed` is None for that of the run.
+
+    `loggers` are the sections of the tasks that write its log.
+    """
+
+    name: str
+    profile: str
+    folder: Path
+    modes: tuple[str, ...]
+    seed: int | None = None
+    settings: tuple[Setting, ...] = ()
+    plan: imc.PlanSpecification | None = None
+    loggers: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """What `run` runs, as often as wanted. Times are in s; `limit` is simulated time, `settle` that after the plans."""
+
+    name: str
+    path: Path
+    description: str
+    seed: int
+    actors: tuple[Actor, ...]
+    expectations: tuple[Expectation, ...] = ()
+    metrics: tuple[Metric, ...] = ()
+    events: tuple[Event, ...] = ()
+    limit: float = 3600.0
+    settle: float = 0.0
+    stop_when: Condition | None = None
+    warnings: tuple[str, ...] = ()

@@ -1,0 +1,65 @@
+"""Where a scenario runs: its vehicles, their common time, and what watches them."""
+
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+from runtime.kernel import SECOND, Kernel
+from runtime.vehicle import Fleet, Vehicle
+from shoal.scenarios.conditions import Condition
+from shoal.scenarios.lookout import Lookout, Seen
+
+
+class Stage:
+    """The vehicles of a run by name, built and not yet started, and their kernel; `warnings` are for the result."""
+
+    def __init__(self, fleet: Fleet, vehicles: Mapping[str, Vehicle], seed: int):
+        self.fleet = fleet
+        self.vehicles = vehicles
+        self.seed = seed
+        self.lookout = Lookout(vehicles)
+        self.warnings: list[str] = []
+        self._start_ns = fleet.kernel.now_ns
+
+    @property
+    def kernel(self) -> Kernel:
+        return self.fleet.kernel
+
+    @property
+    def time(self) -> float:
+        """The time since the start of the run (s)."""
+        return (self.fleet.kernel.now_ns - self._start_ns) / SECOND
+
+    def at(self, seconds: float, function: Callable[[], object]) -> None:
+        """Call a function at a time of the run (s)."""
+        self.kernel.at(self._start_ns + round(seconds * SECOND), function)
+
+    def when(self, condition: Condition, function: Callable[[], object]) -> None:
+        """Call a function once, when a condition holds for the first time. Raises ValueError for unknown entities."""
+        once = _Once(condition, function)
+        (once.seen,) = self.lookout.watch([condition.watches], once.look)
+
+    def stop(self) -> None:
+        """End the run."""
+        self.fleet.stop()
+
+
+class Event(Protocol):
+    """Something that happens in a run, once."""
+
+    def arm(self, stage: Stage) -> None:
+        """Prepare it, before the vehicles start. What it needs to know of one run, it keeps in objects of its own."""
+        ...
+
+
+class _Once:
+    transient = True
+
+    def __init__(self, condition: Condition, function: Callable[[], object]):
+        self._condition = condition
+        self._function: Callable[[], object] | None = function
+        self.seen: Seen = []
+
+    def look(self) -> None:
+        if (function := self._function) is not None and self._condition.holds(self.seen):
+            self._function = None
+            function()

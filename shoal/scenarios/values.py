@@ -1,0 +1,102 @@
+"""Reads the values of scenario files: times, numbers with units, names, texts for options of a profile."""
+
+import math
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
+from imc.schema.yamltree import Node
+from runtime.durations import parse_duration
+from runtime.problem import hinted
+from shoal.missions import quantity
+
+T = TypeVar("T")
+
+
+def known(node: Node, *allowed: str, what: str = "key") -> dict[str, Node]:
+    """The mapping, all of whose keys are allowed. Raises the error of the file."""
+    if not isinstance(node.content, dict):
+        node.fail("expected a mapping of names to values")
+    for key, item in node.content.items():
+        if key not in allowed:
+            item.fail(hinted(f"unknown {what} {key!r}", key, allowed))
+    return node.content
+
+
+def told(node: Node, read: Callable[[Any], T]) -> T:
+    """What a function makes of the value; its ValueError gets the place in the file."""
+    value = node.value()
+    try:
+        return read(value)
+    except node.error:
+        raise
+    except ValueError as error:
+        node.fail(str(error))
+
+
+def seconds(node: Node) -> float:
+    """A time of at least 0: "90 s", "10 min", "1h30min", or a number in s."""
+    return told(node, _duration)
+
+
+def number(node: Node, unit: str = "") -> float:
+    """A number, or one with a unit that fits, in SI."""
+    return told(node, lambda value: quantity(value, unit))
+
+
+def in_unit(node: Node, unit: str) -> float:
+    """A number in the unit of an option of a profile; only "°" is not SI."""
+    if unit not in ("°", "%", "m", "s"):
+        return number(node)
+    found = number(node, "rad" if unit == "°" else unit)
+    return math.degrees(found) if unit == "°" and not _is_plain(node.text()) else found
+
+
+def whole(node: Node) -> int:
+    """A whole number, 0 or more."""
+    value = node.value()
+    if isinstance(value, float) and value.is_integer():
+        value = int(value)
+    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+        node.fail(f"expected a whole number, 0 or more, not {node.content!r}")
+    return value
+
+
+def word(node: Node) -> str:
+    """A text that is not empty."""
+    if not isinstance(node.content, str) or not node.content.strip():
+        node.fail("expected a text")
+    return node.content.strip()
+
+
+def one_of(node: Node, words: Iterable[str], what: str) -> str:
+    """One of some words."""
+    found, words = word(node), list(words)
+    if found not in words:
+        node.fail(hinted(f"there is no {what} {found!r}", found, words))
+    return found
+
+
+def option_text(node: Node) -> str:
+    """The text of an option: a scalar as it is written, the items of a list with commas."""
+    if isinstance(node.content, str):
+        value = node.value()
+        return ("true" if value else "false") if isinstance(value, bool) else node.content
+    if isinstance(node.content, list):
+        return ", ".join(map(option_text, node.content))
+    node.fail("expected a value or a list of values")
+
+
+def _is_plain(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _duration(value: Any) -> float:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        if not (math.isfinite(value) and value >= 0.0):
+            raise ValueError(f"{value} is not a time")
+        return float(value)
+    return parse_duration(str(value))

@@ -1,0 +1,144 @@
+"""Runs of scenarios with shipped profiles: judgements, determinism, errors, and nothing left behind."""
+
+import gzip
+import hashlib
+import math
+import os
+import subprocess
+import sys
+
+import pytest
+
+import imc
+from runtime import Task, periodic
+from shoal.scenarios import load_draft, run
+from tests.shoal.scenarios.conftest import DIVE
+
+JUDGED = """
+seed: 3
+expect:
+  - {name: shallow, always: SimulatedState.z < 10 m}
+  - {name: no error, never: VehicleState.op_mode == ERROR}
+  - {name: too shallow, always: SimulatedState.z < 2 m}
+  - {name: dives, eventually: EstimatedState.depth > 1 m, within: 60 s}
+  - {name: flies, outcome: SUCCESS}
+  - {name: known, finally: "distance(SimulatedState, EstimatedState) < 10 m"}
+  - {name: cold, always: Turbidity.value < 3}
+metrics:
+  deepest: {max: SimulatedState.z}
+  drift: {percentile: distance(SimulatedState, EstimatedState), of: 95}
+  nothing: {mean: Turbidity.value}
+"""
+
+
+def by_name(result):
+    return {verdict.name: verdict for verdict in result.verdicts}
+
+
+def test_a_dive_is_judged_and_measured(play):
+    result = play(JUDGED, DIVE)
+    verdicts = by_name(result)
+    assert result.error == ""
+    assert result.outcomes == {"lauv-noptilus-1": "SUCCESS"}
+    assert [name for name, verdict in verdicts.items() if not verdict.passed] == ["too shallow"]
+    assert not result.passed
+    assert verdicts["shallow"].margin == pytest.approx(10.0 - result.metrics["deepest"])
+    assert verdicts["too shallow"].margin == pytest.approx(2.0 - result.metrics["deepest"])
+    assert verdicts["too shallow"].margin == result.margin
+    assert "failed first at" in verdicts["too shallow"].reason
+    assert verdicts["too shallow"].origin.endswith("trial.scenario.yaml:16")
+    assert verdicts["no error"].margin == math.inf
+    assert 0.0 < result.metrics["drift"] < 10.0
+    assert math.isnan(result.metrics["nothing"])
+    assert not verdicts["cold"].applied
+    assert any("cold proved nothing: no Turbidity of lauv-noptilus-1 arrived" in words for words in result.warnings)
+    assert any("metric nothing: no Turbidity" in words for words in result.warnings)
+
+
+def test_a_run_is_the_same_with_a_log_and_without_it(draft, tmp_path):
+    scenario = draft("limit: 8 s\nmetrics: {east: {last: SimulatedState.u}}", DIVE).scenario()
+    without, first, second = (run(scenario, seed=5, log_root=root) for root in (None, tmp_path / "a", tmp_path / "b"))
+    assert without.fingerprint == first.fingerprint == second.fingerprint
+    assert without.metrics == first.metrics
+    assert without.logs == without.hashes == {}
+    assert first.hashes == second.hashes
+    log = imc.Log(first.logs["lauv-noptilus-1"])
+    assert len(list(log.messages(imc.SimulatedState))) > 0
+    assert run(scenario, seed=6).fingerprint != first.fingerprint
+
+
+def test_a_run_does_not_depend_on_the_hash_seed(draft):
+    path = draft("expect: [{always: SimulatedState.z < 9 m}]").path
+    code = (
+        "import sys; from pathlib import Path; from shoal.scenarios import *; "
+        "print(run(load_draft(Path(sys.argv[1])).scenario()).fingerprint)"
+    )
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", code, str(path)],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("1", "2")
+    }
+    assert found == {run(load_draft(path).scenario()).fingerprint + "\n"}
+
+
+@pytest.mark.parametrize("profile", ["lauv-noptilus-1", "otter", "hexa-00", "caravel"])
+def test_nothing_is_left_behind(play, profile, tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    monkeypatch.chdir(tmp_path)
+    begin = f"vehicle: {{profile: {profile}}}\nlimit: 2 s\n"
+    play("", begin)
+    before = os.listdir("/proc/self/fd")
+    result = play("", begin)
+    assert result.passed
+    assert result.seconds == 2.0
+    assert len(os.listdir("/proc/self/fd")) == len(before)
+    assert [path.name for path in tmp_path.iterdir()] == ["trial.scenario.yaml"]
+
+
+def test_a_plan_that_is_refused_is_a_verdict(play):
+    begin = DIVE.replace("depth: 3 m", "depth: 3000 m")
+    asked = play("expect: [{outcome: SUCCESS}]", begin)
+    assert asked.error == ""
+    assert not asked.passed
+    assert asked.verdicts[0].reason.startswith("FAILURE, ")
+    assert play("expect: [{outcome: FAILURE}]", begin).passed
+    unasked = play("", begin)
+    assert [verdict.name for verdict in unasked.verdicts] == ["the plan of lauv-noptilus-1 begins"]
+    assert not unasked.passed
+
+
+def test_a_plan_that_takes_too_long_is_late(play):
+    result = play("limit: 5 s\nexpect: [{outcome: TIMEOUT}]", DIVE)
+    assert result.passed
+    assert result.seconds == 5.0
+
+
+class Faulty(Task):
+    """Fails after a while."""
+
+    @periodic(1.0)
+    def fail(self):
+        if self.now_ns % 10_000_000_000 == 2_000_000_000:
+            raise RuntimeError("out of order")
+
+
+def test_a_task_that_fails_is_named(play, tmp_path):
+    profile = tmp_path / "own.ini"
+    profile.write_text(f"[Require otter.ini]\n[{__name__}.Faulty]\nEnabled = Simulation\n[General]\nVehicle = own\n")
+    result = play("expect: [{always: SimulatedState.z < 9 m}]", "vehicle: {profile: own.ini}\n")
+    assert result.error.startswith("RuntimeError: out of order (in own, ")
+    assert "Faulty at 2.000 s of the run" in result.error
+    assert not result.passed
+    assert result.verdicts[0].passed
+
+
+def test_the_data_of_a_log_has_the_hash_that_is_told(play, tmp_path):
+    result = play(log_root=tmp_path / "log")
+    (data,) = result.logs["otter"].glob("Data.lsf*")
+    assert hashlib.sha256(gzip.decompress(data.read_bytes())).hexdigest() == result.hashes["otter"]
