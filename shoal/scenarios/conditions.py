@@ -19,6 +19,7 @@ _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _NAME = r"[A-Za-z_]\w*(?:\[[^\]]*\])?(?:\.\w+)?(?:@\w+(?:[-.]\w+)*)?"
 _TEXT = r"\"[^\"]*\"|'[^']*'"
 _WORD = re.compile(rf"\s*(?:{_NUMBER}(?:\s*(?:{_UNIT})(?!\w))?|{_NAME}|{_TEXT}|{SIGN}|[-+*/])")
+_WAYS = {"<": 1.0, "<=": 1.0, ">": -1.0, ">=": -1.0}
 _PLANS = ("true", "maneuverisdone", "maneuverisdone()")
 
 
@@ -116,6 +117,8 @@ def _comparison(operands: Operands, logic: Logic[Margin]) -> Margin:
     a, b, needs = left.value, right.value, tuple(sorted(left.needs | right.needs))
     if len(needs) == 1:
         (only,) = needs
+        if measure is gap and not right.needs and sign in _WAYS:
+            return _bound(only, a, _WAYS[sign], b(()), compare)
         return lambda latest, unknown: unknown if latest[only] is None else measure(compare, a(latest), b(latest))
 
     def test(latest: Latest, unknown: float) -> float:
@@ -123,6 +126,21 @@ def _comparison(operands: Operands, logic: Logic[Margin]) -> Margin:
             if latest[index] is None:
                 return unknown
         return measure(compare, a(latest), b(latest))
+
+    return test
+
+
+def _bound(
+    only: int, a: Callable[[Latest], float], way: float, limit: float, compare: Callable[[float, float], bool]
+) -> Margin:
+    """A comparison with a constant, which is by far the most frequent one."""
+
+    def test(latest: Latest, unknown: float) -> float:
+        if latest[only] is None:
+            return unknown
+        value = a(latest)
+        margin = way * (limit - value)
+        return margin if 0.0 < margin < math.inf or -math.inf < margin < 0.0 else gap(compare, value, limit)
 
     return test
 

@@ -50,8 +50,8 @@ class Draft:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of all that the scenario is made of: the file, its plans and its profiles."""
-        made = hashlib.sha256(self.path.read_bytes())
+        """SHA-256 of all that the scenario is made of: the values of the file, its plans and its profiles."""
+        made = hashlib.sha256(repr(_bare(self._root)).encode())
         scenario = self.scenario()
         for actor in scenario.actors:
             made.update(repr((actor.name, actor.modes)).encode())
@@ -81,6 +81,13 @@ def _mended(node: Node) -> Node:
         if not (isinstance(text, str) and text.count("(") > text.count(")")):
             open_key = ""
     return _with(node, found)
+
+
+def _bare(node: Node) -> object:
+    """The values of a tree, without their lines."""
+    if isinstance(node.content, dict):
+        return {key: _bare(item) for key, item in node.content.items()}
+    return [_bare(item) for item in node.content] if isinstance(node.content, list) else node.content
 
 
 def _with(node: Node, content: "str | list[Node] | dict[str, Node]") -> Node:

@@ -3,7 +3,7 @@
 import hashlib
 import math
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,7 +12,6 @@ import imc
 from imc.lsf import chunks, find_log
 from runtime.kernel import VirtualClock
 from runtime.problem import ProfileError
-from runtime.profile import load_profile
 from runtime.vehicle import Fleet, Vehicle
 from shoal.missions import COMPLETED, FAILED, Mission, prepare
 from shoal.scenarios.expectations import Expectation, Judge, unproved
@@ -57,7 +56,7 @@ class _Performance:
         self._flying: set[str] = set()
         self._judges: list[tuple[Expectation, Judge | None]] = []
         self._meters: list[Meter] = []
-        self._last: dict[tuple[str, str], imc.Message] = {}
+        self._last: dict[tuple[str, str], Callable[[], imc.Message | None]] = {}
         self._seconds = 0.0
 
     def build(self, log_root: Path | None, folder: Path) -> None:
@@ -73,7 +72,7 @@ class _Performance:
                 self._missions[actor.name] = Mission(vehicle, actor.plan, over=over)
                 self._flying.add(actor.name)
             for kind in TRACKED:
-                vehicle.tap(kind, _Track(self._last, actor.name, vehicle.system).keep)
+                self._last[actor.name, kind.__name__] = stage.lookout.keep(actor.name, kind)
         for event in self._scenario.events:
             event.arm(stage)
         self._meters = [metric.measure(stage) for metric in self._scenario.metrics]
@@ -87,8 +86,7 @@ class _Performance:
         if log_root is None:
             overrides += [f"{section}:Enabled=Never" for section in actor.loggers]
         if self._fleet is None:
-            first = load_profile(actor.profile, (actor.folder,), vehicle=actor.name, overrides=overrides)
-            self._fleet = Fleet(VirtualClock(first.start_time_ns))
+            self._fleet = Fleet(VirtualClock(actor.start_ns))
         made = prepare(
             actor.profile,
             actor.modes,
@@ -127,7 +125,7 @@ class _Performance:
         self._seconds = self._stage.time if self._stage is not None else 0.0
         self._verdicts = list(self._judge())
         self._metrics = {meter.metric.name: meter.value() for meter in self._meters}
-        self._final = [(key, message.to_dict()) for key, message in sorted(self._last.items())]
+        self._final = [(key, last.to_dict()) for key, tell in self._last.items() if (last := tell()) is not None]
         if self._fleet is not None:
             try:
                 self._fleet.close()
@@ -172,21 +170,6 @@ class _Performance:
             {name: _hash(folder) for name, folder in logs.items()},
         )
         return replace(found, fingerprint=_fingerprint(found, self._final))
-
-
-class _Track:
-    """Keeps the last message of each kind that a vehicle has published."""
-
-    transient = True
-
-    def __init__(self, last: dict[tuple[str, str], imc.Message], vehicle: str, system: int):
-        self._last = last
-        self._vehicle = vehicle
-        self._system = system
-
-    def keep(self, message: imc.Message) -> None:
-        if message.src == self._system:
-            self._last[self._vehicle, type(message).__name__] = message
 
 
 def _told(error: Exception) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from shoal.scenarios.conditions import Condition
-from shoal.scenarios.lookout import Seen, missing
+from shoal.scenarios.lookout import missing
 from shoal.scenarios.margins import shown
 from shoal.scenarios.result import Verdict
 from shoal.scenarios.stage import Stage
@@ -51,14 +51,16 @@ class Judge:
         self._stage = stage
         conditions = [c for c in (expected.condition, expected.then, expected.meanwhile) if c is not None]
         self._watches = [condition.watches for condition in conditions]
-        self._seen: list[Seen] = [[] for _ in conditions]
-        self._seen = stage.lookout.watch(self._watches, self.hear)
-        self._meanwhile = self._seen[-1] if expected.meanwhile is not None else None
+        tests = [c.test for c in (expected.condition, expected.then) if c is not None]
+        self.test, self.then = tests[0], tests[-1]
+        is_free = expected.begin == 0.0 and expected.end == math.inf and expected.meanwhile is None
+        self._seen = stage.lookout.watch(self._watches, self.consider if is_free else self._hear)
+        self.seen, self.then_seen = self._seen[0], self._seen[len(tests) - 1]
         self.count = 0
 
-    def hear(self) -> None:
-        """Judge the latest messages."""
-        expected, now = self.expected, self._stage.time
+    def _hear(self, now: float) -> None:
+        """Judge the latest messages, if it is time for that."""
+        expected = self.expected
         if not expected.begin <= now <= expected.end:
             return
         if expected.meanwhile is not None and not expected.meanwhile.holds(self._seen[-1]):
@@ -72,11 +74,6 @@ class Judge:
     def verdict(self) -> Verdict:
         """The judgement, at the end of the run."""
         raise NotImplementedError
-
-    def margin(self, index: int = 0) -> float:
-        condition = self.expected.condition if index == 0 else self.expected.then
-        assert condition is not None
-        return condition.margin(self._seen[index])
 
     def said(self, margin: float, reason: str, time: float, *, applied: bool = True) -> Verdict:
         passed = margin > 0.0
@@ -105,7 +102,7 @@ class Always(Judge):
     failed = math.nan
 
     def consider(self, now: float) -> None:
-        margin = self.margin()
+        margin = self.test(self.seen, math.nan)
         if margin != margin:
             return
         self.count += 1
@@ -131,7 +128,7 @@ class Sooner(Judge):
     met = math.nan
 
     def consider(self, now: float) -> None:
-        margin = self.margin()
+        margin = self.test(self.seen, math.nan)
         if margin != margin or now > self.deadline:
             return
         self.count += 1
@@ -165,7 +162,7 @@ class Until(Judge):
     def consider(self, now: float) -> None:
         if now > self.expected.begin + self.expected.within:
             return
-        margin, holding = self.margin(), self.margin(1)
+        margin, holding = self.test(self.seen, math.nan), self.then(self.then_seen, math.nan)
         if margin == margin:
             self.count += 1
             if (found := min(margin, self.held)) > self.best:
@@ -198,13 +195,12 @@ class After(Judge):
         self._least, self._time = math.inf, math.nan
 
     def consider(self, now: float) -> None:
-        assert self.expected.condition is not None
         self._close(now)
-        holds = self.expected.condition.holds(self._seen[0])
+        holds = self.test(self.seen, -math.inf) > 0.0
         if holds and not self._held:
             self._open.append([now, math.inf if self.expected.steady else -math.inf])
         self._held = holds
-        margin = self.margin(1)
+        margin = self.then(self.then_seen, math.nan)
         choose = min if self.expected.steady else max
         if margin == margin:
             for window in self._open:
@@ -236,11 +232,11 @@ class After(Judge):
 class Last(Judge):
     """The condition holds at the end."""
 
-    def hear(self) -> None:
-        pass
+    def consider(self, now: float) -> None:
+        """What was before the end does not count."""
 
     def verdict(self) -> Verdict:
-        margin = self.margin()
+        margin = self.test(self.seen, math.nan)
         if margin != margin:
             return self.idle(passed=False)
         off = f", off by {-shown(margin):.6g}" if -math.inf < margin <= 0.0 else ""

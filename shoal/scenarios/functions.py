@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import imc
-from imc.coordinates import absolute, offset
+from imc.coordinates import SEMI_MAJOR_AXIS, displacement
 
 
 class Function(NamedTuple):
@@ -36,17 +37,39 @@ def _angle(x: float) -> float:
 
 
 def distance(a: Any, b: Any) -> float:
-    """The distance over ground (m) of two positions."""
-    if hasattr(a, "x") and hasattr(b, "x") and (a.lat, a.lon) == (b.lat, b.lon):
-        return math.hypot(a.x - b.x, a.y - b.y)
+    """The distance over ground (m) of two positions, exact to a millionth within 10 km of their references."""
     try:
-        return math.hypot(*offset(*_place(a), *_place(b)))
-    except (ValueError, ZeroDivisionError):  # an infinite latitude
+        offset, rows = _frames(a.lat, a.lon, getattr(a, "height", 0.0), b.lat, b.lon, getattr(b, "height", 0.0))
+    except ValueError:  # an infinite latitude
         return math.nan
+    (dx, dy, dz), x, y = offset, 0.0, 0.0
+    if hasattr(b, "x"):
+        bx, by, bz = b.x, b.y, b.z
+        (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rows
+        dx += xx * bx + xy * by + xz * bz
+        dy += yx * bx + yy * by + yz * bz
+        dz += zx * bx + zy * by + zz * bz
+    if hasattr(a, "x"):
+        x, y = a.x, a.y
+        dx, dy, dz = dx - x, dy - y, dz - a.z
+    # The vertical at the first position leans by its distance from the reference over the radius of the Earth.
+    return math.hypot(dx + dz * x / SEMI_MAJOR_AXIS, dy + dz * y / SEMI_MAJOR_AXIS)
 
 
-def _place(message: Any) -> tuple[float, float]:
-    return absolute(message)[:2] if hasattr(message, "x") else (message.lat, message.lon)
+@lru_cache(maxsize=64)
+def _frames(
+    lat: float, lon: float, height: float, to_lat: float, to_lon: float, to_height: float
+) -> tuple[tuple[float, float, float], tuple[tuple[float, float, float], ...]]:
+    """Between the frames north, east, down of two references: the offset of the second in the first, and its axes."""
+    offset = displacement(lat, lon, height, to_lat, to_lon, to_height)
+    turn = to_lon - lon
+    s, c, ts, tc = math.sin(lat), math.cos(lat), math.sin(to_lat), math.cos(to_lat)
+    st, ct = math.sin(turn), math.cos(turn)
+    return offset, (
+        (s * ts * ct + c * tc, s * st, s * tc * ct - c * ts),
+        (-ts * st, ct, -tc * st),
+        (c * ts * ct - s * tc, c * st, c * tc * ct + s * ts),
+    )
 
 
 def has_place(kind: type[imc.Message]) -> bool:

@@ -3,11 +3,14 @@
 from collections.abc import Callable, Mapping, Sequence
 
 import imc
+from runtime.kernel import SECOND
 from runtime.problem import hinted
 from runtime.vehicle import Vehicle
 from shoal.scenarios.operands import Watch
 
-Told = Callable[[], object]
+Told = Callable[[float], object]
+"""Called with the time since the start of the run (s)."""
+
 Seen = list[imc.Message | None]
 
 
@@ -24,14 +27,18 @@ class _Ear:
 
     transient = True
 
-    def __init__(self, system: int):
-        self._system = system
+    def __init__(self, vehicle: Vehicle):
+        self._system = vehicle.system
+        self._kernel = vehicle.kernel
+        self._start_ns = vehicle.kernel.now_ns
+        self.last: imc.Message | None = None
         self.watchers: list[_Watcher] = []
 
     def hear(self, message: imc.Message) -> None:
         if message.src != self._system:
             return
-        entity = message.src_ent
+        self.last = message
+        entity, now = message.src_ent, (self._kernel.now_ns - self._start_ns) / SECOND
         for watcher in self.watchers:
             concerned = False
             for wanted, seen, place in watcher.slots:
@@ -39,7 +46,7 @@ class _Ear:
                     seen[place] = message
                     concerned = True
             if concerned:
-                watcher.told()
+                watcher.told(now)
 
 
 class Lookout:
@@ -48,6 +55,11 @@ class Lookout:
     def __init__(self, vehicles: Mapping[str, Vehicle]):
         self._vehicles = vehicles
         self._ears: dict[tuple[str, type[imc.Message]], _Ear] = {}
+
+    def keep(self, vehicle: str, kind: type[imc.Message]) -> Callable[[], imc.Message | None]:
+        """Tells the last message of a kind that a vehicle has published."""
+        ear = self._ear(vehicle, kind)
+        return lambda: ear.last
 
     def watch(self, groups: Sequence[Sequence[Watch]], told: Told) -> list[Seen]:
         """The latest messages of each group of watches, None if there is none yet; the lists are filled as they arrive.
@@ -70,7 +82,7 @@ class Lookout:
     def _ear(self, vehicle: str, kind: type[imc.Message]) -> _Ear:
         key = vehicle, kind
         if key not in self._ears:
-            self._ears[key] = ear = _Ear(self._vehicles[vehicle].system)
+            self._ears[key] = ear = _Ear(self._vehicles[vehicle])
             self._vehicles[vehicle].tap(kind, ear.hear)
         return self._ears[key]
 

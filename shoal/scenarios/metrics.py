@@ -2,6 +2,7 @@
 
 import math
 from array import array
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from shoal.scenarios.conditions import Condition, Expression
@@ -41,37 +42,58 @@ class Meter:
         self.metric = metric
         self._stage = stage
         groups = [metric.expression.watches, *([metric.meanwhile.watches] if metric.meanwhile is not None else [])]
-        self._seen = stage.lookout.watch(groups, self.hear)
         self._samples = array("d")
         self._undefined = 0
         self._duration = 0.0
         self._since = math.nan  # when it went beyond the limit
+        self._keep = self._keepers().get(metric.kind, self._samples.append)
+        self._value, self._is_timed = metric.expression.value, metric.kind.startswith("time")
+        self._is_free = metric.begin == 0.0 and metric.end == math.inf and metric.meanwhile is None
+        self._seen = stage.lookout.watch(groups, self.hear)
 
-    def hear(self) -> None:
-        metric, now = self.metric, self._stage.time
-        applies = metric.begin <= now <= metric.end
-        if applies and metric.meanwhile is not None:
-            applies = metric.meanwhile.holds(self._seen[1])
-        if not applies or None in self._seen[0]:
-            self._mark(now, beyond=False)
+    def hear(self, now: float) -> None:
+        """Take the value of the latest messages."""
+        if None in self._seen[0] or not (self._is_free or self._applies(now)):
+            if self._is_timed:
+                self._mark(now, beyond=False)
             return
-        value = float(metric.expression.value(self._seen[0]))
+        value = self._value(self._seen[0])
         if value != value:
             self._undefined += 1
-        self._keep(now, value)
+        elif self._samples:
+            self._keep(value)
+        else:
+            self._samples.append(value)
+        if self._is_timed:
+            bound = self.metric.bound
+            self._mark(now, beyond=value > bound if self.metric.kind == "time above" else value < bound)
 
-    def _keep(self, now: float, value: float) -> None:
-        samples, kind = self._samples, self.metric.kind
-        if kind in ("mean", "rms", "percentile") or not samples:
-            samples.append(value)
-        elif kind == "max":
-            samples[0] = value if value > samples[0] else samples[0]
-        elif kind == "min":
-            samples[0] = value if value < samples[0] else samples[0]
-        elif kind == "last":
+    def _applies(self, now: float) -> bool:
+        metric = self.metric
+        if not metric.begin <= now <= metric.end:
+            return False
+        return metric.meanwhile is None or metric.meanwhile.holds(self._seen[1])
+
+    def _keepers(self) -> dict[str, Callable[[float], object]]:
+        """What to do with each value after the first one; by default it is kept."""
+        samples = self._samples
+
+        def larger(value: float) -> None:
+            if value > samples[0]:
+                samples[0] = value
+
+        def smaller(value: float) -> None:
+            if value < samples[0]:
+                samples[0] = value
+
+        def latest(value: float) -> None:
             samples[0] = value
-        if kind in ("time above", "time below"):
-            self._mark(now, beyond=value > self.metric.bound if kind == "time above" else value < self.metric.bound)
+
+        def nothing(value: float) -> None:
+            pass
+
+        first = dict.fromkeys(("first", "time above", "time below"), nothing)
+        return {"max": larger, "min": smaller, "last": latest, **first}
 
     def _mark(self, now: float, *, beyond: bool) -> None:
         if self._since == self._since:

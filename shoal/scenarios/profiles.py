@@ -56,6 +56,16 @@ class Profiles:
         """The effective configuration of a profile."""
         return self._read.get((name, vehicle), self._read.get((name, "")) or self._read[name, vehicle]).dump()
 
+    def start_ns(self, node: Node, profile: Profile, settings: Sequence[Setting]) -> int:
+        """When virtual time starts (ns since 1970 UTC). Raises the error of the file."""
+        own = [setting for setting in settings if (setting.section, setting.option) == ("General", "Start Time")]
+        try:
+            if own:
+                profile = load_profile(profile.path, overrides=[own[-1].override])
+            return profile.start_time_ns
+        except ProfileError as error:
+            self._fail(node, own, error.problems[0].text, error.problems[0].hint)
+
     def check(self, node: Node, profile: Profile, modes: frozenset[str], settings: Sequence[Setting]) -> None:
         """Raise the error of the file for settings that the profile does not know, or with a wrong value."""
         for setting in settings:

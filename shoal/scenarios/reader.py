@@ -70,7 +70,7 @@ class ScenarioReader:
         if limit <= 0.0:
             nodes["limit"].fail("limit must be above 0")
         return Scenario(
-            word(nodes["scenario"]) if "scenario" in nodes else self._path.name.removesuffix(".scenario.yaml"),
+            word(nodes["scenario"]) if "scenario" in nodes else self._own_name,
             self._path,
             str(nodes["description"].value()) if "description" in nodes else "",
             whole(nodes["seed"]) if "seed" in nodes else 0,
@@ -81,6 +81,10 @@ class ScenarioReader:
             settle=self._time("settle", 0.0),
             stop_when=read_condition(nodes["stop when"], self._scope()) if "stop when" in nodes else None,
         )
+
+    @property
+    def _own_name(self) -> str:
+        return self._path.name.removesuffix(".yaml").removesuffix(".scenario").removesuffix(".study")
 
     def _time(self, key: str, default: float) -> float:
         return seconds(self._nodes[key]) if key in self._nodes else default
@@ -123,6 +127,7 @@ class ScenarioReader:
             whole(parts["seed"]) if "seed" in parts else None,
             tuple(found),
             self._plan(parts["plan"]) if "plan" in parts else None,
+            self._profiles.start_ns(cast.node, cast.profile, found),
             tuple(tasks.of(LOGGER)),
         )
 
@@ -135,7 +140,7 @@ class ScenarioReader:
 
     def _plan(self, node: Node) -> imc.PlanSpecification:
         if isinstance(node.content, dict):
-            return read_plan(node, self._path.name.removesuffix(".scenario.yaml"))
+            return read_plan(node, self._own_name)
         path = self._profiles.folder / word(node)
         try:
             return load_plan(path)

@@ -32,7 +32,7 @@ class Setting:
 class Actor:
     """A vehicle of a scenario, not built yet: `modes` are selected, `seed` is None for that of the run.
 
-    `loggers` are the sections of the tasks that write its log.
+    `start_ns` is when virtual time starts (ns since 1970), `loggers` are the sections of the tasks that write its log.
     """
 
     name: str
@@ -42,6 +42,7 @@ class Actor:
     seed: int | None = None
     settings: tuple[Setting, ...] = ()
     plan: imc.PlanSpecification | None = None
+    start_ns: int = 0
     loggers: tuple[str, ...] = ()
 
 

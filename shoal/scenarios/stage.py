@@ -59,7 +59,7 @@ class _Once:
         self._function: Callable[[], object] | None = function
         self.seen: Seen = []
 
-    def look(self) -> None:
+    def look(self, _: float) -> None:
         if (function := self._function) is not None and self._condition.holds(self.seen):
             self._function = None
             function()
