@@ -19,6 +19,7 @@ from pathlib import Path
 
 import imc
 from imc.coordinates import displace, displacement
+from runtime.faults import Biased, Crash, Fault, Faults, Silent, Source, Stuck
 from shoal.missions import prepare
 from world import read_world
 from world.sea import Bathymetry
@@ -196,7 +197,7 @@ class Judge:
             self._violate(f"still {truth.z:.0f} m deep")
         elif self._flight.mission.profile == "hexa-00" and truth.z < -SURFACE:
             self._violate(f"still {-truth.z:.0f} m up")
-        elif self._has_sea and math.hypot(truth.u, truth.v) > DRIFTING:
+        elif self._sea is not None and math.hypot(truth.u, truth.v) > DRIFTING:
             self._violate("drives without a plan")
 
     def _violate(self, what: str) -> None:
@@ -204,29 +205,27 @@ class Judge:
             self._flight.violations.append(what)
 
 
-def spoil(task: "object", kind: str) -> None:
-    """Make a task silent, or let its measurements lie."""
-    publish: Callable[..., imc.Message] = task.publish
-    last: dict[tuple[int, object], imc.Message] = {}
+@dataclass(frozen=True)
+class Wrong(Fault):
+    """The first measured number of each message is a given one: always, or only in the first such message."""
 
-    def lie(message: imc.Message, **options: object) -> imc.Message:
-        found = [name for name in MEASURED if isinstance(getattr(message, name, None), float)]
-        key = message.ID, options.get("entity")
-        if kind == "mute":
-            return message
-        if not found or isinstance(message, imc.SetThrusterActuation):
-            return publish(message, **options)
-        if kind == "stuck":
-            return publish(last.setdefault(key, message), **options)
-        if kind == "spike" and key in last:
-            return publish(message, **options)
-        last[key] = message
-        wrong = {"nan": math.nan, "spike": 1e6 if "lat" not in found else 1.5}
-        if kind == "jump":
-            return publish(message.replace(lat=message.lat + 1e-3, lon=message.lon + 5e-4), **options)
-        return publish(message.replace(**{found[0]: wrong[kind]}), **options)
+    value: float
+    once: bool = False
 
-    task.publish = lie
+    def __str__(self) -> str:
+        return f"{self.value:g}"
+
+    def begin(self, source: Source, number: int) -> Callable[[imc.Message], imc.Message]:
+        told: set[object] = set()
+
+        def lie(message: imc.Message) -> imc.Message:
+            found = [name for name in MEASURED if isinstance(getattr(message, name, None), float)]
+            if not found or (self.once and source.key(message) in told):
+                return message
+            told.add(source.key(message))
+            return message.replace(**{found[0]: min(self.value, 1.5) if "lat" in found else self.value})
+
+        return lie
 
 
 def fly(seed: int) -> Flight:
@@ -254,12 +253,12 @@ def fly(seed: int) -> Flight:
                     task._charge = 0.0
             elif kind == "disconnect":
                 vehicle.task(name).disconnect()
-            elif kind == "fail":
-                vehicle.kernel.after(0.0, _break).owner = vehicle.task(name)
             else:
-                spoil(vehicle.task(name), kind)
+                for fault in BREAKS[kind]:
+                    faults.begin(name, fault)
 
         names = {task.name for task in vehicle.tasks}
+        faults = Faults(vehicle)
         start = imc.PlanControl(plan_id=mission.plan.plan_id, arg=mission.plan, request_id=1)
         vehicle.start()
         vehicle.kernel.after(READY, say, start)
@@ -278,8 +277,14 @@ def fly(seed: int) -> Flight:
     return flight
 
 
-def _break() -> None:
-    raise RuntimeError("broken on purpose")
+BREAKS: dict[str, tuple[Fault, ...]] = {
+    "mute": (Silent(),),
+    "stuck": (Stuck(),),
+    "fail": (Crash(),),
+    "nan": (Wrong(math.nan),),
+    "spike": (Wrong(1e6, once=True),),
+    "jump": (Biased("GpsFix", "lat", 1e-3), Biased("GpsFix", "lon", 5e-4)),
+}
 
 
 def describe(flight: Flight) -> str:

@@ -2,7 +2,7 @@
 
 import tempfile
 from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -10,6 +10,7 @@ import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from runtime.bus import Frame
 from runtime.devices import Recording, Recordings
+from runtime.faults import Faults, Injection
 from runtime.kernel import SECOND, Clock, VirtualClock, nanoseconds
 from runtime.task import Parameter, Task
 from runtime.vehicle import Vehicle, section_name
@@ -92,6 +93,7 @@ def simulate(
     settings: Mapping[str, Mapping[str, str]] | None = None,
     messages: imc.Schema | None = None,
     stream: Recording | Mapping[str, Recording] | None = None,
+    faults: Iterable[Injection] = (),
     **parameters: Any,
 ) -> Run:
     """Run tasks in virtual time and return what they published.
@@ -106,6 +108,8 @@ def simulate(
     No device is opened: `stream` is what the task's device sends: bytes or text at the speed of the line, the path of a
     file of such, or a list of (seconds, bytes or text), in which None unplugs the device until the next portion. Of
     several devices it is a dictionary by name. The run then takes at least until the end of the stream.
+
+    `faults` are what goes wrong with tasks, by default with the first: `Injection(Silent(), at=5.0, lasting=3.0)`.
     """
     wanted = [tasks] if isinstance(tasks, type) else list(tasks)
     with tempfile.TemporaryDirectory() as folder:
@@ -136,6 +140,9 @@ def simulate(
             vehicle.start()
             for at, message, packet in fed:
                 vehicle.kernel.at(at, vehicle.bus.publish, message, packet, None)
+            broken = Faults(vehicle)
+            for injection in faults:
+                broken.plan(replace(injection, task=injection.task or made[0].name))
             if script is not None:
                 vehicle.kernel.soon(vehicle.daemon.run, script)
             if recordings is not None:

@@ -1,7 +1,7 @@
 """One queue of events and the clock that it runs on."""
 
 from runtime.kernel.clock import SECOND, Clock, ScaledClock, VirtualClock, WallClock, nanoseconds, parse_clock
-from runtime.kernel.failure import Blocked, HandlerError, LivelockError, as_error
+from runtime.kernel.failure import Blocked, HandlerError, LivelockError, SimulatedCrash, as_error
 from runtime.kernel.kernel import LIVELOCK_EVENTS, Kernel, KernelInstrument
 from runtime.kernel.timer import Readable, Timer, handler_of, owner_of, title
 from runtime.kernel.watchdog import Watchdog
@@ -17,6 +17,7 @@ __all__ = [
     "LivelockError",
     "Readable",
     "ScaledClock",
+    "SimulatedCrash",
     "Timer",
     "VirtualClock",
     "WallClock",

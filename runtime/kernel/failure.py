@@ -23,6 +23,10 @@ class HandlerError(Exception):
     """A handler did what no handler may do: it blocked the vehicle, or tried to end the program."""
 
 
+class SimulatedCrash(RuntimeError):
+    """A failure on purpose: its task restarts as on a vehicle, also in a run that another exception would end."""
+
+
 def as_error(error: BaseException) -> Exception:
     """`error`, or one that says what it means; raises those that are meant for the program: KeyboardInterrupt."""
     if isinstance(error, Exception):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import imc
 from runtime.bus import Bus, Subscription
 from runtime.devices import Recordings
-from runtime.kernel import SECOND, Clock, Kernel, as_error, owner_of, title
+from runtime.kernel import SECOND, Clock, Kernel, SimulatedCrash, as_error, owner_of, title
 from runtime.profile import default_label
 from runtime.task import Activation, Entities, State, Systems, Task, consumers, one_line, rate_of, tickers, with_place
 from runtime.vehicle.changes import Changes, Settings, assign, give
@@ -36,12 +36,12 @@ class Vehicle:
     """One vehicle: add tasks, `start`, `run`, `close`. It has its own kernel on `clock`, or shares that of a fleet.
 
     `keep_going` decides what an exception in a task does: True restarts the task with back-off, as on a vehicle; False
-    ends the run, as in simulation. `profile` is the effective configuration, `state_folder` has the saved parameters,
-    `messages` is the schema of its messages, by default the built-in one, `process` which of several processes of the
-    vehicle this is, "" the main one,
-    `running` the names of the tasks that are started and not stopped. The task that writes the log sets `keeps_log`,
-    and `log_folder` once the log is there. `blame` turns an exception of a task into the one that the run raises.
-    `recordings` are what devices of tasks send in a test.
+    ends the run, as in simulation, unless it is a SimulatedCrash. `profile` is the effective configuration,
+    `state_folder` has the saved parameters, `messages` is the schema of its messages, by default the built-in one,
+    `process` which of several processes of the vehicle this is, "" the main one, `running` the names of the tasks that
+    are started and not stopped. The task that writes the log sets `keeps_log`, and `log_folder` once the log is there.
+    `blame` turns an exception of a task into the one that the run raises. `recordings` are what devices of tasks send
+    in a test.
     """
 
     def __init__(
@@ -317,7 +317,7 @@ class Vehicle:
         if self.closing or self.stopped:
             self._note(owner, error)
             return
-        if not self.keep_going:
+        if not self.keep_going and not isinstance(error, SimulatedCrash):
             if error is not self._error:
                 place = f"{self.name}, {title(owner)}" if self.fleet is not None else title(owner)
                 error.add_note(f"in {place} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
