@@ -37,5 +37,9 @@ class Unreadable(Result):
     """The result of a job whose file, or a value for it, is wrong: there was no run."""
 
 
+class Unfinished(Result):
+    """The result of a job whose process has died or was ended, so that nothing is known of the run."""
+
+
 Do = Callable[[Job], Result]
 """Does a job in the process that calls it. It may keep things from one job to the next."""

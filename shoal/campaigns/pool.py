@@ -8,8 +8,9 @@ from multiprocessing.connection import wait
 from pathlib import Path
 from types import TracebackType
 
-from shoal.campaigns.job import Do, Job
-from shoal.campaigns.worker import Worker
+from shoal.campaigns.job import Do, Job, Unfinished
+from shoal.campaigns.runner import Runner
+from shoal.campaigns.worker import Worker, attempt
 from shoal.scenarios import Result
 
 WALL_LIMIT = 600.0  # s
@@ -29,7 +30,7 @@ class Pool:
         self,
         workers: int | None = None,
         *,
-        make: Callable[[], Do],
+        make: Callable[[], Do] = Runner,
         wall_limit: float = WALL_LIMIT,
         code: Sequence[Path] = (),
     ):
@@ -61,7 +62,7 @@ class Pool:
         """
         if self._count == 0:
             self._here = self._here or self._make()
-            yield from ((job, self._here(job)) for job in jobs)
+            yield from ((job, attempt(self._here, job)) for job in jobs)
             return
         coming = iter(jobs)
         try:
@@ -106,7 +107,7 @@ class Pool:
             self._end(worker)
             words = f"not done after {self._wall_limit:g} s of wall time"
             if job is not None:
-                yield job, job.failed(f"{words}: in {place}" if place else words)
+                yield job, job.failed(f"{words}: in {place}" if place else words, Unfinished)
 
     def _mourn(self, worker: Worker) -> Result | None:
         """Bury a worker; another one takes its job, unless too many have died of it."""
@@ -118,7 +119,7 @@ class Pool:
         elif job is not None:
             deaths += 1
             if deaths >= TRIES:
-                return job.failed(f"the process that ran it ended ({how}), and so did a second one")
+                return job.failed(f"the process that ran it ended ({how}), and so did a second one", Unfinished)
         if job is not None:
             self._again.append((job, deaths))
         return None

@@ -2,6 +2,7 @@
 
 import contextlib
 import faulthandler
+import gc
 import os
 import re
 import shutil
@@ -20,6 +21,7 @@ from shoal.scenarios import Result
 
 GRACE = 1.0  # s from the limit, at which the process notes where it hangs, to its end
 HUNG = "hung.txt"  # in the folder of the process
+GARBAGE = 20_000  # new objects after which Python looks for garbage; by default 700, which takes a tenth of a run
 KERNEL = os.path.join("runtime", "kernel", "")
 _FRAME = re.compile(r'^  File "(.*)", line (\d+) in (\w+|<\w+>)$')
 
@@ -124,17 +126,25 @@ def _work(pipe: Connection, make: Callable[[], Do], code: Sequence[Path], folder
         for place in code:
             search_code(place)
     do = make()
+    gc.set_threshold(GARBAGE)
+    gc.freeze()  # what is imported stays
     with contextlib.suppress(EOFError, OSError), (folder / HUNG).open("w") as hung:
         pipe.send(None)
         while True:
             job = pipe.recv()
             faulthandler.dump_traceback_later(wall_limit, file=hung)
-            try:
-                result = do(job)
-            except (Exception, SystemExit) as error:
-                result = job.failed("".join(traceback.format_exception(error)).rstrip())
+            result = attempt(do, job)
             faulthandler.cancel_dump_traceback_later()
             pipe.send(result)
+
+
+def attempt(do: Do, job: Job) -> Result:
+    """Do a job; what goes wrong is its result: a line that says what, and then where."""
+    try:
+        return do(job)
+    except (Exception, SystemExit) as error:
+        where = "".join(traceback.format_exception(error)).rstrip()
+        return job.failed(f"{type(error).__name__}: {error}\n{where}")
 
 
 def _end_with_parent(folder: Path) -> None:

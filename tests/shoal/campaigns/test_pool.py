@@ -141,9 +141,14 @@ def test_a_job_that_hangs_ends_at_the_limit_and_is_told_where():
 def test_what_goes_wrong_in_a_job_is_its_result():
     with Pool(1, make=Trial) as pool:
         told = {job.key: result for job, result in pool.run(jobs("fail", "leave", "tell"))}
-    assert told[0].error.endswith("ZeroDivisionError: of a kind")
-    assert told[1].error.endswith("SystemExit: 3")
+    assert told[0].error.startswith("ZeroDivisionError: of a kind\nTraceback")
+    assert told[1].error.startswith("SystemExit: 3\n")
     assert told[2].metrics["done"] == 3
+
+
+def test_what_goes_wrong_in_this_process_is_a_result_too():
+    with Pool(0, make=Trial) as pool:
+        assert [result.error[:10] for _, result in pool.run(jobs("fail", "leave"))] == ["ZeroDivisi", "SystemExit"]
 
 
 def test_processes_that_cannot_start_are_an_error():

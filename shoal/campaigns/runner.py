@@ -1,0 +1,33 @@
+"""Does jobs in the process that calls it."""
+
+from pathlib import Path
+
+from runtime.problem import of_file
+from shoal.campaigns.job import Job, Unreadable
+from shoal.scenarios import Draft, Result, ScenarioFileError, load_draft, run
+
+KEPT = 16  # drafts
+
+
+class Runner:
+    """Runs scenarios. The file of one is read once, also for many jobs."""
+
+    def __init__(self) -> None:
+        self._drafts: dict[Path, Draft] = {}
+
+    def __call__(self, job: Job) -> Result:
+        """Run a job's scenario; a file or a value that is wrong is `Unreadable`."""
+        try:
+            scenario = self._draft(job.path).scenario(job.values)
+        except OSError as error:
+            return job.failed(of_file(error, job.path), Unreadable)
+        except ScenarioFileError as error:
+            return job.failed(str(error), Unreadable)
+        return run(scenario, seed=job.seed, log_root=job.log_root)
+
+    def _draft(self, path: Path) -> Draft:
+        if path not in self._drafts:
+            if len(self._drafts) >= KEPT:
+                del self._drafts[next(iter(self._drafts))]
+            self._drafts[path] = load_draft(path)
+        return self._drafts[path]
