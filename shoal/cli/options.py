@@ -28,6 +28,9 @@ modes_option = click.option(
 overrides_option = click.option(
     "--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Override an option; can be repeated."
 )
+values_option = click.option(
+    "--set", "values", multiple=True, metavar="PLACE=VALUE", help="Replace a value of the file; can be repeated."
+)
 code_option = click.option(
     "--code",
     multiple=True,
@@ -45,8 +48,10 @@ log_dir_option = click.option(
 )
 
 
-def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool = False) -> None:
+def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool = False) -> Sequence[Path]:
     """Search these folders for a user's tasks; without any the current one, unless it or a profile is part of a log.
+
+    Returns the folders, for other processes that do the same work.
 
     A log received from others must not run code: its Config.ini may name any module beside it. A Config.ini alone is
     enough, with any content, since its sender may leave out all other files.
@@ -67,6 +72,7 @@ def use_code(code: Sequence[Path], profiles: Iterable[str] = (), *, of_log: bool
     for folder in code:
         for clash in search_code(folder):
             click.echo(f"warning: {clash}", err=True)
+    return code
 
 
 def _log_in(folder: Path) -> Path | None:
@@ -77,6 +83,18 @@ def _log_in(folder: Path) -> Path | None:
     day, time = "[0-9]" * 8, "[0-9]" * 6
     files = [file for depth in ("", f"{time}*/", f"{day}/{time}*/") for file in folder.glob(f"{depth}*")]
     return next((file for name in LOG_FILES for file in files if file.name.lower().startswith(name)), None)
+
+
+def parse_values(texts: Iterable[str]) -> dict[str, object]:
+    """Values by their place in a scenario, of texts such as world/current/north=0.5. Raises click.BadParameter."""
+    values: dict[str, object] = {}
+    for text in texts:
+        place, equals, value = text.partition("=")
+        if not (place.strip() and equals and value.strip()):
+            why = f"{text!r} is no assignment such as world/current/north=0.5"
+            raise click.BadParameter(printable(why), param_hint="--set")
+        values[place.strip()] = value.strip()
+    return values
 
 
 def parse_period(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:

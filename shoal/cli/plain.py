@@ -16,7 +16,12 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print as JSO
 
 def print_json(value: object) -> None:
     """Print as JSON; a number that is not finite becomes null, a byte that is not UTF-8 its escape."""
-    click.echo(json.dumps(_plain(value), indent=1, ensure_ascii=True))
+    click.echo(json_text(value))
+
+
+def json_text(value: object) -> str:
+    """What print_json prints."""
+    return json.dumps(_plain(value), indent=1, ensure_ascii=True)
 
 
 def of_summary(summary: Summary) -> dict[str, object]:

@@ -1,0 +1,84 @@
+"""Runs scenario files once each, and those that failed again with a log."""
+
+import os
+import time
+from collections.abc import Generator, Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from shoal.campaigns.job import SUFFIX, Job, Unfinished, Unreadable
+from shoal.campaigns.pool import Pool
+from shoal.scenarios import Result
+
+NOT_OURS = ("pyvenv.cfg", "CACHEDIR.TAG")  # a folder with one of these has files of other programs
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a job. `wall` is how long it took (s).
+
+    `repeated` is False if the run with a log went otherwise than the one before, so that something in it does not
+    depend on file and seed alone.
+    """
+
+    job: Job
+    result: Result
+    wall: float
+    repeated: bool = True
+
+    @property
+    def is_wrong_use(self) -> bool:
+        """Whether the file cannot be read, so that there was no run."""
+        return isinstance(self.result, Unreadable)
+
+
+def find_scenarios(paths: Iterable[Path]) -> list[Path]:
+    """The files given, and all `*.scenario.yaml` below the folders given, each once, sorted within a folder.
+
+    Hidden folders and virtual environments are left out. Raises FileNotFoundError.
+    """
+    found: dict[Path, Path] = {}
+    for path in paths:
+        if not path.exists():
+            raise FileNotFoundError(2, "no such file or folder", str(path))
+        for file in _below(path) if path.is_dir() else [path]:
+            found.setdefault(file.resolve(), file)
+    return list(found.values())
+
+
+def _below(folder: Path) -> Iterator[Path]:
+    for place, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not _is_foreign(Path(place, name)))
+        yield from (Path(place, name) for name in sorted(files) if name.endswith(SUFFIX))
+
+
+def _is_foreign(folder: Path) -> bool:
+    return folder.name.startswith(".") or any((folder / name).exists() for name in NOT_OURS)
+
+
+def run_jobs(pool: Pool, jobs: Iterable[Job]) -> Generator[Outcome]:
+    """Do jobs, and measure the time of each. Raises OSError if no process can be started."""
+    began: dict[int | str, float] = {}
+
+    def given() -> Iterator[Job]:
+        for job in jobs:
+            began[job.key] = time.monotonic()
+            yield job
+
+    for job, result in pool.run(given()):
+        yield Outcome(job, result, time.monotonic() - began[job.key])
+
+
+def log_again(pool: Pool, outcomes: Iterable[Outcome], log_root: Path) -> Generator[Outcome]:
+    """Run again, with a log, what has run to its end: what came of it then, with logs in `log_root`/<name of the file>.
+
+    The outcome is otherwise the first one.
+    """
+    first = {
+        outcome.job.key: outcome for outcome in outcomes if not isinstance(outcome.result, Unreadable | Unfinished)
+    }
+    jobs = (replace(outcome.job, log_root=log_root / outcome.job.name) for outcome in first.values())
+    for job, result in pool.run(jobs):
+        before = first[job.key]
+        kept = replace(before.result, logs=result.logs, hashes=result.hashes)
+        yield replace(before, result=kept, repeated=result.fingerprint == before.result.fingerprint)

@@ -1,0 +1,52 @@
+"""What came of a run, in words."""
+
+from dataclasses import asdict
+
+from shoal.campaigns.suite import Outcome
+from shoal.scenarios import Result
+
+
+def failures_of(result: Result) -> list[str]:
+    """A line for each reason for which a run has not passed."""
+    failed = [f"{verdict.name}: {verdict.reason}" for verdict in result.verdicts if not verdict.passed]
+    return result.error.splitlines()[:1] + failed
+
+
+def details_of(result: Result) -> list[str]:
+    """The same, after the line of the file that it is about; and where an error was, as far as that is known."""
+    failed = [
+        f"{verdict.origin}: {verdict.name}: {verdict.reason}" for verdict in result.verdicts if not verdict.passed
+    ]
+    return result.error.splitlines() + failed
+
+
+def warnings_of(outcome: Outcome) -> list[str]:
+    """What makes a result worth less than it seems."""
+    lines = list(outcome.result.warnings)
+    if not outcome.repeated:
+        lines.append("the run for the log went otherwise: something in it depends on more than file and seed")
+    return lines
+
+
+def facts_of(outcome: Outcome) -> dict[str, object]:
+    """All that is known of a run, by names that stay; see docs/command-line.md."""
+    result = outcome.result
+    return {
+        "file": str(outcome.job.path),
+        "scenario": result.scenario,
+        "seed": result.seed,
+        "passed": result.passed,
+        "readable": not outcome.is_wrong_use,
+        "error": result.error,
+        "margin": result.margin,
+        "seconds": result.seconds,
+        "wall": outcome.wall,
+        "repeated": outcome.repeated,
+        "verdicts": [asdict(verdict) for verdict in result.verdicts],
+        "metrics": result.metrics,
+        "outcomes": result.outcomes,
+        "warnings": warnings_of(outcome),
+        "logs": result.logs,
+        "hashes": result.hashes,
+        "fingerprint": result.fingerprint,
+    }

@@ -1,0 +1,248 @@
+"""`shoal test`: runs scenarios, and says which of them failed, why, and how to see it again."""
+
+import math
+import shlex
+import sys
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.text import Text
+
+from runtime.problem import of_file, printable
+from shoal.campaigns import (
+    SUFFIX,
+    WALL_LIMIT,
+    Job,
+    Outcome,
+    Pool,
+    details_of,
+    facts_of,
+    failures_of,
+    find_scenarios,
+    junit_xml,
+    log_again,
+    run_jobs,
+    warnings_of,
+)
+from shoal.cli import WRONG_USE
+from shoal.cli.options import (
+    check_log_folder,
+    code_option,
+    log_dir_option,
+    parse_time,
+    parse_values,
+    use_code,
+    values_option,
+)
+from shoal.cli.plain import json_text
+
+STOPPED = 130  # exit status after Ctrl-C
+FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
+
+
+@click.command()
+@click.argument("paths", nargs=-1, metavar="[PATH]...", type=click.Path(path_type=Path))
+@click.option("-j", "--workers", type=click.IntRange(0), help="How many run at a time. [default: one a processor]")
+@click.option("--junit", "junit_file", type=FILE, metavar="FILE", help="Write the results as JUnit's XML.")
+@click.option("--json", "json_file", type=FILE, metavar="FILE", help="Write the results as JSON; - prints them.")
+@click.option(
+    "--keep", type=click.Choice(["failed", "all", "none"]), default="failed", show_default=True, help="Logs to keep."
+)
+@log_dir_option
+@click.option("--seed", type=click.IntRange(0), help="Seed of all random numbers. [default: that of each file]")
+@values_option
+@code_option
+@click.option(
+    "--wall-limit",
+    callback=parse_time,
+    default=f"{WALL_LIMIT:g} s",
+    show_default=True,
+    metavar="TIME",
+    help="End a run that takes longer.",
+)
+def test(
+    paths: tuple[Path, ...],
+    workers: int | None,
+    junit_file: Path | None,
+    json_file: Path | None,
+    keep: str,
+    log_dir: Path,
+    seed: int | None,
+    values: tuple[str, ...],
+    code: tuple[Path, ...],
+    wall_limit: float,
+) -> None:
+    """Run scenarios on all processors: files, and all *.scenario.yaml below folders [default: the current one].
+
+    A scenario that has failed is run again, the same way, for its log. The exit status is 0 if all have passed, 1 if
+    one has failed, 2 if a file cannot be read, or there is none.
+    """
+    try:
+        files = find_scenarios(paths or (Path(),))
+    except OSError as error:
+        raise click.ClickException(printable(of_file(error))) from None
+    if not files:
+        where = ", ".join(str(path) for path in paths) or "the current folder"
+        raise click.ClickException(printable(f"there is no *{SUFFIX} in {where}; `shoal new scenario NAME` makes one"))
+    for file in (junit_file, json_file):
+        if file is not None:
+            file.parent.mkdir(parents=True, exist_ok=True)
+    folders = use_code(code, map(str, files))
+    if keep == "all":
+        check_log_folder(log_dir)
+    given = parse_values(values)
+    jobs = [
+        Job(number, path, given, seed, log_dir / Job(0, path).name if keep == "all" else None)
+        for number, path in enumerate(files)
+    ]
+    repeat = _options(
+        {
+            "seed": () if seed is None else (seed,),
+            "set": values,
+            "code": code,
+            "log-dir": () if log_dir == Path("log") else (log_dir,),
+            "wall-limit": () if wall_limit == WALL_LIMIT else (f"{wall_limit:g} s",),
+        }
+    )
+    tally = Tally(jobs, repeat, Console(stderr=json_file == Path("-"), highlight=False, emoji=False, soft_wrap=True))
+    began = time.time()
+    pool = Pool(min(workers, len(jobs)) if workers is not None else None, wall_limit=wall_limit, code=folders)
+    with pool, tally.bar:
+        try:
+            tally.run(pool)
+            if keep == "failed" and tally.failed:
+                check_log_folder(log_dir)
+                tally.fetch_logs(pool, log_dir)
+        except KeyboardInterrupt:
+            tally.stopped = True
+        except click.BadParameter as error:  # what is known of the runs is told all the same
+            click.echo(f"warning: {error.format_message()}", err=True)
+    wall = time.time() - began
+    tally.explain()
+    tally.sum_up(wall)
+    if junit_file is not None:
+        _write(junit_file, junit_xml(tally.outcomes, tally.undone, began, wall))
+    if json_file is not None:
+        told = [{**facts_of(outcome), "again": tally.command(outcome)} for outcome in tally.outcomes]
+        undone = [str(job.path) for job in tally.undone]
+        _write(json_file, json_text({"runs": told, "undone": undone, "wall": wall}).encode() + b"\n")
+    sys.exit(tally.status)
+
+
+@dataclass
+class Tally:
+    """What came of jobs so far, and its display. `options` are those of the command that repeats one."""
+
+    jobs: Sequence[Job]
+    options: Sequence[str]
+    console: Console
+    outcomes: list[Outcome] = field(default_factory=list[Outcome])
+    stopped: bool = False
+
+    def __post_init__(self) -> None:
+        shown = self.console if self.console.is_terminal else Console(stderr=True)
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+        progress = Progress(*columns, console=shown, transient=True)
+        self.bar = progress if shown.is_terminal else nullcontext()
+        self._progress, self._task = progress, progress.add_task("running", total=len(self.jobs))
+
+    @property
+    def failed(self) -> list[Outcome]:
+        return [outcome for outcome in self.outcomes if not outcome.result.passed]
+
+    @property
+    def undone(self) -> list[Job]:
+        done = {outcome.job.key for outcome in self.outcomes}
+        return [job for job in self.jobs if job.key not in done]
+
+    @property
+    def status(self) -> int:
+        if self.stopped:
+            return STOPPED
+        return WRONG_USE if any(outcome.is_wrong_use for outcome in self.outcomes) else int(bool(self.failed))
+
+    def run(self, pool: Pool) -> None:
+        """Run all, and print a line for each."""
+        for outcome in run_jobs(pool, self.jobs):
+            self.outcomes.append(outcome)
+            self._line(outcome)
+            failures = f", {len(self.failed)} failed" if self.failed else ""
+            self._progress.update(self._task, advance=1, description=f"running{failures}")
+
+    def fetch_logs(self, pool: Pool, log_dir: Path) -> None:
+        """Run those that failed again, with a log."""
+        failed = self.failed
+        self._progress.update(self._task, description="again, for the logs", total=len(failed), completed=0)
+        places = {outcome.job.key: place for place, outcome in enumerate(self.outcomes)}
+        for outcome in log_again(pool, failed, log_dir):
+            self.outcomes[places[outcome.job.key]] = outcome
+            self._progress.update(self._task, advance=1)
+
+    def command(self, outcome: Outcome) -> str:
+        """The command that does it again."""
+        return shlex.join(["shoal", "test", str(outcome.job.path), *self.options])
+
+    def explain(self) -> None:
+        """Print all about those that failed, in the order of the files, and all warnings."""
+        self.outcomes.sort(key=lambda outcome: int(outcome.job.key))
+        for outcome in self.outcomes:
+            result = outcome.result
+            warnings = [f"warning: {warning}" for warning in warnings_of(outcome)]
+            if not warnings and result.passed:
+                continue
+            self._print(f"\n{outcome.job.path}", "bold")
+            for line in details_of(result):
+                self._print(f"  {line}", "red")
+            for line in warnings:
+                self._print(f"  {line}", "yellow")
+            if not result.passed:
+                for vehicle, folder in result.logs.items():
+                    self._print(f"  log of {vehicle}: {folder}")
+                self._print(f"  again: {self.command(outcome)}")
+
+    def sum_up(self, wall: float) -> None:
+        """Print how many there were of each kind."""
+        wrong = [outcome for outcome in self.outcomes if outcome.is_wrong_use]
+        counts = {
+            "passed": len(self.outcomes) - len(self.failed),
+            "failed": len(self.failed) - len(wrong),
+            "not readable": len(wrong),
+            "not run": len(self.undone),
+        }
+        told = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+        seconds = math.fsum(outcome.result.seconds for outcome in self.outcomes)
+        style = "bold red" if self.failed or self.stopped else "bold green"
+        self._print(f"{told} in {wall:.1f} s; {seconds:.0f} s simulated" + "; stopped" * self.stopped, style)
+
+    def _line(self, outcome: Outcome) -> None:
+        result = outcome.result
+        words = "; ".join(failures_of(result))
+        if result.passed:
+            tightest = min(result.verdicts, key=lambda verdict: verdict.margin, default=None)
+            known = tightest is not None and math.isfinite(tightest.margin)
+            words = f"margin {tightest.margin:.4g} of {tightest.name}" if tightest is not None and known else ""
+        word, style = ("passed", "green") if result.passed else ("FAILED", "red")
+        text = f"  {outcome.job.path}  {outcome.wall:.1f} s{'  ' * bool(words)}{words}"
+        self.console.print(Text.assemble((word, style), printable(text)))
+
+    def _print(self, text: str, style: str = "") -> None:
+        lead = "\n" * text.startswith("\n")
+        self.console.print(lead + printable(text.removeprefix("\n")), style=style or None, markup=False)
+
+
+def _options(given: Mapping[str, Iterable[object]]) -> list[str]:
+    """The options of a command line, by name with their values."""
+    return [word for name, values in given.items() for value in values for word in (f"--{name}", str(value))]
+
+
+def _write(path: Path, content: bytes) -> None:
+    if path == Path("-"):
+        click.echo(content, nl=False)
+    else:
+        path.write_bytes(content)
