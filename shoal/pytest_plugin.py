@@ -1,0 +1,165 @@
+"""pytest collects `*.scenario.yaml` beside Python tests, and has fixtures that run scenarios and vehicles.
+
+It is imported whenever pytest starts, so nothing of Shoal is, until there is a scenario or a test that asks for one.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from runtime.vehicle import Vehicle
+    from shoal.campaigns import Outcome
+    from shoal.scenarios import Result
+
+SUFFIX = ".scenario.yaml"  # that of shoal.campaigns, which is slow to import
+
+
+class ScenarioFailed(Exception):
+    """A scenario has not passed; the text has a line for each reason."""
+
+
+class ScenarioWarning(pytest.PytestWarning):
+    """A scenario proves less than it seems to."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("shoal", "scenarios of vehicles")
+    group.addoption("--scenario-logs", default="log", metavar="DIR", help="Folder for logs of failed scenarios [log].")
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "ScenarioFile | None":
+    if not file_path.name.endswith(SUFFIX):
+        return None
+    return ScenarioFile.from_parent(parent, path=file_path)  # pyright: ignore[reportUnknownMemberType]
+
+
+class ScenarioFile(pytest.File):
+    """A file with one scenario."""
+
+    def collect(self) -> Iterable[pytest.Item]:
+        name = self.path.name.removesuffix(SUFFIX)
+        yield ScenarioItem.from_parent(self, name=name)  # pyright: ignore[reportUnknownMemberType]
+
+
+class ScenarioItem(pytest.Item):
+    """A scenario that is run in virtual time, and once more with a log if it has failed."""
+
+    def runtest(self) -> None:
+        logs = Path(str(self.config.getoption("--scenario-logs")))
+        outcome = _outcome(self.path, self.config, {}, None, logs)
+        _note(self, outcome)
+        if not outcome.result.passed:
+            raise ScenarioFailed(_explanation(outcome))
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        if isinstance(excinfo.value, ScenarioFailed):
+            return str(excinfo.value)
+        return super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[Path, int | None, str]:
+        return self.path, 0, self.name
+
+
+class ScenarioRun:
+    """Runs scenarios for a test: see the fixture `scenario`."""
+
+    def __init__(self, request: pytest.FixtureRequest, folder: Path):
+        self._request, self._folder = request, folder
+
+    def __call__(
+        self,
+        file: str | Path,
+        values: Mapping[str, object] | None = None,
+        *,
+        seed: int | None = None,
+        log: bool = False,
+    ) -> "Result":
+        """Run the scenario in a file, which is looked for beside the test, and return its result.
+
+        `values` replace those of the file, by place such as "world/current/north". With a `log`, or if the run has
+        failed, `result.logs` has the folders of its logs, in the test's folder of temporary files. Raises
+        ScenarioFailed if the file or a value is wrong.
+        """
+        __tracebackhide__ = True
+        path = self._request.path.parent / file
+        outcome = _outcome(path, self._request.config, values or {}, seed, self._folder, log=log)
+        if outcome.is_wrong_use:
+            raise ScenarioFailed(outcome.result.error)
+        _note(self._request.node, outcome)
+        return outcome.result
+
+
+@pytest.fixture
+def scenario(request: pytest.FixtureRequest, tmp_path: Path) -> ScenarioRun:
+    """Runs the scenario in a file: `result = scenario("outage.scenario.yaml", {"world/current/north": 0.5})`."""
+    return ScenarioRun(request, tmp_path / "log")
+
+
+@pytest.fixture
+def vehicle(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[Callable[..., Vehicle]]":
+    """Builds the vehicle of a profile in virtual time, which the test starts and runs; it is closed after the test.
+
+    `boat = vehicle("otter", overrides=["Simulators.GPS:HACC=3"], seed=2)`: modes, by default Simulation, may follow the
+    profile, which is looked for beside the test first. Its log is in the test's folder of temporary files.
+    """
+    from shoal.missions import prepare
+
+    _search(request.config)
+    made: list[Vehicle] = []
+
+    def build(
+        profile: str, modes: Sequence[str] = (), *, overrides: Sequence[str] = (), seed: int | None = None
+    ) -> "Vehicle":
+        near = [request.path.parent]
+        logs, states = tmp_path / "log", tmp_path / "db"
+        built = prepare(
+            profile, modes, config_dir=near, overrides=overrides, seed=seed, log_root=logs, state_folder=states
+        )
+        made.append(built.vehicle)
+        return built.vehicle
+
+    yield build
+    for each in made:
+        each.close()
+
+
+def _search(config: pytest.Config) -> None:
+    from runtime.vehicle import search_code
+
+    search_code(config.rootpath)
+
+
+def _outcome(
+    path: Path, config: pytest.Config, values: Mapping[str, object], seed: int | None, logs: Path, *, log: bool = False
+) -> "Outcome":
+    from shoal.campaigns import Job, Pool, log_again, run_jobs
+
+    _search(config)
+    here = Path.cwd()
+    path = path.relative_to(here) if path.is_relative_to(here) else path
+    job = Job(path.name, path, values, seed, logs / Job(0, path).name if log else None)
+    with Pool(0) as pool:
+        [outcome] = run_jobs(pool, [job])
+        if not outcome.result.passed and not log:
+            return next(log_again(pool, [outcome], logs), outcome)
+        return outcome
+
+
+def _note(node: pytest.Item, outcome: "Outcome") -> None:
+    """Tell the reports of pytest of metrics and warnings."""
+    from shoal.campaigns import warnings_of
+
+    node.user_properties += list(outcome.result.metrics.items())
+    for words in warnings_of(outcome):
+        node.warn(ScenarioWarning(f"{outcome.result.scenario}: {words}"))
+
+
+def _explanation(outcome: "Outcome") -> str:
+    from shoal.campaigns import details_of
+
+    result = outcome.result
+    logs = [f"log of {name}: {folder}" for name, folder in result.logs.items()]
+    return "\n".join([*details_of(result), *logs])
