@@ -1,4 +1,4 @@
-"""`shoal new`: creates a working task, driver or vehicle to start from, with a test."""
+"""`shoal new`: creates a working task, driver, vehicle or scenario to start from, with a test."""
 
 import keyword
 import re
@@ -128,10 +128,47 @@ def test_it_swims_and_leaves_a_log(tmp_path):
     assert list(tmp_path.glob("{name}/*/*/Data.lsf.gz"))
 '''
 
+SCENARIO = """# {name}: a dive in a current, in which the DVL falls silent. Run it: shoal test {name}.scenario.yaml
+# All that can be said in a scenario: docs/scenarios.md; the fields of messages: shoal message EstimatedState
+
+description: The vehicle dives and comes back; on the way it has no DVL, and so does not measure the current.
+seed: 1
+
+vehicle:
+  profile: lauv-noptilus-1            # or a profile of yours: a name, or a file beside this one
+  start: {{at: "41.185°, -8.7062°", heading: 90°}}
+  parameters:
+    Simulators.GPS: {{HACC: 3}}         # options as in a profile: shoal explain lauv-noptilus-1 Simulators.GPS
+  plan:
+    plan: {name}
+    origin: 41.185°, -8.7062°
+    maneuvers:
+      - goto: {{north: 80, depth: 2, speed: 1.5}}
+      - goto: {{north: 80, east: 40, depth: 2, speed: 1.5}}
+      - goto: {{north: 0, east: 0, depth: 0, speed: 1.5}}
+
+world:
+  current: {{north: 0.1, east: 0.2}}    # m/s
+
+events:
+  - {{at: 60 s, silent: Simulators.DVL, for: 20 s}}
+
+expect:
+  - {{outcome: SUCCESS}}
+  - {{name: dives, eventually: SimulatedState.z > 1.5 m, within: 1 min}}
+  - {{name: stays_shallow, always: SimulatedState.z < 3 m}}
+  - {{name: knows_its_place, always: "distance(SimulatedState, EstimatedState) < 5 m", from: 30 s}}
+
+metrics:
+  drift: {{max: "distance(SimulatedState, EstimatedState)"}}   # m
+
+limit: 15 min
+"""
+
 
 @click.group()
 def new() -> None:
-    """Create a task, a driver or a vehicle, with a test, in the current folder."""
+    """Create a task, a driver, a vehicle, each with a test, or a scenario, in the current folder."""
 
 
 @new.command()
@@ -184,6 +221,19 @@ def vehicle(name: str) -> None:
     _write(Path(f"test_{module}.py"), VEHICLE_TEST.format(name=name))
     click.echo(f"\nRun it:   shoal run {name} -p Simulation")
     click.echo(f"Test it:  python -m pytest test_{module}.py   (pip install pytest)")
+
+
+@new.command()
+@click.argument("name")
+def scenario(name: str) -> None:
+    """Create a scenario NAME, such as gps-outage: a file that `shoal test` runs."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]{0,62}", name):
+        raise click.BadParameter(f"{name!r} is not a name such as gps-outage: letters, digits, - and _ only")
+    file = f"{name}.scenario.yaml"
+    _write(Path(file), SCENARIO.format(name=name))
+    click.echo(f"\nRun it:   shoal test {file}")
+    click.echo(f"Vary it:  shoal test {file} --set world/current/north=0.5 --seed 2")
+    click.echo("Test it:  python -m pytest   (pip install pytest; it runs all scenarios beside your tests)")
 
 
 def _write(path: Path, text: str) -> None:
