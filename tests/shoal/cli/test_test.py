@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from shoal.scenarios import load_draft
 from tests.outside import children, until
 from tests.shoal.campaigns.examples import FLAT, NAME, TROUBLE, scenario, trouble
 from tests.shoal.cli.installed import ENVIRONMENT, SHOAL, shoal
@@ -171,6 +172,16 @@ def test_the_files_for_programs(write):
     assert runs["bad"]["margin"] == runs["bad"]["verdicts"][0]["margin"] < 0.0 < runs["good"]["margin"]
     assert runs["bad"]["logs"] == {NAME: f"log/bad/{LOG}"}
     assert (folder / "new" / "j.xml").read_text().count("<testcase ") == 3
+
+
+def test_a_new_scenario_can_be_read(tmp_path):
+    done = shoal("new", "scenario", "dvl-outage", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "shoal test dvl-outage.scenario.yaml" in done.stdout
+    made = load_draft(tmp_path / "dvl-outage.scenario.yaml").scenario()
+    assert (len(made.events), len(made.expectations), len(made.metrics)) == (1, 4, 1)
+    assert shoal("new", "scenario", "dvl-outage", cwd=tmp_path).returncode == 2
+    assert "is not a name such as" in shoal("new", "scenario", "a/b", cwd=tmp_path).stderr
 
 
 def test_ctrl_c_leaves_no_process_and_tells_what_was_done(write):
