@@ -14,7 +14,19 @@ import pytest
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 # Flights of several seconds of computing each, 70 s together: heavy.
-LONG = ("aerial", "detection", "dynamics", "export", "fleet", "logs", "mission", "plans", "scenarios", "surface", "time")
+LONG = (
+    "aerial",
+    "detection",
+    "dynamics",
+    "export",
+    "fleet",
+    "logs",
+    "mission",
+    "plans",
+    "scenarios",
+    "surface",
+    "time",
+)
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 

@@ -27,6 +27,8 @@ class Runner:
 
     def _draft(self, path: Path) -> Draft:
         if path not in self._drafts:
+            if path.exists() and not path.is_file():
+                raise ScenarioFileError(f"{path}: a scenario is a file")  # a pipe would never end
             if len(self._drafts) >= KEPT:
                 del self._drafts[next(iter(self._drafts))]
             self._drafts[path] = load_draft(path)

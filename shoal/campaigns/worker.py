@@ -152,6 +152,8 @@ def _end_with_parent(folder: Path) -> None:
     if parent is not None:
         wait([parent.sentinel])
         shutil.rmtree(folder, ignore_errors=True)
+        with contextlib.suppress(OSError):  # the last process removes the folder of all
+            folder.parent.rmdir()
         os._exit(1)
 
 

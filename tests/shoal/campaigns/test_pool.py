@@ -203,7 +203,9 @@ def test_no_process_stays_behind(tmp_path, number):
     """Ctrl-C goes to all processes of a terminal; other signals, often, to one."""
     program = tmp_path / "program.py"
     program.write_text(PROGRAM)
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(folder)}
     process = subprocess.Popen(
         [sys.executable, program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
         start_new_session=True,
@@ -216,4 +218,5 @@ def test_no_process_stays_behind(tmp_path, number):
     _, said = process.communicate(timeout=20.0)
     assert process.returncode == -number
     until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in pids))
+    until(lambda: not list(folder.iterdir()))
     assert said.count("Traceback") == (1 if number == signal.SIGINT else 0)

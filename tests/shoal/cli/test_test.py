@@ -96,12 +96,13 @@ def test_logs_of_all_or_of_none(write, keep, logs):
 def test_a_file_that_cannot_be_read_is_one_line_and_the_others_run(write):
     broken = {"a": "vehicle: [", "b": scenario(profile="nothere"), "c": scenario("always: EstimatedState.deep < 1 m")}
     folder = write(**broken, good=scenario(), bad=scenario(FLAT))
+    os.mkfifo(folder / "f.scenario.yaml")
     (folder / "d.scenario.yaml").mkdir()
     (folder / "d.scenario.yaml" / "e.scenario.yaml").symlink_to("nowhere")
     status, out, err = shoal("test", ".", "bad.scenario.yaml", cwd=folder)
     assert (status, err) == (2, "")
     told = lines(out)
-    assert {name: word for name, (word, _) in told.items()} == dict.fromkeys("abce", "FAILED") | {
+    assert {name: word for name, (word, _) in told.items()} == dict.fromkeys("abcef", "FAILED") | {
         "good": "passed",
         "bad": "FAILED",
     }
@@ -109,7 +110,8 @@ def test_a_file_that_cannot_be_read_is_one_line_and_the_others_run(write):
     assert "'nothere'" in told["b"][1]
     assert re.search(r"c\.scenario\.yaml:5: .*deep", told["c"][1])
     assert "No such file" in told["e"][1]
-    assert "1 passed, 1 failed, 4 not readable" in out
+    assert told["f"][1] == "f.scenario.yaml: a scenario is a file"
+    assert "1 passed, 1 failed, 5 not readable" in out
 
 
 @pytest.mark.parametrize(
