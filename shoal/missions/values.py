@@ -21,7 +21,7 @@ UNITS: Mapping[str, str] = (
     dict.fromkeys(_ANGLES, "rad") | dict.fromkeys(_TIMES, "s") | {u: u for u in ("m", *SPEED_UNITS)}
 )
 """What may follow a number, and the unit in which it then counts."""
-_FITTING = {"rad": _ANGLES, "s": _TIMES, "m": _LENGTHS}
+_FITTING = {"rad": _ANGLES, "s": _TIMES, "m": _LENGTHS, "m/s": ("m/s",), "%": ("%",)}
 
 
 def quantity(value: object, unit: str = "") -> float:

@@ -16,7 +16,11 @@ Place = tuple[str, ...]
 def load_draft(path: Path) -> "Draft":
     """Read the tree of a scenario file. Raises ScenarioFileError, and OSError if it cannot be read."""
     text = read_text(path, ScenarioFileError)
-    return Draft(path, read_tree(text, str(path), ScenarioFileError))
+    try:
+        return Draft(path, read_tree(text, str(path), ScenarioFileError))
+    except ScenarioFileError as error:
+        hint = " (a text with [, ], {, } or : in it needs quotes)" if "not YAML" in str(error) else ""
+        raise ScenarioFileError(f"{error}{hint}") from None
 
 
 class Draft:

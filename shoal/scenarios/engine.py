@@ -3,7 +3,8 @@
 import hashlib
 import math
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -16,8 +17,9 @@ from runtime.vehicle import Fleet, Vehicle
 from shoal.missions import COMPLETED, FAILED, Mission, prepare
 from shoal.scenarios.expectations import Expectation, Judge, unproved
 from shoal.scenarios.metrics import Meter
+from shoal.scenarios.profiles import placed
 from shoal.scenarios.result import Result, Verdict
-from shoal.scenarios.scenario import Actor, Scenario
+from shoal.scenarios.scenario import Actor, Scenario, ScenarioFileError
 from shoal.scenarios.stage import Stage
 
 TRACKED = (imc.SimulatedState, imc.EstimatedState, imc.PlanControlState)
@@ -75,11 +77,15 @@ class _Performance:
                 self._last[actor.name, kind.__name__] = stage.lookout.keep(actor.name, kind)
         for event in self._scenario.events:
             event.arm(stage)
-        self._meters = [metric.measure(stage) for metric in self._scenario.metrics]
+        for metric in self._scenario.metrics:
+            with _named(metric.origin):
+                self._meters.append(metric.measure(stage))
         for expected in self._scenario.expectations:
-            self._judges.append((expected, expected.judge(stage) if expected.kind != "outcome" else None))
+            with _named(expected.origin):
+                self._judges.append((expected, expected.judge(stage) if expected.kind != "outcome" else None))
         if self._scenario.stop_when is not None:
-            stage.when(self._scenario.stop_when, stage.stop)
+            with _named(f"{self._scenario.path}: stop when"):
+                stage.when(self._scenario.stop_when, stage.stop)
 
     def _add(self, actor: Actor, log_root: Path | None, folder: Path) -> None:
         overrides = [setting.override for setting in actor.settings]
@@ -118,7 +124,17 @@ class _Performance:
 
     def note(self, error: Exception) -> None:
         """Keep the first error of the run, for people."""
-        self.error = self.error or _told(error)
+        self.error = self.error or self._told(error)
+
+    def _told(self, error: Exception) -> str:
+        """An error in one line, with what is known of where it was."""
+        if isinstance(error, ProfileError):
+            settings = [setting for actor in self._scenario.actors for setting in actor.settings]
+            return "; ".join(placed(problem, settings) for problem in error.problems)
+        if isinstance(error, ScenarioFileError):
+            return str(error)
+        notes = "; ".join(getattr(error, "__notes__", ()))
+        return f"{type(error).__name__}: {error}" + (f" ({notes})" if notes else "")
 
     def close(self) -> None:
         """End all vehicles; what is judged is the state before."""
@@ -172,12 +188,13 @@ class _Performance:
         return replace(found, fingerprint=_fingerprint(found, self._final))
 
 
-def _told(error: Exception) -> str:
-    """An error in one line, with what is known of where it was."""
-    if isinstance(error, ProfileError):
-        return "; ".join(map(str, error.problems))
-    notes = "; ".join(getattr(error, "__notes__", ()))
-    return f"{type(error).__name__}: {error}" + (f" ({notes})" if notes else "")
+@contextmanager
+def _named(origin: str) -> Generator[None]:
+    """Adds the place in the file to what shows only when the vehicle is there, such as labels that it lacks."""
+    try:
+        yield
+    except ValueError as error:
+        raise ScenarioFileError(f"{origin}: {error}") from None
 
 
 def _hash(folder: Path) -> str:

@@ -155,7 +155,7 @@ class Until(Judge):
     """The condition holds at one time, and `then` at all times before it."""
 
     held = math.inf
-    held_time = math.nan
+    broken = math.nan
     best = -math.inf
     time = math.nan
 
@@ -168,7 +168,8 @@ class Until(Judge):
             if (found := min(margin, self.held)) > self.best:
                 self.best, self.time = found, now
         if holding == holding and holding < self.held:
-            self.held, self.held_time = holding, now
+            self.held = holding
+            self.broken = now if holding <= 0.0 and self.broken != self.broken else self.broken
 
     def verdict(self) -> Verdict:
         if not self.count:
@@ -179,8 +180,8 @@ class Until(Judge):
         assert expected.condition is not None
         assert expected.then is not None
         if self.held <= 0.0:
-            reason = f"{expected.then.text} failed at {self.held_time:.3f} s, before {expected.condition.text}"
-            return self.said(self.best, reason, self.held_time)
+            reason = f"{expected.then.text} failed at {self.broken:.3f} s, before {expected.condition.text}"
+            return self.said(self.best, reason, self.broken)
         end = min(expected.begin + expected.within, expected.end, self._stage.time)
         return self.said(self.best, f"{expected.condition.text} did not hold until {end:.3f} s", self.time)
 
@@ -216,10 +217,11 @@ class After(Judge):
             self._least, self._time = margin, begin
 
     def verdict(self) -> Verdict:
-        self._close(self._stage.time)
         for begin, margin in self._open:
-            if (margin > 0.0) != self.expected.steady:  # what the end of the run leaves open is not judged
+            is_over = self._stage.time >= begin + self.expected.within
+            if is_over or (margin > 0.0) != self.expected.steady:  # what the end of the run leaves open is not judged
                 self._decide(begin, margin)
+        self._open.clear()
         if not self.count:
             return self.idle(passed=True)
         times = f"{self.count} time{'s' * (self.count > 1)}"

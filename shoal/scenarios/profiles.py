@@ -5,13 +5,18 @@ from pathlib import Path
 from typing import NoReturn
 
 import imc
+from imc.coordinates import offset
 from imc.schema.yamltree import Node
-from runtime.problem import COMMAND_LINE, ProfileError, printable
+from runtime.problem import COMMAND_LINE, Problem, ProfileError
 from runtime.profile import Profile, load_profile
 from runtime.task import find_parameter
 from runtime.vehicle import TaskImportError, all_tasks, check, find_task
 from shoal.missions import usual_modes
 from shoal.scenarios.scenario import Setting
+from world import WorldError, read_world
+
+OF_WORLD = ("World", "Bathymetry")
+MOST_FINE = 1000
 
 
 class Profiles:
@@ -30,7 +35,7 @@ class Profiles:
             try:
                 self._read[key] = load_profile(name, (self.folder,), vehicle=vehicle)
             except ProfileError as error:
-                node.fail("; ".join(map(str, error.problems)))
+                node.fail("; ".join(placed(problem, ()) for problem in error.problems))
         return self._read[key]
 
     def name(self, text: str) -> str:
@@ -64,33 +69,52 @@ class Profiles:
                 profile = load_profile(profile.path, overrides=[own[-1].override])
             return profile.start_time_ns
         except ProfileError as error:
-            self._fail(node, own, error.problems[0].text, error.problems[0].hint)
+            _fail(node, own, error.problems[0])
 
     def check(self, node: Node, profile: Profile, modes: frozenset[str], settings: Sequence[Setting]) -> None:
         """Raise the error of the file for settings that the profile does not know, or with a wrong value."""
         for setting in settings:
             _check_value(node, setting)
         names = frozenset((setting.section, setting.option) for setting in settings)
-        key = (str(profile.path), profile.vehicle, modes, names)
+        world = frozenset(setting for setting in settings if setting.section.partition("/")[0] in OF_WORLD)
+        key = (str(profile.path), profile.vehicle, modes, names, world)
         if key in self._fine:
             return
         try:
             overrides = [setting.override for setting in settings]
             changed = load_profile(profile.path, (self.folder,), vehicle=profile.vehicle, overrides=overrides)
         except ProfileError as error:
-            self._fail(node, settings, error.problems[0].text, error.problems[0].hint)
+            _fail(node, settings, error.problems[0])
         for problem in check(changed, all_tasks(), modes, find_task):
             if problem.file == COMMAND_LINE.file and problem.severity != "note":
-                self._fail(node, settings, problem.text, problem.hint)
+                _fail(node, settings, problem)
+        try:
+            if world:
+                read_world(changed.value, offset)
+        except WorldError as error:
+            _fail(node, sorted(world, key=_order), Problem("error", *COMMAND_LINE, str(error)))
+        if len(self._fine) >= MOST_FINE:
+            self._fine.clear()
         self._fine.add(key)
 
-    def _fail(self, node: Node, settings: Sequence[Setting], text: str, hint: str) -> NoReturn:
-        """Raise the error with the line of the setting that a text is about."""
-        named = [s for s in settings if s.section in text and s.option in text] or [
-            s for s in settings if s.section in text
-        ]
-        where = named[0].where if named else node.where
-        raise node.error(f"{where}: {printable(text)}" + (f" ({hint})" if hint else ""))
+
+def placed(problem: Problem, settings: Sequence[Setting]) -> str:
+    """A problem of a profile, with the place in the scenario of the setting that it is about."""
+    if problem.file != COMMAND_LINE.file:
+        return str(problem)
+    text = problem.text + (f" ({problem.hint})" if problem.hint else "")
+    about = [s for s in settings if s.section in problem.text]
+    named = [s for s in about if s.option in problem.text] or about
+    return f"{named[0].where}: {text}" if named else text
+
+
+def _fail(node: Node, settings: Sequence[Setting], problem: Problem) -> NoReturn:
+    text = placed(problem, settings)
+    raise node.error(text if any(text.startswith(s.where) for s in settings) else f"{node.where}: {text}")
+
+
+def _order(setting: Setting) -> tuple[str, str]:
+    return setting.section, setting.option
 
 
 def _check_value(node: Node, setting: Setting) -> None:

@@ -1,0 +1,112 @@
+"""Mistakes in scenario files: each is an error with file, line and, if a name is near, a hint."""
+
+import pytest
+
+from shoal.scenarios import ScenarioFileError, load_draft
+
+OTTER = "vehicle: {profile: otter}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "reason"),
+    [
+        ("", 1, "the file is empty"),
+        ("- a", 1, "expected a mapping"),
+        ("seed: 3", 1, "either a vehicle or vehicles"),
+        ("vehicel: {profile: otter}", 1, "unknown key 'vehicel' (did you mean 'vehicle'?)"),
+        ("vehicles: {}", 1, "there is no vehicle"),
+        ("vehicle: {profile: oter}", 1, "there is no profile 'oter'"),
+        ("vehicle: {profile: otter, name: a/b}", 1, "'a/b' cannot be the name of a vehicle"),
+        ("vehicle: {profile: otter, modes: [Simulaton]}", 1, "(did you mean 'Simulation'?)"),
+        (
+            "vehicle:\n  profile: otter\n  parameters: {Simulators.GPSS: {HACC: 3}}",
+            3,
+            "there is no section [Simulators.GPSS] (did you mean 'Simulators.GPS'?)",
+        ),
+        (
+            "vehicle:\n  profile: otter\n  parameters:\n    Simulators.GPS:\n      HACC: 2\n      HACK: 3",
+            6,
+            "'HACK' is not a parameter of Simulators.GPS (did you mean 'HACC'?)",
+        ),
+        ("vehicle:\n  profile: otter\n  parameters: {Simulators.GPS: {HACC: -3}}", 3, "-3 is below the minimum"),
+        ("vehicle:\n  profile: otter\n  parameters: {Simulators.GPS: {HACC: 3 km}}", 3, "'km' is too much"),
+        ("vehicle:\n  profile: otter\n  start: {at: '3, 4'}", 3, "write the unit"),
+        ("vehicle:\n  profile: otter\n  start: {level: 120 %}", 3, "Initial Level: 120 is above the maximum"),
+        ("vehicle:\n  profile: otter\n  start: {level: 12 m}", 3, "should be in %"),
+        ("vehicle:\n  profile: otter\n  start: {time: yesterday}", 3, "is not a date and time"),
+        ("vehicle:\n  profile: otter\n  plan: none.yaml", 3, "No such file"),
+        ("vehicle:\n  profile: otter\n  plan:\n    maneuvers:\n      - got: {}", 5, "there is no maneuver 'got'"),
+        (OTTER + "world: {curent: {north: 3}}", 2, "(did you mean 'current'?)"),
+        (OTTER + "world: {current: {north: 3 kn}}", 2, "'3 kn' is not a number with a unit"),
+        (OTTER + "world: {current: {north: 300}}", 2, "300 is above the maximum"),
+        (OTTER + "world: {water type: blue}", 2, "[World] Water Type = blue is not one of"),
+        (OTTER + "world: {objects: {a: {clas: Glider}}}", 2, "an object has no 'clas' (did you mean 'class'?)"),
+        ("vehicle: {profile: lauv-noptilus-1}\nworld: {wind: {speed: 3}}", 2, "no vehicle has an option for wind"),
+        (OTTER + "expect:\n  - always: SimulatedState.zz < 3", 3, "has no numeric field 'zz' (did you mean 'z'?)"),
+        (OTTER + "expect:\n  - always: SimulatedState.z < 3 s", 3, "SimulatedState.z is in m, but 3 s in s"),
+        (OTTER + "expect:\n  - allways: SimulatedState.z < 3", 3, "(did you mean 'always'?)"),
+        (OTTER + "expect:\n  - {always: SimulatedState.z < 3, within: 3 s}", 3, "unknown key 'within'"),
+        (OTTER + "expect:\n  - {until: SimulatedState.z < 3}", 3, "'holds' is missing"),
+        (OTTER + "expect:\n  - {after: SimulatedState.z < 3, always: SimulatedState.z < 3}", 3, "within: TIME"),
+        (OTTER + "expect:\n  - {always: SimulatedState.z < 3, from: 5 s, to: 3 s}", 3, "ends before it begins"),
+        (OTTER + "expect: [{always: SimulatedState.z < 3},\n  {always: SimulatedState.z < 3}]", 3, "is used twice"),
+        (OTTER + "expect:\n  - outcome: SUCCESS", 3, "otter has no plan"),
+        (OTTER + "expect: [{always: Temperature[CTD].value < 3}]", 2, "needs quotes"),
+        (OTTER + "metrics: {a: {maximum: SimulatedState.z}}", 2, "(did you mean 'max'?)"),
+        (OTTER + "metrics: {a: {percentile: SimulatedState.z}}", 2, "'of' is missing"),
+        (OTTER + "metrics: {a: {percentile: SimulatedState.z, of: 101 %}}", 2, "from 0 to 100"),
+        (OTTER + "metrics: {a: {time above: SimulatedState.z, limit: 3 s}}", 2, "should be in m"),
+        (OTTER + "metrics: {a: {max: SimulatedState.z < 3}}", 2, "'<' is not expected"),
+        (OTTER + "limit: soon", 2, "'soon' is not a duration"),
+        (OTTER + "limit: 0", 2, "limit must be above 0"),
+        (OTTER + "seed: -1", 2, "expected a whole number"),
+        (OTTER + "stop when: ManeuverIsDone", 2, "is for plans only"),
+        (
+            "vehicles: {a: {profile: otter}, b: {profile: otter}}\nstop when: SimulatedState.z < 3",
+            2,
+            "several vehicles",
+        ),
+        ("vehicles: {a: {profile: otter, name: c}}", 1, "unknown key 'name'"),
+    ],
+)
+def test_mistakes_are_told_with_file_and_line(draft, text, line, reason):
+    with pytest.raises(ScenarioFileError) as caught:
+        draft(begin=text).scenario()
+    assert f"trial.scenario.yaml:{line}: " in str(caught.value)
+    assert reason in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("values", "line", "reason"),
+    [
+        ({"vehicle/parameters/Simulators.GPS/HACC": -1.0}, 4, "-1 is below the minimum"),
+        ({"vehicle/parameters/Simulators.GPS/HACC": float("nan")}, 4, "nan is not a value"),
+        ({"vehicle/parameters/Simulators.GPS/HACK": 1.0}, 4, "(did you mean 'HACC'?)"),
+        ({"vehicle/parameters/Simulators.IMU/AHRS/Gyro Noyse": 1.0}, 4, "Simulators.IMU"),
+        ({"expect/0/always": "SimulatedState.q2 < 3"}, 6, "has no numeric field 'q2'"),
+        ({"expect/7/always": "SimulatedState.z < 3"}, 5, "there is no item '7'"),
+        ({"limit/x": 3}, 7, "has no x: it is a value"),
+        ({"wordl/current/north": 0.3}, 1, "unknown key 'wordl' (did you mean 'world'?)"),
+        ({"limit": float("inf")}, 7, "not a duration"),
+    ],
+)
+def test_a_wrong_value_is_told_with_the_line_that_it_replaces(draft, values, line, reason):
+    begin = (
+        "vehicle:\n  profile: otter\n  seed: 3\n  parameters: {Simulators.GPS: {HACC: 3}}\n"
+        "expect:\n  - {always: SimulatedState.z < 3}\nlimit: 3 s\n"
+    )
+    with pytest.raises(ScenarioFileError) as caught:
+        draft(begin=begin).scenario(values)
+    assert f"trial.scenario.yaml:{line}: " in str(caught.value)
+    assert reason in str(caught.value)
+
+
+def test_an_entity_that_the_vehicle_lacks_is_an_error_of_the_run(play):
+    result = play("expect:\n  - always: SimulatedState[GSP].z < 3")
+    assert "trial.scenario.yaml:5: otter has no entity with the label 'GSP' (did you mean 'GPS'?)" in result.error
+    assert not result.passed
+
+
+def test_a_file_that_is_not_there_is_an_error_of_the_system(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        load_draft(tmp_path / "none.scenario.yaml")

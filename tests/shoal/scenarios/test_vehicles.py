@@ -1,0 +1,117 @@
+"""Several vehicles, their starts and worlds, and how a run ends, with shipped profiles."""
+
+import math
+
+import pytest
+
+PAIR = """
+vehicles:
+  first: {profile: lauv-noptilus-1}
+  second:
+    profile: otter
+    seed: 9
+    start: {at: "41.186°, -8.7062°", heading: 90°}
+limit: 3 s
+"""
+GOTO = """
+    plan: {{origin: "41.185°, -8.7062°", speed: 1 m/s, depth: 0, maneuvers: [goto: {{north: {north}}}]}}
+"""
+
+
+def test_vehicles_share_their_time_and_hear_nothing_of_each_other(play):
+    alone = play(
+        "metrics: {u: {last: SimulatedState.svx}}", "vehicle: {profile: lauv-noptilus-1, name: first}\nlimit: 3 s\n"
+    )
+    result = play(
+        """
+        expect:
+          - {name: apart, always: "distance(SimulatedState@first, SimulatedState@second) > 100 m", from: 1 s}
+          - {name: deaf, always: SimulatedState.z < 1 m, vehicle: second}
+        metrics:
+          far: {max: "distance(SimulatedState@first, SimulatedState@second)"}
+          u: {last: SimulatedState.svx@first}
+        """,
+        PAIR,
+    )
+    assert result.error == ""
+    assert result.passed
+    assert result.metrics["far"] == pytest.approx(111.0, abs=1.0)
+    assert result.metrics["u"] == alone.metrics["u"]
+
+
+def test_a_vehicle_in_company_has_the_log_that_it_has_alone(play, tmp_path):
+    alone = (
+        "vehicle: {profile: otter, name: second, seed: 9, start: {at: '41.186°, -8.7062°', heading: 90°}}\nlimit: 3 s\n"
+    )
+    hashes = play("", alone, log_root=tmp_path / "a").hashes
+    both = play("", PAIR, log_root=tmp_path / "b").hashes
+    assert both["second"] == hashes["second"]
+    assert set(both) == {"first", "second"}
+
+
+def test_the_run_ends_when_all_plans_are_over_and_settled(play):
+    begin = "vehicles:\n" + "".join(
+        f"  {name}:\n    profile: otter{GOTO.format(north=north)}" for name, north in (("near", 5), ("far", 12))
+    )
+    first = play("metrics: {x: {last: SimulatedState.x@far}}\nlimit: 5 min", begin)
+    assert first.outcomes == {"near": "SUCCESS", "far": "SUCCESS"}
+    assert first.metrics["x"] > 6.0
+    later = play("settle: 7 s\nlimit: 5 min", begin)
+    assert later.seconds == pytest.approx(first.seconds + 7.0, abs=1e-6)
+
+
+def test_stop_when(play):
+    result = play("stop when: EstimatedState.depth > 2 m\nexpect: [{finally: EstimatedState.depth > 2 m}]", DIVING)
+    assert result.passed
+    assert 5.0 < result.seconds < 60.0
+    assert result.outcomes == {"lauv-noptilus-1": "TIMEOUT"}
+
+
+DIVING = """
+vehicle:
+  profile: lauv-noptilus-1
+  plan: {origin: "41.185°, -8.7062°", speed: 1.2 m/s, depth: 3 m, maneuvers: [goto: {north: 60}]}
+"""
+
+
+@pytest.mark.parametrize("profile", ["lauv-noptilus-1", "otter", "hexa-00", "caravel"])
+def test_starts_are_those_of_the_file(play, profile):
+    begin = (
+        f'vehicle:\n  profile: {profile}\n  start: {{at: "41.2°, -8.75°", heading: 90°, level: 55 %}}\nlimit: 12 s\n'
+    )
+    result = play(
+        """
+        metrics:
+          lat: {first: SimulatedState.lat}
+          lon: {first: SimulatedState.lon}
+          heading: {first: SimulatedState.psi}
+          level: {first: FuelLevel.value}
+        """,
+        begin,
+    )
+    assert result.error == ""
+    assert math.degrees(result.metrics["lat"]) == pytest.approx(41.2)
+    assert math.degrees(result.metrics["lon"]) == pytest.approx(-8.75)
+    assert result.metrics["heading"] == pytest.approx(math.radians(90.0), abs=1e-3)
+    assert result.metrics["level"] == pytest.approx(55.0, abs=0.2)
+
+
+def test_the_current_carries_and_the_wind_blows(play):
+    world = "world: {current: {north: 0.4, east: 0.1 m/s}, wind: {speed: 6 m/s, from: 90°}, tide level: 1.5 m}\n"
+    metrics = "metrics: {north: {last: SimulatedState.svx}, east: {last: SimulatedState.svy}}\n"
+    boat = play(world + metrics + "expect: [{eventually: AbsoluteWind.speed > 5.9 m/s}]")
+    assert (boat.metrics["north"], boat.metrics["east"]) == pytest.approx((0.4, 0.1))
+    assert boat.passed
+    drone = play(
+        "world: {wind: {speed: 6 m/s, from: 90°, gusts: 0}}\n" + metrics, "vehicle: {profile: hexa-00}\nlimit: 2 s\n"
+    )
+    assert (drone.metrics["north"], drone.metrics["east"]) == pytest.approx((0.0, -6.0), abs=1e-6)
+
+
+def test_a_vehicle_can_start_at_another_time(play):
+    begin = "vehicle: {profile: otter, start: {time: 2027-03-01T12:00:00Z}}\nlimit: 2 s\n"
+    result = play(
+        "expect: [{always: GpsFix.utc_year == 2027, from: 1 s}, {always: GpsFix.utc_month == 3, from: 1 s}]", begin
+    )
+    assert result.passed
+    assert all(verdict.applied for verdict in result.verdicts)
