@@ -3,7 +3,7 @@
 import hashlib
 import math
 import tempfile
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -12,6 +12,7 @@ from pathlib import Path
 import imc
 from imc.lsf import chunks, find_log
 from runtime.kernel import VirtualClock
+from runtime.logs import logs_of_run
 from runtime.problem import ProfileError
 from runtime.vehicle import Fleet, Vehicle
 from shoal.missions import COMPLETED, FAILED, Mission, prepare
@@ -59,6 +60,7 @@ class _Performance:
         self._judges: list[tuple[Expectation, Judge | None]] = []
         self._meters: list[Meter] = []
         self._last: dict[tuple[str, str], Callable[[], imc.Message | None]] = {}
+        self._logs: dict[str, Path] = {}
         self._seconds = 0.0
 
     def build(self, log_root: Path | None, folder: Path) -> None:
@@ -70,8 +72,8 @@ class _Performance:
         for actor in self._scenario.actors:
             vehicle = self._vehicles[actor.name]
             if actor.plan is not None:
-                over = partial(self._land, actor.name)
-                self._missions[actor.name] = Mission(vehicle, actor.plan, over=over)
+                over, watch = partial(self._land, actor.name), partial(self._find_log, vehicle)
+                self._missions[actor.name] = Mission(vehicle, actor.plan, over=over, watch=watch)
                 self._flying.add(actor.name)
             for kind in TRACKED:
                 self._last[actor.name, kind.__name__] = stage.lookout.keep(actor.name, kind)
@@ -122,6 +124,11 @@ class _Performance:
         if not self._flying and self._stage is not None:
             self._stage.at(self._stage.time + self._scenario.settle, self._stage.stop)
 
+    def _find_log(self, vehicle: Vehicle, state: imc.PlanControlState) -> None:
+        """Remember the log that the plan is in: another one begins with it, and one more when it is over."""
+        if vehicle.log_folder is not None and state.state == imc.PlanControlState.State.EXECUTING:
+            self._logs[vehicle.name] = vehicle.log_folder
+
     def note(self, error: Exception) -> None:
         """Keep the first error of the run, for people."""
         self.error = self.error or self._told(error)
@@ -170,7 +177,7 @@ class _Performance:
         if not self.error:
             warnings += unproved(self._verdicts)
             warnings += [words for meter in self._meters if (words := meter.complaint())]
-        logs = {n: v.log_folder for n, v in self._vehicles.items() if keep_logs and v.log_folder is not None}
+        all_logs = {n: logs_of_run(v.log_folder) for n, v in self._vehicles.items() if keep_logs and v.log_folder}
         lost = {name: getattr(task, "lost", "") for name, v in self._vehicles.items() for task in v.tasks}
         warnings += [f"the log of {name} is not complete: {words}" for name, words in lost.items() if words]
         found = Result(
@@ -182,8 +189,8 @@ class _Performance:
             self._seconds,
             self.error,
             tuple(warnings),
-            logs,
-            {name: _hash(folder) for name, folder in logs.items()},
+            {name: self._logs.get(name, folders[0]) for name, folders in all_logs.items()},
+            {name: _hash(folders) for name, folders in all_logs.items()},
         )
         return replace(found, fingerprint=_fingerprint(found, self._final))
 
@@ -197,11 +204,12 @@ def _named(origin: str) -> Generator[None]:
         raise ScenarioFileError(f"{origin}: {error}") from None
 
 
-def _hash(folder: Path) -> str:
-    """SHA-256 of the unpacked data of a log."""
+def _hash(folders: Sequence[Path]) -> str:
+    """SHA-256 of the unpacked data of logs."""
     made = hashlib.sha256()
-    for piece in chunks(find_log(folder), _lose):
-        made.update(piece)
+    for folder in folders:
+        for piece in chunks(find_log(folder), _lose):
+            made.update(piece)
     return made.hexdigest()
 
 

@@ -29,7 +29,8 @@ class Result:
 
     `error` is why the run ended out of order: an exception of a task, or the limit of wall time; else empty.
     `metrics` are by name, NaN if never measured. `outcomes` are those of the plans, by vehicle. `seconds` is simulated
-    time. `logs` are the folders of the logs, by vehicle, if they were kept, and `hashes` the SHA-256 of their data.
+    time. If logs were kept, `logs` are the folders of those with the plan, else of the first ones, by vehicle, and
+    `hashes` the SHA-256 of the data of all logs of a vehicle, one after the other.
     `fingerprint` is the same for equal runs, with or without log, on any computer.
     """
 

@@ -135,6 +135,15 @@ def test_a_task_that_fails_is_named(play, tmp_path):
     assert result.verdicts[0].passed
 
 
+def test_the_log_of_a_plan_is_told_and_all_logs_are_hashed(play, tmp_path):
+    result = play("", DIVE, log_root=tmp_path / "log")
+    assert result.logs["lauv-noptilus-1"].name.endswith("_dive")
+    logs = sorted((tmp_path / "log" / "lauv-noptilus-1").glob("*/*/Data.lsf.gz"))
+    assert len(logs) > 2
+    data = b"".join(gzip.decompress(log.read_bytes()) for log in logs)
+    assert hashlib.sha256(data).hexdigest() == result.hashes["lauv-noptilus-1"]
+
+
 def test_the_data_of_a_log_has_the_hash_that_is_told(play, tmp_path):
     result = play(log_root=tmp_path / "log")
     (data,) = result.logs["otter"].glob("Data.lsf*")
