@@ -7,7 +7,8 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import imc
-from imc.coordinates import SEMI_MAJOR_AXIS, displacement
+from imc.coordinates import SEMI_MAJOR_AXIS, displacement, offset
+from world.sea import Bathymetry
 
 
 class Function(NamedTuple):
@@ -37,7 +38,7 @@ def _angle(x: float) -> float:
 
 
 def distance(a: Any, b: Any) -> float:
-    """The distance over ground (m) of two positions, exact to a millionth within 10 km of their references."""
+    """The distance over ground (m) of two positions, exact to 1e-5 within 10 km of their references."""
     try:
         offset, rows = _frames(a.lat, a.lon, getattr(a, "height", 0.0), b.lat, b.lon, getattr(b, "height", 0.0))
     except ValueError:  # an infinite latitude
@@ -56,6 +57,30 @@ def distance(a: Any, b: Any) -> float:
     return math.hypot(dx + dz * x / SEMI_MAJOR_AXIS, dy + dz * y / SEMI_MAJOR_AXIS)
 
 
+class Bottom:
+    """The bottom in the world of a vehicle; it stands where else its latest message is."""
+
+    def __init__(self, seabed: Bathymetry):
+        self._seabed = seabed
+        self._reference = (math.nan, math.nan)
+        self._north = self._east = math.nan
+
+    def below(self, state: Any) -> float:
+        """How far it is below a vehicle (m)."""
+        if (state.lat, state.lon) != self._reference:
+            self._reference = state.lat, state.lon
+            self._north, self._east = offset(*self._seabed.reference, state.lat, state.lon)
+        return self._seabed.depth(self._north + state.x, self._east + state.y) - state.z
+
+
+def altitude(state: Any, bottom: Bottom) -> float:
+    """How far the bottom is below a vehicle (m); NaN if its position is no number."""
+    try:
+        return bottom.below(state)
+    except (ValueError, OverflowError):
+        return math.nan
+
+
 @lru_cache(maxsize=64)
 def _frames(
     lat: float, lon: float, height: float, to_lat: float, to_lon: float, to_height: float
@@ -72,9 +97,10 @@ def _frames(
     )
 
 
-def has_place(kind: type[imc.Message]) -> bool:
-    """Whether messages of this kind tell a position on Earth."""
-    return {"lat", "lon"} <= {info.name for info in imc.fields(kind)}
+def has_place(kind: type[imc.Message], *, deep: bool = False) -> bool:
+    """Whether messages of this kind tell a position on Earth, and if `deep`, also the place of a vehicle from there."""
+    needed = {"lat", "lon", "x", "y", "z"} if deep else {"lat", "lon"}
+    return needed <= {info.name for info in imc.fields(kind)}
 
 
 FUNCTIONS: Mapping[str, Function] = MappingProxyType(
@@ -87,4 +113,5 @@ FUNCTIONS: Mapping[str, Function] = MappingProxyType(
         "sqrt": Function(_root, 1, 1, keeps_unit=False),
     }
 )
-OF_PLACES: Mapping[str, Callable[[Any, Any], float]] = MappingProxyType({"distance": distance})
+OF_PLACES: Mapping[str, Callable[[Any, Any], float]] = MappingProxyType({"distance": distance, "altitude": altitude})
+"""Functions of two messages; of one, if the second is what a vehicle has around it."""

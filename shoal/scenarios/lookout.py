@@ -1,17 +1,20 @@
 """Watches the messages of vehicles for conditions and expressions."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import imc
 from runtime.kernel import SECOND
 from runtime.problem import hinted
 from runtime.vehicle import Vehicle
+from shoal.scenarios.functions import Bottom
 from shoal.scenarios.operands import Watch
+from tasks.surroundings import world_of
 
 Told = Callable[[float], object]
 """Called with the time since the start of the run (s)."""
 
-Seen = list[imc.Message | None]
+Seen = list[Any]
 
 
 class _Watcher:
@@ -72,12 +75,21 @@ class Lookout:
             seen: Seen = [None] * len(group)
             found.append(seen)
             for place, watch in enumerate(group):
+                if issubclass(watch.kind, Bottom):
+                    seen[place] = self._bottom(watch.vehicle)
+                    continue
                 ear = self._ear(watch.vehicle, watch.kind)
                 if ear not in watchers:
                     watchers[ear] = _Watcher(told)
                     ear.watchers.append(watchers[ear])
                 watchers[ear].slots.append((self._entity(watch), seen, place))
         return found
+
+    def _bottom(self, vehicle: str) -> Bottom:
+        seabed = world_of(self._vehicles[vehicle].daemon).seabed
+        if seabed is None:
+            raise ValueError(f"the world of {vehicle} has no bottom: its profile has neither soundings nor a depth")
+        return Bottom(seabed)
 
     def _ear(self, vehicle: str, kind: type[imc.Message]) -> _Ear:
         key = vehicle, kind

@@ -4,10 +4,11 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
-import imc
 from tasks.plan import Meaning
 
-Latest: TypeAlias = Sequence[imc.Message | None]
+Latest: TypeAlias = Sequence[Any]
+"""The latest message of each watch, None if there is none yet."""
+
 Margin: TypeAlias = Callable[[Latest, float], float]
 """The margin of a test of the latest message of each watch; a comparison with one that is missing has that of the
 second argument: NaN if nothing is known of it, or -inf if it counts as false."""

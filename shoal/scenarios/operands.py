@@ -11,7 +11,7 @@ import imc
 from imc.layout import NUMBERS
 from runtime.problem import hinted
 from shoal.missions import UNITS, quantity
-from shoal.scenarios.functions import FUNCTIONS, OF_PLACES, has_place
+from shoal.scenarios.functions import FUNCTIONS, OF_PLACES, Bottom, has_place
 from shoal.scenarios.margins import Latest, Margin
 from tasks.plan import Logic
 
@@ -21,9 +21,12 @@ _ENUMERATIONS = ("Enumerated", "Bitfield")
 
 
 class Watch(NamedTuple):
-    """The messages of a kind that a vehicle publishes, of the entity with this label only if one is given."""
+    """The messages of a kind that a vehicle publishes, of the entity with this label only if one is given.
 
-    kind: type[imc.Message]
+    The kind Bottom stands for the bottom in its world.
+    """
+
+    kind: type[imc.Message] | type[Bottom]
     vehicle: str
     entity: str = ""
 
@@ -142,31 +145,35 @@ class Operands:
         return Operand(text, lambda latest: call(*[value(latest) for value in values]), needs, unit)
 
     def _call_of_places(self, word: str, logic: Logic[Margin]) -> Operand:
-        first = self._place(word, logic)
-        if not logic.skip(","):
+        call, is_deep = OF_PLACES[word], word == "altitude"
+        first, name, vehicle = self._place(word, logic, deep=is_deep)
+        if is_deep:
+            second = self._index(Watch(Bottom, vehicle))
+        elif not logic.skip(","):
             raise ValueError(f"{word} takes two messages, such as {word}(SimulatedState, EstimatedState)")
-        second = self._place(word, logic)
+        else:
+            second, other, _ = self._place(word, logic)
+            name = f"{name}, {other}"
         logic.close()
-        call = OF_PLACES[word]
-        return Operand(
-            f"{word}(...)", lambda latest: call(latest[first], latest[second]), frozenset((first, second)), "m"
-        )
+        needs = frozenset((first, second))
+        return Operand(f"{word}({name})", lambda latest: call(latest[first], latest[second]), needs, "m")
 
-    def _place(self, function: str, logic: Logic[Margin]) -> int:
+    def _place(self, function: str, logic: Logic[Margin], *, deep: bool = False) -> tuple[int, str, str]:
+        """The number of a message that tells a place, the message as it is written, and its vehicle."""
         word = logic.take("a message")
         watch, field = self._watch(word)
-        if watch is None or field:
+        if watch is None or field or issubclass(watch.kind, Bottom):
             raise ValueError(f"{function} takes messages, such as SimulatedState, not {word!r}")
-        if not has_place(watch.kind):
-            raise ValueError(f"{watch.kind.__name__} has no position")
-        return self._index(watch)
+        if not has_place(watch.kind, deep=deep):
+            raise ValueError(f"{watch.kind.__name__} has no position" + (" of a vehicle" if deep else ""))
+        return self._index(watch), word, watch.vehicle
 
     def _name(self, word: str) -> Operand:
         if word.lower() in _SPECIAL:
             number = float(word)
             return Operand(word, lambda _: number)
         watch, field = self._watch(word)
-        if watch is None:
+        if watch is None or issubclass(watch.kind, Bottom):
             return Operand(word, lambda _: math.nan, name=word, known=tuple(FUNCTIONS))
         if not field:
             raise ValueError(f"{word!r} is a message: write which field, such as {_example(watch.kind, word)}")

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import imc
+from imc.coordinates import absolute, offset
 from shoal.scenarios.conditions import Scope, parse, parse_expression
 from tasks.plan import parse_condition
 
@@ -67,6 +68,16 @@ def test_angles_are_in_radians_and_wrap():
     assert margin("abs(angle(EstimatedState.psi - 360 deg)) < 0.2 rad") == pytest.approx(0.1)
 
 
+def test_distances_are_those_of_exact_positions():
+    a = imc.SimulatedState(lat=0.7, lon=-0.15, height=2.0, x=2000.0, y=-900.0, z=30.0)
+    b = imc.EstimatedState(lat=0.7004, lon=-0.1503, height=0.0, x=-300.0, y=400.0, z=3.0)
+    expected = math.hypot(*offset(*absolute(a)[:2], *absolute(b)[:2]))
+    found = parse_expression("distance(SimulatedState, EstimatedState)", ALONE)
+    assert found.value([a, b]) == pytest.approx(expected, rel=1e-5)
+    assert found.value([a.replace(lat=0.7004, lon=-0.1503), b]) == pytest.approx(math.hypot(2300.0, 1300.0), rel=1e-5)
+    assert math.isnan(found.value([a.replace(lat=math.inf), b]))
+
+
 def test_what_is_just_met_is_met_and_what_is_just_missed_is_not():
     assert margin("EstimatedState.depth <= 5") > 0.0 > margin("EstimatedState.depth < 5")
     assert margin("not EstimatedState.depth < 5") > 0.0 > margin("not EstimatedState.depth >= 5")
@@ -118,6 +129,8 @@ def test_what_a_text_names_is_watched():
         ("abs(1, 2) > 1", "abs takes 1 value, not 2"),
         ("distance(EstimatedState) > 1", "takes two messages"),
         ("distance(EstimatedState, Temperature) > 1", "Temperature has no position"),
+        ("altitude(GpsFix) > 1", "GpsFix has no position of a vehicle"),
+        ("altitude(3) > 1", "takes messages, such as SimulatedState"),
         ("PlanControlState.man_id > 'a'", "only be compared with a text"),
         ("PlanControlState.man_id == 3", "only be compared with a text"),
         ("ManeuverIsDone", "is for plans only"),

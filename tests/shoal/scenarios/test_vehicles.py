@@ -115,3 +115,21 @@ def test_a_vehicle_can_start_at_another_time(play):
     )
     assert result.passed
     assert all(verdict.applied for verdict in result.verdicts)
+
+
+def test_the_altitude_is_that_above_the_bottom_of_the_world(play):
+    begin = """
+    vehicle: {profile: lauv-noptilus-1}
+    world:
+      bathymetry: {at: "41.185°, -8.7062°", soundings: [[0, 0, 25.5], [3, 0, 25.5], [0, 3, 25.5], [-3, -3, 25.5]]}
+      tide level: 0.5 m
+    limit: 2 s
+    """
+    text = """
+    metrics: {above: {first: altitude(SimulatedState)}, deep: {first: SimulatedState.z}}
+    expect: [{always: altitude(SimulatedState) > 20 m}]
+    """
+    result = play(text, begin)
+    assert result.error == ""
+    assert result.metrics["above"] + result.metrics["deep"] == pytest.approx(26.0)
+    assert result.verdicts[0].margin == pytest.approx(6.0, abs=0.5)
