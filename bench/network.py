@@ -127,7 +127,7 @@ def shoal_cost(seconds: float, *, subscribers: int) -> float:
 
 
 def peers_cost(count: int) -> tuple[float, float]:
-    """CPU time (s) per message to `count` peers, and how often each message was encoded."""
+    """CPU time (s) per message to `count` peers, and how often each message was encoded again."""
     vehicle, udp = vehicle_with_udp(transports=["EulerAngles"], maximum_rate=1e9)
     angles = imc.EulerAngles(phi=0.1)
     udp.publish(angles)
@@ -200,7 +200,7 @@ def main() -> None:
         )
     for count in (1, 10):
         spent, encodings = peers_cost(count)
-        print(f"out: {count} peers: {1e6 * spent:.1f} us per message, encoded {encodings:g} times")
+        print(f"out: {count} peers: {1e6 * spent:.1f} us per message, encoded again {encodings:g} times")
     without, _ = running_cost(2 * seconds, network=False)
     cost, packets = running_cost(2 * seconds, network=True)
     print(

@@ -7,7 +7,7 @@ from typing import Any, Literal, NamedTuple
 from fastcrc.crc16 import arc
 from msgspec.structs import force_setattr
 
-from imc.compiler import Reader, compile_reader, payload_size
+from imc.compiler import Passage, Reader, compile_passage, compile_reader, payload_size
 from imc.errors import DecodeError, EncodeError
 from imc.layout import (
     ADDRESS,
@@ -16,6 +16,7 @@ from imc.layout import (
     HEADER,
     HEADER_SIZE,
     LITTLE_ENDIAN,
+    OFFSETS,
     SMALLEST_PACKET,
     VARIABLE,
 )
@@ -26,6 +27,7 @@ from imc.wire_check import first_problem, wire_violations
 ByteOrder = Literal["little", "big"]
 
 _LITTLE = Message.SYNC.to_bytes(2, "little")
+_ADDRESS = struct.Struct("<" + ADDRESS).unpack_from
 _SIZE_AND_ADDRESS = struct.Struct("<H" + ADDRESS).unpack_from
 _HEADERS = {"little": struct.Struct("<" + HEADER), "big": struct.Struct(">" + HEADER)}
 _UNSUITABLE = (struct.error, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
@@ -107,6 +109,7 @@ class Codec:
         self._readers = {"little": _Readers(by_id, "<"), "big": _Readers(by_id, ">")}
         self._fixed: dict[bytes, _Fixed] = {}
         self._variable: dict[bytes, Reader] = {}
+        self._passages: dict[tuple[type[Message], bool], Passage] = {}
 
     def decode(self, packet: bytes) -> Message:
         """The message in a packet: an instance of its id's class, or Unknown. Bytes after the packet are ignored.
@@ -137,12 +140,42 @@ class Codec:
         message = self._read_variable(data)
         return (message, data) if message is not None else (self._decode(data), first_packet(data))
 
-    def reread(self, packet: bytes) -> Message:
-        """Like `decode`, for a packet that `encode` has just made: its CRC is not checked again."""
-        fixed = self._fixed.get(packet[:6])
-        if fixed is not None:
-            return fixed.cls(*fixed.unpack(packet, 6))
-        return self._read(packet)
+    def passage(self, kind: type[Message], encodes: bool) -> Passage:
+        """A function (message of a class, the five values of its header) -> what a receiver of the packet decodes.
+
+        With `encodes` it returns that and the packet. It raises what `Message.to_packet_as` raises.
+        """
+        found = self._passages.get((kind, encodes))
+        if found is None:
+            found = self._passages[kind, encodes] = self._make_passage(kind, encodes)
+        return found
+
+    def _make_passage(self, kind: type[Message], encodes: bool) -> Passage:
+        if not self._has(kind):
+            return self._general(encodes)
+        if not VARIABLE.intersection(kind.WIRE):
+            return compile_passage(kind, encodes, self._general(encodes))
+        read, at = self._readers["little"][kind.ID], OFFSETS["timestamp"]
+
+        def passage(m: Message, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> Any:
+            packet = m.to_packet_as(timestamp, src, src_ent, dst, dst_ent)
+            seen = self._read(packet) if m.surplus else read(packet, HEADER_SIZE, *_ADDRESS(packet, at), 0)[0]
+            return (seen, packet) if encodes else seen
+
+        return passage
+
+    def _general(self, encodes: bool) -> Passage:
+        def passage(m: Message, timestamp: float, src: int, src_ent: int, dst: int, dst_ent: int) -> Any:
+            packet = m.to_packet_as(timestamp, src, src_ent, dst, dst_ent)
+            return (self._read(packet), packet) if encodes else self._read(packet)
+
+        return passage
+
+    def _has(self, kind: type[Message]) -> bool:
+        try:
+            return self._by_id(kind.ID) is kind
+        except KeyError:
+            return False
 
     def _read(self, packet: bytes) -> Message:
         message = self._read_variable(packet)

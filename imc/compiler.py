@@ -28,6 +28,7 @@ NULL = 0xFFFF
 DEEPEST = 200
 
 Reader = Callable[..., "tuple[Message, int]"]
+Passage = Callable[["Message", float, int, int, int, int], Any]
 
 _NULL_BYTES = b"\xff\xff"
 _NO_HEADER = "-1.0, 0xFFFF, 0xFF, 0xFFFF, 0xFF"  # a message inside another has none on the wire
@@ -91,6 +92,23 @@ def compile_packet(cls: "type[Message]", given_header: bool) -> Any:
         lines += ["    if m.surplus:", *("        " + line for line in general)]
         lines += [f"    else: body = pack({values})"]
     return _compile([*lines, "    return body + footer(arc(body))"], "packet", space)
+
+
+def compile_passage(cls: "type[Message]", encodes: bool, general: Passage) -> Passage:
+    """For a class of fixed size: what `Codec.passage` returns. `general` does it for messages with surplus bytes."""
+    prefix = "IH" if encodes else ""
+    whole, seen = struct.Struct("<" + prefix + ADDRESS + cls.WIRE), struct.Struct("<" + ADDRESS + cls.WIRE)
+    begin = [str(cls.SYNC | cls.ID << 16), str(whole.size - HEADER_SIZE)] if encodes else []
+    values = ", ".join([*begin, *ADDRESS_FIELDS, *("m." + name for name in _own_fields(cls))])
+    space: dict[str, Any] = {"cls": cls, "pack": whole.pack, "unpack": seen.unpack_from, "arc": arc}
+    space |= {"footer": struct.Struct("<H").pack, "general": general}
+    header = ", ".join(ADDRESS_FIELDS)
+    lines = [f"def passage(m, {header}):", f"    if m.surplus: return general(m, {header})", f"    b = pack({values})"]
+    if encodes:
+        lines.append(f"    return cls(*unpack(b, {whole.size - seen.size})), b + footer(arc(b))")
+    else:
+        lines.append("    return cls(*unpack(b))")
+    return _compile(lines, "passage", space)
 
 
 def payload_size(payload: bytes, message: "Message") -> int:

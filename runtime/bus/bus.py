@@ -2,91 +2,33 @@
 
 import logging
 import time
-from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass, replace
-from typing import Protocol
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import NamedTuple
 
 import imc
 from imc.addresses import UNKNOWN_SYSTEM
 from imc.layout import SMALLEST_PACKET
+from runtime.bus.contract import BusInstrument, Handler, Subscription, Transport
 from runtime.bus.frame import Frame, FrameCarrier
 from runtime.bus.inbox import Inbox, Request
+from runtime.bus.passages import Passages, known_here
 from runtime.kernel import Kernel, owner_of
 
 AT_ONCE = 64  # packets from other processes taken at a time; then the vehicle's own timers come first
 BYTES_AT_ONCE = 1 << 14  # of them, after which the timers come first even if there were fewer packets
 
-Route = tuple[tuple[Callable[..., object], object, bool], ...]  # handler, owner, whether it takes the packet, too
-
 logger = logging.getLogger("shoal.bus")
 
-
-class Transport(Protocol):
-    """Carries packets between buses, below them: the order within a process is the same with or without it.
-
-    What every transport keeps, and `tests/runtime/bus/transport_contract.py` checks: packets of one sender arrive in
-    the order in which they were sent, each at most once, and never at their sender. Packets may be lost, but not
-    silently: the transport counts them. A packet that was received is not sent on to other transports.
-    """
-
-    @property
-    def systems(self) -> Collection[int]:
-        """The systems (ids) that are on these buses themselves, so that their packets need no other way."""
-        ...
-
-    def open(self, receive: Callable[[bytes], None]) -> None:
-        """Join the other buses; `receive` takes their packets, from any thread. Raises if it cannot join."""
-        ...
-
-    def send(self, message: imc.Message, packet: bytes) -> None:
-        """Send a packet, which decodes to `message`. Never blocks, never raises, and does nothing after `close`."""
-        ...
-
-    def close(self) -> None:
-        """Leave the other buses; nothing is received afterwards. A second call does nothing."""
-        ...
+Receivers = tuple[tuple[Handler, object, bool], ...]  # handler, owner, whether it takes the packet, too
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Subscription:
-    """One handler and what it receives.
+class _Plan(NamedTuple):
+    """Who gets the messages of a type, whether packets of them are wanted, and whether nobody else has to be served."""
 
-    `type` is the type of the messages (Message: all), `others` adds those of other systems, `packets` adds the packet
-    as second argument.
-    """
-
-    type: type
-    handler: Callable[..., object]
-    owner: object = None
-    others: bool = False
-    packets: bool = False
-
-
-def known_here(kind: type[imc.Message], schema: imc.Schema) -> type[imc.Message]:
-    """The class of `schema` for a message of another one. Raises imc.SchemaError if it has no such message."""
-    ours = schema.by_id(kind.ID) if kind.ID in schema.types_by_id else None
-    if ours is None or imc.signature(ours) != imc.signature(kind):
-        raise imc.SchemaError(
-            f"{kind.__name__} (id {kind.ID}) is not a message of this vehicle: add its file to [General] Messages"
-        )
-    return ours
-
-
-def _check_class(kind: object) -> None:
-    if not isinstance(kind, type):
-        raise TypeError(f"expected the class of a message, such as imc.GpsFix, not {kind!r}")
-
-
-class BusInstrument(Protocol):
-    """Observes a bus; it must not change anything."""
-
-    def subscribed(self, subscription: Subscription) -> None:
-        """A subscription is about to begin."""
-        ...
-
-    def reconfigured(self, owner: object) -> None:
-        """The owner of subscriptions now uses changed parameters."""
-        ...
+    receivers: Receivers
+    encodes: bool
+    direct: bool
 
 
 class Bus:
@@ -104,6 +46,9 @@ class Bus:
     they arrive too fast.
     """
 
+    needs_packets = False
+    """Whether packets of published messages are wanted even if no handler takes them."""
+
     def __init__(self, kernel: Kernel, system: int):
         self.kernel = kernel
         self.system = system
@@ -118,8 +63,8 @@ class Bus:
         self._shown: dict[str, Frame] = {}
         self._subscriptions: list[Subscription] = []
         self._routes: dict[type, tuple[Subscription, ...]] = {}
-        self._of_own: dict[type, Route] = {}
-        self._of_others: dict[type, Route] = {}
+        self._of_own: dict[type, _Plan] = {}
+        self._of_others: dict[type, _Plan] = {}
         self._transports: list[Transport] = []
         self._backlog: list[tuple[imc.Message, bytes, object]] | None = []
 
@@ -127,17 +72,20 @@ class Bus:
         """Carry the messages of this schema, instead of the built-in one."""
         self.messages = schema
         codec = schema.codec
-        self.decode, self.decode_first, self.reread = codec.decode, codec.decode_first, codec.reread
+        self.decode, self.decode_first = codec.decode, codec.decode_first
+        self._encoding, self._rounding = Passages(schema, encodes=True), Passages(schema, encodes=False)
 
     def resume(self) -> None:
         """Deliver what has been kept, and from now on everything immediately."""
-        kept, self._backlog = self._backlog or [], None
+        kept = self._backlog or []
+        self.forget()
         for message, packet, origin in kept:
             self._deliver(message, packet, origin)
 
     def forget(self) -> None:
         """Drop what has been kept, and deliver everything from now on."""
         self._backlog = None
+        self._forget_plans()
 
     @property
     def subscriptions(self) -> list[Subscription]:
@@ -178,6 +126,26 @@ class Bus:
     def remove(self, subscription: Subscription) -> None:
         self._subscriptions = [s for s in self._subscriptions if s is not subscription]
         self._forget_routes()
+
+    def send(self, message: imc.Message, timestamp: float, source: int, speaker: int, origin: object) -> imc.Message:
+        """Publish `message` with this header, as its packet has it; returns what receivers see.
+
+        It is encoded only if a packet is wanted: handlers alone get the same values without. Raises imc.SchemaError if
+        the vehicle has no such message, and anything for values that do not fit (see imc.encode).
+        """
+        kind = type(message)
+        plans = self._of_own if source == self.system else self._of_others
+        receivers, encodes, direct = plans.get(kind) or self._plan(kind, source == self.system)
+        packet = b""
+        if encodes:
+            seen, packet = self._encoding[kind](message, timestamp, source, speaker, message.dst, message.dst_ent)
+        else:
+            seen = self._rounding[kind](message, timestamp, source, speaker, message.dst, message.dst_ent)
+        if direct:
+            self._enqueue(receivers, seen, packet, origin)
+        else:
+            self.publish(seen, packet, origin)
+        return seen
 
     def publish(self, message: imc.Message, packet: bytes, origin: object) -> None:
         """Deliver `message`, which `packet` decodes to, to all but `origin`, and send it on all transports."""
@@ -225,10 +193,12 @@ class Bus:
         """
         transport.open(self._take)
         self._transports.append(transport)
+        self._forget_plans()
 
     def detach(self) -> None:
         """Close all transports, the last one first. All are closed even if one fails; the first error is raised."""
         errors: list[Exception] = []
+        self._forget_plans()
         while self._transports:
             try:
                 self._transports.pop().close()
@@ -281,25 +251,34 @@ class Bus:
         if self._backlog is not None:
             self._backlog.append((message, packet, origin))
             return
-        self.delivered += 1
         own, kind = message.src == self.system, type(message)
-        routes = self._of_own if own else self._of_others
-        route = routes.get(kind)
-        if route is None:
-            heard = (s for s in self._route(kind) if own or s.others)
-            route = routes[kind] = tuple((s.handler, s.owner, s.packets) for s in heard)
-        enqueue = self.kernel.enqueue
+        plan = (self._of_own if own else self._of_others).get(kind) or self._plan(kind, own)
         request = packet if isinstance(packet, Request) else None
         if request is not None:
-            enqueue((request.handled, (True,)))
-        for handler, owner, packets in route:
-            if origin is None or owner is not origin:
-                enqueue((handler, (message, packet) if packets else (message,)))
+            self.kernel.soon(request.handled, True)
+        self._enqueue(plan.receivers, message, packet, origin)
         if request is not None:
-            enqueue((request.handled, (False,)))
+            self.kernel.soon(request.handled, False)
+
+    def _enqueue(self, receivers: Receivers, message: imc.Message, packet: bytes, origin: object) -> None:
+        self.delivered += 1
+        enqueue, alone = self.kernel.enqueue, (message,)
+        for handler, owner, packets in receivers:
+            if origin is None or owner is not origin:
+                enqueue((handler, (message, packet) if packets else alone))
+
+    def _plan(self, kind: type[imc.Message], own: bool) -> _Plan:
+        receivers = tuple((s.handler, s.owner, s.packets) for s in self._route(kind) if own or s.others)
+        direct = not (self._transports or self.needs_packets or self._backlog is not None)
+        encodes = not direct or any(packets for _, _, packets in receivers)
+        plan = (self._of_own if own else self._of_others)[kind] = _Plan(receivers, encodes, direct)
+        return plan
 
     def _forget_routes(self) -> None:
         self._routes.clear()
+        self._forget_plans()
+
+    def _forget_plans(self) -> None:
         self._of_own.clear()
         self._of_others.clear()
 
@@ -309,3 +288,8 @@ class Bus:
             route = tuple(s for s in self._subscriptions if issubclass(kind, s.type))
             self._routes[kind] = route
         return route
+
+
+def _check_class(kind: object) -> None:
+    if not isinstance(kind, type):
+        raise TypeError(f"expected the class of a message, such as imc.GpsFix, not {kind!r}")

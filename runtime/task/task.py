@@ -10,7 +10,7 @@ from zlib import crc32
 
 import imc
 from imc.addresses import BROADCAST, OPERATORS, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
-from runtime.bus import Subscription, known_here
+from runtime.bus import Subscription
 from runtime.kernel import SECOND, Readable, Timer, as_error, handler_of, nanoseconds
 from runtime.problem import Doubt
 from runtime.task.attached import Attached
@@ -137,15 +137,11 @@ class Task(Attached):
             timestamp = message.timestamp if keep_time else self._kernel.now_ns / SECOND
             source = self.system if message.src == UNKNOWN_SYSTEM else message.src
             speaker = (entity or self.entity).id if message.src_ent == UNKNOWN_ENTITY else message.src_ent
-            packet = message.to_packet_as(timestamp, source, speaker, message.dst, message.dst_ent)
+            origin = None if self.loopback_internal_messages else self
+            return self._bus.send(message, timestamp, source, speaker, origin)
         except Exception:
             _refuse(message)
             raise
-        delivered = self._bus.reread(packet)
-        if type(delivered) is not type(message) and not isinstance(message, imc.Unknown):
-            known_here(type(message), self._bus.messages)
-        self._bus.publish(delivered, packet, None if self.loopback_internal_messages else self)
-        return delivered
 
     def reply(self, request: imc.Message, message: imc.Message, *, entity: Entity | None = None) -> imc.Message:
         """Publish `message` to the source of `request`."""

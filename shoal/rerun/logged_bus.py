@@ -19,6 +19,7 @@ class LoggedBus(Bus):
     """
 
     cut_short = False
+    needs_packets = True
 
     history: History
     schema: imc.Schema

@@ -202,4 +202,4 @@ def test_a_codec_that_has_read_a_message_judges_the_next_packets_like_one_that_h
     for data in (*wrong, *with_good_crc, packet[:-1], packet + b"more", longer, imc.encode(message, "big"), packet):
         fresh = outcome(Codec(BY_ID.__getitem__, imc.Message.SYNC), data)
         assert outcome(used, data) == fresh
-        assert not isinstance(fresh, tuple) or used.decode(data) == used.reread(data) == fresh[0]
+        assert not isinstance(fresh, tuple) or used.decode(data) == fresh[0]

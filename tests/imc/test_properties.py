@@ -86,6 +86,36 @@ def test_other_header(message: imc.Message, other: imc.Message, order: Any) -> N
     )
 
 
+def passed(message: imc.Message) -> tuple[imc.Message, bytes, imc.Message]:
+    """What receivers of a published message see, its packet, and what they see if nobody wants a packet."""
+    codec, header = imc.builtin().codec, packet_header(message)
+    seen, packet = codec.passage(type(message), encodes=True)(message, *header)
+    return seen, packet, codec.passage(type(message), encodes=False)(message, *header)
+
+
+@settings(max_examples=300)
+@given(MESSAGES, st.floats(-1e30, 1e30), st.sampled_from([b"", b"more"]))
+def test_messages_are_rounded_alike_with_and_without_a_packet(
+    message: imc.Message, number: float, surplus: bytes
+) -> None:
+    names = [info.name for info, code in zip(imc.fields(type(message)), message.WIRE, strict=True) if code in "fd"]
+    exact = message.replace(**dict.fromkeys(names, number), surplus=surplus)
+    seen, packet, alone = passed(exact)
+    assert packet == imc.encode(exact)
+    assert same(seen, imc.decode(packet))
+    assert same(alone, seen)
+
+
+@pytest.mark.parametrize("cls", BY_ID.values(), ids=lambda cls: cls.__name__)
+def test_each_class_is_rounded_alike_with_and_without_a_packet(cls: type[imc.Message]) -> None:
+    inner = imc.Goto(lat=0.1, speed=0.1, custom="\xe4\udcff")
+    values = {"f": 0.1, "d": 0.1, "T": "\udcc3\udca9", "R": b"\x00\xff", "M": inner, "L": [inner, None]}
+    names = [info.name for info in imc.fields(cls)]
+    seen, packet, alone = passed(cls(**{name: values.get(code, 1) for name, code in zip(names, cls.WIRE, strict=True)}))
+    assert seen == alone == imc.decode(packet)
+    assert [type(getattr(alone, name)) for name in names] == [type(getattr(seen, name)) for name in names]
+
+
 @settings(max_examples=60)
 @given(MESSAGES, ORDERS)
 def test_every_truncation_is_refused(message: imc.Message, order: Any) -> None:
