@@ -1,8 +1,7 @@
 """What inertial sensors fixed to a moving body measure: means over their sampling intervals."""
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from world.attitude import Matrix, Vector, cross, rotation, to_body, to_ned, turned, wrap
 from world.pose import Pose
@@ -14,8 +13,7 @@ CENTRE: Vector = (0.0, 0.0, 0.0)
 CENTRED = Pose()
 
 
-@dataclass(frozen=True, slots=True)
-class BodyMotion:
+class BodyMotion(NamedTuple):
     """The motion of a body at a time (s): angles in rad, rates in rad/s, velocity in m/s.
 
     `velocity` is in the body frame, relative to water or air; `stream` is the velocity of these, north, east and down.
@@ -40,7 +38,8 @@ class BodyMotion:
 
     @property
     def is_finite(self) -> bool:
-        return all(map(math.isfinite, (*self.angles, *self.rates, *self.velocity, *self.stream)))
+        (phi, theta, psi), (p, q, r), (u, v, w), (x, y, z) = self.angles, self.rates, self.velocity, self.stream
+        return math.isfinite(phi + theta + psi + p + q + r + u + v + w + x + y + z)
 
     def moved(self, seconds: float) -> tuple[Vector, Vector]:
         """The way north, east and down (m) in some moments, and the angles (rad) after them."""
@@ -57,8 +56,7 @@ class BodyMotion:
         return _add(to_ned(rotation(*self.angles), velocity), self.stream, 1.0)
 
 
-@dataclass(frozen=True, slots=True)
-class InertialSample:
+class InertialSample(NamedTuple):
     """Means over the `interval` (s) that ends at `time`: rates in rad/s, force in m/s², both along the sensor's axes.
 
     `angles` are those of the body at `time`.
@@ -85,6 +83,7 @@ class InertialSampler:
         self._place = mount.place
         self._axes: Matrix | None = mount.rotation if mount[3:] != CENTRED[3:] else None
         self._last: BodyMotion | None = None
+        self._moving: Vector = (0.0, 0.0, 0.0)  # velocity of the place over ground at the last state
         self._first = self._sampled = 0.0
         self._count = 0
         self._turned: Vector = (0.0, 0.0, 0.0)  # integral of the rates since the last sample
@@ -93,6 +92,7 @@ class InertialSampler:
     def feed(self, state: BodyMotion) -> list[InertialSample]:
         """The samples that are due up to `state`."""
         last, self._last = self._last, state
+        before, self._moving = self._moving, state.ground_velocity_at(self._place)
         if last is None or not 0.0 <= state.time - last.time <= LONGEST_GAP + TIMING:
             self._first = self._sampled = state.time
             self._count = 0
@@ -100,7 +100,7 @@ class InertialSampler:
             return []
         if state.time == last.time:
             return []
-        step = _Step(last, state, self._place)
+        step = _Step(last, state, before, self._moving)
         samples: list[InertialSample] = []
         begin = last.time
         for number in range(self._count + 1, math.floor((state.time - self._first) * self.rate + TIMING) + 1):
@@ -115,9 +115,10 @@ class InertialSampler:
     def _integrate(self, step: "_Step", begin: float, end: float) -> None:
         length, middle = end - begin, 0.5 * (begin + end)
         if length > 0.0:
-            r = rotation(*step.angles(middle))
-            self._turned = _add(self._turned, step.rates(middle), length)
-            self._pushed = _add(self._pushed, specific_force(r, step.acceleration, self.gravity), length)
+            angles, rates = step.at(middle)
+            force = specific_force(rotation(*angles), step.acceleration, self.gravity)
+            self._turned = _add(self._turned, rates, length)
+            self._pushed = _add(self._pushed, force, length)
 
     def _sample(self, step: "_Step", time: float) -> InertialSample:
         interval = time - self._sampled
@@ -127,27 +128,31 @@ class InertialSampler:
         rates, force = (p / interval, q / interval, r / interval), (x / interval, y / interval, z / interval)
         if self._axes is not None:
             rates, force = to_body(self._axes, rates), to_body(self._axes, force)
-        return InertialSample(time, interval, step.angles(time), rates, force)
+        return InertialSample(time, interval, step.at(time)[0], rates, force)
 
 
 class _Step:
-    """The motion between two states; `acceleration` is that of a place of the body, over ground."""
+    """The motion between two states; `acceleration` is that of a place of the body, over ground.
 
-    def __init__(self, begin: BodyMotion, end: BodyMotion, place: Vector):
-        self._begin = begin
+    `before` and `after` are the velocities (m/s) of the place at both.
+    """
+
+    def __init__(self, begin: BodyMotion, end: BodyMotion, before: Vector, after: Vector):
+        self._began, self._angles, self._rates = begin.time, begin.angles, begin.rates
         self._length = end.time - begin.time
-        before, after = begin.ground_velocity_at(place), end.ground_velocity_at(place)
-        self.acceleration = _scaled(_add(after, before, -1.0), 1.0 / self._length)
-        self._turn = tuple(wrap(new - old) for old, new in zip(begin.angles, end.angles, strict=True))
-        self._spin = _add(end.rates, begin.rates, -1.0)
+        self.acceleration = _scaled(_less(after, before), 1.0 / self._length)
+        phi, theta, psi = _less(end.angles, begin.angles)
+        self._turn = wrap(phi), wrap(theta), wrap(psi)
+        self._spin = _less(end.rates, begin.rates)
 
-    def angles(self, time: float) -> Vector:
-        share = (time - self._begin.time) / self._length
-        phi, theta, psi = (old + share * turn for old, turn in zip(self._begin.angles, self._turn, strict=True))
-        return phi, theta, psi
+    def at(self, time: float) -> tuple[Vector, Vector]:
+        """Angles and rates at a time."""
+        share = (time - self._began) / self._length
+        return _add(self._angles, self._turn, share), _add(self._rates, self._spin, share)
 
-    def rates(self, time: float) -> Vector:
-        return _add(self._begin.rates, self._spin, (time - self._begin.time) / self._length)
+
+def _less(a: Vector, b: Vector) -> Vector:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 def _add(a: Vector, b: Vector, factor: float) -> Vector:

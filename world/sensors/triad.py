@@ -49,6 +49,8 @@ class TriadGrade:
 
     def digitised(self, value: Vector) -> Vector:
         """A value as the output has it: within the range, and in whole steps."""
+        if self.limit <= 0.0 and self.resolution <= 0.0:
+            return value
         x, y, z = value
         return self._digit(x), self._digit(y), self._digit(z)
 
