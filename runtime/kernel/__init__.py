@@ -2,7 +2,8 @@
 
 from runtime.kernel.clock import SECOND, Clock, ScaledClock, VirtualClock, WallClock, nanoseconds, parse_clock
 from runtime.kernel.failure import Blocked, HandlerError, LivelockError, SimulatedCrash, as_error
-from runtime.kernel.kernel import LIVELOCK_EVENTS, Kernel, KernelInstrument
+from runtime.kernel.instrument import KernelInstrument
+from runtime.kernel.kernel import LIVELOCK_EVENTS, Kernel
 from runtime.kernel.timer import Readable, Timer, handler_of, owner_of, title
 from runtime.kernel.watchdog import Watchdog
 

@@ -4,10 +4,11 @@ import heapq
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from typing import Any, Protocol
+from typing import Any
 
 from runtime.kernel.clock import SECOND, Clock
 from runtime.kernel.failure import LivelockError, as_error, raise_error, warn_slow
+from runtime.kernel.instrument import KernelInstrument
 from runtime.kernel.sources import Sources
 from runtime.kernel.timer import Readable, Timer, handler_of, owner_of
 
@@ -17,14 +18,6 @@ POLL_EVENTS = 64  # on a virtual clock, sockets are polled after this many event
 POLL_PERIOD = SECOND // 1000  # on a wall clock, sockets are polled this often even if the queue never empties
 LONGEST_MOMENT = SECOND // 5  # of real time; a clock that waits for an empty queue passes on then, as in a flood
 FEW_TIMERS = 1000  # fewer timers than this are not searched for cancelled ones
-
-
-class KernelInstrument(Protocol):
-    """Observes the calls that a kernel makes on a virtual clock; it must not change anything."""
-
-    def calling(self, function: Callable[..., object], args: tuple[Any, ...]) -> None:
-        """A call is about to be made. The argument of a timer's call is the timer."""
-        ...
 
 
 class Kernel:
@@ -45,7 +38,7 @@ class Kernel:
         self.clock = clock
         self.virtual = clock.virtual
         self.slow_ns = int(slow * SECOND)
-        self.now_ns = clock.read()
+        self.reach(clock.read())
         self.events = 0
         self.livelock_events = LIVELOCK_EVENTS
         self.on_error: Callable[[object, Exception], None] = raise_error
@@ -65,6 +58,10 @@ class Kernel:
         self._idle_at = self.now_ns
         self._emptied = time.monotonic_ns()
         self._holding = False
+
+    def reach(self, time_ns: int) -> None:
+        """Set the present time; `now` is the same in seconds."""
+        self.now_ns, self.now = time_ns, time_ns / SECOND
 
     @property
     def idle(self) -> bool:
@@ -103,7 +100,13 @@ class Kernel:
         self._due.append((function, args))
 
     def at(self, time_ns: int, function: Callable[..., object], *args: Any) -> Timer:
-        timer = Timer(max(time_ns, self.now_ns), function, args)
+        timer = Timer(time_ns, function, args)
+        self.again(timer, time_ns)
+        return timer
+
+    def again(self, timer: Timer, time_ns: int) -> None:
+        """Schedule a timer that is not pending, such as one whose call is being made."""
+        timer.time = max(time_ns, self.now_ns)
         self._arrivals += 1
         if timer.time == self.now_ns and not (self._holding and time_ns < self.now_ns):
             self._due.append((self._fire, (timer,)))
@@ -111,7 +114,6 @@ class Kernel:
             heapq.heappush(self._later, (timer.time, self._arrivals, timer))
             if len(self._later) > self._sweep_at:
                 self._sweep()
-        return timer
 
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
         return self.at(self.now_ns + round(seconds * SECOND), function, *args)
@@ -158,7 +160,7 @@ class Kernel:
         """
         self._stopping = self._holding = False
         self._emptied = time.monotonic_ns()
-        self.now_ns = max(self.now_ns, self.clock.read())
+        self.reach(max(self.now_ns, self.clock.read()))
         while not self._stopping:
             if self._posted:
                 self._admit()
@@ -184,20 +186,21 @@ class Kernel:
                 self.on_error(self._owner(function, args), as_error(error))
 
     def _run_moment(self) -> None:
-        due, instruments, on_error = self._due, self.instruments, self.on_error
+        due, instruments, on_error, most = self._due, self.instruments, self.on_error, self.livelock_events
         before = busy = self._busy
         try:
             while due and not self._stopping:
                 function, args = due.popleft()
-                for instrument in instruments:
-                    instrument.calling(function, args)
+                if instruments:
+                    for instrument in instruments:
+                        instrument.calling(function, args)
                 busy += 1
                 try:
                     function(*args)
                 except BaseException as error:
                     on_error(self._owner(function, args), as_error(error))
-                if busy > self.livelock_events:
-                    raise LivelockError(self.livelock_events, self._owner(function, args))
+                if busy > most:
+                    raise LivelockError(most, self._owner(function, args))
         finally:
             self._busy = busy
             self.events += busy - before
@@ -221,7 +224,7 @@ class Kernel:
                     ended = time.perf_counter_ns()
                 began, now = ended, read()
                 if now > self.now_ns:
-                    self.now_ns = now
+                    self.reach(now)
         finally:
             self.events += busy
             self._busy += busy
@@ -260,7 +263,7 @@ class Kernel:
         if reached is None:
             return False
         if reached > self.now_ns:
-            self.now_ns = reached
+            self.reach(reached)
             self._busy = 0
         elif reached != target:
             self._count_standstill()
@@ -297,7 +300,7 @@ class Kernel:
             self._emptied = time.monotonic_ns()
             self._poll_next = self._emptied + POLL_PERIOD
         if reached > now:
-            self.now_ns = reached
+            self.reach(reached)
         self._gather()
         return True
 
@@ -318,17 +321,15 @@ class Kernel:
 
     def _gather(self) -> None:
         """Move the timers that are due to the queue."""
-        later, put_off, now = self._later, self._put_off, self.now_ns
+        due, later, put_off, now = self._due, self._later, self._put_off, self.now_ns
         if put_off:
-            self._due.extend((function, ()) for time_ns, function in put_off if time_ns <= now)
+            due.extend((function, ()) for time_ns, function in put_off if time_ns <= now)
             put_off[:] = [entry for entry in put_off if entry[0] > now]
         while later and later[0][0] <= now:
-            timer = heapq.heappop(later)[2]
-            self._due.append((self._fire, (timer,)))
+            due.append((self._fire, (heapq.heappop(later)[2],)))
 
     def _poll(self, timeout: float) -> None:
-        for timer in self._sources.wait(timeout):
-            self._due.append((self._fire, (timer,)))
+        self._due.extend((self._fire, (timer,)) for timer in self._sources.wait(timeout))
 
     def _sweep(self) -> None:
         """Drop cancelled timers, so that watchdogs that are restarted all the time do not pile up."""

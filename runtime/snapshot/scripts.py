@@ -34,7 +34,7 @@ def replay_journal(task: Task, past: Past) -> tuple[list[Timer], list[Callable[.
     vehicle.bus.instruments = [collector]  # what is replayed must not enter the journal again
     handlers = collector.handlers
     try:
-        kernel.now_ns = past.time
+        kernel.reach(past.time)
         _begin(task, past)
         for chunk in past.chunks:
             _live(task, chunk, handlers)
@@ -100,7 +100,7 @@ def _live(task: Task, data: bytes, handlers: list[Callable[..., object]]) -> Non
     for time, key, words in chunk.entries:
         if time < kernel.now_ns:
             raise SnapshotError("not a valid snapshot: a journal goes back in time")
-        kernel.now_ns = time
+        kernel.reach(time)
         args: list[Any] = [messages[word] if isinstance(word, int) else reader.read(word[0]) for word in words]
         if isinstance(key, int):
             handlers[key](*args)

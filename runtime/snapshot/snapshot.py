@@ -231,7 +231,7 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     for system, entity, label in snapshot.heard:
         vehicle.entities.hear(system, entity, label)
     scripted = _replay(vehicle, snapshot.pasts)
-    kernel.now_ns = snapshot.time
+    kernel.reach(snapshot.time)
     timers = [_timer(state, scripted) for state in snapshot.timers]
     if any(scripted.values()):
         raise SnapshotError("not a valid snapshot: a timer is missing")

@@ -194,12 +194,13 @@ class Ticker:
             self._timer.cancel()
             self._timer = None
 
-    def _due(self, count: int) -> int:
-        return self._start + round(count * SECOND / self._hertz)
-
     def _schedule(self) -> None:
-        self._timer = self._kernel.at(self._due(self._count), self._tick)
-        self._timer.owner = self._task
+        due = self._start + round(self._count * SECOND / self._hertz)
+        if self._timer is None:
+            self._timer = self._kernel.at(due, self._tick)
+            self._timer.owner = self._task
+        else:
+            self._kernel.again(self._timer, due)
 
     def _tick(self) -> None:
         self._count += 1

@@ -11,7 +11,7 @@ from zlib import crc32
 import imc
 from imc.addresses import BROADCAST, OPERATORS, UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.bus import Subscription
-from runtime.kernel import SECOND, Readable, Timer, as_error, handler_of, nanoseconds
+from runtime.kernel import Readable, Timer, as_error, handler_of, nanoseconds
 from runtime.problem import Doubt
 from runtime.task.attached import Attached
 from runtime.task.entities import Entity, State
@@ -112,7 +112,7 @@ class Task(Attached):
     @property
     def now(self) -> float:
         """Seconds since 1970 UTC."""
-        return self._kernel.now_ns / SECOND
+        return self._kernel.now
 
     @property
     def now_ns(self) -> int:
@@ -134,7 +134,7 @@ class Task(Attached):
         not fit its type, imc.SchemaError if the vehicle has no such message.
         """
         try:
-            timestamp = message.timestamp if keep_time else self._kernel.now_ns / SECOND
+            timestamp = message.timestamp if keep_time else self._kernel.now
             source = self.system if message.src == UNKNOWN_SYSTEM else message.src
             speaker = (entity or self.entity).id if message.src_ent == UNKNOWN_ENTITY else message.src_ent
             origin = None if self.loopback_internal_messages else self
