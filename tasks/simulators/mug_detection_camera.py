@@ -21,6 +21,7 @@ from world.sensors import (
     detect,
     detect_originally,
     gsd_sigma,
+    locate,
     mug_original,
     see_pixel,
     to_camera,
@@ -210,7 +211,8 @@ class MUGDetectionCamera(Task):
     def _detect(self, view: CameraPose, mug: Offset, believed: CameraPose) -> Sighting | Offset | None:
         if self.fidelity != "Physical":
             return detect_originally(self.camera, view, mug)
-        return detect(self.camera, view, mug, believed, self.mounts[view.height <= 0.0])
+        see = detect if self.errors == "Covariance" else locate
+        return see(self.camera, view, mug, believed, self.mounts[view.height <= 0.0])
 
     def _is_noticed(self, thing: Thing, view: CameraPose, mug: Offset) -> bool:
         """Whether a glider in the image is detected; no number is drawn if all are."""

@@ -47,6 +47,7 @@ class UnderwaterVehicle:
         self.deflections = [0.0] * len(model.fins)
         self.actuations = [0.0] * len(model.engines)
         self._attitude: Quaternion = (1.0, 0.0, 0.0, 0.0)
+        self._shares: list[Rates] = [(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)] * len(model.fins)  # of each fin in `_fins`
         self._fins: Rates = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self._thrusts: tuple[Thrust, ...] = ()
 
@@ -73,14 +74,14 @@ class UnderwaterVehicle:
 
     def deflect(self, fin: int, angle: float) -> None:
         """Set a fin to an angle (rad), limited to 25 degrees. Raises IndexError if there is no such fin."""
-        self.deflections[fin] = max(-FULL_DEFLECTION, min(FULL_DEFLECTION, angle))
+        deflection = self.deflections[fin] = max(-FULL_DEFLECTION, min(FULL_DEFLECTION, angle))
+        part, share = self.model.fins[fin], 0.5 * deflection / FULL_DEFLECTION
+        force = share * part.force[0], share * part.force[1], share * part.force[2]
+        roll, pitch, yaw = cross(part.position, force)
+        self._shares[fin] = *force, roll if self.model.fins_roll else 0.0, pitch, yaw
         x = y = z = k = m = n = 0.0
-        for part, deflection in zip(self.model.fins, self.deflections, strict=True):
-            share = 0.5 * deflection / FULL_DEFLECTION
-            force = share * part.force[0], share * part.force[1], share * part.force[2]
-            roll, pitch, yaw = cross(part.position, force)
-            x, y, z, m, n = x + force[0], y + force[1], z + force[2], m + pitch, n + yaw
-            k += roll if self.model.fins_roll else 0.0
+        for fx, fy, fz, fk, fm, fn in self._shares:
+            x, y, z, k, m, n = x + fx, y + fy, z + fz, k + fk, m + fm, n + fn
         self._fins = x, y, z, k, m, n
 
     def drive(self, engine: int, actuation: float) -> None:

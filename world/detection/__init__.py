@@ -2,7 +2,7 @@
 
 from world.detection.blobs import YELLOW, BlobDetector, Mark
 from world.detection.chances import Chances
-from world.detection.ground import Accuracy, Floats, Sighting, Standing, fits, sight
+from world.detection.ground import Accuracy, Floats, Sighting, Standing, fits, sight, spot_at
 from world.detection.judgement import Score, ThingScore, matched, score
 from world.detection.markers import FAMILIES, MarkerDetector
 from world.detection.tracker import Habits, Track, Tracker, View
@@ -28,4 +28,5 @@ __all__ = [
     "matched",
     "score",
     "sight",
+    "spot_at",
 ]

@@ -97,19 +97,15 @@ def sight(
 
     `mount` (4, 4) leads from the optical frame to the body.
     """
-    points = np.asarray(pixels, np.float64).reshape(-1, 2)
-    body = np.array(rotation(*standing.angles))
-    turn, lever = body @ mount[:3, :3], body @ mount[:3, 3]
-    rays, valid = optics.rays(points[:, None] + AROUND)
-    directions = rays @ turn.T
+    body, lever, directions, valid = _looks(optics, mount, standing, pixels)
     around = directions[:, 1::2] - directions[:, 2::2]  # from one pixel to the next, along both axes of the picture
-    found: list[Sighting | None] = [None] * len(points)
+    found: list[Sighting | None] = [None] * len(directions)
     for k in np.flatnonzero(valid.all(axis=1)).tolist():
-        direction, below = directions[k, 0], standing.height - lever[2]
-        if not direction[2] * below > 0.0:
+        direction = directions[k, 0]
+        foot = _foot(direction, lever, standing.height)
+        if foot is None:
             continue
-        along, slope = below / direction[2], direction[:2] / direction[2]  # m aside per m down
-        offset = lever + along * direction
+        along, slope, offset = foot
         per_pixel = along * _on_plane(around[k].T, slope)
         by_errors = np.zeros((2, ERRORS))
         by_errors[:, TURN] = _on_plane(-body @ _cross(body.T @ offset), slope)
@@ -119,6 +115,36 @@ def sight(
         distance = along * float(np.linalg.norm(direction))
         found[k] = Sighting(float(offset[0]), float(offset[1]), noise, by_errors, per_pixel, distance)
     return found
+
+
+def spot_at(optics: Rays, mount: Floats, standing: Standing, pixel: tuple[float, float]) -> tuple[float, float] | None:
+    """North and east (m) of what `sight` sees at a pixel, to the last bit, without the errors."""
+    _, lever, directions, valid = _looks(optics, mount, standing, pixel)
+    foot = _foot(directions[0, 0], lever, standing.height) if valid.all() else None
+    if foot is None:
+        return None
+    north, east, _ = foot[2].tolist()
+    return north, east
+
+
+def _looks(
+    optics: Rays, mount: Floats, standing: Standing, pixels: ArrayLike
+) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
+    """The attitude (3, 3), the place of the camera (3,), the rays at and around pixels (n, 5, 3), which are valid."""
+    points = np.asarray(pixels, np.float64).reshape(-1, 2)
+    body = np.array(rotation(*standing.angles))
+    turn, lever = body @ mount[:3, :3], body @ mount[:3, 3]
+    rays, valid = optics.rays(points[:, None] + AROUND)
+    return body, lever, rays @ turn.T, valid
+
+
+def _foot(direction: Floats, lever: Floats, height: float) -> tuple[float, Floats, Floats] | None:
+    """Where a ray meets the plane: along the ray, m aside per m down (2,), and from the vehicle (3,)."""
+    below = height - lever[2]
+    if not direction[2] * below > 0.0:
+        return None
+    along, slope = below / direction[2], direction[:2] / direction[2]
+    return along, slope, lever + along * direction
 
 
 def fits(sighting: Sighting, pixels: float, length: float, diameter: float) -> bool:

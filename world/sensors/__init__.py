@@ -19,6 +19,7 @@ from world.sensors.mug_detection import (
     detect,
     detect_originally,
     gsd_sigma,
+    locate,
     see_pixel,
     to_camera,
 )
@@ -51,6 +52,7 @@ __all__ = [
     "gsd_sigma",
     "janus",
     "listen",
+    "locate",
     "mug_original",
     "see_pixel",
     "specific_force",

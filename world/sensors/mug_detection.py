@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from world.attitude import rotation
-from world.detection import Accuracy, Floats, Sighting, Standing, sight
+from world.detection import Accuracy, Floats, Sighting, Standing, sight, spot_at
 from world.optics import Pinhole
 from world.sensors import mug_original
 
@@ -55,10 +55,24 @@ def detect(
     `view` is where the vehicle really is, and `mount` (4, 4) where the camera is in it. Where the pixel's ray meets the
     ground is computed with the pose that the vehicle believes, so that its errors are those of the result.
     """
+    pixel = _pixel(camera, view, target, mount)
+    return see_pixel(camera, *pixel, believed or view, mount) if pixel is not None else None
+
+
+def locate(
+    camera: Pinhole, view: CameraPose, target: Offset, believed: CameraPose, mount: Floats = LOOKING_DOWN
+) -> Offset | None:
+    """The place (m north and east) that `detect` finds, without its errors."""
+    pixel = _pixel(camera, view, target, mount)
+    return spot_at(camera, mount, believed.standing, pixel) if pixel is not None else None
+
+
+def _pixel(camera: Pinhole, view: CameraPose, target: Offset, mount: Floats) -> Offset | None:
+    """The middle of the pixel that shows a target; None if it is outside the image."""
     point = camera.project(*to_camera(view, target, mount))
     if point is None or not camera.covers(*point):
         return None
-    return see_pixel(camera, math.floor(point[0]) + 0.5, math.floor(point[1]) + 0.5, believed or view, mount)
+    return math.floor(point[0]) + 0.5, math.floor(point[1]) + 0.5
 
 
 def see_pixel(

@@ -9,7 +9,16 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from world.optics import Pinhole
-from world.sensors import CameraPose, detect, detect_originally, gsd_sigma, mug_original, see_pixel, to_camera
+from world.sensors import (
+    CameraPose,
+    detect,
+    detect_originally,
+    gsd_sigma,
+    locate,
+    mug_original,
+    see_pixel,
+    to_camera,
+)
 
 DATA = Path(__file__).parents[2] / "data" / "sensors"
 DEFAULT = Pinhole(1280, 960, math.radians(92.8), math.radians(50.0))
@@ -91,6 +100,7 @@ def test_through_the_pixel_and_back(phi, theta, psi, height, north, east):
     back = see_pixel(DEFAULT, *point, view)
     assert (back.north, back.east) == pytest.approx(target, abs=1e-9 * max(1.0, height))
     seen = offset(detect(DEFAULT, view, target))
+    assert locate(DEFAULT, view, target, view) == seen
     if phi == theta == 0.0:
         size = math.hypot(DEFAULT.ground_sample(height), height * 2 * math.tan(0.5 * DEFAULT.vertical) / DEFAULT.height)
         assert math.dist(seen, target) <= 0.5 * size + 1e-9
@@ -101,6 +111,7 @@ def test_through_the_pixel_and_back(phi, theta, psi, height, north, east):
 )
 def test_nothing_is_seen_upwards_or_on_the_plane(view):
     assert detect(DEFAULT, view, (0.0, 0.0)) is None
+    assert locate(DEFAULT, view, (0.0, 0.0), view) is None
 
 
 def test_heading_does_not_move_a_target():
