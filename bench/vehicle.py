@@ -1,6 +1,8 @@
 """A whole vehicle in virtual time: simulated seconds per CPU second, equal logs, memory, time to the first state.
 
-`python bench/vehicle.py` prints figures for this machine; it does not pass or fail.
+`python bench/vehicle.py` prints figures for this machine; it does not pass or fail. `--beside FOLDER` only compares the
+vehicle of this checkout with that of another one, and with runs without a log: all take turns, so that other work on
+the machine slows all of them down.
 """
 
 import argparse
@@ -9,6 +11,7 @@ import hashlib
 import os
 import platform
 import resource
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -18,6 +21,8 @@ from pathlib import Path
 import imc
 
 PROFILE = "lauv-noptilus-1"
+HERE = Path(__file__).resolve().parent.parent
+NO_LOG = ("--set", "Transports.Logging:Enabled=Never")
 SILENT = '''"""Silent: a task that subscribes and publishes nothing."""
 
 import imc
@@ -33,12 +38,14 @@ class Silent(Task):
 '''
 
 
-def swim(folder: Path, seconds: float, mode: str, *more: str, hash_seed: str = "0") -> tuple[float, list[Path]]:
+def swim(
+    folder: Path, seconds: float, mode: str, *more: str, hash_seed: str = "0", checkout: Path = HERE
+) -> tuple[float, list[Path]]:
     """Run the profile on a virtual clock; returns CPU seconds of the whole process, and its logs."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [sys.executable, "-m", "shoal.cli", "run", PROFILE, "-p", mode, "--clock", "virtual"]
     command += ["--for", f"{seconds}s", "--seed", "1", "--log-dir", str(folder / "log"), *more]
-    environment = {**os.environ, "PYTHONHASHSEED": hash_seed}
+    environment = {**os.environ, "PYTHONHASHSEED": hash_seed, "PYTHONPATH": str(checkout)}
     subprocess.run(command, check=True, cwd=folder, env=environment, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
@@ -64,6 +71,26 @@ def sameness(seconds: float, mode: str) -> None:
             _, logs = swim(Path(name), seconds, mode, *more, hash_seed=hash_seed)
             hashes[label] = hashlib.sha256(b"".join(gzip.decompress(log.read_bytes()) for log in logs)).hexdigest()
     print(f"{mode}: SHA-256 of Data.lsf equal over {', '.join(hashes)}: {len(set(hashes.values())) == 1}")
+
+
+def compared(seconds: float, repeats: int, mode: str, other: Path | None) -> None:
+    """CPU time per simulated second, without what the start takes, of runs that take turns."""
+    cases: dict[str, tuple[Path, tuple[str, ...]]] = {"logged": (HERE, ()), "without a log": (HERE, NO_LOG)}
+    if other is not None:
+        cases["the other, logged"] = (other.resolve(), ())
+    costs: dict[str, list[float]] = {label: [] for label in cases}
+    for _ in range(repeats):
+        for label, (checkout, more) in cases.items():
+            used: list[float] = []
+            for length in (1.0, 1.0 + seconds):
+                with tempfile.TemporaryDirectory() as name:
+                    used.append(swim(Path(name), length, mode, *more, checkout=checkout)[0])
+            costs[label].append((used[1] - used[0]) / seconds)
+    logged = costs.pop("logged")
+    print(f"{mode}, logged: {1e3 * statistics.median(logged):.2f} ms of CPU per simulated second")
+    for label, found in costs.items():
+        ratio = statistics.median(a / b for a, b in zip(logged, found, strict=True))
+        print(f"{mode}, {label}: {1e3 * statistics.median(found):.2f} ms; logged here / this: {ratio:.2f}")
 
 
 def memory(hours: float, mode: str) -> None:
@@ -127,8 +154,13 @@ if __name__ == "__main__":
     parser.add_argument("--seconds", type=float, default=600.0)
     parser.add_argument("--hours", type=float, default=1.0)
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--beside", type=Path, help="another checkout, to compare with")
     arguments = parser.parse_args()
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
+    if arguments.beside is not None:
+        compared(arguments.seconds, arguments.repeats, "Simulation", arguments.beside)
+        sys.exit()
+    compared(arguments.seconds, arguments.repeats, "Simulation", None)
     for mode in ("Kinematic", "Simulation"):
         speed(arguments.seconds, arguments.repeats, mode)
         sameness(60.0, mode)
