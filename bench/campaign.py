@@ -248,9 +248,8 @@ def fly(seed: int) -> Flight:
             if kind == "abort":
                 say(imc.Abort())
             elif kind == "flat":
-                task = vehicle.task("Simulators.Battery") if "Simulators.Battery" in names else None
-                if task is not None:
-                    task._charge = 0.0
+                if "Simulators.Battery" in names:
+                    vehicle.task("Simulators.Battery").drain(0.0)
             elif kind == "disconnect":
                 vehicle.task(name).disconnect()
             else:

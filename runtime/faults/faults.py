@@ -40,7 +40,7 @@ class Faults:
         Raises FaultError if there is no such task, or it cannot have this fault.
         """
         source = self._source(task)
-        fault.check(source.task)
+        fault.check(self._vehicle.bus.messages)
         source.remembers |= fault.remembers
         source.settle()
 

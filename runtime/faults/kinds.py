@@ -12,7 +12,6 @@ from runtime.bus import Frame
 from runtime.faults.source import Item, Source, Spoil
 from runtime.kernel import SimulatedCrash
 from runtime.problem import hinted, quoted
-from runtime.task import Task
 
 ABOUT_ITSELF = (
     imc.EntityActivationState,
@@ -41,8 +40,8 @@ class Fault:
     remembers: ClassVar[bool] = False
     momentary: ClassVar[bool] = False
 
-    def check(self, task: Task) -> None:
-        """Raise FaultError if the task cannot have this fault."""
+    def check(self, schema: imc.Schema) -> None:
+        """Raise FaultError if a vehicle with these messages cannot have this fault."""
 
     def begin(self, source: Source, number: int) -> Spoil | None:
         """What it does to each message and frame of a task, from now on; None for nothing.
@@ -67,8 +66,8 @@ class Silent(Fault):
     def __str__(self) -> str:
         return f"silent{_listed(self.of)}"
 
-    def check(self, task: Task) -> None:
-        _check_names(task, self.of)
+    def check(self, schema: imc.Schema) -> None:
+        _check_names(schema, self.of)
 
     def begin(self, source: Source, number: int) -> Spoil:
         concerns = _concerned(self.of)
@@ -89,8 +88,8 @@ class Stuck(Fault):
     def __str__(self) -> str:
         return f"stuck{_listed(self.of)}"
 
-    def check(self, task: Task) -> None:
-        _check_names(task, self.of)
+    def check(self, schema: imc.Schema) -> None:
+        _check_names(schema, self.of)
 
     def begin(self, source: Source, number: int) -> Spoil:
         concerns, kept = _concerned(self.of), dict(source.last)
@@ -122,10 +121,10 @@ class Biased(Fault):
     def __str__(self) -> str:
         return f"biased, {self.of}.{self.field} by {self.by:g}"
 
-    def check(self, task: Task) -> None:
-        if math.isnan(self.by) and not _field(task, self.of, self.field).type.startswith("fp"):
+    def check(self, schema: imc.Schema) -> None:
+        if math.isnan(self.by) and not _field(schema, self.of, self.field).type.startswith("fp"):
             raise FaultError(f"{self.of}.{self.field} is an integer, and cannot be NaN")
-        _field(task, self.of, self.field)
+        _field(schema, self.of, self.field)
 
     def begin(self, source: Source, number: int) -> Spoil:
         return _shifting(source, self.of, self.field, lambda: self.by)
@@ -150,8 +149,8 @@ class Noisy(Fault):
     def __str__(self) -> str:
         return f"noisy, {self.of}.{self.field} by {self.deviation:g}"
 
-    def check(self, task: Task) -> None:
-        _field(task, self.of, self.field)
+    def check(self, schema: imc.Schema) -> None:
+        _field(schema, self.of, self.field)
 
     def begin(self, source: Source, number: int) -> Spoil:
         from numpy.random import PCG64, Generator, SeedSequence
@@ -198,16 +197,14 @@ def _concerned(names: tuple[str, ...]) -> Callable[[Item], bool]:
     return lambda item: not isinstance(item, ABOUT_ITSELF)
 
 
-def _check_names(task: Task, names: tuple[str, ...]) -> None:
-    schema = task.vehicle.bus.messages
+def _check_names(schema: imc.Schema, names: tuple[str, ...]) -> None:
     for name in names:
         if name not in schema and name != Frame.__name__:
             raise FaultError(hinted(f"there is no message {quoted(name)}", name, schema.types))
 
 
-def _field(task: Task, message: str, name: str) -> imc.FieldInfo:
+def _field(schema: imc.Schema, message: str, name: str) -> imc.FieldInfo:
     """A field that is a number. Raises FaultError."""
-    schema = task.vehicle.bus.messages
     if message not in schema:
         raise FaultError(hinted(f"there is no message {quoted(message)}", message, schema.types))
     infos = {info.name: info for info in schema.fields(schema[message])}
@@ -228,7 +225,7 @@ def _range(kind: str) -> tuple[float, float]:
 
 
 def _shifting(source: Source, message: str, name: str, step: Callable[[], float]) -> Spoil:
-    info = _field(source.task, message, name)
+    info = _field(source.task.vehicle.bus.messages, message, name)
     least, most = _range(info.type)
     low = least if info.minimum is None else max(least, info.minimum)
     high = most if info.maximum is None else min(most, info.maximum)

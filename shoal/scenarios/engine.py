@@ -77,6 +77,8 @@ class _Performance:
                 self._flying.add(actor.name)
             for kind in TRACKED:
                 self._last[actor.name, kind.__name__] = stage.lookout.keep(actor.name, kind)
+        for link in self._scenario.links:
+            stage.channels[link.name] = link.arm(stage)
         for event in self._scenario.events:
             event.arm(stage)
         for metric in self._scenario.metrics:
@@ -147,7 +149,9 @@ class _Performance:
         """End all vehicles; what is judged is the state before."""
         self._seconds = self._stage.time if self._stage is not None else 0.0
         self._verdicts = list(self._judge())
-        self._metrics = {meter.metric.name: meter.value() for meter in self._meters}
+        channels = self._stage.channels.values() if self._stage is not None else ()
+        self._metrics = {name: count for channel in channels for name, count in channel.figures().items()}
+        self._metrics |= {meter.metric.name: meter.value() for meter in self._meters}
         self._final = [(key, last.to_dict()) for key, tell in self._last.items() if (last := tell()) is not None]
         if self._fleet is not None:
             try:
@@ -176,6 +180,7 @@ class _Performance:
         warnings = [*self._scenario.warnings, *(self._stage.warnings if self._stage is not None else ())]
         if not self.error:
             warnings += unproved(self._verdicts)
+            warnings += [f"{where}: has not happened" for where in (self._stage.unhappened if self._stage else ())]
             warnings += [words for meter in self._meters if (words := meter.complaint())]
         all_logs = {n: logs_of_run(v.log_folder) for n, v in self._vehicles.items() if keep_logs and v.log_folder}
         lost = {name: getattr(task, "lost", "") for name, v in self._vehicles.items() for task in v.tasks}

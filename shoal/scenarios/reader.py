@@ -11,7 +11,9 @@ from runtime.problem import hinted
 from runtime.profile import Profile
 from shoal.missions import COMPLETED, FAILED, LATE, PlanFileError, load_plan, read_plan
 from shoal.scenarios.conditions import Condition, Scope, read_condition, read_expression
+from shoal.scenarios.events import Occurrence, Role, read_events
 from shoal.scenarios.expectations import Expectation
+from shoal.scenarios.link_reader import read_links
 from shoal.scenarios.margins import contrary
 from shoal.scenarios.metrics import KINDS, Metric
 from shoal.scenarios.profiles import Profiles
@@ -20,7 +22,7 @@ from shoal.scenarios.shorthands import Tasks, start_settings, world_settings
 from shoal.scenarios.values import known, number, one_of, option_text, seconds, whole, word
 
 KEYS = (
-    *("scenario", "description", "seed", "vehicle", "vehicles", "world", "expect", "metrics"),
+    *("scenario", "description", "seed", "vehicle", "vehicles", "world", "links", "events", "expect", "metrics"),
     *("limit", "settle", "stop when"),
 )
 VEHICLE_KEYS = ("profile", "modes", "name", "seed", "start", "parameters", "plan")
@@ -69,6 +71,7 @@ class ScenarioReader:
         limit = self._time("limit", 3600.0)
         if limit <= 0.0:
             nodes["limit"].fail("limit must be above 0")
+        links = read_links(nodes["links"], self._schemas) if "links" in nodes else ()
         return Scenario(
             word(nodes["scenario"]) if "scenario" in nodes else self._own_name,
             self._path,
@@ -77,6 +80,8 @@ class ScenarioReader:
             actors,
             tuple(self._named(self._expectation, "expect", actors)),
             tuple(self._metrics()),
+            links,
+            self._events(cast, actors, {link.name for link in links}, limit),
             limit=limit,
             settle=self._time("settle", 0.0),
             stop_when=read_condition(nodes["stop when"], self._scope()) if "stop when" in nodes else None,
@@ -148,6 +153,17 @@ class ScenarioReader:
             node.fail(str(error))
         except OSError as error:
             node.fail(f"{path}: {error.strerror or error}")
+
+    def _events(
+        self, cast: list[_Cast], actors: tuple[Actor, ...], links: set[str], limit: float
+    ) -> tuple[Occurrence, ...]:
+        if "events" not in self._nodes:
+            return ()
+        roles = {
+            each.name: Role(self._schemas[each.name], Tasks(each.profile, each.modes).names, actor.plan)
+            for each, actor in zip(cast, actors, strict=True)
+        }
+        return read_events(self._nodes["events"], roles, links, limit)
 
     def _named(
         self, read: Callable[[Node, tuple[Actor, ...]], Expectation], key: str, actors: tuple[Actor, ...]

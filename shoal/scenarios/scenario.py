@@ -6,6 +6,7 @@ from pathlib import Path
 import imc
 from shoal.scenarios.conditions import Condition
 from shoal.scenarios.expectations import Expectation
+from shoal.scenarios.links import Link
 from shoal.scenarios.metrics import Metric
 from shoal.scenarios.stage import Event
 
@@ -57,6 +58,7 @@ class Scenario:
     actors: tuple[Actor, ...]
     expectations: tuple[Expectation, ...] = ()
     metrics: tuple[Metric, ...] = ()
+    links: tuple[Link, ...] = ()
     events: tuple[Event, ...] = ()
     limit: float = 3600.0
     settle: float = 0.0

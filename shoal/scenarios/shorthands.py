@@ -32,11 +32,11 @@ class Tasks:
     """The sections of a profile that run in the modes of a vehicle."""
 
     def __init__(self, profile: Profile, modes: frozenset[str]):
-        self._names = [name for name in profile.config.sections if profile.enabled(name, modes)]
+        self.names = [name for name in profile.config.sections if profile.enabled(name, modes)]
 
     def of(self, task: str) -> list[str]:
         """The sections of a task, also those with an instance."""
-        return [name for name in self._names if name.partition("/")[0] == task]
+        return [name for name in self.names if name.partition("/")[0] == task]
 
 
 def start_settings(node: Node, tasks: Tasks) -> list[Setting]:

@@ -1,23 +1,33 @@
 """Where a scenario runs: its vehicles, their common time, and what watches them."""
 
 from collections.abc import Callable, Mapping
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
+from runtime.faults import Faults
 from runtime.kernel import SECOND, Kernel
 from runtime.vehicle import Fleet, Vehicle
 from shoal.scenarios.conditions import Condition
 from shoal.scenarios.lookout import Lookout, Seen
 
+if TYPE_CHECKING:
+    from shoal.scenarios.links import Channel
+
 
 class Stage:
-    """The vehicles of a run by name, built and not yet started, and their kernel; `warnings` are for the result."""
+    """The vehicles of a run by name, built and not yet started, and their kernel; `warnings` are for the result.
+
+    `channels` are their links by name, `unhappened` the places of events that have not happened yet.
+    """
 
     def __init__(self, fleet: Fleet, vehicles: Mapping[str, Vehicle], seed: int):
         self.fleet = fleet
         self.vehicles = vehicles
         self.seed = seed
         self.lookout = Lookout(vehicles)
+        self.channels: dict[str, Channel] = {}
+        self.unhappened: list[str] = []
         self.warnings: list[str] = []
+        self._faults: dict[str, Faults] = {}
         self._start_ns = fleet.kernel.now_ns
 
     @property
@@ -28,6 +38,12 @@ class Stage:
     def time(self) -> float:
         """The time since the start of the run (s)."""
         return (self.fleet.kernel.now_ns - self._start_ns) / SECOND
+
+    def faults(self, vehicle: str) -> Faults:
+        """The faults of a vehicle in this run."""
+        if vehicle not in self._faults:
+            self._faults[vehicle] = Faults(self.vehicles[vehicle])
+        return self._faults[vehicle]
 
     def at(self, seconds: float, function: Callable[[], object]) -> None:
         """Call a function at a time of the run (s)."""

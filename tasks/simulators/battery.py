@@ -80,6 +80,12 @@ class Battery(Task):
         self._advance()
         self.publish(imc.FuelLevel(value=100.0 * self._charge, confidence=100.0))
 
+    def drain(self, level: float) -> None:
+        """Have this charge (%) from now on, unless it has less already."""
+        self._advance()
+        self._charge = min(self._charge, level / 100.0)
+        self._say()
+
     def _advance(self) -> None:
         """Draw the energy used since the last call."""
         elapsed, self._since = (self.now_ns - self._since) * 1e-9, self.now_ns

@@ -1,0 +1,223 @@
+"""What events do to a vehicle; the log of the vehicle tells each of them."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import imc
+from imc.addresses import UNKNOWN_SYSTEM
+from runtime.faults import Fault
+from runtime.problem import hinted
+from runtime.task import Parameter, Task, find_parameter
+from runtime.vehicle import Vehicle
+from shoal.scenarios.stage import Stage
+from tasks.simulators.battery import Battery
+
+CONSOLE = 0x4001
+"""The system in whose name a scenario sends messages: one of the consoles."""
+
+End = Callable[[], object]
+
+
+@dataclass(frozen=True)
+class Act:
+    """What an event does to the vehicle of this name. `begin` may return the function that ends it."""
+
+    vehicle: str
+
+    def check(self, stage: Stage) -> None:
+        """Prepare it, before the vehicles start. Raises ValueError if the vehicle cannot do it."""
+
+    def begin(self, stage: Stage, lasting: float) -> End | None:
+        """Do it, for so many seconds if that is finite; the caller ends it then."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Break(Act):
+    """A fault of a task, which logs itself."""
+
+    task: str
+    fault: Fault
+
+    def check(self, stage: Stage) -> None:
+        stage.faults(self.vehicle).expect(self.task, self.fault)
+
+    def begin(self, stage: Stage, lasting: float) -> None:
+        stage.faults(self.vehicle).begin(self.task, self.fault, lasting)
+
+
+@dataclass(frozen=True)
+class Leak(Act):
+    """Leak sensors are wet: the one with this label, or all."""
+
+    sensor: str
+
+    def check(self, stage: Stage) -> None:
+        labels = [label for task in stage.vehicles[self.vehicle].tasks for label in getattr(task, "leak_entities", ())]
+        if not labels:
+            raise ValueError(f"{self.vehicle} has no simulated leak sensor")
+        if self.sensor and self.sensor not in labels:
+            raise ValueError(hinted(f"there is no leak sensor {self.sensor!r}", self.sensor, labels))
+
+    def begin(self, stage: Stage, lasting: float) -> End:
+        vehicle, what = stage.vehicles[self.vehicle], f"leak of {self.sensor or 'all sensors'}"
+        tell(vehicle, what, lasting)
+        say(vehicle, imc.LeakSimulation(op=imc.LeakSimulation.Op.ON, entities=self.sensor))
+
+        def end() -> None:
+            tell(vehicle, f"end of the {what}")
+            say(vehicle, imc.LeakSimulation(op=imc.LeakSimulation.Op.OFF, entities=self.sensor))
+
+        return end
+
+
+@dataclass(frozen=True)
+class Drain(Act):
+    """The battery has this level (%), unless it has less."""
+
+    level: float
+
+    def check(self, stage: Stage) -> None:
+        if not self._batteries(stage):
+            raise ValueError(f"{self.vehicle} has no simulated battery")
+
+    def begin(self, stage: Stage, lasting: float) -> None:
+        tell(stage.vehicles[self.vehicle], f"battery drained to {self.level:g} %")
+        for battery in self._batteries(stage):
+            battery.drain(self.level)
+
+    def _batteries(self, stage: Stage) -> list[Battery]:
+        return [task for task in stage.vehicles[self.vehicle].tasks if isinstance(task, Battery)]
+
+
+@dataclass(frozen=True)
+class Set(Act):
+    """Parameters have other values, by section or label of a task and name; at the end, those that they had before."""
+
+    values: Mapping[str, Mapping[str, str]]
+
+    def check(self, stage: Stage) -> None:
+        for name, options in self.values.items():
+            task = self._task(stage.vehicles[self.vehicle], name)
+            for option, text in options.items():
+                parameter = self._parameter(task, option)
+                if not parameter.editable:
+                    raise ValueError(f"{task.name}: {option} cannot be changed while the vehicle runs")
+                try:
+                    parameter.parse_alone(text)
+                except ValueError as error:
+                    raise ValueError(f"{task.name}: {error}") from None
+
+    def begin(self, stage: Stage, lasting: float) -> End:
+        vehicle, before = stage.vehicles[self.vehicle], dict[str, dict[str, str]]()
+        for name, options in self.values.items():
+            task = self._task(vehicle, name)
+            parameters = [self._parameter(task, option) for option in options]
+            before[name] = {one.name: one.format(task.parameter_set.value(one)) for one in parameters}
+            self._put(vehicle, task, options, lasting)
+
+        def end() -> None:
+            for name, options in before.items():
+                self._put(vehicle, self._task(vehicle, name), options)
+
+        return end
+
+    def _put(self, vehicle: Vehicle, task: Task, options: Mapping[str, str], lasting: float = math.inf) -> None:
+        words = ", ".join(f"{option} = {text}" for option, text in options.items())
+        tell(vehicle, f"{task.name}: {words}", lasting)
+        values = tuple(imc.EntityParameter(name=option, value=text) for option, text in options.items())
+        say(vehicle, imc.SetEntityParameters(name=task.entity.label, params=values))
+
+    def _task(self, vehicle: Vehicle, name: str) -> Task:
+        tasks = {task.name: task for task in vehicle.tasks}
+        found = tasks.get(name) or vehicle.find(name)
+        if found is None:
+            labels = [task.entity.label for task in vehicle.tasks]
+            raise ValueError(hinted(f"there is no task {name!r}", name, [*tasks, *labels]))
+        return found
+
+    def _parameter(self, task: Task, option: str) -> Parameter:
+        declarations = task.parameter_set.declarations
+        found = find_parameter(declarations, option)
+        if found is None:
+            raise ValueError(hinted(f"{task.name} has no parameter {option!r}", option, declarations))
+        return found
+
+
+@dataclass(frozen=True)
+class Say(Act):
+    """A message arrives, or is published by the vehicle if its source is the vehicle's own.
+
+    `source` is the name of a system, `speaker` and `hearer` are labels of entities; each replaces the number in the
+    header of the message, if it is not empty.
+    """
+
+    message: imc.Message
+    words: str
+    source: str = ""
+    speaker: str = ""
+    hearer: str = ""
+
+    def check(self, stage: Stage) -> None:
+        self._addressed(stage)
+
+    def begin(self, stage: Stage, lasting: float) -> None:
+        vehicle = stage.vehicles[self.vehicle]
+        tell(vehicle, self.words)
+        say(vehicle, self._addressed(stage))
+
+    def _addressed(self, stage: Stage) -> imc.Message:
+        vehicle, message = stage.vehicles[self.vehicle], self.message
+        if self.source:
+            number = vehicle.systems.id(self.source)
+            if number is None:
+                raise ValueError(f"there is no system {self.source!r} in [IMC Addresses] of {self.vehicle}")
+            message = message.replace(src=number)
+        for name, label in (("src_ent", self.speaker), ("dst_ent", self.hearer)):
+            if not label:
+                continue
+            entity = vehicle.entities.find(label)
+            if entity is None:
+                labels = [entity.label for entity in vehicle.entities]
+                raise ValueError(hinted(f"{self.vehicle} has no entity with the label {label!r}", label, labels))
+            message = message.replace(**{name: entity.id})
+        return message
+
+
+@dataclass(frozen=True)
+class Cut(Act):
+    """Nothing passes a link."""
+
+    link: str
+
+    def begin(self, stage: Stage, lasting: float) -> End:
+        channel = stage.channels[self.link]
+        channel.cuts += 1
+        for end in channel.ends:
+            tell(end.vehicle, f"link {self.link} cut", lasting)
+
+        def mend() -> None:
+            channel.cuts -= 1
+            for end in channel.ends:
+                tell(end.vehicle, f"link {self.link} mended")
+
+        return mend
+
+
+def tell(vehicle: Vehicle, words: str, lasting: float = math.inf) -> None:
+    """Have the log book of a vehicle say what a scenario does to it."""
+    vehicle.daemon.log.warning(f"scenario: {words}" + (f", for {lasting:g} s" if math.isfinite(lasting) else ""))
+
+
+def say(vehicle: Vehicle, message: imc.Message) -> None:
+    """Let a message arrive at a vehicle, by default from a console, and for this vehicle."""
+    source = CONSOLE if message.src == UNKNOWN_SYSTEM else message.src
+    target = vehicle.system if message.dst == UNKNOWN_SYSTEM and source != vehicle.system else message.dst
+    time = vehicle.daemon.now
+    packet = imc.encode_as(message, time, source, message.src_ent, target, message.dst_ent)
+    heard = vehicle.bus.decode(packet)
+    if source == vehicle.system:
+        vehicle.bus.publish(heard, packet, None)
+    else:
+        vehicle.bus.hear(heard, packet)
