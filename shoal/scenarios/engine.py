@@ -22,6 +22,7 @@ from shoal.scenarios.profiles import placed
 from shoal.scenarios.result import Result, Verdict
 from shoal.scenarios.scenario import Actor, Scenario, ScenarioFileError
 from shoal.scenarios.stage import Stage
+from shoal.scenarios.tracks import Track
 
 TRACKED = (imc.SimulatedState, imc.EstimatedState, imc.PlanControlState)
 
@@ -61,6 +62,7 @@ class _Performance:
         self._meters: list[Meter] = []
         self._last: dict[tuple[str, str], Callable[[], imc.Message | None]] = {}
         self._logs: dict[str, Path] = {}
+        self._tracks: dict[str, Track] = {}
         self._seconds = 0.0
 
     def build(self, log_root: Path | None, folder: Path) -> None:
@@ -75,6 +77,8 @@ class _Performance:
                 over, watch = partial(self._land, actor.name), partial(self._find_log, vehicle)
                 self._missions[actor.name] = Mission(vehicle, actor.plan, over=over, watch=watch)
                 self._flying.add(actor.name)
+            track = self._tracks[actor.name] = Track(vehicle.system)
+            vehicle.tap(imc.SimulatedState, track.keep)
             for kind in TRACKED:
                 self._last[actor.name, kind.__name__] = stage.lookout.keep(actor.name, kind)
         for link in self._scenario.links:
@@ -196,6 +200,7 @@ class _Performance:
             tuple(warnings),
             {name: self._logs.get(name, folders[0]) for name, folders in all_logs.items()},
             {name: _hash(folders) for name, folders in all_logs.items()},
+            tracks={name: track.points for name, track in self._tracks.items() if track.points},
         )
         return replace(found, fingerprint=_fingerprint(found, self._final))
 

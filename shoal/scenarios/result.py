@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
+TRACK_PERIOD = 5.0  # s
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -30,7 +32,8 @@ class Result:
     `error` is why the run ended out of order: an exception of a task, or the limit of wall time; else empty.
     `metrics` are by name, NaN if never measured. `outcomes` are those of the plans, by vehicle. `seconds` is simulated
     time. If logs were kept, `logs` are the folders of those with the plan, else of the first ones, by vehicle, and
-    `hashes` the SHA-256 of the data of all logs of a vehicle, one after the other.
+    `hashes` the SHA-256 of the data of all logs of a vehicle, one after the other. `tracks` are true positions by
+    vehicle: latitude and longitude (°) and depth (m), one after another, each `TRACK_PERIOD`.
     `fingerprint` is the same for equal runs, with or without log, on any computer.
     """
 
@@ -45,6 +48,7 @@ class Result:
     logs: dict[str, Path] = field(default_factory=dict[str, Path])
     hashes: dict[str, str] = field(default_factory=dict[str, str])
     fingerprint: str = ""
+    tracks: dict[str, list[float]] = field(default_factory=dict[str, list[float]])
 
     @property
     def passed(self) -> bool:

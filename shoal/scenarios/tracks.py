@@ -1,0 +1,25 @@
+"""Where vehicles truly were in a run, coarsely."""
+
+import math
+
+import imc
+from imc.coordinates import displace
+from shoal.scenarios.result import TRACK_PERIOD
+
+
+class Track:
+    """Notes the true position of a vehicle each `TRACK_PERIOD`: `points` has latitude, longitude (°), depth (m) ..."""
+
+    transient = True
+
+    def __init__(self, system: int):
+        self.points: list[float] = []
+        self._system = system
+        self._next = -math.inf
+
+    def keep(self, truth: imc.SimulatedState) -> None:
+        """A state of any vehicle."""
+        if truth.src == self._system and truth.timestamp >= self._next:
+            self._next = truth.timestamp + TRACK_PERIOD
+            lat, lon, _ = displace(truth.lat, truth.lon, truth.height, truth.x, truth.y, truth.z)
+            self.points += [round(math.degrees(lat), 7), round(math.degrees(lon), 7), round(truth.z, 2)]
