@@ -1,29 +1,51 @@
 """Campaigns: many runs of scenarios, what varies in them, and what they show."""
 
+from shoal.campaigns.again import Rerun, rerun
+from shoal.campaigns.campaign import carry_out
+from shoal.campaigns.comparison import Comparison, Pair, compare
+from shoal.campaigns.dataset import DataSet, open_data_set
 from shoal.campaigns.job import SUFFIX, Do, Job, Unfinished, Unreadable
 from shoal.campaigns.junit import junit_xml
+from shoal.campaigns.notebook import run
+from shoal.campaigns.page import campaign_page
 from shoal.campaigns.pool import WALL_LIMIT, Pool, processors
 from shoal.campaigns.runner import Runner
+from shoal.campaigns.study import LOGS, Study, load_study
+from shoal.campaigns.study_runner import StudyRunner
 from shoal.campaigns.suite import Outcome, find_scenarios, log_again, run_jobs
 from shoal.campaigns.telling import details_of, facts_of, failures_of, warnings_of
 
 __all__ = [
+    "LOGS",
     "SUFFIX",
     "WALL_LIMIT",
+    "Comparison",
+    "DataSet",
     "Do",
     "Job",
     "Outcome",
+    "Pair",
     "Pool",
+    "Rerun",
     "Runner",
+    "Study",
+    "StudyRunner",
     "Unfinished",
     "Unreadable",
+    "campaign_page",
+    "carry_out",
+    "compare",
     "details_of",
     "facts_of",
     "failures_of",
     "find_scenarios",
     "junit_xml",
+    "load_study",
     "log_again",
+    "open_data_set",
     "processors",
+    "rerun",
+    "run",
     "run_jobs",
     "warnings_of",
 ]

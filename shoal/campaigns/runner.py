@@ -25,11 +25,15 @@ class Runner:
             return job.failed(str(error), Unreadable)
         return run(scenario, seed=job.seed, log_root=job.log_root)
 
+    def load(self, path: Path) -> Draft:
+        """The draft of a file."""
+        return load_draft(path)
+
     def _draft(self, path: Path) -> Draft:
         if path not in self._drafts:
             if path.exists() and not path.is_file():
                 raise ScenarioFileError(f"{path}: a scenario is a file")  # a pipe would never end
             if len(self._drafts) >= KEPT:
                 del self._drafts[next(iter(self._drafts))]
-            self._drafts[path] = load_draft(path)
+            self._drafts[path] = self.load(path)
         return self._drafts[path]

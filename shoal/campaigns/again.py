@@ -1,0 +1,68 @@
+"""Does one run of a campaign again, as it was or with other values."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from shoal.campaigns.dataset import DataSet, DataSetError
+from shoal.campaigns.job import Do, Job
+from shoal.campaigns.rows import Row
+from shoal.campaigns.study import Study, load_study
+from shoal.campaigns.template import Make
+from shoal.campaigns.versions import versions
+from shoal.scenarios import Draft, Result
+
+
+@dataclass(frozen=True)
+class Rerun:
+    """A run that was done again: its row then, its result now, and what is not as it was although it should be."""
+
+    row: Row
+    result: Result
+    values: Mapping[str, object]
+    differences: tuple[str, ...]
+
+
+def study_of(data: DataSet, *, make: Make = Draft) -> Study:
+    """The study that a data set is of. Raises DataSetError if it has changed since, or is not there any more."""
+    path = Path(str(data.about["file"]))
+    if not path.is_file():
+        raise DataSetError(f"{data.folder} is of the study {path}, which is not there any more")
+    study = load_study(path, make=make, fixed=data.about["fixed"], runs=data.about["runs"] or None)
+    if study.digest != data.about["digest"]:
+        raise DataSetError(f"{path}, or a file that it names, has changed since {data.folder} was made")
+    return study
+
+
+def rerun(
+    data: DataSet,
+    run: int,
+    do: Do,
+    *,
+    changes: Mapping[str, object] | None = None,
+    log_root: Path | None = None,
+    make: Make = Draft,
+) -> Rerun:
+    """Do a run again; with `changes`, by path, some of its values are others, and nothing has to be as it was.
+
+    Raises DataSetError, and what reading the study raises.
+    """
+    row, study = data.row(run), study_of(data, make=make)
+    values = {**study.values(run), **(changes or {})}
+    result = do(Job(run, study.path, values, study.seed_of(run), log_root.absolute() if log_root else None))
+    return Rerun(row, result, values, () if changes else tuple(_differences(row, result)))
+
+
+def _differences(row: Row, result: Result) -> list[str]:
+    found: list[str] = []
+    if row["fingerprint"] != result.fingerprint:
+        found.append(f"fingerprint {result.fingerprint[:16] or '-'}, was {row['fingerprint'][:16] or '-'}")
+    if result.error != row["error"]:
+        found.append(f"error {result.error or 'none'!r}, was {row['error'] or 'none'!r}")
+    for vehicle, digest in result.hashes.items():
+        had = row.get(f"hashes.{vehicle}")
+        if had is not None and had != digest:
+            found.append(f"log of {vehicle} has hash {digest[:16]}, was {had[:16]}")
+    if found and row["versions"] != versions():
+        found.append(f"it was made with {row['versions']}, and this is {versions()}")
+    return found

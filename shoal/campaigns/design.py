@@ -1,0 +1,131 @@
+"""Which value each run has: drawn from the seed of the study, the name of the value and the number of the run."""
+
+import hashlib
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from shoal.campaigns.distributions import Distribution, Scalar
+from shoal.campaigns.library import library
+
+SAMPLINGS = ("random", "latin hypercube", "sobol", "grid", "saltelli")
+WHOLE = ("latin hypercube", "grid", "saltelli")
+"""Designs that depend on the number of runs, or that are worth nothing before the last one."""
+_BLOCK = 1024  # runs
+_BITS = 30  # of SciPy's Sobol numbers
+_SECOND = "second matrix\0"
+
+
+def share(seed: int, name: str, run: int) -> float:
+    """A number above 0 and below 1 that depends on these three alone."""
+    digest = hashlib.blake2b(f"{seed}\0{name}\0{run}".encode(), digest_size=8).digest()
+    return ((int.from_bytes(digest) >> 11) + 0.5) * 2.0**-53
+
+
+def seed_of(seed: int, run: int) -> int:
+    """The seed of a run: what its sensors draw."""
+    return int(share(seed, "", run) * 2**31)
+
+
+@dataclass
+class Design:
+    """The values of all runs. `runs` is their number as far as the sampling depends on it.
+
+    A gridded value, and with sampling `grid` each one, goes through all its values while the others are drawn.
+    """
+
+    varied: Mapping[str, Distribution]
+    sampling: str
+    seed: int
+    runs: int
+    _blocks: dict[int, list[dict[str, Scalar]]] = field(
+        default_factory=dict[int, list[dict[str, Scalar]]], init=False, repr=False
+    )
+    _ranks: dict[str, Any] = field(default_factory=dict[str, Any], init=False, repr=False)
+
+    @property
+    def gridded(self) -> list[str]:
+        return [name for name, found in self.varied.items() if found.gridded or self.sampling == "grid"]
+
+    @property
+    def drawn(self) -> list[str]:
+        gridded = set(self.gridded)
+        return [name for name in self.varied if name not in gridded]
+
+    @property
+    def cells(self) -> int:
+        """How many combinations the gridded values have."""
+        return math.prod(len(self.varied[name].cells) for name in self.gridded)
+
+    def numbers(self, run: int) -> dict[str, Scalar]:
+        """The values of a run, by path, without their units."""
+        start = run - run % _BLOCK
+        if start not in self._blocks:
+            while len(self._blocks) > 4:
+                self._blocks.pop(next(iter(self._blocks)))
+            self._blocks[start] = self._block(start)
+        return self._blocks[start][run - start]
+
+    def values(self, run: int) -> dict[str, Scalar]:
+        """The values of a run as a scenario has them."""
+        return {name: self.varied[name].written(number) for name, number in self.numbers(run).items()}
+
+    def _block(self, start: int) -> list[dict[str, Scalar]]:
+        stop = start + _BLOCK
+        columns = {name: self.varied[name].at(shares) for name, shares in self._shares(start, stop).items()}
+        columns |= self._cells(range(start, stop))
+        return [{name: columns[name][place] for name in self.varied} for place in range(_BLOCK)]
+
+    def _cells(self, runs: Sequence[int]) -> dict[str, list[Scalar]]:
+        columns: dict[str, list[Scalar]] = {}
+        stride = 1
+        for name in reversed(self.gridded):  # the last of the file changes from run to run
+            cells = self.varied[name].cells
+            columns[name] = [cells[run // stride % len(cells)] for run in runs]
+            stride *= len(cells)
+        return columns
+
+    def _shares(self, start: int, stop: int) -> dict[str, Sequence[float]]:
+        names = self.drawn
+        if self.sampling == "sobol" and names:
+            return dict(zip(names, self._sobol(names, start, stop).T, strict=True))
+        if self.sampling == "saltelli" and names:
+            return self._saltelli(names, start, stop)
+        if self.sampling == "latin hypercube":
+            return {name: [self._stratum(name, run) for run in range(start, stop)] for name in names}
+        return {name: [share(self.seed, name, run) for run in range(start, stop)] for name in names}
+
+    def _stratum(self, name: str, run: int) -> float:
+        """A share from the stratum of the run: of `runs` equal strata each run has another one."""
+        if run >= self.runs:  # a block may end after the last run
+            return 0.5
+        if name not in self._ranks:
+            keys = [share(self.seed, f"stratum\0{name}", number) for number in range(self.runs)]
+            self._ranks[name] = np.argsort(np.argsort(keys))
+        return (int(self._ranks[name][run]) + share(self.seed, name, run)) / self.runs
+
+    def _sobol(self, names: Sequence[str], start: int, stop: int) -> Any:
+        """Sobol numbers, the column of each name shifted by a number that depends on the seed and the name."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # that blocks are no powers of 2
+            engine = library("scipy.stats.qmc").Sobol(len(names), scramble=False, bits=_BITS)
+            points = engine.fast_forward(start).random(stop - start) if start else engine.random(stop)
+        shifts = np.array([int(share(self.seed, name, -1) * 2**_BITS) for name in names], np.int64)
+        return ((np.rint(points * 2**_BITS).astype(np.int64) ^ shifts) + 0.5) * 2.0**-_BITS
+
+    def _saltelli(self, names: Sequence[str], start: int, stop: int) -> dict[str, Sequence[float]]:
+        """Blocks of len(names) + 2 runs: a point, the point with one value of a second one each, the second one."""
+        size = len(names) + 2
+        first, last = start // size, -(-stop // size)
+        points = self._sobol([*names, *(_SECOND + name for name in names)], first, last)
+        runs = np.arange(start, stop)
+        places, kinds = runs // size - first, runs % size
+        taken: dict[str, Sequence[float]] = {}
+        for column, name in enumerate(names):
+            second = (kinds == column + 1) | (kinds == size - 1)
+            taken[name] = np.where(second, points[places, len(names) + column], points[places, column])
+        return taken

@@ -1,0 +1,27 @@
+"""Campaigns from a notebook."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from shoal.campaigns.campaign import carry_out
+from shoal.campaigns.study import load_study
+
+
+def run(
+    study: str | Path,
+    folder: str | Path | None = None,
+    *,
+    fixed: Mapping[str, object] | None = None,
+    runs: int | None = None,
+    workers: int | None = None,
+) -> Any:
+    """Do what is left of a study, and return a pandas data frame with a row per run, its number as the index.
+
+    Columns are `passed`, `margin`, `error`, `seconds`, `seed` ..., and by group `values.PATH`, `metrics.NAME`,
+    `margins.NAME`, `verdicts.NAME`, `outcomes.VEHICLE`. The data set is in `folder`, by default campaigns/NAME.
+    `fixed` and `runs` are as for `load_study`. With `workers` 0 all is done in this process. Raises ValueError with
+    file and line for a mistake in the study, ModuleNotFoundError without the extra `campaigns`.
+    """
+    plan = load_study(Path(study), fixed=fixed, runs=runs)
+    return carry_out(plan, Path(folder or Path("campaigns") / plan.name), workers=workers).frame()

@@ -1,0 +1,156 @@
+"""Drawings of a campaign for its page, as pieces of HTML."""
+
+import base64
+import io
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from shoal.campaigns.analysis import Columns
+from shoal.campaigns.library import library
+from shoal.campaigns.rates import Rate
+from shoal.campaigns.rows import Row, track_of
+
+PASSED, FAILED, LINE = "#1769c2", "#c62f36", "#8795a3"
+MOST_PLOTS = 24
+COLUMNS = 3
+BINS = 40
+STEPS = 10  # of pass rates over an input
+MOST_POINTS = 250_000  # of all tracks on the map
+EARTH = 6_371_000.0  # m
+_STYLE = {
+    "font.size": 8,
+    "axes.edgecolor": LINE,
+    "axes.labelcolor": "#5c6b7a",
+    "xtick.color": "#5c6b7a",
+    "ytick.color": "#5c6b7a",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "shoal",
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+}
+
+
+def histograms(columns: Columns, passed: Any, units: Mapping[str, str]) -> str:
+    """How each column is distributed, passed and failed runs apart."""
+
+    def draw(axes: Any, name: str) -> None:
+        column = columns[name]
+        good = np.isfinite(column)
+        parts = [column[good & passed], column[good & ~passed]]
+        bins = min(BINS, max(5, int(math.sqrt(good.sum()))))
+        axes.hist(parts, bins=bins, stacked=True, histtype="stepfilled", color=[PASSED, FAILED])
+        if name.startswith("margins."):
+            axes.axvline(0.0, color=LINE, linewidth=0.8, linestyle="--")
+        axes.set_title(_named(name, units), fontsize=8)
+
+    return _grid_of(list(columns)[:MOST_PLOTS], draw, 1.5)
+
+
+def pass_rates(inputs: Columns, passed: Any, units: Mapping[str, str], confidence: float) -> str:
+    """The pass rate over each input, in steps of equally many runs, with its interval."""
+
+    def draw(axes: Any, name: str) -> None:
+        column = inputs[name]
+        order = np.argsort(column, kind="stable")
+        steps = [part for part in np.array_split(order, min(STEPS, max(1, len(order) // 5))) if len(part)]
+        rates = [Rate(int(passed[part].sum()), len(part), confidence) for part in steps]
+        places = [float(np.median(column[part])) for part in steps]
+        shares = np.array([rate.share for rate in rates])
+        bounds = np.array([rate.interval for rate in rates]).T
+        spread = np.abs(bounds - shares)
+        axes.errorbar(places, 100 * shares, 100 * spread, color=PASSED, marker="o", markersize=3, linewidth=1)
+        axes.set_ylim(-4, 104)
+        axes.set_title(_named(name, units), fontsize=8)
+
+    return _grid_of(list(inputs)[:MOST_PLOTS], draw, 1.5)
+
+
+def scatters(
+    pairs: Sequence[tuple[str, str]], inputs: Columns, outputs: Columns, passed: Any, units: Mapping[str, str]
+) -> str:
+    """Outputs over inputs, one point per run."""
+
+    def draw(axes: Any, pair: tuple[str, str]) -> None:
+        x, y = inputs[pair[0]], outputs[pair[1]]
+        for chosen, color in ((passed, PASSED), (~passed, FAILED)):
+            axes.plot(x[chosen], y[chosen], ".", color=color, markersize=2, alpha=0.5, markeredgewidth=0)
+        axes.set_xlabel(_named(pair[0], units))
+        axes.set_title(pair[1].partition(".")[2], fontsize=8)
+
+    return _grid_of(list(pairs), draw, 1.9, picture=True)
+
+
+def track_map(rows: Sequence[Row]) -> str:
+    """All tracks on one map, north up, those of failed runs above the others; empty without a track."""
+    tracks = [
+        (track[:, :2], bool(row["passed"]))
+        for row in rows
+        for name in row
+        if name.startswith("tracks.") and len(track := track_of(row[name])) > 1
+    ]
+    if not tracks:
+        return ""
+    every = max(1, math.ceil(math.fsum(len(track) for track, _ in tracks) / MOST_POINTS))
+    tracks.sort(key=lambda track: not track[1])
+    lat, lon = (float(value) for value in tracks[0][0][0])
+    scale = np.array([math.radians(1.0) * EARTH, math.radians(1.0) * EARTH * math.cos(math.radians(lat))])
+    lines = [((track[::every] - (lat, lon)) * scale)[:, ::-1] for track, _ in tracks]
+    figure = _figure(9.0, 6.0)
+    axes = figure.add_subplot()
+    collection = library("matplotlib.collections").LineCollection
+    alpha = max(0.05, min(0.8, 30.0 / len(lines)))
+    colors = [PASSED if passed else FAILED for _, passed in tracks]
+    axes.add_collection(collection(lines, colors=colors, linewidths=0.6, alpha=alpha))
+    starts = np.array([line[0] for line in lines])
+    axes.plot(starts[:, 0], starts[:, 1], ".", color="#1a8a5a", markersize=4)
+    axes.autoscale()
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(f"m east of {lon:.5f}°")
+    axes.set_ylabel(f"m north of {lat:.5f}°")
+    return _picture(figure, 130)
+
+
+def _named(name: str, units: Mapping[str, str]) -> str:
+    short = name.partition(".")[2]
+    unit = units.get(short, "")
+    short = short if len(short) <= 44 else f"…{short[-43:]}"
+    return f"{short}, {unit}" if unit else short
+
+
+def _grid_of(names: Sequence[Any], draw: Any, height: float, *, picture: bool = False) -> str:
+    if not names:
+        return ""
+    with library("matplotlib").rc_context(_STYLE):
+        lines = math.ceil(len(names) / COLUMNS)
+        figure = _figure(9.0, height * lines)
+        for place, name in enumerate(names, 1):
+            axes = figure.add_subplot(lines, COLUMNS, place)
+            draw(axes, name)
+            axes.locator_params(nbins=5)
+        return _picture(figure, 110) if picture else _drawing(figure)
+
+
+def _figure(width: float, height: float) -> Any:
+    made = library("matplotlib.figure").Figure(figsize=(width, height), layout="constrained")
+    library("matplotlib.backends.backend_agg").FigureCanvasAgg(made)
+    return made
+
+
+def _drawing(figure: Any) -> str:
+    out = io.StringIO()
+    figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+    text = out.getvalue()
+    text = re.sub(r"(\d+\.\d\d)\d+", r"\1", text[text.index("<svg") :])  # 0.01 pt is less than anybody sees
+    return re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+
+
+def _picture(figure: Any, dpi: int) -> str:
+    out = io.BytesIO()
+    figure.savefig(out, format="png", dpi=dpi, metadata={"Software": None})
+    return f'<img alt="" src="data:image/png;base64,{base64.b64encode(out.getvalue()).decode()}">'

@@ -1,0 +1,70 @@
+"""Rows of a data set: one run each, flat, with numbers and texts only."""
+
+import base64
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shoal.campaigns.distributions import Scalar
+from shoal.scenarios import Result
+
+Row = dict[str, Any]
+"""A run: `run`, `seed`, `passed`, `margin` ..., and columns of groups such as `metrics.drift`."""
+
+HEAD = ("run", "seed", "passed", "margin", "error", "reason", "warnings", "seconds", "cpu", "versions", "fingerprint")
+_STEPS = (1e7, 1e7, 1e2)
+GROUPS = ("values", "metrics", "margins", "verdicts", "applied", "outcomes", "hashes", "logs", "tracks")
+
+
+def row_of(
+    run: int, seed: int, values: Mapping[str, Scalar], result: Result, *, versions: str, cpu: float, folder: Path
+) -> Row:
+    """The row of a run. `values` are those drawn, as numbers; paths of logs are relative to `folder`."""
+    failed = min((v for v in result.verdicts if not v.passed), key=lambda verdict: verdict.margin, default=None)
+    row: Row = {
+        "run": run,
+        "seed": seed,
+        "passed": result.passed,
+        "margin": float(result.margin) if result.verdicts else math.nan,
+        "error": result.error,
+        "reason": f"{failed.name}: {failed.reason}" if failed else "",
+        "warnings": "\n".join(result.warnings),
+        "seconds": float(result.seconds),
+        "cpu": cpu,
+        "versions": versions,
+        "fingerprint": result.fingerprint,
+    }
+    row |= {f"values.{name}": value for name, value in values.items()}
+    row |= {f"metrics.{name}": float(value) for name, value in result.metrics.items()}
+    row |= {f"margins.{verdict.name}": float(verdict.margin) for verdict in result.verdicts}
+    row |= {f"verdicts.{verdict.name}": verdict.passed for verdict in result.verdicts}
+    row |= {f"applied.{verdict.name}": verdict.applied for verdict in result.verdicts}
+    row |= {f"outcomes.{vehicle}": outcome for vehicle, outcome in result.outcomes.items()}
+    row |= {f"hashes.{vehicle}": digest for vehicle, digest in result.hashes.items()}
+    row |= {f"tracks.{vehicle}": packed(track) for vehicle, track in result.tracks.items()}
+    whole = folder.absolute()
+    for vehicle, log in result.logs.items():
+        row[f"logs.{vehicle}"] = (log.relative_to(whole) if log.is_relative_to(whole) else log).as_posix()
+    return row
+
+
+def packed(track: Sequence[float]) -> str:
+    """A track as one text, which is read ten times faster than numbers: latitude, longitude (1e-7 °), depth (cm)."""
+    places = np.asarray(track, float).reshape(-1, 3) * _STEPS
+    return base64.b64encode(np.rint(places).astype("<i4").tobytes()).decode()
+
+
+def track_of(text: str) -> Any:
+    """The places in a packed track, shape (n, 3): latitude, longitude (°), depth (m)."""
+    return np.frombuffer(base64.b64decode(text), "<i4").reshape(-1, 3) / _STEPS
+
+
+def columns_of(rows: Iterable[Row]) -> list[str]:
+    """All columns of rows, in an order that does not depend on that of the rows."""
+    found = {name for row in rows for name in row}
+    groups = {group: place for place, group in enumerate(GROUPS)}
+    rest = sorted(found.difference(HEAD), key=lambda name: (groups.get(name.partition(".")[0], len(groups)), name))
+    return [*HEAD, *rest]

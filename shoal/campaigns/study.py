@@ -1,0 +1,199 @@
+"""Study files: a scenario, what varies in it, and how often it is run."""
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from imc.schema.yamltree import Node, read_text, read_tree
+from runtime.problem import hinted
+from shoal.campaigns.design import SAMPLINGS, WHOLE, Design, seed_of
+from shoal.campaigns.distributions import Distribution, StudyFileError, read_distribution
+from shoal.campaigns.rates import Ending
+from shoal.campaigns.template import Make, load_template
+from shoal.scenarios import Draft
+
+SUFFIX = ".study.yaml"
+LOGS = ("all", "failed", "none")
+_KEYS = ("study", "description", "scenario", "vary", "runs", "until", "seed", "sampling", "logs")
+_UNTIL = ("pass rate known to", "at most", "confidence")
+_MOST = 10_000_000  # runs
+_PERCENT = re.compile(r"(\d+\.?\d*|\.\d+)\s*%")
+_RUNS, _UNTIL_MOST = 100, 10_000  # defaults
+
+
+@dataclass(frozen=True)
+class Study:
+    """What is to be run: the scenario in the file `path` with the values of `design`, and with those in `fixed`.
+
+    `digest` is the same for studies of which each run is the same: it covers the scenario with its files, what varies
+    and how, and the seed; not the number of runs where no run depends on it.
+    """
+
+    name: str
+    file: Path
+    path: Path
+    design: Design
+    ending: Ending
+    logs: str
+    fixed: Mapping[str, object]
+    digest: str
+    description: str = ""
+
+    @property
+    def seed(self) -> int:
+        return self.design.seed
+
+    def values(self, run: int) -> dict[str, object]:
+        """What a run sets in the scenario, by path."""
+        return {**self.fixed, **self.design.values(run)}
+
+    def seed_of(self, run: int) -> int:
+        return seed_of(self.design.seed, run)
+
+
+def load_study(
+    path: Path,
+    *,
+    make: Make = Draft,
+    fixed: Mapping[str, object] | None = None,
+    runs: int | None = None,
+    logs: str | None = None,
+) -> Study:
+    """The study in a file. `fixed` are values that replace those of the scenario in all runs, also varied ones.
+
+    `runs` and `logs` replace those of the file. Raises StudyFileError or the error of the scenario, both with file
+    and line, and OSError if a file cannot be read.
+    """
+    study = _Reader(path, make, dict(fixed or {})).study(runs)
+    return replace(study, logs=logs) if logs is not None else study
+
+
+class _Reader:
+    def __init__(self, path: Path, make: Make, fixed: dict[str, object]):
+        self._path, self._make, self._fixed = path, make, fixed
+        self._root = read_tree(read_text(path, StudyFileError), str(path), StudyFileError)
+        self._nodes = self._root.mapping()
+
+    def study(self, runs: int | None) -> Study:
+        for key, node in self._nodes.items():
+            if key not in _KEYS:
+                node.fail(hinted(f"unknown key {key!r}", key, _KEYS))
+        if "scenario" not in self._nodes:
+            self._root.fail("'scenario' is missing: the path of a scenario's file, or the scenario itself")
+        inline = isinstance(self._nodes["scenario"].content, dict)
+        path = self._path if inline else self._scenario_file()
+        template = load_template(path, self._make)
+        self._draft, self._inside = template.draft, template.distributions
+        self._places = self._draft.places()
+        varied = self._varied()
+        for name in self._fixed:
+            self._check_place(name, None, {name: self._fixed[name]}, varied)
+        sampling = self._word("sampling", SAMPLINGS, "random")
+        seed = self._nodes["seed"].integer() if "seed" in self._nodes else 0
+        design = Design(varied, sampling, seed, 0)
+        ending = self._ending(design, runs)
+        design.runs = ending.most if sampling in WHOLE else 0
+        logs = self._word("logs", LOGS, "none")
+        name = self._text("study", self._path.name.removesuffix(SUFFIX))
+        self._draft.scenario({**self._fixed, **design.values(0)})  # an error shows before the first run
+        digest = self._digest(design)
+        about = self._text("description", "")
+        return Study(name, self._path, path, design, ending, logs, self._fixed, digest, about)
+
+    def _scenario_file(self) -> Path:
+        node = self._nodes["scenario"]
+        path = self._path.parent / node.text()
+        if not path.is_file():
+            known = [found.name for found in path.parent.glob("*.scenario.yaml")]
+            node.fail(hinted(f"there is no file {node.text()!r}", node.text(), known))
+        return path
+
+    def _varied(self) -> dict[str, Distribution]:
+        """Distributions in the scenario itself, then those under `vary`, which replace the former."""
+        nodes = dict(self._inside)
+        if "vary" in self._nodes:
+            nodes |= self._nodes["vary"].mapping()
+        varied = {place: read_distribution(node) for place, node in nodes.items() if place not in self._fixed}
+        for place, found in varied.items():
+            first = {place: found.written(found.at([0.5])[0])}
+            self._check_place(place, nodes[place], first, varied)
+        return varied
+
+    def _check_place(
+        self, place: str, node: Node | None, first: Mapping[str, object], varied: Mapping[str, Distribution]
+    ) -> None:
+        """Refuse a path at which the scenario has no value and can have none."""
+        if place in self._places:
+            return
+        others = {name: found.written(found.at([0.5])[0]) for name, found in varied.items() if name in self._places}
+        try:
+            self._draft.scenario({**others, **first})
+        except (ValueError, LookupError) as error:
+            reason = hinted(f"{place} is no value of the scenario", place, self._places)
+            if node is None:
+                raise StudyFileError(f"{reason}: {error}") from None
+            node.fail(f"{reason}: {error}")
+
+    def _ending(self, design: Design, runs: int | None) -> Ending:
+        nodes = self._nodes
+        if "runs" in nodes and "until" in nodes:
+            nodes["until"].fail("runs and until exclude each other")
+        for name in design.gridded:
+            if not design.varied[name].cells:
+                reason = f"sampling: grid needs values to choose from, as in grid or choice; {name} has none"
+                nodes["sampling"].fail(reason)
+        if runs is not None:
+            return self._checked(Ending(runs), design, self._root)
+        if "until" in nodes:
+            return self._checked(self._until(nodes["until"]), design, nodes["until"])
+        if "runs" in nodes:
+            return self._checked(Ending(nodes["runs"].integer()), design, nodes["runs"])
+        usual = design.cells if design.gridded else (len(design.drawn) + 2) * 64
+        most = usual if design.gridded or design.sampling == "saltelli" else _RUNS
+        return self._checked(Ending(most), design, self._root)
+
+    def _until(self, node: Node) -> Ending:
+        nodes = node.mapping(*_UNTIL, required=_UNTIL[:1])
+        within = self._percent(nodes[_UNTIL[0]], 0.5)
+        confidence = self._percent(nodes["confidence"], 1.0) if "confidence" in nodes else 0.95
+        most = nodes["at most"].integer() if "at most" in nodes else _UNTIL_MOST
+        return Ending(most, within, confidence)
+
+    def _checked(self, ending: Ending, design: Design, node: Node) -> Ending:
+        if not 1 <= ending.most <= _MOST:
+            node.fail(f"expected 1 to {_MOST} runs, not {ending.most}")
+        if ending.within is not None and design.sampling in WHOLE:
+            node.fail(f"sampling: {design.sampling} needs a number of runs: it proves nothing before its last run")
+        block = len(design.drawn) + 2
+        if design.sampling == "saltelli" and (ending.most % block or not design.drawn or design.gridded):
+            if not design.drawn or design.gridded:
+                node.fail("sampling: saltelli needs distributions, and none of them a grid")
+            low = ending.most // block * block
+            node.fail(f"sampling: saltelli of {len(design.drawn)} values needs a multiple of {block} runs: "
+                      f"{low or block} or {low + block}")  # fmt: skip
+        return ending
+
+    def _percent(self, node: Node, most: float) -> float:
+        match = _PERCENT.fullmatch(node.text().strip())
+        if match is None or not 0.0 < float(match.group(1)) / 100.0 < most:
+            node.fail(f"expected a percentage above 0 % and below {most:.0%}, not {node.text()!r}")
+        return float(match.group(1)) / 100.0
+
+    def _word(self, key: str, known: tuple[str, ...], default: str) -> str:
+        if key not in self._nodes:
+            return default
+        word = self._nodes[key].text()
+        if word not in known:
+            self._nodes[key].fail(hinted(f"{key}: unknown {word!r}", word, known))
+        return word
+
+    def _text(self, key: str, default: str) -> str:
+        return self._nodes[key].text().strip() if key in self._nodes else default
+
+    def _digest(self, design: Design) -> str:
+        varied = {name: [found.text, found.unit] for name, found in design.varied.items()}
+        parts = [self._draft.digest, design.seed, design.sampling, design.runs, varied, dict(self._fixed)]
+        return hashlib.sha256(json.dumps(parts, ensure_ascii=False).encode()).hexdigest()

@@ -1,0 +1,15 @@
+"""Does the jobs of a study in the process that calls it."""
+
+from pathlib import Path
+
+from shoal.campaigns.runner import Runner
+from shoal.campaigns.template import load_template
+from shoal.scenarios import Draft
+
+
+class StudyRunner(Runner):
+    """Runs scenarios, also those that are inside a study or have distributions in place of values."""
+
+    def load(self, path: Path) -> Draft:
+        """The draft of a scenario's file or of a study's."""
+        return load_template(path, Draft).draft

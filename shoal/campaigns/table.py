@@ -1,0 +1,76 @@
+"""Rows as an Arrow table, a Parquet file and a pandas data frame."""
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from shoal.campaigns.library import library
+from shoal.campaigns.rows import Row, columns_of, track_of
+
+_NUMBERS = ("margin", "seconds", "cpu", "metrics", "margins")
+_TRUTHS = ("passed", "verdicts", "applied")
+_KINDS = {"run": "int64", "seed": "int64", **dict.fromkeys(_NUMBERS, "float64"), **dict.fromkeys(_TRUTHS, "bool_")}
+_TEXTS = ("error", "reason", "warnings", "versions", "fingerprint", "outcomes", "hashes", "logs")
+
+
+def table_of(rows: Sequence[Row], about: Mapping[str, str]) -> Any:
+    """An Arrow table of rows, with `about` as its metadata. A value that a run does not have is null."""
+    pa = library("pyarrow")
+    names = columns_of(rows)
+    arrays = [_array(pa, name, [row.get(name) for row in rows]) for name in names]
+    return pa.table(arrays, names).replace_schema_metadata(dict(about))
+
+
+def frame_of(rows: Sequence[Row]) -> Any:
+    """A pandas data frame of rows, with the number of the run as its index."""
+    library("pandas")
+    return table_of(rows, {}).to_pandas().set_index("run")
+
+
+def write_table(path: Path, rows: Sequence[Row], about: Mapping[str, str]) -> None:
+    """Write a Parquet file of rows in one step: the old one stays until the new one is whole. Raises OSError."""
+    made = table_of(rows, about)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            library("pyarrow.parquet").write_table(made, file, compression="zstd")
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except OSError as error:
+        raise OSError(error.errno, os.strerror(error.errno) if error.errno else str(error), str(path)) from None
+    finally:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(name)
+
+
+def _array(pa: Any, name: str, values: list[Any]) -> Any:
+    group = name.partition(".")[0]
+    if group == "tracks":
+        tracks = [None if value is None else track_of(value).ravel() for value in values]
+        return pa.array(tracks, pa.list_(pa.float64()))
+    if group in _TEXTS:
+        return pa.array([None if value is None else _clean(value) for value in values], pa.string())
+    if group in _KINDS:
+        return pa.array(values, getattr(pa, _KINDS[group])())
+    return _values(pa, values)
+
+
+def _values(pa: Any, values: list[Any]) -> Any:
+    """What was drawn: truths, integers, numbers, or texts if it is mixed."""
+    given = [value for value in values if value is not None]
+    if given and all(isinstance(value, bool) for value in given):
+        return pa.array(values, pa.bool_())
+    if all(isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63 for value in given):
+        return pa.array(values, pa.int64())
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in given):
+        return pa.array([None if value is None else float(value) for value in values], pa.float64())
+    return pa.array([None if value is None else _clean(str(value)) for value in values], pa.string())
+
+
+def _clean(text: str) -> str:
+    return text.encode("utf-8", "backslashreplace").decode()

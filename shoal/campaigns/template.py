@@ -1,0 +1,61 @@
+"""The scenario of a study: its file, or what a study's file has inside, with distributions in place of values."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, Protocol, TypeVar
+
+from imc.schema.yamltree import Node, read_text, read_tree
+from shoal.campaigns.distributions import is_distribution, read_distribution
+from shoal.scenarios import ScenarioFileError
+
+
+class Changeable(Protocol):
+    """What a study needs of a draft."""
+
+    @property
+    def digest(self) -> str: ...
+    def places(self) -> Mapping[str, Node]: ...
+    def scenario(self, values: Mapping[str, object] | None = ...) -> Any: ...
+
+
+D = TypeVar("D", bound=Changeable)
+Make = Callable[[Path, Node], Changeable]
+"""Makes the draft of a file from its tree, as `Draft` does."""
+
+
+@dataclass(frozen=True)
+class Template(Generic[D]):
+    """A scenario whose distributions are replaced by a value of each, and these distributions by their place."""
+
+    draft: D
+    distributions: dict[str, Node]
+
+
+def load_template(path: Path, make: Callable[[Path, Node], D]) -> Template[D]:
+    """Read a scenario's file, or the scenario inside a study's file.
+
+    Raises ScenarioFileError with file and line, and OSError if it cannot be read.
+    """
+    root = read_tree(read_text(path, ScenarioFileError), str(path), ScenarioFileError)
+    if isinstance(root.content, dict) and isinstance((inside := root.content.get("scenario", root)).content, dict):
+        root = inside
+    found: dict[str, Node] = {}
+    return Template(make(path, _plain(root, (), found)), found)
+
+
+def _plain(node: Node, place: tuple[str, ...], found: dict[str, Node]) -> Node:
+    if is_distribution(node):
+        found["/".join(place)] = node
+        made = read_distribution(node)
+        value = made.written(made.at([0.5])[0])
+        plain = not isinstance(value, str)
+        text = str(value).lower() if isinstance(value, bool) else value if isinstance(value, str) else repr(value)
+        return Node(text, node.file, node.line, node.error, plain=plain)
+    if isinstance(node.content, dict):
+        inside = {key: _plain(item, (*place, key), found) for key, item in node.content.items()}
+        return Node(inside, node.file, node.line, node.error)
+    if isinstance(node.content, list):
+        items = [_plain(item, (*place, str(number)), found) for number, item in enumerate(node.content)]
+        return Node(items, node.file, node.line, node.error)
+    return node

@@ -1,0 +1,112 @@
+"""Two campaigns on the same draws are compared in pairs, and one run is done again as it was."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from shoal.campaigns.again import rerun, study_of
+from shoal.campaigns.campaign import carry_out
+from shoal.campaigns.comparison import NotComparable, compare, mcnemar
+from shoal.campaigns.dataset import DataSetError, open_data_set
+from shoal.campaigns.study import load_study
+from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
+
+
+class Shifted(StandInRuns):
+    """The vehicle drifts 0.2 m more."""
+
+    def __call__(self, job):
+        result = super().__call__(job)
+        kept, *rest = result.verdicts
+        kept = replace(kept, margin=kept.margin - 0.2, passed=kept.margin > 0.2)
+        metrics = {"drift": result.metrics["drift"] + 0.2 + 1e-4 * (int(job.key) % 3)}
+        return replace(result, verdicts=(kept, *rest), metrics=metrics)
+
+
+def do(study, folder, make=StandInRuns):
+    return carry_out(load_study(study, make=StandInDraft), folder, make=make, workers=0)
+
+
+@pytest.fixture
+def pair(tmp_path):
+    study = write_study(tmp_path)
+    return do(study, tmp_path / "a"), do(study, tmp_path / "b", Shifted)
+
+
+def test_differences_are_of_pairs_so_that_small_ones_show(pair):
+    found = compare(*pair)
+    drift = next(change for change in found.changes if change.name == "metrics.drift")
+    assert drift.runs == 40
+    assert 0.2 < drift.low < drift.mean < drift.high < 0.2003
+    assert (drift.fell, drift.rose) == (0, 40)
+    assert found.changes[0].name == "margins.stays_near"
+    assert not [change for change in found.changes if change.name in ("margins.ends_well", "metrics.never")]
+    newly = {run for run in range(40) if pair[0].rows[run]["passed"] and not pair[1].rows[run]["passed"]}
+    assert newly
+    assert {each.a["run"] for each in found.broken} == newly
+    assert not found.mended
+    assert found.rate.mean == pytest.approx(-len(newly) / 40)
+    assert found.rate.low < found.rate.mean < found.rate.high
+    assert found.p == pytest.approx(2 * 0.5 ** len(newly))
+
+
+def test_limits_decide_for_ci(pair):
+    found = compare(*pair)
+    assert "pass rate changed by -" in found.exceeded("pass rate < -2 %")
+    assert found.exceeded("metrics.drift > 0.1").endswith("metrics.drift > 0.1")
+    assert found.exceeded("metrics.drift > 20 %")
+    assert not found.exceeded("metrics.drift > 0.3")
+    assert not compare(pair[0], pair[0]).exceeded("pass rate < -2 %")
+    with pytest.raises(NotComparable, match=r"did you mean 'metrics\.drift'"):
+        found.exceeded("metrics.drfit > 1")
+    with pytest.raises(NotComparable, match="is no limit"):
+        found.exceeded("drift")
+
+
+def test_runs_that_are_no_pairs_are_refused(tmp_path, pair):
+    other = do(write_study(tmp_path, STUDY.replace("seed: 5", "seed: 6")), tmp_path / "c")
+    with pytest.raises(NotComparable, match=r"run 0 of .*/a and of .*/c have different seeds"):
+        compare(pair[0], other)
+    wider = do(write_study(tmp_path, STUDY.replace("[-1, 1]", "[-2, 2]")), tmp_path / "d")
+    with pytest.raises(NotComparable, match="were drawn differently: world/current/east is"):
+        compare(pair[0], wider)
+
+
+def test_mcnemar_is_exact():
+    assert mcnemar(0, 0) == 1.0
+    assert mcnemar(10, 2) == pytest.approx(0.03857421875)
+    assert mcnemar(1, 6) == mcnemar(6, 1) == 0.125
+
+
+def test_a_run_again_is_the_same_and_says_if_not(tmp_path):
+    data = do(write_study(tmp_path, f"{STUDY}logs: failed\n"), tmp_path / "a")
+    failed = next(row["run"] for row in data.counted if not row["passed"])
+    again = rerun(data, failed, StandInRuns(), log_root=tmp_path / "again", make=StandInDraft)
+    assert not again.differences
+    assert again.result.hashes["lauv"] == again.row["hashes.lauv"]
+    changed = rerun(data, failed, Shifted(), make=StandInDraft)
+    assert not changed.differences  # the stand-in has the fingerprint of what was not changed
+    what_if = rerun(data, failed, StandInRuns(), changes={"world/current/north": 0.0}, make=StandInDraft)
+    assert what_if.result.metrics["drift"] < again.result.metrics["drift"]
+    assert not what_if.differences
+    other = replace(again.result, fingerprint="f" * 64, hashes={"lauv": "0" * 64})
+    words = rerun(data, failed, lambda _: other, make=StandInDraft).differences
+    assert words[0].startswith("fingerprint ffffffffffffffff, was ")
+    assert words[1].startswith("log of lauv has hash 0000000000000000, was ")
+
+
+def test_a_run_of_a_study_that_has_changed_is_not_done_again(tmp_path):
+    path = write_study(tmp_path)
+    do(path, tmp_path / "a")
+    data = open_data_set(tmp_path / "a")
+    assert study_of(data, make=StandInDraft).file == path
+    with pytest.raises(DataSetError, match="has no run 40; it has runs 0 to 39"):
+        rerun(data, 40, StandInRuns(), make=StandInDraft)
+    write_study(tmp_path, STUDY.replace("0.5", "0.6"))
+    with pytest.raises(DataSetError, match=r"dive\.study\.yaml, or a file that it names, has changed since"):
+        rerun(data, 3, StandInRuns(), make=StandInDraft)
+    path.unlink()
+    with pytest.raises(DataSetError, match="which is not there any more"):
+        rerun(data, 3, StandInRuns(), make=StandInDraft)
+    assert math.isnan(data.rows[0]["metrics.never"])

@@ -1,0 +1,152 @@
+"""The page of a campaign says what mattered, and needs nothing but itself."""
+
+import math
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from imc.schema.yamltree import read_tree
+from shoal.campaigns.analysis import inputs_of, outputs_of, rank_correlations, sobol_indices
+from shoal.campaigns.campaign import carry_out
+from shoal.campaigns.dataset import DataSet, DataSetError, open_data_set
+from shoal.campaigns.design import Design
+from shoal.campaigns.distributions import StudyFileError, read_distribution
+from shoal.campaigns.journal import Journal
+from shoal.campaigns.page import campaign_page
+from shoal.campaigns.study import load_study
+from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
+
+
+class Reading(HTMLParser):
+    """All text, links and tags of a page; fails at a tag that is not closed."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.text, self.links, self.tags, self._open = "", [], [], []
+        self.feed(page)
+        assert not self._open
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        self.links += [value for name, value in attrs if name in ("href", "src", "xlink:href")]
+        if tag not in ("meta", "img", "br", "path", "use", "rect"):
+            self._open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        if tag in self._open:
+            assert self._open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+
+
+class Swimming(StandInRuns):
+    """With a track, and a name that is not safe in HTML."""
+
+    def __call__(self, job):
+        result = super().__call__(job)
+        points = [41.0, -8.0, 0.0, 41.0 + 1e-3 * result.metrics["drift"], -8.0, 2.0, 41.001, -8.001, 1.0]
+        result.tracks["lauv"] = points
+        result.metrics["<script>"] = result.metrics["drift"] ** 2
+        return result
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("page")
+    path = write_study(folder, STUDY.replace("runs: 40", "runs: 150") + "logs: failed\ndescription: a & <b>\n")
+    return carry_out(load_study(path, make=StandInDraft), folder / "runs", make=Swimming, workers=0)
+
+
+def test_the_page_says_all_and_needs_no_network(data):
+    page = campaign_page(data, data.folder)
+    read = Reading(page)
+    low, high = data.rate.interval
+    assert f"{low:.1%} to {high:.1%}" in read.text
+    for words in ("150", "world/current/north", "stays_near", "metrics.drift", "<script>", "a & <b>", "Wilson"):
+        assert words in read.text
+    assert "script" not in {tag for tag, _ in read.tags}
+    sections = re.findall(r"<h2>(.*?)</h2>", page)
+    assert sections == [
+        *("Expectations", "Pass rate over what varies, %", "Metrics and margins", "Rank correlation"),
+        *("Sobol indices", "Strongest relations", "Tracks", "The 20 worst runs"),
+    ]
+    logs = [link for link in read.links if link.startswith("logs/")]
+    assert len(logs) == min(20, data.rate.runs - data.rate.passed) > 3
+    assert all((data.folder / link / "Data.lsf").is_file() for link in logs)
+    assert all(link.startswith(("logs/", "data:", "#")) for link in read.links)
+    worst = min(data.counted, key=lambda row: row["margin"])
+    assert read.text.index(f"{worst['margin']:.4g}") > 0
+    assert f"--run {sorted(data.counted, key=lambda row: row['margin'])[19]['run']}" not in logs
+
+
+def test_tracks_survive_the_data_set(data):
+    again = open_data_set(data.folder)
+    track = again.frame().loc[3, "tracks.lauv"].reshape(-1, 3)
+    assert track[2] == pytest.approx([41.001, -8.001, 1.0], abs=1e-9)
+    assert track[1, 0] == pytest.approx(41.0 + 1e-3 * again.rows[3]["metrics.drift"], abs=1e-7)
+
+
+def test_a_page_without_a_run_is_refused_and_one_with_few_is_drawn(tmp_path, data):
+    with pytest.raises(DataSetError, match="has no run yet"):
+        campaign_page(DataSet(tmp_path, data.about), tmp_path)
+    few = DataSet(data.folder, data.about, {run: data.rows[run] for run in range(2)})
+    read = Reading(campaign_page(few, tmp_path))
+    assert "not over" in read.text
+    assert "Rank correlation" not in read.text
+    assert all(link.startswith(("file:///", "data:", "#")) for link in read.links)
+
+
+def test_a_page_of_errors_alone_groups_them(tmp_path, data):
+    about = {**data.about, "varied": {}, "units": {}}
+    head = {"passed": False, "margin": math.nan, "reason": "", "warnings": "", "seconds": 1.0, "cpu": 1.0}
+    with Journal(tmp_path / "runs.journal") as journal:
+        journal.add(about)
+        for run in range(30):
+            words = "Traceback\nZeroDivisionError: <of> a kind" if run % 3 else "no plan"
+            journal.add({"run": run, "seed": run, **head, "error": words, "versions": "", "fingerprint": ""})
+    read = Reading(campaign_page(open_data_set(tmp_path), tmp_path))
+    assert "201ZeroDivisionError: <of> a kind" in read.text  # runs, the first, why
+    assert "100no plan" in read.text
+
+
+def ishigami(sampling, runs):
+    """Runs of Ishigami's function, whose indices are known: 0.314, 0.442, 0 alone, 0.558, 0.442, 0.244 in total."""
+    text = f"{{uniform: [{-math.pi}, {math.pi}]}}"
+    varied = {name: read_distribution(read_tree(text, "s", StudyFileError)) for name in "abc"}
+    design, rows = Design(varied, sampling, 3, runs), []
+    for run in range(runs):
+        a, b, c = design.numbers(run).values()
+        y = math.sin(a) + 7.0 * math.sin(b) ** 2 + 0.1 * c**4 * math.sin(a)
+        rows.append({"run": run, "metrics.y": y, "values.a": a, "values.b": b, "values.c": c})
+    return {"sampling": sampling, "varied": dict.fromkeys("abc", "uniform: []")}, rows
+
+
+def test_sobol_indices_are_those_that_are_known(tmp_path):
+    about, rows = ishigami("saltelli", 5 * 512)
+    found = sobol_indices(DataSet(tmp_path, about), rows, outputs_of(rows))
+    for name, first, total in (("a", 0.3139, 0.5576), ("b", 0.4424, 0.4424), ("c", 0.0, 0.2437)):
+        index = found[f"values.{name}", "metrics.y"]
+        assert index.first == pytest.approx(first, abs=0.05)
+        assert index.total == pytest.approx(total, abs=0.05)
+    about, rows = ishigami("random", 2000)
+    found = sobol_indices(DataSet(tmp_path, about), rows, outputs_of(rows))
+    assert found["values.b", "metrics.y"].first == pytest.approx(0.4424, abs=0.06)
+    assert math.isnan(found["values.b", "metrics.y"].total)
+    rows[5]["metrics.y"] = math.nan
+    assert sobol_indices(DataSet(tmp_path, about), rows[:90], outputs_of(rows[:90])) == {}
+
+
+def test_correlations_leave_out_what_was_not_measured():
+    rows = [{"run": i, "values.x": float(i), "metrics.y": -float(i**3), "metrics.z": math.nan} for i in range(30)]
+    rows[4]["metrics.y"] = math.inf
+    rows[5]["metrics.y"] = None
+    rows[6]["metrics.z"] = 1.0
+    found = rank_correlations(inputs_of(rows), outputs_of(rows))
+    assert found == {("values.x", "metrics.y"): (pytest.approx(-1.0), 28)}
+    assert np.isnan(outputs_of(rows)["metrics.y"][5])
