@@ -15,6 +15,7 @@ COMMANDS = {
     "fleet": ("shoal.cli.fleet", "Start and watch many vehicles."),
     "mission": ("shoal.cli.mission", "Fly a plan in virtual time and report the result."),
     "test": ("shoal.cli.test", "Run scenarios, and tell which of them failed, and why."),
+    "campaign": ("shoal.cli.campaign", "Run a scenario many times with values that vary."),
     "replay": ("shoal.cli.replay", "Play back a log on the bus."),
     "resim": ("shoal.cli.resim", "Re-run tasks on a log and compare."),
     "rewind": ("shoal.cli.rewind", "Resume a virtual run from a given time in its log."),

@@ -1,0 +1,85 @@
+"""`shoal campaign report`, `shoal campaign compare`: what campaigns show."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from runtime.problem import naming, printable
+from shoal.campaigns import Comparison, Pair, campaign_page, open_data_set
+from shoal.campaigns import compare as compare_data
+from shoal.cli.campaign_run import FILE, FOLDER, refusals
+from shoal.cli.tables import open_console, plain_table
+
+MOST_PAIRS = 10
+
+
+@click.command()
+@click.argument("folder", type=FOLDER)
+@click.argument("out", type=FILE, required=False)
+def report(folder: Path, out: Path | None) -> None:
+    """Draw the campaign in FOLDER as one HTML page, which needs no network [default: FOLDER/report.html]."""
+    with refusals():
+        data = open_data_set(folder)
+        place = out or folder / "report.html"
+        text = campaign_page(data, place.parent)
+        with naming(place):
+            place.write_text(text, encoding="utf-8")
+    click.echo(f"{printable(str(place))}: {data.rate}")
+
+
+@click.command()
+@click.argument("a", type=FOLDER)
+@click.argument("b", type=FOLDER)
+@click.option(
+    "--fail-if",
+    "limits",
+    multiple=True,
+    metavar="LIMIT",
+    help="Exit with 1 if the mean of B - A is so: 'pass rate < -2 %', 'metrics.NAME > 0.5', 'margins.NAME < -10 %'.",
+)
+def compare(a: Path, b: Path, limits: tuple[str, ...]) -> None:
+    """Compare campaign B with A, run by run: both must have the same seeds and draws.
+
+    Positive numbers say that B has more than A. A percentage in a limit is of A, and in points for the pass rate.
+    """
+    with refusals():
+        found = compare_data(open_data_set(a), open_data_set(b))
+        exceeded = [words for limit in limits if (words := found.exceeded(limit))]
+    _show(found)
+    for words in exceeded:
+        click.echo(f"limit exceeded: {printable(words)}", err=True)
+    sys.exit(1 if exceeded else 0)
+
+
+def _show(found: Comparison) -> None:
+    rate = found.rate
+    click.echo(f"A: {found.rate_a}\nB: {found.rate_b}")
+    interval = f"{100 * rate.low:+.1f} to {100 * rate.high:+.1f} points"
+    click.echo(f"B - A: {100 * rate.mean:+.1f} points ({interval}), McNemar p = {found.p:.2g}")
+    for count, name in ((found.only_a, "A"), (found.only_b, "B")):
+        if count:
+            click.echo(f"not compared: {count} runs that only {name} has")
+    columns = ("", "A", "B", "B - A", "interval", "fell", "rose")
+    table = plain_table(*columns, right=columns[1:])
+    for change in found.changes:
+        interval = f"{change.low:+.3g} to {change.high:+.3g}"
+        means = f"{change.before:.4g}", f"{change.after:.4g}", f"{change.mean:+.3g}"
+        cells = (change.name, *means, interval, str(change.fell), str(change.rose))
+        table.add_row(*map(printable, cells), style="" if change.is_sure else "dim")
+    open_console(markup=False).print(table)
+    _list("passes in A, fails in B", found.broken)
+    _list("fails in A, passes in B", found.mended)
+    if not found.broken:
+        _list("lost most margin", found.worse)
+
+
+def _list(title: str, pairs: Sequence[Pair]) -> None:
+    if not pairs:
+        return
+    click.echo(f"{title}: {len(pairs)}" + (f", the first {MOST_PAIRS}:" if len(pairs) > MOST_PAIRS else ""))
+    for pair in pairs[:MOST_PAIRS]:
+        why = pair.b["error"].strip().splitlines()[-1:] or [pair.b["reason"]]
+        margins = f"margin {pair.a['margin']:.4g} -> {pair.b['margin']:.4g}"
+        click.echo(printable(f"  run {pair.a['run']}: {margins}" + (f", {why[0]}" if why[0] else "")))

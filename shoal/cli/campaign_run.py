@@ -1,0 +1,187 @@
+"""`shoal campaign STUDY`, `shoal campaign rerun`: does the runs of a study, or one of them again."""
+
+import math
+import shlex
+import statistics
+import sys
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from runtime.problem import of_file, printable
+from shoal.campaigns import (
+    LOGS,
+    WALL_LIMIT,
+    DataSet,
+    Rerun,
+    StudyRunner,
+    carry_out,
+    load_study,
+    open_data_set,
+)
+from shoal.campaigns import rerun as rerun_run
+from shoal.cli.log_export import extra
+from shoal.cli.options import check_log_folder, code_option, parse_time, parse_values, use_code, values_option
+
+STOPPED = 130  # exit status after Ctrl-C
+TELL_PERIOD = 30.0  # s between lines in a pipe
+FILE = click.Path(path_type=Path, dir_okay=False)
+FOLDER = click.Path(path_type=Path, file_okay=False)
+MOST_NAMES = 12
+
+
+@contextmanager
+def refusals() -> Generator[None]:
+    """Turns what is wrong with files, values and data sets into one line."""
+    with extra("campaigns"):
+        try:
+            yield
+        except ValueError as error:
+            raise click.ClickException(printable(str(error))) from None
+        except OSError as error:
+            raise click.ClickException(printable(of_file(error))) from None
+
+
+@click.command()
+@click.argument("study", type=FILE)
+@click.option("-o", "--out", type=FOLDER, help="Folder of the data set. [default: campaigns/NAME]")
+@click.option("-j", "--workers", type=click.IntRange(0), help="How many run at a time. [default: one a processor]")
+@click.option("--runs", type=click.IntRange(1), help="How many runs, instead of what the study says.")
+@click.option("--logs", type=click.Choice(LOGS), help="Logs to keep, instead of what the study says.")
+@values_option
+@code_option
+@click.option(
+    "--wall-limit",
+    callback=parse_time,
+    default=f"{WALL_LIMIT:g} s",
+    show_default=True,
+    metavar="TIME",
+    help="End a run that takes longer.",
+)
+def run(
+    study: Path,
+    out: Path | None,
+    workers: int | None,
+    runs: int | None,
+    logs: str | None,
+    values: tuple[str, ...],
+    code: tuple[Path, ...],
+    wall_limit: float,
+) -> None:
+    """Do the runs of a study that its data set does not have yet, until there are enough.
+
+    Ended at any moment, the same command goes on where it was. With --set all runs have this value; the draws of the
+    others stay what they are, so that `shoal campaign compare` has pairs.
+    """
+    with refusals():
+        folders = use_code(code, [str(study)])
+        plan = load_study(study, fixed=parse_values(values), runs=runs, logs=logs)
+        folder = out or Path("campaigns") / plan.name
+        if plan.logs != "none":
+            check_log_folder(folder)
+        bar = _Bar(plan.ending.most)
+        try:
+            with bar.progress:
+                data = carry_out(plan, folder, workers=workers, wall_limit=wall_limit, code=folders, tell=bar.tell)
+        except KeyboardInterrupt:
+            done = open_data_set(folder)
+            click.echo(f"stopped: {done.rate}; the same command goes on", err=True)
+            sys.exit(STOPPED)
+    if data.damaged:
+        click.echo(f"warning: {data.damaged} lines of the journal were damaged; their runs were done again", err=True)
+    _sum_up(data)
+
+
+@click.command()
+@click.argument("folder", type=FOLDER)
+@click.option("--run", "number", type=click.IntRange(0), required=True, help="Its number.")
+@click.option("--log-dir", type=FOLDER, help="Keep its log in this folder.")
+@values_option
+@code_option
+def rerun(folder: Path, number: int, log_dir: Path | None, values: tuple[str, ...], code: tuple[Path, ...]) -> None:
+    """Do one run of the campaign in FOLDER again.
+
+    It must go as it did: the fingerprint, and the hash of the log if both runs have one, are checked, and the exit
+    status is 1 if they differ. With --set it is another run, shown beside the first.
+    """
+    with refusals():
+        data = open_data_set(folder)
+        use_code(code, [str(data.about["file"])])
+        if log_dir is not None:
+            check_log_folder(log_dir)
+        again = rerun_run(data, number, StudyRunner(), changes=parse_values(values), log_root=log_dir)
+    _show(again, number, bool(values))
+    sys.exit(1 if again.differences else 0)
+
+
+class _Bar:
+    """A progress bar with the pass rate on a terminal; a line now and then in a pipe."""
+
+    def __init__(self, most: int):
+        console = Console(stderr=True)
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+        self.progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+        self._task = self.progress.add_task("starting", total=most)
+        self._is_live = console.is_terminal
+        self._told = time.monotonic()
+
+    def tell(self, data: DataSet) -> None:
+        now = time.monotonic()
+        if self._is_live:
+            rate = data.rate
+            words = f"{rate.share:.1%} ± {rate.half_width:.1%} passed" if rate.runs else "starting"
+            self.progress.update(self._task, completed=rate.runs, description=words)
+        elif now - self._told > TELL_PERIOD:
+            self._told = now
+            click.echo(str(data.rate), err=True)
+
+
+def _sum_up(data: DataSet) -> None:
+    rows = data.counted
+    click.echo(f"{printable(data.name)}: {data.rate}")
+    if errors := [row for row in rows if row["error"]]:
+        first = errors[0]
+        click.echo(f"{len(errors)} ended out of order, the first is run {first['run']}: {_last(first['error'])}")
+    names = dict.fromkeys(name for row in rows for name in row if name.startswith(("metrics.", "margins.")))
+    for name in sorted(names)[:MOST_NAMES]:
+        found = sorted(value for row in rows if math.isfinite(value := row.get(name, math.nan)))
+        if found:
+            middle = statistics.median(found)
+            click.echo(f"  {printable(name)}: median {middle:.4g}, from {found[0]:.4g} to {found[-1]:.4g}")
+    place = shlex.quote(str(data.folder))
+    worst = min(rows, key=lambda row: (not row["error"], row["passed"], row["margin"]))
+    why = _last(worst["error"]) or worst["reason"] or f"least margin {worst['margin']:.4g}"
+    click.echo(f"worst is run {worst['run']}: {printable(why)}")
+    click.echo(f"shoal campaign report {place}\nshoal campaign rerun {place} --run {worst['run']}")
+
+
+def _last(error: str) -> str:
+    lines = error.strip().splitlines()
+    return printable(lines[-1]) if lines else ""
+
+
+def _show(again: Rerun, number: int, is_other: bool) -> None:
+    """The run as it was, and as it is now if that is another one."""
+    row, result = again.row, again.result
+    verdict = "passed" if result.passed else "failed"
+    click.echo(f"run {number}, seed {row['seed']}: {verdict}" + (f", {_last(result.error)}" if result.error else ""))
+    for name, value in again.values.items():
+        click.echo(f"  {printable(name)} = {value}")
+    before = {name: value for name, value in row.items() if name.startswith(("metrics.", "margins."))}
+    now = {f"metrics.{name}": value for name, value in result.metrics.items()}
+    now |= {f"margins.{found.name}": found.margin for found in result.verdicts}
+    for name, value in now.items():
+        was = f" (was {before[name]:.6g})" if is_other and name in before else ""
+        click.echo(f"  {printable(name)}: {value:.6g}{was}")
+    for vehicle, log in result.logs.items():
+        click.echo(f"  log of {printable(vehicle)}: {printable(str(log))}")
+    for difference in again.differences:
+        click.echo(f"not as it was: {printable(difference)}", err=True)
+    if not is_other and not again.differences:
+        hashes = " and log" if any(f"hashes.{vehicle}" in row for vehicle in result.hashes) else ""
+        click.echo(f"as it was: fingerprint{hashes} {row['fingerprint'][:16]}")

@@ -1,0 +1,148 @@
+"""`shoal campaign` on a shipped profile: runs, goes on, runs again, reports, compares; and what it says of mistakes."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from shoal.campaigns import open_data_set, run
+from shoal.cli import main
+
+SCENARIO = """\
+scenario: rest
+vehicle: {profile: lauv-noptilus-1}
+world: {current: {north: 0, east: 0}}
+expect:
+  - {name: stays_near, always: SimulatedState.x < 3 m}
+metrics:
+  north: {last: SimulatedState.x}
+limit: 20 s
+"""
+STUDY = """\
+scenario: rest.scenario.yaml
+vary:
+  world/current/north: {uniform: [0 m/s, 0.3 m/s]}
+runs: 5
+seed: 3
+logs: failed
+"""
+
+
+def shoal(*words):
+    return CliRunner().invoke(main, ["campaign", *map(str, words)])
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("campaign")
+    (folder / "rest.scenario.yaml").write_text(SCENARIO)
+    (folder / "rest.study.yaml").write_text(STUDY)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        done = shoal("rest.study.yaml", "-j", 0)
+    assert done.exit_code == 0, done.output
+    assert "rest: " in done.output
+    assert "of 5 passed" in done.output
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def there(place, monkeypatch):
+    monkeypatch.chdir(place)
+
+
+def test_runs_differ_by_what_varies(place):
+    frame = open_data_set(place / "campaigns" / "rest").frame()
+    north = frame["values.world/current/north"]
+    assert frame["metrics.north"].corr(north) > 0.9
+    assert 0 < frame["passed"].sum() < 5
+    assert (frame["passed"] == frame["logs.lauv-noptilus-1"].isna()).all()
+    assert len(frame.loc[0, "tracks.lauv-noptilus-1"]) >= 3 * 4
+
+
+def test_a_run_again_is_the_same_to_the_byte_of_its_log(place):
+    frame = open_data_set(place / "campaigns" / "rest").frame()
+    number = frame.index[~frame["passed"]][0]
+    again = shoal("rerun", "campaigns/rest", "--run", number, "--log-dir", "again")
+    assert again.exit_code == 0, again.output
+    assert "as it was: fingerprint and log" in again.output
+    what_if = shoal("rerun", "campaigns/rest", "--run", number, "--set", "world/current/north=0")
+    assert what_if.exit_code == 0
+    assert f"run {number}, seed {frame.loc[number, 'seed']}: passed" in what_if.output
+    assert "(was " in what_if.output
+
+
+def test_it_goes_on_where_it_was_and_compares_pairs(place):
+    set_option = ("--set", "vehicle/parameters/Simulators.GPS/HACC=9")
+    assert shoal("rest.study.yaml", "-j", 0, "-o", "b", "--runs", 2, *set_option).exit_code == 0
+    more = shoal("rest.study.yaml", "-j", 0, "-o", "b", "--runs", 3, *set_option)
+    assert "of 3 passed" in more.output
+    found = shoal("compare", "campaigns/rest", "b", "--fail-if", "pass rate < -1 %")
+    assert found.exit_code == 0, found.output
+    assert "not compared: 2 runs that only A has" in found.output
+    assert "metrics.north" in found.output
+    limit = shoal("compare", "campaigns/rest", "b", "--fail-if", "metrics.north <= 0.5")
+    assert limit.exit_code == 1
+    assert "limit exceeded: metrics.north changed by" in limit.output
+
+
+def test_the_report_is_a_file(place):
+    made = shoal("report", "campaigns/rest")
+    assert made.exit_code == 0
+    text = (place / "campaigns" / "rest" / "report.html").read_text()
+    assert "stays_near" in text
+    assert "<h2>Tracks</h2>" in text
+
+
+def test_a_notebook_gets_a_data_frame(place):
+    frame = run(place / "rest.study.yaml", place / "campaigns" / "rest", workers=0)
+    assert list(frame.index) == list(range(5))
+
+
+def test_a_scenario_inside_the_study_is_the_same(place):
+    inside = "\n".join(
+        f"  {line}" for line in SCENARIO.replace("north: 0,", "north: {uniform: [0, 0.3]},").splitlines()
+    )
+    (place / "whole.study.yaml").write_text(f"scenario:\n{inside}\nruns: 5\nseed: 3\n")
+    done = shoal("whole.study.yaml", "-j", 0, "-o", "whole")
+    assert done.exit_code == 0, done.output
+    one, other = (open_data_set(place / name).frame() for name in ("campaigns/rest", "whole"))
+    assert one["fingerprint"].equals(other["fingerprint"])
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["rest.study.yaml", "--set", "wrold/current/north=1"], "wrold/current/north is no value of the scenario"),
+        (["rest.study.yaml", "--set", "world"], "'world' is no assignment"),
+        (["absent.study.yaml"], "absent.study.yaml: No such file or directory"),
+        (["raport", "x"], "no such command: raport. Did you mean report?"),
+        (["rerun", "campaigns/rest", "--run", "9"], "campaigns/rest has no run 9; it has runs 0 to 4"),
+        (["report", "."], ". is not the data set of a campaign"),
+        (["compare", "campaigns/rest", "campaigns/rest", "--fail-if", "x"], "'x' is no limit"),
+        (["rest.study.yaml", "-o", "campaigns/rest", "--set", "vehicle/seed=4"], "has runs of another study"),
+    ],
+)
+def test_mistakes_are_one_line_and_status_2(words, said):
+    done = shoal(*words)
+    assert done.exit_code == 2, done.output
+    assert said in done.output.replace("\n", " ")
+    assert "Traceback" not in done.output
+
+
+def test_without_the_extra_it_says_what_to_install(place):
+    code = "import sys; sys.modules['scipy'] = None; sys.modules['pyarrow'] = None\nfrom shoal.cli import main; main()"
+    words = [sys.executable, "-c", code, "campaign", "rest.study.yaml", "-o", "none", "-j", "0"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "this needs pyarrow: pip install 'shoal[campaigns]'" in done.stderr
+
+
+def test_the_table_says_what_it_is_of(place):
+    import pyarrow.parquet
+
+    about = pyarrow.parquet.read_schema(place / "campaigns" / "rest" / "runs.parquet").metadata
+    assert json.loads(about[b"varied"]) == {"world/current/north": "uniform: [0 m/s, 0.3 m/s]"}
+    assert json.loads(about[b"units"]) == {"world/current/north": "m/s"}
