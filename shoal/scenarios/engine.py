@@ -187,8 +187,11 @@ class _Performance:
             warnings += [f"{where}: has not happened" for where in (self._stage.unhappened if self._stage else ())]
             warnings += [words for meter in self._meters if (words := meter.complaint())]
         all_logs = {n: logs_of_run(v.log_folder) for n, v in self._vehicles.items() if keep_logs and v.log_folder}
-        lost = {name: getattr(task, "lost", "") for name, v in self._vehicles.items() for task in v.tasks}
-        warnings += [f"the log of {name} is not complete: {words}" for name, words in lost.items() if words]
+        for name, vehicle in self._vehicles.items():
+            lost = [words for task in vehicle.tasks if (words := getattr(task, "lost", ""))]
+            if keep_logs and vehicle.keeps_log and vehicle.log_folder is None and not lost:
+                lost = ["nothing of it was written"]
+            warnings += [f"the log of {name} is not complete: {words}" for words in lost]
         found = Result(
             self._scenario.name,
             self._seed,

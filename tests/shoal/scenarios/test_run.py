@@ -135,6 +135,16 @@ def test_a_task_that_fails_is_named(play, tmp_path):
     assert result.verdicts[0].passed
 
 
+def test_a_log_that_cannot_be_written_is_told(play, tmp_path):
+    (tmp_path / "file").write_text("")
+    result = play(log_root=tmp_path / "file")
+    assert result.passed
+    assert result.seconds == 3.0
+    assert result.logs == {}
+    assert len(result.warnings) == 1
+    assert result.warnings[0].startswith("the log of otter is not complete: ")
+
+
 def test_the_log_of_a_plan_is_told_and_all_logs_are_hashed(play, tmp_path):
     result = play("", DIVE, log_root=tmp_path / "log")
     assert result.logs["lauv-noptilus-1"].name.endswith("_dive")
