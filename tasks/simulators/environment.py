@@ -122,6 +122,9 @@ class Environment(Task):
     def _depth(self, north: float, east: float) -> float:
         return self._bathymetry.depth(self._north + north, self._east + east)
 
+    def _shallowest_near(self, north: float, east: float) -> float:
+        return self._bathymetry.shallowest_near(self._north + north, self._east + east)
+
     def _look_down(self, place: Vector, angles: Vector) -> float:
         beam = _beam(place, angles, self.bottom_sonar_position, self.bottom_sonar_orientation, 0.0)
         below = self._depth(place[0], place[1]) - beam.start[2]
@@ -140,9 +143,8 @@ class Environment(Task):
         if self.bottom_intersection_method:
             sea = self._bathymetry
             edge = _beam(place, angles, position, orientation, -0.5 * math.radians(self.forward_beam_width))
-            nearest = min(
-                nearest, edge.bottom(self._depth, self.forward_range, sea.shallowest, sea.deepest, sea.stride)
-            )
+            extent = sea.shallowest, sea.deepest, sea.stride
+            nearest = min(nearest, edge.bottom(self._depth, self.forward_range, *extent, self._shallowest_near))
         if self.simulate_pier:
             nearest = min(nearest, axis.wall(*self._pier))
         return nearest

@@ -150,7 +150,11 @@ class Bathymetry:
 
     def is_clear(self, north: float, east: float, keel: float) -> bool:
         """Whether no bottom around an offset (m) from the reference position reaches up to the depth `keel` (m)."""
-        return keel < min(self._elsewhere, self._shallowest.get(self._cell(north, east), math.inf))
+        return keel < self.shallowest_near(north, east)
+
+    def shallowest_near(self, north: float, east: float) -> float:
+        """A depth (m) that is nowhere less around an offset (m) from the reference position."""
+        return min(self._elsewhere, self._shallowest.get(self._cell(north, east), math.inf))
 
     def _cell(self, north: float, east: float) -> tuple[int, int]:
         return math.floor(north / self._radius), math.floor(east / self._radius)

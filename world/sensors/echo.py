@@ -56,7 +56,7 @@ def listen(world: Surroundings, beam: Beam, time: float, stream: Vector, blankin
 
 def to_bottom(beam: Beam, seabed: Bathymetry, reach: float) -> float:
     """Distance (m) along a beam to a bottom within `reach`; infinite if the beam does not hit it."""
-    return beam.bottom(seabed.depth, reach, seabed.shallowest, seabed.deepest, seabed.stride)
+    return beam.bottom(seabed.depth, reach, seabed.shallowest, seabed.deepest, seabed.stride, seabed.shallowest_near)
 
 
 def _of(world: Surroundings, thing: Thing, beam: Beam, time: float) -> Echo | None:

@@ -44,10 +44,12 @@ class Beam:
         shallowest: float = 0.0,
         deepest: float = math.inf,
         stride: float = math.inf,
+        shallowest_near: Callable[[float, float], float] | None = None,
     ) -> float:
         """Distance (m) to a bottom of `depth` (north, east) within `reach`; infinite if the beam does not hit it.
 
         The whole bottom is from `shallowest` to `deepest` m deep. What is two `stride` (m) wide is not missed.
+        `shallowest_near`, which is quicker than `depth` and never more, changes nothing but the time that it takes.
         """
         clear, down = shallowest - self.start[2], self.direction[2]
         if clear > 0.0 and clear >= reach * down:
@@ -61,12 +63,18 @@ class Beam:
             reach = min(reach, (last - self.start[2]) / down)
         level = max(LEAST_LEVEL, math.hypot(self.direction[0], self.direction[1]))
         most = min((reach - first) / STEPS, stride / level)
+        is_known = True
         while near < reach:  # in small steps close to the bottom, which may be rough
             far = min(reach, near + min(most, max(over, 0.1 * stride) / level))
+            if shallowest_near is not None:
+                over_all = self._above(shallowest_near, far) - ROUNDING
+                if over_all / level >= most:  # so the next step is the largest, however deep it is
+                    near, over, is_known = far, over_all, False
+                    continue
             under = self._above(depth, far)
             if under <= 0.0:
-                return self._crossing(depth, near, over, far, under)
-            near, over = far, under
+                return self._crossing(depth, near, over if is_known else self._above(depth, near), far, under)
+            near, over, is_known = far, under, True
         return math.inf
 
     def _crossing(
